@@ -40,6 +40,13 @@ from robostiff.analytic import roll_pitch_yaw as roll_pitch_yaw
 from robostiff.cables import ClosedFormTensions as ClosedFormTensions
 from robostiff.cables import GivenTensions as GivenTensions
 from robostiff.cables import NearestTensions as NearestTensions
+from robostiff.compensation.compensate import Axes as Axes
+from robostiff.compensation.compensate import Compensation as Compensation
+from robostiff.compensation.compensate import Exact as Exact
+from robostiff.compensation.compensate import Mirror as Mirror
+from robostiff.compensation.compensate import compensate as compensate
+from robostiff.compensation.program_file import read_program as read_program
+from robostiff.compensation.program_file import write_program as write_program
 from robostiff.compiled import Backend as Backend
 from robostiff.compiled import ComplianceMatrix as ComplianceMatrix
 from robostiff.compiled import DeflectionUnder as DeflectionUnder

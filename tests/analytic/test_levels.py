@@ -1,12 +1,21 @@
 """What a formula can do, it can do in steps, in names of its springs, and in vectors."""
 
+import copy
+
 import numpy as np
 import pytest
 import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic import compliance_steps, differentiate
-from robostiff.analytic.export import c_function, julia_function, matlab_function, python_function
+from robostiff.analytic.export import (
+    c_function,
+    derivation_text,
+    derivation_typst,
+    julia_function,
+    matlab_function,
+    python_function,
+)
 
 VECTORS = ["gough-stewart-b", "delta", "3-rrr", "six-joint-arm"]
 
@@ -94,3 +103,26 @@ def test_names_of_springs_are_a_formula_of_their_own():
     _, dK = differentiate(named, "l").lambdify()(**values)
     _, expected = differentiate(derivation, "l").lambdify()(**values)
     np.testing.assert_allclose(dK, expected, atol=1e-9 * np.max(np.abs(expected)))
+
+
+def test_levels_are_printed_and_kept_alone():
+    derivation = rs.derive("gough-stewart-b", pose=rs.AtSymbols())
+    text = derivation_text(derivation.vectors)
+    assert "K_C = sum over i of w_i w_i^T / c_i" in text.splitlines()
+    assert "Nomenclature" in text
+    assert r"\mathbf{w}_{i} &= " in derivation.vectors.latex()
+    assert "c_a = u_z**2/k + l/EA_1" in derivation_text(rs.derive("3-prs").named).splitlines()
+    assert {derivation: 1}[copy.deepcopy(derivation)] == 1
+    found = differentiate(derivation.vectors, "x")
+    assert copy.deepcopy(found) == found
+
+
+def test_compliances_are_programs_and_pages():
+    soft = compliance_steps(rs.derive("3-prs"))
+    assert "to the twist" in " ".join(python_function(soft).split())
+    assert "bold(upright(C)) = " in derivation_typst(soft)
+    values = {s.name: v for s, v in zip(soft.symbols, (0.5, 1e7, 0.6, 0.2), strict=True)}
+    space: dict = {}
+    exec(python_function(soft), space)  # noqa: S102
+    C = np.array(soft.substituted(values), dtype=float)
+    np.testing.assert_allclose(space["stiffness"](**values), C, rtol=1e-9, atol=1e-20)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from scipy.linalg import block_diag
 
 from robostiff.elasticity import Elasticity
 from robostiff.kinematics import (
@@ -11,9 +12,10 @@ from robostiff.kinematics import (
     leg_compliance,
     passive_jacobian,
     place_chain,
-    spring_jacobian,
 )
 from robostiff.kinematics.closure.motion_tree import AT_REST, MotionTree, advanced
+from robostiff.kinematics.frames import ChainWalk, Way
+from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import (
     Actuated,
     Chain,
@@ -27,7 +29,7 @@ from robostiff.model import (
     beam_link,
     revolute,
 )
-from robostiff.spatial import Frame
+from robostiff.spatial import Frame, block_rotation, twist_transport
 from tests.generators.chains import random_rotation
 from tests.generators.elements import BAR, KINDS, STEEL, element_chains, random_element
 from tests.kinematics.finite_differences import AxesAndPoint, twist_rate
@@ -75,6 +77,34 @@ def test_columns_of_all_joints(case: tuple[Chain, Frame, np.random.Generator]):
     assert len(names) == len(where)
 
 
+def spring_jacobian(leg: PlacedLeg, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """J_theta of the springs of a leg about a point, and K_theta^-1, by their definitions."""
+    columns, blocks = [np.zeros((6, 0))], [np.zeros((0, 0))]
+    for element in leg.elements:
+        if isinstance(element, PlacedSpring):
+            J_v = twist_transport(at - element.point)
+            columns.append(J_v @ block_rotation(element.rotation))
+            blocks.append(element.elasticity.compliance)
+        elif isinstance(element, PlacedFreedom) and element.stiffness is not None:
+            columns.append(freedom_twist(element, at)[:, None])
+            blocks.append(np.array([[1.0 / element.stiffness]]))
+    return np.hstack(columns), block_diag(*blocks)
+
+
+class DeflectedWalk(ChainWalk):
+    """The way along a chain one spring of which deflects, by its number."""
+
+    number, theta, met = 0, np.zeros(6), 0
+
+    def spring(self, name: str, axes: np.ndarray, elasticity: Elasticity) -> None:
+        super().spring(name, axes, elasticity)
+        if self.met == self.number:
+            R = self.R @ axes
+            self.p = self.p + R @ self.theta[:3]
+            self.R = turn_by_vector(R @ self.theta[3:]) @ self.R
+        self.met += 1
+
+
 @settings(max_examples=150)
 @given(element_chains())
 def test_columns_of_virtual_springs(case: tuple[Chain, Frame, np.random.Generator]):
@@ -82,9 +112,7 @@ def test_columns_of_virtual_springs(case: tuple[Chain, Frame, np.random.Generato
     q = chain.home + 0.3 * rng.uniform(-1, 1, chain.size)
     at = rng.uniform(-1, 1, 3)
     leg = placed_leg(chain, base, q)
-    R_base, p_base = base.R, base.p
     J_theta, K_theta_inverse = spring_jacobian(leg, at)
-    springs = list(leg.springs)
     column = 0
     spring = 0
     for element in leg.elements:
@@ -94,13 +122,14 @@ def test_columns_of_virtual_springs(case: tuple[Chain, Frame, np.random.Generato
                 assert np.isclose(K_theta_inverse[column, column], 1 / element.stiffness)
                 column += 1
             continue
-        for k in range(6):
+        # A beam of a telescope that others follow turns their way, which is read at once.
+        for k in range(0 if element.name.endswith(".beam1") else 6):
 
             def frame(step: float, k: int = k, spring: int = spring) -> AxesAndPoint:
-                theta = [np.zeros(6) for _ in springs]
-                theta[spring][k] = step
-                end = place_chain(chain, q, R_base, p_base, theta)
-                return end.R, end.p
+                walk = DeflectedWalk(base.R, base.p, Way.of(chain, q))
+                walk.number, walk.theta = spring, step * np.eye(6)[k]
+                walk.along(chain)
+                return walk.R, walk.p
 
             assert np.abs(J_theta[:, column + k] - twist_rate(frame, at)).max() <= CLOSE
         assert isinstance(element, PlacedSpring)
@@ -161,7 +190,6 @@ def test_batches_are_loops(kind: str, shape: tuple[int, ...]):
     assert placed.p.shape == (*shape, 3)
     leg = PlacedLeg("leg", placed.elements, placed.p)
     J_q, _ = passive_jacobian(leg, at)
-    J_theta, K_inverse = spring_jacobian(leg, at)
     C = leg_compliance(leg, at)
     for index in np.ndindex(shape):
         one = place_chain(chain, q[index], R, p)
@@ -169,9 +197,6 @@ def test_batches_are_loops(kind: str, shape: tuple[int, ...]):
         assert np.allclose(placed.R[index], one.R, rtol=0, atol=1e-15)
         assert np.allclose(placed.p[index], one.p, rtol=0, atol=1e-15)
         assert np.allclose(J_q[index], passive_jacobian(leg_one, at[index])[0], atol=1e-15)
-        J_one, K_one = spring_jacobian(leg_one, at[index])
-        assert np.allclose(J_theta[index], J_one, rtol=0, atol=1e-14)
-        assert np.allclose(K_inverse[index], K_one, rtol=1e-14, atol=0)
         C_one = leg_compliance(leg_one, at[index])
         assert np.allclose(C[index], C_one, rtol=0, atol=1e-14 * np.abs(C_one).max())
 

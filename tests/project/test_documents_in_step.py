@@ -89,7 +89,7 @@ def test_names_in_the_nomenclature_exist():
     named = {name for row in rows for name in re.findall(r"`(\w+)`", row.split("|")[1])}
     modules = [import_module(f"robostiff.{p}") for p in PACKAGES if p != "cli"]
     functions = {
-        "compliance", "leg_compliance", "passive_jacobian", "spring_jacobian", "twist_transport",
+        "compliance", "leg_compliance", "passive_jacobian", "twist_transport",
         "skew", "rotate_stiffness", "transmitted_wrenches", "JointCoordinates",
     }  # fmt: skip
     assert functions <= named

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.elasticity import Elasticity
+from robostiff.elasticity import Elasticity, circle
 from robostiff.elasticity.cantilever import cantilever_compliance
 from robostiff.kinematics import with_masses
 from robostiff.linkage import Connection, Linkage
 from robostiff.model import Actuated, Passive, PlacedFreedom, revolute
-from robostiff.network import JointElement, Network, Node, SpringElement
+from robostiff.network import JointElement, Network, Node, SpringElement, beam_between
 from robostiff.network.network import network_of_snapshot
 from robostiff.spatial import Frame
 from robostiff.statics import Bowing
@@ -281,3 +281,22 @@ def test_loads_on_bodies_and_preload():
     assert rs.plot.equilibrium(at_knee).get_title() == f"{at_knee.name} under load"
     with pytest.raises(rs.InputError, match="without masses"):
         rs.equilibrium(robot, gravity="-z")
+
+
+def test_parts_that_only_the_base_holds_bend_beside_the_platform():
+    """They are solved apart: the platform moves as without them, they as without the platform."""
+    places = {"wall": [0.0, 0, 0], "arm": [1.0, 0, 0], "twig": [0.0, 0.8, 0.3]}
+    nodes = [Node(name, np.array(at)) for name, at in places.items()]
+    arm, twig = (
+        beam_between(nodes[0], node, rs.material("steel"), circle(0.02), name=node.name)
+        for node in nodes[1:]
+    )
+    tree = Network("tree", tuple(nodes), ("wall",), "arm", nodes[1].point, beams=(arm, twig))
+    alone = replace(tree, beams=(arm,), nodes=tuple(nodes[:2]))
+    load, wrench = {"twig": [0, 0, -300.0]}, [0, 400.0, 0, 0, 0, 0]
+    answer = loaded(tree, wrench=wrench, loads=load)
+    assert np.allclose(answer.displacement, loaded(alone, wrench=wrench).displacement, rtol=1e-12)
+    other = replace(alone, nodes=(nodes[0], nodes[2]), platform="twig", beams=(twig,))
+    sunk = loaded(replace(other, reference_point=nodes[2].point), loads={"platform": load["twig"]})
+    moved = answer.places.nodes["twig"].of(nodes[2].point) - nodes[2].point
+    assert np.allclose(moved, sunk.displacement[:3], rtol=1e-9)

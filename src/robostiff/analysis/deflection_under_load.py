@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from robostiff.analysis.leg_loads import leg_loads, loads_known
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.analysis.result import Stiffness, given_wrenches
-from robostiff.analysis.snapshot_stiffness import branches_of
+from robostiff.analysis.snapshot_stiffness import branches_of, name_of_part
 from robostiff.elastostatics import DEFAULT_TOLERANCE, BlockCompliance, Status, Tolerance
 from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
@@ -228,7 +228,7 @@ def deflection_at(
     energies: list[tuple[str, str, float]] = []
     reactions: list[JointReaction] = []
     actuators: list[ActuatorLoad] = []
-    branches, known = branches_of(placed), details.leg_blocks
+    (branches, _), known = branches_of(placed), details.leg_blocks
     for i, (leg, own) in enumerate(zip(branches, loads.wrenches, strict=True)):
         F_leg = np.zeros(6)
         F_leg[rows] = own
@@ -238,7 +238,7 @@ def deflection_at(
                 R = element.rotation.T
                 F_own = np.concatenate([R @ F_here[:3], R @ F_here[3:]])
                 energy = 0.5 * float(F_own @ element.elasticity.compliance @ F_own)
-                energies.append((leg.name, element.name, energy))
+                energies.append((*name_of_part(leg, element.name), energy))
                 continue
             reactions.append(JointReaction(leg.name, element.name, F_here, element.point))
             load, k = float(freedom_twist(element, answer.origin) @ F), element.stiffness

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from robostiff.analysis.details import Details, Question
-from robostiff.analysis.robot_record import Costs, KeptRecord
+from robostiff.analysis.robot_record import KeptRecord
 from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD, solve_snapshot
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError
@@ -19,8 +19,8 @@ from robostiff.kinematics import ActuatorCoordinates
 from robostiff.kinematics.pose import six_coordinates
 from robostiff.linkage import Configuration, DrivenLinkage, Linkage
 from robostiff.linkage.closure import as_rounded
+from robostiff.linkage.driven import driven_by
 from robostiff.linkage.essential import branches_of_linkage, network_of
-from robostiff.linkage.linkage import driven_by
 from robostiff.model import Joint
 from robostiff.network import Network, condense
 from robostiff.spatial import Space, as_floats
@@ -55,13 +55,13 @@ def network_details(network: Network, tolerance: Tolerance) -> Details:
 
 # Recording takes as long as the direct form at some 300 configurations of a batch, or in 50 calls
 # (double pantograph), and machine code as long to make as NumPy at some 10^5 poses.
-_COSTS = Costs(a_call=6, pays=300, machine_code_pays=2**17)
+_COSTS = 6, 300, 2**17
 
 
 @kept
 def record_of_linkage(linkage: Linkage, joints: tuple[str, ...] | None) -> KeptRecord:
     """The record of a linkage that some joints drive, made once it pays."""
-    return KeptRecord(partial(_compiled, driven_by(linkage, joints)), _COSTS)
+    return KeptRecord(partial(_compiled, driven_by(linkage, joints)), *_COSTS)
 
 
 def _compiled(driven: DrivenLinkage) -> CompiledStiffness | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -60,6 +59,7 @@ class PosesOfRobot(Question):
         tolerance: Tolerance = DEFAULT_TOLERANCE,
     ) -> None:
         self.finder, self.form, self.near = posture_finder(robot), method, near
+        self._only: Posture | None = None
         self.request = request = self.finder.request(pose)
         by_joints = isinstance(request, np.ndarray)
         batch = request.shape[:-1] if by_joints else request.batch
@@ -128,25 +128,19 @@ class PosesOfRobot(Question):
             return None
         return numbers if free == list(range(numbers.shape[1])) else numbers[:, free]
 
-    def _posture(self, rows: slice | np.ndarray) -> Posture:
+    def _posture(self, rows: np.ndarray) -> Posture:
         """The posture at some of the poses; of one pose it is found once."""
-        return self._at(rows) if self.rows.shape else self._only
-
-    @cached_property
-    def _only(self) -> Posture:
-        return self._at(slice(None))
-
-    def _at(self, rows: slice | np.ndarray) -> Posture:
-        asked = self.request
-        wanted = self.numbers[rows] if isinstance(asked, np.ndarray) else asked.part(rows)
-        return self.finder.at(wanted, self.near)
+        if self._only is None or self.rows.shape:
+            asked = self.request
+            wanted = self.numbers[rows] if isinstance(asked, np.ndarray) else asked.part(rows)
+            self._only = self.finder.at(wanted, self.near)
+        return self._only
 
     def solved(self, rows: np.ndarray) -> Details:
         """The chosen form at N of the poses."""
-        starts = range(0, max(rows.size, 1), CHUNK)
-        return Details.joined([self._solved(rows[start : start + CHUNK]) for start in starts])
-
-    def _solved(self, rows: np.ndarray) -> Details:
+        if rows.size > CHUNK:
+            starts = range(0, rows.size, CHUNK)
+            return Details.joined([self.solved(rows[start : start + CHUNK]) for start in starts])
         posture = self._posture(rows)
         found = solve_snapshot(posture.snapshot, self.form, self.tolerance)
         reached, whole = posture.reached, found.whole

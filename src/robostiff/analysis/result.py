@@ -52,15 +52,12 @@ class Stiffness(StatusOfPoses, InNotebooks):
         The machine, all poses of the batch, and the details at them.
     rows : (...) array of int
         Which of these poses it is about.
-    recorded : CompiledAnswer or None
-        What the record has given at them.
     point : (..., 3) array or None
         Point about which K is given, in the world [m]; None for the reference point of the machine.
     """
 
     question: Question
     rows: np.ndarray
-    recorded: CompiledAnswer | None = None
     point: np.ndarray | None = None
 
     @classmethod
@@ -72,7 +69,7 @@ class Stiffness(StatusOfPoses, InNotebooks):
         By the record of the machine where there is one and it pays, else by the direct form.
         """
         question.recorded = question.from_record() if by_record else None
-        found = cls(question, question.rows, question.recorded)
+        found = cls(question, question.rows)
         if question.recorded is None:
             found.details()  # bad input is found now
         return found.about(at)
@@ -90,6 +87,14 @@ class Stiffness(StatusOfPoses, InNotebooks):
     @cached_property
     def _details(self) -> Details:
         return self.question.details(self.rows)
+
+    @cached_property
+    def recorded(self) -> CompiledAnswer | None:
+        """What the record has given at these poses; None where it was not asked."""
+        whole = self.question.recorded
+        if whole is None or self.rows is self.question.rows:
+            return whole
+        return whole[np.unravel_index(self.rows, self.question.rows.shape)]
 
     @property
     def name(self) -> str:
@@ -311,12 +316,8 @@ class Stiffness(StatusOfPoses, InNotebooks):
 
     def __getitem__(self, index: Any) -> Stiffness:
         """The answer at one pose, or at some poses, of a batch."""
-        return Stiffness(
-            self.question,
-            np.asarray(self.rows[index]),
-            None if self.recorded is None else self.recorded[index],
-            None if self.point is None else self.point[index],
-        )
+        point = None if self.point is None else self.point[index]
+        return Stiffness(self.question, np.asarray(self.rows[index]), point)
 
     def __repr__(self) -> str:
         return in_short(self, "Stiffness")

@@ -31,23 +31,22 @@ _MOST_OPERATIONS = 100_000
 _MACHINE_CODE_PAYS = 2**20
 
 
-@dataclass(frozen=True)
-class Costs:
-    """When a record pays, in poses of a batch as they are computed without it."""
-
-    a_call: int  # what each call begins with
-    pays: int  # what recording takes
-    machine_code_pays: int  # how many poses a record serves on NumPy before it is compiled
-
-
+@dataclass
 class KeptRecord:
-    """The record of one robot or linkage, which `make` compiles on NumPy once it pays."""
+    """The record of one robot or linkage, which `make` compiles on NumPy once it pays.
 
-    def __init__(self, make: Callable[[], CompiledStiffness | None], costs: Costs) -> None:
-        self._make, self._costs = make, costs
-        self._asked = self._served = 0
-        self._compiled: Any = None
-        self._is_tried = self._is_machine_code = False
+    It pays as poses of a batch are computed without it.
+    """
+
+    make: Callable[[], CompiledStiffness | None]
+    a_call: int  # poses that take as long as what each call begins with
+    pays: int  # and as recording
+    machine_code_pays: int  # how many poses it serves on NumPy before it is compiled
+    asked: int = 0
+    served: int = 0
+    compiled: Any = None
+    is_tried: bool = False
+    is_machine_code: bool = False
 
     def answer(self, poses: JointCoordinates | np.ndarray) -> CompiledAnswer | None:
         """K, rank and status at N poses; None where it does not pay yet, or there is no record."""
@@ -57,32 +56,30 @@ class KeptRecord:
 
     def for_poses(self, count: int) -> Any:
         """What computes that many poses; None where it does not pay yet, or there is no record."""
-        if not self._is_tried:
-            self._asked += self._costs.a_call + count
-            if self._asked < self._costs.pays:
+        if not self.is_tried:
+            self.asked += self.a_call + count
+            if self.asked < self.pays:
                 return None
             with suppress(InputError, NoAnswerError):
-                made = self._make()
-                self._compiled = made if made is not None and made.verified else None
-            self._is_tried = True
-        compiled = self._compiled
-        if compiled is None:
+                made = self.make()
+                self.compiled = made if made is not None and made.verified else None
+            self.is_tried = True
+        if self.compiled is None:
             return None
         from robostiff.compiled import machine_code_is_available
 
-        self._served += count
-        pays = self._served > self._costs.machine_code_pays
-        if pays and not self._is_machine_code and machine_code_is_available():
-            self._is_machine_code = True
-            kernel = compiled.kernel.in_machine_code()
-            compiled = self._compiled = replace(compiled, kernel=kernel)
-        return compiled
+        self.served += count
+        pays = self.served > self.machine_code_pays
+        if pays and not self.is_machine_code and machine_code_is_available():
+            self.is_machine_code = True
+            self.compiled = replace(self.compiled, kernel=self.compiled.kernel.in_machine_code())
+        return self.compiled
 
 
 @kept
 def record_of(robot: Robot) -> KeptRecord:
     """The record of a robot, made once it pays."""
-    return KeptRecord(partial(_compiled, robot), Costs(_A_CALL, _PAYS, _MACHINE_CODE_PAYS))
+    return KeptRecord(partial(_compiled, robot), _A_CALL, _PAYS, _MACHINE_CODE_PAYS)
 
 
 def _compiled(robot: Robot) -> CompiledStiffness:

@@ -28,10 +28,12 @@ from robostiff.elastostatics.conjugate_wrenches import conjugate_wrenches
 from robostiff.elastostatics.leg import felt_by_modes, transmitted
 from robostiff.elastostatics.parallel_block import block_of
 from robostiff.elastostatics.plane import check_compliance_in_plane, check_joints_in_plane
+from robostiff.elastostatics.tolerance import last_moved
 from robostiff.errors import InputError
 from robostiff.kinematics import felt_by_springs, leg_compliance, passive_jacobian
 from robostiff.kinematics.legs_together import LegsTogether, in_order, legs_alone, legs_together
-from robostiff.model import PlacedBlock, PlacedLeg, PlacedPlatform, PlacedSpring, Snapshot
+from robostiff.kinematics.spanning_tree import branches
+from robostiff.model import PlacedBlock, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.spatial import Space
 from robostiff.spatial.batch import empty_batch
 
@@ -196,31 +198,47 @@ DEFAULT_METHOD = WrenchBasis()
 _ROUNDING = 1e-12
 # A reference point further from the robot than this many of its lengths is moved to at the end.
 _FAR = 10.0
-_INDEPENDENT = 1e-9  # of motions of unit size
 
 
-def branches_of(snapshot: Snapshot) -> tuple[PlacedLeg, ...]:
-    """The legs, and the parts of a flexible platform, each between two bodies."""
+_TOOL = "platform"
+
+
+def branches_of(
+    snapshot: Snapshot,
+) -> tuple[tuple[PlacedLeg, ...], list[tuple[int, int]] | None]:
+    """Series paths of legs and parts of a flexible platform, and the bodies between which they are.
+
+    Those with the legs come first; 0 is the ground, 1 the tool. Without the bodies, which are then
+    left out, each leads from the one to the other.
+    """
     placed = snapshot.platform
     if placed is None:
-        return snapshot.legs
-    parts = []
-    for part in placed.platform.parts:
+        return snapshot.legs, None
+    platform, chains = placed.platform, list(snapshot.legs)
+    for part in platform.parts:
         point, axes = placed.in_world(part.point), placed.rotation @ part.axes
-        spring = PlacedSpring(part.name, point, axes, part.elasticity)
-        parts.append(PlacedLeg("platform", (spring,), point))
-    return (*snapshot.legs, *parts)
+        spring = PlacedSpring(f"{_TOOL}/{part.name}", point, axes, part.elasticity)
+        chains.append(PlacedLeg(_TOOL, (spring,), point))
+    pairs = [*(("", node) for node in placed.holds), *((own.a, own.b) for own in platform.parts)]
+    paths = []
+    for a, b, path in branches(pairs, ("", platform.tool)):
+        first, *others = sorted(number for number, _ in path)
+        more = [e for i in others for e in chains[i].elements]
+        joined = replace(chains[first], elements=(*chains[first].elements, *more))
+        paths.append((first, joined, (a, b)))
+    paths.sort(key=lambda path: path[0])
+    number, ends = {"": 0, platform.tool: 1}, []
+    for *_, pair in paths:
+        a, b = (number.setdefault(body, len(number)) for body in pair)
+        ends.append((a, b))
+    are_legs = all(pair == (0, 1) for pair in ends)
+    return tuple(path for _, path, _ in paths), None if are_legs else ends
 
 
-def _ends(placed: PlacedPlatform) -> list[tuple[int, int]]:
-    """Bodies between which legs and parts of a flexible platform are: 0 the ground, 1 the tool."""
-    platform = placed.platform
-    others = [node.name for node in platform.nodes if node.name != platform.tool]
-    number = {platform.tool: 1, **{name: i for i, name in enumerate(others, start=2)}}
-    return [
-        *((0, number[name]) for name in placed.holds),
-        *((number[part.a], number[part.b]) for part in platform.parts),
-    ]
+def name_of_part(leg: PlacedLeg, part: str) -> tuple[str, str]:
+    """The names of a leg, or of the platform, and of its part."""
+    own = part.removeprefix(f"{_TOOL}/")
+    return (_TOOL if own != part else leg.name, own)
 
 
 def solve_snapshot(
@@ -234,23 +252,22 @@ def solve_snapshot(
     Its legs may be series paths between any bodies, the `ends` of each: 0 is at rest, 1 the
     platform.
     """
-    branches = branches_of(snapshot)
-    if snapshot.platform is not None:
-        ends = _ends(snapshot.platform)
-    together = legs_alone(branches)
+    paths, between = branches_of(snapshot)
+    ends = between if ends is None else ends
+    together = legs_alone(paths)
     if method == DEFAULT_METHOD:
-        together = legs_together(branches, snapshot.reference_point.shape[:-1])
-        if len(together) < len(branches):
+        together = legs_together(paths, snapshot.reference_point.shape[:-1])
+        if len(together) < len(paths):
             try:
-                return _solved_together(snapshot, branches, together, ends, method, tolerance)
+                return _solved_together(snapshot, paths, together, ends, method, tolerance)
             except InputError:  # of one of the legs: which, they say one by one
-                together = legs_alone(branches)
-    return _solved_together(snapshot, branches, together, ends, method, tolerance)
+                together = legs_alone(paths)
+    return _solved_together(snapshot, paths, together, ends, method, tolerance)
 
 
 def _solved_together(
     snapshot: Snapshot,
-    branches: Sequence[PlacedLeg],
+    paths: Sequence[PlacedLeg],
     together: Sequence[LegsTogether],
     ends: Sequence[tuple[int, int]] | None,
     method: Form,
@@ -287,8 +304,10 @@ def _solved_together(
         for own, one in zip(together, problems, strict=True)
         for i in own.places
     }
-    names = [f"{leg.name}/{name}" for i, leg in enumerate(branches) for name in reported[i]]
-    of_legs = range(len(snapshot.legs))  # parts of a platform have one form alone
+    names = [
+        "/".join(name_of_part(leg, name)) for i, leg in enumerate(paths) for name in reported[i]
+    ]
+    of_legs = range(len(snapshot.legs))  # parts between nodes of a platform have one form alone
     solved = [
         _solved(one, method if own.places[0] in of_legs else DEFAULT_METHOD, tolerance)
         for own, one in zip(together, problems, strict=True)
@@ -340,7 +359,7 @@ def _between_bodies(
     solved = solved_leg(wrenches, first.length, tolerance)
     whole = aggregate((replace(solved, held=together.held),))
     redundant = np.concatenate([own.redundant for own in branches], axis=-1)
-    moving = _idle_freedoms(together.mechanisms, ends, J_q, redundant, first.length)
+    moving = _idle_freedoms(together.mechanisms, ends, J_q, redundant, first.length, tolerance)
     redundant = redundant | moving
     status = np.bitwise_or.reduce([own.status_codes for own in branches])
     status = (
@@ -364,6 +383,7 @@ def _idle_freedoms(
     J_q: Sequence[np.ndarray],
     redundant: np.ndarray,
     length: np.ndarray,
+    tolerance: Tolerance,
 ) -> np.ndarray:
     """Freedoms that nothing holds while the loaded body is at rest, among all columns (..., q).
 
@@ -372,10 +392,10 @@ def _idle_freedoms(
     """
     found = np.zeros(redundant.shape, dtype=bool)
     n = J_q[0].shape[-2]
-    for place in np.ndindex(length.shape):
+    for place in map(tuple, np.argwhere(np.any(mechanisms != 0, axis=(-1, -2)))):
         Y = mechanisms[place][:, np.any(mechanisms[place] != 0, axis=0)]
         _, values, Zt = np.linalg.svd(Y[:n])
-        still = Y @ Zt[np.count_nonzero(values > _INDEPENDENT) :].T
+        still = Y @ Zt[np.count_nonzero(values > tolerance.independence) :].T
         if not still.shape[1]:
             continue
         s, moved = scaling(length[place], Space.of_size(n)), np.vstack([0.0 * still[:n], still])
@@ -386,13 +406,7 @@ def _idle_freedoms(
             rate = np.zeros((own.shape[-1], still.shape[1]))
             rate[moving] = np.linalg.pinv(own[place][:, moving] * s[:, None]) @ apart
             rates.append(rate)
-        left = np.vstack(rates)
-        for i in range(len(left) - 1, -1, -1):
-            size = float(np.linalg.norm(left[i]))
-            if size > np.sqrt(_INDEPENDENT):
-                found[(*place, i)] = True
-                along = left[i] / size
-                left = left - np.outer(left @ along, along)
+        found[place] = last_moved(np.vstack(rates), tolerance)
     return found
 
 

@@ -210,12 +210,9 @@ def _in_closed_form(
             written = Unwritten(cache(K.expressions))
         rule = rule_in_words(J, redundant=stage.is_redundant)
         u, mu = Unwritten(stage.u_expression), Unwritten(stage.mu_expression)
-        stages.append(Stage(joint, _written(J), rule, u, mu, written))
+        column = Unwritten(lambda J=J: sp.ImmutableMatrix(J))
+        stages.append(Stage(joint, column, rule, u, mu, written))
     return Derivation(name, start, tuple(stages), written, exact=K)
-
-
-def _written(J: _Column) -> Unwritten:
-    return Unwritten(lambda: sp.ImmutableMatrix(J))
 
 
 def _by_steps(start: Any, columns: Mapping[str, _Column], name: str) -> Derivation:
@@ -223,14 +220,11 @@ def _by_steps(start: Any, columns: Mapping[str, _Column], name: str) -> Derivati
     stages = []
     redundant = redundant_joints(start, tuple(columns.values()))
     for number, (joint, J) in enumerate(columns.items(), start=1):
-        if redundant[number - 1]:
-            none: Any = sp.ImmutableMatrix(sp.zeros(start.rows, 1))
-            rule = rule_in_words(J, redundant=True)
-            stages.append(Stage(joint, _written(J), rule, none, sp.Integer(0), K))
-            continue
-        u, mu, K, own = eliminate_by_name(K, J, number)
-        rule = rule_in_words(J, redundant=False)
-        stages.append(Stage(joint, _written(J), rule, u, mu, K, own))
+        rule, own = rule_in_words(J, redundant=redundant[number - 1]), ()
+        u, mu = sp.ImmutableMatrix(sp.zeros(start.rows, 1)), sp.S.Zero
+        if not redundant[number - 1]:
+            u, mu, K, own = eliminate_by_name(K, J, number)
+        stages.append(Stage(joint, sp.ImmutableMatrix(J), rule, u, mu, K, own))
     definitions = tuple(d for stage in stages for d in stage.definitions)
     return Derivation(name, start, tuple(stages), K, definitions)
 
@@ -378,7 +372,9 @@ def _exact_value(K: ExactMatrix, values: Mapping[Any, float]) -> np.ndarray:
     known = {x: flint.fmpq(*value.as_integer_ratio()) for x, value in values.items()}
     if others := [x for x in K.field.generators if x not in known]:
         with flint.ctx.workprec(BITS):
-            known |= zip(others, map(_rational, balls_of(others, values)), strict=True)
+            for x, ball in zip(others, balls_of(others, values), strict=True):
+                mantissa, exponent = ball.mid().man_exp()
+                known[x] = flint.fmpq(int(mantissa)) * flint.fmpq(2) ** int(exponent)
     rational = [known[x] for x in K.field.generators]
     n = len(K.entries)
     below = K.denominator(*rational)
@@ -390,8 +386,3 @@ def _exact_value(K: ExactMatrix, values: Mapping[Any, float]) -> np.ndarray:
                 quotient = entry(*rational) / below
                 found[i, j] = found[j, i] = int(quotient.p) / int(quotient.q)
     return found
-
-
-def _rational(ball: Any) -> Any:
-    mantissa, exponent = ball.mid().man_exp()
-    return flint.fmpq(int(mantissa)) * flint.fmpq(2) ** int(exponent)

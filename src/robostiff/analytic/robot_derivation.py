@@ -149,6 +149,9 @@ class RobotDerivation(Derivation):
         form = self.at_vector_level
         return form if isinstance(form, InSeries | ArmOfSprings) else None
 
+    def __hash__(self) -> int:
+        return hash((self.name, self.where, self.coordinates))
+
     def __repr__(self) -> str:
         return f"<RobotDerivation of {self.name!r}, {len(self.legs)} legs>"
 

@@ -185,17 +185,16 @@ class _Recording:
 def _readable(at: _Recording, limit: int, *, is_home: bool, closed: bool) -> RobotDerivation:
     """A sum of springs where the robot is one, a closed form otherwise."""
     if is_home and at.placed.robot.platform is None:
-        for in_short_steps in (False,) if closed else (False, True):
-            with suppress(FormulaTooLargeError):
-                derivation = _by_springs(at, in_short_steps=in_short_steps)
-                if derivation is not None:
-                    return derivation
-                break
+        # What is long as a sum of springs is longer as one fraction.
+        with suppress(*[FormulaTooLargeError] * closed):
+            derivation = _by_springs(at)
+            if derivation is not None:
+                return derivation
     of_all = math.inf if closed else _ENTRIES * limit
     return _closed(at.placed, at.recorded, limit, of_all)
 
 
-def _by_springs(at: _Recording, *, in_short_steps: bool) -> RobotDerivation | None:
+def _by_springs(at: _Recording) -> RobotDerivation | None:
     """Unit wrenches, and compliances that stay sums; None where a leg has no such basis.
 
     Also None where the sum holds only to the digits of the model, as with angles in decimals.
@@ -223,7 +222,7 @@ def _by_springs(at: _Recording, *, in_short_steps: bool) -> RobotDerivation | No
             exact = [known[i] for i in sorted(known)]
             redundant, K = [own.redundant for own in exact], total_stiffness(exact)
             turned = with_mirrored(turned, exact, rows, placed.length)
-        found = sum_of_springs(placed, turned, in_short_steps=in_short_steps)
+        found = sum_of_springs(placed, turned)
     if found is None:
         return None
     if not in_series:
@@ -239,11 +238,6 @@ def _by_springs(at: _Recording, *, in_short_steps: bool) -> RobotDerivation | No
     ways = [turned.get(i, (i, None)) for i in range(len(facts))]
     of_legs = [found.leg(first, way) for first, way in ways]
     named = tuple(_leg_of(own, leg) for own, leg in zip(facts, of_legs, strict=True))
-    if in_short_steps:
-        used = [[*(x for w in leg.wrenches for x in w), *leg.compliances] for leg in of_legs]
-        own = shared_out(found.definitions, used)
-        legs = [replace(leg, definitions=x) for leg, x in zip(named, own, strict=True)]
-        return _derivation(placed, found.K, legs, found.definitions)
     of_legs, n = list(map(found.without_names, of_legs)), found.K.rows
     legs = [
         _leg_of(own, leg, Unwritten(lambda leg=leg: _stiffness(leg, n)))

@@ -13,6 +13,7 @@ from robostiff.cli.options import (
     group,
     option,
     output_option,
+    plot_option,
 )
 
 FORMATS = ("text", "latex", "pdf", "md", "html", "json", "python", "c", "julia", "matlab")
@@ -105,6 +106,49 @@ class Derive(Command, name="derive", run="commands_derive:print_formula"):
     def asks(self) -> bool:
         """Whether properties of the formula are printed in place of it."""
         return self.rank or self.free_motions or self.eigenvalues
+
+
+class Compensate(Command, name="compensate", run="commands_compensate:write_commands"):
+    """Write the commands by which a loaded robot follows a path.
+
+    The path is a CSV file with units in its headings: pose coordinates or joints, and the process
+    force, such as x [mm], y [mm], z [mm], Fz [N]. Everything in it stays, commands come behind.
+
+    $ compensate hexapod path.csv -o corrected.csv
+    $ compensate six-joint-arm path.csv --gravity=-z --axes tool -o corrected.csv --plot path.svg
+
+    Exit status: 0 for commands, 1 where a point has a bad status, 2 for bad input.
+    """
+
+    model: Model = group(Model)
+    path: str = argument("FILE.csv", "The path: a line of headings with units, a line a point.")
+    method: str = option(
+        "--method",
+        metavar="NAME",
+        default="exact",
+        help="exact, until nothing is missing; or mirror, the deviation of the target taken off.",
+    )
+    axes: str = option(
+        "--axes",
+        metavar="NAME",
+        default="world",
+        help="Axes of the process force: world; tool, those of the platform; or path, x along the "
+        "direction of travel.",
+    )
+    angles: str | None = option(
+        "--angles",
+        metavar="ORDER",
+        help="Order of Euler angles in the columns rx, ry, rz: zyx about axes that stay, ZYX about "
+        "axes that move along. By default they are a rotation vector.",
+    )
+    gravity: str | None = option(
+        "--gravity",
+        metavar="AXIS",
+        help="Acceleration of free fall: -z, or three numbers with units; by default the model's.",
+    )
+    output: str | None = output_option("The path with commands, a new file.", None)
+    plot: str | None = plot_option("Draw how far the path is off", ".png, .svg or .pdf")
+    answer: Answer = group(Answer)
 
 
 class PrintSchema(Command, name="schema", run="commands_files:print_schema"):

@@ -154,8 +154,9 @@ def block_of(
     n = A.shape[-2] // bodies
     s = scaling(length, Space.of_size(n))
     missing = max(0, A.shape[-2] - A.shape[-1])  # columns, which are zero
-    U, values, _ = np.linalg.svd(np.pad(A, [(0, 0)] * (A.ndim - 1) + [(0, missing)]))
-    held = values[..., : A.shape[-2]] > tolerance.independence
+    padded = np.pad(A, [(0, 0)] * (A.ndim - 1) + [(0, missing)])
+    U, values, _ = np.linalg.svd(padded, full_matrices=False)
+    held = values > tolerance.independence
     doubtful = np.any(tolerance.leaves_in_doubt(values), axis=-1)
     for branch in branches:
         doubtful = doubtful | np.any(tolerance.leaves_in_doubt(branch.margins), axis=-1)
@@ -169,16 +170,18 @@ def block_of(
     # Unit vectors carry no smaller parts than rounding: aligned blocks keep exact zeros.
     free = np.where(np.abs(U) <= _ROUNDING, 0.0, U) * ~held[..., None, :]
     mechanisms, loads, on_loaded = free, np.eye(n), A
-    if bodies > 1:  # wrenches of all branches that leave the bodies between them in equilibrium
-        _, values, Vt = np.linalg.svd(A[..., n:, :])
-        between = np.zeros((*A.shape[:-2], A.shape[-1]), dtype=bool)
-        between[..., : values.shape[-1]] = values > tolerance.independence
-        on_loaded = A[..., :n, :] @ (np.swapaxes(Vt, -1, -2) * ~between[..., None, :])
-        missing = max(0, n - on_loaded.shape[-1])
-        U, values, _ = np.linalg.svd(np.pad(on_loaded, [(0, 0)] * (A.ndim - 1) + [(0, missing)]))
-        held = values > tolerance.independence
+    if bodies > 1:
+        inverse = np.where(held, 1.0 / np.where(held, values, 1.0), 0.0)
+        carried = U[..., :n, :] * inverse[..., None, :]
+        # motions of the loaded body among those of all, and what it transmits without them
+        U, values, _ = np.linalg.svd(free[..., :n, :], full_matrices=False)
+        U, held = U[..., ::-1], values[..., ::-1] <= tolerance.independence
         doubtful = doubtful | np.any(tolerance.leaves_in_doubt(values), axis=-1)
-        free = U * ~held[..., None, :]
+        free, W = U * ~held[..., None, :], U * held[..., None, :]
+        # of all wrenches with the others in equilibrium the largest that unit ones come to
+        Y, sizes, _ = np.linalg.svd(np.swapaxes(W, -1, -2) @ carried, full_matrices=False)
+        some = sizes > tolerance.independence
+        on_loaded = W @ Y * np.where(some, 1.0 / np.where(some, sizes, 1.0), 0.0)[..., None, :]
         loads = np.eye(n) - free @ np.swapaxes(free, -1, -2)
     most = int(np.max(np.count_nonzero(~held, axis=-1), initial=0))
     few = int(np.min(np.count_nonzero(~held, axis=-1), initial=n))
@@ -209,11 +212,12 @@ def _on_bodies(
 ) -> np.ndarray:
     """Wrenches (..., n, m) of branches on all bodies but that at rest (..., bodies n, m)."""
     n = wrenches[0].shape[-2]
-    if bodies == 1:
+    if all(pair == (0, 1) for pair in ends):
         return np.concatenate(wrenches, axis=-1)
     placed = []
     for own, (a, b) in zip(wrenches, ends, strict=True):
         on_each = np.zeros((*own.shape[:-2], bodies + 1, n, own.shape[-1]))
-        on_each[..., a, :, :], on_each[..., b, :, :] = -own, own
+        on_each[..., a, :, :] -= own
+        on_each[..., b, :, :] += own
         placed.append(on_each[..., 1:, :, :].reshape(*own.shape[:-2], bodies * n, -1))
     return np.concatenate(placed, axis=-1)

@@ -107,6 +107,24 @@ def scaling(length: Float[np.ndarray, "*batch"], space: Space) -> Float[np.ndarr
     return factors
 
 
+def last_moved(rates: np.ndarray, tolerance: Tolerance) -> np.ndarray:
+    """Freedoms (q,) that some of k motions moves and none after them, from their rates (q, k).
+
+    Examples
+    --------
+    >>> last_moved(np.array([[1.0], [2.0], [0.0]]), Tolerance())
+    array([False,  True, False])
+    """
+    found = np.zeros(len(rates), dtype=bool)
+    for i in range(len(rates) - 1, -1, -1):
+        size = float(np.linalg.norm(rates[i]))
+        if size > np.sqrt(tolerance.independence):
+            found[i] = True
+            along = rates[i] / size
+            rates = rates - np.outer(rates @ along, along)
+    return found
+
+
 @dataclass(frozen=True)
 class RankDecision:
     """Decision of a rank: the values kept and dropped, and the tolerance.

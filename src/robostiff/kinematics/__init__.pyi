@@ -13,7 +13,6 @@ from robostiff.kinematics.jacobians import (
     leg_compliance,
     passive_jacobian,
     spring_compliance,
-    spring_jacobian,
 )
 from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose, actuator_names
 from robostiff.kinematics.masses_and_springs import with_body_springs, with_masses
@@ -56,7 +55,6 @@ __all__ = [
     "posture_finder",
     "postures",
     "spring_compliance",
-    "spring_jacobian",
     "with_body_springs",
     "with_masses",
 ]

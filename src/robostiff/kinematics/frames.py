@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Self
 
 import numpy as np
@@ -63,16 +63,6 @@ class Loop:
         turn = 2.0 * np.arcsin(np.minimum(half_sine, 1.0))
         return np.sqrt(np.einsum("...i,...i->...", shift, shift)), turn
 
-    def at_poses(self, batch: tuple[int, ...]) -> Loop:
-        """The same loop with a frame for each pose, also where nothing in it moves."""
-        return replace(
-            self,
-            R=np.broadcast_to(self.R, (*batch, 3, 3)),
-            p=np.broadcast_to(self.p, (*batch, 3)),
-            R_wanted=np.broadcast_to(self.R_wanted, (*batch, 3, 3)),
-            p_wanted=np.broadcast_to(self.p_wanted, (*batch, 3)),
-        )
-
 
 @dataclass(frozen=True)
 class PlacedChain:
@@ -110,10 +100,9 @@ def place_chain(
     q: np.ndarray,
     R_base: np.ndarray,
     p_base: np.ndarray,
-    theta: Sequence[np.ndarray] | None = None,
     turned: Mapping[int, np.ndarray] | None = None,
 ) -> PlacedChain:
-    """Place the elements of a chain at coordinates q, and springs deflected by theta, eq. (5).
+    """Place the elements of a chain at coordinates q, eq. (5).
 
     Parameters
     ----------
@@ -122,23 +111,22 @@ def place_chain(
         Joint coordinates [m, rad]; one row where they or the chain have recorded entries.
     R_base, p_base : (3, 3) and (3,) arrays
         Frame in which the chain begins.
-    theta : sequence of (..., 6) arrays, optional
-        Deflection of each elastic link or telescope beam in its own axes [m, rad]; none when left
-        out. (The deflection of an elastic joint adds to its coordinate.)
     turned : mapping of int to (3, 3) arrays, optional
         Axes behind ball joints that do not come from their coordinates, by the first of their
         places.
     """
-    way = Way.of(chain, q, None if theta is None else list(theta), turned)
-    walk = ChainWalk(R_base, p_base, way)
+    walk = ChainWalk(R_base, p_base, Way.of(chain, q, turned))
     walk.along(chain)
-    # without a joint that turns or slides, the frame is that of the base: alike at all poses
-    batch = q.shape[:-1]
-    R = np.broadcast_to(walk.R, (*batch, 3, 3))
-    p = np.broadcast_to(walk.p, (*batch, 3))
-    return PlacedChain(
-        tuple(walk.placed), R, p, tuple(loop.at_poses(batch) for loop in walk.way.loops)
+
+    def each(R: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """A frame for each pose, also where no joint moves it."""
+        return np.broadcast_to(R, (*q.shape[:-1], 3, 3)), np.broadcast_to(p, (*q.shape[:-1], 3))
+
+    loops = (
+        Loop(x.name, *each(x.R, x.p), *each(x.R_wanted, x.p_wanted), x.own, x.leading)
+        for x in walk.way.loops
     )
+    return PlacedChain(tuple(walk.placed), *each(walk.R, walk.p), tuple(loops))
 
 
 @dataclass
@@ -147,21 +135,22 @@ class Way:
 
     q: np.ndarray  # of the joints
     given: np.ndarray  # coordinates by which they move, alike where no joints are coupled
-    theta: list[np.ndarray] | None = None
     turned: Mapping[int, np.ndarray] = field(default_factory=dict)  # axes behind some ball joints
     place: int = 0  # of the next coordinate
     loops: list[Loop] = field(default_factory=list)
+    last: str | None = None  # the part that has been placed last, of a block in its first branch
+    # Frames of bodies, and the part before each, where they are asked for
+    bodies: dict[str, tuple[np.ndarray, np.ndarray, str | None]] = field(default_factory=dict)
 
     @classmethod
     def of(
         cls,
         chain: Chain,
         coordinates: np.ndarray,
-        theta: list[np.ndarray] | None = None,
         turned: Mapping[int, np.ndarray] | None = None,
     ) -> Self:
         """The way along a whole chain at its coordinates."""
-        return cls(chain.joint_coordinates(coordinates), coordinates, theta, turned or {})
+        return cls(chain.joint_coordinates(coordinates), coordinates, turned or {})
 
 
 class ChainWalk:
@@ -214,8 +203,9 @@ class ChainWalk:
 
     def block(self, block: ParallelBlock) -> None:
         """Place the branches of a block."""
-        legs, ends, walks = [], [], []
+        legs, ends, walks, lasts = [], [], [], [self.way.last]
         for branch in block.branches:
+            self.way.last = lasts[0]
             name = f"{self.prefix}{block.name}/{branch.name}"
             walk = type(self)(self.R, self.p, self.way, f"{name}/")
             walk.go(branch.start.p, branch.start.R)
@@ -223,6 +213,7 @@ class ChainWalk:
             legs.append(walk.leg(name))
             ends.append((walk.R, walk.p))
             walks.append(walk)
+            lasts.append(self.way.last)
         first = walks[0]
         end = block.branches[0].end.inverse
         first.go(end.p, end.R)
@@ -236,6 +227,7 @@ class ChainWalk:
         self.placed.append(PlacedBlock(f"{self.prefix}{block.name}", tuple(legs)))
         self.R, self.p = first.R, first.p
         self.led_by += first.led_by
+        self.way.last = lasts[1]
 
     def go(self, to: np.ndarray, R: np.ndarray | None = None) -> None:
         """Move the frame to a point of itself, and turn it."""
@@ -268,8 +260,6 @@ class ChainWalk:
             self.p = self.p + e * extension[..., None]
         for i, beam in enumerate(telescope.beams):
             length = np.asarray(beam.fixed + beam.share * extension)
-            if self.way.theta is not None:  # the beams before have turned this one
-                e = np.einsum("...ij,j->...i", self.R, telescope.direction)
             self.p = self.p + e * length[..., None]
             name = (
                 f"{telescope.name}.beam{i + 1}"
@@ -285,18 +275,15 @@ class ChainWalk:
         """Place one freedom; its axis in the world."""
         e = np.einsum("...ij,j->...i", self.R, screw.axis)
         x = own_coordinate(role, q)
-        self.placed.append(PlacedFreedom(e, self.p, screw.pitch, self.prefix + name, role, x))
+        self.way.last = self.prefix + name
+        self.placed.append(PlacedFreedom(e, self.p, screw.pitch, self.way.last, role, x))
         return e
 
     def spring(self, name: str, axes: np.ndarray, elasticity: Elasticity) -> None:
         """Place an elastic part that ends here."""
         R_spring = product(self.R, axes)
-        self.placed.append(PlacedSpring(self.prefix + name, self.p, R_spring, elasticity))
-        if self.way.theta is not None:
-            deflection = self.way.theta.pop(0)
-            self.p = self.p + np.einsum("...ij,...j->...i", R_spring, deflection[..., :3])
-            turn = turn_by_vector(np.einsum("...ij,...j->...i", R_spring, deflection[..., 3:]))
-            self.R = product(turn, self.R)
+        self.way.last = self.prefix + name
+        self.placed.append(PlacedSpring(self.way.last, self.p, R_spring, elasticity))
 
 
 def coupled(

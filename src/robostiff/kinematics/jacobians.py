@@ -1,4 +1,4 @@
-"""Jacobians J_q and J_theta of a placed leg at any point, compliance, and loads of its springs."""
+"""Jacobian J_q of a placed leg at any point, its compliance, and loads of its springs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from robostiff.kinematics.legs_together import FEW, beside
 from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.spatial import block_rotation, skew, twist_transport
 from robostiff.spatial.batch import (
-    block_diagonal,
     empty_batch,
     matrix_of_columns,
     poses_side_by_side,
@@ -77,47 +76,6 @@ def passive_jacobian(
                 columns.append(np.einsum("...ij,j->...i", _spring_twists(element, at), freedom))
                 names.append(f"{element.name}.free[{i}]")
     return _columns(columns, at), tuple(names)
-
-
-def spring_jacobian(
-    leg: PlacedLeg, at: Float[np.ndarray, "*batch 3"]
-) -> tuple[Float[np.ndarray, "*batch 6 m"], Float[np.ndarray, "*batch m m"]]:
-    """J_theta of a leg about the point `at`, and K_theta^-1.
-
-    Parameters
-    ----------
-    leg : PlacedLeg
-    at : (..., 3) array
-        Point whose twist is given [m].
-
-    Returns
-    -------
-    J_theta : (..., 6, m) array
-        World axes; a column for each elastic joint and six for each elastic part, along the leg.
-    compliance : (..., m, m) array
-        Block-diagonal compliance of the virtual springs, K_theta^-1.
-    """
-    columns: list[np.ndarray] = []
-    blocks: list[np.ndarray] = []
-    for element in _plain(leg):
-        if isinstance(element, PlacedSpring):
-            columns.append(_spring_twists(element, at))
-            blocks.append(element.elasticity.compliance)
-        elif element.stiffness is not None:
-            columns.append(freedom_twist(element, at)[..., None])
-            k = element.stiffness  # of a batch, where it depends on the coordinate
-            blocks.append(
-                1.0 / k[..., None, None] if isinstance(k, np.ndarray) else np.array([[1.0 / k]])
-            )
-    batch = np.broadcast_shapes(at.shape[:-1], *(c.shape[:-2] for c in columns + blocks))
-    if not columns:
-        return np.zeros((*batch, 6, 0)), np.zeros((*batch, 0, 0))
-    J_theta = np.concatenate(
-        [np.broadcast_to(c, (*batch, *c.shape[-2:])) for c in columns], axis=-1
-    )
-    size = J_theta.shape[-1]
-    compliance = block_diagonal(blocks)
-    return J_theta, np.broadcast_to(compliance, (*batch, size, size))
 
 
 def leg_compliance(

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from typing import Any, cast
 
@@ -23,9 +22,7 @@ from robostiff.model import (
     Link,
     Mass,
     ParallelBlock,
-    PlacedBlock,
     PlacedBodySpring,
-    PlacedElement,
     PlacedLeg,
     PlacedMass,
     PlacedSpring,
@@ -206,7 +203,7 @@ def bodies_of(posture: Posture) -> dict[str, PlacedBody]:
         PLATFORM: PlacedBody(PLATFORM, turn_by_vector(pose[:, 3:]), pose[:, :3]),
     }
     for leg, q in zip(posture.robot.in_floats.legs, posture.coordinates, strict=True):
-        way = _BodyWay.of(leg.chain, q)
+        way = Way.of(leg.chain, q)
         _BodyWalk(leg.base.R, leg.base.p, way).along(leg.chain)
         for name, (R, p, part) in way.bodies.items():
             own = BASE if part is None else f"{leg.name}/{part}"
@@ -228,42 +225,12 @@ def _placed(bodies: dict[str, PlacedBody], end: BodyPoint, spring: str) -> tuple
     return body.name, p
 
 
-@dataclass
-class _BodyWay(Way):
-    """Common state of the walks, with the bodies that have been met."""
-
-    # Frame, and the part that has been placed last, by the name of each part
-    bodies: dict[str, tuple[np.ndarray, np.ndarray, str | None]] = field(default_factory=dict)
-    # The part that has been placed last before the block whose branches are walked along
-    entering: str | None = None
-
-
 class _BodyWalk(ChainWalk):
     """The way along a chain, with the frames of the bodies behind its parts."""
-
-    way: _BodyWay  # pyright: ignore[reportIncompatibleVariableOverride]
-
-    def __init__(self, R: np.ndarray, p: np.ndarray, way: _BodyWay, prefix: str = "") -> None:
-        super().__init__(R, p, way, prefix)
-        self.before = way.entering
 
     def over(self, element: Element) -> None:
         R, p = self.R, self.p
         super().over(element)
-        self.before = _last(self.placed) or self.before
         if isinstance(element, Joint | ParallelBlock):
             R, p = self.R, self.p
-        self.way.bodies[self.prefix + element.name] = (R, p, self.before)
-
-    def block(self, block: ParallelBlock) -> None:
-        outer, self.way.entering = self.way.entering, self.before
-        super().block(block)
-        self.way.entering = outer
-
-
-def _last(placed: Sequence[PlacedElement]) -> str | None:
-    """The part before the body at the end; None where there is none."""
-    if not placed:
-        return None
-    element = placed[-1]
-    return _last(element.branches[0].elements) if isinstance(element, PlacedBlock) else element.name
+        self.way.bodies[self.prefix + element.name] = (R, p, self.way.last)

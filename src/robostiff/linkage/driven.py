@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.kept import kept
 from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.frames import Loop
 from robostiff.kinematics.spanning_tree import independent_parts
@@ -29,7 +29,6 @@ from robostiff.recorded.guess import with_nominal
 from robostiff.recorded.newton_step import (
     Opening,
     closing_twists,
-    joint_steps,
     step_of_groups,
 )
 from robostiff.recorded.parameters import COUNT
@@ -246,6 +245,12 @@ class DrivenLinkage:
         return tuple(own)
 
 
+@kept
+def driven_by(linkage: Linkage, joints: tuple[str, ...] | None) -> DrivenLinkage:
+    """As `DrivenLinkage.moved_by`, found once for each choice of joints."""
+    return DrivenLinkage.moved_by(linkage, joints)
+
+
 def _actuated(part: Linkage) -> tuple[str, ...]:
     return tuple(joint.name for joint in part.joints if isinstance(joint.role, Actuated))
 
@@ -313,16 +318,15 @@ def record_linkage_closure(
             openings.append(Opening.of(Loop("", *ends, (), ()), rates, length))
         groups.append((openings, [names[i] for i in unknowns]))
 
-    def in_coordinates(found: dict[str, Any]) -> dict[str, Any]:
-        steps: dict[str, Any] = {}
-        for c in following:
-            if isinstance(c.element, Joint):
-                own, sign = coordinate_names(c), bodies.places[c.name][1]
-                turned = joint_steps(c.element, own, q[c.name] * sign, c.freedoms, found, length)
-                steps |= {name: step * sign for name, step in turned.items()}
-        return steps
-
-    step = step_of_groups(groups, [], in_coordinates, length)
+    joints = [
+        (c.element, coordinate_names(c), q[c.name] * bodies.places[c.name][1], c.freedoms)
+        for c in following
+        if isinstance(c.element, Joint)
+    ]
+    step = step_of_groups(groups, {}, joints, length)
+    # A spherical joint that is passed backwards turns the other way.
+    signs = {name: bodies.places[c.name][1] for c in following for name in coordinate_names(c)}
+    step = replace(step, steps={name: x * signs[name] for name, x in step.steps.items()})
     undetermined = tuple(step.undetermined)
     passive = {name for c in following if c.is_passive for name in coordinate_names(c)}
     if not passive.issuperset(undetermined):

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.kinematics import place_chain
+from robostiff.kinematics import PlacedChain, place_chain
 from robostiff.kinematics.masses_and_springs import placed_with_masses
 from robostiff.kinematics.spanning_tree import branches, connected_parts, spanning_tree
 from robostiff.linkage.closure import Configuration
@@ -192,6 +192,20 @@ def _with(
     return replace(linkage, connections=kept, held=held, masses=own)
 
 
+def placed_branches(
+    part: Linkage,
+    q: Mapping[str, np.ndarray],
+    start_of: Callable[[Connection], tuple[np.ndarray, np.ndarray]],
+) -> Iterator[tuple[str, str, list[tuple[Connection, PlacedChain]]]]:
+    """Series paths between bodies at which connections branch: the bodies, and what is between.
+
+    Connections are placed where they begin in the world, at coordinates of numbers or of entries.
+    """
+    for a, b, path in branches([(c.a, c.b) for c in part.connections], (part.base, part.platform)):
+        own = (part.connections[i] for i, _ in path)
+        yield a, b, [(c, place_chain(c.chain, q[c.name], *start_of(c))) for c in own]
+
+
 def branches_of_linkage(
     part: Linkage, every: Sequence[Configuration]
 ) -> tuple[Snapshot, list[tuple[int, int]]]:
@@ -204,17 +218,24 @@ def branches_of_linkage(
         frames = [one.frames[body] for one in every]
         return np.array([own.R for own in frames]), np.array([own.p for own in frames])
 
+    def start_of(c: Connection) -> tuple[np.ndarray, np.ndarray]:
+        R, p = frame_of(c.a)
+        return R @ c.before.R, p + R @ c.before.p
+
+    q = {
+        c.name: np.array([one.coordinates.get(c.name, ()) for one in every]).reshape(
+            len(every), c.chain.size
+        )
+        for c in part.connections
+    }
     legs, ends, number = [], [], {part.base: 0, part.platform: 1}
-    for a, b, path in branches([(c.a, c.b) for c in part.connections], tuple(number)):
-        elements, end = [], np.zeros(3)
-        for c in (part.connections[i] for i, _ in path):
-            R, p = frame_of(c.a)
-            q = np.array([one.coordinates.get(c.name, ()) for one in every])
-            q = q.reshape(len(every), c.size)
-            placed = place_chain(c.chain, q, R @ c.before.R, p + R @ c.before.p)
-            elements += [replace(own, name=f"{c.name}/{own.name}") for own in placed.elements]
-            end = placed.p
-        legs.append(PlacedLeg(f"branch {len(legs)}", tuple(elements), end))
+    for a, b, path in placed_branches(part, q, start_of):
+        elements = [
+            replace(own, name=f"{c.name}/{own.name}")
+            for c, placed in path
+            for own in placed.elements
+        ]
+        legs.append(PlacedLeg(f"branch {len(legs)}", tuple(elements), path[-1][1].p))
         ends.append((number.setdefault(a, len(number)), number.setdefault(b, len(number))))
     R, p = frame_of(part.platform)
     return Snapshot(part.name, tuple(legs), p + R @ part.reference_point), ends

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 
 from robostiff.elasticity import moved
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.kept import kept
 from robostiff.kinematics.spanning_tree import SpanningTree, spanning_tree
 from robostiff.model import Chain, Joint, JointKind, Link, Locked, Mass, Passive
 from robostiff.model.checks import finite_coordinates
@@ -22,7 +21,6 @@ from robostiff.spatial import Frame, Screw, Space, refuse_quantities
 
 if TYPE_CHECKING:
     from robostiff.linkage.closure import Configuration
-    from robostiff.linkage.driven import DrivenLinkage
     from robostiff.network import Network
 
 JointValues = Mapping[str, float | Sequence[float]]
@@ -247,6 +245,8 @@ class Linkage(Symbolic, Mechanism):
 
         Every path begins at the same home, which is closed once.
         """
+        from robostiff.linkage.driven import driven_by
+
         given = self.checked(values or {})
         driven = driven_by(self, tuple(given))
         row = np.concatenate([np.zeros(0), *(given[name] for name in driven.drives)])
@@ -256,17 +256,6 @@ class Linkage(Symbolic, Mechanism):
                 f"the loops of {self.name!r} do not close: {found.complaint}; {found.advice}"
             )
         return driven.part, found
-
-
-@kept
-def driven_by(linkage: Linkage, joints: tuple[str, ...] | None) -> DrivenLinkage:
-    """The part between base and platform, closed at home and driven by some joints, or by all.
-
-    As `DrivenLinkage.moved_by`; found once for each choice of joints.
-    """
-    from robostiff.linkage.driven import DrivenLinkage
-
-    return DrivenLinkage.moved_by(linkage, joints)
 
 
 def turned_round(connection: Connection) -> Connection:

@@ -13,8 +13,6 @@ from typing import Any
 import numpy as np
 
 from robostiff.elastostatics import scaling
-from robostiff.kinematics.frames import place_chain
-from robostiff.kinematics.spanning_tree import branches
 from robostiff.linkage.closure import Configuration, moved_bodies
 from robostiff.linkage.driven import (
     DrivenLinkage,
@@ -22,9 +20,9 @@ from robostiff.linkage.driven import (
     record_linkage_closure,
     sampled,
 )
-from robostiff.linkage.essential import network_of
+from robostiff.linkage.essential import network_of, placed_branches
 from robostiff.linkage.linkage import Connection
-from robostiff.model import Link, PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, usual_size
 from robostiff.recorded.circulation import BodyChain, circulating
 from robostiff.recorded.factor import factors_of
@@ -75,18 +73,13 @@ def record_linkage(
     )
     recorder = LegRecorder(record, reference, Space.SPATIAL, length)
 
-    def elements(c: Connection) -> list[PlacedFreedom | PlacedSpring]:
-        start, element = bodies.frames[c.a].to(c.before.R, c.before.p), c.element
-        if isinstance(element, Link):  # it ends where other parts of its body are seen from
-            R, p = placed.at(start.to(np.eye(3), element.to))
-            return [PlacedSpring(element.name, p, R @ element.axes, element.elasticity)]
-        return place_chain(c.chain, q[c.name], *placed.at(start)).parts
+    def start_of(c: Connection) -> tuple[np.ndarray, np.ndarray]:
+        return placed.at(bodies.frames[c.a].to(c.before.R, c.before.p))
 
     legs = []
-    for a, b, path in branches([(c.a, c.b) for c in part.connections], (part.base, part.platform)):
-        own = [part.connections[i] for i, _ in path]
-        every = [e for c in own for e in elements(c)]
-        legs.append((a, b, PlacedLeg(own[0].name, _simple(every, recorder), reference)))
+    for a, b, path in placed_branches(part, q, start_of):
+        every = [e for _, own in path for e in own.parts]
+        legs.append((a, b, PlacedLeg(path[0][0].name, _simple(every, recorder), reference)))
     legs.sort(key=lambda leg: sum(f.is_passive for f in leg[2].freedoms))
     chains = [BodyChain(leg.name, a, b, leg) for a, b, leg in legs]
     world = WorkingFrame(np.eye(3, dtype=int).astype(object), reference)

@@ -30,7 +30,9 @@ from robostiff.network.saddle_point import (
     saddle_point_system,
     system_of,
 )
-from robostiff.spatial import as_floats, compliance_modes
+from robostiff.spatial import as_floats
+
+_NONE = 1e-6  # of the softness of the parts
 
 
 @dataclass(frozen=True)
@@ -142,8 +144,11 @@ def _among_rigid(network: Network, W: np.ndarray, equations: Equations) -> Conju
         C = compliance_between(network, [tool], loads=loads, tolerance=tolerance)
     except NoAnswerError:
         return ConjugateWrenches.none(len(W))
-    felt = felt_by_modes(np.swapaxes(compliance_modes(C), -1, -2))
-    return conjugate_wrenches(W, *felt(np.eye(len(C))), tolerance)
+    soft = np.diagonal(C) > tolerance.rigidity * max(np.trace(C), _NONE / equations.stiffness)
+    size = np.sqrt(np.where(soft, np.diagonal(C), 1.0))
+    values, V = np.linalg.eigh(np.where(np.outer(soft, soft), C / np.outer(size, size), 0.0))
+    modes = (size[:, None] * V * np.sqrt(np.maximum(values, 0.0)))[:, values > tolerance.rigidity]
+    return conjugate_wrenches(W, *felt_by_modes(modes.T)(np.eye(len(C))), tolerance)
 
 
 def _on_held(K: np.ndarray, W: np.ndarray) -> np.ndarray:

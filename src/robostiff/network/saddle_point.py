@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robostiff.elastostatics import Status
+from robostiff.elastostatics.tolerance import last_moved
 from robostiff.errors import NoAnswerError
 from robostiff.kept import kept
 from robostiff.kinematics.spanning_tree import independent_parts
@@ -120,41 +121,25 @@ def redundant_freedoms(
     moves it and none after it. Such mechanisms are those of bodies, and those inside a joint whose
     own freedoms depend on one another.
     """
-    connections = equations.connections
-    names = tuple(name for c in connections for name in c.freedom_names)
-    rates = [np.zeros((len(names), 0))]
-    rates += [freedom_rates(equations, mechanism) for mechanism in mobility.mechanisms]
-    start = 0
-    for c in connections:
-        if not c.freedom_names:
-            continue
-        own = null_spaces(c.freedoms, equations.tolerance).right
-        rate = np.zeros((len(names), own.shape[1]))
-        rate[start : start + len(own)] = own
-        rates.append(rate)
-        start += len(own)
-    left = np.hstack(rates)
-    redundant = np.zeros(len(left), dtype=bool)
-    for i in range(len(left) - 1, -1, -1):
-        size = float(np.linalg.norm(left[i]))
-        if size > np.sqrt(equations.tolerance.independence):
-            redundant[i] = True
-            direction = left[i] / size
-            left = left - np.outer(left @ direction, direction)
-    return redundant, names
+    from scipy.linalg import block_diag
 
-
-def freedom_rates(equations: Equations, mechanism: Mechanism) -> np.ndarray:
-    """How fast each passive freedom turns or slides in each motion of a mechanism (q, k)."""
-    of_node = dict(zip(mechanism.nodes, mechanism.motions, strict=True))
-    still = np.zeros_like(mechanism.motions[0])
-    rates = [np.zeros((0, still.shape[-1]))]
-    for c in equations.connections:
-        if isinstance(c, RelativeMotion) and c.freedom_names:
-            of_b = equations.transport(c.b, c.point) @ of_node.get(c.b, still)
-            of_a = equations.transport(c.a, c.point) @ of_node.get(c.a, still)
-            rates.append(np.linalg.pinv(c.freedoms) @ (of_b - of_a))
-    return np.vstack(rates)
+    moving = [
+        (c, null_spaces(c.freedoms, equations.tolerance).right)
+        for c in equations.connections
+        if isinstance(c, RelativeMotion) and c.freedom_names
+    ]
+    rates = [block_diag(*(own for _, own in moving)) if moving else np.zeros((0, 0))]
+    for mechanism in mobility.mechanisms:
+        of_node = dict(zip(mechanism.nodes, mechanism.motions, strict=True))
+        rest = np.zeros_like(mechanism.motions[0])
+        own = [np.zeros((0, rest.shape[-1]))]
+        for c, _ in moving:
+            of_b = equations.transport(c.b, c.point) @ of_node.get(c.b, rest)
+            of_a = equations.transport(c.a, c.point) @ of_node.get(c.a, rest)
+            own.append(np.linalg.pinv(c.freedoms) @ (of_b - of_a))
+        rates.append(np.vstack(own))
+    names = tuple(name for c, _ in moving for name in c.freedom_names)
+    return last_moved(np.hstack(rates), equations.tolerance), names
 
 
 # Steps of iterative refinement by the factors of the whole system, and of the condensed one.

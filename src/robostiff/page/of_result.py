@@ -7,9 +7,11 @@ from typing import Any
 from robostiff.analysis import CableResponse, CableStiffness, Deflection, Stiffness
 from robostiff.analysis.indices import StiffnessIndices
 from robostiff.analysis.verification import Verification
+from robostiff.compensation.compensate import Compensation
 from robostiff.markup import Page
 from robostiff.model import Robot
 from robostiff.page.cables import cable_response_page, cable_stiffness_page
+from robostiff.page.compensation import compensation_page
 from robostiff.page.facts import robot_page
 from robostiff.page.indices import indices_page
 from robostiff.page.loads import equilibrium_page, modes_page
@@ -26,6 +28,7 @@ _WRITERS: dict[type, Any] = {
     CableResponse: cable_response_page,
     Equilibrium: equilibrium_page,
     Modes: modes_page,
+    Compensation: compensation_page,
 }
 
 
@@ -39,6 +42,6 @@ def page_of(result: object) -> Page:
     >>> page.name, page.data["rank"]
     ('3-rrr', 3)
     """
-    if getattr(result, "batch_shape", ()):
+    if getattr(result, "batch_shape", ()) and not isinstance(result, Compensation):
         return Page(repr(result))
     return next(_WRITERS[kind] for kind in type(result).__mro__ if kind in _WRITERS)(result)

@@ -384,6 +384,7 @@ class Curves:
     y_label: str
     curves: tuple[Curve, ...]
     notes: tuple[str, ...] = ()
+    is_log: bool = False  # whether y grows by factors
 
 
 @dataclass(frozen=True)

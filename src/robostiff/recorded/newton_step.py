@@ -5,7 +5,7 @@ Its sparse equations are solved with pivots that are chosen once.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from itertools import pairwise
@@ -18,7 +18,6 @@ from robostiff.kinematics.closure import gaps
 from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.formula.place import FormulaPose
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
-from robostiff.kinematics.jacobians import freedom_twist
 from robostiff.kinematics.turn import rotvec_rate, vector_of_turn_near
 from robostiff.model import Joint, JointKind, Leg, PlacedFreedom, Telescope
 from robostiff.record import Entry, cosine, is_number, is_zero, most_size, sine, square_root
@@ -213,6 +212,7 @@ def newton_step(
     turning = rotvec_rate(r) if any(k >= 3 for k in open_) else None
     groups: list[ClosureGroup] = []
     following: dict[str, Any] = {}
+    joints: list[JointAtGuess] = []
     for own in legs:
         openings, turns = _openings(own, pose, open_, turning, length)
         for ball, turn in turns.items():
@@ -220,12 +220,11 @@ def newton_step(
             turned = vector_of_turn_near(turn, own.home[where])
             following |= zip(own.names[where], turned, strict=True)
         groups.append((openings, own.free))
-
-    def in_coordinates(found: dict[str, Any]) -> dict[str, Any]:
-        return _in_coordinates(legs, found, open_, length)
-
-    step = step_of_groups(groups, list(open_.values()), in_coordinates, length)
-    return replace(step, following=following)
+        freedoms = own.leg.chain.freedoms
+        for element, place in own.leg.chain.moving:
+            joints.append((element, own.names[place], own.q[place], freedoms[place]))
+    shared = {name: length if k < 3 else 1.0 for k, name in open_.items()}
+    return replace(step_of_groups(groups, shared, joints, length), following=following)
 
 
 @dataclass(frozen=True)
@@ -251,18 +250,20 @@ class Opening:
 
 #: Loops that are closed together, and names of the unknowns that stand in no other group.
 ClosureGroup = tuple[Sequence[Opening], Sequence[str]]
+#: A joint, the names of its coordinates, these coordinates, and its freedoms.
+JointAtGuess = tuple[Joint | Telescope, Sequence[str], np.ndarray, Sequence[Screw]]
 
 
 def step_of_groups(
     groups: Sequence[ClosureGroup],
-    shared: Sequence[str],
-    in_coordinates: Callable[[dict[str, Any]], dict[str, Any]],
+    shared: Mapping[str, float],
+    joints: Iterable[JointAtGuess],
     length: float,
 ) -> NewtonStep:
     """One step that closes all gaps, group by group, then by the unknowns that they share.
 
-    `in_coordinates` leads from solved unknowns, in units of the length and radians, to steps of
-    coordinates.
+    Those come with their units, the length or a radian. A spherical joint turns about the axes
+    before it.
     """
     elimination = SparseElimination()
     left: list[LinearEquation] = []
@@ -274,8 +275,17 @@ def step_of_groups(
     elimination.eliminate(left, shared)
     found = elimination.solution()
     moved = [x for x in found.values() if not is_zero(x)]
+    steps = {name: found.get(name, 0) * unit for name, unit in shared.items()}
+    for element, names, q, freedoms in joints:
+        if found.keys().isdisjoint(names):
+            continue
+        turn = [found.get(name, 0) for name in names]
+        if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
+            turn = list(_vector_rate(q) @ np.array(turn, dtype=object))
+        each = zip(names, turn, freedoms, strict=True)
+        steps |= {name: x if screw.turns else x * length for name, x, screw in each}
     return NewtonStep(
-        steps=in_coordinates(found),
+        steps=steps,
         size=reduce(add, (x * x for x in moved), 0),
         gap=reduce(add, squares, 0),
         determinants=[x for x in elimination.determinants() if isinstance(x, Entry)],
@@ -354,7 +364,7 @@ def _equations(opening: Opening) -> list[LinearEquation]:
 
 
 def closing_twists(
-    moving: Iterable[tuple[str, PlacedFreedom, int]], at: np.ndarray, length: float
+    moving: Iterable[tuple[str, Screw, int]], at: np.ndarray, length: float
 ) -> dict[str, np.ndarray]:
     """Twists at a point of unknowns by the freedoms that they move, in units of the length.
 
@@ -362,7 +372,7 @@ def closing_twists(
     """
     rates: dict[str, np.ndarray] = {}
     for name, freedom, sign in moving:
-        twist = freedom_twist(freedom, at) * sign
+        twist = freedom.twist(at) * sign
         if freedom.turns:
             twist = per_turn(twist, length)
         rates[name] = rates[name] + twist if name in rates else twist
@@ -401,40 +411,6 @@ def _rates_of_pose(
 def per_turn(twist: np.ndarray, length: float) -> np.ndarray:
     """A twist per radian, its shift as a part of the length."""
     return np.concatenate([twist[:3] * (1 / length), twist[3:]])
-
-
-def _in_coordinates(
-    legs: Sequence[LegAtGuess], found: dict[str, Any], open_: dict[int, str], length: float
-) -> dict[str, Any]:
-    steps = {}
-    for own in legs:
-        freedoms, unknown = own.leg.chain.freedoms, set(own.free)
-        for element, place in own.leg.chain.moving:
-            if unknown.intersection(own.names[place]):
-                names = own.names[place]
-                steps |= joint_steps(element, names, own.q[place], freedoms[place], found, length)
-    for k, name in open_.items():
-        step = found.get(name, 0)
-        steps[name] = step * length if k < 3 else step
-    return steps
-
-
-def joint_steps(
-    element: Joint | Telescope,
-    names: Sequence[str],
-    q: np.ndarray,
-    freedoms: Sequence[Screw],
-    found: dict[str, Any],
-    length: float,
-) -> dict[str, Any]:
-    """Steps of the coordinates of a joint; a spherical joint turns about the axes before it."""
-    turn = [found.get(name, 0) for name in names]
-    if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
-        turn = list(_vector_rate(q) @ np.array(turn, dtype=object))
-    return {
-        name: step if screw.turns else step * length
-        for name, step, screw in zip(names, turn, freedoms, strict=True)
-    }
 
 
 def _vector_rate(r: np.ndarray) -> np.ndarray:

@@ -32,3 +32,11 @@ def test_programs_give_the_stiffness_of_a_robot(name, tmp_path):
         assert largest_difference(np.asarray(space["stiffness"](*given)), K) < 1e-12
         checked += 1
     assert checked
+
+
+def test_a_program_takes_the_vectors_where_they_are_shorter():
+    derivation = rs.derive("orthoglide", pose=rs.AtSymbols())
+    steps = rs.derive("orthoglide", pose=rs.AtSymbols(), form=rs.Steps())
+    assert program(derivation).operations < 0.6 * program(steps).operations
+    assert program(derivation).arguments == program(steps).arguments
+    assert "d_1_x" in python_function(derivation)

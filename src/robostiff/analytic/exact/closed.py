@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.budget import FormulaTooLargeError
+from robostiff.analytic.budget import FormulaTooLargeError, spend
 from robostiff.analytic.exact.element import Element
 from robostiff.analytic.exact.exact_matrix import ExactMatrix, common_denominator, over
 from robostiff.analytic.exact.factors import factored, starts_with_minus
-from robostiff.analytic.exact.field import ExactField, shared_field
-from robostiff.analytic.exact.products import product, quotient
+from robostiff.analytic.exact.field import ExactField, quotient, shared_field
 from robostiff.errors import InputError
 from robostiff.spatial import move_stiffness
 
@@ -111,6 +110,32 @@ def canonical(M: Any, extra: Sequence[sp.Expr] = ()) -> sp.ImmutableMatrix:
     """
     field = ExactField([*M, *extra])
     return sp.ImmutableMatrix(M.applyfunc(lambda e: field.expression(field.element(e))))
+
+
+# Pairs of terms that one call of FLINT multiplies: some tenths of a second, which nothing can stop.
+PIECE = 2_000_000
+
+
+def product(a: Any, b: Any, limit: int, piece: int = PIECE) -> Any:
+    """The product of two polynomials of one ring, in pieces where they are long.
+
+    Raises
+    ------
+    FormulaTooLargeError
+        When it has more than `limit` terms, or some of its pieces together have.
+    """
+    long, short = (a, b) if len(a) >= len(b) else (b, a)
+    parts, size, ring = [long], max(1, piece // max(1, len(short))), a.context()
+    if len(long) > size:
+        items = list(long.to_dict().items())
+        parts = [ring.from_dict(dict(items[i : i + size])) for i in range(0, len(items), size)]
+    total = ring.constant(0)
+    for part in parts:
+        spend()
+        total = total + part * short
+        if len(total) > limit:
+            raise FormulaTooLargeError.beyond(limit)
+    return total
 
 
 def _sum(field: ExactField, pairs: list[tuple[Any, Any]], limit: int) -> Any:

@@ -38,14 +38,6 @@ def product_of(field: ExactField, formula: Any) -> Product:
     return Product(number, tuple(powers))
 
 
-def sums_in_factors(element: Element) -> int:
-    """Additions in a fraction when its numerator and denominator are factored."""
-    if element.is_zero:
-        return 0
-    powers = (*element.num.factor()[1], *element.den.factor()[1])
-    return sum(len(base) - 1 for base, _ in powers)
-
-
 def factored(field: ExactField, above: Any, below: Any = None) -> Any:
     """A polynomial, or a quotient of two without a common factor, as a product of powers.
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import flint
 import sympy as sp
+from flint.utils.flint_exceptions import DomainError
 from sympy.core.cache import cacheit
 
 from robostiff.analytic.budget import FormulaTooLargeError, spend
@@ -24,7 +25,6 @@ from robostiff.analytic.exact.atoms import (
     prepare,
 )
 from robostiff.analytic.exact.element import Element, PolynomialWriter, quotient_of
-from robostiff.analytic.exact.products import quotient
 from robostiff.errors import InputError
 
 # Largest denominator [terms] that is tested for zeros caused by an unknown sign of a root.
@@ -169,11 +169,6 @@ class ExactField:
             Element(self, num, den) if leading == 1 else Element(self, num / leading, den / leading)
         )
 
-    @property
-    def has_angles(self) -> bool:
-        """Whether sines and cosines are among its generators."""
-        return bool(self._angles.independent)
-
     def has_roots(self, polynomial: Any) -> bool:
         """Whether a root or sine occurs in a polynomial."""
         degrees = polynomial.degrees()
@@ -300,6 +295,24 @@ class ExactField:
             got=str(expression),
             expected="a formula of " + ", ".join(str(g) for g in self.generators),
         )
+
+
+def quotient(a: Any, d: Any) -> Any | None:
+    """The exact quotient of two polynomials of one ring; None when d does not divide a.
+
+    Examples
+    --------
+    >>> x, y = flint.fmpq_mpoly_ctx.get(["x", "y"], flint.Ordering.lex).gens()
+    >>> quotient(x * y**2 - y + x * y - 1, y + 1)
+    x*y - 1
+    >>> quotient(x * y, y + 1) is None
+    True
+    """
+    spend()
+    try:
+        return a / d
+    except DomainError:
+        return None
 
 
 _field_of = cacheit(ExactField)

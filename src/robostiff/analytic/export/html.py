@@ -9,18 +9,15 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from html import escape
-from typing import Any
-
-import sympy as sp
+from typing import Any, ClassVar
 
 from robostiff.analytic.export.blocks import Title
 from robostiff.analytic.export.language import Language, Row, Typeset
 from robostiff.analytic.export.outline import outline_of
 from robostiff.analytic.export.products import GREEK, is_greek
-from robostiff.analytic.export.vocabulary import constant_name, function_name
+from robostiff.analytic.export.vocabulary import function_name
 from robostiff.markup import element, escaped
 
-_FUNCTIONS = {"acos": "arccos", "asin": "arcsin", "atan": "arctan", "log": "ln"}
 _TOKEN = re.compile(r"(<[^>]+>)|([^<]+)")
 _LEAF = re.compile(r"<(mi|mn|mo|mtext)\b")
 _TIMES = "<mo>&#8290;</mo>"  # invisible
@@ -109,6 +106,14 @@ class _Html(Typeset):
     """Expressions of the vocabulary in MathML, and other functions by their name."""
 
     printmethod = "_mathml"
+    functions: ClassVar[dict[str, str]] = {
+        "acos": "arccos",
+        "asin": "arcsin",
+        "atan": "arctan",
+        "log": "ln",
+    }
+    constants: ClassVar[dict[str, str]] = {"pi": "<mi>π</mi>", "e": "<mi>e</mi>"}
+    scientific = "{}<mo>·</mo><msup><mn>10</mn>{}</msup>"
     minus, plus = "-", "+"
     opening, closing = '<mo stretchy="false">(</mo>', '<mo stretchy="false">)</mo>'
     slash, power = "<mo>/</mo>", "<msup><mrow></mrow><mrow>{}</mrow></msup>"
@@ -138,6 +143,9 @@ class _Html(Typeset):
 
     def bold(self, letter: str) -> str:
         return f'<mi mathvariant="normal" class="matrix">{escape(letter)}</mi>'
+
+    def number(self, digits: str) -> str:
+        return f"<mn>{digits.replace('-', '−')}</mn>"
 
     def subscripted(self, letter: str, primes: int, subscripts: Sequence[str]) -> str:
         if primes:
@@ -178,30 +186,12 @@ class _Html(Typeset):
         table = element("mtable", "".join(lines), displaystyle="true")
         return [element("div", element("math", table), class_="formula")]
 
-    def emptyPrinter(self, expr: Any) -> str:
-        return self.applied(expr) if expr.args else f"<mtext>{escape(str(expr))}</mtext>"
-
-    def _print_Integer(self, expr: Any) -> str:
-        return f"-<mn>{-expr}</mn>" if expr < 0 else f"<mn>{expr}</mn>"
-
-    def _print_Float(self, expr: Any) -> str:
-        mantissa, _, exponent = sp.sstr(abs(expr), full_prec=False).partition("e")
-        sign = "-" if expr < 0 else ""
-        if not exponent:
-            return f"{sign}<mn>{mantissa}</mn>"
-        power = f"<msup><mn>10</mn><mn>{exponent.replace('-', '−')}</mn></msup>"
-        return f"{sign}<mn>{mantissa}</mn><mo>·</mo>{power}"
-
-    def _print_NumberSymbol(self, expr: Any) -> str:
-        written = {"pi": "π", "e": "e"}.get(constant_name(expr) or "", escape(str(expr)))
-        return f"<mi>{written}</mi>"
-
     def applied(self, function: Any, power: str = "") -> str:
         arguments = "<mo>,</mo>".join(self._print(argument) for argument in function.args)
         name = function_name(function)
         if name == "abs" and not power:
             return self.norm.format(arguments)
-        written = f"<mi>{escape(_FUNCTIONS.get(name or '', name or str(function.func)))}</mi>"
+        written = f"<mi>{escape(self.functions.get(name or '', name or str(function.func)))}</mi>"
         if power:
             written = self.raised.format(written, power)
         return f"{written}{_APPLY}{self.in_brackets(arguments)}"

@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, is_dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import sympy as sp
 from sympy.printing.printer import Printer
@@ -35,7 +35,7 @@ from robostiff.analytic.export.products import (
     ordered_terms,
     printed_product,
 )
-from robostiff.analytic.export.vocabulary import function_name
+from robostiff.analytic.export.vocabulary import constant_name, function_name
 from robostiff.analytic.vectors.vector_expressions import (
     Coordinates,
     Cross,
@@ -367,6 +367,9 @@ class Typeset(Language, Printer):
 
     minus: str = " - "
     plus: str = " + "
+    functions: ClassVar[dict[str, str]]  # names of functions that are others than in the vocabulary
+    constants: ClassVar[dict[str, str]]  # by their names in the vocabulary
+    scientific: str  # a mantissa and an exponent
     root: str
     in_a_line: str  # a small fraction, as an exponent
     raised: str
@@ -383,8 +386,29 @@ class Typeset(Language, Printer):
         """An expression of SymPy."""
         return self.doprint(expression)
 
+    def number(self, digits: str) -> str:
+        """Digits of a number without its sign."""
+        return digits
+
+    def emptyPrinter(self, expr: Any) -> str:
+        """What has no rule: a function by its name, or a word."""
+        return self.applied(expr) if expr.args else self.word(str(expr))
+
     def _print_Symbol(self, expr: Any) -> str:
         return self.name(expr.name)
+
+    def _print_Integer(self, expr: Any) -> str:
+        return "-" * bool(expr < 0) + self.number(str(abs(expr)))
+
+    def _print_Float(self, expr: Any) -> str:
+        mantissa, _, exponent = sp.sstr(abs(expr), full_prec=False).partition("e")
+        written = self.number(mantissa)
+        if exponent:
+            written = self.scientific.format(written, self.number(exponent))
+        return "-" * bool(expr < 0) + written
+
+    def _print_NumberSymbol(self, expr: Any) -> str:
+        return self.constants.get(constant_name(expr) or "") or self.word(str(expr))
 
     def _print_Add(self, expr: Any) -> str:
         return joined_terms(map(self._print, ordered_terms(expr)), self.minus, self.plus)

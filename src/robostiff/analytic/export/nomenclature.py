@@ -175,14 +175,12 @@ def meanings_of_robot(
 
     `alone`: whether one leg, the table and the sum are all.
     """
-    form = derivation.at_vector_level
-    rows = _meanings_of_wrenches(derivation, names) if form is None else []
-    if not alone:
-        defined = {d.symbol.name.partition("_")[0] for d in derivation.definitions}
-        own = [((x,), meaning) for x, meaning in _OF_NAMES.items() if x in defined]
-    else:
-        own = []
-    return [*rows, *meanings_in_vectors(form, names, own)] if form else [*rows, *own]
+    form, steps = derivation.at_vector_level, () if alone else derivation.definitions
+    defined = {d.symbol.name.partition("_")[0] for d in steps}
+    own: list[Meaning] = [((x,), words) for x, words in _OF_NAMES.items() if x in defined]
+    if form is None:
+        return [*_meanings_of_wrenches(derivation, names), *own]
+    return meanings_in_vectors(form, names, own)
 
 
 def _meanings_of_wrenches(formula: Formula, names: EntryNames) -> list[Meaning]:
@@ -280,15 +278,18 @@ def with_springs(blocks: Sequence[Block]) -> tuple[Block, ...]:
     equations = [b for b in others if isinstance(b, EquationRows)]
     named = {d.symbol.name: d for b in equations for d in b.springs}
     rows = [*last.rows, *_recurring(equations, last.rows)]
-    for name in sorted(named, key=_place_in_list):
+    # Moduli first, then the stiffnesses of one beam after the other.
+    parts = {name: _letter_and_number(name) for name in named}
+    for name in sorted(named, key=lambda x: (len(parts[x][0]) > 1, *parts[x][::-1])):
         d = named[name]
-        words, unit = _OF_SPRINGS[_letter_and_number(name)[0]]
+        words, unit = _OF_SPRINGS[parts[name][0]]
         size = 1e9 if unit == "GPa" else 1.0
         value = f", {float(d.expression) / size:.12g} {unit or d.unit}" if is_value(d) else ""
         rows.append(((d.symbol.name,), f"{words} of {', '.join(d.parts)}{value}"))
     shown = [b for b in others if not isinstance(b, EquationRows) or b.rows]
-    after = [*shown[1:], last]
-    kept = [b for b, then in zip(shown, after, strict=True) if not _is_bare(b, then)]
+    after = [x.level if isinstance(x, Title) else 9 for x in (*shown[1:], last)]
+    each = zip(shown, after, strict=True)  # a heading with nothing below it goes
+    kept = [b for b, level in each if not (isinstance(b, Title) and b.level >= level)]
     return (*kept, Nomenclature(tuple(rows)))
 
 
@@ -309,21 +310,7 @@ def _letter_and_number(name: str) -> tuple[str, int]:
     return (letter.replace("'", ""), int(number)) if letter else (name, 0)
 
 
-def _place_in_list(name: str) -> tuple[bool, int, str]:
-    """Moduli first, then the stiffnesses of one beam after the other."""
-    letter, number = _letter_and_number(name)
-    return len(letter) > 1, number, letter
-
-
-def _is_bare(block: Block, after: Block) -> bool:
-    """Whether a heading has nothing below it."""
-    if not (isinstance(block, Title) and isinstance(after, Title)):
-        return False
-    return block.level >= after.level
-
-
 _LONG = 20  # operations: such a condition is in words, and only programs have it in full
-_LETTER = "Delta"
 _LEGS = "{legs}"
 
 
@@ -336,10 +323,10 @@ def with_conditions(blocks: Sequence[Block], derivation: Any) -> tuple[Block, ..
     if not beside or not isinstance(last, Nomenclature):
         return tuple(blocks)
     taken = {str(name) for names, _ in last.rows for name in names}
-    letter = _LETTER
+    letter = "Delta"
     while any(name.startswith(letter) for name in taken):
         letter += "'"
-    short = [c for c in beside if _operations(c.expression) <= _LONG]
+    short = [c for c in beside if c.expression.count_ops() <= _LONG]
     # What is short for some legs alone is in words for all of them.
     of_legs = {(_of_any_leg(c), c.leg) for c in short}
     in_words = {_of_any_leg(c) for c in beside if (_of_any_leg(c), c.leg) not in of_legs}
@@ -400,8 +387,4 @@ def _of_any_leg(condition: Condition) -> str:
 
 def _multiplied_out(expression: Any) -> Any:
     """What is the same of conditions alike, where that is found at once."""
-    return sp.expand(expression) if _operations(expression) <= _LONG else expression
-
-
-def _operations(expression: Any) -> int:
-    return int(expression.count_ops())
+    return sp.expand(expression) if expression.count_ops() <= _LONG else expression

@@ -11,6 +11,7 @@ from sympy.simplify.cse_main import tree_cse
 
 from robostiff.analytic.derivation import Formula
 from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.operation_count import count_of
 from robostiff.analytic.export.nomenclature import in_programs
 from robostiff.analytic.export.vocabulary import check_vocabulary
 from robostiff.analytic.reading.combinations import name_combinations
@@ -168,6 +169,12 @@ class FormulaProgram:
         return self.results[0]
 
     @property
+    def operations(self) -> int:
+        """How many it takes."""
+        entries = dict.fromkeys(entry for matrix in self.results for entry in matrix.flat())
+        return sum(map(count_of, (*(a.expression for a in self.assignments), *entries)))
+
+    @property
     def guards(self) -> tuple[Guard, ...]:
         """The sums by which the program divides, and that can cancel."""
         found = [entry for matrix in self.results for entry in matrix.flat()]
@@ -176,6 +183,8 @@ class FormulaProgram:
 
 def program(derivation: Formula) -> FormulaProgram:
     """Put a derivation, or its derivative with it, in the order of computation.
+
+    A robot in named steps is computed by its vectors, where these take fewer operations.
 
     Raises
     ------
@@ -198,7 +207,12 @@ def program(derivation: Formula) -> FormulaProgram:
     if not definitions:
         named = name_combinations(matrix, (symbol.name for symbol in derivation.symbols))
         matrix, definitions = named.matrix, named.definitions
-    return _in_order(derivation, matrix, definitions, sp.cse)
+    found = _in_order(derivation, matrix, definitions, sp.cse)
+    form = None if derivation.is_closed else getattr(derivation, "at_vector_level", None)
+    if form is None or getattr(derivation, "steps_asked", False):
+        return found
+    in_vectors = _in_order(derivation, form.K, form.definitions, sp.cse)
+    return min(found, in_vectors, key=lambda own: own.operations)
 
 
 def plain_program(derivation: Formula) -> FormulaProgram:

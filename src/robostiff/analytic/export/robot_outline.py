@@ -40,6 +40,7 @@ from robostiff.analytic.export.nomenclature import (
     meanings_of_robot,
     nomenclature_of,
 )
+from robostiff.analytic.placement.legs_at_points import turn_in_words
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.analytic.vectors.forms import (
@@ -205,7 +206,10 @@ def _leg_by_leg(
     """Wrenches and compliances of each leg, and the beginning of their sum."""
     blocks = _legs_in_words(derivation)
     alike = len(derivation.legs) > 1 and len({*map(_in_words, derivation.legs)}) == 1
+    of_others = _turned_legs(derivation, in_names)
     for number, leg in enumerate(in_names, start=1):
+        if any(number in own for own in of_others.values()):
+            continue
         blocks.append(Title(f"Leg {number}: {' '.join(leg.name.split())}"))
         if not alike:
             blocks.append(Sentences(f"Springs: {_in_words(derivation.legs[number - 1])}"))
@@ -217,10 +221,36 @@ def _leg_by_leg(
             blocks += unless_long(f"w_{own}", sp.ImmutableMatrix([*w, c]), w)
             if not isinstance(blocks[-1], Sentences):
                 blocks += scalar_unless_name(f"c_{own}", c)
+        turned = (
+            f"{turn} it is leg {other}, {' '.join(in_names[other - 1].name.split())}"
+            for other, turn in of_others.get(number, {}).items()
+        )
+        if number in of_others:
+            blocks.append(Sentences(f"Turned {'; '.join(turned)}."))
     of_legs = {d.symbol for leg in derivation.legs for d in leg.definitions}
     rest = [d for d in derivation.definitions if d.symbol not in of_legs]
     total = equation(names.result, Total("", share(*map(names.generic, "wc"))))
     return [*blocks, Title("Sum of the legs"), total, equations(rest)]
+
+
+def _turned_legs(
+    derivation: RobotDerivation, legs: Sequence[LegDerivation]
+) -> dict[int, dict[int, str]]:
+    """By the number of a leg: those that are turns of it, and the turns in words."""
+    found: dict[int, dict[int, str]] = {}
+    words = [*map(_in_words, derivation.legs)]
+    for j, leg in enumerate(legs):
+        if leg.definitions:
+            continue
+        for i in (i for i in range(j) if not any(i + 1 in own for own in found.values())):
+            first = legs[i]
+            if words[i] != words[j] or [*leg.compliances] != [*first.compliances]:
+                continue
+            turn = turn_in_words(leg.wrenches, first.wrenches)
+            if turn is not None:
+                found.setdefault(i + 1, {})[j + 1] = turn
+                break
+    return found
 
 
 def _vector_level(

@@ -111,12 +111,9 @@ class _PlainText(Language):
         return ["\n".join(line for lines in each for line in lines)]
 
     def part(self, block: Block) -> Iterator[str]:
-        if isinstance(block, MatrixEquation):
-            yield from self._matrix_equation(block)
-        else:
+        if not isinstance(block, MatrixEquation):
             yield from super().part(block)
-
-    def _matrix_equation(self, block: MatrixEquation) -> Iterator[str]:
+            return
         start, width = f"{block.name} = ", self.width
         # Brackets, and two blanks between columns.
         around = 4 + 2 * (block.whole.cols - 1) + len(start)

@@ -5,26 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
-from typing import Any
-
-import sympy as sp
+from typing import Any, ClassVar
 
 from robostiff.analytic.export.blocks import MatrixEquation, Title
 from robostiff.analytic.export.broken_lines import math_width
 from robostiff.analytic.export.language import Language, Row, Typeset, fitted, room_beside
 from robostiff.analytic.export.outline import outline_of
 from robostiff.analytic.export.products import is_greek
-from robostiff.analytic.export.vocabulary import constant_name, function_name
+from robostiff.analytic.export.vocabulary import function_name
 from robostiff.errors import needs_extra
 from robostiff.markup import typst_text
-
-_FUNCTIONS = {
-    "acos": "arccos",
-    "asin": "arcsin",
-    "atan": "arctan",
-    "atan2": 'op("atan2")',
-    "log": "ln",
-}
 
 # Letters of 10 pt side by side in the text of A4 upright (planar) and on its side (spatial).
 _ROOM_UPRIGHT = 84.0
@@ -150,6 +140,15 @@ class _Typst(Typeset):
     """Expressions of the vocabulary, and other functions by their name."""
 
     printmethod = "_typst"
+    functions: ClassVar[dict[str, str]] = {
+        "acos": "arccos",
+        "asin": "arcsin",
+        "atan": "arctan",
+        "atan2": 'op("atan2")',
+        "log": "ln",
+    }
+    constants: ClassVar[dict[str, str]] = {"pi": "pi", "e": "upright(e)"}
+    scientific = "{} dot 10^({})"
     opening, closing, slash, power = r"\(", r"\)", r"\/", "^({})"
     fraction, root, in_a_line, raised = "frac({}, {})", "sqrt({})", r"{}\/{}", "{}^({})"
     partial, norm, cross, dot, apart = "partial ", "abs({})", "times", "dot", " thin "
@@ -201,23 +200,10 @@ class _Typst(Typeset):
                 found += [f"#fit({x})" for x in written]
         return found
 
-    def emptyPrinter(self, expr: Any) -> str:
-        return self.applied(expr) if expr.args else _quoted(str(expr))
-
-    def _print_Integer(self, expr: Any) -> str:
-        return str(expr)
-
-    def _print_Float(self, expr: Any) -> str:
-        mantissa, _, exponent = sp.sstr(expr, full_prec=False).partition("e")
-        return f"{mantissa} dot 10^({exponent})" if exponent else mantissa
-
-    def _print_NumberSymbol(self, expr: Any) -> str:
-        return {"pi": "pi", "e": "upright(e)"}.get(constant_name(expr) or "", _quoted(str(expr)))
-
     def applied(self, function: Any, power: str = "") -> str:
         arguments = ", ".join(self._print(argument) for argument in function.args)
         name = function_name(function)
-        written = _FUNCTIONS.get(name, name) if name else f"op({_quoted(str(function.func))})"
+        written = self.functions.get(name, name) if name else f"op({_quoted(str(function.func))})"
         if power:
             return f"{written}^{power} ({arguments})"
         return f"{written}{' ' if written.startswith('op(') else ''}({arguments})"

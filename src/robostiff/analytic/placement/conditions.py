@@ -134,16 +134,14 @@ def _any_of(values: Iterable[Any]) -> Any:
     """What is positive where one of them is."""
     values = list(values)
     positive = next((x for x in values if x.is_positive), None)
-    return reduce(_larger, values) if positive is None else positive
+    return (
+        reduce(lambda a, b: (a + b + sp.Abs(a - b)) / 2, values) if positive is None else positive
+    )
 
 
 def _all_of(values: Iterable[Any]) -> Any:
     """What is positive where all of them are."""
     return -_any_of([-x for x in values])
-
-
-def _larger(a: Any, b: Any) -> Any:
-    return (a + b + sp.Abs(a - b)) / 2
 
 
 def _existing(part: Robot | Leg) -> Iterator[Condition]:

@@ -7,7 +7,7 @@ exact ones: no formula is written, and a wrong derivation by elimination differs
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import combinations, pairwise
@@ -315,6 +315,8 @@ def _matrix(entries: Any) -> Any:
     return flint.arb_mat([[flint.arb(x) for x in row] for row in entries])
 
 
+#: Of a wrench in space and in the plane.
+ROWS = {6: range(6), 3: (0, 1, 5)}
 #: Names of the entries of a wrench: force, moment.
 COMPONENTS = ("u_x", "u_y", "u_z", "m_x", "m_y", "m_z")
 
@@ -454,3 +456,39 @@ def averages(
         for place, products in averages.items():
             M[place] += products
     return M
+
+
+_TURNS = tuple(Fraction(k, n) for n in range(2, 7) for k in range(1, n) if math.gcd(k, n) == 1)
+
+
+def turn_in_words(wrenches: Sequence[Any], others: Sequence[Any]) -> str | None:
+    """The turn that makes wrenches of formulas from others, one by one, up to signs; None of none.
+
+    About z, or, where coordinates change places, about the diagonal of all axes.
+
+    Examples
+    --------
+    >>> a, b = sp.symbols("a b")
+    >>> turn_in_words([(0, a, 0, 0, 0, b)], [(a, 0, 0, 0, b, 0)])
+    'about (1, 1, 1) by 120 degrees'
+    """
+    if len(wrenches) != len(others) or not wrenches:
+        return None
+    rows = ROWS[len(wrenches[0])]
+
+    def is_made_by(turned: Callable[[list[Any]], Sequence[Any]]) -> bool:
+        for w, other in zip(wrenches, others, strict=True):
+            known = dict(zip(rows, other, strict=True))
+            image = turned([known.get(i, sp.Integer(0)) for i in range(6)])
+            pairs = [(sp.sympify(image[i]), x) for i, x in zip(rows, w, strict=True)]
+            if all(any(sp.expand(a - sign * b) != 0 for a, b in pairs) for sign in (1, -1)):
+                return False
+        return True
+
+    for part in _TURNS:
+        if is_made_by(Image(part).made_from):
+            return f"about z by {360 * part} degrees"
+    for k in (1, 2) if len(rows) == 6 else ():
+        if is_made_by(lambda w, k=k: [w[i - i % 3 + (i - k) % 3] for i in range(6)]):
+            return f"about (1, 1, 1) by {120 * k} degrees"
+    return None

@@ -255,7 +255,8 @@ class MatrixInNames:
     @classmethod
     def of(cls, K: Any, definitions: Sequence[Definition]) -> MatrixInNames:
         """Turn compliances into stiffnesses, and put in names of sums of given symbols."""
-        matrix, kept = sp.Matrix(K), []
+        matrix: Any = sp.Matrix(K)
+        kept: list[Definition] = []
         for d in definitions:
             if d.symbol.name.startswith("c_"):
                 matrix = matrix.xreplace({d.symbol: 1 / d.symbol})
@@ -263,11 +264,16 @@ class MatrixInNames:
             else:
                 kept.append(Definition(d.symbol, _inverted(d.expression, kept)))
         for d in reversed(kept):
+            root: Any = d.expression
             plain = d.expression.free_symbols and not d.expression.has(*stiffnesses(kept))
             if plain and d.expression.is_polynomial():
                 matrix = matrix.xreplace({d.symbol: d.expression})
-            elif plain and d.expression.is_Pow and d.expression.exp == sp.Rational(1, 2):
-                matrix = matrix.applyfunc(lambda x, d=d: _without_square(x, d))
+            elif plain and root.is_Pow and root.exp is sp.S.Half:
+                # The square of a root in place of its even powers
+                matrix = matrix.replace(
+                    lambda x, d=d: x.is_Pow and x.base == d.symbol and (x.exp / 2).is_Integer,
+                    lambda x, d=d: d.expression**x.exp,
+                )
         return cls(matrix, tuple(kept))
 
     def written_out(self, expression: Any) -> Any:
@@ -378,14 +384,6 @@ def stiffnesses(definitions: Iterable[Definition]) -> set[Any]:
     """Names that stand for stiffnesses: of springs, or of wrenches."""
     letters = ("c_", "k_", "EA_", "EI_", "GJ_")
     return {d.symbol for d in definitions if d.symbol.name.startswith(letters)}
-
-
-def _without_square(expression: Any, root: Definition) -> Any:
-    """An expression with the square of a root put in for its even powers."""
-    return expression.replace(
-        lambda x: x.is_Pow and x.base == root.symbol and x.exp.is_Integer and x.exp % 2 == 0,
-        lambda x: root.expression**x.exp,
-    )
 
 
 def _inverted(expression: Any, before: Sequence[Definition]) -> Any:

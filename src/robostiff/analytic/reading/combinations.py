@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Container, Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import count
 from typing import Any
 
 import sympy as sp
@@ -23,6 +22,7 @@ from robostiff.analytic.exact.factors import (
 )
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.reading.letters import free_names
 from robostiff.errors import InputError
 
 
@@ -62,7 +62,12 @@ class CombinationNames:
             self.definitions.append(Definition(symbol, root_of(inside)))
             self._named.append((base, symbol**2))
         else:
-            symbol = self._symbol(_letter(field, base), **_assumed(expression))
+            # Of a sum with a minus SymPy knows no sign, and takes long to find out.
+            has_minus = any(x.could_extract_minus_sign() for x in expression.args)
+            is_positive = not has_minus and expression.is_positive
+            assumed = {"positive": True} if is_positive else {"real": True}
+            letter = _letter(field, base)
+            symbol = self._symbol(letter, **(assumed if expression.is_real else {}))
             self.definitions.append(Definition(symbol, inside))
             self._named.append((base, symbol))
 
@@ -135,29 +140,6 @@ def _letter(field: ExactField, base: Any) -> str:
     if not lengths or any(sum(powers[p] for p in places) != 1 for powers, _ in base.terms()):
         return "p"
     return "k" if all(str(g)[0] in "kK" for g in lengths) else "d"
-
-
-def _assumed(expression: Any) -> dict[str, bool]:
-    """Assumptions on a combination: a positive or at least a real number."""
-    # Of a sum with a minus SymPy knows no sign, and takes long to find out.
-    if not any(x.could_extract_minus_sign() for x in expression.args) and expression.is_positive:
-        return {"positive": True}
-    return {"real": True} if expression.is_real else {}
-
-
-def suffix(number: int) -> str:
-    """Letters for a number from 0: a, b, ..., z, aa, ab, ..."""
-    letters = ""
-    number += 1
-    while number:
-        number, place = divmod(number - 1, 26)
-        letters = chr(ord("a") + place) + letters
-    return letters
-
-
-def free_names(letter: str, taken: Container[str]) -> Iterator[str]:
-    """Names with a letter that stand for nothing else: L_a, L_b, ..."""
-    return (name for i in count() if (name := f"{letter}_{suffix(i)}") not in taken)
 
 
 # Matrices beyond this would take seconds to factor.

@@ -19,11 +19,10 @@ from robostiff.analytic.exact.factors import (
     by_powers,
     completed_squares,
     factored,
-    sums_in_factors,
 )
 from robostiff.analytic.exact.field import ExactField, shared_field
 from robostiff.analytic.exact.operation_count import count_of, parts_of, symbols_in
-from robostiff.analytic.reading.combinations import free_names
+from robostiff.analytic.reading.letters import free_names
 from robostiff.analytic.reading.record_reading import ClosedReading
 from robostiff.record import Entry, Operation, Record
 from robostiff.recorded import entry_reader
@@ -38,10 +37,8 @@ _LONG = 12
 _LONG_ON_THE_WAY = 12
 # Letters of lengths, stiffnesses and compliances.
 _POSITIVE = ("L", "c", "k", "EA", "EI", "EI_y", "EI_z", "GJ")
-# Operations of an intermediate in which even powers of roots are replaced, and, where all steps are
-# to be short, of one that is given a name.
+# Operations of an intermediate in which even powers of roots are replaced.
 _PUT_IN = 40
-_SHORT_STEP = 8
 # Operations of a length that needs no name, such as l/2.
 _INLINE = 2
 
@@ -51,9 +48,8 @@ class NamedReading:
 
     Roots that have the same values at the samples have one name.
 
-    `symbols`: one for each input; `springs`: what some of them stand for; `in_short_steps`:
-    whether every intermediate of some length has a name; `definitions`: the names, in the order in
-    which they can be computed.
+    `symbols`: one for each input; `springs`: what some of them stand for; `definitions`: the
+    names, in the order in which they can be computed.
 
     Examples
     --------
@@ -70,11 +66,8 @@ class NamedReading:
         record: Record,
         symbols: dict[str, sp.Symbol],
         springs: Iterable[Definition] = (),
-        *,
-        in_short_steps: bool = False,
     ) -> None:
         self.record = record
-        self.in_short_steps = in_short_steps
         self.definitions: list[Definition] = list(springs)
         self._closed = ClosedReading(record, dict(symbols))
         self._taken = set(symbols)
@@ -174,7 +167,15 @@ class NamedReading:
         """
         try:
             plain = self.without_shifts(expression, ("c_", "k_", "e_"))
-            return expression if _least_operations(plain) > most else _fraction(plain)
+            _check_terms(plain)
+            field = shared_field(plain)
+            # Of sines none is known: (cos x - 1) (cos x + 1) may become one.
+            if not any(isinstance(x, sp.sin) for x in field.generators):
+                element = field.element(plain)
+                powers = (*element.num.factor()[1], *element.den.factor()[1])
+                if sum(len(base) - 1 for base, _ in powers) > most:
+                    return expression  # additions alone are more, without writing any
+            return _fraction(plain)
         except FormulaTooLargeError:
             return expression
 
@@ -267,12 +268,8 @@ class NamedReading:
         return self._root(above) / self._root(below)
 
     def _on_the_way(self, expression: Any) -> Any:
-        """An intermediate, cancelled before it grows, or under a name where all are short."""
-        operations = count_of(expression)
-        if self.in_short_steps:
-            is_long = operations > _SHORT_STEP and expression.free_symbols
-            return self.define("p", expression) if is_long else expression
-        if operations <= _LONG_ON_THE_WAY:
+        """An intermediate, cancelled before it grows."""
+        if count_of(expression) <= _LONG_ON_THE_WAY:
             return expression
         shorter = self._cancelled(expression)
         if count_of(shorter) > _PUT_IN:
@@ -319,16 +316,6 @@ def _check_terms(expression: Any) -> None:
         bound_of_terms(part, _WRITTEN) > _WRITTEN for part in above_and_below(expression)
     ):
         raise FormulaTooLargeError.beyond(_WRITTEN)
-
-
-def _least_operations(expression: Any) -> int:
-    """Operations that an expression has as a fraction in factors, at least: those of its sums.
-
-    Found without writing it. Of sines none: (cos x - 1) (cos x + 1) may become one.
-    """
-    _check_terms(expression)
-    field = shared_field(expression)
-    return 0 if field.has_angles else sums_in_factors(field.element(expression))
 
 
 def _without_powers(fraction: Any, symbol: Any, square: Any) -> Any:

@@ -188,11 +188,6 @@ class Formula:
     below: int  # symbols below its fraction bars
     rooted: frozenset[Any]  # what stands below its roots
 
-    @property
-    def is_angle(self) -> bool:
-        """Whether it is an angle that is computed: what has it is longer without."""
-        return isinstance(self.expression, sp.acos)
-
     @cached_property
     def sums(self) -> tuple[Any, ...]:
         """Its sums."""

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import permutations
 from typing import Any
 
@@ -25,7 +25,13 @@ from robostiff.analytic.exact.definition import Definition
 from robostiff.analytic.exact.element import root_of
 from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.exact.operation_count import operations_in, symbols_in
-from robostiff.analytic.reading.combinations import free_names
+from robostiff.analytic.reading.letters import (
+    Written,
+    as_components,
+    free_names,
+    in_letters,
+    in_order,
+)
 from robostiff.analytic.reading.rewriting import (
     Formula,
     Move,
@@ -53,17 +59,7 @@ _ROUNDS = 30
 _PATIENCE = 1  # rounds that may find nothing shorter
 _SAME = 1e-10
 _SPRINGS = ("c_", "k_", "EA", "EI", "GJ", "theta")  # names that the search does not write out
-_LETTERS = ("c", "d", "e", "k", "p", "s", "theta")  # of names that count
 _PAIRS, _DIFFERENCES, _SUMS = 12, 6, 8  # the most frequent ones, which are tried
-
-
-@dataclass(frozen=True)
-class Written:
-    """Expressions in names, and what the names stand for."""
-
-    results: tuple[Any, ...]  # what is counted, and printed one a line
-    definitions: tuple[Definition, ...]
-    others: tuple[tuple[Any, ...], ...] = ()  # in the same names, and not counted
 
 
 def shortest(
@@ -97,7 +93,7 @@ def shortest(
     """
     search = _Search(written, {*taken}, samples)
     found = in_letters(search.written(search.best()), {*taken})
-    return _as_components(found, components, {*taken})
+    return as_components(found, components, {*taken})
 
 
 class _Search:
@@ -241,9 +237,8 @@ class _Search:
     def has_rooted_names(self, w: Way) -> bool:
         """Whether the root of a named sum stands somewhere: it should have a name itself."""
         roots = frozenset[Any]().union(*(x.rooted for x in w.formulas if x.rooted))
-        return bool(roots) and any(
-            s in roots or x.expression in roots for s, x in w.names.items() if s not in self.of
-        )
+        given = (own for own in w.names.items() if roots and own[0] not in self.of)
+        return any(s in roots or x.expression in roots for s, x in given)
 
     def has_rooted_squares(self, w: Way) -> bool:
         """Whether a root has a named square in it: what is squared should have the name."""
@@ -253,7 +248,9 @@ class _Search:
     def moves_from(self, w: Way) -> Iterator[Move]:
         """All that lead one step from a way."""
         for symbol, formula in w.names.items():
-            if formula.symbols and symbol not in self.kept and not formula.is_angle:
+            # What has an angle that is computed is longer without.
+            is_angle = isinstance(formula.expression, sp.acos)
+            if formula.symbols and symbol not in self.kept and not is_angle:
                 yield from self.without(w, symbol, formula.expression)
         yield from self.by_ratios(w)
         yield from self.by_sums(w)
@@ -466,68 +463,3 @@ def _shortest_of_each_length(found: Iterable[Way], width: int) -> list[Way]:
             left[one.lines] += 1
             ways.append(one)
     return ways
-
-
-def in_letters(written: Written, taken: Iterable[str]) -> Written:
-    """The same in order, with letters in that order: e_a before e_b; lengths keep theirs.
-
-    Examples
-    --------
-    >>> R, h, first, last = sp.symbols("R h c_b c_d")
-    >>> names = Definition(first, h * last), Definition(last, 1 / R)
-    >>> [(str(d.symbol), d.expression) for d in in_letters(Written((), names), {"c_a"}).definitions]
-    [('c_b', 1/R), ('c_c', c_b*h)]
-    """
-    definitions = [*in_order(written.definitions)]
-    given = {*taken} - {d.symbol.name for d in definitions}
-    put: dict[Any, Any] = {}
-    letters: dict[str, Iterator[str]] = {}
-    for symbol in (d.symbol for d in definitions):
-        letter, _, own = symbol.name.partition("_")
-        if letter in _LETTERS and own and not own.isdigit():
-            name = next(letters.setdefault(letter, free_names(letter, given)))
-            if name != symbol.name:
-                put[symbol] = sp.Symbol(name, **symbol.assumptions0)
-    return _renamed(replace(written, definitions=tuple(definitions)), put)
-
-
-def _renamed(written: Written, put: Mapping[Any, Any]) -> Written:
-    """The same with other symbols."""
-    if not put:
-        return written
-    return Written(
-        tuple(x.xreplace(put) for x in written.results),
-        tuple(
-            replace(d, symbol=put.get(d.symbol, d.symbol), expression=d.expression.xreplace(put))
-            for d in written.definitions
-        ),
-        tuple(tuple(x.xreplace(put) for x in one) for one in written.others),
-    )
-
-
-def _as_components(written: Written, components: Sequence[str], taken: set[str]) -> Written:
-    """Names of ratios that are entries of a wrench, up to their sign: u_x, u_z."""
-    used = taken | {d.symbol.name for d in written.definitions}
-    put: dict[Any, Any] = {}
-    for symbol in (d.symbol for d in written.definitions if d.symbol.name.startswith("s_")):
-        for wrench in (x for x in written.others if len(x) > 1):
-            for name, entry in zip(components, wrench, strict=False):
-                if entry in (symbol, -symbol) and name not in used and symbol not in put:
-                    used.add(name)
-                    put[symbol] = sp.Symbol(name, real=True)
-    return in_letters(_renamed(written, put), taken) if put else written
-
-
-def in_order(definitions: Sequence[Definition]) -> Iterator[Definition]:
-    """Definitions so that each uses those before, otherwise as they came."""
-    left: dict[Any, Definition] = {d.symbol: d for d in definitions}
-
-    def with_its_own(d: Definition) -> Iterator[Definition]:
-        for symbol in sorted(symbols_in(d.expression) & left.keys(), key=str):
-            if symbol in left:
-                yield from with_its_own(left[symbol])
-        if left.pop(d.symbol, None) is not None:
-            yield d
-
-    for d in definitions:
-        yield from with_its_own(d)

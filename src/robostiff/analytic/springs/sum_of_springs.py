@@ -28,6 +28,7 @@ from robostiff.analytic.exact.operation_count import count_of, different_entries
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.placement.legs_at_points import (
     COMPONENTS,
+    ROWS,
     Image,
     Orbit,
     Products,
@@ -36,9 +37,10 @@ from robostiff.analytic.placement.legs_at_points import (
 )
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.combinations import name_combinations
+from robostiff.analytic.reading.letters import Written
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import written_size
-from robostiff.analytic.reading.short_writing import Written, shortest
+from robostiff.analytic.reading.short_writing import shortest
 from robostiff.analytic.springs.leg_springs import HeldWrench, LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.record import Entry, is_zero
@@ -46,7 +48,6 @@ from robostiff.recorded.leg import at_samples
 from robostiff.recorded.working_frame import cross
 
 _SAME = 1e-10
-_ROWS = {6: range(6), 3: (0, 1, 5)}  # of a wrench in space and in the plane
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ class SumOfSprings:
         own = self.legs[first]
         if way is None:
             return own
-        rows = [*_ROWS[self.K.rows]]
+        rows = [*ROWS[self.K.rows]]
 
         def shortest(x: Any) -> Any:
             return min(x, _in_names(factored_fraction(x), self.definitions), key=count_of)
@@ -104,15 +105,11 @@ class SumOfSprings:
 
 
 def sum_of_springs(
-    placed: PlacedRobot,
-    turned: Mapping[int, tuple[int, Image]] | None = None,
-    *,
-    in_short_steps: bool = False,
+    placed: PlacedRobot, turned: Mapping[int, tuple[int, Image]] | None = None
 ) -> SumOfSprings | None:
     """Derive a placed robot leg by leg, without those that are known to be images of others.
 
     None where a leg has no basis of unit wrenches, and where a sum sign is shorter than the sum.
-    In short steps, every intermediate of some length has a name.
 
     Raises
     ------
@@ -122,7 +119,7 @@ def sum_of_springs(
     record, length = placed.record, placed.length
     space, reference = placed.entries.space, placed.reference
     search = WrenchSearch(record, reference, space, length)
-    read = NamedReading(record, placed.symbols, placed.springs, in_short_steps=in_short_steps)
+    read = NamedReading(record, placed.symbols, placed.springs)
     reader = LegReader(search, read)
     grouped = _grouped(placed, turned or {}, search, reader)
     if grouped is None:
@@ -161,9 +158,8 @@ def sum_of_springs(
         for number, leg in legs.items()
     }
     results = [plain, *(x for leg in in_names.values() for x in (*leg.wrenches, *leg.compliances))]
-    found = SumOfSprings(plain, in_names, used_definitions(definitions, results))
-    if not in_short_steps:
-        found = _with_components(found, shorter, placed)
+    before = SumOfSprings(plain, in_names, used_definitions(definitions, results))
+    found = _with_components(before, shorter, placed)
     formulas = *different_entries(found.K.flat()), *(d.expression for d in found.definitions)
     at_most = sum(map(count_of, formulas))
     if at_most > PRINTED and operations_of(found.K, found.definitions) > PRINTED:
@@ -235,7 +231,7 @@ def _with_components(
         if d.expression.is_Add:
             put = {d.expression: d.symbol, -d.expression: -d.symbol}
             others = [tuple(x.xreplace(put) for x in one) for one in others]
-    names = [COMPONENTS[i] for i in _ROWS[K.rows]]
+    names = [COMPONENTS[i] for i in ROWS[K.rows]]
     plain = Written(tuple(entries), found.definitions, tuple(others))
     samples = {s: placed.record.input(name).sample for name, s in placed.symbols.items()}
     written = shortest(plain, placed.symbols, samples, names)
@@ -327,7 +323,7 @@ class WrenchesAlike:
         """Find which wrenches are turns of others, and name long entries of the first ones."""
         self.orbits = orbits_of(np.stack([w.at for w in self.wrenches], axis=1) / search.scale)
         count = len(self.wrenches)
-        if self.orbits is None and not (read.in_short_steps or count == 1):
+        if self.orbits is None and count > 1:
             return
         for i, own in self.needed.items():
             entries = {x.step: x for x in own if isinstance(x, Entry)}

@@ -246,20 +246,17 @@ class FormulaInVectors(Formula):
     def components(self) -> Components:
         """None yet, but for names; no name is that of a given symbol."""
         given: set[Any] = set()
-        own = [f.name for f in fields(self) if f.name not in _NOT_WALKED]
-        with_formulas_changed(tuple(getattr(self, x) for x in own), _collected_in(given))
+
+        def collect(expression: Any) -> Any:
+            given.update(expression.free_symbols)
+            return expression
+
+        own = (f.name for f in fields(self) if f.name not in _WORDS)
+        with_formulas_changed(tuple(getattr(self, x) for x in own), collect)
         return Components((s.name for s in given), self.names)
 
 
-_NOT_WALKED = {"name", "conditions", "meanings", "following", "space"}
-
-
-def _collected_in(found: set[Any]) -> Callable[[Any], Any]:
-    def collect(expression: Any) -> Any:
-        found.update(expression.free_symbols)
-        return expression
-
-    return collect
+_WORDS = {"name", "conditions", "meanings", "following", "space"}  # fields without formulas
 
 
 @dataclass(frozen=True)

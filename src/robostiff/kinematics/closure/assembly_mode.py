@@ -299,9 +299,9 @@ class AssemblyMode:
         start = self.home[places]
         x = np.tile(self.home, (len(given), 1))
         gone, step = np.zeros(len(x)), np.full(len(x), 1.0 / _CUT)
-        count = len(x)
+        each = np.zeros(len(x), dtype=int)
         directions = self._at_home and [
-            _Directions(*(np.repeat(x, count, axis=0) for x in (one.U, one.V, one.sign)), one.ranks)
+            _Directions(one.U[each], one.V[each], one.sign[each], one.ranks)
             for one in self._at_home
         ]
         going = np.arange(len(x))

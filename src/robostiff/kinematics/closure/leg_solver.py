@@ -304,13 +304,9 @@ class LegSolver:
 
     def gap_at_home(self) -> tuple[Loop, float]:
         """The gap of a leg that is open most at home, and its size."""
-        R, p = turn_by_vector(self.home_pose[3:]), self.home_pose[:3]
-        found = gaps(
-            self.leg,
-            place_chain(self.chain, self.home, self.leg.base.R, self.leg.base.p),
-            *attachment_frame(self.leg, R, p),
-        )
-        return max(((gap, float(_size(gap, self.length))) for gap in found), key=lambda x: x[1])
+        pose = self.home_pose[None]
+        _, found = self._placed(self.homes, turn_by_vector(pose[:, 3:]), pose[:, :3])
+        return max(((gap, float(_size(gap, self.length)[0])) for gap in found), key=lambda x: x[1])
 
     def leaves_drive_open(
         self, pose: np.ndarray, R: np.ndarray, q: np.ndarray, *, chosen: bool = False

@@ -88,7 +88,7 @@ def _checked(solver: LegSolver) -> LegSolver:
     """The solver of a leg that closes at home; an `OpenAtHomeError` says where it does not."""
     gap, size = solver.gap_at_home()
     if size > CLOSED:
-        (shift, turn), where = gap.missed, gap.name
+        (shift, turn), where = (float(x[0]) for x in gap.missed), gap.name
         place = f"at the end of branch {where!r}" if where else "at the platform"
         raise OpenAtHomeError(
             f"home configuration of leg {solver.leg.name!r}",

@@ -155,24 +155,22 @@ class Layout:
     """Elements of a leg in the world, carried by the bodies of the closed leg."""
 
     closed: ClosedLeg
-    loops: Mapping[str, Loop] = field(default_factory=dict)  # at zero coordinates
-    misses: list[np.ndarray] = field(default_factory=list)  # of the loops, as parts of the shift
+    loops: Mapping[str, Loop]  # at zero coordinates
+    # By how much bodies after blocks miss the ends of branches, as parts of the shift
+    misses: list[np.ndarray] = field(default_factory=list)
 
     def elements(
-        self, chain: Chain, zero: PlacedChain
-    ) -> tuple[list[PlacedElement], list[np.ndarray]]:
-        """The elements of a chain, taken along by the bodies that carry them.
-
-        Branches of its blocks are copies, shifted from the first: they move as it does. By how much
-        the body after a block then misses their ends comes second, as parts of the shift.
-        """
-        laid = Layout(self.closed, {loop.name: loop for loop in zero.loops})
-        return list(laid._elements(chain, zero.elements, 0, _UNSHIFTED)), laid.misses
-
-    def _elements(
-        self, chain: Chain, zero: Sequence[PlacedElement], joints: int, shift: _Shift
+        self,
+        chain: Chain,
+        zero: Sequence[PlacedElement],
+        joints: int = 0,
+        shift: _Shift = _UNSHIFTED,
     ) -> Iterator[PlacedElement]:
-        """Elements of a chain or a branch that begins after so many joints of the main path."""
+        """Elements of a chain, or of a branch that begins after so many joints of the main path.
+
+        They are taken along by the bodies that carry them. Branches of blocks are copies, shifted
+        from the first: they move as it does.
+        """
         left: Iterator[Any] = iter(zero)
         for element in chain.elements:
             if isinstance(element, ParallelBlock):
@@ -203,7 +201,7 @@ class Layout:
                 wanted = tidied_point(self.loops[own.name].p_wanted - first.end)
                 size = np.linalg.norm([most_size(x) for x in wanted])
                 self.misses.append((far.direction(wanted) - now) * (1 / size))
-            elements = tuple(self._elements(branch.chain, own.elements, joints, shifted))
+            elements = tuple(self.elements(branch.chain, own.elements, joints, shifted))
             legs.append(PlacedLeg(own.name, elements, shifted.point(far, own.end)))
         return PlacedBlock(zero.name, tuple(legs))
 
@@ -392,14 +390,15 @@ class Site:
 
     def placed(self, closed: ClosedLeg) -> PlacedFormula:
         """The leg's elements on the bodies of the closed leg, and what keeps it from closing."""
-        leg, layout = self.leg, Layout(closed)
+        leg, layout = self.leg, Layout(closed, {loop.name: loop for loop in self.whole.loops})
         end = self.platform.point(self.zero.p)
-        elements, apart = layout.elements(leg.chain, self.whole)
-        closing = [x for x in (*closed.misses, *(v @ v for v in apart)) if most_size(x) > _VANISHES]
+        elements = tuple(layout.elements(leg.chain, self.whole.elements))
+        misses = (*closed.misses, *(v @ v for v in layout.misses))
+        closing = [x for x in misses if most_size(x) > _VANISHES]
         lengths = [x for x in layout.lengths(leg.chain, self.copies) if isinstance(x, Entry)]
         reaching = [x for x in closed.out_of_reach if not is_zero(x)]
         return PlacedFormula(
-            leg=self._with_coordinates(PlacedLeg(leg.name, tuple(elements), end), layout),
+            leg=self._with_coordinates(PlacedLeg(leg.name, elements, end), layout),
             gap=(*closing, *reaching),
             lengths=tuple(lengths),
             coordinate=lambda place: self._coordinate(layout, place),

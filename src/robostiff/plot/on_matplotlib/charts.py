@@ -308,6 +308,8 @@ def draw_curves(picture: Curves, canvas: Canvas) -> Axes:
         handles += ax.plot(curve.x, curve.y, **look)
     ax.set_xlabel(picture.x_label)
     ax.set_ylabel(picture.y_label)
+    if picture.is_log:
+        ax.set_yscale("log")
     ax.set_title(picture.title)
     ax.grid(True)
     ax.set_axisbelow(True)

@@ -88,7 +88,7 @@ class FiniteBodySpring:
     def renumbered(self, chains: Mapping[int, int]) -> FiniteBodySpring:
         """The same by other numbers of the chains."""
         a, b = (
-            replace(end, chain=chains[end.chain]) if end.chain in chains else end
+            end if end.chain is None else replace(end, chain=chains.get(end.chain, end.chain))
             for end in self.ends
         )
         return replace(self, ends=(a, b))

@@ -15,44 +15,13 @@ import numpy as np
 LOST = 1e-11
 # Condition of an equilibrated system beyond which lost directions are looked for.
 _SINGULAR = 1e12
-# Condition of a block up to which it is eliminated before the others.
-_BLOCK = 1e10
+# Condition, as far as the solution for one right side shows it, below which none are looked for.
+_SURELY = 1e10
+_PROBE = np.random.default_rng(3).uniform(-1, 1, 997)
 # Of the largest stiffness of a leg: a coordinate of less has none but that of rounding or loads.
 _PASSIVE = 1e-9
 # Of the largest singular value of a closure, in robot lengths and radians: a lost direction.
 _LOST = 1e-9
-
-
-@dataclass(frozen=True)
-class Arrowhead:
-    """Unknowns of systems in blocks that meet in the unknowns that are left alone."""
-
-    blocks: tuple[np.ndarray, ...]  # unknowns of C blocks of b unknowns each
-    left: np.ndarray  # (k,)
-
-
-@dataclass(frozen=True)
-class Equilibrated:
-    """The inverse of square matrices (N, n, n); the least-squares inverse of singular ones."""
-
-    A: np.ndarray  # (N, n, n)
-    # (N, n): factors that bring the largest entry of each row near one, times those of the columns
-    scale: np.ndarray
-    inverse: np.ndarray  # (N, n, n): of the scaled matrices; empty where blocks are eliminated
-    regular: np.ndarray  # (N,): which of them have all directions
-    blocks: _Blocks | None = None
-
-    def solve(self, b: np.ndarray, refinements: int = 0) -> np.ndarray:
-        """X (N, n, k) with ``A x = b``, refined so many times."""
-        x = self._once(b)
-        for _ in range(refinements):
-            x = x + self._once(b - self.A @ x)
-        return x
-
-    def _once(self, b: np.ndarray) -> np.ndarray:
-        b = self.scale[..., None] * b
-        x = self.inverse @ b if self.blocks is None else self.blocks.solve(b)
-        return self.scale[..., None] * x
 
 
 def unit_free(A: np.ndarray, sizes: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -80,19 +49,33 @@ def unit_free(A: np.ndarray, sizes: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return np.concatenate([1.0 / (sizes * level), rows * level], axis=1)
 
 
-def equilibrated(
-    A: np.ndarray, arrow: Arrowhead | None = None, first: np.ndarray | None = None
-) -> Equilibrated:
-    """Invert square matrices (N, n, n) of mixed units, as symmetric in size as those of energies.
+def solved(
+    A: np.ndarray, b: np.ndarray, first: np.ndarray | None = None, refinements: int = 0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Solve systems of mixed units, as symmetric in size as those of energies.
 
-    Blocks of the arrow are eliminated first, where they are far from singular. There are many
-    factors that bring the largest entries of all rows near one; those nearest to the factors
-    `first` (N, n) are used.
+    Of a system that has lost directions, the least-squares solution. There are many factors that
+    bring the largest entries of all rows near one; those nearest to the factors `first` (N, n) are
+    used.
+
+    Parameters
+    ----------
+    A : (N, n, n) array
+    b : (N, n, k) array
+    first : (N, n) array, optional
+    refinements : int
+
+    Returns
+    -------
+    (N, n, k) array
+        X with ``A x = b``, refined so many times.
+    (N,) array of bool
+        Which systems have all directions.
 
     Examples
     --------
-    >>> found = equilibrated(np.array([[[1e12, 1.0], [1.0, 1e-9]]]))
-    >>> found.solve(np.array([[[1.0], [0.0]]]), 2)[0, 1, 0]
+    >>> A = np.array([[[1e12, 1.0], [1.0, 1e-9]]])
+    >>> solved(A, np.array([[[1.0], [0.0]]]), refinements=2)[0][0, 1, 0]
     np.float64(-0.001001...)
     """
     scale = np.ones(A.shape[:2]) if first is None else first
@@ -102,83 +85,38 @@ def equilibrated(
         scale = scale / np.sqrt(largest + (largest == 0))
     np.multiply(A, scale[:, None], out=scaled)
     scaled *= scale[:, :, None]
-    if arrow is not None:
-        blocks = _Blocks.of(scaled, arrow)
-        if blocks is not None:
-            regular = np.ones(len(A), dtype=bool)
-            return Equilibrated(A, scale, np.zeros((0, 0, 0)), regular, blocks)
-    inverse, condition = _inverted(scaled)
-    regular = condition < _SINGULAR
-    if not np.all(regular):
-        for i in np.flatnonzero(~regular):
-            inverse[i] = np.linalg.pinv(scaled[i], rcond=LOST)
-            regular[i] = np.linalg.cond(scaled[i]) < 1.0 / LOST
-    return Equilibrated(A, scale, inverse, regular)
-
-
-@dataclass(frozen=True)
-class _Blocks:
-    """Systems solved block by block.
-
-    `inverses` (N, C, b, b) are those of the blocks; `after` (N, C, b, k) these times the columns of
-    the unknowns left, `before` (N, C, k, b) the rows of these; `left` is what the blocks leave of
-    them.
-    """
-
-    arrow: Arrowhead
-    inverses: tuple[np.ndarray, ...]
-    after: tuple[np.ndarray, ...]
-    before: tuple[np.ndarray, ...]
-    left: Equilibrated
-
-    @staticmethod
-    def of(A: np.ndarray, arrow: Arrowhead) -> _Blocks | None:
-        """The systems; None where a block, or what is left, is nearly singular."""
-        inverses, every_after, every_before = [], [], []
-        left = arrow.left
-        rest = _entries(A, left[:, None], left)
-        for places in arrow.blocks:
-            inverse, condition = _inverted(_entries(A, places[:, :, None], places[:, None]))
-            if not np.all(condition < _BLOCK):
-                return None
-            after = inverse @ _entries(A, places[:, :, None], left)
-            before = _entries(A, left[:, None], places[:, None])
-            rest = rest - np.sum(before @ after, axis=1)
-            inverses.append(inverse)
-            every_after.append(after)
-            every_before.append(before)
-        last = equilibrated(rest)
-        if not np.all(last.regular):
-            return None
-        return _Blocks(arrow, tuple(inverses), tuple(every_after), tuple(every_before), last)
-
-    def solve(self, b: np.ndarray) -> np.ndarray:
-        """X (N, n, k)."""
-        x, rest = np.empty(b.shape), b[:, self.arrow.left]
-        alone = []
-        for places, inverse, before in zip(
-            self.arrow.blocks, self.inverses, self.before, strict=True
-        ):
-            alone.append(inverse @ b[:, places])
-            rest = rest - np.sum(before @ alone[-1], axis=1)
-        x[:, self.arrow.left] = rest = self.left.solve(rest)
-        for places, own, after in zip(self.arrow.blocks, alone, self.after, strict=True):
-            x[:, places] = own - after @ rest[:, None]
-        return x
-
-
-def _entries(A: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """``A[:, rows, columns]`` of matrices that lie in one piece, several times as fast."""
-    return A.reshape(len(A), -1).take(rows * A.shape[-1] + columns, axis=1)
-
-
-def _inverted(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Inverses of square matrices (..., n, n), and their conditions; infinite of singular ones."""
+    scale = scale[..., None]
+    probe = np.broadcast_to(np.resize(_PROBE, A.shape[1])[:, None], (*A.shape[:2], 1))
+    regular, inverse = np.ones(len(A), dtype=bool), None
     try:
-        inverse = np.linalg.inv(A)
+        x = np.linalg.solve(scaled, np.concatenate([scale * b, probe], axis=-1))
+        near = _norm(scaled) * np.abs(x[..., -1]).max(-1, initial=0.0) < _SURELY
     except np.linalg.LinAlgError:
-        return np.zeros(A.shape), np.full(A.shape[:-2], np.inf)
-    return inverse, _norm(A) * _norm(inverse)
+        x, near = b, ~regular
+    if np.all(near):
+        x = scale * x[..., :-1]
+    else:
+        inverse, regular = _least(scaled)
+        x = scale * (inverse @ (scale * b))
+    for _ in range(refinements):
+        rest = scale * (b - A @ x)
+        x = x + scale * (np.linalg.solve(scaled, rest) if inverse is None else inverse @ rest)
+    return x, regular
+
+
+def _least(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Inverses of matrices (N, n, n), those of least squares of singular ones; which are not."""
+    inverse, regular = np.empty(A.shape), np.ones(len(A), dtype=bool)
+    for i, own in enumerate(A):
+        try:
+            inverse[i] = np.linalg.inv(own)
+            regular[i] = _norm(own) * _norm(inverse[i]) < _SINGULAR
+        except np.linalg.LinAlgError:
+            regular[i] = False
+        if not regular[i]:
+            inverse[i] = np.linalg.pinv(own, rcond=LOST)
+            regular[i] = np.linalg.cond(own) < 1.0 / LOST
+    return inverse, regular
 
 
 def _norm(A: np.ndarray) -> np.ndarray:
@@ -216,14 +154,15 @@ class Closure:
         wide[:, range(n, n + d), range(n, n + d)] = ~kept
         first = unit_free(A, self.sizes, self.rows)
         aside = np.broadcast_to(self.rows[0] / first[:, m : m + 1], (N, d))
-        inverse = equilibrated(wide, first=np.concatenate([first, aside], axis=1))
-        x = inverse.solve(np.concatenate([b, np.zeros((N, d, b.shape[2]))], axis=1), refinements)
+        wanted = np.concatenate([b, np.zeros((N, d, b.shape[2]))], axis=1)
+        factors = np.concatenate([first, aside], axis=1)
+        x, regular = solved(wide, wanted, factors, refinements)
         carried = np.zeros((N, n, d))
         carried[:, m:] = missing * self.rows[:, None]
         found = x[:, :n]
         # Beside redundant joints the inverse is one of least squares, and x has rough gaps.
         gaps = np.swapaxes(carried, -1, -2) @ (b - A @ found)
-        return Bordered(inverse, found, gaps, carried)
+        return Bordered(regular, found, gaps, carried)
 
 
 @dataclass(frozen=True)
@@ -234,7 +173,7 @@ class Bordered:
     left of the closure there, `carried` (N, n, d) unit wrenches Λ of these among the unknowns.
     """
 
-    inverse: Equilibrated
+    regular: np.ndarray  # (N,)
     found: np.ndarray
     gaps: np.ndarray
     carried: np.ndarray

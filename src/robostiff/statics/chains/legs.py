@@ -24,7 +24,6 @@ from robostiff.statics.chains.chain import (
     Share,
 )
 from robostiff.statics.chains.chain_family import ChainFamily, by_leg
-from robostiff.statics.chains.equilibrated import Arrowhead
 
 
 @dataclass(frozen=True)
@@ -165,24 +164,6 @@ class LegGroup:
         return [[BodyPlace(R[rows, k], t[rows, k]) for k in (0, *(own + 1))] for rows, own in pairs]
 
     @cached_property
-    def arrow(self) -> Arrowhead | None:
-        """Coordinates and wrench of every chain that bodies alone connect with the others.
-
-        None where springs or couplings connect chains besides, or nothing is left.
-        """
-        if self.springs or self.couplings or not self.points:
-            return None
-        alike: dict[int, list[np.ndarray]] = {}
-        left = np.ones(self.size, dtype=bool)
-        for own, wrench in zip(self.coordinates, self.wrench_places, strict=True):
-            if own.stop - own.start >= len(self.rows):  # fewer cannot close alone
-                places = _places(own, wrench)
-                left[places] = False
-                alike.setdefault(len(places), []).append(places)
-        blocks = tuple(np.array(places) for places in alike.values())
-        return Arrowhead(blocks, np.flatnonzero(left)) if blocks and np.any(left) else None
-
-    @cached_property
     def sum_rows(self) -> list[np.ndarray]:
         """Of every coupling: the factors of its sum among the free unknowns (N, m)."""
         found = []
@@ -235,12 +216,10 @@ class LegGroup:
 
     def anchored(self, state: LegState) -> list[tuple[np.ndarray, np.ndarray]]:
         """Where springs are held on every chain (A, 3) [m], and their velocities (A, 3, m)."""
-        family = self.family
-        shapes = [((len(own.anchors), 3), self.free_size) for own in self.chains]
-        found = [
-            tuple(np.zeros(own, dtype=int).astype(family.arrays.kind) for own in (of, (*of, m)))
-            for of, m in shapes
-        ]
+        family, found = self.family, []
+        for own in self.chains:
+            points = np.zeros((len(own.anchors), 3), dtype=int).astype(family.arrays.kind)
+            found.append((points, np.tile(points[..., None], self.free_size)))
         if not family.held:
             return found
         x = family.coordinates([state])

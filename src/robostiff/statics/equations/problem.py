@@ -10,13 +10,13 @@ import numpy as np
 
 from robostiff.spatial import skew
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
-from robostiff.statics.chains.chain import NOBODY, LegEquations, LegState, Owner, Share, Spot
+from robostiff.statics.chains.chain import NOBODY, LegEquations, LegState, Share, Spot
 from robostiff.statics.chains.chain_family import ChainFamily
 from robostiff.statics.chains.equilibrated import (
     Bordered,
     Closure,
     HeldPlatform,
-    equilibrated,
+    solved,
     unit_free,
 )
 from robostiff.statics.chains.legs import LegGroup
@@ -203,16 +203,16 @@ class EquilibriumProblem:
             wanted = -np.concatenate([eq.r[..., None], eq.A_t, eq.r_factor[..., None]], axis=-1)
             if closures is not None and np.any(closures[g].deficits):
                 lacking[g] = closures[g].solve(eq.A, wanted, refinements)
-                inverse, found = lacking[g].inverse, lacking[g].found
+                regulars, found = lacking[g].regular, lacking[g].found
             else:
                 rows = group.closure_sizes(self.length)
                 first = unit_free(eq.A, self.leg_sizes[g], rows)
-                inverse = equilibrated(eq.A, group.arrow, first)
-                found = inverse.solve(wanted, refinements)
-            regular = regular and bool(np.all(inverse.regular))
+                found, regulars = solved(eq.A, wanted, first, refinements)
+            regular = regular and bool(np.all(regulars))
             ends = [group.wrench_places[i] for i in group.on_platform]
             own_ends = [found[:, place] for place in ends]
-            carried = np.sum(own_ends, axis=0)
+            # what only the base holds has no end on the platform
+            carried = sum(own_ends, np.zeros((group.count, r, r + 2)))
             K += np.sum(carried[..., 1:-1], axis=0)
             on_legs = [eq.state.W[i] for i in group.on_platform]
             missing -= np.sum([*on_legs, carried[..., 0]], axis=(0, 1))
@@ -317,15 +317,12 @@ class EquilibriumProblem:
         moved = np.concatenate([state.p - self.point, vector_of_rotation(state.R)])
         return moved[list(self.rows)]
 
-    @property
+    @cached_property
     def legs(self) -> dict[int, str]:
         """Names of the legs by their numbers."""
-        return {own.leg: own.name for own in self._owners}
-
-    @property
-    def _owners(self) -> list[Owner]:
         chains = (chain for group in self.groups for chain in group.chains)
-        return sorted(own for chain in chains for own in chain.owners if own != NOBODY)
+        owners = {own for chain in chains for own in chain.owners} - {NOBODY}
+        return {own.leg: own.name for own in sorted(owners)}
 
     def by_leg(self, ends: Sequence[Mapping[int, np.ndarray]]) -> tuple[np.ndarray, ...]:
         """Sums by leg (...) of what chains on the platform have (N, ...), by group and chain."""

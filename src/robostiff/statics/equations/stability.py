@@ -164,18 +164,20 @@ def margins_of(group: LegGroup, eq: LegEquations, length: float) -> list[Margin 
     Q = group.with_modes(eq)
     Q0 = np.tile(np.eye(Q.shape[1]), (len(Q), 1, 1))
     Q0[:, :m, :m] = group.unloaded_curvature
-    C = np.zeros((len(Q), A.shape[1] - m, Q.shape[1]))
-    C[:, :, :m] = A[:, m:, :m] * group.closure_sizes(length)[:, None]
-    stiff = np.ones(Q.shape[:2])
+    C = A[:, m:, :m] * group.closure_sizes(length)[:, None]
     # Without springs between bodies: what these add to a passive joint may be rounding.
-    stiff[:, :m] = np.diagonal(group.own_curvature, axis1=-2, axis2=-1)
-    scale = unit_sizes(C, stiff)
+    scale = unit_sizes(C, np.diagonal(group.own_curvature, axis1=-2, axis2=-1))
     columns = C * scale[:, None]
     rows = np.linalg.norm(columns, axis=2)
     columns = columns / np.where(rows > 0, rows, 1.0)[..., None]
     found: list[Margin | None] = [None] * len(Q)
+    inner = Q.shape[1] - m
     for legs, motions in _left_by(columns):
-        N = motions * scale[legs, :, None]
+        k = motions.shape[-1]
+        if not k + inner:
+            continue
+        N = np.zeros((len(legs), m + inner, k + inner))
+        N[:, :m, :k], N[:, m:, k:] = motions * scale[legs, :, None], np.eye(inner)
         across = np.swapaxes(N, -1, -2)
         pairs = across @ Q[legs] @ N, across @ Q0[legs] @ N
         for leg, own, least in zip(legs, N, margins(*pairs), strict=True):
@@ -200,10 +202,7 @@ def unit_sizes(C: np.ndarray, stiff: np.ndarray) -> np.ndarray:
 
 
 def _left_by(C: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Legs and motions (legs, m, k), orthonormal, on which closures (N, c, m) of one rank vanish.
-
-    None where they leave no motion.
-    """
+    """Legs and orthonormal motions (legs, m, k) on which closures (N, c, m) of one rank vanish."""
     count, m = C.shape[1:]
     if count < m:
         V, R = np.linalg.qr(np.swapaxes(C, -1, -2), mode="complete")
@@ -213,7 +212,7 @@ def _left_by(C: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
             return
     _, values, Vt = np.linalg.svd(C)
     ranks = np.sum(values > _NONE * values[:, :1], axis=1)
-    for rank in np.unique(ranks[ranks < m]):
+    for rank in np.unique(ranks):
         legs = np.flatnonzero(ranks == rank)
         yield legs, np.swapaxes(Vt[legs, rank:], -1, -2)
 

@@ -7,7 +7,7 @@ of a record.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import singledispatch
 from typing import Any, NamedTuple
@@ -34,14 +34,14 @@ from robostiff.network import BeamElement, JointElement, Network, SpringElement
 from robostiff.network.elements import Element as NetworkElement
 from robostiff.statics.chains.beam_bowing import is_rigid, moves
 
-Body = Hashable
+Body = str
 Part = PlacedFreedom | PlacedSpring
 
 
 class Place(NamedTuple):
     """A body: behind so many parts of a member, or, without a member, itself; where it counts."""
 
-    body: Body = None
+    body: Body = ""
     member: int | None = None
     parts: int = 0
     leg: int = 0
@@ -73,8 +73,8 @@ class Assembly:
 
     Attributes
     ----------
-    base, platform : hashable
-        Bodies, as those of members.
+    base, platform : str
+        Bodies, as those of members; a body is known by a key, which is no name.
     legs : list of str
         Names of what members belong to.
     members : list of Member
@@ -152,12 +152,13 @@ class _Leg:
     prefix: str
     number: int
     blocks: list[tuple[str, Place, np.ndarray]] = field(default_factory=list)
+    named: set[str] = field(default_factory=set)
 
     def whole(self, leg: PlacedLeg, end: Body) -> None:
         """Add all of it; blocks are named where nothing else has their names."""
         self.along(leg, BASE, end)
-        for name, *where in self.blocks:
-            self.found.names.setdefault(self.prefix + name, (where[0], where[1]))
+        for name, place, point in self.blocks:
+            self.found.names.setdefault(self.prefix + name, (place, point))
 
     def along(self, leg: PlacedLeg, start: Body, end: Body) -> Place:
         """Add what leads from one body to another; the body behind the last element."""
@@ -182,9 +183,7 @@ class _Leg:
                 self.couple(element)
         return behind[-1]
 
-    def run(
-        self, run: Sequence[Part], start: Body, end: Body | None, behind: list[Place]
-    ) -> Body | None:
+    def run(self, run: Sequence[Part], start: Body, end: Body | None, behind: list[Place]) -> Body:
         """A member to a body, or a new one; the place behind every element. The body at its end.
 
         What does not move before a block, or behind the last, is part of the body before it.
@@ -209,7 +208,7 @@ class _Leg:
 
     def body(self, point: np.ndarray) -> Body:
         """A new body between members, by a point of it."""
-        body = self.prefix, len(self.found.points)
+        body = f"{self.prefix}{len(self.found.points)}"
         self.found.points[body] = np.asarray(point)
         return body
 
@@ -222,12 +221,13 @@ class _Leg:
             When another part of the leg has the name.
         """
         names, name = self.found.names, self.prefix + element.name
-        if name in names:
+        if name in self.named:
             raise InputError(
                 "parts of a snapshot under load",
                 got=f"{name}, twice",
                 expected="each name once in a leg: loads and masses are known by it",
             )
+        self.named.add(name)
         names[name] = place, np.asarray(element.point)
         if joint is not None:
             self.found.joints[name] = joint

@@ -1,0 +1,1 @@
+"""Compensation: commands by which a loaded robot is where it is wanted."""

@@ -1,0 +1,412 @@
+"""Commands whose loaded pose is the wanted one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.elastostatics.status import Status, StatusOfPoses
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.kinematics import (
+    JointCoordinates,
+    Pose,
+    Posture,
+    actuator_names,
+    find_posture,
+    freedom_twist,
+)
+from robostiff.kinematics.machine_pose import actuator_places
+from robostiff.kinematics.pose import Near
+from robostiff.model import Actuated, PlacedFreedom, Robot
+from robostiff.spatial import as_floats
+from robostiff.statics.chains.beam_bowing import Beams, Bowing
+from robostiff.statics.kernels.compile import compile_loaded
+from robostiff.statics.kernels.compiled_loading import CompiledLoading
+from robostiff.statics.loading.given_loads import Gravity, Loads
+
+_BOWING = Bowing()
+# Of the size of the robot: closer than this no step is taken.
+_THERE = 1e-14
+# A correction changes by so many times the median between neighbours: a jump. Below, in metres and
+# radians, nothing is one.
+_JUMP, _NO_JUMP = 10.0, 1e-8
+# Along the tool more than this part of a direction of travel leaves no direction across it.
+_ALONG = 1.0 - 1e-9
+
+
+class Axes(Enum):
+    """Axes in which the wrench of a point of a path is given; it is about the reference point.
+
+    ``WORLD``; ``TOOL``, those of the wanted platform; ``PATH``, x along the direction of travel and
+    z as near to that of the wanted platform as can be.
+    """
+
+    WORLD = "world"
+    TOOL = "tool"
+    PATH = "path"
+
+
+@dataclass(frozen=True)
+class Mirror:
+    """The wanted pose less the deviation there: positions by difference, R R_loaded^T R."""
+
+
+@dataclass(frozen=True)
+class Exact:
+    """The command is corrected by what is missing until nothing is.
+
+    Attributes
+    ----------
+    steps : int
+        At most; each leaves about the deviation over the size of the robot.
+    """
+
+    steps: int = 8
+
+
+@dataclass(frozen=True)
+class Compensation(StatusOfPoses):
+    """Commands for the points of a path, and what is left of the deviation.
+
+    Attributes
+    ----------
+    robot : Robot
+    target : (N, 6) array
+        Wanted poses of the platform [m, rad].
+    commanded : (N, 6) array
+        Poses without load that arrive there; not a number without an answer.
+    coordinates : (N, n) array
+        The same as coordinates of the robot: free pose coordinates, or joints of an arm.
+    drives : (N, d) array
+        Coordinates of the drives there, in the order of `drive_names` [m, rad].
+    deviation : (N, 6) array
+        What is missing without correction: shift and rotation vector [m, rad].
+    left : (N, 6) array
+        What is missing with it.
+    status_codes : (N,) array of uint16
+    jumps : tuple of int
+        Points, from 0, before which the correction jumps.
+    """
+
+    robot: Robot
+    target: np.ndarray
+    commanded: np.ndarray
+    coordinates: np.ndarray
+    drives: np.ndarray
+    deviation: np.ndarray
+    left: np.ndarray
+    status_codes: np.ndarray
+    jumps: tuple[int, ...]
+
+    @property
+    def drive_names(self) -> tuple[str, ...]:
+        """Names of the drives."""
+        return actuator_names(self.robot)
+
+    def __repr__(self) -> str:
+        if not len(self.target):
+            return "<Compensation of no point>"
+        before, after = (
+            1e6 * np.nanmax(np.linalg.norm(each[:, :3], axis=1), initial=0.0)
+            for each in (self.deviation, self.left)
+        )
+        jumps = f", {len(self.jumps)} jumps" if self.jumps else ""
+        return (
+            f"<Compensation of {len(self.target)} points: at most {before:.4g} um before, "
+            f"{after:.3g} um after{jumps}, status {self.status}>"
+        )
+
+
+def compensate(
+    robot: Robot,
+    path: Pose,
+    wrenches: ArrayLike,
+    method: Mirror | Exact = Exact(),
+    *,
+    axes: Axes = Axes.WORLD,
+    loads: Loads | None = None,
+    gravity: Gravity = None,
+    preload: Mapping[str, float] | None = None,
+    beams: Beams = _BOWING,
+    near: Near = None,
+) -> Compensation:
+    """Commands by which a robot under the forces of a process follows a path.
+
+    With the loaded pose L(u) of a command u, L(u) = target is solved: `Exact` adds what is missing
+    until nothing is, `Mirror` takes the deviation at the target from it once. Drives keep their
+    commanded coordinates. The wrench belongs to the target, not to the command.
+
+    Parameters
+    ----------
+    robot : Robot
+    path : (N, n) array, JointCoordinates, ActuatorCoordinates or ToolPose
+        Wanted poses, as `find_posture` takes them.
+    wrenches : (r,) or (N, r) array
+        On the platform about its reference point [N, N m].
+    method : Mirror or Exact
+    axes : Axes
+        In which the wrenches are given.
+    loads, gravity, preload, beams
+        As for `equilibrium`.
+    near : joint coordinates, optional
+        Which posture of an arm is meant, as for `find_posture`.
+
+    Returns
+    -------
+    Compensation
+        Points beyond limits, out of reach or without equilibrium have a status, and the others
+        their commands. Of a robot with less than six free coordinates these are corrected, and
+        `left` is what remains of the others.
+
+    Raises
+    ------
+    InputError
+        When the robot has a flexible platform or laws of force, or the wrenches do not fit.
+    NoAnswerError
+        When the platform has free motions at every pose, or a leg is rigid in some direction.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> robot = rs.load("hexapod")
+    >>> path = np.zeros((5, 6)) + [0, 0, 0.9, 0, 0, 0]
+    >>> path[:, 0] = np.linspace(-0.1, 0.1, 5)
+    >>> found = rs.compensate(robot, path, [500, 0, -2000, 0, 0, 0])
+    >>> bool(np.abs(found.deviation).max() > 1e-6), bool(np.abs(found.left).max() < 1e-12)
+    (True, True)
+    """
+    if not isinstance(robot, Robot):
+        raise InputError(
+            "robot to compensate",
+            got=type(robot).__name__,
+            expected="a Robot",
+            hint='write compensate(load("hexapod"), path, wrenches)',
+        )
+    wanted = find_posture(robot, path, near=near)
+    size = robot.space.size
+    F = as_floats("wrenches", wrenches, f"{size} numbers, or that of each point")
+    if F.shape not in {(size,), (len(wanted.pose), size)}:
+        raise InputError(
+            "wrenches",
+            got=f"shape {F.shape}",
+            expected=f"({size},) or ({len(wanted.pose)}, {size}), one for each point of the path",
+        )
+    F = _in_world(np.broadcast_to(F, (len(wanted.pose), size)), wanted, axes, robot)
+    commands = _Commands(
+        robot,
+        compile_loaded(robot, loads=loads, gravity=gravity, preload=preload, beams=beams),
+        wanted,
+        F,
+    )
+    return commands.corrected(method)
+
+
+def _in_world(F: np.ndarray, wanted: Posture, axes: Axes, robot: Robot) -> np.ndarray:
+    """Wrenches (N, r) in world axes."""
+    if axes is Axes.WORLD:
+        return F
+    from scipy.spatial.transform import Rotation
+
+    R = Rotation.from_rotvec(wanted.pose[:, 3:]).as_matrix()
+    if axes is Axes.PATH:
+        R = _along_path(wanted.pose[:, :3], R[:, :, 2])
+    if robot.space.size == 3:
+        turned = np.einsum("nij,nj->ni", R[:, :2, :2], F[:, :2])
+        return np.column_stack([turned, F[:, 2]])
+    return np.concatenate([np.einsum("nij,nj->ni", R, part) for part in (F[:, :3], F[:, 3:])], 1)
+
+
+def _along_path(points: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Axes (N, 3, 3): x along the direction of travel, z as near to that given as can be."""
+    if len(points) < 2:
+        raise InputError(
+            "axes of the path", got="one point", expected="two points or more, for a direction"
+        )
+    along = np.gradient(points, axis=0)
+    length = np.linalg.norm(along, axis=1)
+    x = along / np.where(length > 0, length, 1.0)[:, None]
+    for point in np.flatnonzero((length == 0) | (np.abs(np.sum(x * z, axis=1)) > _ALONG))[:1]:
+        raise InputError(
+            f"axes of the path at point {point + 1}",
+            got="no direction of travel across the tool",
+            expected="points that differ across the tool axis",
+            hint="give the wrenches in Axes.WORLD or Axes.TOOL",
+        )
+    y = np.cross(z, x)
+    y = y / np.linalg.norm(y, axis=1, keepdims=True)
+    return np.stack([x, y, np.cross(x, y)], axis=-1)
+
+
+@dataclass(frozen=True)
+class _Commands:
+    """Commands of a robot for wanted postures under wrenches."""
+
+    robot: Robot
+    loaded: CompiledLoading
+    wanted: Posture
+    F: np.ndarray  # (N, r), world axes
+
+    @property
+    def by_joints(self) -> bool:
+        """Whether a command is joint coordinates."""
+        return self.robot.is_serial
+
+    def corrected(self, method: Mirror | Exact) -> Compensation:
+        """The result of a method."""
+        start = self._start
+        first, codes = self._missing(start)
+        command = start
+        if isinstance(method, Mirror):
+            command = self._mirrored(start, first)
+        else:
+            missing, before = first, np.inf
+            for _ in range(method.steps):
+                command = self._moved(command, missing)
+                missing, _ = self._missing(command)
+                largest = float(np.nanmax(np.abs(missing[:, self._followed]), initial=0.0))
+                if largest <= _THERE * self.wanted.length or not largest < before:
+                    break
+                before = largest
+        left, codes = self._missing(command)
+        posture = self._unloaded(command)
+        codes = codes.copy()
+        codes[~posture.within_limits] |= np.uint16(Status.BEYOND_LIMITS)
+        lost = ~np.isfinite(left).all(axis=1)
+        drives = np.concatenate(
+            [
+                q[:, places]
+                for q, places in zip(posture.coordinates, actuator_places(self.robot), strict=True)
+            ],
+            axis=1,
+        )
+        commanded = posture.pose.copy()
+        for values in (commanded, drives, command, left):
+            values[lost] = np.nan
+        return Compensation(
+            robot=self.robot,
+            target=self.wanted.pose,
+            commanded=commanded,
+            coordinates=command,
+            drives=drives,
+            deviation=first,
+            left=left,
+            status_codes=codes,
+            jumps=_jumps(_between(self.wanted.pose, commanded)),
+        )
+
+    @property
+    def _start(self) -> np.ndarray:
+        """The targets as commands (N, n)."""
+        if self.by_joints:
+            return self.wanted.coordinates[0].copy()
+        return self.wanted.pose[:, self.robot.coordinate_places].copy()
+
+    @property
+    def _followed(self) -> np.ndarray:
+        """Rows of what can be corrected: all of an arm, else the free coordinates."""
+        places = np.arange(6) if self.by_joints else np.asarray(self.robot.coordinate_places)
+        return places if len(places) else np.arange(6)
+
+    def _unloaded(self, command: np.ndarray) -> Posture:
+        """Postures without load."""
+        given = JointCoordinates(command) if self.by_joints else command
+        return find_posture(self.robot, given)
+
+    def _missing(self, command: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What is missing of the targets under load (N, 6), and status codes (N,)."""
+        given = JointCoordinates(command) if self.by_joints else command
+        answer = self.loaded.evaluate(given, self.F)
+        if command.shape[1] == 6 and not self.by_joints:
+            pose = _six(command, self.robot.coordinate_places)
+        else:
+            pose = self._unloaded(command).pose
+        moved = np.zeros((len(pose), 6))
+        moved[:, list(self.robot.space.rows)] = answer.displacement
+        return _between(_after(pose, moved), self.wanted.pose), answer.status_codes
+
+    def _moved(self, command: np.ndarray, missing: np.ndarray) -> np.ndarray:
+        """Commands whose unloaded poses are further by a shift and a rotation (N, 6)."""
+        known = np.isfinite(missing).all(axis=1)
+        step = np.where(known[:, None], missing, 0.0)
+        if self.by_joints:
+            moved = command + np.einsum("nij,nj->ni", self._inverse_rates, step)
+        elif command.shape[1] == 6:
+            places = self.robot.coordinate_places
+            moved = _after(_six(command, places), step)[:, places]
+        else:
+            moved = command + step[:, self.robot.coordinate_places]
+        moved[~known] = np.nan if self.by_joints else command[~known]
+        return np.where(known[:, None], moved, command)
+
+    def _mirrored(self, start: np.ndarray, missing: np.ndarray) -> np.ndarray:
+        """Commands at the target less its deviation, rotations by R R_loaded^T R."""
+        aim = _after(self.wanted.pose, missing)
+        command = self._moved(start, missing)
+        for _ in range(Exact.steps if self.by_joints else 0):  # joints that lead there
+            step = _between(self._unloaded(command).pose, aim)
+            command = self._moved(command, step)
+            if not np.nanmax(np.abs(step), initial=0.0) > _THERE * self.wanted.length:
+                break
+        return command
+
+    @property
+    def _inverse_rates(self) -> np.ndarray:
+        """Rates of the joints of an arm with the twist of its platform (N, n, 6), at the targets.
+
+        Raises NoAnswerError where a joint is passive: its coordinate is no command.
+        """
+        (leg,) = self.wanted.snapshot.legs
+        if not all(isinstance(role, Actuated) for role in self.robot.legs[0].chain.roles):
+            raise NoAnswerError(
+                f"no commands of {self.robot.name!r}: it has passive or locked joints, whose "
+                "coordinates are no commands"
+            )
+        moving = [e for e in leg.elements if isinstance(e, PlacedFreedom)]
+        columns = [freedom_twist(e, self.wanted.pose[:, :3]) for e in moving]
+        J = np.stack([np.broadcast_to(c, (len(self.F), 6)) for c in columns], axis=-1)
+        return np.linalg.pinv(J, rcond=1e-9)
+
+
+def _six(coordinates: np.ndarray, places: list[int]) -> np.ndarray:
+    """Six coordinates (N, 6) in the order x, y, z, rx, ry, rz."""
+    pose = np.empty(coordinates.shape)
+    pose[:, places] = coordinates
+    return pose
+
+
+def _after(pose: np.ndarray, moved: np.ndarray) -> np.ndarray:
+    """Poses (N, 6) after a shift and a rotation (N, 6), world axes."""
+    from scipy.spatial.transform import Rotation
+
+    found = pose + moved
+    known = np.isfinite(found).all(axis=1)
+    turned = Rotation.from_rotvec(moved[known, 3:]) * Rotation.from_rotvec(pose[known, 3:])
+    found[known, 3:] = turned.as_rotvec()
+    found[~known] = np.nan
+    return found
+
+
+def _between(start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Shift and rotation (N, 6) from poses to others, world axes."""
+    from scipy.spatial.transform import Rotation
+
+    found = end - start
+    known = np.isfinite(found).all(axis=1)
+    turned = Rotation.from_rotvec(end[known, 3:]) * Rotation.from_rotvec(start[known, 3:]).inv()
+    found[known, 3:] = turned.as_rotvec()
+    found[~known] = np.nan
+    return found
+
+
+def _jumps(corrections: np.ndarray) -> tuple[int, ...]:
+    """Points before which corrections (N, 6) change by much more than elsewhere."""
+    steps = np.abs(np.diff(corrections, axis=0)).max(axis=1, initial=0.0)
+    if not np.isfinite(steps).any():
+        return ()
+    usual = float(np.nanmedian(steps))
+    with np.errstate(invalid="ignore"):
+        return tuple((np.flatnonzero(steps > max(_JUMP * usual, _NO_JUMP)) + 1).tolist())

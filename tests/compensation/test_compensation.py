@@ -1,0 +1,217 @@
+"""Corrected paths, confirmed by equilibria; statuses, axes, files, and the command."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from scipy.spatial.transform import Rotation
+
+import robostiff as rs
+from robostiff.cli.main import app
+
+STRAIGHT = np.tile([0, 0, 0.9, 0.05, 0, 0.1], (7, 1))
+STRAIGHT[:, 0] = np.linspace(-0.1, 0.1, 7)
+
+
+def loaded_pose(robot: rs.Robot, command: np.ndarray, wrench: np.ndarray) -> np.ndarray:
+    """Where `equilibrium` says that the platform is (6,)."""
+    moved = rs.equilibrium(robot, command, wrench=wrench).displacement
+    turned = Rotation.from_rotvec(moved[3:]) * Rotation.from_rotvec(command[3:])
+    return np.concatenate([command[:3] + moved[:3], turned.as_rotvec()])
+
+
+def test_equilibrium_is_on_the_path():
+    robot = rs.load("hexapod")
+    wrenches = np.array([[500.0, -100 * k, -2000, 0, 5, 0] for k in range(7)])
+    found = rs.compensate(robot, STRAIGHT, wrenches)
+    for command, target, wrench in zip(found.commanded, STRAIGHT, wrenches, strict=True):
+        np.testing.assert_allclose(loaded_pose(robot, command, wrench), target, atol=1e-11)
+    assert np.max(np.linalg.norm(found.deviation[:, :3], axis=1)) > 1e-5
+
+
+@pytest.mark.parametrize("name", ["3-prs", "delta"])
+def test_a_robot_of_few_freedoms_is_corrected_where_it_can_be(name):
+    robot = rs.load(name)
+    home = rs.find_posture(robot).pose[:, robot.coordinate_places]
+    path = home + np.linspace(0, 0.01, 4)[:, None]
+    found = rs.compensate(robot, path, [10.0, -5, -20, 0, 0, 0])
+    free = robot.coordinate_places
+    assert np.max(np.abs(found.left[:, free])) < 1e-12
+    assert np.max(np.abs(found.deviation[:, free])) > 1e-8
+    stiff = [k for k in range(6) if k not in free]
+    # But for what the corrected coordinates take along.
+    np.testing.assert_allclose(
+        found.left[:, stiff], found.deviation[:, stiff], rtol=1e-2, atol=2e-9
+    )
+
+
+def test_points_without_an_answer_have_a_status_and_the_others_their_commands():
+    robot = rs.load("delta")
+    home = rs.find_posture(robot).pose[:, robot.coordinate_places]
+    path = home + np.linspace(0, 0.02, 7)[:, None]
+    path[2, 2] = 5.0
+    found = rs.compensate(robot, path, [0, 0, -10.0, 0, 0, 0])
+    assert found.answered.tolist() == [True, True, False, True, True, True, True]
+    assert rs.Status(int(found.status_codes[2])) & rs.Status.UNREACHABLE
+    assert np.isnan(found.commanded[2]).all()
+    assert np.max(np.abs(np.delete(found.left, 2, axis=0)[:, :3])) < 1e-12
+
+
+def test_drives_beyond_their_limits_are_said():
+    robot = rs.load("hexapod")
+    limits = [leg.chain.roles for leg in robot.legs]
+    assert limits
+    high = STRAIGHT[:1].copy()
+    for z in np.linspace(0.9, 1.4, 60):
+        high[0, 2] = z
+        posture = rs.find_posture(robot, high)
+        if posture.reached.all() and not posture.within_limits.all():
+            break
+    else:
+        pytest.skip("no limits within reach")
+    found = rs.compensate(robot, high, [0, 0, -1000.0, 0, 0, 0])
+    assert found.status & rs.Status.BEYOND_LIMITS
+    assert np.isfinite(found.commanded).all()
+
+
+def test_axes_of_the_process_force():
+    robot = rs.load("hexapod")
+    R = Rotation.from_rotvec(STRAIGHT[0, 3:]).as_matrix()
+    world = np.concatenate([R @ [0, 0, -800.0], R @ [0, 3.0, 0]])
+    one = rs.compensate(robot, STRAIGHT, world)
+    two = rs.compensate(robot, STRAIGHT, [0, 0, -800.0, 0, 3.0, 0], axes=rs.Axes.TOOL)
+    np.testing.assert_allclose(one.commanded, two.commanded, atol=1e-14)
+    z = R[:, 2]
+    y = np.cross(z, [1.0, 0, 0]) / np.linalg.norm(np.cross(z, [1.0, 0, 0]))
+    along = np.concatenate([300.0 * np.array([1.0, 0, 0]) + 40.0 * y, np.zeros(3)])
+    one = rs.compensate(robot, STRAIGHT, along)
+    two = rs.compensate(robot, STRAIGHT, [300.0, 40.0, 0, 0, 0, 0], axes=rs.Axes.PATH)
+    np.testing.assert_allclose(one.commanded, two.commanded, atol=1e-14)
+
+
+def test_a_step_of_the_force_is_a_jump_of_the_correction():
+    robot = rs.load("hexapod")
+    path = np.repeat(STRAIGHT[:1], 40, axis=0)
+    path[:, 0] = np.linspace(-0.1, 0.1, 40)
+    wrenches = np.zeros((40, 6))
+    wrenches[:, 2] = np.where(np.arange(40) < 25, -1000.0, -3000.0)
+    assert rs.compensate(robot, path, wrenches).jumps == (25,)
+    assert rs.compensate(robot, path, wrenches[0]).jumps == ()
+
+
+REFUSED = {
+    "three numbers": (lambda r: rs.compensate(r, STRAIGHT, [0, 0, -1]), "one for each point"),
+    "two wrenches": (lambda r: rs.compensate(r, STRAIGHT, np.zeros((2, 6))), "one for each point"),
+    "no robot": (lambda _: rs.compensate("hexapod", STRAIGHT, np.zeros(6)), "a Robot"),
+    "one point": (
+        lambda r: rs.compensate(r, STRAIGHT[:1], np.zeros(6), axes=rs.Axes.PATH),
+        "two points or more",
+    ),
+    "no direction": (
+        lambda r: rs.compensate(r, STRAIGHT[[0, 0, 0]], np.zeros(6), axes=rs.Axes.PATH),
+        "no direction of travel",
+    ),
+}
+
+
+@pytest.mark.parametrize(("made", "message"), REFUSED.values(), ids=REFUSED.keys())
+def test_refused(made, message):
+    with pytest.raises(rs.InputError, match=message):
+        made(rs.load("hexapod"))
+
+
+TEXT = """# milling, 1 mm a tooth
+N;x [mm];z [mm];rz [deg];Fx [N];Fz [kN];comment
+10;-50,5;900;3;500;-2;cut
+
+# the other side
+20;50,5;900;3;500;-2;"cut; fast"
+"""
+
+
+def test_a_file_keeps_its_lines(tmp_path):
+    file = tmp_path / "path.csv"
+    file.write_text(TEXT.replace('"cut; fast"', "cut fast"))
+    robot = rs.load("hexapod")
+    program = rs.read_program(robot, file)
+    np.testing.assert_allclose(program.poses[:, 0], [-0.0505, 0.0505])
+    np.testing.assert_allclose(program.poses[:, 5], np.radians(3.0))
+    np.testing.assert_allclose(program.wrenches, [[500, 0, -2000, 0, 0, 0]] * 2)
+    found = rs.compensate(robot, program.poses, program.wrenches)
+    out = tmp_path / "out.csv"
+    rs.write_program(program, found, out)
+    before, after = file.read_text().splitlines(), out.read_text().splitlines()
+    assert all(new.startswith(old) for old, new in zip(before, after, strict=True))
+    assert [after[k] == before[k] for k in range(6)] == [True, False, False, True, True, False]
+    headings = after[1].split(";")
+    last = dict(zip(headings, after[5].split(";"), strict=True))
+    x = 1e-3 * float(last["x_cmd [mm]"].replace(",", "."))
+    assert x == pytest.approx(found.commanded[1, 0], abs=1e-12)
+    assert float(last["ry_cmd [rad]"].replace(",", ".")) == pytest.approx(found.commanded[1, 4])
+    assert last["status"] == "ok"
+
+
+@pytest.mark.parametrize("order", ["zyx", "ZYX", "XYZ", "yxz"])
+def test_euler_angles_in_and_out(tmp_path, order):
+    angles = {"rx": 4.0, "ry": -3.0, "rz": 7.0}
+    heads = ", ".join(f"{name} [deg]" for name in angles)
+    row = ", ".join(map(str, angles.values()))
+    file = tmp_path / "path.csv"
+    file.write_text(f"x [mm], z [mm], {heads}, Fz [N]\n10, 900, {row}, 0\n")
+    robot = rs.load("hexapod")
+    program = rs.read_program(robot, file, angles=order)
+    given = [angles[f"r{axis}"] for axis in order.lower()]
+    expected = Rotation.from_euler(order, given, degrees=True).as_rotvec()
+    np.testing.assert_allclose(program.poses[0, 3:], expected, atol=1e-15)
+    lines = program.with_commands(rs.compensate(robot, program.poses, program.wrenches))
+    last = dict(zip(lines[0].split(","), lines[1].split(","), strict=True))
+    for name, value in angles.items():
+        assert float(last[f"{name}_cmd [deg]"]) == pytest.approx(value, abs=1e-9)
+
+
+def test_joints_of_an_arm_from_a_file(tmp_path):
+    robot = rs.load("six-joint-arm")
+    names = robot.legs[0].chain.coordinate_names
+    file = tmp_path / "path.csv"
+    file.write_text(f"{names[1]} [deg],{names[2]} [deg],Fz [N]\n20,40,-50\n25,45,-50\n")
+    program = rs.read_program(robot, file)
+    assert isinstance(program.poses, rs.JointCoordinates)
+    found = rs.compensate(robot, program.poses, program.wrenches, gravity="-z")
+    assert np.max(np.abs(found.left)) < 1e-11
+    assert f"{names[0]}_cmd" not in program.with_commands(found)[0].split(",")[0]
+
+
+BAD = {
+    "no unit": ("x,Fz [N]\n1,2\n", r":1:1: unit of x: got 'none'"),
+    "a strange unit": ("x [kg],Fz [N]\n1,2\n", r"unit of x"),
+    "not a number": ("x [mm],Fz [N]\n1,a\n", r":2:3: Fz: value: got 'a'"),
+    "nan": ("x [mm],Fz [N]\nnan,1\n", r":2:1: x: value: got 'nan'"),
+    "fields": ("x [mm],Fz [N]\n1,2,3\n", r"got '3 fields', expected 2"),
+    "twice": ("x [mm],x [mm]\n1,2\n", r"each name once"),
+    "nothing": ("a,b\n1,2\n", r"some of x, y, z"),
+    "no point": ("x [mm],Fz [N]\n", r"a line of headings, then a line a point"),
+}
+
+
+@pytest.mark.parametrize(("text", "message"), BAD.values(), ids=BAD.keys())
+def test_files_that_cannot_be_read(tmp_path, text, message):
+    file = tmp_path / "path.csv"
+    file.write_text(text)
+    with pytest.raises(rs.InputError, match=message):
+        rs.read_program(rs.load("hexapod"), file)
+
+
+def test_the_command(tmp_path):
+    file, out, picture = (tmp_path / name for name in ("path.csv", "out.csv", "path.svg"))
+    file.write_text("x [mm],z [mm],Fz [N]\n-20,900,-800\n0,900,-800\n20,900,-800\n")
+    words = ["compensate", "hexapod", str(file), "-o", str(out), "--plot", str(picture)]
+    outcome = CliRunner().invoke(app, words)
+    assert outcome.exit_code == 0, outcome.stderr
+    assert "hexapod, 3 points of a path" in outcome.stdout
+    assert "without correction" in outcome.stdout
+    assert len(out.read_text().splitlines()) == 4
+    assert picture.read_text().startswith("<?xml")
+    again = CliRunner().invoke(app, words)
+    assert again.exit_code == 2
+    assert "--overwrite" in again.stderr
