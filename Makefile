@@ -36,7 +36,7 @@ help:
 	@echo "make extras  the wheel alone and with each extra alone, at newest and lowest versions"
 	@echo "make processors  the numerical tests with the arithmetic of other processors"
 	@echo "make campaign  20,000 random robots, mutated files and stores through every way (30 minutes)"
-	@echo "make lint    ruff, pyright and the direction of imports"
+	@echo "make lint    ruff, pyright, types of all that is public, direction of imports"
 	@echo "make format  let ruff put code in order"
 	@echo "make docs    the documentation, into docs/_build/html"
 	@echo "make outputs what the documents show: picture, list of robots, printed output"
@@ -92,6 +92,8 @@ lint: $(STAMP)-lint $(STAMP)-peers
 	$(BIN)/ruff format --check
 	$(BIN)/lint-imports
 	$(BIN)/pyright --threads 2
+	$(BIN)/pyright --project tests/typed
+	PATH="$(BIN):$$PATH" $(BIN)/python -m tests.typed.public_symbols
 
 format: $(STAMP)-lint
 	$(BIN)/ruff check --fix

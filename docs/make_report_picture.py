@@ -24,6 +24,7 @@ def main(picture: str) -> None:
             executable_path=shutil.which("chromium"), args=arguments
         )
         page = browser.new_page(viewport={"width": 1000, "height": 1500})
+        page.set_default_timeout(90_000)  # a processor draws what a graphics card draws elsewhere
         page.goto(path.as_uri())
         page.wait_for_function("document.querySelectorAll('.plot .main-svg').length > 0")
         page.wait_for_timeout(1000)

@@ -95,7 +95,8 @@ def test_an_option_has_the_same_words_in_every_command():
                 said.setdefault(max(own.opts, key=len), set()).add(str(own.help))
     several = {name for name, words in said.items() if len(words) > 1}
     loads = {"--pose", "--wrench", "--load", "--gravity"}
-    assert several <= loads | {"--output", "--plot", "--mode", "--quantity"}
+    compensation = {"--angles", "--method"}
+    assert several <= loads | compensation | {"--output", "--plot", "--mode", "--quantity"}
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

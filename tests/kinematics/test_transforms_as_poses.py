@@ -75,3 +75,9 @@ MIRRORED = MATRICES[0] @ np.diag([1, 1, -1, 1])
 def test_what_is_no_transform(robot, wrong):
     with pytest.raises(rs.InputError, match=r"rigid transforms: a rotation|a finite number"):
         rs.stiffness(robot, wrong)
+
+
+def test_what_is_placed_has_no_transform(robot):
+    placed = rs.stiffness(robot).placed()
+    with pytest.raises(rs.NoAnswerError, match="no transform of 'gough-stewart-b'"):
+        _ = rs.stiffness(placed).transform

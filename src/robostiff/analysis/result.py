@@ -118,10 +118,16 @@ class Stiffness(StatusOfPoses, InNotebooks):
         return self.details().pose if given is None else given
 
     @property
-    def transform(self) -> RigidTransform | None:
-        """Pose of the platform as a rigid transform, or as a batch of them; None for a snapshot."""
+    def transform(self) -> RigidTransform:
+        """Pose of the platform as a rigid transform, or as a batch of them.
+
+        Raises
+        ------
+        NoAnswerError
+            When it has no pose, as a snapshot.
+        """
         if self.pose is None:
-            return None
+            raise NoAnswerError(f"no transform of {self.name!r}: it is placed, and has no pose")
         T = np.zeros((*self.pose.shape[:-1], 4, 4))
         T[..., :3, :3] = matrix_of_rotation(self.pose[..., 3:])
         T[..., :3, 3], T[..., 3, 3] = self.pose[..., :3], 1.0

@@ -26,7 +26,7 @@ _HOMES = {
 }
 
 
-class _Commands(click.Group):
+class _CommandsByName(click.Group):
     """All commands; the module of one is imported when it is asked for."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -61,7 +61,7 @@ def _shell(install: bool) -> Any:
     return done
 
 
-app: click.Group = _Commands(
+app: click.Group = _CommandsByName(
     "robostiff",
     help="Cartesian stiffness of robots with elastic links, elastic actuators and passive joints.",
     no_args_is_help=True,

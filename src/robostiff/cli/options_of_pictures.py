@@ -28,7 +28,7 @@ WHAT = ("robot", "deflection", "energy", "ellipsoids", "free-motions", "matrix",
 
 
 @dataclass(frozen=True)
-class Subject(Model):
+class ViewedModel(Model):
     """What is drawn: a robot, or a map."""
 
     source: str = robot_argument("ROBOT|MAP", ", a map (FILE.zarr or FILE.nc)")
@@ -44,7 +44,7 @@ class Plot(Command, name="plot", run="commands_pictures:make_plot"):
     Exit status: 0 for a picture, 1 where there is nothing to draw, 2 for bad input.
     """
 
-    model: Subject = group(Subject)
+    model: ViewedModel = group(ViewedModel)
     output: str = output_option("FILE.png, .svg or .pdf, or of a robot .html to be turned.")
     what: str | None = option(
         "--what",

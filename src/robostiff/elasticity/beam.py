@@ -283,7 +283,7 @@ def tapered_compliance(
         length = positive_numbers(f"length of {subject}", segment[0], "m")
         pieces.append(BeamSegment(length, segment[1], segment[2]))
     compliances = exact_arrays(*(beam_compliance(*piece, theory) for piece in pieces))
-    total: NDArray | None = None
+    total: NDArray[Any] | None = None
     to_tip: Any = np.zeros((), dtype=compliances[0].dtype)
     for own, (length, _, _) in zip(reversed(compliances), reversed(pieces), strict=True):
         moved = move_compliance(own, np.stack([to_tip, 0 * to_tip, 0 * to_tip], axis=-1))

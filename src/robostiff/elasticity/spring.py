@@ -58,8 +58,8 @@ class Elasticity:
     (6, 0)
     """
 
-    compliance: np.ndarray
-    freedoms: np.ndarray = field(default_factory=lambda: np.zeros((6, 0)))
+    compliance: NDArray[Any]
+    freedoms: NDArray[Any] = field(default_factory=lambda: np.zeros((6, 0)))
     bounds: tuple[Bounds, ...] = ()
     beam: SlenderBeam | None = None
 
@@ -83,7 +83,7 @@ class Elasticity:
         object.__setattr__(self, "bounds", left_open(self.bounds))
 
     @cached_property
-    def modes(self) -> NDArray:
+    def modes(self) -> NDArray[Any]:
         """Twists (..., 6, 6) in columns: a wrench w stores the energy ``|modes^T w|^2 / 2``."""
         return compliance_modes(self.compliance)
 
@@ -160,7 +160,7 @@ def _spring_along(stiffness: Any, axis: Entries, rows: slice) -> Elasticity:
     return Elasticity(compliance, bounds=(Bounds("stiffness of the spring", k),))
 
 
-def _unit(axis: Entries) -> NDArray:
+def _unit(axis: Entries) -> NDArray[Any]:
     subject, expected = "axis of the spring", "three numbers, not all zero"
     formulas = formula_array(axis)
     if formulas is not None:
@@ -174,7 +174,7 @@ def _unit(axis: Entries) -> NDArray:
     return vector / norm
 
 
-def _own_array(subject: str, values: ArrayLike) -> NDArray:
+def _own_array(subject: str, values: ArrayLike) -> NDArray[Any]:
     """A read-only copy: floats, or objects (exact and symbolic entries) as they are."""
     array = np.array(as_array(values))
     if array.dtype != object:

@@ -363,7 +363,7 @@ def moved(elasticity: Elasticity, rotation: Entries, offset: Entries) -> Elastic
     )
 
 
-def _from_formulas(K: NDArray, bounds: tuple[Bounds, ...]) -> Elasticity:
+def _from_formulas(K: NDArray[Any], bounds: tuple[Bounds, ...]) -> Elasticity:
     found = inverse_of_formulas(K)
     if found is not None:
         return Elasticity(*found, bounds)

@@ -16,7 +16,7 @@ from robostiff.kinematics.spanning_tree import SpanningTree, spanning_tree
 from robostiff.model import Chain, Joint, JointKind, Link, Locked, Mass, Passive
 from robostiff.model.checks import finite_coordinates
 from robostiff.model.entries import Symbolic
-from robostiff.model.machine import Machine
+from robostiff.model.subject import Subject
 from robostiff.spatial import Frame, Screw, Space, refuse_quantities
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ class Connection:
 
 
 @dataclass(frozen=True)
-class Linkage(Symbolic, Machine):
+class Linkage(Symbolic, Subject):
     """Bodies connected in any way, one of which is fixed.
 
     Attributes

@@ -9,8 +9,8 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.model.checks import check_distinct, vector3
-from robostiff.model.machine import Machine
 from robostiff.model.robot import ALL_COORDINATES, Coordinate, pose_coordinates
+from robostiff.model.subject import Subject
 from robostiff.spatial import Frame, Space, refuse_quantities
 
 _IN_PLANE = 1e-9  # [m]
@@ -117,7 +117,7 @@ class Weight:
 
 
 @dataclass(frozen=True)
-class CableRobot(Machine):
+class CableRobot(Subject):
     """A rigid platform suspended in cables, or tensioned by them.
 
     Attributes

@@ -18,9 +18,9 @@ from robostiff.model.checks import check_distinct, vector3
 from robostiff.model.entries import Symbolic, are_equal
 from robostiff.model.flexible_platform import FlexiblePlatform
 from robostiff.model.joint import Passive
-from robostiff.model.machine import Machine
 from robostiff.model.mass import Mass, gravity_vector, masses_of
 from robostiff.model.stiffness_law import ForceLaw, StiffnessLaw
+from robostiff.model.subject import Subject
 from robostiff.spatial import Frame, Space
 
 
@@ -103,7 +103,7 @@ class Leg:
 
 
 @dataclass(frozen=True, repr=False)
-class Robot(InNotebooks, Symbolic, Machine):
+class Robot(InNotebooks, Symbolic, Subject):
     """A serial or parallel robot.
 
     Its dimensions, elastic constants and home coordinates are numbers or SymPy formulas.

@@ -16,9 +16,9 @@ from robostiff.elasticity import Elasticity
 from robostiff.model.body_spring import refuse_springs
 from robostiff.model.flexible_platform import PlacedPlatform
 from robostiff.model.joint import Passive, Role
-from robostiff.model.machine import FrozenMachine
 from robostiff.model.mass import PlacedMass, one_of
 from robostiff.model.stiffness_law import StiffnessLaw
+from robostiff.model.subject import FrozenSubject
 from robostiff.spatial import Screw, Space
 
 _ROUNDING = 1e-12  # of a coordinate: closer points are one
@@ -258,7 +258,7 @@ class PlacedLeg:
 
 
 @dataclass(frozen=True)
-class Snapshot(FrozenMachine):
+class Snapshot(FrozenSubject):
     """A robot at one pose, or at a batch of poses.
 
     Attributes

@@ -22,7 +22,7 @@ from robostiff.model import (
     Snapshot,
 )
 from robostiff.model.checks import check_distinct
-from robostiff.model.machine import FrozenMachine
+from robostiff.model.subject import FrozenSubject
 from robostiff.network.elements import (
     BeamElement,
     CouplingElement,
@@ -38,7 +38,7 @@ _ROUNDING = 1e-12  # of a coordinate: closer points are one
 
 
 @dataclass(frozen=True)
-class Network(FrozenMachine):
+class Network(FrozenSubject):
     """Rigid bodies and elements between them, at one pose in world coordinates.
 
     Attributes

@@ -34,7 +34,7 @@ class Operation(Enum):
     LEAST = "min"
     GREATER = "greater"  # 1 where the first is greater than the second, else 0
 
-    if not TYPE_CHECKING:  # an annotation would hide that it has one
+    if not TYPE_CHECKING:
         __hash__ = object.__hash__  # that of enumerations takes as long as an operation
 
 
@@ -102,16 +102,14 @@ class Record:
     4
     """
 
-    inputs: tuple[str, ...]
-    most: int | None
-
     def __init__(self, inputs: Mapping[str, ArrayLike], most: int | None = None) -> None:
         samples = {name: np.array(values, dtype=float) for name, values in inputs.items()}
         shapes = {values.shape for values in samples.values()}
         if len(shapes) > 1 or any(len(shape) != 1 for shape in shapes):
             raise InputError("samples of the inputs", expected="as many for each input")
         self.count = next(iter(shapes))[0] if shapes else 1
-        self.inputs, self.most = tuple(samples), most
+        self.inputs: tuple[str, ...] = tuple(samples)
+        self.most: int | None = most
         self.operations: list[tuple[Operation, Any, Any]] = []
         self._samples = np.empty((64, self.count))
         self.names: dict[int, str] = {}
@@ -286,8 +284,6 @@ def _leading_digits(x: float) -> tuple[int, int]:
 
 
 _SYMMETRIC = {Operation.ADD, Operation.MULTIPLY, Operation.LEAST}
-
-
 #: Numbers that a formula may hold beside entries: floats, or exact SymPy numbers.
 Number = Any
 
@@ -314,16 +310,12 @@ class Entry:
     """
 
     __slots__ = ("record", "step")
-
-    record: Record
-    step: int
-
     # SymPy's numbers leave the operation to entries, and do not try to convert them.
     _op_priority = 20.0
 
     def __init__(self, record: Record, step: int) -> None:
-        self.record = record
-        self.step = step
+        self.record: Record = record
+        self.step: int = step
 
     @property
     def sample(self) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -217,16 +217,25 @@ class Code(CodePrinter):
     own: ClassVar[tuple[str, ...]] = ()  # further identifiers of the template
     longest: ClassVar[int | None] = None  # letters of an identifier
     template: ClassVar[str]
-    width, indent = 96, 4  # of lines, and of the comment
-    subject, fails = "It", ""  # what relates, and where there is no answer
-    size, zero, pi, e = "abs", "0", "pi", "exp(1)"
-    entry, zeros = "", ""
-    head, colon = "", ""  # what stands around the arguments where they are defined
-    declared = "{}"  # the target of an intermediate
-    both = "{} && {}"  # what holds before, and a test
-    each, every = "all(isfinite({}))", " && "  # whether arguments, or a matrix, are finite
+    width: ClassVar[int] = 96  # of lines
+    indent: ClassVar[int] = 4  # of the comment
+    subject: ClassVar[str] = "It"  # what relates
+    fails: ClassVar[str] = ""  # where there is no answer
+    size: ClassVar[str] = "abs"
+    zero: ClassVar[str] = "0"
+    pi: ClassVar[str] = "pi"
+    e: ClassVar[str] = "exp(1)"
+    entry: ClassVar[str] = ""
+    zeros: ClassVar[str] = ""
+    head: ClassVar[str] = ""  # what stands before the arguments where they are defined
+    colon: ClassVar[str] = ""  # and behind
+    declared: ClassVar[str] = "{}"  # the target of an intermediate
+    both: ClassVar[str] = "{} && {}"  # what holds before, and a test
+    each: ClassVar[str] = "all(isfinite({}))"  # whether arguments are finite
+    every: ClassVar[str] = " && "  # whether a matrix is
     functions: ClassVar[dict[str, str]] = {}  # by their names in the vocabulary
-    plain = staticmethod(plain_text)  # a name fit for a comment of the language
+    # a name fit for a comment of the language
+    plain: ClassVar[Callable[[str], str]] = staticmethod(plain_text)
 
     def __init__(self, derivation: Any, name: str) -> None:
         super().__init__({"order": None})
@@ -234,22 +243,23 @@ class Code(CodePrinter):
         if not is_identifier or name in self.reserved:
             expected = f"an identifier of {self.name_of_language}"
             raise InputError("name of the function", got=name, expected=expected)
-        self.title = getattr(derivation, "name", "")
+        self.title: str = getattr(derivation, "name", "")
         if isinstance(derivation, FormulaDerivative):
             whole, symbol = derivation.derivation.name, derivation.symbol.name
             self.title = f"{whole} with its derivative by {symbol}"
-        self.is_stiffness = getattr(derivation, "is_stiffness", True)
+        self.is_stiffness: bool = getattr(derivation, "is_stiffness", True)
         is_program = isinstance(derivation, FormulaProgram)
-        self.compute = compute = derivation if is_program else program(derivation)
-        self.identifiers = Identifiers({*self.reserved, name}, self.longest)
+        compute = derivation if is_program else program(derivation)
+        self.compute: FormulaProgram = compute
+        self.identifiers: Identifiers = Identifiers({*self.reserved, name}, self.longest)
         take = self.identifiers.take
         symbols = (*compute.arguments, *(a.symbol for a in compute.assignments))
         self._names = {symbol: take(symbol.name) for symbol in symbols}
-        self.arguments = [self._names[symbol] for symbol in compute.arguments]
-        self.results = [take(x) for x in ("K", "dK")[: len(compute.results)]]
-        self.n = compute.entries.rows
+        self.arguments: list[str] = [self._names[symbol] for symbol in compute.arguments]
+        self.results: list[str] = [take(x) for x in ("K", "dK")[: len(compute.results)]]
+        self.n: int = compute.entries.rows
         #: Words of the template.
-        self.words = {x: take(x) for x in ("holds", *self.own)}
+        self.words: dict[str, str] = {x: take(x) for x in ("holds", *self.own)}
         self.words |= {"name": name, "NAME": name.upper(), "K": self.results[0], "n": str(self.n)}
         self.words |= {"nn": str(self.n**2), "results": ", ".join(self.results)}
         is_alone = len(self.results) == 1

@@ -316,7 +316,7 @@ def _matrix(entries: Any) -> Any:
 
 
 #: Of a wrench in space and in the plane.
-ROWS = {6: range(6), 3: (0, 1, 5)}
+ROWS: dict[int, Sequence[int]] = {6: range(6), 3: (0, 1, 5)}
 #: Names of the entries of a wrench: force, moment.
 COMPONENTS = ("u_x", "u_y", "u_z", "m_x", "m_y", "m_z")
 

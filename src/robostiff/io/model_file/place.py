@@ -106,15 +106,15 @@ class Place(DocumentPlace):
             quantity = _parsed(value).evaluate(self.names, self.mathematics)
         return same_dimension(quantity, make_quantity(1.0, make_unit({"m": 1})))
 
-    def vector(self, written: list, dimension: Dimension) -> np.ndarray:
+    def vector(self, written: list[Any], dimension: Dimension) -> np.ndarray:
         """Numbers of one dimension."""
         return np.array([(self / i).number(own, dimension) for i, own in enumerate(written)])
 
-    def point(self, written: list | None) -> np.ndarray:
+    def point(self, written: list[Any] | None) -> np.ndarray:
         """Three lengths (3,) [m]; zero when nothing is written."""
         return np.zeros(3) if written is None else self.vector(written, Dimension.LENGTH)
 
-    def direction(self, written: str | list) -> np.ndarray:
+    def direction(self, written: str | list[Any]) -> np.ndarray:
         """Unit vector (3,) of a direction: the name of an axis, or three numbers or lengths."""
         if isinstance(written, str):
             sign = -1.0 if written.startswith("-") else 1.0

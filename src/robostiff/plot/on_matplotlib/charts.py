@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch, PathPatch
@@ -149,7 +151,7 @@ def region_patch(
     return PathPatch(Path.make_compound_path(*rectangles), **patch_look(style))
 
 
-def patch_look(style: RegionStyle) -> dict:
+def patch_look(style: RegionStyle) -> dict[str, Any]:
     """Matplotlib's properties of a region."""
     return {
         "facecolor": "none" if style.fill is None else style.fill,

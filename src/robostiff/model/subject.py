@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from robostiff.model.robot import Coordinate
 
 
-class Machine:
+class Subject:
     """A robot, a linkage, a cable robot, a snapshot or a network."""
 
     #: In words.
@@ -17,7 +17,7 @@ class Machine:
     is_frozen: ClassVar[bool] = False
 
 
-class FrozenMachine(Machine):
+class FrozenSubject(Subject):
     """A machine at one pose, or at some, that was written down or placed there."""
 
     is_frozen: ClassVar[bool] = True
