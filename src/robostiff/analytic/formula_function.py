@@ -167,7 +167,7 @@ def formula_function(derivation: Formula, arguments: Sequence[Any]) -> FormulaFu
     InputError
         When a symbol of the formula is not among them, or another name is.
     """
-    from robostiff.analytic.export.code import source_of_values
+    from robostiff.analytic.export.languages_of_code import source_of_values
     from robostiff.analytic.export.program import plain_program
 
     compute = plain_program(derivation)

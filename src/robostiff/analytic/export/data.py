@@ -9,7 +9,7 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.export.code import refuse_derivative
+from robostiff.analytic.export.languages_of_code import refuse_derivative
 
 _SCHEMA = "robostiff derive 2"
 _LEFT_OUT = {"exact", "at_vector_level", "general_rank", "steps_asked", "unit", "before"}

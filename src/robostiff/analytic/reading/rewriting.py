@@ -178,7 +178,7 @@ def in_squares(expression: Any, symbol: Any, square: Any, once: Any) -> Any:
 
 
 @dataclass(frozen=True, eq=False)
-class Formula:
+class CountedFormula:
     """A formula and what it consists of; sets of symbols are numbers, a bit each."""
 
     expression: Any
@@ -237,24 +237,25 @@ class Move:
     symbols: int
     new: Definition | None = None  # a name that comes in, or stays; what computes it does, too
     out: Any = None  # the name that goes
-    made: dict[Formula, Formula] = field(default_factory=dict)
+    made: dict[CountedFormula, CountedFormula] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
+class Writing:
     """One way to write all of them."""
 
-    results: tuple[Formula, ...]
-    names: dict[Any, Formula]  # by symbol
+    results: tuple[CountedFormula, ...]
+    names: dict[Any, CountedFormula]  # by symbol
     cost: int
     lines: int  # results, and names that are formulas
     own: int  # its names
     below: int  # given symbols below fraction bars; names that are positive are no pole
-    all_names: dict[Any, Formula]  # those with idle ones, which are in no result and no other name
-    begin: tuple[Way, Move] | None = None
+    # Those with idle ones, which are in no result and no other name
+    all_names: dict[Any, CountedFormula]
+    begin: tuple[Writing, Move] | None = None
 
     @property
-    def formulas(self) -> Iterator[Formula]:
+    def formulas(self) -> Iterator[CountedFormula]:
         """Results, and formulas of names."""
         yield from self.results
         yield from self.names.values()

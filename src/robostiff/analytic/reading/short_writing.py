@@ -33,9 +33,9 @@ from robostiff.analytic.reading.letters import (
     in_order,
 )
 from robostiff.analytic.reading.rewriting import (
-    Formula,
+    CountedFormula,
     Move,
-    Way,
+    Writing,
     by_difference,
     divided,
     in_squares,
@@ -112,9 +112,9 @@ class _Search:
         self.squares = 0  # names of squares
         self.moves: dict[Any, Move] = {}
         self.units: dict[Any, bool] = {}  # whether x^2 + y^2 = 1, and x >= 0
-        self.known: dict[Any, Formula] = {}
+        self.known: dict[Any, CountedFormula] = {}
 
-    def formula(self, expression: Any) -> Formula:
+    def formula(self, expression: Any) -> CountedFormula:
         """One and the same for an expression."""
         found = self.known.get(expression)
         if found is None:
@@ -125,7 +125,7 @@ class _Search:
                 pending += new
             powers = [x for x in parts if x.is_Pow]
             below = [x.base for x in powers if x.exp.is_Rational and x.exp.is_negative]
-            found = self.known[expression] = Formula(
+            found = self.known[expression] = CountedFormula(
                 expression,
                 tuple(parts),
                 operations_in(expression),
@@ -142,7 +142,7 @@ class _Search:
             found |= self.bits.setdefault(symbol, 1 << len(self.bits))
         return found
 
-    def needed(self, symbols: int, names: Mapping[Any, Formula]) -> int:
+    def needed(self, symbols: int, names: Mapping[Any, CountedFormula]) -> int:
         """Some symbols, and all by which names among them are computed."""
         while True:
             before = symbols
@@ -154,10 +154,10 @@ class _Search:
 
     def way(
         self,
-        results: tuple[Formula, ...],
-        names: dict[Any, Formula],
-        begin: tuple[Way, Move] | None = None,
-    ) -> Way:
+        results: tuple[CountedFormula, ...],
+        names: dict[Any, CountedFormula],
+        begin: tuple[Writing, Move] | None = None,
+    ) -> Writing:
         """A way without names that are in no result and no other name."""
         bits, wanted, every = self.bits, self.bits_of(self.kept), dict(names)
         if begin is not None:
@@ -178,9 +178,9 @@ class _Search:
                 lines += 1
         below = (below | self.needed(below & soft, names)) & ~own
         cost += _A_LINE * max(0, lines - _LINES)
-        return Way(results, names, cost, lines, own, below, every, begin)
+        return Writing(results, names, cost, lines, own, below, every, begin)
 
-    def best(self) -> Way:
+    def best(self) -> Writing:
         """The shortest of all that are followed."""
         results, names = self.start.results, self.start.definitions
         best = self.way(
@@ -190,7 +190,7 @@ class _Search:
         ways, seen, stale, least = [best], set[Any](), 0, best.cost
         width = min(_WIDTH, max(2, _FOLLOWED // best.lines))
         for _ in range(_ROUNDS):
-            found: list[Way] = []
+            found: list[Writing] = []
             self.most = least + _LONGER
             for own in ways:
                 for move in self.moves_from(own):
@@ -210,12 +210,12 @@ class _Search:
                 break
         return best
 
-    def moved(self, w: Way, move: Move) -> Way:
+    def moved(self, w: Writing, move: Move) -> Writing:
         """The same after a move."""
         spend()
         wanted, made = move.symbols, move.made
 
-        def own(x: Formula) -> Formula:
+        def own(x: CountedFormula) -> CountedFormula:
             if wanted & ~x.symbols:
                 return x
             found = made.get(x)
@@ -234,18 +234,18 @@ class _Search:
         names = {s: x if self.bits[s] & first else own(x) for s, x in names.items()}
         return self.way(tuple(map(own, w.results)), names, (w, move))
 
-    def has_rooted_names(self, w: Way) -> bool:
+    def has_rooted_names(self, w: Writing) -> bool:
         """Whether the root of a named sum stands somewhere: it should have a name itself."""
         roots = frozenset[Any]().union(*(x.rooted for x in w.formulas if x.rooted))
         given = (own for own in w.names.items() if roots and own[0] not in self.of)
         return any(s in roots or x.expression in roots for s, x in given)
 
-    def has_rooted_squares(self, w: Way) -> bool:
+    def has_rooted_squares(self, w: Writing) -> bool:
         """Whether a root has a named square in it: what is squared should have the name."""
         roots = (x for f in w.formulas for x in f.rooted)
         return any(self.bits_of(symbols_in(x)) & self.squares for x in roots)
 
-    def moves_from(self, w: Way) -> Iterator[Move]:
+    def moves_from(self, w: Writing) -> Iterator[Move]:
         """All that lead one step from a way."""
         for symbol, formula in w.names.items():
             # What has an angle that is computed is longer without.
@@ -272,7 +272,7 @@ class _Search:
             self.moves[key] = Move(change, by, self.bits_of(of), new, out)
         return self.moves[key]
 
-    def without(self, w: Way, name: Any, expression: Any) -> Iterator[Move]:
+    def without(self, w: Writing, name: Any, expression: Any) -> Iterator[Move]:
         """A name written out, in squares, or as a ratio times what it is divided by."""
         # A root may vanish in a square, which is two operations less.
         more, left = w.names[name].operations - 2, self.most - w.cost
@@ -296,7 +296,7 @@ class _Search:
                 new = Definition(symbol, expression / below)
                 yield self.move(with_multiple, name, symbol * below, of=[name], new=new, out=name)
 
-    def by_ratios(self, w: Way) -> Iterator[Move]:
+    def by_ratios(self, w: Writing) -> Iterator[Move]:
         """A name for a ratio of lengths that recurs: a component of a unit vector.
 
         A length below all results is a factor in front of them: 1/L^2.
@@ -312,7 +312,7 @@ class _Search:
                 new = self.name("s", a / b)
                 yield self.move(divided, new, of=(a, b), new=new)
 
-    def by_cosine(self, w: Way, above: Any, below: Any) -> Iterator[Move]:
+    def by_cosine(self, w: Writing, above: Any, below: Any) -> Iterator[Move]:
         """For s = L_a/L_b with L_a^2 = L_b^2 - x^2: sqrt(1 - (x/L_b)^2), and s L_b for L_a."""
         if not {above, below} <= w.names.keys():
             return
@@ -324,7 +324,7 @@ class _Search:
             put = ((above, new.symbol * below),)
             yield self.move(put_in, put, of=[above], new=new, out=above)
 
-    def by_sums(self, w: Way) -> Iterator[Move]:
+    def by_sums(self, w: Writing) -> Iterator[Move]:
         """A name for a difference, a sum or an angle that recurs; named sums in other sums."""
         sums = Counter(x for f in w.formulas for x in f.sums)
         both = (ab for f in w.formulas for ab in f.differences)
@@ -345,7 +345,7 @@ class _Search:
                 terms = frozenset(total.args)
                 yield self.move(with_sum, terms, own, of=symbols_in(total), new=new)
 
-    def with_name(self, w: Way, total: Any, letter: str) -> Move:
+    def with_name(self, w: Writing, total: Any, letter: str) -> Move:
         """A name for a sum as it stands, or for its root where that occurs."""
         root = root_of(total)
         has_root = any(total in x.rooted for x in w.formulas)
@@ -354,7 +354,7 @@ class _Search:
         put = (root, new.symbol), (1 / root, 1 / new.symbol), (total, square), (-total, -square)
         return self.move(put_in, put, of=symbols_in(total), new=new)
 
-    def by_unit_lengths(self, w: Way) -> Iterator[Move]:
+    def by_unit_lengths(self, w: Writing) -> Iterator[Move]:
         """What x^2 + y^2 = 1 makes of names: x^2 for 1 - y^2, sqrt(1 - y^2) for x, or neither."""
         real = [s for s in w.names if not s.name.startswith(("L_", *_SPRINGS))]
         for x, y in permutations(real, 2):
@@ -373,7 +373,7 @@ class _Search:
             if needed != self.bits[y]:
                 yield self.move(in_squares, x, 1 - y**2, formula, of=[x], out=x)
 
-    def by_angles(self, w: Way) -> Iterator[Move]:
+    def by_angles(self, w: Writing) -> Iterator[Move]:
         """The angle of a triangle of three known sides, b sin(theta) = sqrt(b^2 - a^2)."""
         roots = dict.fromkeys(x for f in w.formulas for x in f.rooted if x.is_Mul)
         parts = (x for f in w.formulas if roots for x in f.parts if x.is_Pow and x.exp == 2)
@@ -389,7 +389,7 @@ class _Search:
                 put += [(radicand**half, sine ** (2 * half)) for half in (sp.S.Half, -sp.S.Half)]
                 yield self.move(put_in, tuple(put), new=new)
 
-    def by_compliances(self, w: Way) -> Iterator[Move]:
+    def by_compliances(self, w: Writing) -> Iterator[Move]:
         """Ratios of compliances where moduli are multiplied out below a fraction bar."""
         parts = (x for f in w.formulas for x in f.parts if x.is_Pow)
         powers = dict.fromkeys(x for x in parts if x.exp is sp.S.NegativeOne and x.base.is_Add)
@@ -431,7 +431,7 @@ class _Search:
             self.units[x, y] = self.units[y, x] = is_unit
         return self.units[x, y]
 
-    def written(self, w: Way) -> Written:
+    def written(self, w: Writing) -> Written:
         """A way as it is written; the others go the same way."""
         names = [Definition(s, x.expression) for s, x in w.names.items()]
         names = [replace(self.of.get(d.symbol, d), expression=d.expression) for d in names]
@@ -455,7 +455,7 @@ class _Search:
         return Written(tuple(x.expression for x in w.results), tuple(names), others)
 
 
-def _shortest_of_each_length(found: Iterable[Way], width: int) -> list[Way]:
+def _shortest_of_each_length(found: Iterable[Writing], width: int) -> list[Writing]:
     """The shortest ways, a few of them of the same number of lines."""
     left, ways = Counter[int](), []
     for one in sorted(found, key=lambda one: one.cost):
