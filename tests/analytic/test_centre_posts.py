@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from robostiff.kinematics import posture_finder
-from robostiff.kinematics.closure.leg_forms import Post
+from robostiff.kinematics.closure import Post
 from robostiff.model import ALL_COORDINATES
 from robostiff.network import network_of_snapshot
 

@@ -82,6 +82,7 @@ def test_vectors_are_programs_in_all_languages(levels):
 
 def test_vectors_have_a_compliance():
     form = rs.derive("gough-stewart-b", pose=rs.AtSymbols()).vectors
+    assert form is not None
     robot = rs.load("gough-stewart-b", symbols=rs.ALL_PARAMETERS)
     values = place_of(robot, form)
     C = np.array(compliance_steps(form).substituted(values), dtype=float)
@@ -92,6 +93,7 @@ def test_names_of_springs_are_a_formula_of_their_own():
     robot = rs.load("3-prs", symbols=rs.ALL_PARAMETERS)
     derivation = rs.derive(robot)
     named = derivation.named
+    assert named is not None
     assert named.symbols == derivation.symbols
     values = {s.name: robot.nominal[s.name] for s in named.symbols}
     K = rs.stiffness(robot.numeric).K
@@ -107,6 +109,7 @@ def test_names_of_springs_are_a_formula_of_their_own():
 
 def test_levels_are_printed_and_kept_alone():
     derivation = rs.derive("gough-stewart-b", pose=rs.AtSymbols())
+    assert derivation.vectors is not None
     text = derivation_text(derivation.vectors)
     assert "K_C = sum over i of w_i w_i^T / c_i" in text.splitlines()
     assert "Nomenclature" in text

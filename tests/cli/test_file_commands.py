@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
-from scipy.io import loadmat
 
 import robostiff as rs
 from robostiff.cli.commands_files import templates
@@ -241,33 +240,6 @@ def test_a_converted_robot_has_the_ending_of_its_form():
     printed = run("convert", "hexapod", "-o", "-").stdout
     assert json.loads(printed)["name"] == "hexapod"
     assert not list(Path().iterdir())
-
-
-def test_results_for_matlab(tmp_path):
-    path = tmp_path / "hexapod.mat"
-    pose = "0 0 850 mm 0 0 10 deg"
-    options = ("--pose", pose, "--to", "matlab", "-o", str(path))
-    assert run.answer("convert", "hexapod", *options)["files"] == [str(path)]
-    found, expected = (
-        loadmat(path),
-        rs.stiffness(rs.load("hexapod"), [0, 0, 0.85, 0, 0, np.pi / 18]),
-    )
-    assert np.allclose(found["stiffness"], expected.K, rtol=1e-12)
-    assert expected.transform is not None
-    assert np.allclose(found["transform"], expected.transform.as_matrix())
-    assert found["status"][0] == "ok"
-    legs = found["joint_coordinates"].dtype.names
-    assert legs == tuple(f"leg{i}" for i in range(1, 7))
-
-
-def test_results_for_matlab_need_a_file_and_a_pose_in_reach(tmp_path):
-    for options in (["--to", "matlab"], ["--to", "matlab", "-o", str(tmp_path / "a.json")]):
-        outcome = run("convert", "hexapod", *options)
-        assert outcome.exit_code == 2
-        assert ".mat" in outcome.output or "-o FILE" in outcome.output
-    far = ["--pose", "1 0 0.3", "--to", "matlab", "-o", str(tmp_path / "far.mat")]
-    assert run("convert", "3-puu", *far).exit_code == 1
-    assert not (tmp_path / "far.mat").exists()
 
 
 def test_a_file_that_is_replaced_keeps_its_permissions_and_links():

@@ -205,7 +205,6 @@ main()
         "derive 3-rpr --pose symbolic --steps -o out.py",
         "report 3-rpr -o out.html",
         "convert 3-rpr --to snapshot -o out.json",
-        "convert 3-rpr --to matlab -o out.mat",
         "schema model -o out.json",
     ],
 )

@@ -7,9 +7,15 @@ import pytest
 
 from robostiff import Elbow, InputError
 from robostiff.kinematics import find_posture, place_chain
-from robostiff.kinematics.closure import LegSolver, leg_solvers, loops_of_legs, nearest
-from robostiff.kinematics.closure.leg_forms import Post
-from robostiff.kinematics.closure.rods import Rod, Strut
+from robostiff.kinematics.closure import (
+    LegSolver,
+    Post,
+    Rod,
+    Strut,
+    leg_solvers,
+    loops_of_legs,
+    nearest,
+)
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Chain, Joint, JointKind, PlacedFreedom
 from tests.generators.legs import (

@@ -88,7 +88,7 @@ def spring_jacobian(leg: PlacedLeg, at: np.ndarray) -> tuple[np.ndarray, np.ndar
         elif isinstance(element, PlacedFreedom) and element.stiffness is not None:
             columns.append(freedom_twist(element, at)[:, None])
             blocks.append(np.array([[1.0 / element.stiffness]]))
-    return np.hstack(columns), block_diag(*blocks)
+    return np.hstack(columns), np.asarray(block_diag(*blocks))
 
 
 class DeflectedWalk(ChainWalk):

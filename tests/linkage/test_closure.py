@@ -27,8 +27,8 @@ from robostiff.model import (
     universal,
 )
 from robostiff.record import Record
-from robostiff.recorded.leg import at_samples
 from robostiff.spatial import Frame
+from tests.recorded.at_samples import samples
 
 
 def _frame(rng):
@@ -94,11 +94,14 @@ def test_frames_on_entries_are_those_of_numbers(seed):
     placed = bodies.tree.placed(np.array([record.input(f"q{i}") for i in range(row.size)]))
     numbers = bodies.tree.placed(np.array([row, row + 0.1]))
     for name in ("axes", "points", "R", "p", "R_wanted", "p_wanted"):
-        found = at_samples(getattr(placed, name), 2)
-        np.testing.assert_allclose(found, getattr(numbers, name), rtol=0, atol=1e-12)
+        own, expected = getattr(placed, name), getattr(numbers, name)
+        for k in range(2):
+            found = samples(own.ravel(), k).reshape(own.shape)
+            np.testing.assert_allclose(found, expected[k], rtol=0, atol=1e-12)
     for fixed in bodies.frames.values():
         for own, expected in zip(placed.at(fixed), numbers.at(fixed), strict=True):
-            np.testing.assert_allclose(at_samples(own, 2), expected, rtol=0, atol=1e-12)
+            found = samples(own.ravel(), 1).reshape(own.shape)
+            np.testing.assert_allclose(found, expected[1], rtol=0, atol=1e-12)
 
 
 def _relative_rate(plus, minus, h):

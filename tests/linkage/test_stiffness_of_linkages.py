@@ -135,7 +135,7 @@ def test_a_record_that_differs_from_the_network_is_an_error():
     assert answer.recorded is not None
     asked.recorded = replace(answer.recorded, values={"K": 1.01 * answer.recorded.matrix})
     with pytest.raises(rs.DisagreementError, match="record of a linkage"):
-        rs.Stiffness(asked, asked.rows, asked.recorded)[0].details()
+        rs.Stiffness(asked, asked.rows)[0].details()
 
 
 def test_another_tolerance_is_not_left_to_the_record():

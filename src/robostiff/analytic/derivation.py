@@ -32,6 +32,7 @@ class Formula(WrittenWhole, ABC):
 
     # Of each kind of formula: its named steps, in order, and under which conditions it holds.
     name: Any
+    K: Any
     definitions: Any = ()
     conditions: Any = ()
     meanings: Any
@@ -159,11 +160,11 @@ class Formula(WrittenWhole, ABC):
         """
         put_in, where = self._at(values), f"formula {self.name!r}"
         refuse_failing(self.conditions, put_in, where)
-        found = tuple(put_in.matrix(M) for M in self.matrices)
+        found = [put_in.matrix(M) for M in self.matrices]
         refuse_undefined((x for M in found for x in M), where)
         if self.is_of_legs:
             refuse_negative(found[0], where)
-        return found if len(found) > 1 else found[0]
+        return tuple(found) if len(found) > 1 else found[0]
 
     def _at(self, values: Mapping[Any, Any]) -> Substitution:
         """All values and steps, for the expressions of the formula."""

@@ -112,6 +112,7 @@ def differentiate(derivation: Formula, symbol: sp.Symbol | str) -> FormulaDeriva
 
     Examples
     --------
+    >>> from robostiff.analytic import Derivation
     >>> E, I, L = sp.symbols("E I L", positive=True)
     >>> K = sp.ImmutableMatrix(sp.diag(3 * E * I / L**3, 0, 0))
     >>> differentiate(Derivation("K_C", K, (), K), L).dK[0, 0]

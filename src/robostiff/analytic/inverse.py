@@ -123,6 +123,7 @@ def compliance_steps(derivation: Formula) -> ComplianceSteps:
 
     Examples
     --------
+    >>> from robostiff.analytic import Derivation
     >>> k, x = sp.symbols("k x", positive=True)
     >>> K = sp.ImmutableMatrix([[k, k * x, 0], [k * x, k * x**2 + k, 0], [0, 0, k]])
     >>> found = compliance_steps(Derivation("K_C", K, (), K))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import sympy as sp
@@ -54,7 +54,7 @@ from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import InputError
 from robostiff.model import Robot
 from robostiff.record import Entry, is_zero
-from robostiff.recorded import RecordedRobot, assembled
+from robostiff.recorded import RecordedRobot
 
 # Most terms of an entry by default: found in a second.
 _READABLE = 500
@@ -135,71 +135,57 @@ def derive_robot(
     is_home = isinstance(pose, AtHome) or at_joints or is_short_in_angles(robot)
     asked = isinstance(form, Steps)
 
-    def in_series(at: _Recording) -> bool:
+    def in_series(placed: PlacedRobot) -> bool:
         # K of several links is the inverse of a sum, which no one writes out.
-        return form is None and bool(at.placed.symbols) and is_arm(at.placed, links=2)
+        return form is None and bool(placed.symbols) and is_arm(placed, links=2)
 
-    def recorded() -> _Recording:
-        at = _Recording(place_robot(robot, pose))
-        if not (is_home and at.placed.symbols) or isinstance(form, Steps) or in_series(at):
-            _ = at.recorded
-        return at
+    def recorded() -> PlacedRobot:
+        placed = place_robot(robot, pose)
+        if not (is_home and placed.symbols) or isinstance(form, Steps) or in_series(placed):
+            _ = placed.recorded
+        return placed
 
-    at = within(enough, recorded, "record of a formula")
+    placed = within(enough, recorded, "record of a formula")
     if isinstance(form, Closed):
         limit = form.limit
-        return within(budget, lambda: _readable(at, limit, is_home=is_home, closed=True))
+        return within(budget, lambda: _readable(placed, limit, is_home=is_home, closed=True))
     remark = ""
-    if form is None and is_home and robot.platform is None and not in_series(at):
+    if form is None and is_home and robot.platform is None and not in_series(placed):
         try:
-            return within(budget, lambda: _readable(at, _READABLE, is_home=True, closed=False))
+            return within(budget, lambda: _readable(placed, _READABLE, is_home=True, closed=False))
         except OutOfTimeError:
             remark = f"A closed form did not end within {budget:g} s of computing."
             # What was stopped may have left half of a step.
             form = Steps()
-            at = within(enough, recorded, "record of a formula")
+            placed = within(enough, recorded, "record of a formula")
         except (FormulaTooLargeError, OutsideFieldError):
             pass  # too long, or with the size of a length of either sign
     # On a record of its own: this one has steps of the elimination, longer for the same values.
     return _in_steps(
-        at.placed,
-        at.recorded,
+        placed,
         lambda: _at_vector_level(place_robot(robot, pose)),
         remark,
         asked=asked,
     )
 
 
-@dataclass(frozen=True)
-class _Recording:
-    """A placed robot, and its elimination on the same record, when it is first looked at."""
-
-    placed: PlacedRobot
-
-    @cached_property
-    def recorded(self) -> RecordedRobot:
-        at = self.placed
-        return assembled(at.entries, at.record, at.platform, at.legs, at.length)
-
-
-def _readable(at: _Recording, limit: int, *, is_home: bool, closed: bool) -> RobotDerivation:
+def _readable(placed: PlacedRobot, limit: int, *, is_home: bool, closed: bool) -> RobotDerivation:
     """A sum of springs where the robot is one, a closed form otherwise."""
-    if is_home and at.placed.robot.platform is None:
+    if is_home and placed.robot.platform is None:
         # What is long as a sum of springs is longer as one fraction.
         with suppress(*[FormulaTooLargeError] * closed):
-            derivation = _by_springs(at)
+            derivation = _by_springs(placed)
             if derivation is not None:
                 return derivation
     of_all = math.inf if closed else _ENTRIES * limit
-    return _closed(at.placed, at.recorded, limit, of_all)
+    return _closed(placed, limit, of_all)
 
 
-def _by_springs(at: _Recording) -> RobotDerivation | None:
+def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
     """Unit wrenches, and compliances that stay sums; None where a leg has no such basis.
 
     Also None where the sum holds only to the digits of the model, as with angles in decimals.
     """
-    placed = at.placed
     if not placed.symbols:
         return None  # all of it is numbers
     turned = placed.turned
@@ -226,8 +212,8 @@ def _by_springs(at: _Recording) -> RobotDerivation | None:
     if found is None:
         return None
     if not in_series:
-        redundant = [own.redundant for own in at.recorded.legs]
-        K = ExactPoints(placed.record).stiffness(at.recorded.K, found.K.rows)
+        redundant = [own.redundant for own in placed.recorded.legs]
+        K = ExactPoints(placed.record).stiffness(placed.recorded.K, found.K.rows)
     # Legs that are closed by iteration are not closed exactly at any point.
     if not placed.closed and not writes_the_same(found.K, K):
         return None
@@ -248,7 +234,7 @@ def _by_springs(at: _Recording) -> RobotDerivation | None:
         before = InNames(found.before.K, named, found.before.definitions)
     in_names = InNames(found.K, named, found.definitions, before)
     parts = placed, found.K, legs, found.definitions, in_names, found.written_out
-    return _derivation(*parts, recorded=lambda: at.recorded)
+    return _derivation(*parts)
 
 
 def _leg_of(facts: dict[str, Any], leg: SpringLeg, K: Unwritten | None = None) -> LegDerivation:
@@ -263,14 +249,10 @@ def _stiffness(leg: SpringLeg, n: int) -> sp.ImmutableMatrix:
 
 
 def _in_steps(
-    placed: PlacedRobot,
-    recorded: RecordedRobot,
-    level: Callable[[], Any],
-    remark: str,
-    *,
-    asked: bool,
+    placed: PlacedRobot, level: Callable[[], Any], remark: str, *, asked: bool
 ) -> RobotDerivation:
     """The record itself, its steps named."""
+    recorded = placed.recorded
     for number, leg in enumerate(recorded.legs, start=1):
         give_names(leg, number)
     n = recorded.space.size
@@ -299,7 +281,6 @@ def _in_steps(
         legs,
         reading.definitions,
         remark=remark,
-        recorded=lambda: recorded,
         level=level,
         steps_asked=asked,
     )
@@ -322,10 +303,9 @@ def _added(recorded: RecordedRobot) -> dict[tuple[int, int], Any]:
     return K
 
 
-def _closed(
-    placed: PlacedRobot, recorded: RecordedRobot, limit: int, of_all: float
-) -> RobotDerivation:
+def _closed(placed: PlacedRobot, limit: int, of_all: float) -> RobotDerivation:
     """Wrenches and compliances written out and summed in exact arithmetic."""
+    recorded = placed.recorded
     wanted = [x for leg in recorded.legs for x in (*(e for w in leg.wrenches for e in w), *leg.mu)]
     if written_size(placed.record, wanted) > _OPERATIONS_A_TERM * limit:
         raise FormulaTooLargeError.beyond(limit)
@@ -339,7 +319,7 @@ def _closed(
     for i, facts in enumerate(facts_of_robot(placed, recorded)):
         w, c = found.wrenches[i], found.compliances[i]
         legs.append(LegDerivation(**facts, wrenches=w, compliances=c, K=found.legs[i]))
-    return _derivation(placed, found.K, legs, recorded=lambda: recorded)
+    return _derivation(placed, found.K, legs)
 
 
 def _derivation(
@@ -350,7 +330,6 @@ def _derivation(
     named: InNames | None = None,
     written_out: Callable[[Any], Any] | None = None,
     remark: str = "",
-    recorded: Callable[[], RecordedRobot] | None = None,
     level: Callable[[], Any] | None = None,
     *,
     steps_asked: bool = False,
@@ -368,13 +347,10 @@ def _derivation(
 
         whole, definitions = Unwritten(cache(write)), ()
 
-    def found_conditions() -> Any:
-        return conditions_of(placed, recorded=recorded and recorded())
-
     own: dict[str, Any] = {
         "name": placed.robot.name,
         "following": placed.following,
-        "conditions": Unwritten(cache(found_conditions)),
+        "conditions": Unwritten(cache(lambda: conditions_of(placed, recorded=placed.recorded))),
         "meanings": placed.meanings,
     }
 

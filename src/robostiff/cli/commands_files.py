@@ -31,7 +31,6 @@ _YAML = (".yaml", ".yml")
 _SUFFIXES = {
     "snapshot": (".json", *_YAML),
     "graph": (".json", *_YAML),
-    "matlab": (".mat",),
     "opensees": (".tcl", ".py"),
     "calculix": (".inp",),
 }
@@ -128,15 +127,14 @@ def _text_of(template: str) -> str:
 
 
 def convert(asked: Convert) -> int:
-    """Write a robot at a pose in another form, or its results there as a file for MATLAB."""
+    """Write a robot at a pose in another form."""
     from robostiff.cli.written_arguments import chosen
 
     form, source, answer = asked.form, asked.model.source, asked.answer
     output = None if asked.output == "-" else asked.output
     suffixes = chosen("--to", form, _SUFFIXES)
-    if output is None and (form == "matlab" or answer.as_json):
-        option = "--to matlab" if form == "matlab" else "--json"
-        raise InputError(option, expected="a file beside it", hint="write -o FILE")
+    if output is None and answer.as_json:
+        raise InputError("--json", expected="a file beside it", hint="write -o FILE")
     path = None if output is None else new_file("--output", output, answer.overwrite)
     if path is not None and path.suffix.lower() not in suffixes:
         others = [f"--to {x} for {' or '.join(y)}" for x, y in _SUFFIXES.items() if x != form]
@@ -146,46 +144,25 @@ def convert(asked: Convert) -> int:
             expected=f"a name that ends in {' or '.join(suffixes)}",
             hint=f"or write {', '.join(others)}",
         )
-    robot = asked.model.load()
-    if form == "matlab" and path is not None:
-        from robostiff.page.matlab import write_matlab
+    frozen = _frozen(source, asked.model.load(), asked.place, form)
+    if form == "opensees":
+        from robostiff.io.opensees import opensees_script
 
-        write_matlab(path, _results(source, robot, asked.place))
+        in_python = path is not None and path.suffix.lower() == ".py"
+        text = opensees_script(frozen, in_python=in_python)
+    elif form == "calculix":
+        from robostiff.io.calculix import calculix_input
+
+        text = calculix_input(frozen)
     else:
-        frozen = _frozen(source, robot, asked.place, form)
-        if form == "opensees":
-            from robostiff.io.opensees import opensees_script
-
-            in_python = path is not None and path.suffix.lower() == ".py"
-            text = opensees_script(frozen, in_python=in_python)
-        elif form == "calculix":
-            from robostiff.io.calculix import calculix_input
-
-            text = calculix_input(frozen)
-        else:
-            text = _text_of_frozen(frozen, path)
-        if path is None:
-            show(text.removesuffix("\n"))
-            return 0
-        with whole_file(path) as begun:
-            begun.write_text(text, encoding="utf-8")
+        text = _text_of_frozen(frozen, path)
+    if path is None:
+        show(text.removesuffix("\n"))
+        return 0
+    with whole_file(path) as begun:
+        begun.write_text(text, encoding="utf-8")
     show({"files": [str(path)], "form": form} if answer.as_json else str(path))
     return 0
-
-
-def _results(source: str, robot: Any, place: Posing) -> Any:
-    from robostiff.analysis import stiffness
-    from robostiff.cli.written_arguments import near_from, pose_from
-    from robostiff.model.cable import CableRobot
-
-    if isinstance(robot, CableRobot):
-        raise InputError(
-            f"matlab of {source!r}", got=Words("a cable robot"), expected="a robot without cables"
-        )
-    result = stiffness(robot, pose_from(robot, place), near=near_from(robot, place))
-    if not result.answered.all():
-        raise NoAnswerError(f"no matlab of {source!r}: {'; '.join(result.advice)}")
-    return result
 
 
 def _frozen(source: str, robot: Any, place: Posing, form: str) -> Any:

@@ -185,10 +185,9 @@ class WriteNew(Command, name="new", run="commands_files:write_new"):
 
 
 class Convert(Command, name="convert", run="commands_files:convert"):
-    """Write a robot at a pose as a file: a snapshot, a finite element model, results for MATLAB.
+    """Write a robot at a pose as a file: a snapshot, or a finite element model.
 
     $ convert hexapod --pose "0 0 0.85 0 0 0" --to graph -o hexapod.json
-    $ convert hexapod --pose "0 0 0.85 0 0 0" --to matlab -o hexapod.mat
     $ convert hexapod --pose "0 0 0.85 0 0 0" --to opensees -o hexapod.tcl
 
     Exit status: 0 for a file, 1 when the pose is out of reach, 2 for bad input.
@@ -197,10 +196,10 @@ class Convert(Command, name="convert", run="commands_files:convert"):
     model: Model = group(Model)
     form: str = option(
         "--to",
-        metavar="snapshot|graph|matlab|opensees|calculix",
+        metavar="snapshot|graph|opensees|calculix",
         default="snapshot",
-        help="By legs, or as bodies and joints (.json or .yaml); the results at the pose for "
-        "MATLAB (.mat); or a model of OpenSees (.tcl or .py) or CalculiX (.inp).",
+        help="By legs, or as bodies and joints (.json or .yaml); or a model of OpenSees (.tcl or "
+        ".py) or CalculiX (.inp).",
     )
     output: str | None = output_option(_OUTPUT, None)
     place: Posing = group(Posing, "pose", "joints", "near")

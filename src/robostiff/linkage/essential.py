@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
@@ -121,12 +121,22 @@ def _between_base_and_platform(linkage: Linkage) -> Linkage:
 
     Only a body at which connections branch does so, or base or platform.
     """
-    ends = [(c.a, c.b) for c in linkage.connections]
-    ground, bodies = {linkage.base, linkage.platform}, set(linkage.bodies)
-    counts = Counter(body for pair in ends for body in pair)
-    for cut in [body for body, count in counts.items() if count != 2 or body in ground]:
-        rest = [body for body in linkage.bodies if body != cut]
-        first = connected_parts(rest, [pair for pair in ends if cut not in pair])
+    ground, at = {linkage.base, linkage.platform}, defaultdict[str, set[str]](set)
+    ends = {c.name: (c.a, c.b) for c in linkage.connections}
+    for name, pair in ends.items():
+        for body in pair:
+            at[body].add(name)
+    loose = [body for body, own in at.items() if len(own) == 1 and body not in ground]
+    for body in loose:  # what hangs on one connection, then what hung on that
+        for name in at.pop(body):
+            (other,) = set(ends.pop(name)) - {body}
+            at[other].discard(name)
+            if len(at[other]) == 1 and other not in ground:
+                loose.append(other)
+    bodies = set(at)
+    for cut in [body for body, own in at.items() if len(own) != 2 or body in ground]:
+        rest = [body for body in at if body != cut]
+        first = connected_parts(rest, [pair for pair in ends.values() if cut not in pair])
         grounded = {first[body] for body in ground - {cut}}
         bodies -= {body for body, own in first.items() if own not in grounded}
     kept = tuple(c for c in linkage.connections if {c.a, c.b} <= bodies)

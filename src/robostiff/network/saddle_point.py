@@ -128,7 +128,8 @@ def redundant_freedoms(
         for c in equations.connections
         if isinstance(c, RelativeMotion) and c.freedom_names
     ]
-    rates = [block_diag(*(own for _, own in moving)) if moving else np.zeros((0, 0))]
+    inside = block_diag(*(own for _, own in moving)) if moving else np.zeros((0, 0))
+    rates = [np.asarray(inside)]
     for mechanism in mobility.mechanisms:
         of_node = dict(zip(mechanism.nodes, mechanism.motions, strict=True))
         rest = np.zeros_like(mechanism.motions[0])

@@ -3,7 +3,6 @@ from robostiff.page.data import page_data
 from robostiff.page.facts import facts_of, facts_page, robot_page
 from robostiff.page.indices import indices_page, principal_table
 from robostiff.page.loads import equilibrium_page, modes_page, response_page
-from robostiff.page.matlab import write_matlab
 from robostiff.page.of_result import page_of
 from robostiff.page.stiffness import deflection_page, stiffness_page, verification_page
 
@@ -23,5 +22,4 @@ __all__ = [
     "robot_page",
     "stiffness_page",
     "verification_page",
-    "write_matlab",
 ]

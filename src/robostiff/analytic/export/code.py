@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -219,7 +219,7 @@ class Code(CodePrinter):
     template: ClassVar[str]
     width: ClassVar[int] = 96  # of lines
     indent: ClassVar[int] = 4  # of the comment
-    subject: ClassVar[str] = "It"  # what relates
+    subject: str = "It"  # what relates
     fails: ClassVar[str] = ""  # where there is no answer
     size: ClassVar[str] = "abs"
     zero: ClassVar[str] = "0"
@@ -227,13 +227,15 @@ class Code(CodePrinter):
     e: ClassVar[str] = "exp(1)"
     entry: ClassVar[str] = ""
     zeros: ClassVar[str] = ""
+    head: ClassVar[str] = ""  # what stands before the arguments where they are defined
+    colon: ClassVar[str] = ""  # and behind them
     declared: ClassVar[str] = "{}"  # the target of an intermediate
     both: ClassVar[str] = "{} && {}"  # what holds before, and a test
     each: ClassVar[str] = "all(isfinite({}))"  # whether arguments are finite
     every: ClassVar[str] = " && "  # whether a matrix is
     functions: ClassVar[dict[str, str]] = {}  # by their names in the vocabulary
     # a name fit for a comment of the language
-    plain: ClassVar[Callable[[str], str]] = staticmethod(plain_text)
+    plain: ClassVar[staticmethod[[str], str]] = staticmethod(plain_text)
 
     def __init__(self, derivation: Any, name: str) -> None:
         super().__init__({"order": None})
@@ -260,6 +262,8 @@ class Code(CodePrinter):
         self.words: dict[str, str] = {x: take(x) for x in ("holds", *self.own)}
         self.words |= {"name": name, "NAME": name.upper(), "K": self.results[0], "n": str(self.n)}
         self.words |= {"nn": str(self.n**2), "results": ", ".join(self.results)}
+        is_alone = len(self.results) == 1
+        self.words["left"] = self.results[0] if is_alone else f"[{self.words['results']}]"
         self.words["answer"] = _NO_ANSWER
 
     def source(self) -> str:
@@ -382,6 +386,16 @@ class Code(CodePrinter):
         """Lines that make arguments numbers."""
         return []
 
+    def signature(self, arguments: Sequence[str] | None = None) -> list[str]:
+        """The line of the definition."""
+        listed = ", ".join(self.arguments if arguments is None else arguments)
+        (start,) = self.filled(self.head)
+        return self.broken(f"{listed}){self.colon}", start)
+
+    def broken(self, text: str, start: str) -> list[str]:
+        """What may take more lines than one."""
+        return wrapped_formula(text, self.width, start)
+
     def margins(self) -> list[str]:
         """What is positive where the formula holds, or not negative, in the order of its tests."""
         margins = [f"{size} - {least}" for size, least in self._guarded()]
@@ -499,6 +513,7 @@ class _Python(Code):
     entry, both, plain = "{}[..., {i}, {j}]", "{} & ({})", staticmethod(_unquoted)
     each, every = "np.isfinite({}).all(axis=(-2, -1))", " & "
     zeros = "    @M@ = np.zeros((*@shape@, @n@, @n@))"
+    head, colon = "def @name@(", ":"
     template = """\
 \"\"\"A stiffness matrix as a function of its symbols.\"\"\"
 
@@ -523,11 +538,6 @@ import numpy as np
 
     def power(self, base: Any, exponent: Any, sign: str = "**") -> str:
         return super().power(base, exponent, sign)
-
-    def signature(self, arguments: Sequence[str] | None = None) -> list[str]:
-        """The line of the definition."""
-        listed = ", ".join(self.arguments if arguments is None else arguments)
-        return wrapped_formula(f"{listed}):", self.width, f"def {self.words['name']}(")
 
     def given(self) -> list[str]:
         return [f"{x} = np.asarray({x}, dtype=float)" for x in self.arguments]
@@ -578,6 +588,7 @@ class _Julia(Code):
     name_of_language, reserved, own, width, indent = "Julia", JULIA_WORDS, ("T",), 92, 0
     entry, functions, each = "{}[{I}, {J}]", {"atan2": "atan"}, "all(isfinite, {})"
     zeros, fails = "    @M@ = zeros(@T@, @n@, @n@)", "A `DomainError` is thrown"
+    head = "function @name@("
     template = """\
 \"\"\"
 <<usage>>
@@ -599,10 +610,6 @@ end"""
     def usage(self) -> list[str]:
         """How it is called."""
         return self._listed(f"    {self.words['name']}(", " " * 8)
-
-    def signature(self) -> list[str]:
-        """The line of the definition."""
-        return self._listed(f"function {self.words['name']}(")
 
     def of_arguments(self) -> list[str]:
         each = (line.partition(":") for line in super().of_arguments())
@@ -641,7 +648,7 @@ class _Matlab(Code):
 
     name_of_language, reserved, longest = "MATLAB", MATLAB_WORDS, 63
     entry, zeros = "{}({I}, {J})", "@M@ = zeros(@n@, @n@);"
-    fails = "It raises the error robostiff:formula"
+    fails, head = "It raises the error robostiff:formula", "function @left@ = @name@("
     template = """\
 <<signature>>
 %<<comment>>
@@ -670,18 +677,11 @@ end
         return super().power(base, exponent, sign)
 
     def assigned(self, target: str, expression: str) -> list[str]:
-        return self._continued(f"{expression};", f"{target} = ")
+        return self.broken(f"{expression};", f"{target} = ")
 
-    def _continued(self, text: str, first: str) -> list[str]:
-        lines = wrapped_formula(text, self.width - 4, first, " " * 4)
+    def broken(self, text: str, start: str) -> list[str]:
+        lines = wrapped_formula(text, self.width - 4, start, " " * 4)
         return [*(f"{line} ..." for line in lines[:-1]), lines[-1]]
-
-    def signature(self) -> list[str]:
-        """The line of the definition."""
-        results = self.words["results"]
-        left = results if len(self.results) == 1 else f"[{results}]"
-        start = f"function {left} = {self.words['name']}("
-        return self._continued(f"{', '.join(self.arguments)})", start)
 
     def comment(self, shape: str = "") -> list[str]:
         first, *others = super().comment(shape)

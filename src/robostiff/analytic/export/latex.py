@@ -68,7 +68,7 @@ def derivation_latex(derivation: Any) -> str:
     \end{bmatrix}
     \]
     """
-    written = _Latex(_ROOM).document(outline_of(derivation))
+    written = LATEX.document(outline_of(derivation))
     start = "% needs \\usepackage{amsmath}\n\\begingroup\\allowdisplaybreaks\\sloppy\\parindent=0pt"
     return "\n\n".join([start, *written, "\\endgroup"]) + "\n"
 
@@ -124,9 +124,8 @@ def latex_snippet(derivation: Any) -> str:
         if row.name in {x.name for x in wanted} and isinstance(row.expression, sp.Expr):
             names.insert(0, row)
             wanted |= row.expression.free_symbols
-    latex = _Latex(_ROOM)
     written = [EquationRows(tuple(names))] * bool(names) + blocks
-    return "\n\n".join(latex.in_lines(x) for b in written for x in latex.formulas(b)) + "\n"
+    return "\n\n".join(LATEX.in_lines(x) for b in written for x in LATEX.formulas(b)) + "\n"
 
 
 def _totals(block: Any) -> list[str]:
@@ -245,4 +244,4 @@ def _bracketed(written: str) -> str:
 
 
 #: Formulas in LaTeX.
-LATEX: Language = _Latex(_ROOM)
+LATEX = _Latex(_ROOM)

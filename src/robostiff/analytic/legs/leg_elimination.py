@@ -166,20 +166,16 @@ def _shortest(
     geometry: LegGeometry, form: Closed | Steps | None, budget: float | None
 ) -> LegElimination:
     """The first form that ends: names for lengths, then steps for the geometry, then for all."""
-    if isinstance(form, Steps):
-        return _derived(geometry, LegInSteps(geometry), form)
-    closed = Closed(_READABLE) if form is None else form
+    own, closed = geometry.placed, Closed(_READABLE) if form is None else form
+    share = None if budget is None else _SHARE * budget
 
     def in_names() -> LegElimination:
-        own = geometry.placed
-        read = NamedReading(own.record, own.symbols, own.springs)
-        return _derived(geometry, read, closed)
+        return _derived(geometry, NamedReading(own.record, own.symbols, own.springs), closed)
 
     def in_steps() -> LegElimination:
         return _derived(geometry, LegInSteps(geometry), closed)
 
-    share = None if budget is None else _SHARE * budget
-    for derive in (in_names, in_steps):
+    for derive in () if isinstance(form, Steps) else (in_names, in_steps):
         try:
             return within(share, derive, _QUESTION)
         except (FormulaTooLargeError, OutOfTimeError):

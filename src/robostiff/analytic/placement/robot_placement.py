@@ -46,7 +46,7 @@ from robostiff.kinematics.pose import six_coordinates
 from robostiff.model import Leg, Robot, with_entries
 from robostiff.model.entries import as_meant
 from robostiff.record import Entry, Record
-from robostiff.recorded import entry_reader
+from robostiff.recorded import RecordedRobot, assembled, entry_reader
 from robostiff.spatial import exact_number
 
 _SAMPLES = 5
@@ -113,6 +113,11 @@ class PlacedRobot:
     def legs(self) -> tuple[PlacedFormula, ...]:
         """All legs."""
         return tuple(map(self.place, range(len(self.entries.legs))))
+
+    @cached_property
+    def recorded(self) -> RecordedRobot:
+        """Its elimination on the same record, when it is first looked at."""
+        return assembled(self.entries, self.record, self.platform, self.legs, self.length)
 
 
 def place_robot(robot: Robot, pose: PoseFormula, *, with_names: bool = True) -> PlacedRobot:

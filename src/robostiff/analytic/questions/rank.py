@@ -86,9 +86,11 @@ class RankFormula:
 
 def _short_zero(factor: Any, power: int) -> tuple[Any, int]:
     """A factor and its exponent; cos(x/2) with twice of it for 1 + cos(x), as a person writes."""
-    rest = sp.factor_terms(shortest_trigonometry(factor)).as_coeff_Mul()[1]
+    if count_of(factor) > _LONG:
+        return factor, power
+    rest: Any = sp.factor_terms(shortest_trigonometry(factor)).as_coeff_Mul()[1]
     for turn in rest.atoms(sp.cos, sp.sin):
-        x = turn.args[0] - (sp.pi / 2 if isinstance(turn, sp.sin) else 0)
+        x: Any = turn.args[0] - (sp.pi / 2 if isinstance(turn, sp.sin) else 0)
         for sign, half in ((1, sp.cos(x / 2)), (-1, sp.sin(x / 2))):
             if rest in (sign * turn + 1, -sign * turn - 1):
                 return half, 2 * power
@@ -314,15 +316,9 @@ class Samples:
                 [self.signed and bool(x.is_positive) for x in self.symbols], 1, signs
             )
         for condition in self.conditions:
-            with np.errstate(all="ignore"):
-                values = values[self._function(condition.expression)(*values.T) > 0]
+            known = dict(zip(self.symbols, values.T, strict=True))
+            values = values[values_of([condition.expression], known)[0] > 0]
         return values
-
-    def _function(self, expression: Any) -> Callable[..., Any]:
-        # Without assumptions, by which the size of a symbol would be the symbol.
-        plain = {s: sp.Symbol(s.name) for s in self.symbols}
-        found = sp.lambdify([*plain.values()], expression.xreplace(plain), "numpy", cse=True)
-        return lambda *at: np.broadcast_to(np.real(found(*at)), np.shape(at[0]))
 
     def relative(self, factor: Any) -> Callable[[np.ndarray], np.ndarray]:
         """Values of a sum by the sizes of its terms, as a function of values (..., symbols)."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import count
+from itertools import count, product
+from string import ascii_lowercase
 from typing import Any
 
 import sympy as sp
@@ -24,19 +25,10 @@ class Written:
     others: tuple[tuple[Any, ...], ...] = ()  # in the same names, and not counted
 
 
-def suffix(number: int) -> str:
-    """Letters for a number from 0: a, b, ..., z, aa, ab, ..."""
-    letters = ""
-    number += 1
-    while number:
-        number, place = divmod(number - 1, 26)
-        letters = chr(ord("a") + place) + letters
-    return letters
-
-
 def free_names(letter: str, taken: Container[str]) -> Iterator[str]:
-    """Names with a letter that stand for nothing else: L_a, L_b, ..."""
-    return (name for i in count() if (name := f"{letter}_{suffix(i)}") not in taken)
+    """Names with a letter that stand for nothing else: L_a, L_b, ..., L_z, L_aa, ..."""
+    each = (x for n in count(1) for x in product(ascii_lowercase, repeat=n))
+    return (name for x in each if (name := f"{letter}_{''.join(x)}") not in taken)
 
 
 def in_letters(written: Written, taken: Iterable[str]) -> Written:

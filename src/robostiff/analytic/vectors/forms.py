@@ -102,8 +102,9 @@ class Components:
                 return sp.Matrix([none if x is None else value(x) for x in (force, moment)])
             case Turns(turns):
                 return reduce(lambda R, x: R * _TURNS[x[0]](value(x[1])), turns, sp.eye(3))
-        known = {s: self.known.get(s.name) for s in expression.free_symbols}
-        return expression.xreplace({s: x for s, x in known.items() if isinstance(x, sp.Expr)})
+        scalar = sp.sympify(expression)
+        known = {s: self.known.get(s.name) for s in scalar.free_symbols}
+        return scalar.xreplace({s: x for s, x in known.items() if isinstance(x, sp.Expr)})
 
     def give(self, name: str, expression: Any, number: str = "") -> None:
         """Define a name, each of its components with a name of its own.
@@ -237,7 +238,7 @@ class FormulaInVectors(Formula):
         """K (n, n) at values of the given symbols, by the very equations that are printed."""
         K, definitions = self._in_components
         symbols = K.free_symbols.union(*(d.expression.free_symbols for d in definitions))
-        known = {s: values[s.name] for s in symbols - {d.symbol for d in definitions}}
+        known = {s: values[str(s)] for s in symbols - {d.symbol for d in definitions}}
         found = matrix_value(K, known, definitions)
         if np.all(np.isfinite(found)):
             return found

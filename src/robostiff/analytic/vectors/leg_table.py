@@ -59,7 +59,7 @@ class LegTable:
                 self.columns[f"{letter}_i"] = [Coordinates(v) for v in own]
                 return None
             return tuple(
-                self._coordinate(f"{letter}_i{axis}", [v[k] for v in each])
+                self.scalar(f"{letter}_i{axis}", [v[k] for v in each])
                 for k, axis in enumerate("xyz")
             )
         radius, angles = polar
@@ -74,10 +74,6 @@ class LegTable:
         symbol = sp.Symbol(name, real=True)
         return radius * sp.cos(symbol), radius * sp.sin(symbol), first[2]
 
-    def scalar(self, name: str, each: Sequence[Any]) -> Any:
-        """A scalar of all legs: its formula where they have one, a column otherwise."""
-        return self._coordinate(name, each)
-
     def turns_of_one_another(self) -> list[list[int]] | None:
         """Legs that turns about z map on one another; None where more than angles differ."""
         if not self.angles or len(self.angles) < len(self.columns):
@@ -91,7 +87,8 @@ class LegTable:
             groups.setdefault((*key, start - _number(start)), []).append(leg)
         return list(groups.values())
 
-    def _coordinate(self, name: str, each: Sequence[Any]) -> Any:
+    def scalar(self, name: str, each: Sequence[Any]) -> Any:
+        """A scalar of all legs: its formula where they have one, a column otherwise."""
         if all(_are_same((each[0],), (x,)) for x in each[1:]):
             return sp.sympify(each[0])
         self.columns[name] = [sp.sympify(x) for x in each]

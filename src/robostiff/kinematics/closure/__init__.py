@@ -12,6 +12,7 @@ from robostiff.kinematics.closure.assembly_mode import (
     follow,
     nearest,
 )
+from robostiff.kinematics.closure.leg_forms import Post
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.closure.legs_alike import leg_solvers, legs_alike
 from robostiff.kinematics.closure.loops import (
@@ -21,12 +22,16 @@ from robostiff.kinematics.closure.loops import (
     gaps,
     loops_of_legs,
 )
+from robostiff.kinematics.closure.rods import Rod, Strut
 
 __all__ = [
     "AssemblyMode",
     "ClosurePart",
     "LegSolver",
     "Loops",
+    "Post",
+    "Rod",
+    "Strut",
     "attachment_frame",
     "closed_near",
     "follow",
