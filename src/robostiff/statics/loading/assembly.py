@@ -38,7 +38,7 @@ Body = str
 Part = PlacedFreedom | PlacedSpring
 
 
-class PartPlace(NamedTuple):
+class NamedBody(NamedTuple):
     """A body: behind so many parts of a member, or, without a member, itself; where it counts."""
 
     body: Body = ""
@@ -58,7 +58,7 @@ class Member:
 
 
 @dataclass(frozen=True)
-class HeldSum:
+class SumOfJoints:
     """A sum of coordinates of joints, by members and parts, that a drive holds."""
 
     name: str  # under which it takes a preload
@@ -80,14 +80,14 @@ class Assembly:
     members : list of Member
     points : dict of body to (3,) array
         A point of each body between members [m].
-    names : dict of str to (PartPlace, (3,) array)
+    names : dict of str to (NamedBody, (3,) array)
         What carries loads and masses, and where it is when nothing else is said [m].
     frames : dict of str to ((3, 3), (3,) arrays)
         Axes and origin of bodies that have them.
     joints : dict of str to (int, int)
         Member and part of what takes a preload.
-    couplings : list of HeldSum
-    masses : list of (PlacedMass, PartPlace)
+    couplings : list of SumOfJoints
+    masses : list of (PlacedMass, NamedBody)
     springs : tuple of PlacedBodySpring
     nodes : dict of str to body
         Bodies that results list by name.
@@ -102,11 +102,11 @@ class Assembly:
     legs: list[str] = field(default_factory=list)
     members: list[Member] = field(default_factory=list)
     points: dict[Body, np.ndarray] = field(default_factory=dict)
-    names: dict[str, tuple[PartPlace, np.ndarray]] = field(default_factory=dict)
+    names: dict[str, tuple[NamedBody, np.ndarray]] = field(default_factory=dict)
     frames: dict[str, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
     joints: dict[str, tuple[int, int]] = field(default_factory=dict)
-    couplings: list[HeldSum] = field(default_factory=list)
-    masses: list[tuple[PlacedMass, PartPlace]] = field(default_factory=list)
+    couplings: list[SumOfJoints] = field(default_factory=list)
+    masses: list[tuple[PlacedMass, NamedBody]] = field(default_factory=list)
     springs: tuple[PlacedBodySpring, ...] = ()
     nodes: dict[str, Body] = field(default_factory=dict)
     joined: list[Sequence[Body]] = field(default_factory=list)
@@ -138,7 +138,7 @@ def of_legs(
     for leg, end in zip(legs, ends, strict=True):
         found.legs.append(leg.name)
         _Leg(found, f"{leg.name}/", len(found.legs) - 1).whole(leg, end)
-    found.masses += [(mass, PartPlace(PLATFORM)) for mass in masses]
+    found.masses += [(mass, NamedBody(PLATFORM)) for mass in masses]
     if platform is not None:
         _add_platform(found, platform)
     return found
@@ -151,7 +151,7 @@ class _Leg:
     found: Assembly
     prefix: str
     number: int
-    blocks: list[tuple[str, PartPlace, np.ndarray]] = field(default_factory=list)
+    blocks: list[tuple[str, NamedBody, np.ndarray]] = field(default_factory=list)
     named: set[str] = field(default_factory=set)
 
     def whole(self, leg: PlacedLeg, end: Body) -> None:
@@ -160,10 +160,10 @@ class _Leg:
         for name, place, point in self.blocks:
             self.found.names.setdefault(self.prefix + name, (place, point))
 
-    def along(self, leg: PlacedLeg, start: Body, end: Body) -> PartPlace:
+    def along(self, leg: PlacedLeg, start: Body, end: Body) -> NamedBody:
         """Add what leads from one body to another; the body behind the last element."""
         elements = [e.alone if isinstance(e, CoupledFreedom) else e for e in leg.elements]
-        behind, run = [PartPlace(start, leg=self.number)], []
+        behind, run = [NamedBody(start, leg=self.number)], []
         goes_on = True
         for i, element in enumerate(elements):
             if not isinstance(element, PlacedBlock):
@@ -184,7 +184,7 @@ class _Leg:
         return behind[-1]
 
     def run(
-        self, run: Sequence[Part], start: Body, end: Body | None, behind: list[PartPlace]
+        self, run: Sequence[Part], start: Body, end: Body | None, behind: list[NamedBody]
     ) -> Body:
         """A member to a body, or a new one; the place behind every element. The body at its end.
 
@@ -203,7 +203,7 @@ class _Leg:
             if moves(element):
                 joint = (number, count) if isinstance(element, PlacedFreedom) else None
                 count += 1
-            behind.append(PartPlace(start, number, count, self.number))
+            behind.append(NamedBody(start, number, count, self.number))
             self.name(element, behind[-1], joint)
         self.found.members.append(Member(start, end, tuple(moving), self.number))
         return end
@@ -214,7 +214,7 @@ class _Leg:
         self.found.points[body] = np.asarray(point)
         return body
 
-    def name(self, element: Part, place: PartPlace, joint: tuple[int, int] | None = None) -> None:
+    def name(self, element: Part, place: NamedBody, joint: tuple[int, int] | None = None) -> None:
         """A part by its name; a joint has its body behind the last freedom, its point at the first.
 
         Raises
@@ -244,7 +244,7 @@ class _Leg:
         terms = tuple((at, factor) for at, factor in each if at is not None)
         follows = joints[self.prefix + own.joint]
         self.found.names[name] = self.found.names[self.prefix + own.joint]
-        self.found.couplings.append(HeldSum(name, own, follows, terms))
+        self.found.couplings.append(SumOfJoints(name, own, follows, terms))
 
 
 def platform_body(placed: PlacedPlatform, node: str) -> Body:
@@ -260,14 +260,14 @@ def _add_platform(found: Assembly, placed: PlacedPlatform) -> None:
         body, at = platform_body(placed, node.name), placed.in_world(platform.point_of(node.name))
         found.points[body] = at
         found.nodes[node.name] = body
-        found.names[f"{PLATFORM}/{node.name}"] = PartPlace(body, leg=number), at
+        found.names[f"{PLATFORM}/{node.name}"] = NamedBody(body, leg=number), at
         found.frames[f"{PLATFORM}/{node.name}"] = placed.rotation, at
     for part in platform.parts:
         a, b = (platform_body(placed, node) for node in (part.a, part.b))
         axes = placed.rotation @ part.axes
         spring = PlacedSpring(part.name, placed.in_world(part.point), axes, part.elasticity)
         own = () if is_rigid(spring) else (spring,)
-        place = PartPlace(b, len(found.members), len(own), number)
+        place = NamedBody(b, len(found.members), len(own), number)
         found.masses += [(mass, place) for mass in placed.masses[part.name]]
         found.members.append(Member(a, b, own, number))
     found.nodes.setdefault(platform.tool, PLATFORM)
@@ -285,9 +285,9 @@ def _of_network(network: Network) -> Assembly:
     )
     for node in network.nodes:
         found.points[node.name] = at = np.asarray(node.point, dtype=float)
-        found.names[node.name] = PartPlace(node.name), at
+        found.names[node.name] = NamedBody(node.name), at
         found.frames[node.name] = np.eye(3), at
-        found.masses += [(mass, PartPlace(node.name)) for mass in node.masses]
+        found.masses += [(mass, NamedBody(node.name)) for mass in node.masses]
     places: dict[tuple[str, str, str, int], tuple[int, int]] = {}
     for number, e in enumerate(network.elements):
         parts = tuple(_parts(e))
@@ -302,7 +302,7 @@ def _of_network(network: Network) -> Assembly:
             continue
         for mass in e.masses:
             along = mass.start is not None and bool(parts)
-            place = PartPlace(e.b, number, 1) if along else PartPlace(e.b)
+            place = NamedBody(e.b, number, 1) if along else NamedBody(e.b)
             found.masses.append((mass, place))
     own = connected_parts(
         (network.fixed[0], network.platform, *found.points),
@@ -332,7 +332,7 @@ def _of_network(network: Network) -> Assembly:
             role = Locked(one.stiffness)
             drive = replace(freedom, name=one.name, role=role, coordinate=None)
             every = tuple((at, factor) for at, _, factor in terms)
-            found.couplings.append(HeldSum(one.name, drive, follows, every))
+            found.couplings.append(SumOfJoints(one.name, drive, follows, every))
     return found
 
 

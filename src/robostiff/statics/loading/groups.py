@@ -43,7 +43,7 @@ from robostiff.statics.chains.chain import (
 )
 from robostiff.statics.chains.legs import LegGroup
 from robostiff.statics.equations.vibration import CarriedMass, CarriedMasses
-from robostiff.statics.loading.assembly import Assembly, Body, HeldSum, Member, PartPlace
+from robostiff.statics.loading.assembly import Assembly, Body, Member, NamedBody, SumOfJoints
 from robostiff.statics.loading.given_loads import DeadForce, Laws
 
 #: Members in series by their numbers, each with whether it is passed from its first body.
@@ -134,7 +134,7 @@ def loaded_groups(
         else:
             carried += [(spot[0], CarriedMass(own, Spot(after=spot[1]))) for own in several]
     held = {name: body for name, body in assembly.nodes.items() if chains.is_held(body)}
-    nodes = {name: chains.spot(PartPlace(body), "loads") for name, body in held.items()}
+    nodes = {name: chains.spot(NamedBody(body), "loads") for name, body in held.items()}
     springs = [chains.spring(own) for own in assembly.springs]
     groups, at = chains.groups(springs, platform_point, rows)
     return LoadedAssembly(
@@ -233,7 +233,7 @@ class _Chains:
         chain, counts = self.behind[place[0]]
         return chain, min(counts[place[1]], counts[place[1] + 1])
 
-    def couple(self, own: HeldSum) -> None:
+    def couple(self, own: SumOfJoints) -> None:
         """A coupling of joints."""
         leg = self.assembly.legs[self.assembly.members[own.follows[0]].leg]
         places = tuple(self.element(place) for place, _ in own.terms)
@@ -285,7 +285,7 @@ class _Chains:
         for name in left:
             raise unknown_name("laws", name, known, "leg/joint")
 
-    def named(self, name: str, subject: str) -> tuple[PartPlace, np.ndarray]:
+    def named(self, name: str, subject: str) -> tuple[NamedBody, np.ndarray]:
         """A body by its name, and its point."""
         names = self.assembly.names
         if name not in names:
@@ -297,7 +297,7 @@ class _Chains:
         body = self.of_body[body]
         return body != self.of_body[self.assembly.base] and (body, None) in self.at
 
-    def spot(self, place: PartPlace, subject: str) -> tuple[int, int] | None:
+    def spot(self, place: NamedBody, subject: str) -> tuple[int, int] | None:
         """A chain, and how many of its elements lie before a body; None of the platform itself."""
         if place.member in self.behind:
             chain, counts = self.behind[place.member]
@@ -320,7 +320,7 @@ class _Chains:
         own = BodyLoad(spot[1], self.make.row(point), self.make.row(force))
         self.loads[spot[0]].append(own)
 
-    def carried(self, mass: PlacedMass, place: PartPlace, after: int) -> CarriedMass:
+    def carried(self, mass: PlacedMass, place: NamedBody, after: int) -> CarriedMass:
         """A mass; one along an elastic part is carried by the bodies at its ends."""
         if mass.start is not None and place.parts and place.member in self.behind:
             part = self.assembly.members[place.member].parts[place.parts - 1]
