@@ -244,4 +244,4 @@ def _bracketed(written: str) -> str:
 
 
 #: Formulas in LaTeX.
-LATEX = _Latex(_ROOM)
+LATEX: _Latex = _Latex(_ROOM)
