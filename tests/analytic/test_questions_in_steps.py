@@ -11,11 +11,8 @@ from robostiff.analytic import (
     Closed,
     Definition,
     Derivation,
-    Eigenvalues,
     Steps,
-    StiffnessPart,
     decoupling_conditions,
-    eigenvalue_formulas,
     fixed_point_formula,
     free_motion_formulas,
     rank_formula,
@@ -111,49 +108,6 @@ def test_a_locus_that_is_too_long_is_said_to_be():
     found = rank_formula(rs.derive("hexaglide", symbols=("k",), pose=rs.AtSymbols()))
     assert (found.rank, found.exceptions) == (6, ())
     assert "too long" in found.remark
-
-
-@pytest.mark.parametrize("name", ["3-rps", "3-rpr-beams"])
-def test_eigenvalues_of_a_sum_of_springs_are_those_of_its_entries(name):
-    derivation = rs.derive(name)
-    robot = rs.load(name)
-    K = rs.stiffness(robot).K
-    t = len(K) // 2
-    found = eigenvalue_formulas(derivation, StiffnessPart.ROTATION)
-    at = dict(rs.load(name, symbols=rs.ALL_PARAMETERS).nominal)
-    for d in found.definitions:
-        at[d.symbol.name] = float(
-            d.expression.evalf(subs={s: at[s.name] for s in d.expression.free_symbols})
-        )
-    values = [
-        float(e.value.evalf(subs={s: at[s.name] for s in e.value.free_symbols}))
-        for e in found.values
-        for _ in range(e.multiplicity)
-    ]
-    assert np.allclose(sorted(values), np.linalg.eigvalsh(K[t:, t:]), rtol=1e-9)
-    assert max(int(e.value.count_ops()) for e in found.values) < 30
-
-
-def test_a_large_block_without_closed_form_is_not_multiplied_out():
-    K = sp.Matrix(6, 6, lambda i, j: sp.Symbol(f"a{min(i, j)}{max(i, j)}"))
-    found = eigenvalue_formulas(K, StiffnessPart.WHOLE, sp.Rational(1, 3))
-    (left,) = found.unsolved
-    assert (left.degree, found.values) == (6, ())
-    assert isinstance(left.factor, sp.Determinant)
-
-
-def test_eigenvalues_in_steps_are_those_of_the_entries(planar):
-    found = eigenvalue_formulas(planar, StiffnessPart.TRANSLATION)
-    assert isinstance(found, Eigenvalues)
-    assert not found.unsolved
-    values = {"x": 0.01, "y": -0.02, "gamma": 0.1}
-    K = planar.lambdify()(**{s.name: values[s.name] for s in planar.symbols})
-    entries = {f"K{i + 1}{j + 1}": K[i, j] for i in range(3) for j in range(3)}
-    at = [
-        float(e.value.subs({s: entries[s.name] for s in e.value.free_symbols}))
-        for e in found.values
-    ]
-    assert np.allclose(sorted(at), np.linalg.eigvalsh(K[:2, :2]), rtol=1e-9)
 
 
 def test_what_is_decoupled_in_steps_is_found():

@@ -82,11 +82,10 @@ def test_symbols_set_and_pose_with_units():
 
 
 def test_questions_are_answered_in_text():
-    outcome = run("gough-stewart-a", "--rank", "--free-motions", "--eigenvalues")
+    outcome = run("gough-stewart-a", "--rank", "--free-motions")
     assert outcome.exit_code == 0, outcome.stderr
     assert "rank 3 of 6" in outcome.stdout
     assert "from the reference point: (0, 0, h*r/(R - r))" in outcome.stdout
-    assert "stiffness in translation [N/m]: all 3 eigenvalues in closed form" in outcome.stdout
 
 
 def test_derivative_by_a_symbol():

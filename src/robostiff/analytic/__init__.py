@@ -24,13 +24,6 @@ from robostiff.analytic.placement.robot_pose import (
     UnitQuaternion,
     roll_pitch_yaw,
 )
-from robostiff.analytic.questions.eigenvalues import (
-    Eigenvalue,
-    Eigenvalues,
-    StiffnessPart,
-    Unsolved,
-    eigenvalue_formulas,
-)
 from robostiff.analytic.questions.motions import (
     decoupling_conditions,
     fixed_point_formula,
@@ -52,8 +45,6 @@ __all__ = [
     "Condition",
     "Definition",
     "Derivation",
-    "Eigenvalue",
-    "Eigenvalues",
     "EulerAngles",
     "ExactField",
     "FormulaDerivative",
@@ -67,9 +58,7 @@ __all__ = [
     "SnapshotFormula",
     "Stage",
     "Steps",
-    "StiffnessPart",
     "UnitQuaternion",
-    "Unsolved",
     "canonical",
     "compliance_formula",
     "compliance_steps",
@@ -79,7 +68,6 @@ __all__ = [
     "derive_leg",
     "derive_robot",
     "differentiate",
-    "eigenvalue_formulas",
     "fixed_point_formula",
     "free_motion_formulas",
     "name_combinations",

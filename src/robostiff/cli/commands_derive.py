@@ -22,12 +22,10 @@ from robostiff.analytic import (
     LegElimination,
     RobotDerivation,
     Steps,
-    StiffnessPart,
     UnitQuaternion,
     derive_leg,
     derive_robot,
     differentiate,
-    eigenvalue_formulas,
     fixed_point_formula,
     free_motion_formulas,
     rank_formula,
@@ -128,8 +126,6 @@ def _answered(asked: Derive, derivation: RobotDerivation) -> str:
         lines += _rank(derivation, asked.budget)
     if asked.free_motions:
         lines += _free_motions(derivation)
-    if asked.eigenvalues:
-        lines += _eigenvalues(derivation, asked.budget)
     return text_of(lines) + "\n"
 
 
@@ -161,19 +157,6 @@ def _free_motions(derivation: RobotDerivation) -> list[str]:
     if point is not None:
         place = _listed(point.flat())
         lines.append(f"all of them leave one point at rest, from the reference point: ({place})")
-    return lines
-
-
-def _eigenvalues(derivation: RobotDerivation, budget: float) -> list[str]:
-    lines = []
-    for part, unit in ((StiffnessPart.TRANSLATION, "N/m"), (StiffnessPart.ROTATION, "N m/rad")):
-        found = eigenvalue_formulas(derivation, part, budget=budget)
-        lines.append(f"stiffness in {part.value} [{unit}]: {found.answer}")
-        for e in found.values:
-            times = f" ({e.multiplicity} times)" if e.multiplicity > 1 else ""
-            lines.append(f"  {sp.sstr(e.value)}{times}")
-        if derivation.is_closed:
-            lines += [f"  {sp.sstr(d.symbol)} = {sp.sstr(d.expression)}" for d in found.definitions]
     return lines
 
 
@@ -270,13 +253,13 @@ def _check_questions(asked: Derive, language: str) -> None:
         raise InputError(
             "questions about a formula",
             got="--derivative" if asked.derivative is not None else f"--format {language}",
-            expected="--rank, --free-motions and --eigenvalues alone, answered in text",
+            expected="--rank and --free-motions alone, answered in text",
         )
     if asked.asks and asked.leg is not None:
         raise InputError(
             "questions about a formula",
             got=f"--leg {asked.leg}",
-            expected="the whole robot: --rank, --free-motions and --eigenvalues without --leg",
+            expected="the whole robot: --rank and --free-motions without --leg",
         )
     if asked.derivative is not None and language == "json":
         expected = "another format than json: text, a typeset one, or a program"

@@ -26,7 +26,7 @@ class Derive(Command, name="derive", run="commands_derive:print_formula"):
     It is text, LaTeX, PDF, Markdown, HTML, JSON, Python, C, Julia or MATLAB.
 
     $ derive gough-stewart-b
-    $ derive gough-stewart-a --rank --free-motions --eigenvalues
+    $ derive gough-stewart-a --rank --free-motions
     $ derive 3-rpr --pose symbolic --steps -o stiffness.pdf
     $ derive hexapod --pose symbolic --angles ZXZ
     $ derive hexapod --symbols R,r --pose "z=0.85, gamma=10 deg" -o hexapod.py
@@ -88,9 +88,6 @@ class Derive(Command, name="derive", run="commands_derive:print_formula"):
     )
     rank: bool = option("--rank", help="Print the rank of K and where it drops, in place of K.")
     free_motions: bool = option("--free-motions", help="Print the free motions, in place of K.")
-    eigenvalues: bool = option(
-        "--eigenvalues", help="Print the principal stiffnesses in translation and in rotation."
-    )
     format: str | None = option(
         "--format",
         metavar="NAME",
@@ -105,7 +102,7 @@ class Derive(Command, name="derive", run="commands_derive:print_formula"):
     @property
     def asks(self) -> bool:
         """Whether properties of the formula are printed in place of it."""
-        return self.rank or self.free_motions or self.eigenvalues
+        return self.rank or self.free_motions
 
 
 class Compensate(Command, name="compensate", run="commands_compensate:write_commands"):
