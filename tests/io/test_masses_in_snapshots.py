@@ -1,6 +1,7 @@
 """Masses and gravity in snapshot files by legs and by graphs: read back, and written by hand."""
 
 import json
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -30,7 +31,7 @@ def heavy(name: str) -> rs.Snapshot:
 
 
 def vars_of(robot: rs.Robot) -> dict:
-    return {name: getattr(robot, name) for name in robot.__dataclass_fields__}
+    return {own.name: getattr(robot, own.name) for own in fields(robot)}
 
 
 @pytest.mark.parametrize("name", ["six-joint-arm", "3-puu", "orthoglide"])

@@ -90,6 +90,19 @@ def _cable_robot():
     )
 
 
+def _parametric():
+    return rs.load("gough-stewart-b", symbols=("k",))
+
+
+def _path():
+    Path("path.csv").write_text("x [mm],z [mm],Fz [N]\n0,900,-10\n", encoding="utf-8")
+    return "path.csv"
+
+
+def _compensation():
+    return rs.compensate(rs.load("hexapod"), [[0, 0, 0.9, 0, 0, 0]], LOAD)
+
+
 LOAD = [0, 0, -1.0, 0, 0, 0]
 Z = [0, 0, 1.0]
 COMMON = {"pose": None, "at": None, "near": None, "tolerance": rs.Tolerance()}
@@ -286,13 +299,46 @@ GOOD = {
         **{"near": None, "found": None, "finite": False, "title_block": TitleBlock()},
         **{"described_by": None, "other": None},
     },
+    rs.DisplacementUnder: lambda: {"wrench": LOAD},
+    rs.EntryOf: lambda: {"of": rs.StiffnessMatrix(), "place": (0, 0)},
+    rs.Gradient: lambda: {"of": rs.WorstDeflection(), "by": ("x", "y")},
+    rs.TotalMass: dict,
+    rs.Exact: lambda: {"steps": 3},
+    rs.Mirror: dict,
+    rs.Mean: dict,
+    rs.Worst: dict,
+    rs.PNorm: lambda: {"p": 4.0},
+    rs.Uniform: lambda: {"half_width": 0.1},
+    rs.Normal: lambda: {"deviation": "1 mm"},
+    rs.Within: lambda: {"output": rs.WorstDeflection(), "most": 1e-6, "least": None},
+    rs.mass_below: lambda: {"most": 10.0},
+    rs.value_and_gradient: lambda: {"robot": _parametric(), "output": rs.WorstDeflection(),
+                                    "by": ("k",), "poses": None},
+    rs.optimise: lambda: {
+        **{"robot": _parametric(), "objective": rs.WorstDeflection()},
+        **{"variables": {"k": (1e6, 1e7)}, "poses": None, "constraints": ()},
+        **{"combine": rs.Worst(), "start": None},
+    },
+    rs.tolerances: lambda: {
+        **{"robot": _parametric(), "spreads": {"k": rs.Uniform(0.1)}, "poses": None},
+        **{"outputs": (rs.WorstDeflection(),), "samples": 8, "seed": 0, "threads": 1},
+    },
+    rs.compensate: lambda: {
+        **{"robot": rs.load("hexapod"), "path": [[0, 0, 0.9, 0, 0, 0]], "wrenches": LOAD},
+        **{"method": rs.Exact(), "axes": rs.Axes.WORLD, "loads": None, "gravity": None},
+        **{"preload": None, "beams": rs.Linear(), "near": None},
+    },
+    rs.read_program: lambda: {"robot": rs.load("hexapod"), "path": _path(), "angles": None},
+    rs.write_program: lambda: {"program": rs.read_program(rs.load("hexapod"), _path()),
+                               "found": _compensation(), "path": "out.csv"},
     rs.UnderLoad: lambda: {"loads": None, "gravity": None, "preload": None, "beams": rs.Linear(),
                            "by": None},
 }  # fmt: skip
 #: Those that take long also where the argument is refused in the end.
 LONG = {
     *(rs.compile_loaded, rs.critical_load, rs.load_linkage, rs.load_path),
-    *(rs.modes, rs.write_report),
+    *(rs.modes, rs.write_report, rs.optimise, rs.tolerances, rs.compensate, rs.value_and_gradient),
+    *(rs.read_program, rs.write_program),
 }
 FEW = ("whole number", "word", "list of none", "object")
 #: Answers, which functions make.
@@ -307,6 +353,7 @@ ANSWERS = {
     *(rs.CompiledLoading, rs.CriticalLoad, rs.Deflection, rs.DeflectionsOfPoses),
     *(rs.Equilibria, rs.Equilibrium, rs.IndicesOfPoses, rs.LoadedAnswer, rs.Mode, rs.Modes),
     *(rs.RobotDerivation, rs.Stiffness, rs.StiffnessIndices),
+    *(rs.Compensation, rs.Optimum, rs.Tolerances),
 }
 
 

@@ -22,7 +22,9 @@ from robostiff.compiled import (
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, find_posture
 from robostiff.model import Robot
+from robostiff.spatial import as_floats
 
+_POSES = "coordinates (N, n), a pose a row"
 #: Poses of a design: coordinates (N, n) or (n,), joint coordinates of an arm, or home.
 Poses = ArrayLike | JointCoordinates | None
 
@@ -138,8 +140,8 @@ def _poses(robot: Robot, poses: Poses) -> Any:
             return JointCoordinates(home.coordinates[0].reshape(1, -1))
         return home.pose.reshape(-1, 6)[:, robot.coordinate_places]
     if isinstance(poses, JointCoordinates):
-        return JointCoordinates(np.atleast_2d(np.asarray(poses.values, dtype=float)))
-    return np.atleast_2d(np.asarray(poses, dtype=float))
+        return JointCoordinates(np.atleast_2d(as_floats("poses", poses.values, _POSES)))
+    return np.atleast_2d(as_floats("poses", poses, _POSES))
 
 
 def value_and_gradient(

@@ -24,6 +24,7 @@ from robostiff.network.mobility import (
     null_spaces,
     pinning_coordinates,
 )
+from robostiff.spatial.batch import block_diagonal
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -121,15 +122,12 @@ def redundant_freedoms(
     moves it and none after it. Such mechanisms are those of bodies, and those inside a joint whose
     own freedoms depend on one another.
     """
-    from scipy.linalg import block_diag
-
     moving = [
         (c, null_spaces(c.freedoms, equations.tolerance).right)
         for c in equations.connections
         if isinstance(c, RelativeMotion) and c.freedom_names
     ]
-    inside = block_diag(*(own for _, own in moving)) if moving else np.zeros((0, 0))
-    rates = [np.asarray(inside)]
+    rates = [block_diagonal([own for _, own in moving])]
     for mechanism in mobility.mechanisms:
         of_node = dict(zip(mechanism.nodes, mechanism.motions, strict=True))
         rest = np.zeros_like(mechanism.motions[0])

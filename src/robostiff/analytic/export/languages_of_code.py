@@ -44,6 +44,7 @@ def c_function(derivation: Any, name: str = "stiffness") -> str:
 
     Examples
     --------
+    >>> import sympy as sp
     >>> from robostiff.analytic import Derivation
     >>> k, d = sp.symbols("k d")
     >>> K = sp.ImmutableMatrix([[k, 0, 0], [0, 0, 0], [0, 0, k * d**2 / 3]])
@@ -102,6 +103,7 @@ def python_function(derivation: Any, name: str = "stiffness") -> str:
 
     Examples
     --------
+    >>> import sympy as sp
     >>> from robostiff.analytic import Derivation
     >>> k, d = sp.symbols("k lambda")
     >>> K = sp.ImmutableMatrix([[k, 0, k * d], [0, 0, 0], [k * d, 0, k * d**2 / 3]])
@@ -120,6 +122,7 @@ def julia_function(derivation: Any, name: str = "stiffness") -> str:
 
     Examples
     --------
+    >>> import sympy as sp
     >>> from robostiff.analytic import Derivation
     >>> k, d = sp.symbols("k d")
     >>> K = sp.ImmutableMatrix([[k, 0, 0], [0, 0, 0], [0, 0, k * d**2 / 3]])
@@ -142,6 +145,7 @@ def matlab_function(derivation: Any, name: str = "stiffness") -> str:
 
     Examples
     --------
+    >>> import sympy as sp
     >>> from robostiff.analytic import Derivation
     >>> k, d = sp.symbols("k d")
     >>> K = sp.ImmutableMatrix([[k, 0, 0], [0, 0, 0], [0, 0, k * d**2 / 3]])
