@@ -103,7 +103,7 @@ def test_a_step_of_the_force_is_a_jump_of_the_correction():
 REFUSED = {
     "three numbers": (lambda r: rs.compensate(r, STRAIGHT, [0, 0, -1]), "one for each point"),
     "two wrenches": (lambda r: rs.compensate(r, STRAIGHT, np.zeros((2, 6))), "one for each point"),
-    "no robot": (lambda _: rs.compensate("hexapod", STRAIGHT, np.zeros(6)), "a Robot"),
+    "no robot": (lambda _: rs.compensate(rs.load("cable-8"), STRAIGHT, np.zeros(6)), "a Robot"),
     "one point": (
         lambda r: rs.compensate(r, STRAIGHT[:1], np.zeros(6), axes=rs.Axes.PATH),
         "two points or more",
@@ -135,6 +135,7 @@ def test_a_file_keeps_its_lines(tmp_path):
     file.write_text(TEXT.replace('"cut; fast"', "cut fast"))
     robot = rs.load("hexapod")
     program = rs.read_program(robot, file)
+    assert isinstance(program.poses, np.ndarray)
     np.testing.assert_allclose(program.poses[:, 0], [-0.0505, 0.0505])
     np.testing.assert_allclose(program.poses[:, 5], np.radians(3.0))
     np.testing.assert_allclose(program.wrenches, [[500, 0, -2000, 0, 0, 0]] * 2)
@@ -161,6 +162,7 @@ def test_euler_angles_in_and_out(tmp_path, order):
     file.write_text(f"x [mm], z [mm], {heads}, Fz [N]\n10, 900, {row}, 0\n")
     robot = rs.load("hexapod")
     program = rs.read_program(robot, file, angles=order)
+    assert isinstance(program.poses, np.ndarray)
     given = [angles[f"r{axis}"] for axis in order.lower()]
     expected = Rotation.from_euler(order, given, degrees=True).as_rotvec()
     np.testing.assert_allclose(program.poses[0, 3:], expected, atol=1e-15)

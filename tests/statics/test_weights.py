@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -215,8 +216,8 @@ def test_loads_that_do_not_all_act_are_no_answer(monkeypatch: pytest.MonkeyPatch
     name = f"{robot.legs[0].name}/{next(iter(find_posture(robot).snapshot.legs[0].parts)).name}"
     loads = {name: [0, 0, -10.0], "platform": [1.0, 0, 0]}
     loaded(robot, loads=loads)
-    own = loaded_posture.loaded_groups
-    without = lambda *before, **more: own(*before[:4], {}, *before[5:], **more)  # noqa: E731
+    own: Any = loaded_posture.loaded_groups
+    without = lambda *before, **more: own(*(*before[:4], {}, *before[5:]), **more)  # noqa: E731
     monkeypatch.setattr(loaded_posture, "loaded_groups", without)
     with pytest.raises(rs.NoAnswerError, match="loads are not those that are given"):
         loaded(robot, loads=loads)

@@ -115,7 +115,8 @@ class ProgramFile:
 
         found, known = poses.copy(), np.isfinite(poses).all(axis=1)
         turned = Rotation.from_rotvec(poses[known, 3:]).as_euler(self.angles)
-        found[np.ix_(known, _places(self.angles))] = turned
+        for place, own in zip(_places(self.angles), turned.T, strict=True):
+            found[known, place] = own
         return found
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -59,7 +59,7 @@ class Code(CodePrinter):
     template: ClassVar[str]
     width: ClassVar[int] = 96  # of lines
     indent: ClassVar[int] = 4  # of the comment
-    subject: ClassVar[str] = "It"  # what relates
+    subject: str = "It"  # what relates
     fails: ClassVar[str] = ""  # where there is no answer
     size: ClassVar[str] = "abs"
     zero: ClassVar[str] = "0"
@@ -75,7 +75,7 @@ class Code(CodePrinter):
     every: ClassVar[str] = " && "  # whether a matrix is
     functions: ClassVar[dict[str, str]] = {}  # by their names in the vocabulary
     # a name fit for a comment of the language
-    plain: ClassVar[Callable[[str], str]] = staticmethod(plain_text)
+    plain: ClassVar[staticmethod[[str], str]] = staticmethod(plain_text)
 
     def __init__(self, derivation: Any, name: str) -> None:
         super().__init__({"order": None})
