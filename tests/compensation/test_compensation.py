@@ -103,7 +103,7 @@ def test_a_step_of_the_force_is_a_jump_of_the_correction():
 REFUSED = {
     "three numbers": (lambda r: rs.compensate(r, STRAIGHT, [0, 0, -1]), "one for each point"),
     "two wrenches": (lambda r: rs.compensate(r, STRAIGHT, np.zeros((2, 6))), "one for each point"),
-    "no robot": (lambda _: rs.compensate(rs.load("cable-8"), STRAIGHT, np.zeros(6)), "a Robot"),
+    "no robot": (lambda _: rs.compensate(rs.load("cable-8"), STRAIGHT, np.zeros(6)), "a Robot"),  # pyright: ignore[reportArgumentType]
     "one point": (
         lambda r: rs.compensate(r, STRAIGHT[:1], np.zeros(6), axes=rs.Axes.PATH),
         "two points or more",

@@ -330,7 +330,7 @@ class _Commands:
 
     def _moved(self, command: np.ndarray, missing: np.ndarray) -> np.ndarray:
         """Commands whose unloaded poses are further by a shift and a rotation (N, 6)."""
-        known: np.ndarray = np.isfinite(missing).all(axis=1)
+        known = np.asarray(np.isfinite(missing).all(axis=1))
         step = np.where(known[:, None], missing, 0.0)
         if self.by_joints:
             moved = command + np.einsum("nij,nj->ni", self._inverse_rates, step)
