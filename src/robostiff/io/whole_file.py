@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 
-from robostiff.errors import FileError, Location
+from robostiff.errors import FileError, InputError, Location
 from robostiff.io.suggest import Words
 
 _LONGEST_ENDING = 20
@@ -42,6 +42,8 @@ def bounded_bytes(source: str | os.PathLike[str], most: int, what: str) -> bytes
 
     Raises FileError when it is a folder and not `what`, cannot be read, or is too large.
     """
+    if not isinstance(source, str | os.PathLike):  # a number is a stream that is open already
+        raise InputError(what, got=source, expected="the path of a file")
     place = Location(str(source))
     try:
         status = os.stat(source)
