@@ -5,7 +5,9 @@ import subprocess
 import sys
 
 #: Their bases are printers of SymPy, which has no types.
-EXCEPTIONS = {"robostiff.analytic.export.code.Code", "robostiff.analytic.export.language.Typeset"}
+EXCEPTIONS = {
+    f"robostiff.analytic.export.{name}" for name in ("code.Code", "language.Typeset", "latex.LATEX")
+}
 
 
 def main() -> int:
