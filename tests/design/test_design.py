@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -62,6 +64,21 @@ def test_total_mass_is_that_of_the_posture(name):
         pose = rs.JointCoordinates(posture.coordinates[0])
     assert fast.evaluate(pose).values["mass"][0] == pytest.approx(total, rel=1e-12)
     assert total > 0
+
+
+def test_mass_of_a_flexible_platform_and_of_a_linkage():
+    """Parts of the platform count; the record of a linkage has no masses, and says so."""
+    robot = rs.load(Path(__file__).parents[2] / "docs" / "star-platform.yaml")
+    snapshot = with_masses(rs.find_posture(robot))
+    assert snapshot.platform is not None
+    parts = [mass for several in snapshot.one(0).platform.masses.values() for mass in several]
+    parts += [mass for leg in snapshot.legs for mass in leg.all_masses] + list(snapshot.masses)
+    total = sum(float(np.ravel(mass.value)[0]) for mass in parts)
+    fast = rs.compile(robot, [rs.TotalMass()], backend=rs.Backend.ARRAYS)
+    home = rs.find_posture(robot).pose[:, robot.coordinate_places]
+    assert fast.evaluate(home).values["mass"][0] == pytest.approx(total, rel=1e-12)
+    with pytest.raises(rs.NoAnswerError, match="the record of a linkage has none"):
+        rs.compile(rs.load_linkage("double-pantograph"), [rs.TotalMass()])
 
 
 @pytest.mark.parametrize("name", ["gough-stewart-b", "3-prs", "six-joint-arm"])

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,9 +26,10 @@ from robostiff.kinematics.pose import Near
 from robostiff.model import Actuated, PlacedFreedom, Robot
 from robostiff.spatial import as_floats
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
-from robostiff.statics.kernels.compile import compile_loaded
-from robostiff.statics.kernels.compiled_loading import CompiledLoading
 from robostiff.statics.loading.given_loads import Gravity, Loads
+
+if TYPE_CHECKING:
+    from robostiff.statics import CompiledLoading
 
 _BOWING = Bowing()
 # Of the size of the robot: closer than this no step is taken.
@@ -179,6 +182,8 @@ def compensate(
     >>> bool(np.abs(found.deviation).max() > 1e-6), bool(np.abs(found.left).max() < 1e-12)
     (True, True)
     """
+    from robostiff.statics.kernels.compile import compile_loaded
+
     if not isinstance(robot, Robot):
         raise InputError(
             "robot to compensate",
@@ -257,23 +262,23 @@ class _Commands:
 
     def corrected(self, method: Mirror | Exact) -> Compensation:
         """The result of a method."""
-        start = self._start
-        first, codes = self._missing(start)
-        command = start
+        command = self._start
+        first, codes = self._missing(command)
+        left = first
         if isinstance(method, Mirror):
-            command = self._mirrored(start, first)
+            command = self._mirrored(command, first)
+            left, codes = self._missing(command)
         else:
-            missing, before = first, np.inf
+            before = np.inf
             for _ in range(method.steps):
-                command = self._moved(command, missing)
-                missing, _ = self._missing(command)
-                largest = float(np.nanmax(np.abs(missing[:, self._followed]), initial=0.0))
+                command = self._moved(command, left)
+                left, codes = self._missing(command)
+                largest = float(np.nanmax(np.abs(left[:, self._followed]), initial=0.0))
                 if largest <= _THERE * self.wanted.length or not largest < before:
                     break
                 before = largest
-        left, codes = self._missing(command)
         posture = self._unloaded(command)
-        codes = codes.copy()
+        codes, left = codes.copy(), left.copy()
         codes[~posture.within_limits] |= np.uint16(Status.BEYOND_LIMITS)
         lost = ~np.isfinite(left).all(axis=1)
         drives = np.concatenate(
@@ -352,7 +357,7 @@ class _Commands:
                 break
         return command
 
-    @property
+    @cached_property
     def _inverse_rates(self) -> np.ndarray:
         """Rates of the joints of an arm with the twist of its platform (N, n, 6), at the targets.
 

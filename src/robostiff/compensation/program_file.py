@@ -16,7 +16,8 @@ from robostiff.errors import FileError, InputError, Location
 from robostiff.io.csv_table import CsvTable, read_table
 from robostiff.io.whole_file import whole_file
 from robostiff.kinematics import JointCoordinates
-from robostiff.kinematics.pose import home_coordinates
+from robostiff.kinematics.machine_pose import actuator_places
+from robostiff.kinematics.pose import home_coordinates, joint_units
 from robostiff.model import Robot
 
 _EULER = re.compile(r"(?:[xyz]{3}|[XYZ]{3})\Z")
@@ -97,15 +98,8 @@ class ProgramFile:
     @property
     def _drive_units(self) -> list[str]:
         """SI units of the drives."""
-        from robostiff.kinematics.machine_pose import actuator_places
-
-        places = actuator_places(self.robot)
-        freedoms = [leg.chain.freedoms for leg in self.robot.legs]
-        return [
-            freedom[place].unit
-            for freedom, own in zip(freedoms, places, strict=True)
-            for place in own.tolist()
-        ]
+        each = zip(self.robot.legs, actuator_places(self.robot), strict=True)
+        return [joint_units(leg.chain)[place] for leg, own in each for place in own.tolist()]
 
     def _written_rotation(self, poses: np.ndarray) -> np.ndarray:
         """Poses (N, 6) with Euler angles in place of the rotation vector, if the file has them."""

@@ -287,7 +287,15 @@ class TotalMass:
         return ()
 
     def recorded(self, robot: RecordedRobot) -> list[Any]:
-        """The sum."""
+        """The sum.
+
+        Raises
+        ------
+        NoAnswerError
+            Of a linkage, whose record has no masses.
+        """
+        if robot.mass is None:
+            raise NoAnswerError(f"no mass of {robot.name!r}: the record of a linkage has none")
         return [robot.mass]
 
 

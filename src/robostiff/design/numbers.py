@@ -17,6 +17,7 @@ from robostiff.compiled import (
     Gradient,
     Output,
     WorstDeflection,
+    unpack,
     upper_triangle,
 )
 from robostiff.errors import InputError
@@ -72,8 +73,6 @@ class NumbersOfDesigns:
 
         Raises InputError when an output has several numbers, or a name is no parameter.
         """
-        for name in names:
-            parameters_like(robot, name)
         parts = {
             part.name: part
             for output in outputs
@@ -120,15 +119,13 @@ def _largest_eigenvalue(
 
     Of the upper triangles (entries, N) and their rates (entries, N, n).
     """
-    places = list(upper_triangle(d))
-    C = np.zeros((upper.shape[1], d, d))
-    for (i, j), row in zip(places, upper, strict=True):
-        C[:, i, j] = C[:, j, i] = row
+    C = np.empty((upper.shape[1], d, d))
+    unpack(upper, C)
     known = np.isfinite(C).all(axis=(1, 2))
     largest, v = np.full(len(C), np.nan), np.full((len(C), d), np.nan)
     values, vectors = np.linalg.eigh(C[known])
     largest[known], v[known] = values[:, -1], vectors[:, :, -1]
-    weights = [v[:, i] * v[:, j] * (1 if i == j else 2) for i, j in places]
+    weights = [v[:, i] * v[:, j] * (1 if i == j else 2) for i, j in upper_triangle(d)]
     return largest, np.einsum("kp,kpn->pn", np.array(weights), slopes)
 
 

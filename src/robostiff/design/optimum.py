@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import reduce
@@ -330,14 +330,13 @@ def _held_limits(
     constraints: Sequence[Within], rows: Mapping[str, int], values: np.ndarray
 ) -> list[str]:
     """Limits that hold with equality at some pose, in words."""
-    words: list[tuple[str, float | None, Callable[[np.ndarray], Any]]] = []
-    for limit in constraints:
-        name = limit.output.name
-        words.append((f"{name} at most", limit.most, np.max))
-        words.append((f"{name} at least", limit.least, np.min))
     found = []
-    for word, bound, extreme in words:
-        own = values[rows[word.split(" at ")[0]]]
-        if bound is not None and abs(extreme(own) - bound) <= 1e-6 * (abs(bound) or 1.0):
-            found.append(f"{word} {bound:g}")
+    for limit in constraints:
+        name, own = limit.output.name, values[rows[limit.output.name]]
+        for word, bound, extreme in (
+            ("most", limit.most, np.max(own)),
+            ("least", limit.least, np.min(own)),
+        ):
+            if bound is not None and abs(extreme - bound) <= _REACHED * (abs(bound) or 1.0):
+                found.append(f"{name} at {word} {bound:g}")
     return found

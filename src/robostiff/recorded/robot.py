@@ -69,8 +69,8 @@ class RecordedRobot:
         Inputs that are coordinates of the legs; none where pose coordinates are the inputs.
     closure : RecordedClosure or None
         From pose coordinates to the coordinates of the legs.
-    mass : entry or number
-        Of all parts, as far as it is known [kg].
+    mass : entry, number or None
+        Of all parts, as far as it is known [kg]; None of a linkage.
     """
 
     name: str
@@ -84,7 +84,7 @@ class RecordedRobot:
     limits: tuple[Any, ...]
     joints: tuple[str, ...] = ()
     closure: RecordedClosure | None = None
-    mass: Any = 0.0
+    mass: Any = None
 
     @cached_property
     def factors(self) -> Factors:
@@ -285,7 +285,9 @@ def assembled(
 
 def _mass(robot: Robot, placed: Sequence[PlacedFormula]) -> Any:
     """Mass of all parts [kg], that of telescopes as long as they are."""
-    values: list[Any] = [mass.value for mass in robot.platform_masses]
+    parts = () if robot.platform is None else robot.platform.parts
+    values: list[Any] = [own.value for own in robot.platform_masses]
+    values += [own.value for part in parts for own in part.masses]
 
     def add_all(elements: Sequence[Any], own: PlacedFormula, coordinate: int) -> int:
         """Add the masses of elements from a coordinate of the leg on, and count it on."""
