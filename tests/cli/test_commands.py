@@ -263,6 +263,20 @@ def test_help_imports_nothing_heavy():
     assert outcome.returncode == 0, outcome.stderr
 
 
+def test_one_matrix_imports_no_kernels():
+    """The page of a stiffness, which is that of any result, leaves them to those who ask."""
+    code = (
+        "import sys; from click.testing import CliRunner; from robostiff.cli.main import app; "
+        "found = CliRunner().invoke(app, ['stiffness', 'hexapod']); assert not found.exit_code; "
+        "kinds = ('robostiff.statics.kernels', 'robostiff.compiled', 'robostiff.recorded'); "
+        "sys.exit(', '.join(sorted(m for m in sys.modules if m.startswith(kinds))) or None)"
+    )
+    outcome = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False
+    )
+    assert outcome.returncode == 0, outcome.stderr
+
+
 def test_a_pose_without_an_answer_is_reported_without_a_traceback():
     outcome = run("verify", "3-puu", "--pose", "5 0 0")
     assert (outcome.exit_code, outcome.stdout) == (1, "")

@@ -69,9 +69,9 @@ def test_total_mass_is_that_of_the_posture(name):
 def test_mass_of_a_flexible_platform_and_of_a_linkage():
     """Parts of the platform count; the record of a linkage has no masses, and says so."""
     robot = rs.load(Path(__file__).parents[2] / "docs" / "star-platform.yaml")
-    snapshot = with_masses(rs.find_posture(robot))
+    snapshot = with_masses(rs.find_posture(robot)).one(0)
     assert snapshot.platform is not None
-    parts = [mass for several in snapshot.one(0).platform.masses.values() for mass in several]
+    parts = [mass for several in snapshot.platform.masses.values() for mass in several]
     parts += [mass for leg in snapshot.legs for mass in leg.all_masses] + list(snapshot.masses)
     total = sum(float(np.ravel(mass.value)[0]) for mass in parts)
     fast = rs.compile(robot, [rs.TotalMass()], backend=rs.Backend.ARRAYS)
