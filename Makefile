@@ -31,7 +31,7 @@ EXTRAS ?=
 help:
 	@echo "make demo    stiffness, free motions and deflection of shipped robots, and a report"
 	@echo "make test    the tests, doctests included (PYTEST_ARGS='-x tests/paper' runs some)"
-	@echo "make peers   comparisons with other programs, whose packages take 1.4 GB"
+	@echo "make peers   comparisons with other programs, whose packages take 1.5 GB"
 	@echo "make slow    those, and the tests that take long: many more poses, long runs"
 	@echo "make extras  the wheel alone and with each extra alone, at newest and lowest versions"
 	@echo "make processors  the numerical tests with the arithmetic of other processors"

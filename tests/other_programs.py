@@ -10,9 +10,11 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
-# Packages of the extra `peers`, together some 1.4 GB: `make peers` installs them and runs what
+# Packages of the extra `peers`, together some 1.5 GB: `make peers` installs them and runs what
 # needs them.
-PEERS = {*("example-robot-data", "OpenSees", "pinocchio", "Playwright", "sectionproperties")}
+PEERS = {
+    *("example-robot-data", "llvmlite", "OpenSees", "pinocchio", "Playwright", "sectionproperties")
+}
 ROBOTS = Path(sysconfig.get_path("purelib")) / "cmeel.prefix/share/example-robot-data/robots"
 _MODULES = {"OpenSees": "openseespy", "Playwright": "playwright"}
 _COMMANDS = {

@@ -44,4 +44,4 @@ def test_a_program_that_is_not_in_the_list_is_an_error():
 
 def test_peers_are_no_packages_of_make_test():
     """They are marked, and come with the extra `peers`."""
-    assert {"pinocchio", "OpenSees", "Playwright"} <= PEERS
+    assert {"llvmlite", "pinocchio", "OpenSees", "Playwright"} <= PEERS
