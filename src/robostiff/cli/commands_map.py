@@ -203,7 +203,7 @@ def make_map(asked: MakeMap) -> int:
                 [chosen("--quantity", name, _QUANTITIES) for name in asked.quantities]
                 or [Quantity.PRINCIPAL_STIFFNESS],
                 wrench=None if asked.wrench is None else wrench_from(asked.wrench, robot.space),
-                characteristic_length=length_from(asked.length),
+                length=length_from(asked.length),
                 near=near_from(robot, asked.place),
                 method=method,
                 store=output if in_store else None,
