@@ -24,8 +24,9 @@ from robostiff.page.stiffness import place_of, stiffness_page
 _SMALL = 1e-9
 
 
-def indices_page(result: Stiffness, found: StiffnessIndices | None) -> Page:
-    """The indices at a pose; where there is no matrix None, and the stiffness is shown."""
+def indices_page(asked: StiffnessIndices | Stiffness) -> Page:
+    """The indices at a pose; of a stiffness, which has none without a matrix, that it has none."""
+    found, result = (None, asked) if isinstance(asked, Stiffness) else (asked, asked.result)
     names = [own.name for own in fields(StiffnessIndices) if own.name not in {"result", "length"}]
     blocks = stiffness_page(result).blocks if found is None else _blocks(found)
     return Page(
