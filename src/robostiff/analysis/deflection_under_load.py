@@ -378,7 +378,7 @@ class DeflectionsOfPoses(StatusOfPoses):
 def deflection(
     robot: Robot | Snapshot | Network | Linkage,
     pose: Pose | DriveValues = None,
-    wrench: ArrayLike = (),
+    wrench: ArrayLike | None = None,
     *,
     at: ArrayLike | None = None,
     near: Near = None,
@@ -403,7 +403,7 @@ def deflection(
             "robot of a deflection",
             got=f"cable robot {robot.name!r}",
             expected="a robot without cables: these may become slack, and need not stay near",
-            hint="write cable_response(robot, pose, load=...), or 'robostiff cables'",
+            hint="write cable_response(robot, pose, wrench=...), or 'robostiff cables'",
         )
     answer = direct_stiffness(robot, pose, at, near=near, tolerance=tolerance)
     hint = "write deflection(robot, pose, wrench) or wrench=[...]: the pose comes first"

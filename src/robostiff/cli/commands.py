@@ -64,9 +64,10 @@ def check_robot(asked: Check) -> int:
     if doubts:
         facts["warnings"] = doubts
     if picture is not None:
-        from robostiff.plot.posed_robot import Colouring, picture_of_robot
+        from robostiff import plot
 
-        draw(picture_of_robot(robot, colouring=Colouring.NAMES), picture)
+        drawn = plot.robot(robot, colouring=plot.Colouring.NAMES, backend=plot.PictureData())
+        draw(drawn, picture)
         facts["picture"] = str(picture)
     return answered(facts_page(facts), asked.answer)
 
