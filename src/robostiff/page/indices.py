@@ -27,8 +27,9 @@ _NAMES = (
 )
 
 
-def indices_page(result: Stiffness, found: StiffnessIndices | None) -> Page:
-    """The indices at a pose; where there is no matrix None, and the stiffness is shown."""
+def indices_page(asked: StiffnessIndices | Stiffness) -> Page:
+    """The indices at a pose; of a stiffness, which has none without a matrix, that it has none."""
+    found, result = (None, asked) if isinstance(asked, Stiffness) else (asked, asked.result)
     blocks = stiffness_page(result).blocks if found is None else _blocks(found)
     return Page(
         result.name,
