@@ -23,6 +23,7 @@ from robostiff.kinematics import (
 )
 from robostiff.kinematics.machine_pose import actuator_places
 from robostiff.kinematics.pose import Near
+from robostiff.markup import InNotebooks
 from robostiff.model import Actuated, PlacedFreedom, Robot
 from robostiff.spatial import as_floats
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
@@ -72,7 +73,7 @@ class Exact:
 
 
 @dataclass(frozen=True)
-class Compensation(StatusOfPoses):
+class Compensation(StatusOfPoses, InNotebooks):
     """Commands for the points of a path, and what is left of the deviation.
 
     Attributes

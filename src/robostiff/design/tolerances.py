@@ -14,6 +14,7 @@ from robostiff.design.numbers import NumbersOfDesigns, Poses, parameters_like
 from robostiff.errors import InputError
 from robostiff.io.expression import parse
 from robostiff.kinematics import JointCoordinates
+from robostiff.markup import InNotebooks
 from robostiff.model import Robot
 
 # Sequences of points that know nothing of one another: their spread is the error of a quantile.
@@ -84,7 +85,7 @@ def _size(given: float | str, nominal: float, name: str) -> float:
 
 
 @dataclass(frozen=True)
-class Tolerances:
+class Tolerances(InNotebooks):
     """Numbers of a robot whose parameters are spread.
 
     Attributes

@@ -1,6 +1,6 @@
 from robostiff.page.cables import cable_response_page, cable_stiffness_page
 from robostiff.page.data import page_data
-from robostiff.page.facts import facts_of, facts_page, robot_page
+from robostiff.page.facts import facts_of, facts_page, machine_page
 from robostiff.page.indices import indices_page, principal_table
 from robostiff.page.loads import equilibrium_page, modes_page, response_page
 from robostiff.page.of_result import page_of
@@ -19,7 +19,7 @@ __all__ = [
     "page_of",
     "principal_table",
     "response_page",
-    "robot_page",
+    "machine_page",
     "stiffness_page",
     "verification_page",
 ]

@@ -1,4 +1,4 @@
-"""The page of a robot or of a result of any kind."""
+"""The page of a machine or of a result of any kind."""
 
 from __future__ import annotations
 
@@ -8,18 +8,21 @@ from robostiff.analysis import CableResponse, CableStiffness, Deflection, Stiffn
 from robostiff.analysis.indices import StiffnessIndices
 from robostiff.analysis.verification import Verification
 from robostiff.compensation.compensate import Compensation
+from robostiff.design.optimum import Optimum
+from robostiff.design.tolerances import Tolerances
 from robostiff.markup import Page
-from robostiff.model import Robot
+from robostiff.model.subject import Subject
 from robostiff.page.cables import cable_response_page, cable_stiffness_page
 from robostiff.page.compensation import compensation_page
-from robostiff.page.facts import robot_page
+from robostiff.page.design import optimum_page, tolerances_page
+from robostiff.page.facts import machine_page
 from robostiff.page.indices import indices_page
-from robostiff.page.loads import equilibrium_page, modes_page
+from robostiff.page.loads import critical_page, equilibrium_page, modes_page
 from robostiff.page.stiffness import deflection_page, stiffness_page, verification_page
-from robostiff.statics import Equilibrium, Modes
+from robostiff.statics import CriticalLoad, Equilibrium, Modes
 
 _WRITERS: dict[type, Any] = {
-    Robot: robot_page,
+    Subject: machine_page,
     Stiffness: stiffness_page,
     Deflection: deflection_page,
     Verification: verification_page,
@@ -27,13 +30,16 @@ _WRITERS: dict[type, Any] = {
     CableStiffness: cable_stiffness_page,
     CableResponse: cable_response_page,
     Equilibrium: equilibrium_page,
+    CriticalLoad: critical_page,
     Modes: modes_page,
     Compensation: compensation_page,
+    Optimum: optimum_page,
+    Tolerances: tolerances_page,
 }
 
 
 def page_of(result: object) -> Page:
-    """The page of a robot or of a result; of a batch in short.
+    """The page of a machine or of a result; of a batch in short.
 
     Examples
     --------
