@@ -1,40 +1,27 @@
-"""The page of a machine or of a result of any kind."""
+"""The page of a robot or of a result of any kind."""
 
 from __future__ import annotations
 
-from typing import Any
+from importlib import import_module
 
-from robostiff.analysis import CableResponse, CableStiffness, Deflection, Stiffness
-from robostiff.analysis.indices import StiffnessIndices
-from robostiff.analysis.verification import Verification
-from robostiff.compensation.compensate import Compensation
-from robostiff.design.optimum import Optimum
-from robostiff.design.tolerances import Tolerances
 from robostiff.markup import Page
-from robostiff.model.subject import Subject
-from robostiff.page.cables import cable_response_page, cable_stiffness_page
-from robostiff.page.compensation import compensation_page
-from robostiff.page.design import optimum_page, tolerances_page
-from robostiff.page.facts import machine_page
-from robostiff.page.indices import indices_page
-from robostiff.page.loads import critical_page, equilibrium_page, modes_page
-from robostiff.page.stiffness import deflection_page, stiffness_page, verification_page
-from robostiff.statics import CriticalLoad, Equilibrium, Modes
 
-_WRITERS: dict[type, Any] = {
-    Subject: machine_page,
-    Stiffness: stiffness_page,
-    Deflection: deflection_page,
-    Verification: verification_page,
-    StiffnessIndices: lambda found: indices_page(found.result, found),
-    CableStiffness: cable_stiffness_page,
-    CableResponse: cable_response_page,
-    Equilibrium: equilibrium_page,
-    CriticalLoad: critical_page,
-    Modes: modes_page,
-    Compensation: compensation_page,
-    Optimum: optimum_page,
-    Tolerances: tolerances_page,
+# The module and function of this package that write the page of a kind of result. They are imported
+# with the first page of that kind, as they import the questions that it answers.
+_WRITERS = {
+    "Subject": ("facts", "machine_page"),
+    "Stiffness": ("stiffness", "stiffness_page"),
+    "Deflection": ("stiffness", "deflection_page"),
+    "Verification": ("stiffness", "verification_page"),
+    "StiffnessIndices": ("indices", "indices_page"),
+    "CableStiffness": ("cables", "cable_stiffness_page"),
+    "CableResponse": ("cables", "cable_response_page"),
+    "Equilibrium": ("loads", "equilibrium_page"),
+    "CriticalLoad": ("loads", "critical_page"),
+    "Modes": ("loads", "modes_page"),
+    "Compensation": ("compensation", "compensation_page"),
+    "Optimum": ("design", "optimum_page"),
+    "Tolerances": ("design", "tolerances_page"),
 }
 
 
@@ -48,6 +35,8 @@ def page_of(result: object) -> Page:
     >>> page.name, page.data["rank"]
     ('3-rrr', 3)
     """
-    if getattr(result, "batch_shape", ()) and not isinstance(result, Compensation):
+    kinds = [kind.__name__ for kind in type(result).__mro__]
+    if getattr(result, "batch_shape", ()) and "Compensation" not in kinds:
         return Page(repr(result))
-    return next(_WRITERS[kind] for kind in type(result).__mro__ if kind in _WRITERS)(result)
+    module, function = next(_WRITERS[kind] for kind in kinds if kind in _WRITERS)
+    return getattr(import_module(f"robostiff.page.{module}"), function)(result)
