@@ -14,12 +14,12 @@ __all__ = [
     "facts_of",
     "facts_page",
     "indices_page",
+    "machine_page",
     "modes_page",
     "page_data",
     "page_of",
     "principal_table",
     "response_page",
-    "machine_page",
     "stiffness_page",
     "verification_page",
 ]
