@@ -71,6 +71,7 @@ from robostiff.design.optimum import optimise as optimise
 from robostiff.design.tolerances import Normal as Normal
 from robostiff.design.tolerances import Tolerances as Tolerances
 from robostiff.design.tolerances import Uniform as Uniform
+from robostiff.design.tolerances import sobol_indices as sobol_indices
 from robostiff.design.tolerances import tolerances as tolerances
 from robostiff.elasticity import CrossSection as CrossSection
 from robostiff.elasticity import Elasticity as Elasticity

@@ -180,6 +180,7 @@ PUBLIC = [
     "shipped_cable_robots",
     "shipped_linkages",
     "shipped_robots",
+    "sobol_indices",
     "spherical",
     "stiffness",
     "stiffness_map",
