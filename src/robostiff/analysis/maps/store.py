@@ -20,13 +20,13 @@ from zlib import crc32
 
 import numpy as np
 
+from robostiff.analysis.identity import differences
 from robostiff.analysis.maps.dataset import (
     coordinate_arrays,
     map_dataset,
     range_attributes,
     summary_attributes,
 )
-from robostiff.analysis.maps.identity import differences
 from robostiff.analysis.maps.job import MapJob, MapSummary, PoseBlock
 from robostiff.analysis.maps.stored import (
     IDENTITY,
