@@ -136,6 +136,21 @@ class AtGeneralPoses:
     # Decides the rank near singular poses, of kernels of K alone
     ranks: RecordedRanks | None = field(default=None, kw_only=True)
 
+    def at_one(self, kernel: Kernel, inputs: np.ndarray) -> CompiledAnswer | None:
+        """What a kernel of K gives at one pose by inputs (n,); None where a check of it fails."""
+        results = kernel.evaluate(inputs[:, None])[:, 0]
+        flags, n = int(results[kernel.rows - len(kernel.checks)]), kernel.space.size
+        is_right = self.verified and flags in (0, Flag.BEYOND_LIMITS) and closes(kernel, results)
+        if not is_right:
+            return None
+        beyond = Status.BEYOND_LIMITS if flags else Status.OK
+        return CompiledAnswer(
+            values={StiffnessMatrix.name: results[: n * n].reshape(n, n)},
+            status_codes=np.array(int(self.status | beyond), dtype=np.uint16),
+            rank=np.array(self.rank, dtype=np.int8),
+            guarded=np.array(False),
+        )
+
 
 @dataclass(frozen=True)
 class Decided:
@@ -192,9 +207,9 @@ def decided(
 
 
 def closes(kernel: Kernel, results: Rows) -> np.ndarray:
-    """Where the recorded closure arrives, in the assembly mode of home (N,)."""
+    """Where the recorded closure arrives, in the assembly mode of home, as of the results (N,)."""
     if "open" not in kernel.checks:
-        return np.ones(len(results[0]), dtype=bool)
+        return np.broadcast_to(True, np.shape(results[0]))
     return (results[-2] < CLOSED) & (results[-1] > 0)
 
 
