@@ -21,10 +21,14 @@ from robostiff.analysis.indices import indices as indices
 from robostiff.analysis.maps import Axis as Axis
 from robostiff.analysis.maps import Batched as Batched
 from robostiff.analysis.maps import Compiled as Compiled
+from robostiff.analysis.maps import Extremes as Extremes
 from robostiff.analysis.maps import Grid as Grid
+from robostiff.analysis.maps import Histogram as Histogram
 from robostiff.analysis.maps import PoseList as PoseList
+from robostiff.analysis.maps import Quantiles as Quantiles
 from robostiff.analysis.maps import Quantity as Quantity
 from robostiff.analysis.maps import RandomPoses as RandomPoses
+from robostiff.analysis.maps import ShareAbove as ShareAbove
 from robostiff.analysis.maps import Threads as Threads
 from robostiff.analysis.maps import stiffness_map as stiffness_map
 from robostiff.analytic import AtCoordinates as AtCoordinates

@@ -345,6 +345,22 @@ def test_one_matrix_of_a_robot_of_legs_loads_no_other_kinds_of_robots():
     assert "robostiff.model.robot" in loaded.stdout.split()
 
 
+def test_a_page_of_stiffness_loads_no_other_questions():
+    code = (
+        "import contextlib, io, sys\n"
+        "sys.argv = ['robostiff', 'stiffness', 'hexapod']\n"
+        "with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):\n"
+        "    from robostiff.cli.main import main; main()\n"
+        "print(*{n.split('.')[1] for n in sys.modules if n.startswith('robostiff.')})"
+    )
+    loaded = subprocess.run(
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True
+    )
+    others = {"cables", "compensation", "linkage", "network", "recorded", "statics"}
+    assert not others & set(loaded.stdout.split())
+    assert {"kinematics", "page"} <= set(loaded.stdout.split())
+
+
 def test_a_package_and_its_names_are_in_step():
     for package in ("analysis", "kinematics", "linkage", "network", "statics"):
         module = import_module(f"robostiff.{package}")

@@ -18,7 +18,7 @@ from robostiff.analytic.exact.definition import used_definitions
 from robostiff.analytic.exact.operation_count import count_of
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.legs.leg_geometry import LegGeometry
-from robostiff.analytic.placement.agreement import check_form
+from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import ClosedReading
@@ -71,7 +71,7 @@ def series_form(placed: PlacedRobot) -> InSeries | VectorForm | None:
     except (UnusualPartError, FormulaTooLargeError):
         return None
     if found is not None:
-        check_form("the sum of springs in series", found.stiffness, placed)
+        RobotInNumbers.of(placed).check(found.K, found.definitions)
     return found
 
 

@@ -17,7 +17,7 @@ import sympy as sp
 from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.exact.definition import used_definitions
 from robostiff.analytic.exact.exact_points import values_of
-from robostiff.analytic.placement.agreement import check_form
+from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.legs_at_points import COMPONENTS, averages, orbits_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.record_reading import ClosedReading
@@ -37,6 +37,7 @@ from robostiff.analytic.vectors.vector_expressions import (
     Times,
     Turns,
     Vector,
+    names_in,
 )
 from robostiff.analytic.vectors.vector_rods import (
     Bar,
@@ -55,7 +56,6 @@ from robostiff.analytic.vectors.vector_wrenches import (
     WrenchWriter,
     joint_of,
     shared_name,
-    vectors_of,
 )
 from robostiff.recorded.leg import at_samples as sampled
 from robostiff.spatial import Space
@@ -79,7 +79,7 @@ def vector_form(placed: PlacedRobot) -> VectorForm | None:
         return None
     if found is None:
         return None
-    check_form("the vector form", found.stiffness, placed)
+    RobotInNumbers.of(placed).check(found.K, found.definitions)
     return replace(found, average=_average_of(found, placed))
 
 
@@ -243,7 +243,7 @@ class _Recognition:
 
     def _geometry(self, rods: list[Bar], legs: list[LegInVectors]) -> list[Equation]:
         """Points, directions and scalars of a leg."""
-        used = vectors_of(legs[0].wrenches)
+        used = {Vector(x) for x in names_in(legs[0].wrenches)}
         carrier, joint = rods[0].carrier, joint_of(rods[0], self.count)
         all_met = [c for leg in legs for c in leg.entries.values()]
         scalars = set().union(*(c.free_symbols for c in all_met))

@@ -158,7 +158,7 @@ def compile_loaded(
     kernel = Kernel(
         inputs=loading.inputs,
         outputs=(StiffnessMatrix(),),
-        checks=(*loading.checks, "open", "mode"),
+        checks=("flags", "open", "mode"),
         space=robot.space,
         code=ClosedCode.of(loading, loading.arrival, chosen),
     )

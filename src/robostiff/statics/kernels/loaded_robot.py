@@ -23,7 +23,7 @@ from robostiff.record import (
     reciprocal,
     usual_size,
 )
-from robostiff.recorded import RecordedRobot
+from robostiff.recorded import RecordedRobot, flags_of
 from robostiff.recorded.closure import BEFORE_FIRST, LAST, RecordedSteps, contraction, handed_on
 from robostiff.recorded.robot import RobotOnEntries
 from robostiff.spatial import Space, cross
@@ -271,10 +271,8 @@ class LoadedRobot:
             part = least(values[_PART], of_last * FALLS**2 + LITTLE**2)
         return [*(after[name] for name in self.start), size, margin, part]
 
-    def arrival(
-        self, values: Mapping[str, Any], at: _Equations
-    ) -> tuple[list[Any], dict[str, Any]]:
-        """What is computed in equilibrium, and the checks of the unloaded posture.
+    def arrival(self, values: Mapping[str, Any], at: _Equations) -> list[Any]:
+        """What is computed in equilibrium, the flags of the unloaded posture among it.
 
         The step that would be next is taken with what K has more than its share of the stiffness
         without load: where that is positive, the energy of this step is at least that of the other.
@@ -297,12 +295,12 @@ class LoadedRobot:
             contraction(values),
         ]
         safe = [x for x in safe if isinstance(x, Entry)]
-        K = [at.K[i, j] for i in range(n) for j in range(i, n)]
+        K = [at.K[min(place), max(place)] for place in np.ndindex(n, n)]
         place = [values[name] for name in self.platform.coordinates]
         arms = [*at.arms.flat] if self.has_arms else []
-        checks = self.unloaded.checks
         rates = [] if self.axes is None else self._rates(at)
-        return [*K, *place, *arms, *rates, *checks.values(), gap, reduce(least, safe)], checks
+        flags = flags_of(self.unloaded, rank=True)
+        return [*K, *place, *arms, *rates, flags, gap, reduce(least, safe)]
 
     @property
     def has_arms(self) -> bool:
@@ -336,17 +334,14 @@ class RecordedLoading(RecordedSteps):
     Attributes
     ----------
     arrival : Program
-        To K (symmetric part, upper triangle), the shift and quaternion of the platform, where it
-        has them the arms of dead forces on it (see `LoadedAnswer`), the square of the step that
-        would be next, and a number that is positive where all checks hold.
-    checks : tuple of str
-        Checks of the unloaded posture, whose rows come before the last two.
+        To K (symmetric part), the shift and quaternion of the platform, where it has them the arms
+        of dead forces on it (see `LoadedAnswer`), the flags of the unloaded posture, the square of
+        the step that would be next, and a number that is positive where all checks hold.
     has_arms : bool
     status, rank : Status, int
         Without load, at a general pose.
     """
 
-    checks: tuple[str, ...]
     has_arms: bool
     most_steps: int = 10
     status: Status = Status.OK
@@ -465,15 +460,13 @@ def record_loading(
         record.add_input(name, 1.0)
     values = {name: record.input(name) for name in record.inputs}
     at = loaded.equations(values)
-    outputs, checks = loaded.arrival(values, at)
     return RecordedLoading(
         inputs=inputs,
         start=start,
         step=Program.of(record, loaded.step(values, at, at.factored.solved(at.right))),
-        arrival=Program.of(record, outputs),
+        arrival=Program.of(record, loaded.arrival(values, at)),
         first_steps=4 if struts else 1,
         first=Program.of(record, loaded.first(values)),
-        checks=tuple(checks),
         has_arms=loaded.has_arms,
         status=unloaded.status,
         rank=unloaded.factors.rank,
