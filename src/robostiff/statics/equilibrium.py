@@ -226,7 +226,9 @@ def _confirmed(
 def _margins(problem: EquilibriumProblem, known: Linearised) -> dict[str, float]:
     """Of the platform and of every leg, by name."""
     margins = {"platform": platform_margin(problem, known).value}
-    return margins | {problem.legs[k]: own.value for k, own in leg_margins(problem, known).items()}
+    return margins | {
+        problem.leg_names[k]: own.value for k, own in leg_margins(problem, known).items()
+    }
 
 
 def _answer(

@@ -16,14 +16,9 @@ from robostiff.kinematics import Near, Pose
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model.cable import CableRobot
 from robostiff.statics.chains.beam_bowing import Beams
-from robostiff.statics.chains.body_springs import (
-    TO_PLATFORM,
-    Anchor,
-    FiniteBodySpring,
-    held_on_platform,
-)
-from robostiff.statics.chains.chain import NOBODY, FiniteChain
-from robostiff.statics.chains.legs import LegGroup
+from robostiff.statics.chains.body_springs import FiniteBodySpring
+from robostiff.statics.chains.elements import FiniteChain, Spot
+from robostiff.statics.chains.legs import Legs
 from robostiff.statics.equations.problem import DeadForces, EquilibriumProblem, Steady
 from robostiff.statics.equations.vibration import CarriedMasses
 from robostiff.statics.loading.given_loads import (
@@ -139,7 +134,8 @@ def cables_loaded(
     springs = tuple(
         FiniteBodySpring(
             name,
-            (Anchor(placed.exit_points[i]), Anchor(placed.attachments[i], TO_PLATFORM)),
+            np.array([placed.exit_points[i], placed.attachments[i]]),
+            (None, Spot(0, 0)),
             float(before.axial[i]),
             float(placed.lengths[i]),
             float(before.tensions[i] - before.axial[i] * placed.lengths[i]),
@@ -157,8 +153,6 @@ def cables_loaded(
         ),
         np.where(np.arange(6) < 3, 0.0, left)[list(rows)],
     )
-    held, anchors = held_on_platform(springs, 0)
-    chain = FiniteChain(0, None, (), (), anchors, (NOBODY,))
-    group = LegGroup((chain,), (point[None],), point, rows, tuple(held))
+    legs = Legs((FiniteChain(0, None, ()),), point[None], point, rows, springs)
     size = float(placed.characteristic_length)
-    return EquilibriumProblem((group,), rows, point, size, loads, steady)
+    return EquilibriumProblem(legs, rows, point, size, loads, steady)

@@ -15,7 +15,7 @@ from robostiff.model import ForceLaw, Mass, PlacedMass, Robot, Snapshot, gravity
 from robostiff.model.cable import CableRobot, Weight
 from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats
-from robostiff.statics.chains.chain import unknown_name
+from robostiff.statics.chains.elements import unknown_name
 from robostiff.statics.equations.problem import DeadForces
 
 Loads = Mapping[str, Any]
@@ -64,7 +64,7 @@ def acting_gravity(
         When it is given for a robot without masses, or is no vector.
     """
     if gravity is None:
-        own = (robot.in_floats if isinstance(robot, Robot) else robot).gravity
+        own = getattr(robot, "in_floats", robot).gravity
         return _NONE if own is None else own
     pull = gravity_vector("gravity", gravity)
     given = loads.values() if isinstance(loads, Mapping) else ()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from robostiff.model.mass import one_of
 from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats
 from robostiff.statics.chains.beam_bowing import Beams, ElementsOfParts
-from robostiff.statics.chains.chain import wrench_at
+from robostiff.statics.chains.elements import wrench_at
 from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.equations.vibration import CarriedMasses
 from robostiff.statics.loading.assembly import Assembly, assembly_of
@@ -40,7 +41,7 @@ from robostiff.statics.loading.given_loads import (
     given_masses,
     on_platform,
 )
-from robostiff.statics.loading.groups import loaded_groups
+from robostiff.statics.loading.groups import loaded_legs
 
 if TYPE_CHECKING:
     from robostiff.statics.loading.from_cables import CablePostures
@@ -81,7 +82,7 @@ class LoadedPosture:
     @property
     def snapshot(self) -> Snapshot | None:
         """The robot at that posture; None of a network, and of cables."""
-        return self.posed if isinstance(self.posed, Snapshot) else None
+        return as_snapshot(self.posed)
 
     @property
     def has_posture(self) -> bool:
@@ -137,7 +138,7 @@ class Postures:
         Shape of its batch, () for one.
     """
 
-    robot: Robot | Snapshot | Network
+    robot: Any
     posture: Posture | None = None
     batch: tuple[int, ...] = ()
 
@@ -161,7 +162,7 @@ class Postures:
         posed, frame, status = self._posed(i, masses is not None or bool(np.any(pull)))
         assembly = assembly_of(posed)
         own_laws = getattr(self.robot, "laws", {})
-        if own_laws and isinstance(posed, Snapshot):
+        if own_laws:
             check_own_laws(own_laws, posed)
         point = point_at(at, posed.reference_point)
         frames = {**assembly.frames, "platform": frame}
@@ -179,7 +180,7 @@ class Postures:
         places = {name: at for name, (_, at) in assembly.names.items()} if masses else {}
         moving = given_masses(masses or {}, {"platform": point, **places}, frame_of)
         on_it = moving.pop("platform", [])
-        found = loaded_groups(
+        found = loaded_legs(
             assembly,
             ElementsOfParts(posed.space, beams),
             point,
@@ -192,7 +193,7 @@ class Postures:
         )
         carried = replace(found.masses, on_platform=(*found.masses.on_platform, *on_it))
         problem = EquilibriumProblem(
-            found.groups,
+            found.legs,
             posed.space.rows,
             point,
             float(posed.characteristic_length) or 1.0,
@@ -210,14 +211,10 @@ class Postures:
         own = bodies.get(name) or bodies.get(name.partition("[")[0].partition(".beam")[0])
         return None if own is None else (one_of(own.R, 2, k), one_of(own.p, 1, k))
 
-    def _posed(
-        self, i: int, masses: bool
-    ) -> tuple[Snapshot | Network, tuple[np.ndarray, np.ndarray], Status]:
+    def _posed(self, i: int, masses: bool) -> tuple[Any, tuple[np.ndarray, np.ndarray], Status]:
         """The robot in its posture i, the frame of its platform, and what is to be said of it."""
         own = self.posture
-        if own is None or isinstance(self.robot, Network):
-            if isinstance(self.robot, Robot):
-                raise TypeError("a robot has a posture")
+        if own is None:
             point = np.asarray(self.robot.reference_point, dtype=float)
             return self.robot, (np.eye(3), point), Status.OK
         k = i if self.batch else 0
@@ -269,8 +266,7 @@ def _check_all_act(
         wanted += [(m.centre, m.value * pull) for m in posed.moving_masses(problem.nodes)]
     dead = problem.dead
     acting = [(problem.point + own, f) for own, f in zip(dead.arms, dead.forces, strict=True)]
-    for load in (load for g in problem.groups for c in g.chains for load in c.loads):
-        acting += zip(load.point, load.force, strict=True)
+    acting += [(load.point, load.force) for c in problem.legs.chains for load in c.loads]
     if not wanted and not acting:
         return
     points, forces = (np.array(own, dtype=float) for own in zip(*wanted, *acting, strict=True))
@@ -280,27 +276,36 @@ def _check_all_act(
         raise NoAnswerError(f"no answer of {posed.name!r}: its loads are not those that are given")
 
 
+@singledispatch
 def postures_of(robot: Any, pose: Any, near: Near) -> Postures | CablePostures:
     """The unloaded postures of a robot at poses, or of a snapshot, network or linkage."""
-    if isinstance(robot, CableRobot):
-        from robostiff.statics.loading.from_cables import CablePostures
+    raise InputError(
+        "robot of an equilibrium",
+        got=robot,
+        expected="a Robot, a Snapshot, a Network, a Linkage or a CableRobot",
+    )
 
-        return CablePostures.of(robot, pose, near)
-    if isinstance(robot, Linkage):
-        robot, pose = robot.network_at(pose), None
-    if isinstance(robot, Network) and pose is None and near is None:
-        return Postures(robot)
-    if isinstance(robot, Robot):
-        posture = find_posture(robot, pose, near=near)
-        return Postures(robot, posture, posture.batch)
-    if isinstance(robot, Snapshot | Network):
-        check_is_not_posed(robot, near if pose is None else pose)
-    if not isinstance(robot, Snapshot):
-        raise InputError(
-            "robot of an equilibrium",
-            got=robot,
-            expected="a Robot, a Snapshot, a Network, a Linkage or a CableRobot",
-        )
+
+@postures_of.register(Robot)
+def _(robot: Robot, pose: Any, near: Near) -> Postures:
+    posture = find_posture(robot, pose, near=near)
+    return Postures(robot, posture, posture.batch)
+
+
+@postures_of.register(Linkage)
+def _(robot: Linkage, pose: Any, near: Near) -> Postures | CablePostures:
+    return postures_of(robot.network_at(pose), None, near)
+
+
+@postures_of.register(Network)
+def _(robot: Network, pose: Any, near: Near) -> Postures:
+    check_is_not_posed(robot, near if pose is None else pose)
+    return Postures(robot)
+
+
+@postures_of.register(Snapshot)
+def _(robot: Snapshot, pose: Any, near: Near) -> Postures:
+    check_is_not_posed(robot, near if pose is None else pose)
     if robot.reference_point.ndim > 1:
         raise InputError(
             f"equilibrium of snapshot {robot.name!r}",
@@ -308,6 +313,18 @@ def postures_of(robot: Any, pose: Any, near: Near) -> Postures | CablePostures:
             expected="one pose: snapshot.one(i)",
         )
     return Postures(robot)
+
+
+@postures_of.register(CableRobot)
+def _(robot: CableRobot, pose: Any, near: Near) -> CablePostures:
+    from robostiff.statics.loading.from_cables import CablePostures
+
+    return CablePostures.of(robot, pose, near)
+
+
+def as_snapshot(posed: Any) -> Snapshot | None:
+    """A robot of legs at a posture; None of a network, and of cables."""
+    return posed if isinstance(posed, Snapshot) else None
 
 
 def point_at(at: ArrayLike | None, reference: np.ndarray) -> np.ndarray:
