@@ -412,12 +412,16 @@ class RecordedLegs:
         D = [[R[i] @ to[j] for j in range(3)] for i in range(3)]
         turn = [(D[i][j] - D[j][i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))]
         gap, moving = [*(terms.P[c] - end.p), *turn], self.named(self.legs.numbers.columns[columns])
+        # what is left of the gap turns the axes of the multiplier half as far, as steps do
+        m = np.zeros(6, dtype=int).astype(object)
+        m[list(self.legs.rows)] = W
+        half = [0, 0, 0, *(cross(m[3:], np.array(turn, dtype=object)) * 0.5)]
         for i, (name, row) in enumerate(zip(self.wrenches[c], self.legs.rows, strict=True)):
             for own, rate in zip(moving, terms.J[columns, row], strict=True):
                 elimination.add(name, own, rate)
             elimination.add(name, ends[i], -1)
             elimination.add_right(name, -gap[row])
-            elimination.add_right(ends[i], -W[i])
+            elimination.add_right(ends[i], -W[i] - half[row])
 
     def _add_beams(self, elimination: SymmetricElimination, terms: ChainTerms) -> None:
         """Let axial forces of beams follow the coordinates."""
