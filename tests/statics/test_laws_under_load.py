@@ -13,6 +13,7 @@ from robostiff.elasticity import elasticity_from_stiffness
 from robostiff.model import Actuated, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.statics.chains.elements import Share
 from robostiff.statics.chains.legs import Legs, LegState
+from robostiff.statics.loading.given_loads import Acting
 from robostiff.statics.loading.loaded_posture import postures_of
 from tests.cases.metric import distance
 from tests.statics.robots_under_load import beam_legs, case, loaded, planar_chain, stewart
@@ -178,7 +179,7 @@ def test_tangent_is_the_derivative_of_the_residual(name: str, beams: rs.Bowing):
 
 
 def legs_of(robot: rs.Snapshot, beams: rs.Bowing, loads: Any) -> Legs:
-    return postures_of(robot, None, None).loaded(0, None, loads, None, beams).problem.legs
+    return postures_of(robot, None, None).loaded(0, Acting(loads, beams=beams)).problem.legs
 
 
 def moved(legs: Legs, state: LegState, step: np.ndarray) -> LegState:

@@ -14,6 +14,7 @@ from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import PlacedFreedom, PlacedLeg, Snapshot
 from robostiff.network import JointElement, Network, Node, beam_between
 from robostiff.spatial import Frame, Space, skew
+from robostiff.statics.loading.given_loads import Acting
 from robostiff.statics.loading.loaded_posture import postures_of
 from tests.statics.robots_under_load import beam, column, joint
 
@@ -216,9 +217,7 @@ def test_a_beam_that_moves_as_a_rigid_body_has_its_mass(theory: BeamTheory, elem
     free += [rs.revolute(e, rs.Actuated(1.0), name=f"r{i}") for i, e in enumerate(np.eye(3))]
     rod = rs.beam_link([0.3, 0.5, 0.4], steel, section, y_axis=[0, 0, 1], theory=theory)
     robot = model_arm(*free, rod)
-    loaded = postures_of(robot, None, None).loaded(
-        0, None, None, None, rs.Bowing(elements), None, masses={}
-    )
+    loaded = postures_of(robot, None, None).loaded(0, Acting(beams=rs.Bowing(elements)), masses={})
     legs = loaded.problem.legs
     (mass,) = loaded.masses.on_legs
     moved = rng.normal(scale=0.2, size=legs.unloaded.x.shape)

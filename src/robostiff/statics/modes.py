@@ -25,7 +25,7 @@ from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, 
 from robostiff.statics.equations.vibration import CarriedMasses, SmallMotions
 from robostiff.statics.equilibrium import solved
 from robostiff.statics.loaded_parts import BodyPlaces, body_places, shares
-from robostiff.statics.loading.given_loads import Gravity, Laws, Loads, Masses
+from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads, Masses
 from robostiff.statics.loading.loaded_posture import (
     LoadedPosture,
     as_snapshot,
@@ -190,16 +190,8 @@ def modes(
     """
     postures = postures_of(robot, pose, near)
     given = one_wrench(postures, wrench)
-    loaded = postures.loaded(
-        0,
-        at,
-        loads,
-        preload,
-        beams,
-        gravity,
-        masses={} if masses is None else masses,
-        laws=laws or {},
-    )
+    acting = Acting(loads, gravity, preload, beams, at, laws or {})
+    loaded = postures.loaded(0, acting, {} if masses is None else masses)
     if not loaded.has_posture:
         return Modes(loaded.name, loaded.space, loaded.status)
     problem, known, state, status = _about(loaded, given)

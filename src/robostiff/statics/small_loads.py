@@ -26,6 +26,7 @@ from robostiff.statics.chains.equilibrated import LOST
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
 from robostiff.statics.loaded_parts import about_the_tool, is_balanced, loaded_parts, shares_of
 from robostiff.statics.loading.given_loads import (
+    Acting,
     Gravity,
     Loads,
     acting_gravity,
@@ -124,9 +125,9 @@ def deflection(
             hint="cables have cable_response(robot, pose, wrench=...), or 'robostiff cables'",
         )
     nothing = np.zeros(robot.space.size)
-    asked, F = one_loaded_posture(
-        robot, pose, nothing if wrench is None else wrench, at, loads, None, Linear(), near, none
-    )
+    acting = Acting(loads, none, beams=Linear(), at=at)
+    given = nothing if wrench is None else wrench
+    asked, F = one_loaded_posture(robot, pose, given, near, acting)
     rest = deflection_under_wrench(replace(robot, springs=()), pose, nothing, **options)
     problem = asked.problem
     if not np.any(none):  # springs between its bodies are relaxed

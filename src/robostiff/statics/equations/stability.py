@@ -231,7 +231,7 @@ class Regular:
     @staticmethod
     def of(problem: EquilibriumProblem, known: Linearised) -> Regular:
         """At a posture that is not singular."""
-        G = _closure(problem, known)
+        G = whole_closure(problem, known)
         V, R = np.linalg.qr(G.T)
         size = np.abs(np.diagonal(R))
         if len(size) == len(G) and np.all(size > _INDEPENDENT * np.max(size, initial=0.0)):
@@ -244,7 +244,7 @@ class Regular:
 
     def ratio(self, problem: EquilibriumProblem, known: Linearised) -> float:
         """Determinant of ``U^T G V`` at a posture near by: 1 here, 0 where it is singular."""
-        sign, log = np.linalg.slogdet(self.U.T @ _closure(problem, known) @ self.V)
+        sign, log = np.linalg.slogdet(self.U.T @ whole_closure(problem, known) @ self.V)
         return float(sign * self.sign * np.exp(log - self.log))
 
 
@@ -261,7 +261,7 @@ def may_be_singular(problem: EquilibriumProblem) -> bool:
     return False
 
 
-def _closure(problem: EquilibriumProblem, known: Linearised) -> np.ndarray:
+def whole_closure(problem: EquilibriumProblem, known: Linearised) -> np.ndarray:
     """G (c, n): of all legs by their coordinates and by the twist of the platform, as numbers."""
     units, eq = problem.units, known.equations
     G = np.zeros((len(units), len(units) + problem.size))
