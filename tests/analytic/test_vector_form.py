@@ -20,7 +20,7 @@ from robostiff.analytic.export import (
     derivation_text,
     derivation_typst,
 )
-from robostiff.analytic.export.text import TEXT
+from robostiff.analytic.export.languages import TEXT
 from robostiff.analytic.placement import robot_placement
 from robostiff.analytic.placement.agreement import RobotInNumbers, matrix_distance
 from robostiff.analytic.placement.robot_placement import place_robot

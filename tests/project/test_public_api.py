@@ -65,16 +65,19 @@ PUBLIC = [
     "EulerBernoulli",
     "Exact",
     "FileError",
+    "FitStatus",
     "ForceLaw",
     "ForceOnBeam",
     "Frame",
     "GivenTensions",
     "Gradient",
     "Grid",
+    "Identified",
     "IndexRules",
     "IndicesOfPoses",
     "InputError",
     "JointCoordinates",
+    "KnownFrames",
     "Leg",
     "Linear",
     "Link",
@@ -83,6 +86,7 @@ PUBLIC = [
     "Mass",
     "Material",
     "Mean",
+    "Measurements",
     "Mirror",
     "Mode",
     "Modes",
@@ -100,13 +104,16 @@ PUBLIC = [
     "PrincipalStiffness",
     "Quantity",
     "RandomPoses",
+    "Reading",
     "Recursive",
     "Rigid",
     "RobostiffError",
     "Robot",
     "RobotDerivation",
+    "Robust",
     "SaddlePoint",
     "Snapshot",
+    "Squares",
     "Status",
     "Steps",
     "Stiffness",
@@ -123,6 +130,7 @@ PUBLIC = [
     "UnderLoad",
     "Uniform",
     "UnitQuaternion",
+    "UnknownFrames",
     "Weight",
     "Within",
     "Worst",
@@ -150,6 +158,7 @@ PUBLIC = [
     "helical",
     "hybrid_machine",
     "i_section",
+    "identify",
     "indices",
     "load",
     "load_linkage",
@@ -333,6 +342,22 @@ def test_one_matrix_of_a_robot_of_legs_loads_no_other_kinds_of_robots():
     }
     assert not {f"robostiff.{name}" for name in others} & set(loaded.stdout.split())
     assert "robostiff.model.robot" in loaded.stdout.split()
+
+
+def test_a_page_of_stiffness_loads_no_other_questions():
+    code = (
+        "import contextlib, io, sys\n"
+        "sys.argv = ['robostiff', 'stiffness', 'hexapod']\n"
+        "with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):\n"
+        "    from robostiff.cli.main import main; main()\n"
+        "print(*{n.split('.')[1] for n in sys.modules if n.startswith('robostiff.')})"
+    )
+    loaded = subprocess.run(
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True
+    )
+    others = {"cables", "compensation", "linkage", "network", "recorded", "statics"}
+    assert not others & set(loaded.stdout.split())
+    assert {"kinematics", "page"} <= set(loaded.stdout.split())
 
 
 def test_a_package_and_its_names_are_in_step():

@@ -50,8 +50,8 @@ def symmetric_formulas(matrix: np.ndarray, kind: MatrixKind) -> tuple[Bounds, ..
     if matrix.shape != (6, 6):
         raise InputError(f"shape of the {kind.name}", got=matrix.shape, expected="(6, 6)")
     for i, j in np.ndindex(6, 6):
-        difference: Any = matrix[i, j] - matrix[j, i]
-        if sp.simplify(difference) != 0:
+        # Most entries are written alike or are zero: to simplify these would take seconds.
+        if matrix[i, j] != matrix[j, i] and sp.simplify(matrix[i, j] - matrix[j, i]) != 0:
             raise InputError(
                 f"{kind.name}, entries [{kind.rows[i]}, {kind.columns[j]}] = {matrix[i, j]} and "
                 f"[{kind.rows[j]}, {kind.columns[i]}] = {matrix[j, i]}",
@@ -64,7 +64,7 @@ def symmetric_formulas(matrix: np.ndarray, kind: MatrixKind) -> tuple[Bounds, ..
         for i in block:
             rows = [*held, i]
             minor: Any = sp.Matrix(matrix[np.ix_(rows, rows)]).det(method="berkowitz")
-            if sp.simplify(minor) != 0:
+            if minor.is_zero is False or sp.simplify(minor) != 0:
                 names = ", ".join(kind.rows[j] for j in rows)
                 words = f"determinant of the rows {names} of the {kind.name}"
                 may_vanish = kind is COMPLIANCE and not held  # a rigid direction
@@ -88,9 +88,9 @@ def inverse_of_formulas(K: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
             continue
         part = sp.Matrix(K[np.ix_(block, block)])
         determinant: Any = part.det(method="berkowitz")
-        if sp.simplify(determinant) == 0:
+        if determinant.is_zero is not False and sp.simplify(determinant) == 0:
             return None
-        inverse = part.inv(method="ADJ").applyfunc(sp.cancel)
+        inverse = (part.adjugate() / determinant).applyfunc(sp.cancel)
         C[np.ix_(block, block)] = np.array(inverse.tolist(), dtype=object)
     freedoms = np.full((6, len(free)), zero, dtype=object)
     for column, row in enumerate(free):
