@@ -267,11 +267,14 @@ def _force_at_part(patch: Patch) -> None:
 def _no_guard(patch: Patch) -> None:
     from robostiff.analysis import compiled_answer
 
-    def changed(_: Any) -> Any:
-        return lambda checks, count, general: np.zeros(count, dtype=bool)
+    def changed(of: Any) -> Any:
+        def unguarded(*given: Any) -> Any:
+            found = of(*given)
+            return replace(found, guarded=np.zeros_like(found.guarded))
 
-    patch.function(compiled_answer, "_unsafe", changed)
-    patch.set(compiled_answer, "_SAFE", np.inf)
+        return unguarded
+
+    patch.function(compiled_answer, "decided", changed)
 
 
 def _pitch_sign(patch: Patch) -> None:

@@ -158,11 +158,12 @@ def test_four_steps_arrive_at_half_the_critical_load_and_newtons_are_squared():
     assert np.sqrt(found[-2]).max() < 1e-12
     assert np.all(found[-1] > 0)
     # where the tangent is not exact, steps shrink in proportion, not squared
-    closure = code.closure
-    values = {**dict(zip(closure.inputs, inputs, strict=True)), **closure.state}
+    step = code.few.step.program
+    names = step.inputs[len(inputs) :]
+    values = dict(zip(step.inputs, (*inputs, *code.state), strict=True))
     sizes = []
     for _ in range(6):
-        values |= zip(closure.state, closure.step.evaluated(values), strict=True)
+        values |= zip(names, step.evaluated(values), strict=True)
         sizes.append(np.sqrt(values[LAST]))
     before, after = np.array(sizes[1:-1]), np.array(sizes[2:])
     seen = after > 1e-13

@@ -7,12 +7,13 @@ and go out.
 
 from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.chain import Closed, Steps, derive_chain
-from robostiff.analytic.derivation import Derivation, Stage
+from robostiff.analytic.derivation import Derivation, Formula, Stage
 from robostiff.analytic.derivatives import FormulaDerivative, derivative_formula, differentiate
 from robostiff.analytic.exact.closed import canonical, sum_of_legs
 from robostiff.analytic.exact.definition import Condition, Definition
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.formula_function import FormulaFunction
+from robostiff.analytic.export.documents import fragment_of_notebook, latex_snippet
+from robostiff.analytic.formula_function import FormulaFunction, formula_function
 from robostiff.analytic.inverse import ComplianceSteps, compliance_formula, compliance_steps
 from robostiff.analytic.legs.leg_elimination import LegElimination, derive_leg
 from robostiff.analytic.placement.robot_pose import (
@@ -34,6 +35,10 @@ from robostiff.analytic.reading.combinations import NamedCombinations, name_comb
 from robostiff.analytic.robot_derivation import LegDerivation, RobotDerivation
 from robostiff.analytic.robot_formula import derive_robot
 from robostiff.analytic.snapshot_formula import SnapshotFormula, snapshot_formula
+
+# Methods of formulas that write them, or make functions of them: of modules above theirs.
+Formula.lambdify, Formula.latex = formula_function, latex_snippet
+Formula._repr_html_ = fragment_of_notebook
 
 __all__ = [
     "AtCoordinates",

@@ -5,11 +5,12 @@ from __future__ import annotations
 from abc import ABC
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import sympy as sp
 
 from robostiff.analytic.exact.definition import Definition, WrittenField, WrittenWhole
+from robostiff.analytic.exact.exact_matrix import ExactMatrix
 from robostiff.analytic.substitution import (
     Substitution,
     at_values,
@@ -20,11 +21,6 @@ from robostiff.analytic.substitution import (
     values_of_symbols,
 )
 from robostiff.errors import InputError
-
-if TYPE_CHECKING:
-    from robostiff.analytic.exact.definition import Definition
-    from robostiff.analytic.exact.exact_matrix import ExactMatrix
-    from robostiff.analytic.formula_function import FormulaFunction
 
 
 class Formula(WrittenWhole, ABC):
@@ -44,6 +40,10 @@ class Formula(WrittenWhole, ABC):
     keeps_numbers = False
     #: Whether a negative stiffness says that the legs do not reach.
     is_of_legs = False
+    #: Methods that the face of the package gives to all formulas; they are written above this one.
+    lambdify: Any
+    latex: Any
+    _repr_html_: Any
 
     @property
     def matrices(self) -> tuple[Any, ...]:
@@ -182,44 +182,6 @@ class Formula(WrittenWhole, ABC):
         for definition in self.definitions:
             put_in.value_of(definition.symbol, definition.expression)
         return put_in
-
-    def lambdify(self, *arguments: Any) -> FormulaFunction:
-        """Its matrix as a function of numbers and of arrays that broadcast, in milliseconds.
-
-        Parameters
-        ----------
-        *arguments : str or Symbol
-            The symbols in the order of the function's arguments; alphabetical when left out.
-
-        Returns
-        -------
-        FormulaFunction
-            It raises where the formula does not hold.
-
-        Examples
-        --------
-        >>> k = sp.Symbol("k", positive=True)
-        >>> K = sp.ImmutableMatrix(sp.diag(k, 1 / k, 0))
-        >>> Derivation("K_C", K, (), K).lambdify("k")([1.0, 2.0])[:, 1, 1]
-        array([1. , 0.5])
-        """
-        from robostiff.analytic.formula_function import formula_function
-
-        return formula_function(self, arguments)
-
-    def latex(self) -> str:
-        """The matrix and the names in it in LaTeX with nothing around it, for a paper.
-
-        `export.derivation_latex` writes the whole derivation.
-        """
-        from robostiff.analytic.export.latex import latex_snippet
-
-        return latex_snippet(self)
-
-    def _repr_html_(self) -> str:
-        from robostiff.analytic.export.html import derivation_html
-
-        return derivation_html(self, first_heading=3)
 
     def evalf(self, n: int = 15, subs: Mapping[Any, Any] | None = None) -> Any:
         """The same in n digits, at values of all or some of the symbols.

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import sympy as sp
 
+from robostiff.analytic.derivation import Formula
 from robostiff.analytic.exact.definition import WrittenWhole
+from robostiff.analytic.export.languages_of_code import source_of_values
+from robostiff.analytic.export.program import plain_program
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.spatial.quantities import as_floats, is_pint, si_number
-
-if TYPE_CHECKING:
-    from robostiff.analytic.derivation import Formula
 
 _NOT_FINITE = "a denominator vanishes, or a radicand is negative"
 _CANCELLED = "no denominator vanishes up to rounding"
@@ -48,7 +48,7 @@ class FormulaFunction(WrittenWhole):
     >>> from robostiff.analytic import Derivation
     >>> k, d = sp.symbols("k d", real=True)
     >>> K = sp.ImmutableMatrix(sp.diag(k, 1 / (k - d), 0))
-    >>> f = formula_function(Derivation("K_C", K, (), K), ())
+    >>> f = formula_function(Derivation("K_C", K, (), K))
     >>> f.arguments, f(d=1, k=3)[1, 1].item()
     (('d', 'k'), 0.5)
     >>> f.holds([1.0, 2.0, 3.0], 2.0)
@@ -157,19 +157,33 @@ def _number(name: str, value: Any) -> np.ndarray:
     return as_floats(f"value of {name}", value, "a number, or an array of numbers")
 
 
-def formula_function(derivation: Formula, arguments: Sequence[Any]) -> FormulaFunction:
-    """A derivation as a function, see `Formula.lambdify`.
+def formula_function(derivation: Formula, *arguments: Any) -> FormulaFunction:
+    """The matrix of a formula as a function of numbers and of arrays that broadcast, quickly.
 
-    `arguments`: in the order wanted; in alphabetical order when empty.
+    Parameters
+    ----------
+    derivation : Formula
+    *arguments : str or Symbol
+        The symbols in the order of the function's arguments; alphabetical when left out.
+
+    Returns
+    -------
+    FormulaFunction
+        It raises where the formula does not hold.
 
     Raises
     ------
     InputError
         When a symbol of the formula is not among them, or another name is.
-    """
-    from robostiff.analytic.export.languages_of_code import source_of_values
-    from robostiff.analytic.export.program import plain_program
 
+    Examples
+    --------
+    >>> from robostiff.analytic import Derivation
+    >>> k = sp.Symbol("k", positive=True)
+    >>> K = sp.ImmutableMatrix(sp.diag(k, 1 / k, 0))
+    >>> Derivation("K_C", K, (), K).lambdify("k")([1.0, 2.0])[:, 1, 1]
+    array([1. , 0.5])
+    """
     compute = plain_program(derivation)
     names = [symbol.name for symbol in compute.arguments]
     order = [x.name if isinstance(x, sp.Symbol) else str(x) for x in arguments] or names

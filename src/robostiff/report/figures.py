@@ -13,7 +13,7 @@ import numpy as np
 
 from robostiff.analytic import RobotDerivation
 from robostiff.analytic.export import derivation_html
-from robostiff.analytic.export.typst import derivation_in_typst, wants_wide_page
+from robostiff.analytic.export.documents import derivation_in_typst, wants_wide_page
 from robostiff.markup import Block, element, escaped, inner_blocks, typst_string, typst_text
 from robostiff.plot import Matplotlib, Theme, Width
 from robostiff.plot.backend import plotly_figure

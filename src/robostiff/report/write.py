@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from robostiff.analysis import CableStiffness
-from robostiff.analytic.export.typst import TYPST_DERIVATIONS, typst_pdf
+from robostiff.analytic.export.documents import TYPST_DERIVATIONS, typst_pdf
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, needs_extra
 from robostiff.io.whole_file import whole_file

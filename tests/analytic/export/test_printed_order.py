@@ -4,10 +4,7 @@ import sympy as sp
 
 from robostiff.analytic import Derivation
 from robostiff.analytic.export import derivation_text
-from robostiff.analytic.export.html import MATHML
-from robostiff.analytic.export.latex import LATEX
-from robostiff.analytic.export.text import TEXT
-from robostiff.analytic.export.typst import TYPST
+from robostiff.analytic.export.languages import LATEX, MATHML, TEXT, TYPST
 
 a, l, top = sp.symbols("a l top", positive=True)
 
@@ -27,7 +24,7 @@ def test_sums_of_negative_terms_keep_their_order():
 
 def test_words_are_set_apart_from_letters():
     product = a * top**2
-    assert LATEX.write(product) == r"a\,\mathrm{top}^{2}"
+    assert LATEX.write(product) == r"a \, \mathrm{top}^{2}"
     assert " thin " in TYPST.write(product)
     assert "mspace" in MATHML.write(product)
     for write in (LATEX.write, TYPST.write, MATHML.write):

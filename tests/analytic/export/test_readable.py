@@ -8,7 +8,14 @@ import sympy as sp
 from hypothesis import given
 
 import robostiff as rs
-from robostiff.analytic.export import derivation_text
+from robostiff.analytic import Derivation
+from robostiff.analytic.export import (
+    derivation_html,
+    derivation_latex,
+    derivation_markdown,
+    derivation_text,
+    derivation_typst,
+)
 from robostiff.analytic.export.broken_lines import broken_lines, wrapped_formula
 from robostiff.analytic.export.entries import factored_matrix, in_decimals, readable
 from tests.analytic.export.derivations import ALL
@@ -145,3 +152,13 @@ def test_a_robot_of_numbers_is_printed_in_numbers_that_a_person_reads():
     text = derivation_text(derivation)
     assert max(map(len, re.findall(r"\d+", text))) <= 14
     assert not derivation.K.has(sp.Float)
+
+
+@pytest.mark.parametrize(
+    "write",
+    [derivation_text, derivation_latex, derivation_markdown, derivation_html, derivation_typst],
+)
+def test_no_term_of_a_long_sum_is_lost_between_its_lines(write):
+    K = sp.ImmutableMatrix(sp.diag(sum(sp.Symbol(f"zz_{i}") ** 2 for i in range(40)), 0, 0))
+    written = write(Derivation("K_C", K, (), K))
+    assert written.count("zz") == 80  # in the formula, and in the nomenclature

@@ -22,7 +22,7 @@ from robostiff.analytic.export import (
     matlab_function,
     python_function,
 )
-from robostiff.analytic.export.html import MATHML
+from robostiff.analytic.export.languages import MATHML
 from robostiff.io.expression import parse
 from robostiff.io.units import make_quantity
 from tests.analytic.test_parts_that_exist import ARM, CASES, OWN

@@ -7,13 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property, cmp_to_key
 from itertools import combinations
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import sympy as sp
 from sympy.core.cache import cacheit
-
-if TYPE_CHECKING:
-    from robostiff.analytic.exact.field import ExactField
 
 _IN_ORDER = cmp_to_key(sp.Basic.compare)
 # SymPy sorts by class first: any product stands for all of them among numbers, symbols, powers and
@@ -31,7 +28,7 @@ class Element:
     Supports ``+ - * /``, integer powers and ``==`` with elements and integers.
     """
 
-    field: ExactField
+    field: Any  # an ExactField, which makes it
     num: Any
     den: Any
 

@@ -5,16 +5,22 @@ have it with expressions as text; functions of Python, C, Julia and MATLAB compu
 """
 
 from robostiff.analytic.export.data import derivation_data
-from robostiff.analytic.export.html import derivation_html, derivation_page
+from robostiff.analytic.export.documents import (
+    derivation_html,
+    derivation_latex,
+    derivation_markdown,
+    derivation_page,
+    derivation_pdf,
+    derivation_text,
+    derivation_typst,
+    latex_snippet,
+)
 from robostiff.analytic.export.languages_of_code import (
     c_function,
     julia_function,
     matlab_function,
     python_function,
 )
-from robostiff.analytic.export.latex import derivation_latex, derivation_markdown, latex_snippet
-from robostiff.analytic.export.text import derivation_text
-from robostiff.analytic.export.typst import derivation_pdf, derivation_typst
 
 __all__ = [
     "c_function",

@@ -1,9 +1,9 @@
-"""Mathematics and documents in a language: what LaTeX, HTML, Typst and plain text share."""
+"""Mathematics and documents in a language: one printer, and strings in which languages differ."""
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any, ClassVar
@@ -15,6 +15,7 @@ from robostiff.analytic.export.blocks import (
     Block,
     EquationRows,
     FormulaTable,
+    Inner,
     Inverse,
     Lever,
     MatrixEquation,
@@ -37,6 +38,7 @@ from robostiff.analytic.export.products import (
 )
 from robostiff.analytic.export.vocabulary import constant_name, function_name
 from robostiff.analytic.vectors.vector_expressions import (
+    Columns,
     Coordinates,
     Cross,
     Dot,
@@ -54,6 +56,8 @@ from robostiff.analytic.vectors.vector_expressions import (
 # Between two columns of a matrix, and around it [widths of a letter].
 _GAP = 1.8
 _AROUND = 3.0
+_HALF = sp.Rational(1, 2)
+_OPERATORS = {"acos": "arccos", "asin": "arcsin", "atan": "arctan", "log": "ln"}
 
 
 @dataclass(frozen=True)
@@ -65,43 +69,148 @@ class Row:
     width: float = math.inf  # estimate of its width, where it is on one line [widths of a letter]
 
 
-class Language(ABC):
+class Language(Printer):
     """How a language writes mathematics, and the parts of a document.
 
     `room`: of a line [widths of a letter]; `first`: level of the first heading.
     """
 
+    printmethod: ClassVar[str] = "_in_language"  # no class has it
+    # sums and products
+    minus: str = " - "
+    plus: str = " + "
+    beside: str = " "  # between factors
+    apart: str  # between a word and what it multiplies
+    cross: str
+    dot: str  # also before a number
+    # fractions, roots and powers
+    fraction: str
+    in_a_line: str = "{}/{}"  # a small fraction, as an exponent
+    root: str
+    raised: str
+    scientific: str  # a mantissa and an exponent
+    partial: str  # of derivatives
+    # functions
+    operator: str  # the name of a function that the language has
+    other: str  # and of another
+    apply: str = ""  # between it and the brackets
+    comma: str = ", "
+    constants: ClassVar[dict[str, str]]
+    brackets: str = "({})"
+    norm: str
     # brackets that may stand on different lines, a stroke, and a power after a bracket
     opening: str
     closing: str
     slash: str
     power: str
-    fraction: str
-    brackets: str = "({})"
-    partial: str = ""  # of derivatives
-    cross: str
-    dot: str
-    norm: str
+    # matrices
+    zero: str = "0"
+    matrix_signs: tuple[str, str, str, str]  # start, between cells, between rows, end
     transposed: str  # what follows a transposed matrix
     inverse: str
     total: str
     total_over: str  # an index
-    apart: str  # between a word and what it multiplies
-    zero: str = "0"
+    # names and lists of them
     below: str  # subscripts
-    matrix_signs: tuple[str, str, str, str]  # start, between cells, between rows, end
     list_signs: tuple[Sequence[str], str, Sequence[str]]  # lines before, names and meaning, after
     dots: str = "…"
-    room: float
-    first: int
 
     def __init__(self, room: float = math.inf, first: int = 1) -> None:
         super().__init__()
-        self.room, self.first = room, first
+        self.room: float = room
+        self.first: int = first
+
+    def at(self, room: float | None = None, first: int = 1) -> Language:
+        """The same language with other lines, or below other headings."""
+        return type(self)(self.room if room is None else room, first)
 
     @abstractmethod
-    def write(self, expression: Any) -> str:
-        """An expression of SymPy."""
+    def words(self, text: str) -> str:
+        """Words, with what is special in the language escaped."""
+
+    @abstractmethod
+    def heading(self, text: str, level: int) -> str:
+        """A title of written words."""
+
+    @abstractmethod
+    def table(self, rows: list[list[str]]) -> str:
+        """Written cells, the head first."""
+
+    @abstractmethod
+    def display(self, rows: Sequence[Row]) -> Iterable[str]:
+        """Equations below one another."""
+
+    def paragraph(self, text: str) -> str:
+        """Written sentences."""
+        return text
+
+    def listed(self, rows: Sequence[tuple[str, str]]) -> str:
+        """Written names with their meanings."""
+        start, item, end = self.list_signs
+        return "\n".join([*start, *(item.format(*row) for row in rows), *end])
+
+    def inline(self, formula: str) -> str:
+        """A formula in a sentence."""
+        return f"${formula}$"
+
+    def document(self, blocks: Iterable[Block]) -> list[str]:
+        """All parts of a document."""
+        return [text for block in blocks for text in self.part(block)]
+
+    def part(self, block: Block) -> Iterator[str]:
+        """A block, in one or more paragraphs."""
+        match block:
+            case Title(text, level):
+                yield self.heading(self.words(text), level)
+            case Sentences():
+                between = " ".join(block.text.split()).split("{}", len(block.formulas))
+                each = [
+                    x.replace(x.strip(), self.words(x.strip())) if x.strip() else x for x in between
+                ]
+                formulas = [*map(self.cell, block.formulas), ""]
+                yield self.paragraph("".join(x + y for x, y in zip(each, formulas, strict=True)))
+            case Nomenclature(rows):
+                yield self.heading("Nomenclature", 2)
+                yield self.listed([(self.names(own), self.words(text)) for own, text in rows])
+            case FormulaTable(head, rows, of):
+                yield self.table(
+                    [[self.words(x), *map(self.cell, own)] for x, own in ((of, head), *rows)]
+                )
+            case _:
+                for formula in self.formulas(block):
+                    yield from self.display(formula)
+
+    def names(self, names: Sequence[Vector | str]) -> str:
+        """Names in a sentence, each a formula of its own."""
+        return ", ".join(self.dots if x == "..." else self.cell(x) for x in names)
+
+    def cell(self, part: Any) -> str:
+        """A name or an expression as a formula in a sentence or in a cell of a table."""
+        return self.inline(self.name(part) if isinstance(part, str) else self.written(part))
+
+    def formulas(self, block: Any) -> list[list[Row]]:
+        """A block as displayed formulas, each of one or more equations below one another."""
+        if isinstance(block, EquationRows):
+            return [[self._row(equation) for equation in block.rows]]
+        factor, matrix, named = fitted(block, math_width, room_beside(block, self.room))
+        written = self.matrix([[self.write(e) for e in row] for row in matrix.tolist()])
+        written += self.transposed * block.is_vector
+        if factor != 1:
+            before = self.write(factor)
+            written = f"{self.in_brackets(before) if factor.is_Add else before} {written}"
+        found = [[Row(self.name(block.name, bold=True), (written,))]]
+        return [*found, *self.formulas(named)] if named.rows else found
+
+    def _row(self, equation: Equation) -> Row:
+        name = self.name(equation.name, bold=equation.is_vector)
+        expression: Any = equation.expression
+        if not isinstance(expression, sp.Expr):
+            return Row(name, (self.written(expression),), 6 + _width(expression))
+        around = name_width(equation.name) + 4
+        lines = broken_lines(expression, self, self.room - around)
+        return Row(name, tuple(lines), math_width(expression) + around)
+
+    # --- names ---
 
     def word(self, word: str) -> str:
         """A part of a name: a letter, a number, or a word."""
@@ -116,78 +225,6 @@ class Language(ABC):
         below = self.below.format(",".join(subscripts)) if subscripts else ""
         return letter + "'" * primes + below
 
-    def matrix(self, rows: list[list[str]]) -> str:
-        """Written entries in brackets."""
-        start, cells, lines, end = self.matrix_signs
-        return start + lines.join(cells.join(row) for row in rows) + end
-
-    def inline(self, formula: str) -> str:
-        """A formula in a sentence."""
-        return f"${formula}$"
-
-    @abstractmethod
-    def words(self, text: str) -> str:
-        """Words, with what is special in the language escaped."""
-
-    @abstractmethod
-    def heading(self, text: str, level: int) -> str:
-        """A title of written words."""
-
-    def paragraph(self, text: str) -> str:
-        """Written sentences."""
-        return text
-
-    def listed(self, rows: Sequence[tuple[str, str]]) -> str:
-        """Written names with their meanings."""
-        start, item, end = self.list_signs
-        return "\n".join([*start, *(item.format(*row) for row in rows), *end])
-
-    @abstractmethod
-    def table(self, rows: list[list[str]]) -> str:
-        """Written cells, the head first."""
-
-    @abstractmethod
-    def display(self, rows: Sequence[Row]) -> Iterable[str]:
-        """Equations below one another."""
-
-    def document(self, blocks: Iterable[Block]) -> list[str]:
-        """All parts of a document."""
-        return [text for block in blocks for text in self.part(block)]
-
-    def part(self, block: Block) -> Iterator[str]:
-        """A block, in one or more paragraphs."""
-        match block:
-            case Title(text, level):
-                yield self.heading(self.words(text), level)
-            case Sentences():
-                yield self.paragraph(self.sentences(block))
-            case Nomenclature(rows):
-                yield self.heading("Nomenclature", 2)
-                named = [(self.names(names), self.words(meaning)) for names, meaning in rows]
-                yield self.listed(named)
-            case FormulaTable(head, rows, of):
-                yield self.table(
-                    [[self.words(x), *map(self.cell, own)] for x, own in ((of, head), *rows)]
-                )
-            case _:
-                for formula in self.formulas(block):
-                    yield from self.display(formula)
-
-    def sentences(self, block: Sentences) -> str:
-        """A paragraph with the formulas in it."""
-        between = " ".join(block.text.split()).split("{}", len(block.formulas))
-        written = [x.replace(x.strip(), self.words(x.strip())) if x.strip() else x for x in between]
-        formulas = [self.cell(x) for x in block.formulas]
-        return "".join(x + y for x, y in zip(written, [*formulas, ""], strict=True))
-
-    def names(self, names: Sequence[Vector | str]) -> str:
-        """Names in a sentence, each a formula of its own."""
-        return ", ".join(self.dots if x == "..." else self.cell(x) for x in names)
-
-    def cell(self, part: Any) -> str:
-        """A name or an expression as a formula in a sentence or in a cell of a table."""
-        return self.inline(self.name(part) if isinstance(part, str) else self.written(part))
-
     def name(self, name: str, *, bold: bool = False) -> str:
         """Name of a symbol with its subscripts; of a matrix or vector in bold type."""
         differential = differential_parts(name)
@@ -198,6 +235,8 @@ class Language(ABC):
         letter = self.bold(parts.letter) if bold else self.word(parts.letter)
         return self.subscripted(letter, parts.primes, list(map(self.word, parts.subscripts)))
 
+    # --- vectors and matrices ---
+
     def over(self, above: str, below: str) -> str:
         """A fraction of written expressions."""
         return self.fraction.format(above, below)
@@ -206,8 +245,13 @@ class Language(ABC):
         """Round brackets, as high as what is in them."""
         return self.brackets.format(written)
 
+    def matrix(self, rows: list[list[str]]) -> str:
+        """Written entries in brackets."""
+        start, cells, lines, end = self.matrix_signs
+        return start + lines.join(cells.join(row) for row in rows) + end
+
     def written(self, expression: Any) -> str:
-        """An expression of vectors and matrices."""
+        """An expression of scalars, vectors and matrices."""
         write = self.written
         match expression:
             case Vector(name):
@@ -236,151 +280,44 @@ class Language(ABC):
             case Turns(turns):
                 named = ((self.name(f"R_{axis}", bold=True), write(x)) for axis, x in turns)
                 found = " ".join(f"{R}{self.in_brackets(angle)}" for R, angle in named)
-            case None | Outer() | Inverse() | Total() | Lever() | Rows():
-                found = self._matrices(expression)
+            case None | Columns() | Outer() | Inner() | Inverse() | Total() | Lever() | Rows():
+                found = self._of_matrices(expression)
             case _:
                 found = self.write(expression)
         return found
 
-    def _matrices(self, expression: Any) -> str:
+    def _of_matrices(self, expression: Any) -> str:
         """An expression of matrices; None is zero."""
         write = self.written
         match expression:
             case None:
-                return self.zero
+                found = self.zero
             case Outer(vector, middle):
                 between = [] if middle is None else [write(middle)]
-                return " ".join([write(vector), *between, f"{write(vector)}{self.transposed}"])
+                found = " ".join([write(vector), *between, f"{write(vector)}{self.transposed}"])
+            case Inner(matrix, vector):
+                found = f"{write(vector)}{self.transposed} {write(matrix)} {write(vector)}"
             case Inverse(matrix):
-                return f"{write(matrix)}{self.inverse}"
+                inner = write(matrix)
+                inner = inner if isinstance(matrix, Vector) else self.in_brackets(inner)
+                found = f"{inner}{self.inverse}"
             case Total(index, term):
                 sign = self.total_over.format(index) if index else self.total
                 inner = write(term)
-                return f"{sign} {self.in_brackets(inner) if isinstance(term, Sum) else inner}"
+                found = f"{sign} {self.in_brackets(inner) if isinstance(term, Sum) else inner}"
             case Lever(arm, matrix):
-                return f"({write(arm)} {self.cross}) {write(matrix)}"
+                found = f"({write(arm)} {self.cross}) {write(matrix)}"
+            case Columns(vectors):
+                found = self.matrix([[write(x) for x in vectors]])
             case _:
-                return self.matrix([[write(x) for x in row] for row in expression.rows])
+                found = self.matrix([[write(x) for x in row] for row in expression.rows])
+        return found
 
     def _factor(self, part: Any) -> str:
         is_bare = not isinstance(part, Sum | Turned | Times | Cross)
         return self.written(part) if is_bare else self.in_brackets(self.written(part))
 
-    def formulas(self, block: Any) -> list[list[Row]]:
-        """A block as displayed formulas, each of one or more equations below one another."""
-        if isinstance(block, EquationRows):
-            return [[self._row(equation) for equation in block.rows]]
-        factor, matrix, named = fitted(block, math_width, room_beside(block, self.room))
-        written = self.matrix([[self.write(e) for e in row] for row in matrix.tolist()])
-        written += self.transposed * block.is_vector
-        if factor != 1:
-            before = self.write(factor)
-            written = f"{self.in_brackets(before) if factor.is_Add else before} {written}"
-        found = [[Row(self.name(block.name, bold=True), (written,))]]
-        return [*found, *self.formulas(named)] if named.rows else found
-
-    def _row(self, equation: Equation) -> Row:
-        name = self.name(equation.name, bold=equation.is_vector)
-        expression: Any = equation.expression
-        if not isinstance(expression, sp.Expr):
-            return Row(name, (self.written(expression),), 6 + _width(expression))
-        around = name_width(equation.name) + 4
-        lines = broken_lines(expression, self, self.room - around)
-        return Row(name, tuple(lines), math_width(expression) + around)
-
-
-def _width(part: Any) -> float:
-    """Estimate of the width of a written vector [widths of a letter]."""
-    if isinstance(part, sp.Expr):
-        return math_width(part)
-    if isinstance(part, Rows | Outer | Total):
-        return math.inf
-    parts = [getattr(part, x.name) for x in fields(part)] if is_dataclass(part) else part
-    return 2 + sum(map(_width, parts)) if isinstance(parts, list | tuple) else 2
-
-
-Measure = Callable[[Any], float]
-
-
-def room_beside(block: MatrixEquation, room: float) -> float:
-    """The room that a name and brackets leave for the columns [widths of a letter]."""
-    return room - name_width(block.name) - 2 - _AROUND - _GAP * (block.whole.cols - 1)
-
-
-def fitted(
-    block: MatrixEquation, measure: Measure, room: float, *, stacked: bool = False
-) -> tuple[Any, sp.ImmutableMatrix, EquationRows]:
-    """Factor, matrix, and what names in it stand for, of a matrix that fits into a width.
-
-    Its common factor stands in front where all fits, and has a name where it is long; otherwise
-    it stays in the entries, and those that are too wide get a name. The `room` is that of all
-    columns side by side, in the unit of `measure`; `stacked` says that the factor may stand above
-    the matrix.
-    """
-
-    def widths(matrix: Any) -> list[float]:
-        return sorted(max(map(measure, matrix.col(j))) for j in range(matrix.cols))
-
-    taken = 0 if block.factor == 1 else measure(block.factor)
-    rest = block.whole if block.rest is None else block.rest
-    needed = sum(widths(rest))
-    if needed + (0 if stacked else taken) <= room and taken <= room / 2:
-        return block.factor, rest, EquationRows(())
-    name = f"{block.name}_f"
-    if needed + len(name) <= room and block.rest is not None and block.factor != 1:
-        named = Equation(name, block.factor, is_vector=False)
-        return sp.Symbol(name), rest, EquationRows((named,))
-    columns = widths(block.whole)
-    # The widest entry for which all columns fit; narrow columns leave space for the others.
-    shares = [(room - sum(columns[:n])) / (len(columns) - n) for n in range(len(columns))]
-    pairs = zip(columns, shares, strict=True)
-    limit = next((share for width, share in pairs if width > share), columns[-1])
-    return sp.S.One, *_named(block, measure, limit)
-
-
-def _named(
-    block: MatrixEquation, measure: Measure, limit: float
-) -> tuple[sp.ImmutableMatrix, EquationRows]:
-    """Names for entries wider than a limit; those that are equal up to their sign share one."""
-    names: dict[Any, Any] = {}
-    named: list[Equation] = []
-    shown: list[Any] = []
-    whole = block.whole
-    all_entries = set(whole.flat())  # both signs of one get a name, or none
-    for place, entry in enumerate(whole.flat()):
-        short = entry.is_Atom and not entry.is_Float
-        width = max(measure(x) for x in (entry, -entry) if x in all_entries)
-        if not short and entry not in names and width > limit:
-            name = block.entry_name(*divmod(place, whole.cols))
-            names[entry] = sp.Symbol(name)
-            names.setdefault(-entry, -names[entry])
-            named.append(Equation(name, entry, is_vector=False))
-        shown.append(names.get(entry, entry))
-    return sp.ImmutableMatrix(whole.rows, whole.cols, shown), EquationRows(tuple(named))
-
-
-_HALF = sp.Rational(1, 2)
-
-
-class Typeset(Language, Printer):
-    """A language in which sums, fractions, powers and functions are written by these rules."""
-
-    minus: str = " - "
-    plus: str = " + "
-    functions: ClassVar[dict[str, str]]  # names of functions that are others than in the vocabulary
-    constants: ClassVar[dict[str, str]]  # by their names in the vocabulary
-    scientific: str  # a mantissa and an exponent
-    root: str
-    in_a_line: str  # a small fraction, as an exponent
-    raised: str
-
-    @abstractmethod
-    def applied(self, function: Any, power: str = "") -> str:
-        """A function with its arguments, and the power to which it is raised."""
-
-    @abstractmethod
-    def times(self, factor: str, *, apart: bool) -> str:
-        """What stands before a factor that is not the first; `apart` where one is a word."""
+    # --- scalars ---
 
     def write(self, expression: Any) -> str:
         """An expression of SymPy."""
@@ -389,6 +326,29 @@ class Typeset(Language, Printer):
     def number(self, digits: str) -> str:
         """Digits of a number without its sign."""
         return digits
+
+    def applied(self, function: Any, power: str = "") -> str:
+        """A function with its arguments, and the power to which it is raised."""
+        arguments = self.comma.join(map(self._print, function.args))
+        name = function_name(function)
+        if name == "abs":
+            return self.norm.format(arguments)
+        is_other = name in (None, "atan2")
+        head = (self.other if is_other else self.operator).format(
+            self.quoted(name or str(function.func)) if is_other else _OPERATORS.get(name, name)
+        )
+        head = self.raised.format(head, power) if power else head
+        return f"{head}{self.apply}{self.in_brackets(arguments)}"
+
+    def quoted(self, name: str) -> str:
+        """The name of a function that the language does not have."""
+        return name
+
+    def times(self, factor: str, *, apart: bool) -> str:
+        """What stands before a factor that is not the first; `apart` where one is a word."""
+        if factor[0].isdigit():
+            return f" {self.dot} "
+        return self.apart if apart else self.beside
 
     def emptyPrinter(self, expr: Any) -> str:
         """What has no rule: a function by its name, or a word."""
@@ -452,3 +412,63 @@ class Typeset(Language, Printer):
             written += (self.times(text, apart=word or was_word) if written else "") + text
             was_word = word
         return written or self._print(sp.Integer(1))
+
+
+def _width(part: Any) -> float:
+    """Estimate of the width of a written vector [widths of a letter]."""
+    if isinstance(part, sp.Expr):
+        return math_width(part)
+    if isinstance(part, Rows | Outer | Total):
+        return math.inf
+    parts = [getattr(part, x.name) for x in fields(part)] if is_dataclass(part) else part
+    return 2 + sum(map(_width, parts)) if isinstance(parts, list | tuple) else 2
+
+
+def room_beside(block: MatrixEquation, room: float) -> float:
+    """The room that a name and brackets leave for the columns [widths of a letter]."""
+    return room - name_width(block.name) - 2 - _AROUND - _GAP * (block.whole.cols - 1)
+
+
+def fitted(
+    block: MatrixEquation, measure: Callable[[Any], float], room: float, *, stacked: bool = False
+) -> tuple[Any, sp.ImmutableMatrix, EquationRows]:
+    """Factor, matrix, and what names in it stand for, of a matrix that fits into a width.
+
+    Its common factor stands in front where all fits, and has a name where it is long; otherwise
+    it stays in the entries, and those that are too wide get a name; those that are equal up to
+    their sign share one. The `room` is that of all columns side by side, in the unit of `measure`;
+    `stacked` says that the factor may stand above the matrix.
+    """
+
+    def widths(matrix: Any) -> list[float]:
+        return sorted(max(map(measure, matrix.col(j))) for j in range(matrix.cols))
+
+    whole = block.whole
+    taken = 0 if block.factor == 1 else measure(block.factor)
+    rest = whole if block.rest is None else block.rest
+    needed = sum(widths(rest))
+    if needed + (0 if stacked else taken) <= room and taken <= room / 2:
+        return block.factor, rest, EquationRows(())
+    name = f"{block.name}_f"
+    if needed + len(name) <= room and block.rest is not None and block.factor != 1:
+        named = Equation(name, block.factor, is_vector=False)
+        return sp.Symbol(name), rest, EquationRows((named,))
+    columns = widths(whole)
+    # The widest entry for which all columns fit; narrow columns leave space for the others.
+    shares = [(room - sum(columns[:n])) / (len(columns) - n) for n in range(len(columns))]
+    pairs = zip(columns, shares, strict=True)
+    limit = next((share for width, share in pairs if width > share), columns[-1])
+    names: dict[Any, Any] = {}
+    equations: list[Equation] = []
+    all_entries = set(whole.flat())  # both signs of one get a name, or none
+    for place, entry in enumerate(whole.flat()):
+        if (entry.is_Atom and not entry.is_Float) or entry in names:
+            continue
+        if max(measure(x) for x in (entry, -entry) if x in all_entries) > limit:
+            name = block.entry_name(*divmod(place, whole.cols))
+            names[entry] = sp.Symbol(name)
+            names.setdefault(-entry, -names[entry])
+            equations.append(Equation(name, entry, is_vector=False))
+    shown = [names.get(entry, entry) for entry in whole.flat()]
+    matrix = sp.ImmutableMatrix(whole.rows, whole.cols, shown)
+    return sp.S.One, matrix, EquationRows(tuple(equations))

@@ -14,8 +14,16 @@ from robostiff.elastostatics import Status
 from robostiff.kinematics import PostureFinder
 from robostiff.model import Robot
 from robostiff.model.body_spring import BASE, PLATFORM
-from robostiff.record import Entry, Program, is_zero, least, reciprocal, usual_size
-from robostiff.recorded import RecordedRobot
+from robostiff.record import (
+    Entry,
+    Program,
+    derivatives_along,
+    is_zero,
+    least,
+    reciprocal,
+    usual_size,
+)
+from robostiff.recorded import RecordedRobot, flags_of
 from robostiff.recorded.closure import BEFORE_FIRST, LAST, RecordedSteps, contraction, handed_on
 from robostiff.recorded.robot import RobotOnEntries
 from robostiff.spatial import Space, cross
@@ -54,6 +62,8 @@ _PIVOT = 1e-3
 _ARRIVED = 1e-11
 # Part of the one before that a step may be at most: its square.
 _PART, _ROUNDING = "part of the last step", 1e-18
+#: Inputs: the sum of ``h f^T`` over forces f at hooks h, in platform axes and world axes [N m].
+HOOKS = tuple(f"hook_{a}{b}" for a in "xyz" for b in "xyz")
 #: What a step hands to the next, and what the first finds.
 HANDED = BEFORE_FIRST | {_PART: HALF**2}
 
@@ -106,6 +116,10 @@ class LoadedRobot:
     # arms from the point of the platform at the unloaded posture [m], and forces [N]
     dead: list[tuple[np.ndarray, np.ndarray]]
     stands: bool  # whether anything acts beside the wrench
+    # (3, 3): as HOOKS, at the unloaded posture in world axes; these forces are part of the wrench
+    hooks: np.ndarray | None = None
+    axes: Any = None  # (3, 3): of the platform at the unloaded posture, where its rates are asked
+    parameters: tuple[str, ...] = ()  # by which rates are asked for
 
     @property
     def start(self) -> dict[str, float]:
@@ -153,6 +167,14 @@ class LoadedRobot:
             moment = moment - acting[3:]
             for name, row in zip(twist, rows, strict=True):
                 elimination.add_right(name, acting[row])
+        if self.hooks is not None and share:
+            b_f = body.R[0] @ self.hooks
+            arms = arms + b_f
+            turning_moment = [b_f[1, 2] - b_f[2, 1], b_f[2, 0] - b_f[0, 2], b_f[0, 1] - b_f[1, 0]]
+            moment = moment - turning_moment
+            for name, row in zip(twist, rows, strict=True):
+                if row >= 3:
+                    elimination.add_right(name, turning_moment[row - 3])
         n = len(rows)
         K = {
             (i, j): elimination.A[twist[i]].get(twist[j], 0) for i in range(n) for j in range(i, n)
@@ -249,10 +271,8 @@ class LoadedRobot:
             part = least(values[_PART], of_last * FALLS**2 + LITTLE**2)
         return [*(after[name] for name in self.start), size, margin, part]
 
-    def arrival(
-        self, values: Mapping[str, Any], at: _Equations
-    ) -> tuple[list[Any], dict[str, Any]]:
-        """What is computed in equilibrium, and the checks of the unloaded posture.
+    def arrival(self, values: Mapping[str, Any], at: _Equations) -> list[Any]:
+        """What is computed in equilibrium, the flags of the unloaded posture among it.
 
         The step that would be next is taken with what K has more than its share of the stiffness
         without load: where that is positive, the energy of this step is at least that of the other.
@@ -275,11 +295,33 @@ class LoadedRobot:
             contraction(values),
         ]
         safe = [x for x in safe if isinstance(x, Entry)]
-        K = [at.K[i, j] for i in range(n) for j in range(i, n)]
+        K = [at.K[min(place), max(place)] for place in np.ndindex(n, n)]
         place = [values[name] for name in self.platform.coordinates]
-        arms = [*at.arms.flat] if self.dead else []
-        checks = self.unloaded.checks
-        return [*K, *place, *arms, *checks.values(), gap, reduce(least, safe)], checks
+        arms = [*at.arms.flat] if self.has_arms else []
+        rates = [] if self.axes is None else self._rates(at)
+        flags = flags_of(self.unloaded, rank=True)
+        return [*K, *place, *arms, *rates, flags, gap, reduce(least, safe)]
+
+    @property
+    def has_arms(self) -> bool:
+        """Whether dead forces act on the platform."""
+        return bool(self.dead) or self.hooks is not None
+
+    def _rates(self, at: _Equations) -> list[Any]:
+        """Place of the unloaded platform (12), and rates with parameters: of it, and of the state.
+
+        In equilibrium ``g(s, p) = 0`` with the tangent ``T = dg/ds`` the state moves by
+        ``ds/dp = -T^-1 dg/dp``: what the next step of Newton would be of.
+        """
+        record, R = self.unloaded.record, self.axes
+        unloaded = [*self.platform.origin, *R.flat]
+        found = list(unloaded)
+        for name in self.parameters:
+            moved = derivatives_along(record, [*unloaded, *at.right], {name: 1})
+            spin = np.reshape(np.array(moved[3:12], dtype=object), (3, 3)) @ R.T
+            found += [*moved[:3], spin[2, 1], spin[0, 2], spin[1, 0]]
+            found += at.factored.solved(moved[12:])
+        return found
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -292,17 +334,14 @@ class RecordedLoading(RecordedSteps):
     Attributes
     ----------
     arrival : Program
-        To K (symmetric part, upper triangle), the shift and quaternion of the platform, where it
-        has them the arms of dead forces on it (see `LoadedAnswer`), the square of the step that
-        would be next, and a number that is positive where all checks hold.
-    checks : tuple of str
-        Checks of the unloaded posture, whose rows come before the last two.
+        To K (symmetric part), the shift and quaternion of the platform, where it has them the arms
+        of dead forces on it (see `LoadedAnswer`), the flags of the unloaded posture, the square of
+        the step that would be next, and a number that is positive where all checks hold.
     has_arms : bool
     status, rank : Status, int
         Without load, at a general pose.
     """
 
-    checks: tuple[str, ...]
     has_arms: bool
     most_steps: int = 10
     status: Status = Status.OK
@@ -322,12 +361,14 @@ def record_loading(
     standing: StandingLoads,
     *,
     by_pose: bool,
+    platforms: bool = False,
 ) -> RecordedLoading:
     """Record the equilibrium of a robot, whose symbols are inputs.
 
     `finder` and `loaded_postures` have it in numbers, the latter at several postures. Under `force`
     [N] the platform moves by about a thousandth of the robot's length. The other inputs are pose
-    coordinates (`by_pose`), or the coordinates of all legs.
+    coordinates (`by_pose`), or the coordinates of all legs. With `platforms` forces at hooks are
+    inputs behind the wrench, and `arrival` has what `LoadedRobot._rates` gives behind the arms.
     """
     gravity = acting_gravity(robot.numeric, standing.gravity, standing.loads)
     springs = finder.robot.springs
@@ -346,6 +387,10 @@ def record_loading(
     rows = zip(robot.space.wrench_order, robot.space.rows, strict=True)
     sizes = {name: force * (1.0 if row < 3 else finder.length) for name, row in rows}
     wrench = [record.add_input(name, small(size)) for name, size in sizes.items()]
+    hooks = None
+    if platforms:
+        levers = [record.add_input(name, small(force * finder.length)) for name in HOOKS]
+        hooks = here.pose.R @ np.reshape(np.array(levers, dtype=object), (3, 3))
     inputs = record.inputs
     L, reference = finder.length, here.reference
     frames = {PLATFORM: (here.pose.R, here.pose.p), BASE: (np.eye(3), np.zeros(3)), **frames}
@@ -397,7 +442,12 @@ def record_loading(
         force,
         wrench,
         dead,
-        stands=bool(dead or springs or standing.loads or standing.preload or np.any(gravity)),
+        stands=bool(
+            dead or springs or standing.loads or standing.preload or np.any(gravity) or platforms
+        ),
+        hooks=hooks,
+        axes=np.array(here.pose.R, dtype=object) if platforms else None,
+        parameters=tuple(map(str, robot.symbols)),
     )
     start = loaded.start
     lengths = dict.fromkeys(loaded.platform.coordinates[:3], 1e-3 * finder.length)
@@ -410,16 +460,14 @@ def record_loading(
         record.add_input(name, 1.0)
     values = {name: record.input(name) for name in record.inputs}
     at = loaded.equations(values)
-    outputs, checks = loaded.arrival(values, at)
     return RecordedLoading(
         inputs=inputs,
         start=start,
         step=Program.of(record, loaded.step(values, at, at.factored.solved(at.right))),
-        arrival=Program.of(record, outputs),
+        arrival=Program.of(record, loaded.arrival(values, at)),
         first_steps=4 if struts else 1,
         first=Program.of(record, loaded.first(values)),
-        checks=tuple(checks),
-        has_arms=bool(loaded.dead),
+        has_arms=loaded.has_arms,
         status=unloaded.status,
         rank=unloaded.factors.rank,
     )

@@ -1,0 +1,332 @@
+"""Derivations as documents: plain text, LaTeX, Markdown, HTML, Typst and PDF."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import sympy as sp
+
+from robostiff.analytic.export.blocks import (
+    EquationRows,
+    FormulaTable,
+    MatrixEquation,
+    Nomenclature,
+    Sentences,
+    Title,
+    Total,
+)
+from robostiff.analytic.export.broken_lines import math_width
+from robostiff.analytic.export.entries import symbols_of
+from robostiff.analytic.export.language import fitted, room_beside
+from robostiff.analytic.export.languages import (
+    LATEX,
+    MARKDOWN,
+    MATHML,
+    ROOM_ON_ITS_SIDE,
+    ROOM_UPRIGHT,
+    TEXT,
+    TYPST,
+)
+from robostiff.analytic.export.outline import outline_of
+from robostiff.analytic.legs.leg_elimination import LegElimination
+from robostiff.analytic.vectors.vector_expressions import Sum
+from robostiff.errors import InputError, needs_extra
+from robostiff.markup import element, escaped
+
+_NARROWEST = 60
+
+
+def derivation_text(derivation: Any, width: int = 88) -> str:
+    r"""A derivation as plain text: the start, each passive joint, the result.
+
+    Parameters
+    ----------
+    derivation : Formula
+    width : int
+        Longest line. Longer expressions go on in the next line, indented; entries for which a
+        matrix has no room get a name.
+
+    Raises
+    ------
+    InputError
+        When there is too little width for a matrix.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> from robostiff.analytic.chain import derive_chain
+    >>> k, d, c = sp.symbols("k d c")
+    >>> K = sp.Matrix([[k, 0, 0], [0, k, k * d], [0, k * d, k * d**2 + c]])
+    >>> lines = derivation_text(derive_chain(K, {"tip": [0, 0, 1]})).splitlines()
+    >>> print("\n".join(lines[12:26]))
+    Joint 1: tip
+    ------------
+    <BLANKLINE>
+    rotation about z at the reference point: trivial joint (19), row and column 3 vanish.
+    <BLANKLINE>
+    J_1 = (0, 0, 1)
+    <BLANKLINE>
+    u_1 = (0, d*k, c + d**2*k)
+    <BLANKLINE>
+    mu_1 = c + d**2*k
+    <BLANKLINE>
+    K_1 = K_0 - u_1 u_1^T / mu_1
+    <BLANKLINE>
+    K_1 = K_C
+    """
+    if width < _NARROWEST:
+        raise InputError("width", got=width, expected=f"{_NARROWEST} characters or more")
+    return "\n\n".join(TEXT.at(width).document(outline_of(derivation))) + "\n"
+
+
+def derivation_latex(derivation: Any) -> str:
+    r"""A derivation as a fragment of LaTeX, to be put into a document that loads amsmath.
+
+    Entries for which a matrix has no room get a name; long sums are broken over several lines.
+
+    Examples
+    --------
+    >>> from robostiff.analytic import Derivation
+    >>> k = sp.Symbol("k_tau")
+    >>> K = sp.ImmutableMatrix(sp.diag(k / 3, k / 3, 0))
+    >>> print("\n".join(derivation_latex(Derivation("K_C", K, (), K)).splitlines()[7:16]))
+    \paragraph*{Result}
+    <BLANKLINE>
+    \[
+    \mathbf{K}_{C} = \frac{k_{\tau}}{3} \begin{bmatrix}
+    1 & 0 & 0 \\
+    0 & 1 & 0 \\
+    0 & 0 & 0
+    \end{bmatrix}
+    \]
+    """
+    written = LATEX.document(outline_of(derivation))
+    start = "% needs \\usepackage{amsmath}\n\\begingroup\\allowdisplaybreaks\\sloppy\\parindent=0pt"
+    return "\n\n".join([start, *written, "\\endgroup"]) + "\n"
+
+
+def derivation_markdown(derivation: Any) -> str:
+    r"""A derivation as Markdown, its formulas in ``$...$`` and ``$$...$$``.
+
+    Examples
+    --------
+    >>> from robostiff.analytic import Derivation
+    >>> k = sp.Symbol("k_tau")
+    >>> K = sp.ImmutableMatrix(sp.diag(k / 3, k / 3, 0))
+    >>> derivation_markdown(Derivation("K_C", K, (), K)).splitlines()[4]
+    '## Result'
+    """
+    return "\n\n".join(MARKDOWN.document(outline_of(derivation))) + "\n"
+
+
+def latex_snippet(derivation: Any) -> str:
+    r"""The matrix and the names in it in LaTeX with nothing around it, to be put into an equation.
+
+    Where K is a sum over a generic leg, the equations of this leg and the sum; of one leg its
+    stiffness after the last joint. Several equations are an ``aligned`` environment of amsmath.
+
+    Examples
+    --------
+    >>> from robostiff.analytic import Derivation
+    >>> k = sp.Symbol("k_tau")
+    >>> K = sp.ImmutableMatrix(sp.diag(k / 3, k / 3, 0))
+    >>> print(latex_snippet(Derivation("K_C", K, (), K)).splitlines()[0])
+    \mathbf{K}_{C} = \frac{k_{\tau}}{3} \begin{bmatrix}
+    """
+    sections: list[list[Any]] = [[]]
+    for block in outline_of(derivation):
+        if isinstance(block, Title):
+            sections.append([])
+        elif not isinstance(block, Sentences | Nomenclature | FormulaTable):
+            sections[-1].append(block)
+
+    def totals(block: Any) -> list[str]:
+        """Indices of the sums that equations have: empty for sums over all of a kind."""
+        each = [row.expression for row in block.rows] if isinstance(block, EquationRows) else []
+        parts = [term for x in each for _, term in (x.terms if isinstance(x, Sum) else ((1, x),))]
+        return [term.index for term in parts if isinstance(term, Total)]
+
+    def is_result(block: Any) -> bool:
+        return isinstance(block, MatrixEquation) or bool(totals(block))
+
+    last = max(i for i, own in enumerate(sections) if any(map(is_result, own)))
+    blocks = sections[last]
+    if isinstance(derivation, LegElimination):
+        blocks = [b for b in blocks if isinstance(b, MatrixEquation) and not b.is_vector]
+    if any(isinstance(b, MatrixEquation) for b in blocks):  # without its beginning w w^T / c
+        blocks = [b for b in blocks if totals(b) != [""]]
+    before = [
+        row for own in sections[:last] for b in own if isinstance(b, EquationRows) for row in b.rows
+    ]
+    wanted = symbols_of(x for b in blocks if isinstance(b, MatrixEquation) for x in b.whole)
+    rows = [row.expression for b in blocks if isinstance(b, EquationRows) for row in b.rows]
+    wanted |= symbols_of(x for x in rows if isinstance(x, sp.Expr))
+    names = []
+    for row in reversed(before):
+        if row.name in {x.name for x in wanted} and isinstance(row.expression, sp.Expr):
+            names.insert(0, row)
+            wanted |= row.expression.free_symbols
+    written = [EquationRows(tuple(names))] * bool(names) + blocks
+    return "\n\n".join(LATEX.in_lines(x) for b in written for x in LATEX.formulas(b)) + "\n"
+
+
+_PAGE_STYLE = """\
+body { max-width: 60rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 serif; }
+.formula { overflow-x: auto; padding: 0.35rem 0; }
+mi.matrix { font-weight: bold; }
+table { border-collapse: collapse; margin: 0.5rem 2rem; }
+td, th { padding: 0.15rem 0.8rem; text-align: left; }
+th { border-bottom: 1px solid; font-weight: normal; }
+"""
+
+
+def derivation_html(derivation: Any, *, first_heading: int = 1) -> str:
+    """A derivation as a fragment of HTML, with formulas in MathML.
+
+    Parameters
+    ----------
+    derivation : Formula
+    first_heading : int
+        Level of its title, 1 to 5.
+
+    Examples
+    --------
+    >>> from robostiff.analytic import Derivation
+    >>> k = sp.Symbol("k_tau")
+    >>> K = sp.ImmutableMatrix(sp.diag(k, k, 0))
+    >>> html = derivation_html(Derivation("K_C", K, (), K))
+    >>> "<msub><mi>k</mi><mi>τ</mi></msub>" in html
+    True
+    """
+    return "\n".join(MATHML.at(first=first_heading).document(outline_of(derivation)))
+
+
+def fragment_of_notebook(derivation: Any) -> str:
+    """A derivation below the headings of a notebook."""
+    return derivation_html(derivation, first_heading=3)
+
+
+def derivation_page(derivation: Any) -> str:
+    """A derivation as a whole page of HTML.
+
+    Examples
+    --------
+    >>> from robostiff.analytic import Derivation
+    >>> K = sp.ImmutableMatrix(sp.diag(2, 2, 0))
+    >>> page = derivation_page(Derivation("K_C", K, (), K))
+    >>> page.startswith("<!DOCTYPE html>")
+    True
+    """
+    head = (
+        '<meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{escaped(_title(derivation))}</title><style>{_PAGE_STYLE}</style>"
+    )
+    body = element("body", derivation_html(derivation))
+    return f'<!DOCTYPE html>\n<html lang="en">{element("head", head)}\n{body}\n</html>\n'
+
+
+def _title(derivation: Any) -> str:
+    return next(block.text for block in outline_of(derivation) if isinstance(block, Title))
+
+
+_PREAMBLE = """\
+#set document(title: {title}, date: none)
+#set page(paper: "a4", flipped: {flipped}, margin: (x: 20mm, y: 18mm), numbering: "1 / 1")
+#set text(size: 10pt)
+#set par(justify: false)
+#show heading: set block(above: 1.5em, below: 0.9em, sticky: true)
+"""
+
+#: Definitions that a document of Typst needs before the first derivation.
+TYPST_DERIVATIONS = """\
+#set math.mat(column-gap: 1.1em, row-gap: 0.55em)
+#show math.equation.where(block: true): set align(left)
+#show math.equation.where(block: true): set block(breakable: true)
+
+// Formulas wider than the page are scaled down.
+#let fit(body) = block(inset: (left: 1.5em), layout(page => {
+  let width = measure(body).width
+  if width > page.width {
+    scale(page.width / width * 100%, origin: left, reflow: true, body)
+  } else { body }
+}))
+
+#let side-by-side(count, ..equations) = block(
+  above: 1.4em, below: 1.4em, inset: (left: 1.5em), grid(
+  columns: (1fr,) * count, row-gutter: 0.9em, align: horizon, ..equations,
+))
+"""
+
+
+def derivation_typst(derivation: Any) -> str:
+    r"""A derivation as the source of a Typst document.
+
+    Examples
+    --------
+    >>> from robostiff.analytic import Derivation
+    >>> k = sp.Symbol("k_tau")
+    >>> K = sp.ImmutableMatrix(sp.diag(k / 3, k / 3, 0))
+    >>> print("\n".join(derivation_typst(Derivation("K_C", K, (), K)).splitlines()[27:33]))
+    == Result
+    <BLANKLINE>
+    #fit($ bold(upright(K))_(C) = frac(k_(tau), 3) mat(delim: "[",
+      1, 0, 0;
+      0, 1, 0;
+      0, 0, 0) $)
+    """
+    flipped = "true" if wants_wide_page(derivation) else "false"
+    preamble = _PREAMBLE.format(title=TYPST.quoted(_title(derivation)), flipped=flipped)
+    return f"{preamble}\n{TYPST_DERIVATIONS}\n{derivation_in_typst(derivation)}"
+
+
+def wants_wide_page(derivation: Any) -> bool:
+    """Whether a matrix needs a landscape page, so that fewer of its entries have names."""
+    blocks = (b for b in outline_of(derivation) if isinstance(b, MatrixEquation))
+    return any(fitted(b, math_width, room_beside(b, ROOM_UPRIGHT))[2].rows for b in blocks)
+
+
+def derivation_in_typst(derivation: Any, *, first_heading: int = 1) -> str:
+    """A derivation as a fragment of a Typst document that begins with `TYPST_DERIVATIONS`.
+
+    `first_heading`: level of its title.
+    """
+    room = ROOM_ON_ITS_SIDE if wants_wide_page(derivation) else ROOM_UPRIGHT
+    return "\n\n".join(TYPST.at(room, first_heading).document(outline_of(derivation))) + "\n"
+
+
+def derivation_pdf(derivation: Any, path: str | Path) -> None:
+    """Write a derivation as a PDF.
+
+    Parameters
+    ----------
+    derivation : Formula
+    path : str or Path
+        The file to write.
+
+    Raises
+    ------
+    InputError
+        When the optional package typst is not installed.
+
+    Examples
+    --------
+    The optional package comes with ``pip install 'robostiff[pdf]'``::
+
+        derivation_pdf(derive_chain(K0, joints), "leg.pdf")
+    """
+    Path(path).write_bytes(typst_pdf(derivation_typst(derivation)))
+
+
+def typst_pdf(source: str) -> bytes:
+    """A Typst document as a PDF, with the fonts of Typst.
+
+    Raises
+    ------
+    InputError
+        When the optional package typst is not installed.
+    """
+    with needs_extra("PDF files", "pdf"):
+        import typst
+    return typst.compile(source.encode(), ignore_system_fonts=True, timestamp=0)
