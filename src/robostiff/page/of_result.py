@@ -8,11 +8,13 @@ from robostiff.analysis import CableResponse, CableStiffness, Deflection, Stiffn
 from robostiff.analysis.indices import StiffnessIndices
 from robostiff.analysis.verification import Verification
 from robostiff.compensation.compensate import Compensation
+from robostiff.identification.identified import Identified
 from robostiff.markup import Page
 from robostiff.model import Robot
 from robostiff.page.cables import cable_response_page, cable_stiffness_page
 from robostiff.page.compensation import compensation_page
 from robostiff.page.facts import robot_page
+from robostiff.page.identification import identification_page
 from robostiff.page.indices import indices_page
 from robostiff.page.loads import equilibrium_page, modes_page
 from robostiff.page.stiffness import deflection_page, stiffness_page, verification_page
@@ -29,6 +31,7 @@ _WRITERS: dict[type, Any] = {
     Equilibrium: equilibrium_page,
     Modes: modes_page,
     Compensation: compensation_page,
+    Identified: identification_page,
 }
 
 
