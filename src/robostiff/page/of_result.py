@@ -19,6 +19,7 @@ _WRITERS = {
     "Equilibrium": ("loads", "equilibrium_page"),
     "Modes": ("loads", "modes_page"),
     "Compensation": ("compensation", "compensation_page"),
+    "Identified": ("identification", "identification_page"),
 }
 
 
