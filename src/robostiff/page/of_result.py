@@ -20,6 +20,7 @@ _WRITERS = {
     "CriticalLoad": ("loads", "critical_page"),
     "Modes": ("loads", "modes_page"),
     "Compensation": ("compensation", "compensation_page"),
+    "Identified": ("identification", "identification_page"),
     "Optimum": ("design", "optimum_page"),
     "Tolerances": ("design", "tolerances_page"),
 }

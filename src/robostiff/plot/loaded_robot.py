@@ -107,8 +107,8 @@ def _sketch(
 ) -> Sketch:
     """A machine of any kind with its bodies at other places, coloured by elastic energy."""
     if isinstance(posed, CableRobot):
-        springs = problem.groups[0].springs
-        ends = np.array([[end.point for end in own.ends] for own in springs])
+        springs = problem.legs.springs
+        ends = np.array([own.points for own in springs])
         names, space = [own.name for own in springs], Space.of_size(len(problem.rows))
         outline = of_cables(names, (ends[:, 0], ends[:, 1]), problem.point, space, tensions)
     else:
