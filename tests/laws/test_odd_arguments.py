@@ -371,11 +371,8 @@ GOOD = {
 LONG = {
     *(rs.compile_loaded, rs.critical_load, rs.load_linkage, rs.load_path),
     *(rs.modes, rs.write_report, rs.optimise, rs.tolerances, rs.compensate, rs.value_and_gradient),
-<<<<<<< HEAD
     *(rs.read_program, rs.write_program, rs.sobol_indices),
-=======
-    *(rs.read_program, rs.write_program, rs.identify, rs.choose_poses),
->>>>>>> identify5
+    *(rs.identify, rs.choose_poses),
 }
 FEW = ("whole number", "word", "list of none", "object")
 #: Answers, which functions make.
