@@ -323,6 +323,10 @@ GOOD = {
         **{"robot": _parametric(), "spreads": {"k": rs.Uniform(0.1)}, "poses": None},
         **{"outputs": (rs.WorstDeflection(),), "samples": 8, "seed": 0, "threads": 1},
     },
+    rs.sobol_indices: lambda: {
+        **{"robot": _parametric(), "spreads": {"k": rs.Uniform(0.1)}, "pose": None},
+        **{"output": rs.WorstDeflection(), "samples": 8, "seed": 0, "threads": 1},
+    },
     rs.compensate: lambda: {
         **{"robot": rs.load("hexapod"), "path": [[0, 0, 0.9, 0, 0, 0]], "wrenches": LOAD},
         **{"method": rs.Exact(), "axes": rs.Axes.WORLD, "loads": None, "gravity": None},
@@ -338,7 +342,7 @@ GOOD = {
 LONG = {
     *(rs.compile_loaded, rs.critical_load, rs.load_linkage, rs.load_path),
     *(rs.modes, rs.write_report, rs.optimise, rs.tolerances, rs.compensate, rs.value_and_gradient),
-    *(rs.read_program, rs.write_program),
+    *(rs.read_program, rs.write_program, rs.sobol_indices),
 }
 FEW = ("whole number", "word", "list of none", "object")
 #: Answers, which functions make.

@@ -283,7 +283,7 @@ def compensation_picture(found: Compensation) -> Curves:
     points = np.arange(1, len(found.target) + 1, dtype=float)
     curves = []
     for k, (name, each) in enumerate(
-        (("without correction", found.deviation), ("with correction", found.left))
+        (("without correction", found.deviation), ("with correction", found.residual))
     ):
         moved = 1e6 * np.linalg.norm(each[:, :3], axis=1)
         curves.append(Curve(name, points, np.maximum(moved, _LEAST), Category(k)))

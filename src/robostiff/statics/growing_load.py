@@ -13,6 +13,7 @@ from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError, needs_extra
 from robostiff.kinematics import Near
 from robostiff.linkage import Linkage
+from robostiff.markup import InNotebooks
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
@@ -34,7 +35,7 @@ _BOWING = Bowing()
 
 
 @dataclass(frozen=True, repr=False)
-class CriticalLoad:
+class CriticalLoad(InNotebooks):
     """The smallest factor of a wrench at which a robot loses its stability.
 
     Attributes
