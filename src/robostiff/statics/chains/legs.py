@@ -237,11 +237,10 @@ class Legs:
             -J,
             at.constants,
         )
-        r, r_factor = np.zeros(at.total), np.zeros(at.total)
-        np.add.at(r, at.columns, terms.gradient)
+        r = np.bincount(at.columns, terms.gradient, at.total)
+        r_factor = np.bincount(at.columns, terms.by_share * share.rate, at.total)
         r[at.W] += gap
         np.add.at(r, at.bodies[self.ends[self.inner]], state.W[self.inner])
-        np.add.at(r_factor, at.columns, terms.by_share * share.rate)
         blocks = at.as_blocks(A)
         if self.couplings:
             self._add_couplings(state, share, A, r, r_factor)
@@ -279,9 +278,8 @@ class Legs:
         self, which: np.ndarray, state: LegState, R: np.ndarray, p: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Axes and points of some bodies [m]; those of body -1 are R and p."""
-        kind = self.arrays.kind
-        all_R = np.concatenate([state.R.reshape(-1, 3, 3), R[None]]).astype(kind)
-        return all_R[which], np.concatenate([state.p.reshape(-1, 3), p[None]]).astype(kind)[which]
+        all_R = np.concatenate([state.R.reshape(-1, 3, 3), R[None]])
+        return all_R[which], np.concatenate([state.p.reshape(-1, 3), p[None]])[which]
 
     def _add_couplings(
         self, state: LegState, share: Share, A: np.ndarray, r: np.ndarray, r_factor: np.ndarray

@@ -86,9 +86,9 @@ class Numbers:
         rows, local = [none], [none]
         for each in kinds.values():
             at = []
+            free = sum(chains[c].size for c in each[0].chains) + r * len(each[0].bodies)
             for own, inner, rigid in each:
                 parts = [x[legs.coordinates[c]] for c in own] + [bodies[b] for b in inner]
-                free = sum(map(len, parts))
                 parts += [*(W[c] for c in own), *(held[i : i + 1] for i in rigid)]
                 n = sum(map(len, parts))
                 at.append(np.arange(total, total + n))
