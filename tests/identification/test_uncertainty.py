@@ -9,6 +9,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.identification.identify import fitted
+from robostiff.identification.states import States
 from tests.identification.campaigns import (
     arm_campaign,
     arm_frames,
@@ -43,8 +44,6 @@ def test_intervals_cover_the_truth(hexapod, is_known):
     measured = replace(few, sigma=np.full((5, 3), sigma if is_known else np.nan))
     truth, random = hexapod.fit.x, np.random.default_rng(5)
     statics = hexapod.model.statics
-    from robostiff.identification.states import States
-
     statics = statics.with_states(States.of(statics.robot, measured))
     model = replace(hexapod.model, measured=measured, statics=statics)
     exact = model.predicted(truth)[0].reshape(-1, 3)
@@ -71,8 +70,6 @@ def test_twice_the_same_campaign(arm):
         sigma=2e-5,
     )
     statics = arm.model.statics
-    from robostiff.identification.states import States
-
     model = replace(
         arm.model, measured=both, statics=statics.with_states(States.of(statics.robot, both))
     )
@@ -82,32 +79,35 @@ def test_twice_the_same_campaign(arm):
     np.testing.assert_allclose(ratio, 0.5**0.5, rtol=1e-8)
 
 
-def _with_outlier(arm, loss):
+def _with_outlier(arm, number, loss):
     values = arm.measured.values.copy()
-    values[20, 2] += 1e-3
+    values[number // 3, number % 3] += 1e-3
     model = replace(arm.model, measured=with_values(arm.measured, values))
     return fitted(model, arm.fit.start, arm.fit.bounds, loss)
 
 
 def test_an_outlier_is_found_by_leaving_it_out(arm):
-    """One reading 1 mm off among 36 of 20 um; with it a compliance is off by many errors."""
+    """One coordinate 1 mm off among 108 of 20 um, where it does most."""
     assert arm.outliers == ()
-    squares = _with_outlier(arm, rs.Squares())
-    off = np.abs(squares.fit.x - arm.fit.x) / [*arm.std.values()]
-    assert off.max() > 5
-    assert squares.outliers[0] == 20
+    std = np.array([*arm.std.values()])
+    _, J = arm.model.predicted(arm.fit.x)
+    influence = np.abs(arm.covariance @ (J / 2e-5**2).T * 1e-3) / std[:, None]
+    unknown, number = np.unravel_index(np.argmax(influence), influence.shape)
+    squares = _with_outlier(arm, number, rs.Squares())
+    off = np.abs(squares.fit.x - arm.fit.x) / std
+    assert off[unknown] == pytest.approx(influence[unknown, number], rel=0.02)
+    assert off[unknown] > 8
+    assert squares.outliers[0] == number // 3
     assert rs.FitStatus.OUTLIERS in squares.status
-    assert "reading 21" in " ".join(squares.advice)
-    robust = _with_outlier(arm, rs.Robust())
-    assert np.abs(robust.fit.x - arm.fit.x).max() / max(arm.std.values()) < 0.5 * off.max()
-    assert robust.outliers[0] == 20
+    assert f"reading {number // 3 + 1}" in " ".join(squares.advice)
+    robust = _with_outlier(arm, number, rs.Robust())
+    assert (np.abs(robust.fit.x - arm.fit.x) / std).max() < 0.4 * off[unknown]
+    assert robust.outliers[0] == number // 3
 
 
 def test_leaving_one_out_is_what_it_says(arm):
     """The sum of squares without a reading is that of a fit without it, to second order."""
     k = 7
-    from robostiff.identification.states import States
-
     rest = arm.measured.chosen([i for i in range(36) if i != k])
     statics = arm.model.statics
     model = replace(

@@ -181,8 +181,7 @@ def choose_poses(
     """
     by_joints = isinstance(candidates, JointCoordinates) or robot.is_posed_by_joints
     changed, unknowns = with_unknowns(robot, parameters, fixed, by_joints=by_joints)
-    loads = as_floats("forces", np.zeros(3) if forces is None else forces, "(L, 3) [N]")
-    loads = np.vstack([np.zeros(3), loads.reshape(-1, 3)]) if forces is not None else loads[None]
+    loads = _loads(forces)
     q = getattr(candidates, "values", candidates)
     q = np.atleast_2d(as_floats("candidates", q, "postures (N, n)"))
     names = tuple(markers)
@@ -250,6 +249,15 @@ def choose_poses(
         dict(zip((own.name for own in unknowns), std.tolist(), strict=True)),
         len(q) - len(rows),
     )
+
+
+def _loads(forces: ArrayLike | None) -> np.ndarray:
+    """No load, and forces (L, 3) that are given."""
+    expected = "(3,) or (L, 3) [N]"
+    given = as_floats("forces", [] if forces is None else forces, expected)
+    if given.shape[-1] not in {0, 3} or given.ndim > 2:
+        raise InputError("forces", got=f"shape {given.shape}", expected=expected)
+    return np.vstack([np.zeros(3), given.reshape(-1, 3)])
 
 
 def _serve(model: ReadingModel, J: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from robostiff.errors import InputError
 from robostiff.identification.identified import Identified
 from robostiff.identification.unknowns import Unknown, UnknownKind, spring_values
 from robostiff.io.document import Document, read_document
-from robostiff.io.model_file import read_model
+from robostiff.io.model_file import model_from_document
 from robostiff.io.whole_file import whole_file
 
 _VALUE = re.compile(r"\"[^\"]*\"|'[^']*'|[^,}\]#\n]*[^,}\]#\n\s]")
@@ -61,7 +61,7 @@ def write_values(
 def _check(found: Identified, written: Path, source: str | os.PathLike[str]) -> None:
     """Raise unless a written file has the values that were found, and all others as before."""
     names = [own.parameter for own in found.model.parameters if own.parameter]
-    again = read_model(written, symbols=names)
+    again = model_from_document(read_document(written), symbols=names)
     values = spring_values(again.numeric)
     expected = spring_values(found.robot)
     for own in found.model.parameters:
