@@ -16,7 +16,7 @@ from robostiff.analytic.export import (
     derivation_text,
     derivation_typst,
 )
-from robostiff.analytic.placement.agreement import check_form, matrix_distance
+from robostiff.analytic.placement.agreement import RobotInNumbers, matrix_distance
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.analytic.placement.robot_pose import AtHome, AtSymbols
 from robostiff.analytic.series_form import series_form
@@ -55,8 +55,8 @@ def test_a_wrong_compliance_is_found(placed, arm):
     C = sp.Matrix(arm.C)
     C[5, 5] *= sp.Rational(1001, 1000)
     wrong = replace(arm, C=sp.ImmutableMatrix(C))
-    with pytest.raises(DisagreementError, match="springs in series"):
-        check_form("the sum of springs in series", wrong.stiffness, placed)
+    with pytest.raises(DisagreementError, match="the formula and the numerical form"):
+        RobotInNumbers.of(placed).check(wrong.K, wrong.definitions)
 
 
 def test_exports_begin_with_the_compliance():
@@ -106,8 +106,8 @@ def test_a_wrong_beam_of_an_arm_is_found():
     name, Q, m, (L, *products) = arm.beams[2]
     wrong = (*arm.beams[:2], (name, Q, m, (L * sp.Rational(1001, 1000), *products)), arm.beams[3])
     wrong = replace(arm, beams=wrong)
-    with pytest.raises(DisagreementError, match="springs in series"):
-        check_form("the sum of springs in series", wrong.stiffness, placed)
+    with pytest.raises(DisagreementError, match="the formula and the numerical form"):
+        RobotInNumbers.of(placed).check(wrong.K, wrong.definitions)
 
 
 def test_exports_of_an_arm_in_vectors():

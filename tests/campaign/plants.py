@@ -23,7 +23,7 @@ import numpy as np
 import robostiff as rs
 from robostiff.elasticity import beam as beam_module
 from robostiff.elastostatics import Tolerance, parallel_block, tolerance
-from robostiff.io.units import registry
+from robostiff.io.units import unit as units_of_words
 from robostiff.spatial import transport
 from tests.campaign import (
     coupled_joints,
@@ -362,9 +362,9 @@ def _chunk_offset(patch: Patch) -> None:
 
 
 def _unit(patch: Patch) -> None:
-    units = dict(registry._UNITS)
+    units = dict(units_of_words._UNITS)
     units["mm"] = replace(units["mm"], ratio=Fraction("1.001e-3"))
-    patch.function(registry, "_UNITS", lambda _: units)
+    patch.function(units_of_words, "_UNITS", lambda _: units)
 
 
 def _parameter_order(patch: Patch) -> None:

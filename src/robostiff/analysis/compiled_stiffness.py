@@ -413,7 +413,7 @@ def _recorded_robot(
         joint_kernel = kernel
     joints = len(kernel.inputs) - len(robot.symbols) if kernel is joint_kernel else 0
     taken = KernelInputs(robot, joints)
-    verified = is_trusted(recorded, taken)
+    verified = is_trusted(recorded, kernel, taken)
     ranks = None
     if outputs == (StiffnessMatrix(),) and recorded.closure is None:
         at = sample_postures(finder).snapshot
@@ -469,7 +469,7 @@ def _recorded_linkage(
     _check_derivatives(driven.part.name, recorded, outputs)
     kernel, taken = kernel_of(recorded, outputs, backend), LinkageInputs(driven)
     try:
-        verified = is_trusted(recorded, taken, nearer)
+        verified = is_trusted(recorded, kernel, taken, nearer)
     except DisagreementError:
         if undetermined:
             raise _undetermined(driven, undetermined) from None

@@ -234,7 +234,7 @@ class Stiffness(StatusOfPoses, InNotebooks):
         whole, offset = careful.details().whole, careful.offset
         has = whole.has_compliance
         if has.any():
-            some = (whole if has.all() else whole[has]).compliance
+            some = (whole if has.all() else whole[has]).inverse
             v = offset if has.all() else offset[has]
             some = move_compliance(some, v) if np.any(v) else some
             found[self.has_compliance & ~known] = np.reshape(some, (-1, n, n))

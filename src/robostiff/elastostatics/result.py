@@ -182,8 +182,11 @@ class CartesianStiffness(StatusOfPoses, PoseBatch):
         The inverse of K where there is one. Where a direction is rigid there is none, and C is
         zero for its wrench.
         """
-        if not np.all(self.has_compliance):
-            return None
+        return self.inverse if np.all(self.has_compliance) else None
+
+    @property
+    def inverse(self) -> np.ndarray:
+        """As `compliance`, of poses all of which have one."""
         if self.carried is None:
             return scaled_inverse(self.matrix, self.length)
         s = scaling(self.length, self.space)
