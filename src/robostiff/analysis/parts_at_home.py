@@ -9,7 +9,7 @@ import numpy as np
 
 from robostiff.elasticity import Elasticity
 from robostiff.kinematics import find_posture
-from robostiff.kinematics.mobility import fitting_coordinates, platform_mobility
+from robostiff.kinematics.closure.loops import fitting_coordinates, platform_mobility
 from robostiff.markup import number
 from robostiff.model import (
     Actuated,
