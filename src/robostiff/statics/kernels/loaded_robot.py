@@ -291,7 +291,7 @@ class LoadedRobot:
         place = [values[name] for name in self.platform.coordinates]
         arms = [*at.arms.flat] if self.has_arms else []
         rates = [] if self.axes is None else self._rates(at)
-        flags = flags_of(self.unloaded, rank=True)
+        flags = flags_of(self.unloaded)
         return [*K, *place, *arms, *rates, flags, gap, reduce(least, safe)]
 
     @property
