@@ -152,7 +152,7 @@ def deflection(
     acting = Acting(loads, none, beams=Linear(), at=at)
     given = nothing if wrench is None else wrench
     asked, F = one_loaded_posture(robot, pose, given, near, acting)
-    rest = deflection_under_wrench(replace(robot, springs=()), pose, nothing, **options)
+    rest: Any = deflection_under_wrench(replace(robot, springs=()), pose, nothing, **options)
     problem = asked.problem
     if not np.any(none):  # springs between its bodies are relaxed
         relaxed = (replace(s, constant=-s.stiffness * s.length) for s in problem.legs.springs)
