@@ -120,14 +120,13 @@ class PlacedRobot:
         return assembled(self.entries, self.record, self.platform, self.legs, self.length)
 
 
-def place_robot(robot: Robot, pose: PoseFormula, *, with_names: bool = True) -> PlacedRobot:
+def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     """Close all legs of a robot in formulas.
 
     Symbols are entries of a record whose samples lie around the nominal values; the working modes
     of the legs are those of home.
 
-    `pose`: AtHome, AtSymbols or AtCoordinates; `with_names`: whether stiffnesses that are numbers
-    have names.
+    `pose`: AtHome, AtSymbols or AtCoordinates.
 
     Raises
     ------
@@ -148,7 +147,7 @@ def place_robot(robot: Robot, pose: PoseFormula, *, with_names: bool = True) -> 
         symbols |= {name: sp.Symbol(name, real=True) for name in names}
     if given is not None and not robot.is_posed_by_joints and not follows.pose:
         _check_reach(robot, finder, given, rotation)
-    names = named_springs(robot, symbols) if symbols and with_names else None
+    names = named_springs(robot, symbols) if symbols else None
     springs = () if names is None else names.definitions
     samples = _samples(symbols, given, robot, finder, follows, rotation)
     record = Record(with_samples(springs, samples, symbols))
