@@ -398,7 +398,8 @@ class WrittenFrame(WrittenRotation):
 
     def build(self, place: Place) -> Frame:
         """The frame, seen from the one in which it is written."""
-        return Frame(self.turned(place), (place / "at").point(self.at))
+        origin = (place / "at").point(self.at)
+        return Frame(self.turned(place), origin)
 
 
 def read_mass(place: Place, written: Value | None) -> Any:
