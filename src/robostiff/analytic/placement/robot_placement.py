@@ -30,7 +30,6 @@ from robostiff.analytic.placement.robot_pose import (
     PoseRotation,
     coordinate_expressions,
     exact_angle,
-    home_coordinates,
     platform_pose,
 )
 from robostiff.errors import InputError
@@ -376,7 +375,8 @@ def home_values(finder: PostureFinder, rotation: PoseRotation) -> dict[str, floa
     if twin.is_posed_by_joints:
         home = twin.legs[0].chain.home
         return {f"q{i + 1}": float(q) for i, q in enumerate(home)}
-    return home_coordinates(finder.home_pose[:3], rotation)
+    point = dict(zip("xyz", map(float, finder.home_pose[:3]), strict=True))
+    return point | dict.fromkeys(rotation.names, 0.0)
 
 
 def _in_words(

@@ -80,14 +80,13 @@ class LegReader:
 
     search: WrenchSearch
     read: NamedReading
-    kind: type[ContributionReader] = ContributionReader  # how contributions are written
     _named: list[tuple[np.ndarray, Any]] = field(default_factory=list)
     _shifts: list[tuple[np.ndarray, Any]] = field(default_factory=list)
     _blocks: dict[int, BlockSprings] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         search = self.search
-        self.contributions: ContributionReader = self.kind(
+        self.contributions = ContributionReader(
             search.record, search.length, self.read, BeamProducts(self.read), self.block
         )
 

@@ -23,7 +23,6 @@ from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import ClosedReading
 from robostiff.analytic.springs.contributions import (
     Contribution,
-    ContributionReader,
     recognised_beam,
     summed,
 )
@@ -413,17 +412,3 @@ class KnownReading(NamedReading):
                 if np.max(np.abs(at - sign * other)) <= _SAME * np.max(np.abs(other)):
                     return sign * symbol
         return None
-
-
-class KnownContributions(ContributionReader):
-    """Writes contributions with names for known squares of the leg."""
-
-    def _sum(self, *pairs: tuple[Any, Any]) -> Any:
-        total: Any = sum((x * y for x, y in pairs), sp.Integer(0))
-        total = self.record.simplified(total, self.length)
-        if isinstance(total, Entry):
-            at = total.sample
-            for other, symbol in getattr(self.read, "known", ()):
-                if np.max(np.abs(at - other**2)) <= _SAME * np.max(np.abs(other)) ** 2:
-                    return symbol**2
-        return super()._sum(*pairs)
