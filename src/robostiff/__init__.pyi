@@ -75,6 +75,7 @@ from robostiff.design.optimum import optimise as optimise
 from robostiff.design.tolerances import Normal as Normal
 from robostiff.design.tolerances import Tolerances as Tolerances
 from robostiff.design.tolerances import Uniform as Uniform
+from robostiff.design.tolerances import sobol_indices as sobol_indices
 from robostiff.design.tolerances import tolerances as tolerances
 from robostiff.elasticity import CrossSection as CrossSection
 from robostiff.elasticity import Elasticity as Elasticity
@@ -103,6 +104,12 @@ from robostiff.errors import InputError as InputError
 from robostiff.errors import NoAnswerError as NoAnswerError
 from robostiff.errors import PlausibilityWarning as PlausibilityWarning
 from robostiff.errors import RobostiffError as RobostiffError
+from robostiff.identification.choice_of_poses import AOptimal as AOptimal
+from robostiff.identification.choice_of_poses import ChosenPoses as ChosenPoses
+from robostiff.identification.choice_of_poses import DOptimal as DOptimal
+from robostiff.identification.choice_of_poses import TestPose as TestPose
+from robostiff.identification.choice_of_poses import choose_poses as choose_poses
+from robostiff.identification.choice_of_poses import random_postures as random_postures
 from robostiff.identification.frames import KnownFrames as KnownFrames
 from robostiff.identification.frames import UnknownFrames as UnknownFrames
 from robostiff.identification.identified import FitStatus as FitStatus

@@ -16,6 +16,7 @@ from robostiff.kinematics import posture_finder
 from robostiff.model import PlacedFreedom
 from robostiff.recorded.closure import LAST
 from robostiff.statics.kernels.strut import buckling_of
+from robostiff.statics.loading.given_loads import Acting
 from robostiff.statics.loading.loaded_posture import postures_of
 from tests.statics.robots_under_load import loaded
 
@@ -178,8 +179,7 @@ def test_bounds_of_buckling_hold_at_other_postures_and_are_close(force: float):
     random = np.random.default_rng(12)
     spread = 0.15 * np.array([1, 1, 1, 0.5, 0.5, 0.5]) * random.uniform(-1, 1, (9, 6))
     problems = [
-        postures_of(robot, finder.home_pose + own, None).loaded(0, None, None, None, rs.Bowing())
-        for own in spread
+        postures_of(robot, finder.home_pose + own, None).loaded(0, Acting()) for own in spread
     ]
     bounds = buckling_of([own.problem for own in problems[:6]], range(6), 1e5)
     for posture in problems[6:]:

@@ -42,7 +42,7 @@ from robostiff.compiled import (
 )
 from robostiff.compiled.kernel import code_of
 from robostiff.elastostatics import Status
-from robostiff.errors import DisagreementError, InputError, OpenAtHomeError
+from robostiff.errors import DisagreementError, InputError, NoAnswerError, OpenAtHomeError
 from robostiff.kinematics import JointCoordinates, posture_finder
 from robostiff.linkage import DrivenLinkage, Linkage
 from robostiff.linkage.driven import coordinate_names
@@ -396,6 +396,8 @@ def compile_robot(
 def _recorded_robot(
     robot: Robot, outputs: tuple[Output, ...], backend: Backend, most: int | None
 ) -> CompiledStiffness:
+    if most == 0:  # none is so short
+        raise NoAnswerError(f"no record of {robot.name!r} on disk")
     finder = posture_finder(robot.numeric)
     recorded = record_robot(robot, finder, most)
     if depends_on_what_is_held(recorded, robot, finder):
@@ -413,7 +415,7 @@ def _recorded_robot(
         joint_kernel = kernel
     joints = len(kernel.inputs) - len(robot.symbols) if kernel is joint_kernel else 0
     taken = KernelInputs(robot, joints)
-    verified = is_trusted(recorded, taken)
+    verified = is_trusted(recorded, kernel, taken)
     ranks = None
     if outputs == (StiffnessMatrix(),) and recorded.closure is None:
         at = sample_postures(finder).snapshot
@@ -469,7 +471,7 @@ def _recorded_linkage(
     _check_derivatives(driven.part.name, recorded, outputs)
     kernel, taken = kernel_of(recorded, outputs, backend), LinkageInputs(driven)
     try:
-        verified = is_trusted(recorded, taken, nearer)
+        verified = is_trusted(recorded, kernel, taken, nearer)
     except DisagreementError:
         if undetermined:
             raise _undetermined(driven, undetermined) from None

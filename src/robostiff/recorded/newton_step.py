@@ -8,18 +8,17 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
-from itertools import pairwise
 from operator import add, mul
 from typing import Any
 
 import numpy as np
 
-from robostiff.kinematics.closure import gaps
 from robostiff.kinematics.closure.body import tidied, tidied_point
+from robostiff.kinematics.closure.loops import tree_of_leg
+from robostiff.kinematics.closure.motion_tree import MotionTree, PlacedTree
 from robostiff.kinematics.formula.place import FormulaPose
-from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.turn import rotvec_rate, vector_of_turn_near
-from robostiff.model import Joint, JointKind, Leg, PlacedFreedom, Telescope
+from robostiff.model import Joint, JointKind, Leg, Telescope
 from robostiff.record import Entry, cosine, is_number, is_zero, most_size, sine, square_root
 from robostiff.spatial import Screw, cross, skew
 
@@ -35,6 +34,7 @@ class LinearEquation:
 
     rates: dict[str, Any]  # without zeros
     right: Any
+    weight: float = 1.0  # of its numbers, where they are compared with those of others
 
 
 @dataclass
@@ -82,7 +82,7 @@ class SparseElimination:
                     factor = equation.rates.pop(name)
                     for other, rate in own.rates.items():
                         value = equation.rates.pop(other, 0) - factor * rate
-                        if self._size(value)[1] > _LOST:
+                        if self._size(value)[1] * equation.weight > _LOST:
                             equation.rates[other] = value
                     equation.right = equation.right - factor * own.right
         self.pivots.append(pivots)
@@ -113,7 +113,8 @@ class SparseElimination:
         for equation in equations:
             for name in open_ & equation.rates.keys():
                 counts[name] += 1
-                largest[name] = max(largest[name], self._size(equation.rates[name])[1])
+                size = self._size(equation.rates[name])[1] * equation.weight
+                largest[name] = max(largest[name], size)
         best: tuple[Any, ...] = ()
         for number, equation in enumerate(equations):
             own = [name for name in unknowns if name in equation.rates]
@@ -122,7 +123,7 @@ class SparseElimination:
             for name in own:
                 rate = equation.rates[name]
                 least, usual = self._size(rate)
-                part = least / largest[name]
+                part = least * equation.weight / largest[name]
                 safe = part > _OF_COLUMN and least > _OF_ITSELF * usual
                 fill = (len(equation.rates) - 1) * (counts[name] - 1) + (not is_number(rate))
                 order = (0, fill, entries) if safe else (1, 0, 0)
@@ -164,18 +165,24 @@ class LegAtGuess:
     turned: Mapping[int, np.ndarray] = field(default_factory=dict)
 
     @property
-    def moving(self) -> dict[int, tuple[str | None, float]]:
-        """Unknowns with which coordinates move, by place, and how fast; none of a number."""
-        free = np.flatnonzero(self.leg.chain.free).tolist()
-        names = self.names
-        return {
-            i: self.same.get(names[i], (names[i], 1.0)) for i in free if i not in self.following
-        }
+    def moving(self) -> dict[int, dict[str, float]]:
+        """Unknowns with which each joint moves, by its place, and how fast."""
+        chain = self.leg.chain
+        T = np.eye(chain.size, dtype=int) if chain.joint_motions is None else chain.joint_motions
+        found: dict[int, dict[str, float]] = {}
+        for i in np.flatnonzero(chain.free).tolist():
+            name, factor = self.same.get(self.names[i], (self.names[i], 1))
+            if name is not None and i not in self.following:
+                for joint in np.flatnonzero(T[:, i]).tolist():
+                    found.setdefault(joint, {})[name] = int(factor) * T[joint, i]
+        return found
 
     @property
     def free(self) -> list[str]:
         """Names of the unknown coordinates."""
-        return [self.names[i] for i in self.moving if self.names[i] not in self.same]
+        free = np.flatnonzero(self.leg.chain.free).tolist()
+        names = [self.names[i] for i in free if i not in self.following]
+        return [name for name in names if name not in self.same]
 
 
 @dataclass(frozen=True)
@@ -231,21 +238,63 @@ def newton_step(
 class Opening:
     """What is open in a loop: by how much, and the twists by which unknowns close it.
 
-    Shifts are parts of the length, turns D as vee(D - D^T)/2.
+    Turns D are vee(D - D^T)/2; unknowns that slide are parts of the length.
     """
 
-    shift: np.ndarray  # (3,) or none of it
-    turn: np.ndarray  # (3,) or none of it
+    shift: np.ndarray  # (3,) [m]
+    turn: np.ndarray  # (3,), or none of it
     rates: dict[str, np.ndarray]  # twists (6,)
-    squares: Sequence[Any]  # vanish where the loop is closed, and only there
+    gaps: np.ndarray  # (3,) [m], and
+    chords: np.ndarray  # (9,), or none of them: vanish where the loop is closed, and only there
+    outer: int  # number of the loop that surrounds it, or its own
+    center: np.ndarray  # (3,): where it is to be closed [m]
+    ball: int | None  # the joint there that follows, by its first place
 
-    @classmethod
-    def of(cls, gap: Loop, rates: dict[str, np.ndarray], length: float) -> Opening:
-        """Of a gap across which nothing turns freely."""
-        shift = (gap.p_wanted - gap.p) * (1 / length)
-        D = gap.R_wanted @ gap.R.T
-        turn = np.array([(D[i, j] - D[j, i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))])
-        return cls(shift, turn, rates, [*shift, *(gap.R_wanted - gap.R).reshape(-1)])
+    def add(self, name: str, twist: np.ndarray) -> None:
+        """Add a twist (6,) by which an unknown closes it."""
+        self.rates[name] = self.rates[name] + twist if name in self.rates else twist
+
+
+def openings(
+    tree: MotionTree,
+    placed: PlacedTree,
+    moving: Mapping[int, Mapping[str, float]],
+    length: float,
+    balls: Collection[int] = (),
+) -> Iterator[Opening]:
+    """What is open at each end of a tree on entries.
+
+    Unknowns move joints, by their places, each so fast. A ball joint that follows turns as the
+    bodies before and behind it do: its center alone has to meet its place. Behind a ball of the
+    path to the platform, branches end where the platform has them: their paths are closed with the
+    platform as well, without the first branch.
+    """
+    shifts = placed.p_wanted - placed.p
+    for k, end in enumerate(tree.ends):
+        way, path = [k], list(end.moving)
+        while met := [ball for ball in balls if ball in tree.ends[way[-1]].leading]:
+            inner = tree.ends[way[-1]]
+            way.append(next(i for i, own in enumerate(tree.ends) if met[0] in own.moving))
+            path += [i for i in tree.ends[way[-1]].moving if i not in inner.leading]
+        ball = next((ball for ball in balls if ball in end.moving), None)
+        center = placed.p[k] if ball is None else placed.points[ball]
+        shift = reduce(add, [shifts[i] for i in way])
+        turn = chords = np.zeros(0)
+        if ball is None:
+            D = placed.R_wanted[k] @ placed.R[k].T
+            turn = np.array([(D[i, j] - D[j, i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))])
+            chords = (placed.R_wanted[k] - placed.R[k]).reshape(-1)
+        found = Opening(shift, turn, {}, shifts[k], chords, way[-1], center, ball)
+        wanted = placed.p_wanted[k] - (placed.p[k] - center)
+        for sign, at, places in ((1, center, path), (-1, wanted, tree.ends[way[-1]].leading)):
+            for i in places:
+                if i not in moving:
+                    continue
+                screw = Screw(placed.axes[i], placed.points[i], tree.screws[i].pitch)
+                twist = screw.twist(at) * (sign if screw.turns else sign * length)
+                for name, factor in moving[i].items():
+                    found.add(name, twist * factor)
+        yield found
 
 
 #: Loops that are closed together, and names of the unknowns that stand in no other group.
@@ -267,10 +316,12 @@ def step_of_groups(
     """
     elimination = SparseElimination()
     left: list[LinearEquation] = []
-    squares: list[Any] = []
+    shifts: list[Any] = []
+    chords: list[Any] = []
     for openings, unknowns in groups:
-        squares += (x * x for own in openings for x in own.squares if not is_zero(x))
-        equations = [one for own in openings for one in _equations(own)]
+        shifts += (x * x for own in openings for x in own.gaps if not is_zero(x))
+        chords += (x * x for own in openings for x in own.chords if not is_zero(x))
+        equations = [one for own in openings for one in _equations(own, length)]
         left += elimination.eliminate(equations, unknowns)
     elimination.eliminate(left, shared)
     found = elimination.solution()
@@ -287,7 +338,7 @@ def step_of_groups(
     return NewtonStep(
         steps=steps,
         size=reduce(add, (x * x for x in moved), 0),
-        gap=reduce(add, squares, 0),
+        gap=reduce(add, [*chords, reduce(add, shifts, 0) * (1 / length**2)]),
         determinants=[x for x in elimination.determinants() if isinstance(x, Entry)],
         undetermined=elimination.undetermined,
     )
@@ -300,94 +351,36 @@ def _openings(
     turning: np.ndarray | None,
     length: float,
 ) -> tuple[list[Opening], dict[int, np.ndarray]]:
-    """What is open in a leg, seen from its base, and turns (3, 3) of the balls that follow.
-
-    A ball joint turns as the bodies before and behind it do: its center alone has to meet its
-    place. Behind a ball of the path to the platform, branches end where the platform has them:
-    their paths are closed with the platform as well, without the first branch.
-    """
-    leg = own.leg
+    """What is open in a leg, seen from its base, and turns (3, 3) of the balls that follow."""
+    leg, tree = own.leg, tree_of_leg(own.leg, np.eye(3))
     R_base, p_base = tidied(leg.base.R), tidied_point(leg.base.p)
     arm = R_base.T @ (pose.R @ tidied_point(leg.attachment.p))
-    R_wanted = R_base.T @ pose.R @ tidied(leg.attachment.R)
-    p_wanted = R_base.T @ (pose.p - p_base) + arm
-    here = np.eye(3, dtype=int).astype(object), np.zeros(3, dtype=int).astype(object)
-    placed = place_chain(leg.chain, own.q, *here, turned=own.turned)
-    all_gaps, freedoms = list(gaps(leg, placed, R_wanted, p_wanted)), placed.freedoms
-    openings, turns = [], {}
-    for gap in all_gaps:
-        way = list(_gaps_to_platform(gap, all_gaps, own.turned))
-        path = list(gap.own)
-        for inner, outer in pairwise(way):
-            path += [i for i in outer.own if i not in inner.leading]
-        ball = next((b for b in own.turned if b in gap.own), None)
-        center = gap.p if ball is None else freedoms[ball].point
-        behind = gap.p - center
-        rates = closing_twists(_moving(own, path, placed, 1), center, length)
-        others = _moving(own, way[-1].leading, placed, -1)
-        leading = closing_twists(others, gap.p_wanted - behind, length)
-        if way[-1] is all_gaps[0]:
-            center_arm = arm + (center - all_gaps[0].p)
-            leading = _rates_of_pose(leg, center_arm, open_, turning, length)
-        for name, twist in leading.items():
-            rates[name] = rates[name] + twist if name in rates else twist
-        opening = Opening.of(gap, rates, length)
-        shift = reduce(add, [(g.p_wanted - g.p) * (1 / length) for g in way])
-        if ball is None:
-            openings.append(replace(opening, shift=shift))
-            continue
-        before = np.stack([freedoms[i].axis for i in range(ball, ball + 3)], axis=-1)
-        turns[ball] = before.T @ own.turned[ball]
-        openings.append(Opening(shift, np.zeros(0), rates, list(opening.shift)))
-    return openings, turns
+    placed = tree.placed(own.q, own.turned)
+    placed.R_wanted[0] = R_base.T @ pose.R @ tidied(leg.attachment.R)
+    placed.p_wanted[0] = R_base.T @ (pose.p - p_base) + arm
+    found = [*openings(tree, placed, own.moving, length, own.turned)]
+    for opening in found:
+        if opening.outer == 0:
+            arm_now = arm + (opening.center - placed.p[0])
+            for name, twist in _rates_of_pose(leg, arm_now, open_, turning, length).items():
+                opening.add(name, twist)
+    turns = {
+        i: placed.axes[i : i + 3] @ own.turned[i] for i in (x.ball for x in found) if i is not None
+    }
+    return found, turns
 
 
-def _gaps_to_platform(gap: Loop, others: Sequence[Loop], balls: Collection[int]) -> Iterator[Loop]:
-    """A gap, and those around it as long as a ball that follows leads to the end of it."""
-    yield gap
-    leading = [ball for ball in balls if ball in gap.leading]
-    for outer in others:
-        if any(ball in outer.own for ball in leading):
-            yield from _gaps_to_platform(outer, others, balls)
-
-
-def _equations(opening: Opening) -> list[LinearEquation]:
+def _equations(opening: Opening, length: float) -> list[LinearEquation]:
     """What closes a loop, shifts before turns; rows in which nothing moves are left out."""
     found = []
     for row, missing in enumerate((*opening.shift, *opening.turn)):
         rates = {name: rate[row] for name, rate in opening.rates.items()}
         least = {n: _STILL if isinstance(x, Entry) else _NO_NUMBER for n, x in rates.items()}
-        own = {name: x for name, x in rates.items() if most_size(x) > least[name]}
+        weight = 1 / length if row < 3 else 1.0
+        own = {name: x for name, x in rates.items() if most_size(x) * weight > least[name]}
         if own:
-            found.append(LinearEquation(own, missing))
+            found.append(LinearEquation(own, missing, weight))
     return found
-
-
-def closing_twists(
-    moving: Iterable[tuple[str, Screw, int]], at: np.ndarray, length: float
-) -> dict[str, np.ndarray]:
-    """Twists at a point of unknowns by the freedoms that they move, in units of the length.
-
-    Each freedom comes with its unknown, and 1 or -1 by which it moves.
-    """
-    rates: dict[str, np.ndarray] = {}
-    for name, freedom, sign in moving:
-        twist = freedom.twist(at) * sign
-        if freedom.turns:
-            twist = per_turn(twist, length)
-        rates[name] = rates[name] + twist if name in rates else twist
-    return rates
-
-
-def _moving(
-    own: LegAtGuess, places: Iterable[int], placed: PlacedChain, sign: int
-) -> Iterator[tuple[str, PlacedFreedom, int]]:
-    """Unknowns of a leg at some places, the freedoms there, and by how much they move these."""
-    freedoms, moving = placed.freedoms, own.moving
-    for i in places:
-        name, factor = moving.get(i, (None, 0.0))
-        if name is not None:
-            yield name, freedoms[i], sign * int(factor)
 
 
 def _rates_of_pose(
@@ -399,18 +392,12 @@ def _rates_of_pose(
     for k, name in open_.items():
         twist = np.zeros(6, dtype=int).astype(object)
         if k < 3:
-            twist[:3] = R_base[k]
+            twist[:3] = R_base[k] * length
         elif turning is not None:
             w = R_base.T @ turning[:, k - 3]
             twist[:3], twist[3:] = cross(w, arm), w
-            twist = per_turn(twist, length)
         rates[name] = twist * -1
     return rates
-
-
-def per_turn(twist: np.ndarray, length: float) -> np.ndarray:
-    """A twist per radian, its shift as a part of the length."""
-    return np.concatenate([twist[:3] * (1 / length), twist[3:]])
 
 
 def _vector_rate(r: np.ndarray) -> np.ndarray:

@@ -148,6 +148,7 @@ _OF_SERIES = {
     "v_i": "axis of the joint between them",
     "b_i": "from the reference point to the end of leg i, in the platform's axes",
     "p_i": "reference point, by leg i",
+    "R_i": "rotation of the platform, by leg i",
 }
 _OF_TURNS = {
     ("alpha_i", "beta_i", "gamma_i"): "turns of the base of leg i about x, y and z",
@@ -177,16 +178,16 @@ def nomenclature_of(
 
 
 def meanings_of_robot(
-    derivation: RobotDerivation, names: EntryNames, *, alone: bool
+    derivation: RobotDerivation, names: EntryNames, *, alone: bool, in_names: bool
 ) -> list[Meaning]:
     """Of wrenches and compliances, and of vectors.
 
-    `alone`: whether one leg, the table and the sum are all.
+    `alone`: whether one leg, the table and the sum are all; `in_names`: whether there are none.
     """
     form, steps = derivation.at_vector_level, () if alone else derivation.definitions
     defined = {d.symbol.name.partition("_")[0] for d in steps}
     own: list[Meaning] = [((x,), words) for x, words in _OF_NAMES.items() if x in defined]
-    if form is None:
+    if form is None or in_names:
         return [*_meanings_of_wrenches(derivation, names), *own]
     return meanings_in_vectors(form, names, own)
 
@@ -261,14 +262,16 @@ def _meanings_of_springs(found: VectorForm) -> list[Meaning]:
         "t": "twist of the unit motion of a drive",
         "j": "twist of the unit motion of a passive joint",
     }
-    names = [e.name for e in (*found.pose, *found.leg)]
-    listed = {*names, *found.columns}
+    forms = (found, *found.others)
+    names = [*dict.fromkeys(e.name for form in forms for e in (*form.pose, *form.leg))]
+    columns = dict.fromkeys(name for form in forms for name in form.columns)
+    listed = {*names, *columns}
     rows: list[Meaning] = [
         ((Vector(f"C{index}"),), "compliance about the reference point, world axes")
     ]
     rows += [((Vector("p"),), "reference point")] if "p" in listed else []
     if index:
-        of_joints = [x for x in found.columns if x.startswith(("theta_i_", "s_i_"))]
+        of_joints = [x for x in columns if x.startswith(("theta_i_", "s_i_"))]
         rows += [((Vector(x),), words) for x, words in _OF_SERIES.items() if x in listed]
         for own, words in {**_OF_TURNS, tuple(of_joints): "joint coordinates of leg i"}.items():
             shown = tuple(x for x in own if x in listed)

@@ -198,6 +198,7 @@ class CompiledLoading:
         *,
         hooks: ArrayLike | None = None,
         parameters: Mapping[str, ArrayLike] | None = None,
+        again: bool = True,
         threads: int = 1,
     ) -> LoadedAnswer:
         """Equilibria at many poses; where a check fails, `equilibrium` computes them.
@@ -213,6 +214,8 @@ class CompiledLoading:
             platform axes and world axes [N m]: their levers turn with the platform.
         parameters : mapping of str to a number or (N,) array, optional
             Values of parameters, in SI units; nominal where left out.
+        again : bool
+            Whether what is guarded is computed again; otherwise `guarded` says what not to trust.
         threads : int
 
         Raises
@@ -265,7 +268,7 @@ class CompiledLoading:
                 self._fill(rows, np.hstack([F[own], levers[own]]), own, answer)
 
         in_shares(fill, count, threads)
-        for other, part in values.groups(answer.guarded):
+        for other, part in values.groups(answer.guarded & again):
             some = JointCoordinates(given[part]) if by_joints else given[part]
             try:
                 self._compute_again(other, some, F[part], levers[part], part, answer)
