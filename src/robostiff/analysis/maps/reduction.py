@@ -81,7 +81,8 @@ class Extremes(Reduction):
     >>> robot, least = rs.load("3-rpr"), [rs.Extremes("rotational_stiffness")]
     >>> found = rs.stiffness_map(robot, grid, reduce=least)
     >>> found.rotational_stiffness_at.sel(extreme="greatest", coordinate=["x", "y"]).values
-    array([[0., 0.]])
+    array([[ 0.1],
+           [-0.1]])
     """
 
     def of_block(self, values: np.ndarray, first: int) -> State:
