@@ -109,6 +109,7 @@ outputs: $(STAMP)-peers $(STAMP)-docs
 	$(BIN)/python docs/make_report_picture.py docs/_static/report.png
 	$(BIN)/python examples/orthoglide_against_3_puu.py docs/_static/orthoglide-against-3-puu.png > /dev/null
 	$(BIN)/python docs/make_robots_page.py > docs/robots.new && mv docs/robots.new docs/robots.md
+	$(BIN)/python docs/make_arguments_page.py > docs/arguments.new && mv docs/arguments.new docs/arguments.md
 	$(BIN)/python -m tests.project.shown_output
 
 bench: $(STAMP)-bench

@@ -23,7 +23,7 @@ from robostiff.analytic.export.robot_outline import is_vectors_alone
 from robostiff.analytic.placement.agreement import closed_places
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.analytic.robot_derivation import InNames
-from robostiff.analytic.vectors.forms import ArmOfSprings
+from robostiff.analytic.vectors.forms import VectorForm
 from robostiff.analytic.vectors.vector_expressions import (
     Coordinates,
     Equation,
@@ -136,10 +136,9 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
     form = "springs" if derivation.named else "closed" if derivation.is_closed else "steps"
     entries, definitions = named.K.flat(), named.definitions
     equations: Sequence[Equation] = ()
-    if isinstance(series, ArmOfSprings):
-        form, definitions, equations = "vectors", series.names, series.equations
-        # Each drive and each beam is a term of C.
-        entries = [c for _, _, c in series.drives] + [x for *_, own in series.beams for x in own]
+    if isinstance(series, VectorForm):
+        form, definitions, equations = "vectors", series.names, series.leg
+        entries = terms_of_springs(series)
     elif series is not None:
         form, definitions = "series", series.names
         entries = [x for x in (*series.C, *series.axes, *series.arm) if x.free_symbols]
@@ -147,6 +146,7 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
         vectors: Any = derivation.vectors
         form, kinds = "vectors", (vectors, *vectors.others)
         entries = [] if vectors.average is None else vectors.average.flat()
+        entries += terms_of_springs(vectors)
         definitions = tuple(dict.fromkeys(d for kind in kinds for d in kind.names))
         of_kinds = [e for kind in kinds for e in kind.leg]
         equations = (*vectors.pose, *of_kinds, *vectors.of_rod)
@@ -166,6 +166,11 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
         defects=tuple(defects),
     )
     return row, derivation
+
+
+def terms_of_springs(form: VectorForm) -> list[Any]:
+    """Each drive and each beam is a term of C."""
+    return [c for _, _, c in form.drives] + [x for *_, own in form.beams for x in own]
 
 
 def operations_of_vectors(expression: Any) -> int:

@@ -1,10 +1,11 @@
-"""How long networks take: lattices of beams, and trusses of rods between balls.
+"""How long networks take: boxes of beams, and trusses of rods between balls.
 
 python benchmarks/network.py
 """
 
 from __future__ import annotations
 
+import resource
 import time
 
 import numpy as np
@@ -16,14 +17,14 @@ from robostiff.network import JointElement, Network, Node, beam_between, condens
 STEEL, BAR = material("steel"), circle(0.02)
 
 
-def lattice(cells: int, *, hinged: bool) -> Network:
-    """A cube of rods along the edges of cubes; each starts at a ball where hinged."""
-    sites = [tuple(site) for site in np.ndindex(cells + 1, cells + 1, cells + 1)]
-    at = {site: Node(str(site), 0.3 * np.array(site)) for site in sites}
+def lattice(cells: tuple[int, int, int], *, hinged: bool) -> Network:
+    """A box of rods along the edges of cubes; each starts at a ball where hinged."""
+    nx, ny, nz = cells
+    sites = [tuple(reversed(site)) for site in np.ndindex(nz + 1, ny + 1, nx + 1)]
+    at = {site: Node("{} {} {}".format(*site), 0.3 * np.array(site)) for site in sites}
     nodes, beams, joints = list(at.values()), [], []
-    for site, start in at.items():
-        for i in range(3):
-            neighbour = tuple(np.array(site) + np.eye(3, dtype=int)[i])
+    for (x, y, z), start in at.items():
+        for i, neighbour in enumerate(((x + 1, y, z), (x, y + 1, z), (x, y, z + 1))):
             if neighbour not in at:
                 continue
             name = f"{start.name} {i}"
@@ -37,24 +38,40 @@ def lattice(cells: int, *, hinged: bool) -> Network:
                 joints.append(JointElement(name, start.name, name, ball))
             beams.append(beam_between(foot, at[neighbour], STEEL, BAR, name=name))
     fixed = tuple(node.name for site, node in at.items() if site[2] == 0)
-    tip = at[cells, cells, cells]
+    tip = at[cells]
     return Network(
-        "cube", tuple(nodes), fixed, tip.name, tip.point, tuple(beams), joints=tuple(joints)
+        "box", tuple(nodes), fixed, tip.name, tip.point, tuple(beams), joints=tuple(joints)
     )
 
 
+# A slab and a tower grow along one or two sides, a cube along all three: its factors fill in more.
+BOXES = {
+    "cube": ((8, 8, 8), (15, 15, 13)),
+    "slab": ((13, 13, 1), (44, 44, 1), (140, 140, 1)),
+    "tower": ((7, 7, 5), (7, 7, 56), (7, 7, 560)),
+    "hinged": ((1, 1, 1), (3, 3, 3), (8, 8, 8)),
+}
+
+
 def main() -> None:
-    """Print a table."""
-    print(f"{'network':<10}{'beams':>7}{'joints':>8}{'s':>8}  status")
-    for hinged, sizes in ((False, (3, 9, 14)), (True, (1, 3, 8))):
+    """Print a table: seconds of the processor, and the exponent of growth."""
+    print(f"{'network':<8}{'beams':>7}{'build':>8}{'K':>8}{'MB':>7}{'exponent':>10}  status")
+    for kind, sizes in BOXES.items():
+        before = None
         for cells in sizes:
-            network = lattice(cells, hinged=hinged)
-            start = time.perf_counter()
+            start = time.process_time()
+            network = lattice(cells, hinged=kind == "hinged")
+            built = time.process_time()
             result = condense(network).whole
-            seconds = time.perf_counter() - start
-            kind = "hinged" if hinged else "welded"
-            counts = f"{len(network.beams):>7}{len(network.joints):>8}"
-            print(f"{kind:<10}{counts}{seconds:>8.2f}  {result.status}")
+            end = time.process_time()
+            now = len(network.beams), end - start
+            growth = before and np.log(now[1] / before[1]) / np.log(now[0] / before[0])
+            largest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+            print(
+                f"{kind:<8}{now[0]:>7}{built - start:>8.2f}{end - built:>8.2f}{largest:>7.0f}"
+                f"{(growth and round(growth, 2)) or '':>10}  {result.status}"
+            )
+            before = now
 
 
 if __name__ == "__main__":

@@ -145,6 +145,35 @@ def results_with_K() -> str:
     return f"{len(classes)}: {', '.join(sorted(classes))}"
 
 
+def imports() -> dict[str, set[str]]:
+    """Modules of the package that each module imports: in functions and for types, too."""
+    files = {file.relative_to(SOURCE.parent).with_suffix(""): file for file in SOURCE.rglob("*.py")}
+    named = {".".join(own.parts).removesuffix(".__init__"): file for own, file in files.items()}
+    found: dict[str, set[str]] = {}
+    for name, file in named.items():
+        found[name] = own = set()
+        for node in nodes([file]):
+            if isinstance(node, ast.ImportFrom) and (node.module or "") in named:
+                full = (f"{node.module}.{one.name}" for one in node.names)
+                own.update(one if one in named else str(node.module) for one in full)
+        own.discard(name)
+    return found
+
+
+def circles() -> str:
+    """Circles of imports, and how many modules each has."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import connected_components
+
+    found = imports()
+    places = {name: i for i, name in enumerate(found)}
+    ends = [(places[a], places[b]) for a, own in found.items() for b in own]
+    ones = csr_array(([1] * len(ends), tuple(zip(*ends, strict=True))), shape=[len(found)] * 2)
+    _, labels = connected_components(ones, connection="strong")
+    sizes = sorted((size for size in Counter(labels).values() if size > 1), reverse=True)
+    return f"{len(sizes)}: of {', '.join(map(str, sizes)) or 'no'} modules"
+
+
 def called_once() -> str:
     """Private functions and methods that one expression of their file names."""
     found = 0
@@ -230,6 +259,7 @@ ROWS: tuple[tuple[str, str, Callable[[], str], Kind], ...] = (
         Kind.SIZE,
     ),
     ("classes of results that carry K", "1", results_with_K, Kind.SIZE),
+    ("circles of imports, those in functions and for types counted", "0", circles, Kind.SIZE),
     ("private functions called once", "400", called_once, Kind.SIZE),
     (
         "`rs.stiffness(hexapod, pose).K`, second call: functions / files",

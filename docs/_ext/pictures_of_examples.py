@@ -17,6 +17,7 @@ DPI = 130
 ORDER = (
     "three_free_rotations_of_a_hexapod.py",
     "stiffer_screws_or_stiffer_joints.py",
+    "how_stiff_for_how_much_mass.py",
     "how_much_a_hexapod_carries.py",
     "where_a_delta_robot_is_stiff.py",
     "orthoglide_against_3_puu.py",

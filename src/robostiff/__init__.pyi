@@ -99,6 +99,15 @@ from robostiff.errors import InputError as InputError
 from robostiff.errors import NoAnswerError as NoAnswerError
 from robostiff.errors import PlausibilityWarning as PlausibilityWarning
 from robostiff.errors import RobostiffError as RobostiffError
+from robostiff.identification.frames import KnownFrames as KnownFrames
+from robostiff.identification.frames import UnknownFrames as UnknownFrames
+from robostiff.identification.identified import FitStatus as FitStatus
+from robostiff.identification.identified import Identified as Identified
+from robostiff.identification.identify import Robust as Robust
+from robostiff.identification.identify import Squares as Squares
+from robostiff.identification.identify import identify as identify
+from robostiff.identification.measurements import Measurements as Measurements
+from robostiff.identification.measurements import Reading as Reading
 from robostiff.io.model_file import ALL_PARAMETERS as ALL_PARAMETERS
 from robostiff.kinematics import ActuatorCoordinates as ActuatorCoordinates
 from robostiff.kinematics import JointCoordinates as JointCoordinates

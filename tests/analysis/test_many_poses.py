@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.analysis import compiled_stiffness, questions, robot_record
+from robostiff.analysis import DeflectionsOfPoses, compiled_stiffness, questions, robot_record
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.compiled import MachineCode
 from robostiff.elastostatics import CartesianStiffness
@@ -124,6 +124,40 @@ def test_one_pose_takes_the_record_as_well(name, recorded_at_once, asked_of_dire
 
 
 @pytest.mark.parametrize("name", ROBOTS)
+def test_one_pose_by_the_record_is_a_row_of_many(name, recorded_at_once):
+    """Also near singular poses, out of reach and beyond limits, and whatever form it comes in."""
+    robot: Any = rs.load(name)
+    pose = posed(robot, 40, 0.6)
+    many = rs.stiffness(robot, pose)
+    for i in range(40):
+        own = row_of(pose, i)
+        alone = rs.stiffness(robot, own)
+        assert (alone.status, int(alone.rank)) == (many[i].status, int(many[i].rank))
+        assert alone.advice == many[i].advice
+        if alone.status.has_stiffness:
+            assert_same(alone.K, many[i].K)
+            assert_same(alone.reference_point, many[i].reference_point)
+            assert_same(alone.pose, many[i].pose)
+        if isinstance(own, np.ndarray):
+            assert_same(rs.stiffness(robot, own.tolist()).matrix, alone.matrix)
+
+
+def test_one_pose_by_the_record_is_read_as_any_other(recorded_at_once):
+    robot: Any = rs.load("hexapod")
+    pose = [0, 0, 1, 0, 0, 0]
+    K = rs.stiffness(robot, pose).K
+    assert np.array_equal(rs.stiffness(robot, pose, at=[0, 0, 1.2]).about([0, 0, 1]).matrix, K)
+    assert rs.stiffness(robot, np.array(pose)).K.tolist() == K.tolist()
+    for wrong in ([0, 0, np.nan, 0, 0, 0], [0, 0, "1", 0, 0, 0], pose[1:]):
+        with pytest.raises(rs.InputError, match="pose of 'hexapod'"):
+            rs.stiffness(robot, wrong)
+    with pytest.warns(rs.PlausibilityWarning, match="in mm"):
+        rs.stiffness(robot, [0, 0, 900, 0, 0, 0])
+    with pytest.warns(rs.PlausibilityWarning, match="in degrees"):
+        rs.stiffness(robot, [0, 0, 0.9, 0, 0, 30])
+
+
+@pytest.mark.parametrize("name", ROBOTS)
 def test_what_else_a_result_holds_is_that_of_the_direct_form(name, recorded_at_once):
     robot: Any = rs.load(name)
     pose = posed(robot, 6, 0.05)
@@ -156,6 +190,58 @@ def test_what_else_a_result_holds_is_that_of_the_direct_form(name, recorded_at_o
         _ = some.stiffnesses
 
 
+@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("spread", [0.05, 0.6])
+def test_questions_by_the_record_say_what_the_direct_form_says(name, spread, recorded_at_once):
+    """Compliance, deflection and indices, at regular poses and at those near singular ones."""
+    robot: Any = rs.load(name)
+    pose = posed(robot, 40, spread)
+    n, at = robot.space.size, np.full(3, 0.1) * [1, 1, robot.space.size == 6]
+    expected = direct_stiffness(robot, pose, at)
+    C = np.ma.asarray(rs.compliance(robot, pose, at=at))
+    np.testing.assert_array_equal(~np.ma.getmaskarray(C)[..., 0, 0], expected.has_compliance)
+    for i in np.flatnonzero(expected.has_compliance):
+        assert_same(C.data[i], expected[i].compliance)
+    F = 100 * np.random.default_rng(1).uniform(-1, 1, (40, n))
+    bent, alone = rs.deflection(robot, pose, F, at=at), DeflectionsOfPoses(F, expected)
+    np.testing.assert_array_equal(bent.status_codes, alone.status_codes)
+    np.testing.assert_array_equal(bent.answered, alone.answered)
+    for i in np.flatnonzero(bent.answered):
+        assert_same(bent.twist.data[i], alone.twist.data[i])
+        assert np.isclose(bent.energy[i], alone.energy[i], rtol=1e-9)
+    found, by_one = rs.indices(robot, pose, at=at, length=0.3), rs.indices(expected, length=0.3)
+    d = robot.space.translations
+    every = [
+        (found.principal_stiffness[..., :d], lambda one: one.principal.translational),
+        (found.principal_stiffness[..., d:], lambda one: one.principal.rotational),
+        (found.collinear_stiffness[..., :d], lambda one: one.collinear.translational),
+        (found.collinear_stiffness[..., d:], lambda one: one.collinear.rotational),
+        (found.worst_deflection, lambda one: one.worst_deflection.translational),
+        (found.anisotropy[..., 0], lambda one: one.anisotropy.translational),
+        (found.anisotropy[..., 1], lambda one: one.anisotropy.rotational),
+        (found.condition_number, lambda one: one.condition.two_norm),
+    ]
+    for i in range(0, 40, 3):
+        for values, index in every:
+            value = index(by_one[i]) if expected.answered[i] else None
+            assert np.ma.getmaskarray(values)[i].all() == (value is None)
+            if value is not None:
+                np.testing.assert_allclose(values[i], value, rtol=1e-8)
+
+
+def test_questions_of_regular_poses_need_no_direct_form(recorded_at_once, asked_of_direct_form):
+    robot: Any = rs.load("hexapod")
+    poses = posed(robot, 200, 0.05)
+    rs.stiffness(robot, poses)
+    asked_of_direct_form.clear()
+    bent, found = rs.deflection(robot, poses, np.arange(6.0)), rs.indices(robot, poses, length=0.3)
+    _ = rs.compliance(robot, poses), bent.twist, bent.energy, bent.status_codes
+    _ = found.principal_stiffness, found.anisotropy, found.condition_number
+    assert asked_of_direct_form == []
+    assert len(bent[3].parts) > 0  # how parts share is found by the direct form
+    assert asked_of_direct_form == [1]
+
+
 def test_a_part_is_worked_out_at_the_poses_of_which_it_is_asked(
     recorded_at_once, asked_of_direct_form
 ):
@@ -167,7 +253,7 @@ def test_a_part_is_worked_out_at_the_poses_of_which_it_is_asked(
     assert asked_of_direct_form == []
     assert len(found[7].details().legs) == 6
     assert asked_of_direct_form == [1]
-    assert found[10:30].compliance is not None
+    assert len(found[10:30].leg_stiffness) == 6
     assert asked_of_direct_form == [1, 20]
     for i in range(100, 164):  # one by one they are worked out in blocks
         assert found[i].details().whole.matrix.shape == (6, 6)
@@ -277,7 +363,7 @@ def test_a_wrong_record_is_an_error(recorded_at_once, monkeypatch):
 
     monkeypatch.setattr(compiled_stiffness.CompiledStiffness, "evaluate", other_status)
     with pytest.raises(rs.DisagreementError, match="on the status, redundant-joints and ok"):
-        _ = rs.stiffness(robot, poses).compliance
+        rs.stiffness(robot, poses).details()
 
 
 def test_a_robot_without_a_trusted_record_keeps_the_direct_form(

@@ -43,7 +43,7 @@ def test_cable_robots_show_their_matrix_and_their_tensions():
 
 
 def test_a_load_on_cables_shows_displacement_tensions_and_slack():
-    found = rs.cable_response(rs.load("cable-8"), load=[0, 0, -200, 0, 0, 0])
+    found = rs.cable_response(rs.load("cable-8"), wrench=[0, 0, -200, 0, 0, 0])
     text = text_of(found._repr_html_())
     assert found.displacement is not None
     assert text.count("slack") >= 4

@@ -244,8 +244,8 @@ def test_axes_of_maps_are_of_the_kind_of_their_coordinate(robot):
             rs.stiffness_map(arm, wrong)
     with pytest.raises(InputError, match="expected lengths"):
         rs.stiffness_map(robot, rs.Grid(x=turn))
-    with pytest.raises(InputError, match="characteristic_length"):
-        rs.stiffness_map(robot, rs.Grid(x=slide), characteristic_length=Q(1, "N"))
+    with pytest.raises(InputError, match="length"):
+        rs.stiffness_map(robot, rs.Grid(x=slide), length=Q(1, "N"))
 
 
 def test_parameters_of_model_files():

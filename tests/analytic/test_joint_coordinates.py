@@ -12,6 +12,7 @@ from robostiff.analytic.export import derivation_text
 from robostiff.analytic.placement.agreement import matrix_distance, sampled_robots
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.errors import InputError
+from robostiff.robots import robot_file
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ROBOTS = {"five-bar": Path(__file__).parent / "data/fb3.yaml", "3-rrr": "3-rrr"}
@@ -130,3 +131,42 @@ def test_an_angle_may_be_turned_either_way():
     expected = rs.stiffness(robot.substituted(values)).K
     K = derivation.lambdify(*values)(*values.values())
     assert K == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("name", ["agile-eye", "3-puu", "tripteron"])
+def test_legs_with_one_chain_are_one_leg_by_its_springs(name):
+    """They were steps of each leg, on 220 to 520 lines."""
+    robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
+    derivation, placed = rs.derive(robot, pose=rs.AtJoints()), place_robot(robot, rs.AtJoints())
+    text = derivation_text(derivation, width=88)
+    assert "K_i = W_i (W_i^T C_i W_i)^-1 W_i^T" in text
+    assert "The legs close where they hold the platform alike" in text
+    assert len(text.splitlines()) < 120
+    form, random = derivation.vectors, np.random.default_rng(2)
+    assert form is not None
+    for _ in range(2):
+        numeric, ((values, pose),) = sampled_robots(placed, random, 0.04, 1)
+        K = rs.stiffness(numeric, pose).K
+        assert matrix_distance(form.stiffness(values), K, placed.length) < 1e-9
+
+
+def test_a_base_turned_by_a_symbol_is_an_angle_in_the_table():
+    """Its rotation has no numbers: three steps a leg were printed instead, on 290 lines."""
+    derivation = rs.derive("3-upu", pose=rs.AtJoints())
+    lines = derivation_text(derivation, width=88).splitlines()
+    assert "R_i_1 = R_z(phi_i + turned)" in lines
+    assert "p_i_1 = a_i + R_i_3 (0, 0, cylinder + s_i_3)" in lines
+    assert len(lines) < 120
+
+
+def test_a_passive_joint_that_depends_on_others_takes_nothing(tmp_path):
+    """Two joints about one axis turn as one: the second is no column of J_i."""
+    text = robot_file("agile-eye").read_text(encoding="utf-8")
+    elbow = "    - {type: revolute, name: elbow, axis: y, role: passive}\n"
+    assert elbow in text
+    page = tmp_path / "twice.yaml"
+    page.write_text(text.replace(elbow, elbow + elbow.replace("elbow", "again")), "utf-8")
+    robot = rs.load(page, symbols=rs.ALL_PARAMETERS)
+    form = rs.derive(robot, pose=rs.AtJoints()).vectors
+    assert form is not None
+    assert form.passive == ("j_i_1", "j_i_3")

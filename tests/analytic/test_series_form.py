@@ -16,11 +16,11 @@ from robostiff.analytic.export import (
     derivation_text,
     derivation_typst,
 )
-from robostiff.analytic.placement.agreement import check_form, matrix_distance
+from robostiff.analytic.placement.agreement import RobotInNumbers, matrix_distance
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.analytic.placement.robot_pose import AtHome, AtSymbols
 from robostiff.analytic.series_form import series_form
-from robostiff.analytic.vectors.forms import ArmOfSprings, InSeries
+from robostiff.analytic.vectors.forms import InSeries, VectorForm
 from robostiff.errors import DisagreementError
 
 
@@ -55,8 +55,8 @@ def test_a_wrong_compliance_is_found(placed, arm):
     C = sp.Matrix(arm.C)
     C[5, 5] *= sp.Rational(1001, 1000)
     wrong = replace(arm, C=sp.ImmutableMatrix(C))
-    with pytest.raises(DisagreementError, match="springs in series"):
-        check_form("the sum of springs in series", wrong.stiffness, placed)
+    with pytest.raises(DisagreementError, match="the formula and the numerical form"):
+        RobotInNumbers.of(placed).check(wrong.K, wrong.definitions)
 
 
 def test_exports_begin_with_the_compliance():
@@ -81,14 +81,14 @@ def test_an_arm_of_six_joints_is_its_rotations_points_and_springs(pose):
     robot = rs.load("six-joint-arm", symbols=("upper", "fore", "flange"))
     placed = place_robot(robot, pose)
     arm = series_form(placed)
-    assert isinstance(arm, ArmOfSprings)
+    assert isinstance(arm, VectorForm)
     assert [name for name, _, _ in arm.drives] == [f"joint{i}" for i in range(1, 7)]
     assert [name for name, *_ in arm.beams] == ["column", "upper arm", "forearm", "wrist"]
-    assert len(arm.equations) <= 30
+    assert len(arm.leg) <= 30
     # The last joint turns neither a spring nor the reference point.
-    rotations = [e.name for e in arm.equations if e.name.startswith("R_")]
+    rotations = [e.name for e in arm.leg if e.name.startswith("R_")]
     for name in rotations:
-        assert sum(f"'{name}'" in str(e.expression) for e in arm.equations) > 0, name
+        assert sum(f"'{name}'" in str(e.expression) for e in arm.leg) > 0, name
     random = np.random.default_rng(5)
     for _ in range(3):
         values = {k: v * random.uniform(0.8, 1.2) for k, v in robot.nominal.items()}
@@ -102,12 +102,12 @@ def test_an_arm_of_six_joints_is_its_rotations_points_and_springs(pose):
 def test_a_wrong_beam_of_an_arm_is_found():
     placed = place_robot(rs.load("six-joint-arm", symbols=("fore",)), AtHome())
     arm = series_form(placed)
-    assert isinstance(arm, ArmOfSprings)
+    assert isinstance(arm, VectorForm)
     name, Q, m, (L, *products) = arm.beams[2]
     wrong = (*arm.beams[:2], (name, Q, m, (L * sp.Rational(1001, 1000), *products)), arm.beams[3])
     wrong = replace(arm, beams=wrong)
-    with pytest.raises(DisagreementError, match="springs in series"):
-        check_form("the sum of springs in series", wrong.stiffness, placed)
+    with pytest.raises(DisagreementError, match="the formula and the numerical form"):
+        RobotInNumbers.of(placed).check(wrong.K, wrong.definitions)
 
 
 def test_exports_of_an_arm_in_vectors():

@@ -22,7 +22,7 @@ from robostiff.analytic.export import (
 )
 from robostiff.analytic.export.languages import TEXT
 from robostiff.analytic.placement import robot_placement
-from robostiff.analytic.placement.agreement import check_form, matrix_distance
+from robostiff.analytic.placement.agreement import RobotInNumbers, matrix_distance
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.analytic.vectors.leg_table import LegTable
 from robostiff.analytic.vectors.vector_expressions import Cross, Stacked, Turned, Vector
@@ -70,13 +70,13 @@ def test_it_is_the_stiffness_far_from_the_poses_of_its_check(platform):
 
 
 def test_a_wrong_form_is_found(placed, platform):
-    check_form("the vector form", platform.stiffness, placed)
+    RobotInNumbers.of(placed).check(platform.K, platform.definitions)
     psi = platform.columns["psi_i"]
     wrong = replace(
         platform, columns=platform.columns | {"psi_i": (psi[0] + sp.pi / 180, *psi[1:])}
     )
-    with pytest.raises(DisagreementError, match="vector form"):
-        check_form("the vector form", wrong.stiffness, placed)
+    with pytest.raises(DisagreementError, match="the formula and the numerical form"):
+        RobotInNumbers.of(placed).check(wrong.K, wrong.definitions)
 
 
 def test_a_leg_with_a_couple_names_the_directions_of_both():

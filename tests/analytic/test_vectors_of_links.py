@@ -51,11 +51,12 @@ WRITTEN = {
     ),
     "agile-eye": (
         "v_i = (u_i x e_i)/|u_i x e_i|",
-        "w_i_1 = [v_i; 0]",
-        "w_i_4 = [0; g_i]",
-        "c_i_14 = sqrt(2)*rho**2*(z_i + 1)/(2*EI_y_1)",
-        "W_i = [w_i_1, w_i_2, w_i_3, w_i_4]",
-        "K_C = sum over i of W_i C_i^-1 W_i^T",
+        "R_i_1 = [e_i, v_i, e_i x v_i]",
+        "R_i_2 = [v_i x u_i, v_i, u_i]",
+        "m_i_2 = R_i_2 (0, rho/2, rho/2)",
+        "j_i_1 = [0; v_i]",
+        "motor  t_i_1  1/k",
+        "K_i = W_i (W_i^T C_i W_i)^-1 W_i^T",
     ),
 }
 
@@ -107,7 +108,8 @@ def test_they_are_one_leg_a_table_and_the_sum(derived, name):
     assert "K_C_11" not in text
     formulas = text.split("Nomenclature")[0]
     assert not any(word.replace(".", "").isdigit() and "." in word for word in formulas.split())
-    assert len(formulas.splitlines()) < 60
+    # The matrix of a beam alone takes eight.
+    assert len(formulas.splitlines()) < (68 if "D = " in text else 60)
 
 
 @pytest.mark.parametrize("name", WRITTEN)
@@ -123,7 +125,7 @@ def test_all_of_their_names_are_explained(derived, name):
     assert "C_i" in listed or not derivation.vectors.coupled
     for own in names:
         if own[0] not in "wc" and own[-1] not in "xyz":
-            assert f"\n{own}: " in listed, own
+            assert f"\n{own}: " in listed or f"\n{own[:3]}_1" in listed, own
 
 
 @pytest.mark.parametrize("name", WRITTEN)
@@ -142,8 +144,8 @@ def test_all_languages_write_them(derived, name):
         assert "(1, 0, 0)" in write(derivation)
     assert "<table>" in derivation_html(derivation)
     if name == "agile-eye":
-        assert r"\mathbf{C}_{i}^{-1} \mathbf{W}_{i}^{\mathsf{T}}" in latex
-        assert r"c_{i,34} & c_{i,44}" in latex
+        held = r"\mathbf{W}_{i}^{\mathsf{T}} \mathbf{C}_{i} \mathbf{W}_{i}"
+        assert held in latex.replace(r"\left", "").replace(r"\right", "")
     # Programs are those of the entries of K.
     assert "double" in c_function(derivation, name="K")
     data = json.loads(json.dumps(derivation_data(derivation)))

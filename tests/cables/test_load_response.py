@@ -23,7 +23,7 @@ STATUS = rs.Status
     ],
 )
 def test_forces_balance_under_the_load(name, load):
-    response = rs.cable_response(cable_robot(name), load=load)
+    response = rs.cable_response(cable_robot(name), wrench=load)
     after = answered(response)
     pulled = structure_matrix(after.placed) @ response.tensions + weight_wrench(after.placed)
     np.testing.assert_allclose(pulled + np.array(load), 0, atol=1e-7)
@@ -39,7 +39,7 @@ def test_forces_balance_under_the_load(name, load):
 def test_rest_is_the_minimum_of_the_energy():
     """A force alone has a potential: the rest is where elastic energy less its work is least."""
     load = np.array([60.0, 40, -150, 0, 0, 0])
-    response = rs.cable_response(cable_robot("cable-8"), load=load)
+    response = rs.cable_response(cable_robot("cable-8"), wrench=load)
     assert response.slack
     before = response.before
     origin, k = before.reference_point, before.axial
@@ -65,7 +65,7 @@ def test_small_loads_move_by_the_compliance(name):
     robot = cable_robot(name)
     n = robot.space.size
     load = 1e-4 * np.arange(1, n + 1)
-    response = rs.cable_response(robot, load=load)
+    response = rs.cable_response(robot, wrench=load)
     expected = np.linalg.solve(rs.stiffness(robot).K, load)
     assert response.displacement is not None
     np.testing.assert_allclose(response.displacement, expected, rtol=1e-4)
@@ -73,12 +73,12 @@ def test_small_loads_move_by_the_compliance(name):
 
 def test_matrix_under_load_is_the_derivative_of_the_load():
     robot, load = cable_robot("cable-8"), np.array([100.0, -50, -150, 0, 0, 0])
-    response = rs.cable_response(robot, load=load)
+    response = rs.cable_response(robot, wrench=load)
     assert response.slack
     step = 1e-2
     for i in range(3):
         more, less = (
-            rs.cable_response(robot, load=load + sign * step * np.eye(6)[i]) for sign in (1, -1)
+            rs.cable_response(robot, wrench=load + sign * step * np.eye(6)[i]) for sign in (1, -1)
         )
         moved = answered(more).pose - answered(less).pose
         turn = (
@@ -101,9 +101,9 @@ def test_matrix_under_load_is_the_derivative_of_the_load():
 )
 def test_first_slack_is_where_a_cable_loses_its_tension(name, load):
     robot, load = cable_robot(name), np.array(load, dtype=float)
-    event = slack_event(rs.cable_response(robot, load=load))
-    below = rs.cable_response(robot, load=(event.factor - 1e-3) * load)
-    above = rs.cable_response(robot, load=(event.factor + 1e-3) * load)
+    event = slack_event(rs.cable_response(robot, wrench=load))
+    below = rs.cable_response(robot, wrench=(event.factor - 1e-3) * load)
+    above = rs.cable_response(robot, wrench=(event.factor + 1e-3) * load)
     assert below.slack == ()
     assert event.cable in above.slack
     i = answered(above).cable_names.index(event.cable)
@@ -113,7 +113,7 @@ def test_first_slack_is_where_a_cable_loses_its_tension(name, load):
 def test_slack_cable_is_as_good_as_cut():
     robot = cable_robot("cable-8")
     load = [0, 0, -300.0, 0, 0, 0]
-    whole = rs.cable_response(robot, load=load)
+    whole = rs.cable_response(robot, wrench=load)
     assert whole.slack == ("cable5", "cable6", "cable7", "cable8")
     taut = answered(whole).axial > 0
     W = structure_matrix(answered(whole).placed)[:, taut]
@@ -128,7 +128,7 @@ def test_load_that_lifts_a_hanging_platform_is_not_carried():
     robot = cable_robot("cable-8-suspended")
     assert robot.weight is not None
     weight = -robot.weight.force[2]
-    response = rs.cable_response(robot, load=[0, 0, 1.5 * weight, 0, 0, 0])
+    response = rs.cable_response(robot, wrench=[0, 0, 1.5 * weight, 0, 0, 0])
     assert STATUS.NO_EQUILIBRIUM in response.status
     assert 0 < response.carried < 1 / 1.5
     assert not response.has_answer
@@ -140,21 +140,21 @@ def test_free_and_unstable_platforms_do_not_answer():
     rope = rs.Cable("rope", [0, 0, 1], [0, 0, 0], EA=1e5)
     for weight in (rs.Weight([0, 0, -100]), rs.Weight([0, 0, -100], [0, 0, 0.2])):
         robot = rs.CableRobot("plumb", (rope,), rs.Frame.identity(), weight)
-        response = rs.cable_response(robot, load=[1, 0, 0, 0, 0, 0])
+        response = rs.cable_response(robot, wrench=[1, 0, 0, 0, 0, 0])
         assert STATUS.NO_EQUILIBRIUM in response.status
         assert response.carried == 0
 
 
 def test_infeasible_pose_has_no_response():
     response = rs.cable_response(
-        cable_robot("cable-8"), [0, 0, 3, 0, 0, 0], load=[1, 0, 0, 0, 0, 0]
+        cable_robot("cable-8"), [0, 0, 3, 0, 0, 0], wrench=[1, 0, 0, 0, 0, 0]
     )
     assert response.status == STATUS.INFEASIBLE
     assert not response.has_answer
 
 
 def test_no_load_moves_nothing():
-    response = rs.cable_response(cable_robot("cable-8"), load=np.zeros(6))
+    response = rs.cable_response(cable_robot("cable-8"), wrench=np.zeros(6))
     assert response.displacement is not None
     np.testing.assert_allclose(response.displacement, 0, atol=1e-12)
     np.testing.assert_allclose(response.K, response.before.K, rtol=1e-9, atol=1e-6)
@@ -164,7 +164,7 @@ def test_no_load_moves_nothing():
 def test_imbalance_before_the_load_is_held_by_others():
     robot = random_robot(2)
     rule = rs.GivenTensions(np.full(8, 300.0))
-    response = rs.cable_response(robot, load=[0, 0, 0, 0, 0, 0], tensions=rule)
+    response = rs.cable_response(robot, wrench=[0, 0, 0, 0, 0, 0], tensions=rule)
     assert response.displacement is not None
     np.testing.assert_allclose(response.displacement, 0, atol=1e-12)
     assert STATUS.UNBALANCED in response.status
@@ -172,13 +172,15 @@ def test_imbalance_before_the_load_is_held_by_others():
 
 @pytest.mark.parametrize("load", [None, [1, 2], "up", [np.nan] * 6])
 def test_loads_that_are_none(load):
-    with pytest.raises(rs.InputError, match="load"):
-        rs.cable_response(cable_robot("cable-8"), load=load)
+    with pytest.raises(rs.InputError, match="wrench"):
+        rs.cable_response(cable_robot("cable-8"), wrench=load)
 
 
 def test_one_pose_at_a_time():
     with pytest.raises(rs.InputError, match="one pose"):
-        rs.cable_response(cable_robot("cable-8"), [[0, 0, 1, 0, 0, 0]] * 2, load=[1, 0, 0, 0, 0, 0])
+        rs.cable_response(
+            cable_robot("cable-8"), [[0, 0, 1, 0, 0, 0]] * 2, wrench=[1, 0, 0, 0, 0, 0]
+        )
 
 
 @pytest.mark.parametrize("name", ["cable-3-suspended", "cable-8-suspended"])
@@ -189,18 +191,18 @@ def test_first_slack_is_where_the_response_changes(name):
     loads = [
         rng.normal(size=6) * ([300] * 3 + [30] * 3) * rng.choice([0.1, 1, 5]) for _ in "12345678"
     ]
-    firsts = [(F, rs.cable_response(robot, load=F).first_slack) for F in loads]
+    firsts = [(F, rs.cable_response(robot, wrench=F).first_slack) for F in loads]
     slack = [(F, first) for F, first in firsts if first is not None]
     assert len(slack) >= 7  # one of the loads tightens all cables
     for F, first in slack:
         before, after = (
-            rs.cable_response(robot, load=part * first.factor * F) for part in (0.999, 1.001)
+            rs.cable_response(robot, wrench=part * first.factor * F) for part in (0.999, 1.001)
         )
         assert (before.slack, after.slack) == ((), (first.cable,))
 
 
 def test_tensions_beyond_their_limits_are_named():
-    response = rs.cable_response(cable_robot("cable-8"), load=[20, 10, -50, 0, 0, 0])
+    response = rs.cable_response(cable_robot("cable-8"), wrench=[20, 10, -50, 0, 0, 0])
     low = [i for i, t in enumerate(response.tensions) if t < 50]
     assert STATUS.BEYOND_LIMITS in response.status
     assert len(low) == 4

@@ -15,8 +15,12 @@ from robostiff.elasticity import Elasticity
 from robostiff.elastostatics import Form, Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError, TooFewDigitsError
 from robostiff.io.document import parse_document
-from robostiff.io.snapshot import network_from_document, network_to_data, snapshot_from_document
-from robostiff.io.snapshot.write import snapshot_to_data
+from robostiff.io.snapshot import (
+    network_from_document,
+    network_to_data,
+    snapshot_from_document,
+    snapshot_to_data,
+)
 from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.network import energy_stiffness, network_of_snapshot
 from robostiff.spatial import Space

@@ -7,12 +7,12 @@ import pytest
 
 import robostiff as rs
 from robostiff.errors import NoAnswerError
-from robostiff.plot.posed_robot import picture_of_robot
 from robostiff.report import report_contents
 from robostiff.view import machine_of
 from tests.cli.running import Running
 
 PANTOGRAPH, LOW = "double-pantograph", ("--joints", "screw=-50 mm")
+DATA = rs.plot.PictureData()
 LOAD = ("--wrench", "0 0 -100 N 0 0 0")
 run = Running()
 
@@ -42,8 +42,8 @@ def test_a_picture_is_of_the_given_coordinates(tmp_path, options):
 
 def test_a_picture_has_the_points_of_the_network_there(low):
     linkage = rs.load_linkage(PANTOGRAPH)
-    drawn = picture_of_robot(linkage, {"screw": -0.05})
-    expected = picture_of_robot(low)
+    drawn = rs.plot.robot(linkage, {"screw": -0.05}, backend=DATA)
+    expected = rs.plot.robot(low, backend=DATA)
     np.testing.assert_allclose(drawn.box, expected.box)
     assert drawn.notes == ("screw −50 mm",)
 

@@ -81,6 +81,17 @@ def test_hexapod_turns_about_its_apex(page: Page):
     ]
 
 
+@of("how_stiff_for_how_much_mass")
+def test_a_wider_base_buys_what_half_the_mass_more_does(page: Page):
+    masses, small, large = (page.names[name] for name in ("masses", "small", "large"))
+    for front in (small, large):
+        np.testing.assert_allclose(front * masses, front[0] * masses[0], rtol=2e-3)
+    assert page.printed.count("optimum") == 2 * len(masses)
+    np.testing.assert_allclose(large / small, 1 - 0.28, atol=0.005)
+    assert page.claims("28 % less")
+    assert small[0] * masses[0] < page.names["mass"] * page.names["deflection"]
+
+
 @of("stiffer_screws_or_stiffer_joints")
 def test_stiffer_screws_gain_more(page: Page):
     shares, now, bent = (page.names[name] for name in ("shares", "now", "bent"))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+import robostiff as rs
 from robostiff.analysis import stiffness
 from robostiff.elasticity import (
     BeamSegment,
@@ -24,7 +25,7 @@ from robostiff.elasticity import (
     tube,
 )
 from robostiff.io.document import parse_document
-from robostiff.io.model_file import model_from_document, read_model
+from robostiff.io.model_file import model_from_document
 from robostiff.model import Actuated, Elbow, JointKind, Link, Locked, Passive, Rigid, Telescope
 from robostiff.spatial import Space
 
@@ -340,11 +341,11 @@ def test_planar_robot():
 def test_other_values_for_parameters(tmp_path):
     file = tmp_path / "arm.yaml"
     file.write_text(ARM.format(chain=f"      - {TIP}"))
-    (beam,) = read_model(file).legs[0].chain.elements
+    (beam,) = rs.load(file).legs[0].chain.elements
     assert isinstance(beam, Link)
     assert beam.to[0] == 0.3
     for value in ("400 mm", 0.4, "200 mm + 20 cm", "2*(phi/phi)*20 cm"):
-        (beam,) = read_model(str(file), {"L": value}).legs[0].chain.elements
+        (beam,) = rs.load(str(file), {"L": value}).legs[0].chain.elements
         assert isinstance(beam, Link)
         assert beam.to[0] == pytest.approx(0.4, abs=1e-15)
 

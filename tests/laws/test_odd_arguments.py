@@ -117,7 +117,7 @@ GOOD = {
                                  "tensions": None, "at": None, "tolerance": rs.Tolerance()},
     rs.cable_tensions: lambda: {"robot": _cable_robot(), "pose": None, "wrench": None,
                                 "tensions": None},
-    rs.cable_response: lambda: {"robot": _cable_robot(), "pose": None, "load": LOAD,
+    rs.cable_response: lambda: {"robot": _cable_robot(), "pose": None, "wrench": LOAD,
                                 "tensions": None, "tolerance": rs.Tolerance()},
     rs.compile: lambda: {"robot": _arm(), "outputs": (rs.StiffnessMatrix(),), "parameters": (),
                          "joints": None, "backend": rs.Backend.ARRAYS},
@@ -138,7 +138,7 @@ GOOD = {
         **{"robot": _arm(), "poses": rs.Grid(revolute=rs.Axis(0, 1, 2)), "near": None},
         **{"method": rs.Batched()},
         **{"quantities": (rs.Quantity.PRINCIPAL_STIFFNESS,), "wrench": None, "where": None},
-        **{"characteristic_length": None, "store": None, "resume": False},
+        **{"length": None, "store": None, "resume": False},
         **{"scheduler": None, "progress": None},  # workers are processes, which take long
     },
     rs.AtCoordinates: lambda: {"values": {"x": 0}, "rotation": rs.EulerAngles()},

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.plot.loaded_robot import load_curve_picture
 from tests.statics.test_load_paths import LIMIT, shallow_truss
+
+DATA = rs.plot.PictureData()
 
 
 @pytest.fixture(scope="module")
@@ -14,7 +15,7 @@ def curve():
 
 
 def test_stable_and_unstable_parts_of_a_path(curve):
-    picture = load_curve_picture(curve)
+    picture = rs.plot.load_curve(curve, backend=DATA)
     stable, unstable, asked = picture.curves
     assert (picture.x_label, stable.name, unstable.name) == ("dy [mm]", "stable", "unstable")
     assert unstable.is_dashed

@@ -6,10 +6,10 @@ import pytest
 import robostiff as rs
 from robostiff.network import Network
 from robostiff.plot.geometry.displacement import finite_motions, motion_under
-from robostiff.plot.loaded_robot import equilibrium_picture, mode_picture
 from robostiff.plot.picture import Arrow, Marks, Path
 from tests.statics.robots_under_load import loaded
 
+DATA = rs.plot.PictureData()
 STRUCTURES = ("double-pantograph", "examples/portal.json")
 LOAD = np.array([20.0, 10, -30, 1, 2, 3])
 
@@ -35,7 +35,9 @@ def test_bodies_move_as_in_the_linear_answer_when_loads_are_small(name):
 @pytest.mark.parametrize("name", STRUCTURES)
 def test_the_platform_is_drawn_where_it_comes_to_rest(name):
     answer = loaded(rs.load(name), wrench=LOAD)
-    true, rest = (equilibrium_picture(answer, exaggeration=times) for times in (1.0, 0.0))
+    true, rest = (
+        rs.plot.equilibrium(answer, exaggeration=times, backend=DATA) for times in (1.0, 0.0)
+    )
     at = [
         next(
             own for own in scene.items if isinstance(own, Marks) and own.label == "reference point"
@@ -53,7 +55,7 @@ def test_the_platform_is_drawn_where_it_comes_to_rest(name):
 
 def test_both_ends_of_a_mode_lie_on_opposite_sides_of_rest():
     modes = rs.modes(rs.load("double-pantograph"), masses={"platform": 10})
-    one, other = (mode_picture(modes, 1, side) for side in (1.0, -1.0))
+    one, other = (rs.plot.mode(modes, 1, side, backend=DATA) for side in (1.0, -1.0))
     assert one.title.startswith("double-pantograph, mode 1: ")
     lines = [[own.points for own in scene.items if isinstance(own, Path)] for scene in (one, other)]
     rest = [own.points for own in one.items if isinstance(own, Path) and own.dashed]

@@ -1,21 +1,18 @@
 """Plots of maps show the values of the poses that have some, and mark the others."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 import robostiff as rs
 from robostiff.analysis.maps.variables import EXCLUDED, NOT_COMPUTED, status_flags
-from robostiff.plot.maps.pictures import (
-    bands_picture,
-    isosurface_picture,
-    overview_picture,
-    slice_picture,
-)
 from robostiff.plot.picture import Bands, Cover, Field, Marks, Mesh
 from robostiff.plot.theme import Theme
 from tests.plot.machines import robot, tripod_map
 
-XY = ("x", "y")
+DATA = rs.plot.PictureData()
+XY: dict[str, Any] = {"x": "x", "y": "y", "backend": DATA}
 
 
 def map_with(status=0, rank=6, value=1e-8):
@@ -33,7 +30,7 @@ def names_at(picture, j: int, i: int) -> list[str]:
 
 def test_slice_has_the_values_of_the_map():
     found = tripod_map()
-    picture = slice_picture(found, "worst_deflection", XY, {"z": 0.31})
+    picture = rs.plot.map_slice(found, "worst_deflection", **XY, at={"z": 0.31})
     shown = found.worst_deflection.isel(z=1).transpose("y", "x").values
     known = np.isfinite(shown)
     assert picture.scale is not None
@@ -50,8 +47,8 @@ def test_slice_has_the_values_of_the_map():
 def test_axes_can_be_swapped_and_components_chosen():
     found = tripod_map()
     at = {"z": 0.3, "principal_translation": 2}
-    one = slice_picture(found, "translational_stiffness", ("x", "y"), at)
-    other = slice_picture(found, "translational_stiffness", ("y", "x"), at)
+    one = rs.plot.map_slice(found, "translational_stiffness", x="x", y="y", at=at, backend=DATA)
+    other = rs.plot.map_slice(found, "translational_stiffness", x="y", y="x", at=at, backend=DATA)
     assert one.values == pytest.approx(other.values.T, nan_ok=True)
     stiffest = found.translational_stiffness.isel(z=1, principal_translation=2)
     assert np.nanmax(one.values) == pytest.approx(float(stiffest.max()) / 1e6)
@@ -75,10 +72,12 @@ def test_axes_can_be_swapped_and_components_chosen():
     ],
 )
 def test_pose_without_an_answer_is_its_region_and_no_value(status, rank, value, name):
-    picture = slice_picture(map_with(status, rank, value), "worst_deflection", XY, {"z": 0.3})
+    picture = rs.plot.map_slice(
+        map_with(status, rank, value), "worst_deflection", **XY, at={"z": 0.3}
+    )
     assert names_at(picture, 2, 2) == [name]
     assert np.isnan(picture.values[2, 2])
-    plain = slice_picture(tripod_map(), "worst_deflection", XY, {"z": 0.3})
+    plain = rs.plot.map_slice(tripod_map(), "worst_deflection", **XY, at={"z": 0.3})
     others = np.ones(plain.values.shape, dtype=bool)
     others[2, 2] = False
     assert picture.values[others] == pytest.approx(plain.values[others], nan_ok=True)
@@ -86,14 +85,14 @@ def test_pose_without_an_answer_is_its_region_and_no_value(status, rank, value, 
 
 @pytest.mark.parametrize(("status", "name"), [(4, "ill-conditioned"), (8, "beyond-limits")])
 def test_doubtful_pose_keeps_its_value_under_a_hatching(status: int, name: str):
-    picture = slice_picture(map_with(status, 6, 2e-5), "worst_deflection", XY, {"z": 0.3})
+    picture = rs.plot.map_slice(map_with(status, 6, 2e-5), "worst_deflection", **XY, at={"z": 0.3})
     (region,) = (region for region in picture.regions if region.name == name)
     assert region.cover is Cover.OVER
     assert picture.values[2, 2] == pytest.approx(20)
 
 
 def test_every_pose_is_a_value_or_in_one_region():
-    picture = slice_picture(map_with(1 + 64, 5), "worst_deflection", XY, {"z": 0.3})
+    picture = rs.plot.map_slice(map_with(1 + 64, 5), "worst_deflection", **XY, at={"z": 0.3})
     instead = [r.where for r in picture.regions if r.cover is Cover.INSTEAD]
     assert np.array_equal(np.sum(instead, axis=0) + np.isfinite(picture.values), np.ones((5, 6)))
 
@@ -103,21 +102,23 @@ def test_robot_that_is_free_by_design_has_its_own_full_rank():
     found = rs.stiffness_map(robot("gough-stewart-a"), grid)
     at = {"principal_translation": 0}
     rank = int(found["rank"].min())
-    picture = slice_picture(found, "translational_stiffness", XY, at)
+    picture = rs.plot.map_slice(found, "translational_stiffness", **XY, at=at)
     assert np.all(np.isnan(picture.values))
     assert [region.name for region in picture.regions] == ["rank-deficient"]
-    own = slice_picture(found, "translational_stiffness", XY, at, full_rank=rank)
+    own = rs.plot.map_slice(found, "translational_stiffness", **XY, at=at, full_rank=rank)
     assert np.all(np.isfinite(own.values))
 
 
 def test_planar_robots_are_full_at_rank_three():
     grid = rs.Grid(x=rs.Axis(0.4, 0.5, 3), y=rs.Axis(0.3, 0.4, 3))
     stiff = rs.stiffness_map(robot("3-rpr"), grid)
-    assert not slice_picture(stiff, "rotational_stiffness", XY, {"principal_rotation": 0}).regions
+    assert not rs.plot.map_slice(
+        stiff, "rotational_stiffness", **XY, at={"principal_rotation": 0}
+    ).regions
     vague = rs.stiffness_map(robot("3-rpr"), grid, [rs.Quantity.WORST_DEFLECTION])
     with pytest.raises(rs.InputError, match="full_rank=3"):
-        slice_picture(vague, "worst_deflection", XY)
-    assert not slice_picture(vague, "worst_deflection", XY, full_rank=3).regions
+        rs.plot.map_slice(vague, "worst_deflection", **XY)
+    assert not rs.plot.map_slice(vague, "worst_deflection", **XY, full_rank=3).regions
 
 
 def test_every_region_has_a_look_of_its_own():
@@ -129,21 +130,24 @@ def test_every_region_has_a_look_of_its_own():
         ("no value", 0, 6, np.nan),
     ]:
         found = map_with(status, rank, value)
-        picture = slice_picture(found, "worst_deflection", XY, {"z": 0.3})
+        picture = rs.plot.map_slice(found, "worst_deflection", **XY, at={"z": 0.3})
         for region in picture.regions:
             if region.name == name:
                 looks[name] = region.style(Theme.LIGHT.palette)
-                for drawn in (picture, bands_picture(found, "worst_deflection", "z")):
+                for drawn in (
+                    picture,
+                    rs.plot.map_bands(found, "worst_deflection", along="z", backend=DATA),
+                ):
                     rs.plot.Matplotlib().draw(drawn)
     assert len(looks) == len(set(looks.values())) == 11
 
 
 def test_ranks_and_statuses_have_names_and_no_scale():
     found = map_with(status=1, rank=5)
-    ranks = slice_picture(found, "rank", XY, {"z": 0.3})
+    ranks = rs.plot.map_slice(found, "rank", **XY, at={"z": 0.3})
     assert [region.name for region in ranks.regions] == ["rank 6", "rank 5", "unreachable"]
     assert names_at(ranks, 2, 2) == ["rank 5"]
-    statuses = slice_picture(found, "status", XY, {"z": 0.3})
+    statuses = rs.plot.map_slice(found, "status", **XY, at={"z": 0.3})
     assert {region.name for region in statuses.regions} == {"ok", "free-motions", "unreachable"}
     assert names_at(statuses, 2, 2) == ["free-motions"]
     for picture in (ranks, statuses):
@@ -152,22 +156,22 @@ def test_ranks_and_statuses_have_names_and_no_scale():
         assert len({region.style(rs.plot.Theme.LIGHT.palette) for region in picture.regions}) == 3
         rs.plot.Matplotlib().draw(picture)
     kept = {region.name: region.order for region in statuses.regions}["unreachable"]
-    usual = slice_picture(found, "worst_deflection", XY, {"z": 0.3}).regions
+    usual = rs.plot.map_slice(found, "worst_deflection", **XY, at={"z": 0.3}).regions
     assert kept == next(region.order for region in usual if region.name == "unreachable")
 
 
 def test_an_overview_chooses_what_is_left_open():
     found = tripod_map()
-    picture = overview_picture(found)
+    picture = rs.plot.map_overview(found, backend=DATA)
     assert isinstance(picture, Field)
     assert picture.scale is not None
     assert picture.scale.label == "worst deflection [µm/N]"
     assert picture.title == "3-puu: z = 0.3 m"
-    own = overview_picture(found, "translational_stiffness", {"x": 0.1})
+    own = rs.plot.map_overview(found, "translational_stiffness", at={"x": 0.1}, backend=DATA)
     assert isinstance(own, Field)
     assert own.title == "3-puu: x = 0.1 m, principal translation 1 of 3"
     assert (own.x.label, own.y.label) == ("y [m]", "z [m]")
-    bands = overview_picture(found, None, {"x": 0, "y": 0})
+    bands = rs.plot.map_overview(found, None, at={"x": 0, "y": 0}, backend=DATA)
     assert isinstance(bands, Bands)
     (line,) = {len(p.values) for p in bands.percentiles}
     assert line == 3
@@ -181,7 +185,7 @@ def test_an_overview_chooses_what_is_left_open():
 def test_a_list_of_poses_is_drawn_over_its_time_or_its_numbers(time, label, places):
     path = rs.PoseList(("x", "z"), [[0, 0.3], [0.1, 0.35]], time=time)
     found = rs.stiffness_map(robot("3-puu"), path, [rs.Quantity.WORST_DEFLECTION])
-    picture = overview_picture(found)
+    picture = rs.plot.map_overview(found, backend=DATA)
     assert isinstance(picture, Bands)
     assert picture.x.label == label
     np.testing.assert_array_equal(picture.x.values, places)
@@ -195,19 +199,23 @@ def test_a_list_of_poses_is_drawn_over_its_time_or_its_numbers(time, label, plac
 
 
 def test_isolines_are_round_and_between_the_ends():
-    picture = slice_picture(tripod_map(), "worst_deflection", XY, {"z": 0.3}, isolines=4)
+    picture = rs.plot.map_slice(tripod_map(), "worst_deflection", **XY, at={"z": 0.3}, isolines=4)
     assert picture.scale is not None
     low, high = picture.scale.low, picture.scale.high
     assert 1 <= len(picture.isolines) <= 5
     assert all(low <= level <= high for level in picture.isolines)
-    chosen = slice_picture(tripod_map(), "worst_deflection", XY, {"z": 0.3}, isolines=[5e-5, 3e-5])
+    chosen = rs.plot.map_slice(
+        tripod_map(), "worst_deflection", **XY, at={"z": 0.3}, isolines=[5e-5, 3e-5]
+    )
     assert chosen.isolines == pytest.approx((30, 50))
 
 
 def test_isosurface_lies_where_the_map_has_the_value():
     found = tripod_map()
     level = float(found.worst_deflection.median())
-    scene = isosurface_picture(found, "worst_deflection", level, ("x", "y", "z"))
+    scene = rs.plot.map_isosurface(
+        found, "worst_deflection", level, x="x", y="y", z="z", backend=DATA
+    )
     (mesh,) = (item for item in scene.items if isinstance(item, Mesh))
     # every vertex lies on an edge or a diagonal of a cell whose ends are on both sides
     at = {name: mesh.vertices[:, i] for i, name in enumerate("xyz")}
@@ -229,7 +237,7 @@ def test_level_that_no_pose_has_is_refused_with_those_there_are():
 
 def test_bands_are_percentiles_of_the_poses_with_a_value():
     found = tripod_map()
-    picture = bands_picture(found, "worst_deflection", "x")
+    picture = rs.plot.map_bands(found, "worst_deflection", along="x", backend=DATA)
     assert [p.percent for p in picture.percentiles] == [5, 25, 50, 75, 95]
     for i in range(len(found.x)):
         values = found.worst_deflection.isel(x=i).values
@@ -247,7 +255,7 @@ def test_bands_are_percentiles_of_the_poses_with_a_value():
 @pytest.mark.parametrize("variable", ["rank", "status"])
 def test_ranks_and_statuses_along_a_coordinate_are_shares_of_all_poses(variable):
     found = tripod_map()
-    picture = bands_picture(found, variable, "x")
+    picture = rs.plot.map_bands(found, variable, along="x", backend=DATA)
     assert picture.percentiles == ()
     shares = {region.name: region.where for region in picture.shares}
     assert sum(shares.values()) == pytest.approx(np.ones(len(found.x)))
@@ -263,7 +271,7 @@ def test_poses_beyond_limits_are_marked_on_a_path():
     found = rs.stiffness_map(hexapod, path, [rs.Quantity.WORST_DEFLECTION])
     beyond = [rs.Status.BEYOND_LIMITS in own.status for own in map(hexapod_at, heights)]
     assert 0 < sum(beyond) < len(heights)
-    picture = overview_picture(found)
+    picture = rs.plot.map_overview(found, backend=DATA)
     assert isinstance(picture, Bands)
     (region,) = picture.shares
     assert (region.reason, region.where.tolist()) == ("beyond-limits", beyond)
@@ -275,7 +283,9 @@ def hexapod_at(z):
 
 
 def test_bands_can_be_cut_as_well():
-    cut = bands_picture(tripod_map(), "worst_deflection", "x", {"z": 0.3})
+    cut = rs.plot.map_bands(
+        tripod_map(), "worst_deflection", along="x", at={"z": 0.3}, backend=DATA
+    )
     assert cut.title == "3-puu: z = 0.3 m"
     assert "each of 6 places: 5 poses" in cut.notes
 
@@ -283,24 +293,41 @@ def test_bands_can_be_cut_as_well():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda m: slice_picture(m, "worst_deflection", XY), "a choice: z has values from 0.2"),
-        (lambda m: slice_picture(m, "stiffnes", XY), "or worst_deflection"),
-        (lambda m: slice_picture(m, "worst_deflection", ("x", "rz")), "expected x or y or z"),
-        (lambda m: slice_picture(m, "worst_deflection", ("x", "x")), "each name once"),
-        (lambda m: slice_picture(m, "worst_deflection", XY, {"w": 1}), "name in 'at': got 'w'"),
         (
-            lambda m: slice_picture(m, "translational_stiffness", XY, {"z": 0.3}),
+            lambda m: rs.plot.map_slice(m, "worst_deflection", **XY),
+            "a choice: z has values from 0.2",
+        ),
+        (lambda m: rs.plot.map_slice(m, "stiffnes", **XY), "or worst_deflection"),
+        (
+            lambda m: rs.plot.map_slice(m, "worst_deflection", x="x", y="rz", backend=DATA),
+            "expected x or y or z",
+        ),
+        (
+            lambda m: rs.plot.map_slice(m, "worst_deflection", x="x", y="x", backend=DATA),
+            "each name once",
+        ),
+        (
+            lambda m: rs.plot.map_slice(m, "worst_deflection", **XY, at={"w": 1}),
+            "name in 'at': got 'w'",
+        ),
+        (
+            lambda m: rs.plot.map_slice(m, "translational_stiffness", **XY, at={"z": 0.3}),
             "write at={'principal_translation': 0}",
         ),
         (
-            lambda m: slice_picture(
-                m, "translational_stiffness", XY, {"z": 0.3, "principal_translation": 3}
+            lambda m: rs.plot.map_slice(
+                m, "translational_stiffness", **XY, at={"z": 0.3, "principal_translation": 3}
             ),
             "expected 0 to 2",
         ),
-        (lambda m: bands_picture(m, "worst_deflection", "x", percents=(5, 50)), "symmetric"),
         (
-            lambda m: slice_picture(m.to_dict(), "worst_deflection", XY),
+            lambda m: rs.plot.map_bands(
+                m, "worst_deflection", along="x", percents=(5, 50), backend=DATA
+            ),
+            "symmetric",
+        ),
+        (
+            lambda m: rs.plot.map_slice(m.to_dict(), "worst_deflection", **XY),
             "a result of rs.stiffness_map",
         ),
     ],
@@ -314,9 +341,9 @@ def test_named_components_are_chosen_by_name():
     grid = rs.Grid(x=rs.Axis(-0.1, 0.1, 3), y=rs.Axis(-0.1, 0.1, 2))
     load = [0, 0, -1000, 0, 0, 0]
     found = rs.stiffness_map(robot("hexapod"), grid, [rs.Quantity.DEFLECTION], wrench=load)
-    picture = slice_picture(found, "displacement", XY, {"displacement_axis": "dz"})
+    picture = rs.plot.map_slice(found, "displacement", **XY, at={"displacement_axis": "dz"})
     expected = found.displacement.sel(displacement_axis="dz").transpose("y", "x").values
     assert picture.values == pytest.approx(1e6 * expected)
     assert picture.title == "hexapod: dz"
     with pytest.raises(rs.InputError, match="expected dx or dy or dz"):
-        slice_picture(found, "displacement", XY, {"displacement_axis": "z"})
+        rs.plot.map_slice(found, "displacement", **XY, at={"displacement_axis": "z"})

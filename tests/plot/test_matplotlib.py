@@ -16,11 +16,8 @@ from mpl_toolkits.mplot3d.art3d import Line3D
 
 import robostiff as rs
 from robostiff.plot import Matplotlib, Theme, Width
-from robostiff.plot.energy_bars import energy_picture
-from robostiff.plot.maps.pictures import bands_picture, slice_picture
 from robostiff.plot.picture import Path
 from robostiff.plot.posed_robot import picture_of_posed
-from robostiff.plot.stiffness_pictures import matrix_picture
 from tests.plot.machines import (
     POSE,
     all_plots,
@@ -29,6 +26,8 @@ from tests.plot.machines import (
     robot,
     tripod_map,
 )
+
+DATA = rs.plot.PictureData()
 
 
 @pytest.mark.parametrize(
@@ -74,7 +73,7 @@ def test_lines_of_the_robot_are_those_of_the_picture():
 
 
 def test_cells_of_the_matrix_are_those_of_the_picture():
-    picture = matrix_picture(hexapod_stiffness())
+    picture = rs.plot.matrix(hexapod_stiffness(), backend=DATA)
     ax: Any = rs.plot.matrix(hexapod_stiffness())
     cells = ax.images[0].get_array().filled(np.nan)
     assert cells == pytest.approx(picture.shades, nan_ok=True)
@@ -85,7 +84,7 @@ def test_cells_of_the_matrix_are_those_of_the_picture():
 
 
 def test_bars_are_as_long_as_the_shares():
-    (panel,) = energy_picture(hexapod_deflection()).panels
+    (panel,) = rs.plot.energy_shares(hexapod_deflection(), backend=DATA).panels
     ax = rs.plot.energy_shares(hexapod_deflection())
     for container, series in zip(ax.containers, panel.series, strict=True):
         assert [bar.get_width() for bar in container] == pytest.approx(series.values)
@@ -93,7 +92,9 @@ def test_bars_are_as_long_as_the_shares():
 
 
 def test_slice_draws_values_and_regions_in_their_places():
-    picture = slice_picture(tripod_map(), "worst_deflection", ("x", "y"), {"z": 0.3})
+    picture = rs.plot.map_slice(
+        tripod_map(), "worst_deflection", x="x", y="y", at={"z": 0.3}, backend=DATA
+    )
     ax = rs.plot.map_slice(tripod_map(), "worst_deflection", x="x", y="y", at={"z": 0.3})
     mesh: Any = next(c for c in ax.collections if isinstance(c, QuadMesh))
     assert mesh.get_array().filled(np.nan) == pytest.approx(picture.values, nan_ok=True)
@@ -113,7 +114,7 @@ def test_slice_draws_values_and_regions_in_their_places():
 
 
 def test_bands_are_filled_between_the_percentiles():
-    picture = bands_picture(tripod_map(), "worst_deflection", "x")
+    picture = rs.plot.map_bands(tripod_map(), "worst_deflection", along="x", backend=DATA)
     ax = rs.plot.map_bands(tripod_map(), "worst_deflection", along="x")
     median = ax.lines[0].get_ydata()
     assert np.asarray(median) == pytest.approx(picture.percentiles[2].values, nan_ok=True)

@@ -6,17 +6,13 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.plot.energy_bars import Measure, comparison_picture, energy_picture
+from robostiff.plot.energy_bars import Measure
 from robostiff.plot.geometry.ellipsoid import Quality
 from robostiff.plot.picture import Arrow, Face, Marks, Mesh, Path, Scene
 from robostiff.plot.posed_robot import Colouring, picture_of_posed
-from robostiff.plot.posture import surroundings
 from robostiff.plot.stiffness_pictures import (
     Kind,
     Shade,
-    ellipsoid_picture,
-    free_motions_picture,
-    matrix_picture,
 )
 from tests.plot.machines import (
     HERE,
@@ -29,6 +25,7 @@ from tests.plot.machines import (
 )
 from tests.project.shown_output import ROOT
 
+DATA = rs.plot.PictureData()
 STAR = ROOT / "tests/model/star-platform.yaml"
 HEXAPOD = rs.find_posture(robot("hexapod"), POSE).snapshot.one(0)
 
@@ -138,7 +135,7 @@ def test_pose_out_of_reach_is_not_drawn():
 
 def test_ellipsoid_has_the_principal_compliances_as_semi_axes():
     result = hexapod_stiffness()
-    scene = ellipsoid_picture(result, Quality.COMPLIANCE)
+    scene = rs.plot.ellipsoid(result, Quality.COMPLIANCE, backend=DATA)
     assert scene.axes[0] == "x [nm/N]"
     C = np.linalg.inv(result.K)[:3, :3] * 1e9
     (mesh,) = (item for item in scene.items if isinstance(item, Mesh))
@@ -153,7 +150,7 @@ def test_ellipsoid_has_the_principal_compliances_as_semi_axes():
 
 def test_directions_without_limit_are_named_and_not_closed():
     result = rs.stiffness(robot("gough-stewart-a"))
-    scene = ellipsoid_picture(result, Quality.COMPLIANCE)
+    scene = rs.plot.ellipsoid(result, Quality.COMPLIANCE, backend=DATA)
     labels = [item.label for item in scene.items if isinstance(item, Path)]
     assert labels[1:] == ["free: unlimited"] * 2
     assert "free in 2 directions" in scene.notes
@@ -163,8 +160,8 @@ def test_directions_without_limit_are_named_and_not_closed():
 
 def test_ellipsoid_in_the_robot_keeps_its_shape():
     result = hexapod_stiffness()
-    alone = ellipsoid_picture(result, Quality.STIFFNESS)
-    within = ellipsoid_picture(result, Quality.STIFFNESS, surroundings(HEXAPOD, result))
+    alone = rs.plot.ellipsoid(result, Quality.STIFFNESS, backend=DATA)
+    within = rs.plot.ellipsoid(result, Quality.STIFFNESS, within=HEXAPOD, backend=DATA)
     (one,) = (item for item in alone.items if isinstance(item, Mesh))
     (other,) = (item for item in within.items if isinstance(item, Mesh))
     away = other.vertices - result.reference_point
@@ -174,7 +171,7 @@ def test_ellipsoid_in_the_robot_keeps_its_shape():
 
 def test_planar_robots_have_an_ellipse():
     result = rs.stiffness(robot("3-rrr"))
-    scene = ellipsoid_picture(result, Quality.COMPLIANCE)
+    scene = rs.plot.ellipsoid(result, Quality.COMPLIANCE, backend=DATA)
     assert scene.is_flat
     (face,) = (item for item in scene.items if isinstance(item, Face))
     C = np.linalg.inv(result.K)[:2, :2]
@@ -196,7 +193,7 @@ def test_robot_that_is_free_all_around_has_no_ellipsoid():
 
 def test_free_motions_are_drawn_on_their_screws_with_their_words():
     result = rs.stiffness(robot("gough-stewart-a"))
-    scene = free_motions_picture(result)
+    scene = rs.plot.free_motions(result, backend=DATA)
     assert scene.axes[0] == "x [mm]"
     words = [str(motion) for motion in result.free_motions]
     found = labelled(scene)
@@ -212,7 +209,7 @@ def test_free_motions_are_drawn_on_their_screws_with_their_words():
 
 
 def test_free_translation_is_an_arrow_both_ways():
-    scene = free_motions_picture(held_across_x())
+    scene = rs.plot.free_motions(held_across_x(), backend=DATA)
     (arrow,) = (item for item in scene.items if isinstance(item, Arrow))
     assert arrow.both_ways
     assert arrow.label == "translation along x"
@@ -221,7 +218,7 @@ def test_free_translation_is_an_arrow_both_ways():
 
 
 def test_robot_without_free_motions_says_so():
-    scene = free_motions_picture(hexapod_stiffness())
+    scene = rs.plot.free_motions(hexapod_stiffness(), backend=DATA)
     assert scene.title == "hexapod: no free motion"
     assert [type(item) for item in scene.items] == [Marks]
 
@@ -230,7 +227,7 @@ def test_robot_without_free_motions_says_so():
 def test_cells_hold_the_matrix_in_the_unit_of_their_block(kind: Kind):
     result = hexapod_stiffness()
     A = result.K if kind is Kind.STIFFNESS else np.linalg.inv(result.K)
-    picture = matrix_picture(result, kind)
+    picture = rs.plot.matrix(result, kind, backend=DATA)
     prefixes = {"n": 1e-9, "µ": 1e-6, "m": 1e-3, "k": 1e3, "M": 1e6}
     ends = {"N/m", "N/rad", "N m/m", "N m/rad", "m/N", "m/(N m)", "rad/N", "rad/(N m)"}
     covered = np.zeros((6, 6), dtype=int)
@@ -249,7 +246,7 @@ def test_cells_hold_the_matrix_in_the_unit_of_their_block(kind: Kind):
 def test_shade_is_a_signed_logarithm_and_zeros_are_plain():
     result = rs.stiffness(robot("gough-stewart-a"))
     K = result.K
-    picture = matrix_picture(result)
+    picture = rs.plot.matrix(result, backend=DATA)
     s = np.repeat([1.0, float(result.length)], 3)
     scaled = K / np.outer(s, s)
     part = np.abs(scaled) / np.abs(scaled).max()
@@ -262,14 +259,14 @@ def test_shade_is_a_signed_logarithm_and_zeros_are_plain():
 
 
 def test_shade_of_coupling_is_one_on_the_diagonal():
-    picture = matrix_picture(hexapod_stiffness(), shade=Shade.COUPLING)
+    picture = rs.plot.matrix(hexapod_stiffness(), shade=Shade.COUPLING, backend=DATA)
     K = hexapod_stiffness().K
     assert np.diag(picture.shades) == pytest.approx(np.ones(6))
     assert picture.shades[0, 4] == pytest.approx(K[0, 4] / np.sqrt(K[0, 0] * K[4, 4]))
 
 
 def test_matrix_of_a_planar_robot_has_three_rows():
-    picture = matrix_picture(rs.stiffness(robot("3-rrr")))
+    picture = rs.plot.matrix(rs.stiffness(robot("3-rrr")), backend=DATA)
     assert picture.rows == ("Fx", "Fy", "Mz")
     assert picture.columns == ("dx", "dy", "rz")
 
@@ -281,7 +278,7 @@ def test_compliance_of_a_free_robot_says_why_there_is_none():
 
 def test_bars_are_the_shares_of_the_parts_leg_by_leg():
     bent = hexapod_deflection()
-    (panel,) = energy_picture(bent).panels
+    (panel,) = rs.plot.energy_shares(bent, backend=DATA).panels
     legs = [group.name for group in panel.groups]
     assert legs == [leg.name for leg in HEXAPOD.legs]
     drawn = {
@@ -296,7 +293,7 @@ def test_bars_are_the_shares_of_the_parts_leg_by_leg():
 
 def test_comparison_tells_both_values_and_their_ratio():
     first, second = hexapod_stiffness(), rs.stiffness(robot("gough-stewart-b-beams"))
-    picture = comparison_picture(first, second, Measure.DIAGONAL)
+    picture = rs.plot.comparison(first, second, measure=Measure.DIAGONAL, backend=DATA)
     forces, moments = picture.panels
     assert forces.label == "force / displacement [MN/m]"
     assert moments.label == "moment / rotation [MN m/rad]"
@@ -312,7 +309,9 @@ def test_comparison_tells_both_values_and_their_ratio():
 def test_comparison_of_deflections_keeps_signs():
     first = hexapod_deflection()
     second = rs.deflection(robot("hexapod"), POSE, [-2 * f for f in LOAD])
-    displacement, rotation = comparison_picture(first, second, names=("one", "twice back")).panels
+    displacement, rotation = rs.plot.comparison(
+        first, second, names=("one", "twice back"), backend=DATA
+    ).panels
     assert displacement.label == "displacement [µm]"
     assert [series.name for series in rotation.series] == ["one", "twice back"]
     assert displacement.series[1].values == pytest.approx(-2 * displacement.series[0].values)

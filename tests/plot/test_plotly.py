@@ -10,7 +10,6 @@ import pytest
 import robostiff as rs
 from robostiff.plot import Plotly, Theme
 from robostiff.plot.backend import plotly_figure
-from robostiff.plot.maps.pictures import isosurface_picture
 from robostiff.plot.picture import Mesh, Path, PlainColour, Scene
 from robostiff.plot.posed_robot import picture_of_posed
 from robostiff.plot.theme import named_colours
@@ -23,6 +22,9 @@ from tests.plot.machines import (
 )
 
 PLOTLY: Any = Plotly()
+
+
+DATA = rs.plot.PictureData()
 
 
 @pytest.mark.parametrize("theme", Theme)
@@ -72,7 +74,9 @@ def test_charts_are_left_to_matplotlib():
 def test_surface_is_that_of_the_picture():
     found = tripod_map()
     level = float(found.worst_deflection.median())
-    scene = isosurface_picture(found, "worst_deflection", level, ("x", "y", "z"))
+    scene = rs.plot.map_isosurface(
+        found, "worst_deflection", level, x="x", y="y", z="z", backend=DATA
+    )
     (mesh,) = (item for item in scene.items if isinstance(item, Mesh))
     figure = rs.plot.map_isosurface(
         found, "worst_deflection", level, x="x", y="y", z="z", backend=PLOTLY

@@ -8,23 +8,23 @@ import pytest
 import robostiff as rs
 from robostiff.kinematics import freedom_twist
 from robostiff.network import network_of_snapshot
-from robostiff.plot.energy_bars import energy_picture
 from robostiff.plot.geometry.displacement import (
     end_key,
     finite_motions,
     motion_under,
     node_key,
 )
-from robostiff.plot.loaded_robot import equilibrium_picture, mode_picture
 from robostiff.plot.picture import LineWeight, Marks, Path, Text
-from robostiff.plot.posed_robot import picture_of_posed, picture_of_robot
+from robostiff.plot.posed_robot import picture_of_posed
 from tests.plot.machines import robot
+
+DATA = rs.plot.PictureData()
 
 
 def test_every_cable_runs_from_its_eyelet_to_the_platform():
     known = robot("cable-8")
     pose = [0.3, 0.1, 1.2, 0, 0, 0]
-    lines = [one for one in picture_of_robot(known, pose).items if isinstance(one, Path)]
+    lines = [one for one in rs.plot.robot(known, pose, backend=DATA).items if isinstance(one, Path)]
     assert len(lines) == 8
     for line, cable in zip(lines, known.cables, strict=True):
         np.testing.assert_allclose(line.points[0], cable.exit_point, atol=1e-12)
@@ -34,7 +34,7 @@ def test_every_cable_runs_from_its_eyelet_to_the_platform():
 
 def test_every_joint_of_a_network_is_marked_where_it_is():
     network = robot("double-pantograph")
-    scene = picture_of_robot(network)
+    scene = rs.plot.robot(network, backend=DATA)
     names = [name for one in scene.items if isinstance(one, Marks) for name in one.about]
     for joint in network.joints:
         for freedom in joint.freedoms:
@@ -144,16 +144,16 @@ def test_nodes_of_a_flexible_platform_rest_where_small_loads_move_them():
         end = finite[end_key(snapshot, i)].displacement(leg.end)
         last = finite[f"{leg.name}/{leg.elements[-1].name}"]
         np.testing.assert_allclose(last.displacement(leg.end), end, rtol=0, atol=1e-12)
-    bent = [one for one in equilibrium_picture(rest).items if isinstance(one, Path)]
+    bent = [one for one in rs.plot.equilibrium(rest, backend=DATA).items if isinstance(one, Path)]
     assert any(one.about.startswith("platform/arm1") and len(one.points) > 2 for one in bent)
     heavy = rs.modes(star, masses={"platform": 5.0})
-    assert mode_picture(heavy).items
+    assert rs.plot.mode(heavy, backend=DATA).items
 
 
 def test_a_loaded_cable_robot_is_drawn_where_it_rests():
     known = robot("cable-8")
     found = rs.cable_response(known, None, [300, 0, 200, 0, 0, 0])
-    scene = picture_of_robot(known, None, found, exaggeration=1.0)
+    scene = rs.plot.robot(known, None, deflection=found, exaggeration=1.0, backend=DATA)
     assert found.after is not None
     lines = [one for one in scene.items if isinstance(one, Path)]
     drawn = {one.about.partition(":")[0]: one for one in lines if one.about}
@@ -177,8 +177,8 @@ def test_a_cable_robot_in_equilibrium_is_drawn_as_its_response_is(name, pose, lo
     assert isinstance(rest, rs.Equilibrium)
     assert found.slack
     for times in (1.0, 20.0):
-        one = equilibrium_picture(rest, exaggeration=times)
-        other = picture_of_robot(known, pose, found, exaggeration=times)
+        one = rs.plot.equilibrium(rest, exaggeration=times, backend=DATA)
+        other = rs.plot.robot(known, pose, deflection=found, exaggeration=times, backend=DATA)
         assert one.title == f"{name} under load"
         ways = [[own for own in scene.items if isinstance(own, Path)] for scene in (one, other)]
         for a, b in zip(*ways, strict=True):
@@ -190,7 +190,7 @@ def test_a_cable_robot_in_equilibrium_is_drawn_as_its_response_is(name, pose, lo
 def test_rounding_of_places_is_not_drawn_without_a_load(name):
     rest = rs.equilibrium(robot(name))
     assert isinstance(rest, rs.Equilibrium)
-    assert equilibrium_picture(rest).notes == ()
+    assert rs.plot.equilibrium(rest, backend=DATA).notes == ()
 
 
 def test_a_mode_of_a_cable_robot_swings_about_its_rest():
@@ -200,7 +200,7 @@ def test_a_mode_of_a_cable_robot_swings_about_its_rest():
     for number in (1, 4):
         ends = []
         for side in (1.0, -1.0):
-            items = mode_picture(modes, number, side).items
+            items = rs.plot.mode(modes, number, side, backend=DATA).items
             lines = [own for own in items if isinstance(own, Path) and own.about]
             ends.append({own.about: own.points[1] for own in lines})
         for name, at in rest.items():
@@ -230,7 +230,7 @@ def test_a_deflection_of_another_robot_is_refused(name, other):
 
 def test_energy_of_a_network_has_a_bar_a_part():
     bent = rs.deflection(robot("double-pantograph"), None, [100, 0, 0, 0, 0, 0])
-    (panel,) = energy_picture(bent).panels
+    (panel,) = rs.plot.energy_shares(bent, backend=DATA).panels
     assert [group.name for group in panel.groups][:2] == [part.part for part in bent.parts[:2]]
     assert panel.series[0].values.sum() == pytest.approx(100)
 

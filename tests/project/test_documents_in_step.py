@@ -52,9 +52,10 @@ def test_every_form_is_explained(form: Any):
     assert f"| `{type(form).__name__}()` `{form.name}` |" in page
 
 
-def test_page_of_robots_is_what_its_script_writes():
-    script = runpy.run_path(str(ROOT / "docs/make_robots_page.py"))
-    difference = first_difference(document("docs/robots.md"), script["page"]())
+@pytest.mark.parametrize("name", ["robots", "arguments"])
+def test_page_is_what_its_script_writes(name: str):
+    script = runpy.run_path(str(ROOT / f"docs/make_{name}_page.py"))
+    difference = first_difference(document(f"docs/{name}.md"), script["page"]())
     assert difference is None, f"{difference}\n\n'make outputs' writes the page again"
 
 

@@ -64,7 +64,7 @@ def test_turns_of_cables_that_are_rounding_are_zero():
     _, sections = sections_of(robot, pull)
     moves = next(part for part in sections["load"] if isinstance(part, Table)).rows
     values = [row[3].value for row in moves if isinstance(row[3], Number)]
-    displacement = rs.cable_response(robot, load=pull).displacement
+    displacement = rs.cable_response(robot, wrench=pull).displacement
     assert displacement is not None
     found = 1e6 * displacement
     assert np.abs(found[3:]).max() < 1e-9

@@ -10,7 +10,6 @@ import pytest
 
 import robostiff as rs
 from robostiff.errors import InputError
-from robostiff.io.model_file import read_model
 from robostiff.io.snapshot import network_to_data, snapshot_to_data
 from robostiff.kinematics import find_posture, leg_compliance
 from robostiff.model import (
@@ -363,7 +362,7 @@ legs:
 def model(tmp_path, text: str = MODEL, **options):
     path = tmp_path / "wrist.yaml"
     path.write_text(text)
-    return read_model(path, **options)
+    return rs.load(path, **options)
 
 
 def test_a_model_file_has_couplings(tmp_path):

@@ -27,12 +27,12 @@ from robostiff.linkage import Connection, Linkage, close, robot_of
 from robostiff.model import Actuated, Chain, Leg, Passive, PlacedFreedom, PlacedLeg, Snapshot
 from robostiff.network import network_of_snapshot
 from robostiff.plot.geometry.displacement import motion_under
-from robostiff.plot.posed_robot import picture_of_robot
 from robostiff.robots import robot_file
 from robostiff.spatial import Frame, Screw
 from tests.generators.chains import random_rotation
 from tests.generators.leg_wrenches import random_beam
 
+DATA = rs.plot.PictureData()
 HERE = Path(__file__).parent
 LEAD = 0.005  # m in one turn
 H = LEAD / (2 * np.pi)
@@ -151,7 +151,7 @@ def test_deflection_energy_and_picture_are_those_of_slides():
         shift = after.displacement(screw.point) - before.displacement(screw.point)
         assert shift == pytest.approx(H * turn * screw.axis, abs=1e-15)
     # Along the screw the line is that of a slide.
-    scene = picture_of_robot(snapshot)
+    scene = rs.plot.robot(snapshot, backend=DATA)
     about = {getattr(item, "about", "") for item in scene.items}
     assert "leg1/actuator" in about
 

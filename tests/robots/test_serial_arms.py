@@ -9,8 +9,7 @@ import sympy as sp
 from scipy.spatial.transform import RigidTransform, Rotation
 
 import robostiff as rs
-from robostiff.model import Actuated, Rigid
-from robostiff.model.robot import Coordinate
+from robostiff.model import Actuated, Coordinate, Rigid
 
 QUARTER = np.pi / 2
 STANDARD, MODIFIED = rs.DHConvention.STANDARD, rs.DHConvention.MODIFIED

@@ -93,7 +93,7 @@ def test_equilibrium_is_a_minimum_of_an_energy_of_ours(seed: int, size: float):
 def test_the_same_as_the_response_with_locked_winches():
     """Where the path turns by more than a right angle: a cable becomes slack (0.47 of the load)."""
     robot, load = cable_robot("cable-4-planar"), [30.0, -100, 2]
-    loaded, response = rested(robot, wrench=load), rs.cable_response(robot, load=load)
+    loaded, response = rested(robot, wrench=load), rs.cable_response(robot, wrench=load)
     assert response.displacement is not None
     np.testing.assert_allclose(loaded.displacement, response.displacement, atol=1e-13)
     np.testing.assert_allclose(loaded.K_total, response.K, rtol=1e-9, atol=1e-6)
@@ -131,7 +131,7 @@ def test_a_platform_is_lifted_at_the_limit_of_its_path():
     assert curve.stable.values.tolist() == [True, True, False]
     assert np.isclose(curve.critical_factor.values[0], found.factor, rtol=1e-9)
     assert curve.critical_mode.values[0] == found.mode
-    response = rs.cable_response(robot, load=load)
+    response = rs.cable_response(robot, wrench=load)
     assert np.isclose(response.carried, found.factor, rtol=1e-3)
 
 
@@ -177,7 +177,7 @@ def test_platforms_that_are_lost_where_a_cable_becomes_slack(
     robot, F = random_robot(seed, cables), np.array(force)
     found = rs.critical_load(robot, wrench=[*F, 0, 0, 0])
     assert found.is_limit
-    carried = rs.cable_response(robot, load=[*(2 * found.factor * F), 0, 0, 0]).carried
+    carried = rs.cable_response(robot, wrench=[*(2 * found.factor * F), 0, 0, 0]).carried
     assert np.isclose(2 * carried, 1, atol=1e-3)
     start = rested(robot, wrench=[*(found.factor * (1 - 1e-5) * F), 0, 0, 0])
     assert start.stable

@@ -191,7 +191,7 @@ def test_a_loaded_cable_robot_is_drawn_displaced_beside_its_place_without_load()
     assert {"robot", "load", "shape without load", "ellipsoid of displacements"} <= set(
         answer.layers
     )
-    moved = rs.cable_response(machine.robot, load=load).displacement
+    moved = rs.cable_response(machine.robot, wrench=load).displacement
     assert moved is not None
     drawn, rest = (
         [item.points[0] for item in found.layers["robot"] if isinstance(item, Marks)][-1]

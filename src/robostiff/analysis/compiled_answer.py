@@ -127,6 +127,17 @@ _AT_LIMIT = 1e-9
 _APART = 1e-7
 
 
+def _places(space: Space) -> np.ndarray:
+    """Rows of a kernel in which the entries of a symmetric matrix (n, n) are."""
+    shape = (space.size, space.size)
+    found = np.empty((1, *shape), dtype=int)
+    unpack(np.arange(rows_of(shape))[:, None], found)
+    return found[0]
+
+
+_PLACES = {space: _places(space) for space in Space}
+
+
 @dataclass(frozen=True)
 class AtGeneralPoses:
     """Assumptions of a record."""
@@ -136,6 +147,21 @@ class AtGeneralPoses:
     verified: bool  # whether the record is trusted at all
     # Decides the rank near singular poses, of kernels of K alone
     ranks: RecordedRanks | None = field(default=None, kw_only=True)
+
+    def at_one(self, kernel: Kernel, inputs: np.ndarray) -> CompiledAnswer | None:
+        """What a kernel of K gives at one pose by inputs (n,); None where a check of it fails."""
+        results = kernel.evaluate(inputs[:, None])[:, 0].tolist()
+        start = kernel.rows - len(kernel.checks)
+        checks = dict(zip(kernel.checks, results[start:], strict=True))
+        if not (_is_regular(checks, self) and _closes(checks) and checks.get("rank", 0.0) < _SAFE):
+            return None
+        beyond = Status.BEYOND_LIMITS if checks.get("limits", 0.0) < 0 else Status.OK
+        return CompiledAnswer(
+            values={StiffnessMatrix.name: np.array(results)[_PLACES[kernel.space]]},
+            status_codes=np.array(int(self.status | beyond), dtype=np.uint16),
+            rank=np.array(self.rank, dtype=np.int8),
+            guarded=np.array(False),
+        )
 
 
 @dataclass(frozen=True)
@@ -176,8 +202,8 @@ def checked_results(
         beyond = checks["limits"] < 0
         if beyond.any():
             status[beyond] |= np.uint16(Status.BEYOND_LIMITS)
-    closed = closes(kernel, results)
-    guarded = _unsafe(checks, results.shape[1], general) | loose | ~closed
+    closed = _closes(checks) & np.ones(results.shape[1], dtype=bool)
+    guarded = ~(closed & _is_regular(checks, general)) | loose
     where = np.flatnonzero(~guarded & ~(checks["rank"] < _SAFE)) if "rank" in checks else ()
     if len(where):
         guarded[where] = True
@@ -206,10 +232,7 @@ def checked_results(
 
 def closes(kernel: Kernel, results: np.ndarray) -> np.ndarray:
     """Where the recorded closure arrives, in the assembly mode of home (N,)."""
-    checks = _checks(kernel, results)
-    if "open" not in checks:
-        return np.ones(results.shape[1], dtype=bool)
-    return (checks["open"] < CLOSED) & (checks["mode"] > 0)
+    return _closes(_checks(kernel, results)) & np.ones(results.shape[1], dtype=bool)
 
 
 def _checks(kernel: Kernel, results: np.ndarray) -> dict[str, np.ndarray]:
@@ -218,18 +241,23 @@ def _checks(kernel: Kernel, results: np.ndarray) -> dict[str, np.ndarray]:
     return dict(zip(kernel.checks, results[start:], strict=True))
 
 
-def _unsafe(checks: Mapping[str, np.ndarray], count: int, general: AtGeneralPoses) -> np.ndarray:
-    """Where an assumption is close to failing (N,), that of the rank left out."""
-    if not general.verified:
-        return np.ones(count, dtype=bool)
-    safe = np.isfinite(checks["trace"])
+# Checks are rows of numbers (N,) or, at one pose, numbers.
+
+
+def _closes(checks: Mapping[str, Any]) -> Any:
+    return "open" not in checks or (checks["open"] < CLOSED) & (checks["mode"] > 0)
+
+
+def _is_regular(checks: Mapping[str, Any], general: AtGeneralPoses) -> Any:
+    """Where no assumption is close to failing, that of the rank left out."""
+    safe = np.isfinite(checks["trace"]) & general.verified
     if "loss" in checks:
-        safe &= checks["loss"] < _SAFE
+        safe = safe & (checks["loss"] < _SAFE)
     if "reach" in checks:
-        safe &= checks["reach"] > SHORT
+        safe = safe & (checks["reach"] > SHORT)
     if "limits" in checks:
-        safe &= np.abs(checks["limits"]) > _AT_LIMIT
-    return ~safe
+        safe = safe & (abs(checks["limits"]) > _AT_LIMIT)
+    return safe
 
 
 @dataclass(frozen=True, repr=False)

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.leg_loads import leg_loads, loads_known
-from robostiff.analysis.posed_stiffness import direct_stiffness
+from robostiff.analysis.leg_loads import LegLoads, leg_loads, loads_known
+from robostiff.analysis.posed_stiffness import question_of
 from robostiff.analysis.result import Stiffness, given_wrenches
-from robostiff.analysis.snapshot_stiffness import branches_of, name_of_part
+from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD, branches_of, name_of_part
 from robostiff.elastostatics import DEFAULT_TOLERANCE, BlockCompliance, Status, Tolerance
 from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
@@ -286,6 +286,24 @@ def carried_by(
             yield from carried_by(branch, inner, F_branch, rows)
 
 
+def _loads(answer: Stiffness, wrench: np.ndarray) -> LegLoads:
+    """As `leg_loads`, of a wrench (..., n) about the reference point; NaN where there is none."""
+    F = move_wrench(wrench, -answer.offset)
+    codes, twist = np.array(answer.status_codes), np.full(wrench.shape, np.nan)
+    of_legs = tuple(np.full(wrench.shape, np.nan) for _ in answer.details().legs)
+    known = loads_known(answer)
+    if known.any():
+        loads = leg_loads(answer[known], F[known])
+        codes[known] |= loads.status_codes
+        held = (loads.status_codes == 0)[..., None]
+        twist[known] = np.where(held, loads.twist, np.nan)
+        for own, wrenches in zip(of_legs, loads.wrenches, strict=False):
+            own[known] = np.where(held, wrenches, np.nan)
+    lost = ~known & answer.answered
+    codes[lost] |= np.uint16(Status.ILL_CONDITIONED)
+    return LegLoads(twist, codes, of_legs)
+
+
 @dataclass(frozen=True, repr=False)
 class DeflectionsOfPoses(StatusOfPoses):
     """How a robot deflects at a batch of poses; shares of energy are computed when first used.
@@ -304,34 +322,28 @@ class DeflectionsOfPoses(StatusOfPoses):
     stiffness: Stiffness
 
     @cached_property
-    def _loads(self) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, ...]]:
-        """Status (...), twists about the origin (..., n), and wrenches of the legs (..., n)."""
-        answer, shape = self.stiffness, self.wrench.shape
-        F = move_wrench(self.wrench, -answer.offset)
-        codes = np.array(answer.status_codes)
-        twist = np.full(shape, np.nan)
-        of_legs = tuple(np.full(shape, np.nan) for _ in answer.details().legs)
-        known = loads_known(answer)
+    def _found(self) -> tuple[np.ndarray, np.ndarray]:
+        """Status (...) and twists about the reference point (..., n)."""
+        C, known = self.stiffness.inverted
+        codes, twist = np.array(self.stiffness.status_codes), np.full(self.wrench.shape, np.nan)
         if known.any():
-            loads = leg_loads(answer[known], F[known])
-            codes[known] |= loads.status_codes
-            held = (loads.status_codes == 0)[..., None]
-            twist[known] = np.where(held, loads.twist, np.nan)
-            for own, wrench in zip(of_legs, loads.wrenches, strict=False):
-                own[known] = np.where(held, wrench, np.nan)
-        lost = ~known & answer.answered
-        codes[lost] |= np.uint16(Status.ILL_CONDITIONED)
-        return codes, twist, of_legs
+            twist[known] = np.einsum("...ij,...j->...i", C[known], self.wrench[known])
+        if not known.all():
+            careful, n = self.stiffness.careful, self.wrench.shape[-1]
+            loads = _loads(careful, self.wrench[~known].reshape(*careful.batch_shape, n))
+            codes[~known] = loads.status_codes.ravel()
+            twist[~known] = move_twist(loads.twist, careful.offset).reshape(-1, n)
+        return codes, twist
 
     @property
     def status_codes(self) -> np.ndarray:
         """Status of every pose (...); ``UNBALANCED`` where a load drives a free motion."""
-        return self._loads[0]
+        return self._found[0]
 
     @property
     def answered(self) -> np.ndarray:
         """Which poses have a deflection (...)."""
-        return ~np.isnan(self._loads[1][..., 0])
+        return ~np.isnan(self._found[1][..., 0])
 
     @property
     def twist(self) -> np.ma.MaskedArray:
@@ -340,7 +352,7 @@ class DeflectionsOfPoses(StatusOfPoses):
         Masked where there is none, which the status explains. Where free motions remain, the least
         displacement.
         """
-        return self._masked(move_twist(self._loads[1], self.stiffness.offset))
+        return self._masked(self._found[1])
 
     @property
     def energy(self) -> np.ma.MaskedArray:
@@ -350,7 +362,7 @@ class DeflectionsOfPoses(StatusOfPoses):
     @property
     def leg_wrenches(self) -> tuple[np.ma.MaskedArray, ...]:
         """What each leg carries about ``stiffness.origin``, world axes (..., n) [N, N m]."""
-        return tuple(self._masked(own) for own in self._loads[2])
+        return tuple(self._masked(own) for own in _loads(self.stiffness, self.wrench).wrenches)
 
     def _masked(self, values: np.ndarray) -> np.ma.MaskedArray:
         mask = np.broadcast_to(~self.answered[..., None], values.shape)
@@ -378,7 +390,7 @@ class DeflectionsOfPoses(StatusOfPoses):
 def deflection(
     robot: Robot | Snapshot | Network | Linkage,
     pose: Pose | DriveValues = None,
-    wrench: ArrayLike = (),
+    wrench: ArrayLike | None = None,
     *,
     at: ArrayLike | None = None,
     near: Near = None,
@@ -403,9 +415,11 @@ def deflection(
             "robot of a deflection",
             got=f"cable robot {robot.name!r}",
             expected="a robot without cables: these may become slack, and need not stay near",
-            hint="write cable_response(robot, pose, load=...), or 'robostiff cables'",
+            hint="write cable_response(robot, pose, wrench=...), or 'robostiff cables'",
         )
-    answer = direct_stiffness(robot, pose, at, near=near, tolerance=tolerance)
+    question = question_of(robot, pose, DEFAULT_METHOD, near, tolerance)
+    # One pose is asked for legs besides, which the direct form finds.
+    answer = Stiffness.of(question, at, by_record=bool(question.rows.shape))
     hint = "write deflection(robot, pose, wrench) or wrench=[...]: the pose comes first"
     F = given_wrenches(wrench, answer.space, answer.batch_shape, hint=hint)
     return DeflectionsOfPoses(F, answer) if answer.batch_shape else deflection_at(answer, F)

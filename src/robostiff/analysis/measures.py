@@ -177,12 +177,7 @@ def stiffness_where_answered(result: Stiffness | CableStiffness) -> np.ndarray:
 
 def compliance_where_answered(result: Stiffness) -> np.ndarray:
     """Compliance matrices (N, n, n); NaN where there is none."""
-    known = result.has_compliance
-    C = empty_batch(known.shape, (result.space.size, result.space.size))
-    C[...] = np.nan
-    if np.any(known):
-        C[known] = result[known].compliance
-    return C
+    return result.compliances
 
 
 def values_of(output: Output, result: Stiffness) -> tuple[np.ndarray, np.ndarray]:
@@ -195,7 +190,7 @@ def values_of(output: Output, result: Stiffness) -> tuple[np.ndarray, np.ndarray
         case StiffnessMatrix():
             values = stiffness_where_answered(result)
         case ComplianceMatrix():
-            values = compliance_where_answered(result)
+            values = result.compliances
         case DeflectionUnder():
             values, of_load = twists_under(result, np.array(output.wrench))
         case DisplacementUnder():
@@ -205,7 +200,7 @@ def values_of(output: Output, result: Stiffness) -> tuple[np.ndarray, np.ndarray
             values, of_load = values_of(output.of, result)
             values = values[(slice(None), *output.place)]
         case WorstDeflection():
-            values = worst_deflection(compliance_where_answered(result))["worst_deflection"]
+            values = worst_deflection(result.compliances)["worst_deflection"]
         case PrincipalStiffness():
             blocks = principal_stiffnesses(stiffness_where_answered(result))
             values = np.concatenate(list(blocks.values()), axis=-1)

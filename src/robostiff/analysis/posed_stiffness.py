@@ -205,6 +205,11 @@ def _answered(
             from robostiff.analysis.cable_stiffness import cable_stiffness
 
             return cable_stiffness(robot, pose, at=at, tolerance=tolerance)
+    plain = method is DEFAULT_METHOD and tolerance is DEFAULT_TOLERANCE and near is None
+    if by_record and plain and type(robot) is Robot:
+        one = PosesOfRobot.recorded_at_one(robot, pose)
+        if one is not None:
+            return Stiffness(one, one.rows).about(at)
     question = question_of(robot, pose, method, near, tolerance)
     return Stiffness.of(question, at, by_record=by_record)
 
@@ -220,7 +225,7 @@ def compliance(
     """Cartesian compliance matrix of a robot, t = C F (..., n, n) [m/N, 1/N, rad/(N m)].
 
     Parameters as for `stiffness`, a batch of poses among them. It follows from the wrenches of the
-    legs by least energy; K is not inverted.
+    legs by least energy. The K of a record is inverted where no digits are lost by that.
 
     Returns
     -------
@@ -241,4 +246,5 @@ def compliance(
     >>> C.shape
     (6, 6)
     """
-    return _answered(robot, pose, at, DEFAULT_METHOD, near, tolerance).required_compliance()
+    found = _answered(robot, pose, at, DEFAULT_METHOD, near, tolerance, by_record=True)
+    return found.required_compliance()

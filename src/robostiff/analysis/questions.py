@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import numpy as np
 
@@ -22,14 +22,15 @@ from robostiff.kinematics import (
     posture_finder,
 )
 from robostiff.kinematics.closure import LegSolver
+from robostiff.kinematics.pose import PoseRequest
 from robostiff.kinematics.solved_request import ActuatedRequest, SolvedRequest
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import PlacedLeg, Robot, Snapshot
+from robostiff.model.checks import FARTHEST, FULL_TURN
 
 if TYPE_CHECKING:
     from robostiff.analysis.compiled_answer import CompiledAnswer
     from robostiff.kinematics import Pose
-    from robostiff.kinematics.pose import PoseRequest
     from robostiff.network import Network
 
 #: Poses worked on at once: few enough for the cache, enough to hide the cost of a NumPy call.
@@ -53,14 +54,15 @@ class PosesOfRobot(Question):
     def __init__(
         self,
         robot: Robot,
-        pose: Pose,
+        pose: Pose | PoseRequest,
         method: Form = DEFAULT_METHOD,
         near: Near = None,
         tolerance: Tolerance = DEFAULT_TOLERANCE,
     ) -> None:
         self.finder, self.form, self.near = posture_finder(robot), method, near
         self._only: Posture | None = None
-        self.request = request = self.finder.request(pose)
+        is_read = type(pose) is PoseRequest
+        self.request = request = pose if is_read else self.finder.request(cast("Pose", pose))
         by_joints = isinstance(request, np.ndarray)
         batch = request.shape[:-1] if by_joints else request.batch
         super().__init__(robot.name, robot.space, method, tolerance, batch)
@@ -68,6 +70,37 @@ class PosesOfRobot(Question):
         self.numbers = (
             request.reshape(self.rows.size, request.shape[-1]) if by_joints else request.coordinates
         )
+
+    @classmethod
+    def recorded_at_one(cls, robot: Robot, pose: Any) -> PosesOfRobot | None:
+        """One pose of free coordinates in plain numbers, answered by the record of the robot.
+
+        None of other poses, and where the record does not answer at once: for `stiffness`, which
+        then reads and answers the pose as any other.
+        """
+        record = record_of(robot)
+        if record.compiled is None:
+            return None
+        places, home = _plain_coordinates(robot)
+        numbers = pose.tolist() if type(pose) is np.ndarray else pose
+        if type(numbers) is not list or len(numbers) != len(places):
+            return None
+        turned = 0.0
+        for place, x in zip(places, numbers, strict=True):
+            if not (isinstance(x, float) or type(x) is int):
+                return None
+            if place < 3 and not abs(x - home[place]) <= FARTHEST:
+                return None
+            turned += x * x if place >= 3 else 0.0
+        given = np.array(numbers, dtype=float)
+        if not turned <= FULL_TURN**2 or (found := record.answer_at_one(given)) is None:
+            return None
+        coordinates = home.copy()
+        coordinates[places] = given
+        left = tuple(place for place in robot.space.rows if place not in places)
+        question = cls(robot, PoseRequest((), coordinates[None], left))
+        question.recorded = found
+        return question
 
     def place(self, row: int) -> list[float]:
         """The numbers of one pose [m, rad]."""
@@ -197,6 +230,14 @@ class OwnPose(Question):
     def placed(self, row: np.ndarray) -> Snapshot | Network:
         """The machine itself, or one pose of a batch along one axis."""
         return self.machine.one(int(row)) if self.rows.shape else self.machine  # type: ignore[union-attr]
+
+
+@kept
+def _plain_coordinates(robot: Robot) -> tuple[list[int], np.ndarray]:
+    """Places of free pose coordinates among all six, and those of home; of an arm no places."""
+    places = robot.coordinate_places if not robot.is_serial else ()
+    inside = all(place in robot.space.rows for place in places)
+    return list(places) if inside else [], posture_finder(robot).home_pose
 
 
 # Of the stiffness of a leg: two postures that differ by less are the same to it.

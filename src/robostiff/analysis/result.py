@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -17,6 +17,7 @@ from robostiff.elastostatics import (
     RankDecision,
     Status,
 )
+from robostiff.elastostatics.result import definite_inverse
 from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.markup import InNotebooks
@@ -29,6 +30,7 @@ from robostiff.spatial import (
     move_twist,
     move_wrench,
 )
+from robostiff.spatial.batch import empty_batch
 from robostiff.spatial.rotation import matrix_of_rotation, rigid_transform
 
 if TYPE_CHECKING:
@@ -163,13 +165,17 @@ class Stiffness(StatusOfPoses, InNotebooks):
     @cached_property
     def matrix(self) -> np.ndarray:
         """K (..., n, n) of all poses, unchecked: meaningful where they have a stiffness matrix."""
-        if self.point is None:
-            return self._found.matrix
         if self.recorded is None:
-            return self.details().whole.moved(self.offset)
+            found = self.details()
+            return found.matrix if self.point is None else found.whole.moved(self.offset)
+        return self._moved(self.recorded.matrix, move_stiffness)
+
+    def _moved(self, A: np.ndarray, move: Callable[..., np.ndarray]) -> np.ndarray:
+        """K or C of the record (..., n, n) about the reference point."""
+        if self.point is None:
+            return A
         v = (self.point - self._own_point)[..., : self.space.translations]
-        K = self.recorded.matrix
-        return move_stiffness(K, v) if np.any(v) else K
+        return move(A, v) if np.any(v) else A
 
     @property
     def rank(self) -> np.ndarray:
@@ -181,20 +187,63 @@ class Stiffness(StatusOfPoses, InNotebooks):
         """Status of every pose (...) as uint16."""
         return self._found.status_codes
 
-    @property
+    @cached_property
+    def inverted(self) -> tuple[np.ndarray, np.ndarray]:
+        """K of the record inverted, about the reference point, and where no digits are lost (...).
+
+        Elsewhere, and without a record, compliance is that of the direct form.
+        """
+        if self.recorded is None:
+            return np.empty(()), np.zeros(self.batch_shape, dtype=bool)
+        C, certain = definite_inverse(self.recorded.matrix)
+        certain &= self.answered & (self.rank == self.space.size)
+        return self._moved(C, move_compliance), certain
+
+    @cached_property
     def has_compliance(self) -> np.ndarray:
         """Where every load meets a finite compliance (...), also where a direction is rigid."""
-        return self.details().whole.has_compliance
+        known = self.inverted[1].copy()
+        if not known.all():
+            known[~known] = np.ravel(self.careful.details().whole.has_compliance)
+        return known
 
-    @property
-    def compliance(self) -> np.ndarray | None:
-        """Compliance (..., n, n) [m/N, 1/N, rad/(N m)]; None when some pose has none.
+    @cached_property
+    def careful(self) -> Stiffness:
+        """The answer at those poses at which K of the record is not inverted, one after the other.
+
+        The answer itself where there is no other pose.
+        """
+        known = self.inverted[1]
+        return self[~known] if known.any() else self
+
+    @cached_property
+    def compliances(self) -> np.ndarray:
+        """Compliance (..., n, n) of all poses [m/N, 1/N, rad/(N m)]; NaN where there is none.
 
         The inverse of K. Where a direction is rigid, and K does not exist, C is zero for its
         wrench: legs without elastic links have the C of their drives.
         """
-        C = self.details().whole.compliance
-        return move_compliance(C, self.offset) if C is not None and np.any(self.offset) else C
+        C, known = self.inverted
+        if known.all():
+            return C
+        n, careful = self.space.size, self.careful
+        found = empty_batch(self.batch_shape, (n, n))
+        found[...] = np.nan
+        if known.any():
+            found[known] = C[known]
+        whole, offset = careful.details().whole, careful.offset
+        has = whole.has_compliance
+        if has.any():
+            some = (whole if has.all() else whole[has]).inverse
+            v = offset if has.all() else offset[has]
+            some = move_compliance(some, v) if np.any(v) else some
+            found[self.has_compliance & ~known] = np.reshape(some, (-1, n, n))
+        return found
+
+    @property
+    def compliance(self) -> np.ndarray | None:
+        """As `compliances`; None when some pose has none."""
+        return self.compliances if np.all(self.has_compliance) else None
 
     def required_compliance(self) -> np.ndarray:
         """Compliance (..., n, n) of all poses, those of a batch that have none masked.
@@ -214,12 +263,8 @@ class Stiffness(StatusOfPoses, InNotebooks):
             raise NoAnswerError(
                 f"no compliance matrix of {self.name!r} ({self.status}): {'; '.join(why.advice)}"
             )
-        n, known = self.space.size, self.has_compliance
-        found = np.ma.masked_all((*self.batch_shape, n, n))
-        found.data[...] = np.nan  # what is read past the mask is no number
-        if np.any(known):
-            found[known] = self[known].compliance
-        return found
+        missing = np.broadcast_to(~self.has_compliance[..., None, None], self.compliances.shape)
+        return np.ma.MaskedArray(self.compliances, missing)
 
     @cached_property
     def complaints(self) -> tuple[str, ...]:

@@ -27,7 +27,7 @@ _PAYS = 6_000
 # hundred joints. Beyond, the direct form stays.
 _MOST_OPERATIONS = 100_000
 # Machine code is some 0.5 us a pose faster than NumPy, and takes 0.1 s to compile after 0.5 s to
-# load the compiler: below a million poses NumPy is done before.
+# load the compiler: below a million poses NumPy is done before. A call counts as `_A_CALL` poses.
 _MACHINE_CODE_PAYS = 2**20
 
 
@@ -54,6 +54,12 @@ class KeptRecord:
         compiled = self.for_poses(len(np.asarray(poses.values if by_joints else poses)))
         return None if compiled is None else compiled.evaluate(poses)
 
+    def answer_at_one(self, inputs: np.ndarray) -> CompiledAnswer | None:
+        """K, rank and status at inputs (n,) of a kernel; None where the kernel does not answer."""
+        compiled = self.for_poses(1)
+        kernel = compiled.kernel
+        return compiled.at_one(kernel, inputs) if len(kernel.inputs) == len(inputs) else None
+
     def for_poses(self, count: int) -> Any:
         """What computes that many poses; None where it does not pay yet, or there is no record."""
         if not self.is_tried:
@@ -68,7 +74,7 @@ class KeptRecord:
             return None
         from robostiff.compiled import machine_code_is_available
 
-        self.served += count
+        self.served += self.a_call + count
         pays = self.served > self.machine_code_pays
         if pays and not self.is_machine_code and machine_code_is_available():
             self.is_machine_code = True

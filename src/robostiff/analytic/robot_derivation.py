@@ -11,7 +11,7 @@ import sympy as sp
 from robostiff.analytic.derivation import Derivation, Formula
 from robostiff.analytic.exact.definition import Definition, Unwritten, WrittenField, WrittenWhole
 from robostiff.analytic.substitution import Substitution, at_values
-from robostiff.analytic.vectors.forms import ArmOfSprings, InSeries, VectorForm
+from robostiff.analytic.vectors.forms import InSeries, VectorForm
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ class RobotDerivation(Derivation):
         Why it is in steps where a closed form was to be expected; empty otherwise.
     named : InNames or None
         The same in names, where every leg holds by unit wrenches that share no energy.
-    at_vector_level : VectorForm, InSeries, ArmOfSprings or None
+    at_vector_level : VectorForm, InSeries or None
         The same at vector level, found when it is first looked at; see `vectors`.
     general_rank : int or None
         Rank of K in numbers, at the random parameters and poses at which the formula was compared
@@ -132,22 +132,23 @@ class RobotDerivation(Derivation):
     def vectors(self) -> VectorForm | None:
         """One generic leg, a table of what differs, and the sum; None of other legs than these.
 
-        Struts, rods on slides and cranks, two links, and links about a centre have one.
+        Struts, rods on slides and cranks, and two links have one by their wrenches; legs with one
+        chain have one by their springs, in joint coordinates or by the axes of their joints.
 
         Found when first looked at, and compared with the numerical form.
         """
         form = self.at_vector_level
-        return form if isinstance(form, VectorForm) else None
+        return form if isinstance(form, VectorForm) and not form.is_arm else None
 
     @property
-    def in_series(self) -> InSeries | ArmOfSprings | None:
+    def in_series(self) -> InSeries | VectorForm | None:
         """The compliance of a serial arm, a sum over its springs; None of others.
 
         Entry by entry, or in vectors where these would be long. Found when first looked at, and
         compared with the numerical form.
         """
         form = self.at_vector_level
-        return form if isinstance(form, InSeries | ArmOfSprings) else None
+        return None if form is None or form is self.vectors else form
 
     def __hash__(self) -> int:
         return hash((self.name, self.where, self.coordinates))

@@ -49,7 +49,7 @@ from robostiff.analytic.robot_derivation import (
 )
 from robostiff.analytic.series_form import is_arm, series_form
 from robostiff.analytic.springs.sum_of_springs import SpringLeg, sum_of_springs
-from robostiff.analytic.vectors.forms import ArmOfSprings, InSeries, VectorForm
+from robostiff.analytic.vectors.forms import InSeries, VectorForm
 from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import InputError
 from robostiff.model import Robot
@@ -355,7 +355,7 @@ def _derivation(
     }
 
     def in_vectors() -> Any:
-        form = level() if level else _at_vector_level(placed)
+        form = level() if level else _at_vector_level(placed, are_named=named is not None)
         return form and replace(form, **own)
 
     return RobotDerivation(
@@ -375,10 +375,14 @@ def _derivation(
     )
 
 
-def _at_vector_level(placed: PlacedRobot) -> VectorForm | InSeries | ArmOfSprings | None:
+def _at_vector_level(
+    placed: PlacedRobot, *, are_named: bool = False
+) -> VectorForm | InSeries | None:
     if placed.robot.platform is not None:
         return None
-    return vector_form(placed) or series_form(placed)
+    found = vector_form(placed)
+    # Wrenches in names are shorter than the springs of passive joints.
+    return found or (series_form(placed) if is_arm(placed) or not are_named else None)
 
 
 def _check_platform(robot: Robot) -> None:

@@ -1,12 +1,13 @@
-"""A serial arm as a textbook has it: its compliance, a sum over the springs, and K its inverse.
+"""Legs by their springs in series, as a textbook has them, and arms, which are one such leg.
 
-Entry by entry where that is short, otherwise in vectors: each drive by its twist, each beam by its
-compliance about its middle.
+The compliance of an arm is a sum over its springs, and K its inverse: entry by entry where that is
+short, otherwise in vectors. Legs that have one chain are one generic leg and a table, in their own
+joint coordinates, or by the axes of their joints where the pose gives these.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,51 +18,60 @@ from robostiff.analytic.exact.definition import used_definitions
 from robostiff.analytic.exact.operation_count import count_of
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.legs.leg_geometry import LegGeometry
-from robostiff.analytic.placement.agreement import check_form
+from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.robot_placement import PlacedRobot
-from robostiff.analytic.placement.robot_pose import exact_angle
 from robostiff.analytic.reading.named_reading import NamedReading
-from robostiff.analytic.springs.contributions import BeamProducts, recognised_beam
-from robostiff.analytic.vectors.forms import ArmOfSprings, InSeries
+from robostiff.analytic.reading.record_reading import ClosedReading
+from robostiff.analytic.springs.unit_wrenches import PointAndSizes, SampledLeg
+from robostiff.analytic.vectors.forms import InSeries, VectorForm
+from robostiff.analytic.vectors.leg_table import LegTable
 from robostiff.analytic.vectors.vector_expressions import (
     Coordinates,
     Cross,
     Equation,
-    Stacked,
+    Norm,
+    Over,
     Sum,
     Turned,
     Turns,
     Vector,
     VectorExpression,
+    with_formulas_changed,
+)
+from robostiff.analytic.vectors.vector_rods import in_the_platform
+from robostiff.analytic.vectors.walk import (
+    UnusualPartError,
+    Walk,
+    columns_of,
+    rotations_of,
+    terms_of,
+    turning_angles,
+    turns_of,
 )
 from robostiff.errors import InputError
-from robostiff.model import Joint, JointKind, Link, PlacedSpring, Rigid, StiffnessLaw, Telescope
-from robostiff.record import Entry
-from robostiff.spatial import Screw, exact_number
+from robostiff.model import Telescope
+from robostiff.model.entries import are_equal
+from robostiff.recorded.leg import at_samples as sampled
 
 _PRINTED = 500  # operations of a compliance beyond which it is not printed
-_WHOLE = 1e-9
+_SAME = 1e-9
+_RANK = 1e-9  # of the largest compliance, rotations at the characteristic length
 
 
-def series_form(placed: PlacedRobot) -> InSeries | ArmOfSprings | None:
-    """The compliance of an arm without passive joints; None of others, and where it is rigid.
+def series_form(placed: PlacedRobot) -> InSeries | VectorForm | None:
+    """The springs of an arm, or of legs with one chain; None of others, and where one is rigid.
 
     Raises
     ------
     DisagreementError
         When it differs from the numerical form at random parameters and poses.
     """
-    if not is_arm(placed):
-        return None
-    own = placed.legs[0].leg
-    geometry = LegGeometry.of(own, placed)
     try:
-        geometry.check_elastic()
-    except InputError:
+        found = _arm(placed) if is_arm(placed) else _legs(placed)
+    except (UnusualPartError, FormulaTooLargeError):
         return None
-    found = _in_entries(geometry) or _Walk(placed).form()
     if found is not None:
-        check_form("the sum of springs in series", found.stiffness, placed)
+        RobotInNumbers.of(placed).check(found.K, found.definitions)
     return found
 
 
@@ -72,6 +82,15 @@ def is_arm(placed: PlacedRobot, links: int = 0) -> bool:
     own = placed.legs[0].leg
     passive = any(f.is_passive for f in own.freedoms)
     return not (passive or own.blocks) and len([*own.springs]) >= links
+
+
+def _arm(placed: PlacedRobot) -> InSeries | VectorForm | None:
+    geometry = LegGeometry.of(placed.legs[0].leg, placed)
+    try:
+        geometry.check_elastic()
+    except InputError:
+        return None
+    return _in_entries(geometry) or _in_vectors(placed)
 
 
 def _in_entries(geometry: LegGeometry) -> InSeries | None:
@@ -91,218 +110,175 @@ def _in_entries(geometry: LegGeometry) -> InSeries | None:
     return InSeries(definitions, placed.entries.space, C, axes, arm)
 
 
-class _UnusualPartError(Exception):
-    """A part that the vector form of an arm has no equation for."""
+def _in_vectors(placed: PlacedRobot) -> VectorForm | None:
+    """The whole arm by its rotations, points and twists."""
+    (leg,), (own,) = placed.entries.legs, placed.legs
+    if leg.chain.couplings or "p" in placed.symbols:
+        return None
+    walk = Walk(placed)
+    walk.go(leg.base.p)
+    walk.turn(turns_of(leg.base.R))
+    walk.along(leg.chain.elements, iter(own.leg.springs), own.coordinate)
+    if turns_of(leg.attachment.R):
+        return None
+    walk.go(-np.array(leg.attachment.p, dtype=object))
+    walk.go(placed.entries.reference_point)
+    walk.equations.append(Equation("p", walk.here()))
+    return _form(walk, (), walk.finish(Vector("p")), {}, (leg.name,))
 
 
-class _Walk:
-    """Goes along an arm and writes down its rotations, points, twists and beams."""
+def _form(
+    walk: Walk, pose: Any, equations: Any, columns: dict[str, Any], legs: tuple[str, ...]
+) -> VectorForm:
+    of_springs = [c for _, _, c in walk.drives] + [x for *_, own in walk.beams for x in own]
+    return VectorForm(
+        names=used_definitions(walk.read.definitions, of_springs),
+        space=walk.placed.entries.space,
+        pose=pose,
+        leg=equations,
+        columns=columns,
+        legs=legs,
+        drives=tuple(walk.drives),
+        beams=tuple(walk.beams),
+        passive=tuple(walk.passive),
+    )
 
-    def __init__(self, placed: PlacedRobot) -> None:
-        self.placed = placed
-        self.read = NamedReading(placed.record, placed.symbols, placed.springs)
-        self.products = BeamProducts(self.read)
-        self.equations: list[Equation] = []
-        self.rotation: str | None = None
-        self.idle: set[str] = set()  # rotations that turn no vector
-        self.terms: list[tuple[int, VectorExpression]] = []
-        self.offset = [sp.Integer(0)] * 3
-        self.arms: list[tuple[str, VectorExpression]] = []
-        self.twists: list[tuple[str, VectorExpression, str | None]] = []
-        self.drives: list[tuple[str, str, Any]] = []
-        self.beams: list[tuple[str, str, str, tuple[Any, ...]]] = []
-        self.counts: dict[str, int] = {}
 
-    def form(self) -> ArmOfSprings | None:
-        """The whole arm; None where it has parts that have no equation here."""
-        placed = self.placed
-        leg = placed.entries.legs[0]
-        own = placed.legs[0]
-        if leg.chain.couplings or "p" in placed.symbols:
+def _legs(placed: PlacedRobot) -> VectorForm | None:
+    """Legs with one chain away from home; None where springs leave them rigid in a direction."""
+    chains = [leg.chain for leg in placed.robot.legs]
+    at_home = placed.given is None and not placed.follows.at_joints
+    is_other = at_home or placed.robot.is_posed_by_joints or placed.robot.platform is not None
+    if is_other or len(chains) < 2 or chains[0].couplings or chains[0].has_blocks:
+        return None
+    if not all(are_equal(chain, chains[0]) for chain in chains[1:]):
+        return None
+    around = PointAndSizes(placed.record, placed.reference, placed.entries.space, placed.length)
+    sample = SampledLeg.of(placed.legs[0].leg, around)
+    if sample is None or any(s.elasticity.freedoms.shape[1] for s in placed.legs[0].leg.springs):
+        return None
+    tolerance = _RANK * np.max(np.abs(sample.C))
+    if np.min(np.linalg.matrix_rank(sample.C, tol=tolerance, hermitian=True)) < sample.C.shape[1]:
+        return None
+    found = _by_angles(placed) if placed.follows.at_joints else _by_axes(placed)
+    if found is None or not found.passive:
+        return None
+    # A passive joint that depends on those before it takes nothing.
+    ranks = [np.linalg.matrix_rank(sample.J[0, :, :k]) for k in range(len(found.passive) + 1)]
+    lost = {x for x, a, b in zip(found.passive, ranks, ranks[1:], strict=False) if a == b}
+    return replace(
+        found,
+        passive=tuple(x for x in found.passive if x not in lost),
+        leg=tuple(e for e in found.leg if e.name not in lost),
+    )
+
+
+def _by_angles(placed: PlacedRobot) -> VectorForm | None:
+    """Legs by their own coordinates; the table has their bases and their ends as well."""
+    legs = placed.entries.legs
+    plain = ClosedReading(placed.record, placed.symbols)
+    table = LegTable(dict(placed.robot.nominal))
+    walk = Walk(placed, "_i")
+
+    def place(letter: str, angle: str, each: list[Any]) -> bool:
+        points = [tuple(map(plain, point)) for point in each]
+        if not any(x != 0 for point in points for x in point):
+            return False
+        found = table.vectors(letter, angle, points)
+        if found is not None:
+            walk.equations.append(Equation(f"{letter}_i", Coordinates(found)))
+        return True
+
+    def angles(R: np.ndarray) -> tuple[Any, Any, Any]:
+        if plain(R[2, 2]) == 1:  # about z, perhaps by a symbol
+            found = table.polar(sp.sympify(plain(R[0, 0])), sp.sympify(plain(R[1, 0])))
+            if found is not None:
+                return found[1], sp.S.Zero, sp.S.Zero
+        return turning_angles(R)
+
+    def turn(names: tuple[str, str, str], each: list[Any]) -> None:
+        of_all = zip(names, zip(*map(angles, each), strict=True), strict=True)
+        walk.turn(tuple(zip("zyx", (table.angle(*own) for own in of_all), strict=True)))
+
+    if place("a", "phi", [leg.base.p for leg in legs]):
+        walk.terms = [(1, Vector("a_i"))]
+    turn(("gamma", "beta", "alpha"), [np.asarray(leg.base.R) for leg in legs])
+    walk.along(legs[0].chain.elements, iter(placed.legs[0].leg.springs), placed.legs[0].coordinate)
+    turn(("nu", "mu", "lambda"), [np.asarray(leg.attachment.R).T for leg in legs])
+    walk.idle.discard(walk.rotation or "")  # it is that of the platform
+    at, r0 = walk.here(), placed.entries.reference_point
+    if place("b", "psi", [np.array(leg.attachment.p) - r0 for leg in legs]):
+        at = Sum((*terms_of(at), (-1, walk.turned_name("b_i"))))
+    walk.equations.append(Equation("p_i", at))
+    form = _form(walk, (), walk.finish(Vector("p_i")), {}, tuple(leg.name for leg in legs))
+    # Written in the coordinates of the first leg: in those of leg i now.
+    each = [[sp.sympify(plain(x)) for x in placed.closed[i]] for i in range(len(legs))]
+    own: dict[Any, Any] = {}
+    for k, screw in enumerate(legs[0].chain.freedoms):
+        if each[0][k].is_Symbol and each[0][k] not in own:
+            name = f"{'theta' if screw.turns else 's'}_i_{k + 1}"
+            own[each[0][k]] = sp.Symbol(name, real=True)
+            table.columns[name] = [q[k] for q in each]
+    for i, q in enumerate(each):
+        known = {s: table.columns[x.name][i] for s, x in own.items()}
+        if any(sp.expand(a.xreplace(known) - b) != 0 for a, b in zip(each[0], q, strict=True)):
             return None
-        try:
-            self.go(leg.base.p)
-            self.turn(leg.base.R)
-            self.along(leg.chain.elements, iter(own.leg.springs), own.coordinate)
-            if _turns_of(leg.attachment.R):
-                return None
-            self.go(-np.array(leg.attachment.p, dtype=object))
-            self.go(placed.entries.reference_point)
-        except (_UnusualPartError, FormulaTooLargeError):
+    if any(d.expression.free_symbols & own.keys() for d in form.names):
+        return None
+    form = with_formulas_changed(form, lambda x: x.xreplace(own))
+    return replace(form, columns={name: tuple(x) for name, x in table.columns.items()})
+
+
+def _by_axes(placed: PlacedRobot) -> VectorForm | None:
+    """Legs of two or three turns; one between two others is square to them.
+
+    The axis of the first one is fixed in the base, that of the last one in the platform.
+    """
+    freedoms = [[*own.leg.freedoms] for own in placed.legs]
+    turns, count = placed.rotation.factors(placed.given or {}), placed.record.count
+    if not (2 <= len(freedoms[0]) <= 3 and all(f.is_rotation for own in freedoms for f in own)):
+        return None
+    if any(isinstance(x, Telescope) for x, _ in placed.robot.legs[0].chain.moving) or not turns:
+        return None
+    plain = ClosedReading(placed.record, placed.symbols)
+    table = LegTable(dict(placed.robot.nominal))
+    rotation = "Q" if "R" in placed.symbols else "R"
+    pose, equations = [Equation(rotation, Turns(turns))], list[Equation]()
+    e, u, p = Vector("e_i"), Vector("u_i"), tuple(map(plain, placed.reference))
+    pose.append(Equation("p", Coordinates(p)))
+    points = [tuple(map(plain, leg.base.p)) for leg in placed.entries.legs]
+    each = {
+        ("e", "theta"): [f[0].axis for f in freedoms],
+        ("j", "chi"): [in_the_platform(placed, f[-1].axis) for f in freedoms],
+    }
+    vectors = {own: [tuple(map(plain, v)) for v in axes] for own, axes in each.items()}
+    if any(x != 0 for point in points for x in point):
+        vectors["a", "phi"] = points
+    for (letter, angle), own in vectors.items():
+        found = table.vectors(letter, angle, own)
+        if found is not None:
+            equations.append(Equation(f"{letter}_i", Coordinates(found)))
+    equations.append(Equation("u_i", Turned(rotation, Vector("j_i"))))
+    axes: list[VectorExpression] = [e, u]
+    if len(freedoms[0]) == 3:
+        at = np.array([[sampled(f.axis, count) for f in own] for own in freedoms])
+        first, middle, last = at.transpose(1, 0, 2, 3)
+        along = np.cross(first, last)
+        apart = [np.max(np.abs(np.sum(middle * x, axis=-1))) for x in (first, last)]
+        sides = np.sign(np.sum(middle * along, axis=-1))
+        if max(apart) > _SAME or np.ptp(sides) or np.min(np.abs(sides)) == 0:
             return None
-        here = self.here()
-        # Turns that move neither a spring nor the reference point are left out.
-        while self.equations and self.equations[-1].name in self.idle:
-            self.equations.pop()
-        self.equations.append(Equation("p", here))
-        away = (-1, Vector("p"))
-        for name, point in self.arms:
-            self.equations.append(Equation(name, Sum((*_terms(point), away))))
-        for name, e, point in self.twists:
-            arm = None if point is None else Cross(Sum(((1, Vector(point)), away)), e)
-            self.equations.append(
-                Equation(name, Stacked(e, None) if arm is None else Stacked(arm, e))
-            )
-        of_springs = [c for _, _, c in self.drives] + [x for *_, own in self.beams for x in own]
-        used = used_definitions(self.read.definitions, of_springs)
-        return ArmOfSprings(
-            used,
-            placed.entries.space,
-            tuple(self.equations),
-            tuple(self.drives),
-            tuple(self.beams),
-        )
-
-    def along(self, elements: Any, springs: Iterator[PlacedSpring], coordinate: Any) -> None:
-        """Walk over all elements."""
-        place = 0
-        for element in elements:
-            if isinstance(element, Rigid):
-                self.go(element.transform.p)
-                self.turn(element.transform.R)
-            elif isinstance(element, Link):
-                self.beam(next(springs), element.axes, element.to)
-            elif isinstance(element, Joint):
-                if element.kind is JointKind.SPHERICAL:
-                    raise _UnusualPartError
-                for screw in element.freedoms:
-                    self.freedom(element.name, screw, element.role, coordinate(place))
-                    place += 1
-            elif isinstance(element, Telescope):
-                (screw,) = element.freedoms
-                extension = coordinate(place)
-                place += 1
-                self.freedom(element.name, screw, element.role, extension, slides=not element.beams)
-                for beam in element.beams:
-                    length = beam.fixed + beam.share * extension
-                    self.beam(next(springs), element.axes, element.direction * length)
-            else:
-                raise _UnusualPartError
-
-    def freedom(self, name: str, screw: Screw, role: Any, q: Any, *, slides: bool = True) -> None:
-        """A joint: what it adds to the compliance, and how it moves what follows."""
-        if not (screw.is_rotation or screw.is_translation):
-            raise _UnusualPartError
-        stiffness = getattr(role, "stiffness", None)
-        axis = [self.read(x) for x in screw.axis]
-        if stiffness is not None:
-            if isinstance(stiffness, StiffnessLaw):
-                raise _UnusualPartError
-            compliance = 1 / self.read(stiffness)
-            twist = self.free("t")
-            e = self.turned(axis)
-            point = self.named_point() if screw.turns else None
-            self.twists.append((twist, e, point))
-            self.drives.append((name, twist, compliance))
-        if screw.turns:
-            places = [i for i, x in enumerate(axis) if x != 0]
-            if len(places) > 1:
-                raise _UnusualPartError
-            self.turn_by((("xyz"[places[0]], axis[places[0]] * self.read(q)),))
-        elif slides:
-            self.go(np.array(screw.axis, dtype=object) * q)
-
-    def beam(self, spring: PlacedSpring, axes: Any, to: Any) -> None:
-        """A beam that runs to a point of the present frame."""
-        found = recognised_beam(spring, self.placed.record)
-        if found is None:
-            raise _UnusualPartError
-        along, products = found
-        named = self.products.of(products)
-        value = self.products.value
-        turns = _turns_of(axes)
-        own = self.free("Q")
-        expression: VectorExpression = Turns(turns)
-        if self.rotation is not None:
-            self.idle.discard(self.rotation)
-            expression = Turned(self.rotation, expression) if turns else Vector(self.rotation)
-        self.equations.append(Equation(own, expression))
-        half = np.array(to, dtype=object) * sp.Rational(1, 2)
-        self.go(half)
-        middle = self.free("m")
-        self.arms.append((middle, self.here()))
-        self.go(half)
-        of_beam = (
-            self.read.length(along),
-            *(value(named[x], spring.name) for x in ("EA", "EI_y", "EI_z", "GJ")),
-        )
-        self.beams.append((spring.name, own, middle, of_beam))
-
-    def go(self, to: Any) -> None:
-        """Move to a point of the present frame."""
-        self.offset = [a + self.read(b) for a, b in zip(self.offset, to, strict=True)]
-
-    def turn(self, R: Any) -> None:
-        """Turn by a constant rotation."""
-        self.turn_by(_turns_of(R))
-
-    def turn_by(self, turns: tuple[tuple[str, Any], ...]) -> None:
-        """Turn about axes of the present frame."""
-        turns = tuple((axis, angle) for axis, angle in turns if angle != 0)
-        if not turns:
-            return
-        self.terms, self.offset = list(_terms(self.here())), [sp.Integer(0)] * 3
-        name = self.free("R")
-        own = Turns(turns)
-        turned = own if self.rotation is None else Turned(self.rotation, own)
-        self.equations.append(Equation(name, turned))
-        self.rotation = name
-        self.idle.add(name)
-
-    def turned(self, vector: list[Any]) -> VectorExpression:
-        """A vector of the present frame in the world."""
-        own = Coordinates(tuple(vector))
-        if self.rotation is None:
-            return own
-        self.idle.discard(self.rotation)
-        return Turned(self.rotation, own)
-
-    def here(self) -> VectorExpression:
-        """The present point in the world."""
-        moved = any(x != 0 for x in self.offset)
-        terms = [*self.terms, *([(1, self.turned(self.offset))] if moved else [])]
-        if not terms:
-            return Coordinates((sp.Integer(0),) * 3)
-        return terms[0][1] if len(terms) == 1 else Sum(tuple(terms))
-
-    def named_point(self) -> str:
-        """A name for the present point."""
-        here = self.here()
-        if isinstance(here, Vector):
-            return here.name
-        name = self.free("p")
-        self.equations.append(Equation(name, here))
-        named: list[tuple[int, VectorExpression]] = [(1, Vector(name))]
-        self.terms, self.offset = named, [sp.Integer(0)] * 3
-        return name
-
-    def free(self, letter: str) -> str:
-        """The next name that is no symbol of the robot."""
-        while True:
-            number = self.counts[letter] = self.counts.get(letter, 0) + 1
-            if f"{letter}_{number}" not in self.placed.symbols:
-                return f"{letter}_{number}"
-
-
-def _terms(point: VectorExpression) -> tuple[tuple[int, VectorExpression], ...]:
-    return point.terms if isinstance(point, Sum) else ((1, point),)
-
-
-def _turns_of(R: Any) -> tuple[tuple[str, Any], ...]:
-    """A constant rotation as turns about coordinate axes."""
-    if any(isinstance(x, Entry) for x in np.ravel(R)):
-        raise _UnusualPartError
-    A = np.array([float(exact_number(x)) for x in np.ravel(R)]).reshape(3, 3)
-    for axis in range(3):
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        if abs(A[axis, axis] - 1) < _WHOLE:
-            angle = exact_angle(float(np.arctan2(A[j, i], A[i, i])))
-            return (("xyz"[axis], angle),) if angle != 0 else ()
-    # Rz(a) Ry(b) Rx(c)
-    b = float(np.arcsin(np.clip(-A[2, 0], -1, 1)))
-    if abs(np.cos(b)) < _WHOLE:
-        a, c = float(np.arctan2(-A[0, 1], A[1, 1])), 0.0
-    else:
-        a, c = float(np.arctan2(A[1, 0], A[0, 0])), float(np.arctan2(A[2, 1], A[2, 2]))
-    found = (("z", exact_angle(a)), ("y", exact_angle(b)), ("x", exact_angle(c)))
-    return tuple((axis, angle) for axis, angle in found if angle != 0)
+        across = Cross(e, u) if sides.flat[0] > 0 else Cross(u, e)
+        equations.append(Equation("v_i", Over(across, Norm(across))))
+        axes.insert(1, Vector("v_i"))
+    known = [(x, sampled(f.axis, count)) for x, f in zip(axes, freedoms[0], strict=True)]
+    leg, own = placed.entries.legs[0], placed.legs[0].leg
+    bodies = rotations_of(leg.chain.elements, iter(own.springs), count)
+    found = {k: columns_of(R, known) for k, R in bodies.items()}
+    walk = Walk(placed, "_i", axes, {k: x for k, x in found.items() if x is not None})
+    walk.terms = [(1, Vector("a_i"))] if ("a", "phi") in vectors else []
+    walk.along(leg.chain.elements, iter(own.springs), placed.legs[0].coordinate)
+    columns = {name: tuple(x) for name, x in table.columns.items()}
+    legs = tuple(leg.name for leg in placed.entries.legs)
+    leg = (*equations, *walk.finish(Vector("p") if any(x != 0 for x in p) else None))
+    return _form(walk, tuple(pose), leg, columns, legs)

@@ -64,9 +64,10 @@ def check_robot(asked: Check) -> int:
     if doubts:
         facts["warnings"] = doubts
     if picture is not None:
-        from robostiff.plot.posed_robot import Colouring, picture_of_robot
+        from robostiff import plot
 
-        draw(picture_of_robot(robot, colouring=Colouring.NAMES), picture)
+        drawn = plot.robot(robot, colouring=plot.Colouring.NAMES, backend=plot.PictureData())
+        draw(drawn, picture)
         facts["picture"] = str(picture)
     return answered(facts_page(facts), asked.answer)
 
@@ -109,7 +110,6 @@ def print_indices(asked: PrintIndices) -> int:
     """Print the stiffness indices at a pose; 1 for a bad status."""
     from robostiff.analysis.indices import indices
     from robostiff.model.cable import CableRobot
-    from robostiff.page.indices import indices_page
 
     robot = loaded(asked.model, asked.place)
     if isinstance(robot, CableRobot):
@@ -119,8 +119,11 @@ def print_indices(asked: PrintIndices) -> int:
             expected="a robot with legs: the stiffness of cables depends on their tensions",
         )
     result = stiffness(robot, **where_from(robot, asked.place))
-    found = indices(result, length=length_from(asked.length)) if result.answered.all() else None
-    return answered(indices_page(result, found), asked.answer)
+    if not result.answered.all():
+        from robostiff.page.indices import indices_page
+
+        return answered(indices_page(result), asked.answer)
+    return answered(page_of(indices(result, length=length_from(asked.length))), asked.answer)
 
 
 def print_verification(asked: PrintVerification) -> int:

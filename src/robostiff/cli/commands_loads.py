@@ -56,9 +56,13 @@ def print_equilibrium(asked: PrintEquilibrium) -> int:
     if factors is not None:
         curve = load_path(robot, wrench=F or (), factors=factors, **options)
     if picture is not None:
-        from robostiff.plot.loaded_robot import equilibrium_picture, load_curve_picture
+        from robostiff import plot
 
-        draw(equilibrium_picture(result) if curve is None else load_curve_picture(curve), picture)
+        data = plot.PictureData()
+        if curve is None:
+            draw(plot.equilibrium(result, backend=data), picture)
+        else:
+            draw(plot.load_curve(curve, backend=data), picture)
     return answered(equilibrium_page(result, critical, curve), asked.answer)
 
 
@@ -74,10 +78,12 @@ def print_modes(asked: PrintModes) -> int:
         moving.setdefault(name, []).append(mass)
     found = modes(robot, masses=moving, wrench=F, **_options(robot, asked.place, written))
     if picture is not None:
-        from robostiff.plot.loaded_robot import mode_picture
+        from robostiff import plot
 
         number = asked.number
-        draw(mode_picture(found, number), picture, mode_picture(found, number, -1.0))
+        data = plot.PictureData()
+        other_end = plot.mode(found, number, -1.0, backend=data)
+        draw(plot.mode(found, number, backend=data), picture, other_end)
     masses = masses_at_home(robot)
     words = masses_in_words(masses, "masses of the model")
     return answered(modes_page(found, masses.get("masses"), tuple(words)), asked.answer)

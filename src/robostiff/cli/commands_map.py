@@ -203,7 +203,7 @@ def make_map(asked: MakeMap) -> int:
                 [chosen("--quantity", name, _QUANTITIES) for name in asked.quantities]
                 or [Quantity.PRINCIPAL_STIFFNESS],
                 wrench=None if asked.wrench is None else wrench_from(asked.wrench, robot.space),
-                characteristic_length=length_from(asked.length),
+                length=length_from(asked.length),
                 near=near_from(robot, asked.place),
                 method=method,
                 store=output if in_store else None,
@@ -218,9 +218,9 @@ def make_map(asked: MakeMap) -> int:
         elif (writer := _WRITERS[output.suffix]) is not None:
             writer(found, output)
         if picture is not None:
-            from robostiff.plot.maps.pictures import overview_picture
+            from robostiff import plot
 
-            draw(overview_picture(found), picture)
+            draw(plot.map_overview(found, backend=plot.PictureData()), picture)
     except KeyboardInterrupt:
         click.echo(f"robostiff: interrupted; {_how_to_go_on(output)}", err=True)
         return INTERRUPTED

@@ -25,17 +25,14 @@ from robostiff.cli.written_arguments import (
 from robostiff.errors import InputError
 from robostiff.model import Robot
 from robostiff.model.cable import CableRobot
-from robostiff.plot.energy_bars import energy_picture
+from robostiff.plot.backend import DATA
+from robostiff.plot.energy_bars import energy_shares
 from robostiff.plot.geometry.ellipsoid import Quality
-from robostiff.plot.loaded_robot import mode_picture
-from robostiff.plot.maps.pictures import overview_picture
-from robostiff.plot.posed_robot import Colouring, picture_of_robot
-from robostiff.plot.posture import surroundings
-from robostiff.plot.stiffness_pictures import (
-    ellipsoid_picture,
-    free_motions_picture,
-    matrix_picture,
-)
+from robostiff.plot.loaded_robot import mode
+from robostiff.plot.maps.pictures import map_overview
+from robostiff.plot.posed_robot import Colouring
+from robostiff.plot.posed_robot import robot as robot_picture
+from robostiff.plot.stiffness_pictures import ellipsoid, free_motions, matrix
 from robostiff.statics import cable_response, deflection, modes
 
 if TYPE_CHECKING:
@@ -91,18 +88,20 @@ def _of_robot(what: str, robot: Any, asked: Plot) -> tuple[Picture, ...]:
     """The picture, and of a mode the other end of the vibration."""
     pose, near = pose_from(robot, asked.place), near_from(robot, asked.place)
     if what == "robot":
-        return (picture_of_robot(robot, pose, colouring=Colouring.NAMES, near=near),)
+        named = Colouring.NAMES
+        return (robot_picture(robot, pose, near=near, colouring=named, backend=DATA),)
     if isinstance(robot, CableRobot):
         return (_of_cables(what, robot, pose, asked),)
     options: dict[str, Any] = {"at": point_from(asked.place), "near": near}
     if what in _OF_LOADS:
         bent = deflection(robot, pose, wrench_from(asked.wrench or "", robot.space), **options)
         if what == "energy":
-            return (energy_picture(bent),)
-        return (picture_of_robot(robot, pose, bent, Colouring.PARTS, near=near),)
+            return (energy_shares(bent, backend=DATA),)
+        shown: dict[str, Any] = {"deflection": bent, "colouring": Colouring.PARTS}
+        return (robot_picture(robot, pose, near=near, **shown, backend=DATA),)
     if what == "modes":
         found = modes(robot, pose, **options)
-        return (mode_picture(found, asked.mode), mode_picture(found, asked.mode, -1.0))
+        return tuple(mode(found, asked.mode, side, backend=DATA) for side in (1.0, -1.0))
     return (_of_stiffness(what, robot, stiffness(robot, pose, **options), asked),)
 
 
@@ -111,18 +110,18 @@ def _of_cables(what: str, robot: CableRobot, pose: Any, asked: Plot) -> Picture:
         raise InputError(f"--what {what}", got=robot, expected="a robot with legs")
     if what == "deflection":
         bent = cable_response(robot, pose, wrench_from(asked.wrench or "", robot.space))
-        return picture_of_robot(robot, pose, bent)
+        return robot_picture(robot, pose, deflection=bent, backend=DATA)
     result, at = cable_stiffness(robot, pose), point_from(asked.place)
     return _of_stiffness(what, robot, result.about(at), asked)
 
 
 def _of_stiffness(what: str, robot: Any, result: Any, asked: Plot) -> Picture:
     if what == "matrix":
-        return matrix_picture(result)
-    around = surroundings(robot, result)
+        return matrix(result, backend=DATA)
     if what == "free-motions":
-        return free_motions_picture(result, around)
-    return ellipsoid_picture(result, chosen("--quality", asked.quality, _QUALITIES), around)
+        return free_motions(result, within=robot, backend=DATA)
+    quality = chosen("--quality", asked.quality, _QUALITIES)
+    return ellipsoid(result, quality, within=robot, backend=DATA)
 
 
 def _of_map(path: str, asked: Plot) -> Picture:
@@ -134,7 +133,7 @@ def _of_map(path: str, asked: Plot) -> Picture:
         with suppress(ValueError):
             at[name] = float(value)
     quantity = None if asked.quantity is None else asked.quantity.replace("-", "_")
-    return overview_picture(read_map(path), quantity, at)
+    return map_overview(read_map(path), quantity, at=at, backend=DATA)
 
 
 def make_report(asked: Report) -> int:

@@ -139,13 +139,15 @@ def _plain(value: Any) -> Any:
 
 def _assembled(entries: Entries) -> np.ndarray:
     """The symmetric array (..., 6, 6) with these entries on and above its diagonal."""
-    cells = {place: _cell(entry) for place, entry in entries.items()}
-    shape = np.broadcast_shapes(*(cell.shape for cell in cells.values()))
-    numeric = all(cell.dtype == np.float64 for cell in cells.values())
-    matrix = np.zeros((*shape, 6, 6), dtype=np.float64 if numeric else object)
-    for (i, j), cell in cells.items():
-        matrix[..., i, j] = cell
-        matrix[..., j, i] = cell
+    if all(isinstance(entry, float) for entry in entries.values()):
+        matrix = np.zeros((6, 6))
+    else:
+        entries = {place: _cell(entry) for place, entry in entries.items()}
+        shape = np.broadcast_shapes(*(cell.shape for cell in entries.values()))
+        numeric = all(cell.dtype == np.float64 for cell in entries.values())
+        matrix = np.zeros((*shape, 6, 6), dtype=np.float64 if numeric else object)
+    for (i, j), entry in entries.items():
+        matrix[..., i, j] = matrix[..., j, i] = entry
     return matrix
 
 

@@ -6,7 +6,7 @@ import math
 import os
 import re
 from array import array
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +20,9 @@ _LARGEST = 1e30
 _HEADING = re.compile(r"\s*(?P<name>[^\[\(]+?)\s*(?:[\[\(](?P<unit>[^\]\)]*)[\]\)])?\s*\Z")
 _DIMENSIONS = {
     dimension.si_unit: dimension
-    for dimension in (Dimension.LENGTH, Dimension.ANGLE, Dimension.FORCE, Dimension.MOMENT)
+    for dimension in (
+        *(Dimension.LENGTH, Dimension.ANGLE, Dimension.FORCE, Dimension.MOMENT, Dimension.MASS),
+    )
 }
 _TIMES = {"": 1.0, "s": 1.0, "ms": 1e-3, "min": 60.0}
 
@@ -53,6 +55,8 @@ class CsvTable:
         Those that are read.
     si : dict of str to (N,) array
         Their values in SI units.
+    words : dict of str to tuple of str
+        What stands in columns of words.
     """
 
     lines: tuple[str, ...]
@@ -61,6 +65,7 @@ class CsvTable:
     separator: str
     columns: tuple[Column, ...]
     si: dict[str, np.ndarray]
+    words: dict[str, tuple[str, ...]]
 
 
 def read_table(
@@ -69,12 +74,15 @@ def read_table(
     what: str,
     *,
     passes_others: bool = False,
+    words: Collection[str] = (),
+    may_miss: Collection[str] = (),
 ) -> CsvTable:
     """Read the columns with these names and SI units; a line is a `what`.
 
     Tabs, semicolons or commas separate. Empty lines and lines that begin with ``#`` are passed
     over. With `passes_others` so are columns of other names, units must be given, and decimals
-    behind semicolons may have commas; otherwise a name that is not known is a fault.
+    behind semicolons may have commas; otherwise a name that is not known is a fault. Columns of
+    `words` have no numbers; fields of columns that `may_miss` them are not a number where empty.
 
     Raises FileError with line and column of what cannot be read.
     """
@@ -96,11 +104,15 @@ def read_table(
     separator = next((mark for mark in "\t;," if mark in lines[header]), ",")
     headings = lines[header].split(separator)
     columns: list[Column] = []
+    places: dict[str, int] = {}  # of words
     start = 0
     for place, heading in enumerate(headings):
         at = Location(name, header + 1, start + 1 + len(heading) - len(heading.lstrip()))
         start += len(heading) + 1
         found = _HEADING.match(heading.strip().removeprefix("'"))  # written before = + - @
+        if found and found["name"] in words and found["name"] not in places:
+            places[found["name"]] = place
+            continue
         if not found or found["name"] not in units:
             if passes_others:
                 continue
@@ -109,7 +121,7 @@ def read_table(
         own, unit = found["name"], (found["unit"] or "").strip()
         if own in [column.name for column in columns]:
             raise FileError(at, "name of a column", got=own, expected="each name once")
-        if passes_others and not unit:
+        if passes_others and not unit and units[own]:
             example = f"one in brackets, as {own} [{units[own]}]"
             raise FileError(at, f"unit of {own}", got="none", expected=example)
         columns.append(Column(own, place, unit, _factor(at, own, unit, units[own]), at))
@@ -126,15 +138,25 @@ def read_table(
             )
         row = [_number(fields[column.place], comma) for column in columns]
         if not all(abs(value) <= _LARGEST for value in row):
-            raise _bad_field(name, k + 1, fields, columns, comma)
+            left = [c for c in columns if c.name not in may_miss or fields[c.place].strip()]
+            if not all(abs(_number(fields[c.place], comma)) <= _LARGEST for c in left):
+                raise _bad_field(name, k + 1, fields, left, comma)
         values.extend(row)
     table = np.array(values).reshape(len(rows), len(columns))
     si = {column.name: column.factor * table[:, k] for k, column in enumerate(columns)}
-    return CsvTable(lines, header, rows, separator, tuple(columns), si)
+    texts = {
+        own: tuple(lines[k].split(separator)[place].strip() for k in rows)
+        for own, place in places.items()
+    }
+    return CsvTable(lines, header, rows, separator, tuple(columns), si, texts)
 
 
 def _factor(at: Location, name: str, unit: str, si_unit: str) -> float:
     """SI units in the unit of a column; without one it has SI units."""
+    if not si_unit:
+        if unit:
+            raise FileError(at, f"unit of {name}", got=unit, expected="none, it is a pure number")
+        return 1.0
     if si_unit == "s":
         if unit not in _TIMES:
             raise FileError(at, "unit of time", got=unit, expected="s, ms or min")

@@ -174,9 +174,10 @@ def connected_parts(nodes: Iterable[Node], edges: Iterable[Iterable[Node]]) -> d
     order = {node: i for i, node in enumerate(dict.fromkeys(nodes))}
     group: dict[Node, Node] = {}
     for ends in edges:
-        firsts = sorted({representative(group, node) for node in ends}, key=order.__getitem__)
-        for node in firsts[1:]:
-            group[node] = firsts[0]
+        firsts = {representative(group, node) for node in ends}
+        if len(firsts) > 1:
+            first = min(firsts, key=order.__getitem__)
+            group |= dict.fromkeys(firsts - {first}, first)
     return {node: representative(group, node) for node in order}
 
 

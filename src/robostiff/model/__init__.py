@@ -29,7 +29,7 @@ from robostiff.model.joint import (
 )
 from robostiff.model.link import Link, Rigid, Telescope, TelescopicBeam, beam_axes, beam_link
 from robostiff.model.mass import STANDARD_GRAVITY, Mass, PlacedMass, gravity_vector
-from robostiff.model.robot import ALL_COORDINATES, Coordinate, Elbow, Leg, Robot, pose_coordinates
+from robostiff.model.robot import Elbow, Leg, Robot
 from robostiff.model.serial_arm import DHConvention, DHRow, serial_arm
 from robostiff.model.snapshot import (
     CoupledFreedom,
@@ -42,6 +42,7 @@ from robostiff.model.snapshot import (
     Snapshot,
 )
 from robostiff.model.stiffness_law import ForceLaw, StiffnessLaw
+from robostiff.model.subject import ALL_COORDINATES, Coordinate, pose_coordinates
 
 __all__ = [
     "ALL_COORDINATES",

@@ -9,8 +9,7 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.model.checks import check_distinct, vector3
-from robostiff.model.robot import ALL_COORDINATES, Coordinate, pose_coordinates
-from robostiff.model.subject import Subject
+from robostiff.model.subject import ALL_COORDINATES, Coordinate, Subject, pose_coordinates
 from robostiff.spatial import Frame, Space, refuse_quantities
 
 _IN_PLANE = 1e-9  # [m]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from typing import Any
@@ -39,6 +40,10 @@ def vector3(subject: str, value: Entries) -> np.ndarray:
     >>> vector3("offset", [0, 0, 1])
     array([0., 0., 1.])
     """
+    if type(value) is np.ndarray and value.dtype == float and value.shape == (3,):
+        x, y, z = value.tolist()
+        if abs(x) + abs(y) + abs(z) <= FARTHEST:  # as of most beams of a large network
+            return value
     formulas = formula_array(value)
     if formulas is not None:
         if formulas.shape != (3,) or not all(map(is_possible, formulas)):
@@ -65,11 +70,11 @@ def unit_vector(subject: str, value: Entries) -> np.ndarray:
         if vanishes(vector):
             raise _no_direction(subject, value)
         return vector / length_of(vector)
-    largest = np.max(np.abs(vector))
+    largest = max(map(abs, vector.tolist()))
     if largest == 0:
         raise _no_direction(subject, value)
     vector = vector / largest  # the square of a huge component would overflow
-    return vector / np.linalg.norm(vector)
+    return vector / math.sqrt(vector @ vector)
 
 
 def axis_across(direction: np.ndarray) -> np.ndarray:

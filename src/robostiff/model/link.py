@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar
@@ -23,7 +24,7 @@ from robostiff.model.checks import axis_across, finite_coordinates, unit_vector,
 from robostiff.model.entries import formulas
 from robostiff.model.joint import Role
 from robostiff.model.mass import Mass, mass_value, masses_of
-from robostiff.spatial import Frame, Screw, refuse_quantities
+from robostiff.spatial import Frame, Screw, cross, refuse_quantities
 from robostiff.spatial.formula import (
     Entries,
     Scalar,
@@ -238,7 +239,7 @@ def beam_axes(to: Entries, y_axis: Entries | None) -> np.ndarray:
         is_along = vanishes(across)
     else:
         across = start - x * (x @ start)
-        is_along = np.linalg.norm(across) < 1e-6
+        is_along = across @ across < 1e-12
     if is_along:
         raise InputError(
             "y axis of the section", got=y_axis, expected="a direction across the beam"
@@ -246,8 +247,8 @@ def beam_axes(to: Entries, y_axis: Entries | None) -> np.ndarray:
     if across.dtype == object:
         z = across / length_of(across)
         return np.stack([x, tidied(np.cross(z, x)), z], axis=-1)
-    y = across / np.linalg.norm(across)
-    return np.stack([x, y, np.cross(x, y)], axis=-1)
+    y = across / math.sqrt(across @ across)
+    return np.array([x, y, cross(x, y)]).T
 
 
 def beam_link(

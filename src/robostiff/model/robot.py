@@ -20,7 +20,7 @@ from robostiff.model.flexible_platform import FlexiblePlatform
 from robostiff.model.joint import Passive
 from robostiff.model.mass import Mass, gravity_vector, masses_of
 from robostiff.model.stiffness_law import ForceLaw, StiffnessLaw
-from robostiff.model.subject import Subject
+from robostiff.model.subject import ALL_COORDINATES, Coordinate, Subject
 from robostiff.spatial import Frame, Space
 
 
@@ -36,25 +36,6 @@ class Elbow(Enum):
     HOME = "home"
     PLUS = "plus"
     MINUS = "minus"
-
-
-class Coordinate(Enum):
-    """Coordinates of the platform pose."""
-
-    X = "x"
-    Y = "y"
-    Z = "z"
-    RX = "rx"
-    RY = "ry"
-    RZ = "rz"
-
-
-ALL_COORDINATES = tuple(Coordinate)
-
-
-def pose_coordinates(space: Space) -> tuple[Coordinate, ...]:
-    """All coordinates of a pose: six, or three in the plane."""
-    return (Coordinate.X, Coordinate.Y, Coordinate.RZ) if space is Space.PLANAR else ALL_COORDINATES
 
 
 @dataclass(frozen=True)

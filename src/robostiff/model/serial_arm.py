@@ -19,7 +19,8 @@ from robostiff.model.checks import check_distinct
 from robostiff.model.joint import Actuated, prismatic, revolute
 from robostiff.model.link import Rigid
 from robostiff.model.mass import Mass
-from robostiff.model.robot import Coordinate, Leg, Robot
+from robostiff.model.robot import Leg, Robot
+from robostiff.model.subject import Coordinate
 from robostiff.spatial import Frame, as_float, exact_number, is_formula
 from robostiff.spatial.formula import Scalar, exact_array, is_possible
 

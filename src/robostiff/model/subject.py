@@ -2,10 +2,29 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Self
+from enum import Enum
+from typing import ClassVar, Self
 
-if TYPE_CHECKING:
-    from robostiff.model.robot import Coordinate
+from robostiff.spatial import Space
+
+
+class Coordinate(Enum):
+    """Coordinates of the platform pose."""
+
+    X = "x"
+    Y = "y"
+    Z = "z"
+    RX = "rx"
+    RY = "ry"
+    RZ = "rz"
+
+
+ALL_COORDINATES = tuple(Coordinate)
+
+
+def pose_coordinates(space: Space) -> tuple[Coordinate, ...]:
+    """All coordinates of a pose: six, or three in the plane."""
+    return (Coordinate.X, Coordinate.Y, Coordinate.RZ) if space is Space.PLANAR else ALL_COORDINATES
 
 
 class Subject:

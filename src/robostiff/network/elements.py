@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -202,7 +203,7 @@ def beam_between(
     """
     start, end = vector3("start of the beam", a.point), vector3("end of the beam", b.point)
     along = end - start
-    length = float(np.linalg.norm(along))
+    length = math.sqrt(along @ along)
     if length == 0.0:
         raise InputError(
             f"beam {name!r} from {a.name!r} to {b.name!r}",

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from operator import itemgetter
 
 import numpy as np
 
@@ -37,8 +38,14 @@ class RelativeMotion:
     W: np.ndarray  # (n, m): orthonormal transmitted wrenches in scaled coordinates
     # (m, m): scaled compliance under these wrenches; rows and columns of rigid ones are exactly 0
     S: np.ndarray
+    rigid: np.ndarray  # (m,): which of the transmitted wrenches are rigid
     freedoms: np.ndarray  # (n, q): unit twists of the passive freedoms, scaled
     freedom_names: tuple[str, ...]  # ``connection/freedom``
+
+    @property
+    def nodes(self) -> tuple[str, ...]:
+        """The nodes at its ends."""
+        return self.a, self.b
 
     @property
     def ends(self) -> tuple[tuple[str, np.ndarray, np.ndarray], ...]:
@@ -49,11 +56,6 @@ class RelativeMotion:
     def is_full(self) -> bool:
         """Whether it resists every relative motion."""
         return self.W.shape[1] == self.W.shape[0]
-
-    @cached_property
-    def rigid(self) -> np.ndarray:
-        """Which of the transmitted wrenches are rigid (m,)."""
-        return ~np.any(self.S, axis=0)
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,11 @@ class CoupledMotion:
     freedoms: np.ndarray  # (n, 0)
     freedom_names: tuple[str, ...] = ()
     is_full: bool = False
+
+    @property
+    def nodes(self) -> tuple[str, ...]:
+        """The nodes whose joints are coupled."""
+        return tuple(name for name, _, _ in self.ends)
 
     @property
     def rigid(self) -> np.ndarray:
@@ -101,91 +108,119 @@ def coupled_motion(
 
 
 @dataclass(frozen=True)
-class _ScaledElement:
-    """What an element is to a network: compliance and freedoms, in axes in which to work."""
+class Group:
+    """Elements that transmit as many wrenches and have as many freedoms; see `RelativeMotion`."""
 
-    element: Element
-    at: np.ndarray  # (3,): reference point of the matrices [m]
-    C: np.ndarray  # (n, n)
-    J: np.ndarray  # (n, q)
-    axes: np.ndarray  # (n, n)
-    freedom_names: tuple[str, ...]
+    numbers: np.ndarray  # (N,): places of the elements in the network
+    elements: Sequence[Element]
+    at: np.ndarray  # (N, 3)
+    W: np.ndarray  # (N, n, m)
+    S: np.ndarray  # (N, m, m)
+    freedoms: np.ndarray  # (N, n, q)
+    freedom_names: Sequence[tuple[str, ...]]
 
-    @staticmethod
-    def of(element: Element, of_node: np.ndarray, space: Space) -> _ScaledElement:
-        """A beam about its end, a slide or a weld about the point of node a, `of_node` (3,) [m].
+    @cached_property
+    def rigid(self) -> np.ndarray:
+        """Which wrenches are rigid (N, m)."""
+        return ~np.any(self.S, axis=1)
 
-        Raises InputError when an element of a planar network leaves the plane.
-        """
-        names: list[str] = []
-        C, J, rotation = np.zeros((6, 6)), np.zeros((6, 0)), np.eye(3)
-        if isinstance(element, BeamElement):
-            at, C, rotation = element.end, element.tip_compliance, element.rotation
-        elif isinstance(element, SpringElement):
-            at, rotation = element.point, element.rotation
-            C, J = element.elasticity.compliance, element.elasticity.freedoms
-            names = [f"{element.name}/freedom {i + 1}" for i in range(J.shape[1])]
-        else:
-            at = of_node if element.point is None else element.point
-            for freedom in element.freedoms:
-                twist = freedom_twist(freedom, at)
-                if freedom.is_passive:
-                    J = np.column_stack([J, twist])
-                    names.append(f"{element.name}/{freedom.name}")
-                elif freedom.stiffness is not None:
-                    C = C + np.outer(twist, twist) / freedom.stiffness
-        C, J, axes = _in_space(element.name, C, J, rotation, space)
-        return _ScaledElement(element, at, C, J, axes, tuple(names))
+    @property
+    def longest(self) -> float:
+        """Largest characteristic length of an elastic part, in units of that of the network."""
+        soft = ~self.rigid.all(axis=1)
+        W, freedoms = self.W[soft], self.freedoms[soft]
+        lengths = matrix_length(W @ self.S[soft] @ np.swapaxes(W, 1, 2), freedoms)
+        return float(np.max(lengths, initial=0.0))
 
-    def modes(self, space: Space) -> np.ndarray:
-        """Modes of the compliance (n, n), as the spring has them or as they follow from it."""
-        if isinstance(self.element, SpringElement) and space is Space.SPATIAL:
-            return self.element.elasticity.modes
-        return compliance_modes(self.C)
+    @property
+    def motions(self) -> Iterator[tuple[int, RelativeMotion]]:
+        """The elements one by one, each with its place in the network."""
+        each = zip(self.at, self.W, self.S, self.rigid, self.freedoms, strict=True)
+        names = zip(self.elements, self.freedom_names, strict=True)
+        for k, (e, own), arrays in zip(self.numbers.tolist(), names, each, strict=True):
+            yield k, RelativeMotion(e.name, e.a, e.b, *arrays, own)
 
 
-def connections_of(
+_NO_FREEDOM, _RIGID, _WORLD = np.zeros((6, 0)), np.zeros((6, 6)), np.eye(3)
+
+
+def _as_spring(
+    element: Element, of_node: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, tuple[str, ...]]:
+    """Reference point (3,), compliance (6, 6), freedoms (6, q), axes (3, 3), names of freedoms.
+
+    A beam about its end, a slide or a weld about the point of node a, `of_node` (3,) [m].
+    """
+    if isinstance(element, BeamElement):
+        return element.end, element.tip_compliance, _NO_FREEDOM, element.rotation, ()
+    if isinstance(element, SpringElement):
+        C, J = element.elasticity.compliance, element.elasticity.freedoms
+        names = tuple(f"{element.name}/freedom {i + 1}" for i in range(J.shape[1]))
+        return element.point, C, J, element.rotation, names
+    at = of_node if element.point is None else element.point
+    C, J, names = _RIGID, _NO_FREEDOM, ()
+    for freedom in element.freedoms:
+        twist = freedom_twist(freedom, at)
+        if freedom.is_passive:
+            J = np.column_stack([J, twist])
+            names += (f"{element.name}/{freedom.name}",)
+        elif freedom.stiffness is not None:
+            C = C + np.outer(twist, twist) / freedom.stiffness
+    return at, C, J, _WORLD, names
+
+
+def groups_of(
     elements: Sequence[Element],
     of_nodes: np.ndarray,
     scale: np.ndarray,
     space: Space,
     tolerance: Tolerance,
-) -> list[RelativeMotion]:
-    """Connections of elements; `scale` turns twists into lengths, `of_nodes` (N, 3) are points [m].
-
-    Parts with as many freedoms are computed at once.
+    numbers: np.ndarray | None = None,
+) -> Iterator[Group]:
+    """Elements in groups; `scale` turns twists into lengths, `of_nodes` (N, 3) are points [m].
 
     Raises InputError when an element of a planar network leaves the plane, or a compliance is
     negative.
     """
-    parts = [_ScaledElement.of(*each, space) for each in zip(elements, of_nodes, strict=True)]
+    numbers = np.arange(len(elements)) if numbers is None else numbers
+    parts = [_as_spring(*each) for each in zip(elements, of_nodes, strict=True)]
     alike: dict[int, list[int]] = defaultdict(list)
-    for k, part in enumerate(parts):
-        alike[part.J.shape[1]].append(k)
-    found: dict[int, RelativeMotion] = {}
-    for numbers in alike.values():
-        some = [parts[k] for k in numbers]
-        found |= zip(numbers, _motions(some, scale, space, tolerance), strict=True)
-    return [found[k] for k in range(len(parts))]
+    for k, (_, _, J, _, _) in enumerate(parts):
+        alike[J.shape[1]].append(k)
+    for own in alike.values():
+        some = [elements[k] for k in own]
+        *arrays, names = zip(*(parts[k] for k in own), strict=True)
+        at, C, J, rotation = map(np.array, arrays)
+        C, J, axes = _in_space(some, C, J, rotation, space)
+        J = J * scale[:, None]
+        J = J / np.linalg.norm(J, axis=1, keepdims=True)
+        W, redundant = transmitted_wrenches(J, tolerance.independence)
+        if len(own) > 1 and redundant.any():  # they transmit different numbers of wrenches
+            for k in own:
+                one = [elements[k]], of_nodes[[k]], scale, space, tolerance, numbers[[k]]
+                yield from groups_of(*one)
+            continue
+        W, S = _springs(some, C, W, scale, space, tolerance)
+        yield Group(numbers[own], some, at, axes @ W, S, axes @ J, names)
 
 
-def _motions(
-    parts: Sequence[_ScaledElement], scale: np.ndarray, space: Space, tolerance: Tolerance
-) -> list[RelativeMotion]:
-    """Connections of parts with as many freedoms."""
-    J = np.array([part.J for part in parts]) * scale[:, None]
-    J = J / np.linalg.norm(J, axis=1, keepdims=True)
-    W, redundant = transmitted_wrenches(J, tolerance.independence)
-    if len(parts) > 1 and redundant.any():  # they transmit different numbers of wrenches
-        return [own for part in parts for own in _motions([part], scale, space, tolerance)]
-    C = np.array([part.C for part in parts]) * np.outer(scale, scale)
-    S = np.swapaxes(W, 1, 2) @ C @ W
+def _springs(
+    elements: Sequence[Element],
+    C: np.ndarray,
+    W: np.ndarray,
+    scale: np.ndarray,
+    space: Space,
+    tolerance: Tolerance,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Transmitted wrenches (N, n, m), and compliance (N, m, m) of elements under them."""
+    C_scaled = C * np.outer(scale, scale)
+    S = np.swapaxes(W, 1, 2) @ C_scaled @ W
     S = 0.5 * (S + np.swapaxes(S, 1, 2))
     below = np.min(np.linalg.eigvalsh(S), axis=-1, initial=0.0)
-    for k in np.flatnonzero(below < -_SYMMETRY * np.trace(C, axis1=1, axis2=2))[:1]:
+    for k in np.flatnonzero(below < -_SYMMETRY * np.trace(C_scaled, axis1=1, axis2=2))[:1]:
         raise InputError(
-            f"compliance of {parts[k].element.name!r}",
-            got=parts[k].C,
+            f"compliance of {elements[k].name!r}",
+            got=C[k],
             expected="a positive semidefinite matrix",
         )
     diagonal = np.einsum("...ii->...i", S)
@@ -194,21 +229,14 @@ def _motions(
     regular = S / (unit[:, :, None] * unit[:, None, :])
     plain = np.all(diagonal > 0, axis=-1)
     plain[plain] = np.linalg.cond(regular[plain]) < _DENSE
-    found = []
-    for k, part in enumerate(parts):
-        own, of_own = W[k], S[k]
-        if not np.any(part.C):
-            of_own = np.zeros_like(of_own)
-        elif not plain[k]:
-            own, of_own = _by_size(part.modes(space) * scale[:, None], own, of_own, tolerance)
-        ends = part.element.a, part.element.b, part.at
-        axes = part.axes
-        found.append(
-            RelativeMotion(
-                part.element.name, *ends, axes @ own, of_own, axes @ J[k], part.freedom_names
-            )
-        )
-    return found
+    is_rigid = ~np.any(C, axis=(1, 2))
+    S[is_rigid] = 0.0
+    for k in np.flatnonzero(~plain & ~is_rigid):
+        own = elements[k]
+        is_whole = isinstance(own, SpringElement) and space is Space.SPATIAL
+        modes = own.elasticity.modes if is_whole else compliance_modes(C[k])
+        W[k], S[k] = _by_size(modes * scale[:, None], W[k], S[k], tolerance)
+    return W, S
 
 
 def _by_size(
@@ -234,13 +262,14 @@ def _by_size(
 
 def check_fits(element: Element, space: Space) -> None:
     """Raise an InputError unless an element can be part of a network in this space."""
-    connections_of([element], np.zeros((1, 3)), np.ones(space.size), space, Tolerance())
+    for _ in groups_of([element], np.zeros((1, 3)), np.ones(space.size), space, Tolerance()):
+        pass
 
 
 def _in_space(
-    name: str, C: np.ndarray, J: np.ndarray, rotation: np.ndarray, space: Space
+    elements: Sequence[Element], C: np.ndarray, J: np.ndarray, rotation: np.ndarray, space: Space
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Compliance and freedoms of an element in axes in which to work, and these axes (n, n).
+    """Compliance and freedoms of elements in axes in which to work, and these axes (N, n, n).
 
     In space they are the element's own: turned to the world, stiff directions would lose to soft
     ones as many digits as lie between them.
@@ -248,11 +277,13 @@ def _in_space(
     axes = block_rotation(rotation)
     if space is Space.SPATIAL:
         return C, J, axes
-    C, J = axes @ C @ axes.T, axes @ J
-    check_joints_in_plane(J, [name] * J.shape[1], "network")
-    check_compliance_in_plane(C, f"part {name!r} of a planar network")
+    C, J = axes @ C @ np.swapaxes(axes, 1, 2), axes @ J
+    for own, C_own, J_own in zip(elements, C, J, strict=True):
+        check_joints_in_plane(J_own, [own.name] * J_own.shape[1], "network")
+        check_compliance_in_plane(C_own, f"part {own.name!r} of a planar network")
     rows = list(space.rows)
-    return C[np.ix_(rows, rows)], J[rows], np.eye(len(rows))
+    axes = np.broadcast_to(np.eye(len(rows)), (len(C), len(rows), len(rows)))
+    return C[:, rows][:, :, rows], J[:, rows], axes
 
 
 # A point further from where a body is attached than this many lengths costs digits.
@@ -273,8 +304,20 @@ class Equations:
     length: float  # characteristic length [m]
     stiffness: float  # characteristic stiffness [N/m]
     tolerance: Tolerance
-    # beams, springs, joints, then couplings; compliance in units of 1 / `stiffness`
-    connections: tuple[Motion, ...]
+    # beams, springs and joints; compliance in units of 1 / `stiffness`
+    groups: tuple[Group, ...]
+    couplings: tuple[CoupledMotion, ...]
+
+    @cached_property
+    def connections(self) -> tuple[Motion, ...]:
+        """Beams, springs and joints, then couplings, in the order of the network."""
+        found = sorted((own for group in self.groups for own in group.motions), key=itemgetter(0))
+        return (*(own for _, own in found), *self.couplings)
+
+    @cached_property
+    def number_of(self) -> dict[str, int]:
+        """Place of each node among those of the network."""
+        return {node.name: i for i, node in enumerate(self.network.nodes)}
 
     @property
     def size(self) -> int:
@@ -309,46 +352,53 @@ def equations_of(network: Network, tolerance: Tolerance) -> Equations:
         )
     points = _points(network)
     length = network.characteristic_length
-    connections = _connections(network, points, length or 1.0, tolerance)
+    groups, couplings = _scaled(network, points, length or 1.0, tolerance)
     # The largest length that the springs have, as a part of the one that scales them.
-    lengths, alike = [], defaultdict(list)
-    for c in connections:
-        if isinstance(c, RelativeMotion) and not c.rigid.all():
-            alike[c.W.shape, c.freedoms.shape].append(c)
-    for some in alike.values():
-        W, S, freedoms = (np.array([getattr(c, x) for c in some]) for x in ("W", "S", "freedoms"))
-        lengths.append(float(np.max(matrix_length(W @ S @ np.swapaxes(W, 1, 2), freedoms))))
-    of_elements = max(lengths, default=0.0) * (length or 1.0)
+    of_elements = max((own.longest for own in groups), default=0.0) * (length or 1.0)
     if length <= tolerance.independence * of_elements:  # all in one point, relative to the springs
         length = of_elements or 1.0
-        connections = _connections(network, points, length, tolerance)
-    soft = [
-        np.trace(c.S) / max(1, np.count_nonzero(~c.rigid)) for c in connections if not c.rigid.all()
+        groups, couplings = _scaled(network, points, length, tolerance)
+    soft = np.zeros(0)
+    each = [
+        *((own.S, own.rigid) for own in groups),
+        *((own.S[None], own.rigid[None]) for own in couplings),
     ]
-    stiffness = 1.0 / float(np.exp(np.mean(np.log(soft)))) if soft else 1.0
-    scaled = tuple(replace(c, S=c.S * stiffness) for c in connections)
-    return Equations(network, points, length, stiffness, tolerance, scaled)
+    for S, rigid in each:
+        trace, count = np.trace(S, axis1=1, axis2=2), np.count_nonzero(~rigid, axis=1)
+        soft = np.append(soft, trace[count > 0] / count[count > 0])
+    stiffness = 1.0 / float(np.exp(np.mean(np.log(soft)))) if soft.size else 1.0
+    return Equations(
+        network,
+        points,
+        length,
+        stiffness,
+        tolerance,
+        tuple(replace(own, S=own.S * stiffness) for own in groups),
+        tuple(replace(own, S=own.S * stiffness) for own in couplings),
+    )
 
 
-def _connections(
-    network: Network, points: dict[str, np.ndarray], length: float, tolerance: Tolerance
-) -> tuple[Motion, ...]:
-    scale = scaling(np.array(length), network.space)
-    elements = tuple(network.elements)
+def _scaled(
+    network: Network, points: Mapping[str, np.ndarray], length: float, tolerance: Tolerance
+) -> tuple[list[Group], list[CoupledMotion]]:
+    """Groups and couplings of a network, its twists turned into lengths by `length` [m]."""
+    scale, elements = scaling(np.array(length), network.space), tuple(network.elements)
     of_nodes = np.array([points[element.a] for element in elements]).reshape(-1, 3)
-    between = connections_of(elements, of_nodes, scale, network.space, tolerance)
-    held = [coupled_motion(own, points, scale, network.space) for own in network.couplings]
-    return (*between, *held)
+    groups = [*groups_of(elements, of_nodes, scale, network.space, tolerance)]
+    return groups, [coupled_motion(own, points, scale, network.space) for own in network.couplings]
 
 
 def _points(network: Network) -> dict[str, np.ndarray]:
     """The middle of the attachments of each body; for the platform the reference point, if near."""
-    points = {}
-    for node in network.nodes:
-        attached = network.connection_points[node.name]
-        points[node.name] = np.mean(attached, axis=0) if attached else node.point
-    middle, reference = points[network.platform], network.reference_point
-    distance = np.linalg.norm(reference - middle)
+    numbers, attached = network.attachments
+    count, total = np.zeros(len(network.nodes)), np.zeros((len(network.nodes), 3))
+    np.add.at(count, numbers, 1.0)
+    np.add.at(total, numbers, attached)
+    middles = total / np.maximum(count, 1.0)[:, None]
+    each = zip(network.nodes, middles, count.tolist(), strict=True)
+    points = {node.name: middle if own else node.point for node, middle, own in each}
+    reference = network.reference_point
+    distance = np.linalg.norm(reference - points[network.platform])
     if distance <= _FAR * network.characteristic_length:
         points[network.platform] = reference
     return points

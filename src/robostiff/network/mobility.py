@@ -265,12 +265,12 @@ def _large(
 
 
 def _ends(connection: Motion, clusters: _Clusters) -> set[str]:
-    return {clusters.label_of[name] for name, _, _ in connection.ends}
+    return {clusters.label_of[name] for name in connection.nodes}
 
 
 def _clusters(equations: Equations) -> _Clusters:
     network = equations.network
-    pairs = [(c.ends[0][0], c.ends[1][0]) for c in equations.connections if c.is_full]
+    pairs = [c.nodes for c in equations.connections if c.is_full]
     names = [node.name for node in network.nodes]
     label_of = connected_parts(names, [*pairs, network.fixed])
     members: dict[str, list[str]] = {}

@@ -168,21 +168,22 @@ class Network(FrozenSubject):
         return tuple(node.name for node in self.nodes if node.name not in fixed)
 
     @cached_property
-    def connection_points(self) -> dict[str, list[np.ndarray]]:
-        """Attachment points of each node [m], without slides, which have no definite point."""
-        points: dict[str, list[np.ndarray]] = {node.name: [] for node in self.nodes}
+    def attachments(self) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers of nodes (k,), and points (k, 3) at which elements are attached to them [m].
+
+        Slides have no definite point.
+        """
+        places: list[tuple[str, np.ndarray]] = []
         for beam in self.beams:
-            points[beam.a].append(beam.start)
-            points[beam.b].append(beam.end)
+            places += (beam.a, beam.start), (beam.b, beam.end)
         for spring in self.springs:
-            points[spring.a].append(spring.point)
-            points[spring.b].append(spring.point)
+            places += (spring.a, spring.point), (spring.b, spring.point)
         for joint in self.joints:
-            for freedom in joint.freedoms:
-                if freedom.turns:
-                    points[joint.a].append(freedom.point)
-                    points[joint.b].append(freedom.point)
-        return points
+            at = [own.point for own in joint.freedoms if own.turns]
+            places += ((node, point) for point in at for node in (joint.a, joint.b))
+        number = {node.name: i for i, node in enumerate(self.nodes)}
+        numbers = np.array([number[name] for name, _ in places], dtype=int)
+        return numbers, np.array([point for _, point in places], dtype=float).reshape(-1, 3)
 
     @cached_property
     def characteristic_length(self) -> float:
@@ -191,14 +192,14 @@ class Network(FrozenSubject):
         It depends on no point that was chosen freely, scales with the unit of length, and is 0 for
         a network that is all in one point.
         """
-        points = [point for attached in self.connection_points.values() for point in attached]
-        if not points:
+        _, points = self.attachments
+        if not len(points):
             return 0.0
-        from_first = np.array(points) - points[0]
+        from_first = points - points[0]
         spread = from_first - from_first.mean(axis=0)
         length = float(np.sqrt(np.mean(np.sum(spread**2, axis=1))))
         # As rounding remains of joints that meet in the origin, whatever leads there.
-        places = [*points, self.reference_point, *(node.point for node in self.nodes)]
+        places = np.vstack([points, self.reference_point, *(node.point for node in self.nodes)])
         return length if length > _ROUNDING * np.abs(places).max() else 0.0
 
 

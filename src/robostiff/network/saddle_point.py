@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -110,7 +110,7 @@ def _loops(equations: Equations, still: set[str]) -> list[tuple[list[str], list[
 
 
 def _free_ends(connection: Motion, still: set[str]) -> list[str]:
-    return sorted({name for name, _, _ in connection.ends} - still)
+    return sorted({*connection.nodes} - still)
 
 
 def redundant_freedoms(
@@ -153,6 +153,26 @@ _LITTLE = 1e-7
 _LARGE = 3000
 
 
+_SYMMETRIC: dict[str, Any] = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+
+
+def _order_of_elimination(A: csc_array, bodies: np.ndarray) -> np.ndarray:
+    """Displacements (m,), body after body, in the order of minimum degree of the bodies.
+
+    That of single displacements, which zeros in their blocks mislead, fills in twice as much.
+    """
+    from scipy.sparse import csc_array, eye_array
+    from scipy.sparse.linalg import splu
+
+    wrenches, m = cast("tuple[int, int]", A.shape)
+    count, ones = int(bodies.max()) + 1, np.ones(m)
+    felt = csc_array((np.ones(A.nnz), A.indices, A.indptr), shape=(wrenches, m))
+    felt = felt @ csc_array((ones, (np.arange(m), bodies)), shape=(m, count))
+    graph = csc_array(felt.T @ felt + m * eye_array(count))
+    order = splu(graph, permc_spec="MMD_AT_PLUS_A", **_SYMMETRIC).perm_c
+    return np.argsort(order[bodies], kind="stable")
+
+
 @dataclass(frozen=True)
 class CondensedSystem:
     """A saddle-point system without its wrenches, factorised.
@@ -163,7 +183,7 @@ class CondensedSystem:
     system brings back.
     """
 
-    others: np.ndarray  # (m,) of int: displacements
+    others: np.ndarray  # (m,) of int: displacements, in the order of elimination
     wrenches: np.ndarray  # (k,) of int: sizes of wrenches, which follow
     A: csc_array  # (k, m)
     stiffness: csc_array  # (k, k): S^-1
@@ -171,9 +191,11 @@ class CondensedSystem:
 
     @staticmethod
     def of(
-        regular: csc_array, parts: Sequence[tuple[np.ndarray, np.ndarray]]
+        regular: csc_array, parts: Sequence[tuple[np.ndarray, np.ndarray]], bodies: np.ndarray
     ) -> CondensedSystem | None:
-        """Condense; `parts` are places (k,) and compliances (k, k) of the connections.
+        """Condense; `parts` are places (N, k) and compliances (N, k, k) of connections alike.
+
+        Displacements come first in the system, (m,) numbers of the `bodies` that they move.
 
         None where rounding makes the rest singular.
         """
@@ -181,26 +203,18 @@ class CondensedSystem:
         from scipy.sparse.linalg import splu
 
         blocks = BlockEntries()
-        by_size: dict[int, list[tuple[np.ndarray, np.ndarray]]] = defaultdict(list)
-        for places, S in parts:
-            by_size[len(S)].append((places, S))
         try:
-            for own in by_size.values():
-                places, S = map(np.array, zip(*own, strict=True))
+            for places, S in parts:
                 rigid = ~np.any(S, axis=1)
                 soft = S + _LITTLE * rigid[:, :, None] * np.eye(S.shape[-1])
                 blocks.add_many(np.linalg.inv(soft), places, places)
             size = len(regular.indptr) - 1
-            wrenches = np.concatenate([places for places, _ in parts])
-            others = np.setdiff1d(np.arange(size), wrenches)
+            wrenches = np.concatenate([places.ravel() for places, _ in parts])
             stiffness = blocks.matrix((size, size))[wrenches][:, wrenches]
-            A = regular[wrenches][:, others]
-            lu = splu(
-                csc_array(A.T @ stiffness @ A),
-                permc_spec="MMD_AT_PLUS_A",
-                diag_pivot_thresh=0.0,
-                options={"SymmetricMode": True},
-            )
+            A = regular[wrenches][:, : len(bodies)].tocsc()
+            others = _order_of_elimination(A, bodies)
+            A = A[:, others]
+            lu = splu(csc_array(A.T @ stiffness @ A), permc_spec="NATURAL", **_SYMMETRIC)
         except (RuntimeError, np.linalg.LinAlgError):
             return None
         return CondensedSystem(others, wrenches, A, stiffness, lu)
@@ -323,12 +337,22 @@ def saddle_point_system(equations: Equations, *, platform_fixed: bool) -> Saddle
     if left.size > _LARGE:
         place = np.full(size, -1)
         place[left] = np.arange(left.size)
-        parts = [
-            (place[rows][own], c.S[np.ix_(own, own)])
-            for c, rows in zip(equations.connections, wrench_rows, strict=True)
-            if (own := np.flatnonzero(place[rows] >= 0)).size
-        ]
-        condensed = CondensedSystem.of(regular, parts)
+        parts = []
+        for own in equations.groups:
+            S, rows = own.S, place[np.array([wrench_rows[k] for k in own.numbers.tolist()])]
+            whole = np.all(rows >= 0, axis=1)
+            parts.append((rows[whole], S[whole]))
+            for k in np.flatnonzero(~whole):
+                some = np.flatnonzero(rows[k] >= 0)
+                parts.append((rows[[k]][:, some], S[[k]][:, some][:, :, some]))
+        for k, coupled in enumerate(
+            equations.couplings, start=len(wrench_rows) - len(equations.couplings)
+        ):
+            rows = place[wrench_rows[k]]
+            parts.append((rows[None, rows >= 0], coupled.S[None, rows >= 0][:, :, rows >= 0]))
+        condensed = CondensedSystem.of(
+            regular, parts, left[left < equations.size * len(network.nodes)] // equations.size
+        )
     return SaddlePointSystem(
         network.name, size, matrix, left, rows_of, wrench_rows, regular, condensed
     )
@@ -363,26 +387,39 @@ def _assembled(
     equations: Equations,
 ) -> tuple[csc_array, dict[str, np.ndarray], tuple[np.ndarray, ...]]:
     """The matrix, and its rows of each node and connection, whether the platform is free or not."""
-    nodes = [node.name for node in equations.network.nodes]
-    n = equations.size
-    rows_of = {name: np.arange(n * i, n * (i + 1)) for i, name in enumerate(nodes)}
-    wrench_rows, size = [], n * len(nodes)
-    for c in equations.connections:
-        wrench_rows.append(np.arange(size, size := size + len(c.S)))
-    blocks = BlockEntries()
-    # What has as many wrenches and ends is assembled at once.
-    alike: dict[tuple[int, int], list[int]] = defaultdict(list)
-    for k, c in enumerate(equations.connections):
-        alike[len(c.S), len(c.ends)].append(k)
-    for (_, ends), numbers in alike.items():
-        rows = np.array([wrench_rows[k] for k in numbers])
-        some = [equations.connections[k] for k in numbers]
-        blocks.add_many(-np.array([c.S for c in some]), rows, rows)
-        for end in range(ends):
-            names, points, parts = zip(*(c.ends[end] for c in some), strict=True)
-            at = np.array([equations.points[name] for name in names])
-            A = np.array(parts) @ equations.between(at, np.array(points))
-            columns = np.array([rows_of[name] for name in names])
+    n, number_of = equations.size, equations.number_of
+    sizes = np.empty(sum(len(own.numbers) for own in equations.groups), dtype=int)
+    for own in equations.groups:
+        sizes[own.numbers] = own.S.shape[-1]
+    sizes = np.append(sizes, [len(own.S) for own in equations.couplings]).astype(int)
+    starts = n * len(number_of) + np.cumsum(sizes) - sizes
+    size, blocks = n * len(number_of) + int(sizes.sum()), BlockEntries()
+    points = np.array([*equations.points.values()])
+
+    def add(
+        S: np.ndarray, rows: np.ndarray, ends: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]]
+    ) -> None:
+        blocks.add_many(-S, rows, rows)
+        for nodes, at, parts in ends:
+            A = parts @ equations.between(points[nodes], at)
+            columns = n * nodes[:, None] + np.arange(n)
             blocks.add_many(A, rows, columns)
             blocks.add_many(np.swapaxes(A, 1, 2), columns, rows)
-    return blocks.matrix((size, size)), rows_of, tuple(wrench_rows)
+
+    for own in equations.groups:
+        rows = starts[own.numbers][:, None] + np.arange(own.S.shape[-1])
+        W_T = np.swapaxes(own.W, 1, 2)
+        a, b = (
+            np.array([number_of[x] for x in end])
+            for end in zip(*((e.a, e.b) for e in own.elements), strict=True)
+        )
+        add(own.S, rows, [(a, own.at, -W_T), (b, own.at, W_T)])
+    for own, start in zip(
+        equations.couplings, starts[len(starts) - len(equations.couplings) :], strict=True
+    ):
+        ends = [(np.array([number_of[name]]), at, part[None]) for name, at, part in own.ends]
+        add(own.S[None], np.array([[start]]), ends)
+    rows_of = dict(zip(number_of, np.arange(n * len(number_of)).reshape(-1, n), strict=True))
+    every, ends_at = np.arange(size), (starts + sizes).tolist()
+    wrench_rows = tuple(every[a:b] for a, b in zip(starts.tolist(), ends_at, strict=True))
+    return blocks.matrix((size, size)), rows_of, wrench_rows

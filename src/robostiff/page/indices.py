@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import fields
 
 import numpy as np
 
@@ -22,11 +21,15 @@ from robostiff.page.data import order
 from robostiff.page.stiffness import place_of, stiffness_page
 
 _SMALL = 1e-9
+_NAMES = (
+    *("along_axes", "principal", "collinear", "worst_deflection", "anisotropy", "eigenscrews"),
+    *("centre_of_stiffness", "centre_of_compliance", "eigenstiffness", "condition", "virtual_work"),
+)
 
 
-def indices_page(result: Stiffness, found: StiffnessIndices | None) -> Page:
-    """The indices at a pose; where there is no matrix None, and the stiffness is shown."""
-    names = [own.name for own in fields(StiffnessIndices) if own.name not in {"result", "length"}]
+def indices_page(asked: StiffnessIndices | Stiffness) -> Page:
+    """The indices at a pose; of a stiffness, which has none without a matrix, that it has none."""
+    found, result = (None, asked) if isinstance(asked, Stiffness) else (asked, asked.result)
     blocks = stiffness_page(result).blocks if found is None else _blocks(found)
     return Page(
         result.name,
@@ -39,7 +42,7 @@ def indices_page(result: Stiffness, found: StiffnessIndices | None) -> Page:
             "reference_point": result.reference_point,
             "order": order(result.space),
             "length": None if found is None else found.length,
-            "indices": None if found is None else {n: getattr(found, n) for n in names},
+            "indices": None if found is None else {n: getattr(found, n) for n in _NAMES},
         },
     )
 

@@ -2,33 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Any
+from importlib import import_module
 
-from robostiff.analysis import CableResponse, CableStiffness, Deflection, Stiffness
-from robostiff.analysis.indices import StiffnessIndices
-from robostiff.analysis.verification import Verification
-from robostiff.compensation.compensate import Compensation
 from robostiff.markup import Page
-from robostiff.model import Robot
-from robostiff.page.cables import cable_response_page, cable_stiffness_page
-from robostiff.page.compensation import compensation_page
-from robostiff.page.facts import robot_page
-from robostiff.page.indices import indices_page
-from robostiff.page.loads import equilibrium_page, modes_page
-from robostiff.page.stiffness import deflection_page, stiffness_page, verification_page
-from robostiff.statics import Equilibrium, Modes
 
-_WRITERS: dict[type, Any] = {
-    Robot: robot_page,
-    Stiffness: stiffness_page,
-    Deflection: deflection_page,
-    Verification: verification_page,
-    StiffnessIndices: lambda found: indices_page(found.result, found),
-    CableStiffness: cable_stiffness_page,
-    CableResponse: cable_response_page,
-    Equilibrium: equilibrium_page,
-    Modes: modes_page,
-    Compensation: compensation_page,
+# The module and function of this package that write the page of a kind of result. They are imported
+# with the first page of that kind, as they import the questions that it answers.
+_WRITERS = {
+    "Robot": ("facts", "robot_page"),
+    "Stiffness": ("stiffness", "stiffness_page"),
+    "Deflection": ("stiffness", "deflection_page"),
+    "Verification": ("stiffness", "verification_page"),
+    "StiffnessIndices": ("indices", "indices_page"),
+    "CableStiffness": ("cables", "cable_stiffness_page"),
+    "CableResponse": ("cables", "cable_response_page"),
+    "Equilibrium": ("loads", "equilibrium_page"),
+    "Modes": ("loads", "modes_page"),
+    "Compensation": ("compensation", "compensation_page"),
 }
 
 
@@ -42,6 +32,8 @@ def page_of(result: object) -> Page:
     >>> page.name, page.data["rank"]
     ('3-rrr', 3)
     """
-    if getattr(result, "batch_shape", ()) and not isinstance(result, Compensation):
+    kinds = [kind.__name__ for kind in type(result).__mro__]
+    if getattr(result, "batch_shape", ()) and "Compensation" not in kinds:
         return Page(repr(result))
-    return next(_WRITERS[kind] for kind in type(result).__mro__ if kind in _WRITERS)(result)
+    module, function = next(_WRITERS[kind] for kind in kinds if kind in _WRITERS)
+    return getattr(import_module(f"robostiff.page.{module}"), function)(result)

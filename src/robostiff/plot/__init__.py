@@ -6,7 +6,7 @@ Pictures are computed without them as data, in ``picture``; ``geometry`` finds t
 lines of legs, bent or not, of screws, ellipsoids and isosurfaces.
 """
 
-from robostiff.plot.backend import Matplotlib, PlotBackend, Plotly, Width
+from robostiff.plot.backend import Matplotlib, PictureData, PlotBackend, Plotly, Width
 from robostiff.plot.energy_bars import Measure, comparison, energy_shares
 from robostiff.plot.geometry.ellipsoid import Quality
 from robostiff.plot.loaded_robot import equilibrium, load_curve, mode
@@ -20,6 +20,7 @@ __all__ = [
     "Kind",
     "Matplotlib",
     "Measure",
+    "PictureData",
     "PlotBackend",
     "Plotly",
     "Quality",

@@ -26,7 +26,7 @@ else:
 
 
 class PlotBackend(Protocol[Drawn_co]):
-    """Draws pictures: `Matplotlib` returns its axes, `Plotly` a figure of a scene."""
+    """Draws pictures: `Matplotlib` returns axes, `Plotly` a figure of a scene."""
 
     def draw(self, picture: Picture) -> Drawn_co:
         """Draw a picture, without showing it."""
@@ -134,6 +134,15 @@ class Plotly:
         return plotly_figure(picture, self.theme.palette)
 
 
+@dataclass(frozen=True)
+class PictureData:
+    """Returns pictures themselves, as data: their lines, marks, colours and words."""
+
+    def draw(self, picture: Picture) -> Any:
+        """The picture."""
+        return picture
+
+
 def plotly_figure(picture: Picture, palette: Palette) -> Figure:
     """A scene as a figure of Plotly, in the colours of a palette or in names of colours.
 
@@ -158,6 +167,7 @@ def plotly_figure(picture: Picture, palette: Palette) -> Figure:
 
 # Any, since a default cannot have the type that the caller chooses.
 PAPER: Any = Matplotlib()
+DATA = PictureData()
 
 
 def drawn_by(backend: PlotBackend[Drawn], picture: Picture) -> Drawn:

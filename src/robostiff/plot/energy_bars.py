@@ -54,14 +54,9 @@ def energy_shares(deflection: Deflection, *, backend: PlotBackend[Drawn] = PAPER
             got=deflection,
             expected="a result of rs.deflection(robot, pose, wrench)",
         )
-    return drawn_by(backend, energy_picture(deflection))
-
-
-def energy_picture(deflection: Deflection) -> Bars:
-    """The picture of `energy_shares`, as data."""
     _ = deflection.twist  # raises with the reason when there is none
     if len(deflection.leg_wrenches) < 2:
-        return _part_by_part(deflection)
+        return drawn_by(backend, _part_by_part(deflection))
     # in the order of the robot
     legs = list(dict.fromkeys(own.leg for own in (*deflection.reactions, *deflection.parts)))
     totals: dict[str, float] = {}
@@ -82,7 +77,7 @@ def energy_picture(deflection: Deflection) -> Bars:
         series.append(Series(f"{len(rest)} more parts", PlainColour.MUTED, np.array(added)))
     whole = np.sum([one.values for one in series], axis=0) if series else np.zeros(len(legs))
     groups = tuple(Group(leg, f"{share:.1f} %") for leg, share in zip(legs, whole, strict=True))
-    return _bars(deflection, groups, tuple(series))
+    return drawn_by(backend, _bars(deflection, groups, tuple(series)))
 
 
 def _part_by_part(deflection: Deflection) -> Bars:
@@ -171,16 +166,6 @@ def comparison(
     >>> thin, thick = rs.load("hexapod"), rs.load("gough-stewart-b-beams")
     >>> axes = rs.plot.comparison(rs.stiffness(thin), rs.stiffness(thick))
     """
-    return drawn_by(backend, comparison_picture(first, second, measure, names))
-
-
-def comparison_picture(
-    first: AnyStiffness | Deflection,
-    second: AnyStiffness | Deflection,
-    measure: Measure = Measure.PRINCIPAL,
-    names: tuple[str, str] | None = None,
-) -> Bars:
-    """The picture of `comparison`, as data."""
     if isinstance(first, Deflection) and isinstance(second, Deflection):
         one, other = first.stiffness, second.stiffness
     else:
@@ -199,7 +184,8 @@ def comparison_picture(
     called = names or (one.name, other.name)
     if names is None and called[0] == called[1]:
         called = f"{called[0]}, first", f"{called[1]}, second"
-    return Bars(title, tuple(_panel(quantities, called) for quantities in found))
+    panels = tuple(_panel(quantities, called) for quantities in found)
+    return drawn_by(backend, Bars(title, panels))
 
 
 def _of_twists(first: Deflection, second: Deflection) -> list[_Quantities]:

@@ -12,12 +12,11 @@ from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
 from robostiff.markup import escaped
 from robostiff.model import Robot
-from robostiff.plot.backend import Matplotlib
-from robostiff.plot.loaded_robot import equilibrium_picture, mode_picture
+from robostiff.plot.backend import DATA, Matplotlib
+from robostiff.plot.loaded_robot import equilibrium, mode
 from robostiff.plot.picture import Picture
-from robostiff.plot.posed_robot import picture_of_posed, picture_of_robot
-from robostiff.plot.posture import surroundings
-from robostiff.plot.stiffness_pictures import Quality, ellipsoid_picture
+from robostiff.plot.posed_robot import picture_of_posed, robot
+from robostiff.plot.stiffness_pictures import ellipsoid
 from robostiff.statics import Equilibrium, Modes
 
 _DPI = 150  # twice that of most screens
@@ -50,19 +49,17 @@ def picture_of_result(result: object) -> Picture | None:
     """
     match result:
         case Robot():
-            return picture_of_robot(result.numeric)
+            return robot(result.numeric, backend=DATA)
         case Stiffness() if _is_posed(result):
-            return ellipsoid_picture(
-                result, Quality.COMPLIANCE, surroundings(result.placed(), result)
-            )
+            return ellipsoid(result, within=result.placed(), backend=DATA)
         case Deflection(stiffness=Stiffness() as own) if _is_posed(own):
             # the shape under forces at bodies is not known from the wrench
             drawable = result.has_answer and result.work_of_loads is None
             return picture_of_posed(own.placed(), result) if drawable else None
         case Equilibrium() if result.has_answer:
-            return equilibrium_picture(result)
+            return equilibrium(result, backend=DATA)
         case Modes() if result.each:
-            return mode_picture(result)
+            return mode(result, backend=DATA)
         case _:
             return None
 

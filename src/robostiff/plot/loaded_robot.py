@@ -22,7 +22,6 @@ from robostiff.plot.picture import (
     Item,
     LineWeight,
     Path,
-    Scene,
 )
 from robostiff.plot.posed_robot import Colouring, loaded_sketch
 from robostiff.plot.prefix import prefixed, short
@@ -79,15 +78,6 @@ def equilibrium(
     >>> rs.plot.equilibrium(loaded).get_title()
     '3-puu under load'
     """
-    return drawn_by(backend, equilibrium_picture(result, colouring, exaggeration))
-
-
-def equilibrium_picture(
-    result: Equilibrium,
-    colouring: Colouring = Colouring.LEGS,
-    exaggeration: float | None = None,
-) -> Scene:
-    """The picture of `equilibrium`, as data."""
     if not isinstance(result, Equilibrium):
         raise InputError(
             "equilibrium of a plot",
@@ -103,7 +93,8 @@ def equilibrium_picture(
     notes += () if result.stable else ("the robot does not stay there",)
     load = problem.point, spatial(result.wrench, result.space.rows)
     more = _springs(posed, result, sketch) if isinstance(posed, Snapshot) else ()
-    return sketch.scene(f"{result.name} under load", load, notes=notes, more=more)
+    scene = sketch.scene(f"{result.name} under load", load, notes=notes, more=more)
+    return drawn_by(backend, scene)
 
 
 def _sketch(
@@ -128,6 +119,7 @@ def _sketch(
 def mode(
     modes: Modes,
     number: int = 1,
+    side: float = 1.0,
     *,
     backend: PlotBackend[Drawn] = PAPER,
 ) -> Drawn:
@@ -139,6 +131,8 @@ def mode(
         What ``rs.modes`` answers.
     number : int
         Of the mode, 1 for the slowest.
+    side : float
+        -1 for the other end of the vibration.
     backend : Matplotlib or Plotly
 
     Returns
@@ -157,11 +151,6 @@ def mode(
     >>> rs.plot.mode(rs.modes(rs.load("hexapod"), masses={"platform": 150})).get_title()
     'hexapod, mode 1: 49.65 Hz'
     """
-    return drawn_by(backend, mode_picture(modes, number))
-
-
-def mode_picture(modes: Modes, number: int = 1, side: float = 1.0) -> Scene:
-    """The picture of `mode`, as data; side -1 for the other end of the vibration."""
     if not isinstance(modes, Modes):
         raise InputError("modes of a plot", got=modes, expected="a result of rs.modes(robot)")
     _ = modes.frequencies  # raises with the reason when there are none
@@ -180,7 +169,7 @@ def mode_picture(modes: Modes, number: int = 1, side: float = 1.0) -> Scene:
     # room for both ends of the vibration
     margin = 0.1 * sketch.in_unit().factor * sketch.size
     low, high = scene.box
-    return replace(scene, frame=np.array([low - margin, high + margin]))
+    return drawn_by(backend, replace(scene, frame=np.array([low - margin, high + margin])))
 
 
 def _springs(posed: Snapshot, result: Equilibrium, sketch: Sketch) -> list[Item]:
@@ -243,29 +232,6 @@ def load_curve(
     >>> rs.plot.load_curve(curve).get_xlabel()
     'dx [mm]'
     """
-    return drawn_by(backend, load_curve_picture(curve, twist))
-
-
-def compensation_picture(found: Compensation) -> Curves:
-    """Shift of the platform from each point of the path, without and with correction, as data."""
-    points = np.arange(1, len(found.target) + 1, dtype=float)
-    curves = []
-    for k, (name, each) in enumerate(
-        (("without correction", found.deviation), ("with correction", found.left))
-    ):
-        moved = 1e6 * np.linalg.norm(each[:, :3], axis=1)
-        curves.append(Curve(name, points, np.maximum(moved, _LEAST), Category(k)))
-    return Curves(
-        f"{found.robot.name} along a path",
-        "point",
-        "off the path [um]",
-        tuple(curves),
-        is_log=True,
-    )
-
-
-def load_curve_picture(curve: xarray.Dataset, twist: str | None = None) -> Curves:
-    """The picture of `load_curve`, as data."""
     if "path_factor" not in curve:
         raise InputError(
             "force-deflection curve",
@@ -302,10 +268,29 @@ def load_curve_picture(curve: xarray.Dataset, twist: str | None = None) -> Curve
         for own, shown in [prefixed(abs(float(value)), base)]
         if value
     ]
-    return Curves(
+    picture = Curves(
         f"{curve.attrs['robot']} under load",
         f"{twist} [{unit}]",
         "times the wrench",
         tuple(curves),
         (f"wrench {', '.join(words) or 'none'}",),
+    )
+    return drawn_by(backend, picture)
+
+
+def compensation_picture(found: Compensation) -> Curves:
+    """Shift of the platform from each point of the path, without and with correction, as data."""
+    points = np.arange(1, len(found.target) + 1, dtype=float)
+    curves = []
+    for k, (name, each) in enumerate(
+        (("without correction", found.deviation), ("with correction", found.left))
+    ):
+        moved = 1e6 * np.linalg.norm(each[:, :3], axis=1)
+        curves.append(Curve(name, points, np.maximum(moved, _LEAST), Category(k)))
+    return Curves(
+        f"{found.robot.name} along a path",
+        "point",
+        "off the path [um]",
+        tuple(curves),
+        is_log=True,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -383,10 +384,10 @@ def of_network(network: Network) -> Outline:
 
 def _bodies(network: Network) -> dict[str, np.ndarray]:
     """Points of attachment (n, 3) of each body that has some, each point once."""
-    bodies = {}
-    for name, points in network.connection_points.items():
-        if not points:
-            continue
+    bodies, attached = {}, defaultdict(list)
+    for number, point in zip(*network.attachments, strict=True):
+        attached[network.nodes[number].name].append(point)
+    for name, points in attached.items():
         own = [*points, *([network.reference_point] if name == network.platform else [])]
         size = float(np.max(np.ptp(np.array(own), axis=0)))
         apart: list[np.ndarray] = []

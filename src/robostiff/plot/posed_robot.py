@@ -102,31 +102,18 @@ def robot(
     >>> rs.plot.robot(hexapod, deflection=bent).get_title()
     'hexapod'
     """
-    picture = picture_of_robot(robot, pose, deflection, colouring, exaggeration, near)
-    return drawn_by(backend, picture)
-
-
-def picture_of_robot(
-    robot: Machine,
-    pose: Any = None,
-    bent: Deflection | CableResponse | None = None,
-    colouring: Colouring = Colouring.LEGS,
-    exaggeration: float | None = None,
-    near: Near = None,
-) -> Scene:
-    """The picture of `robot`, as data."""
     posed = placed(robot, pose, near)
     is_cables = isinstance(posed, CableStiffness)
-    of = getattr(bent, "before" if is_cables else "stiffness", None)
-    if bent is not None and (of is None or of.name != robot.name):
+    of = getattr(deflection, "before" if is_cables else "stiffness", None)
+    if deflection is not None and (of is None or of.name != robot.name):
         call = "rs.cable_response" if is_cables else "rs.deflection"
         raise InputError(
             f"deflection in a plot of {robot.name!r}",
-            got=bent,
+            got=deflection,
             expected=f"a result of {call} of this robot",
         )
-    words = joints_in_words(robot, pose) if isinstance(robot, Linkage) else ()
-    return picture_of_posed(posed, bent, colouring, exaggeration, words)
+    words = joints_in_words(robot, cast("Any", pose)) if isinstance(robot, Linkage) else ()
+    return drawn_by(backend, picture_of_posed(posed, deflection, colouring, exaggeration, words))
 
 
 def joints_in_words(linkage: Linkage, values: Mapping[str, Any] | None) -> tuple[str, ...]:

@@ -33,12 +33,10 @@ from robostiff.plot.picture import (
     PlainColour,
     QuarterUnit,
     Ramp,
-    Scene,
     Shape,
 )
 from robostiff.plot.posture import (
     Machine,
-    Surroundings,
     single_stiffness,
     surroundings,
 )
@@ -92,14 +90,7 @@ def ellipsoid(
     'z [nm/N]'
     """
     single_stiffness(result, "an ellipsoid")
-    return drawn_by(backend, ellipsoid_picture(result, quality, surroundings(within, result)))
-
-
-def ellipsoid_picture(
-    result: AnyStiffness, quality: Quality, around: Surroundings | None = None
-) -> Scene:
-    """The picture of `ellipsoid`, as data."""
-    axes = principal_axes(result, quality)
+    around, axes = surroundings(within, result), principal_axes(result, quality)
     bounded = axes.lengths[~axes.is_free]
     if not len(bounded) or bounded.max() == 0:
         raise NoAnswerError(
@@ -116,7 +107,7 @@ def ellipsoid_picture(
     items = [*items, *ellipsoid_items(axes, quality, centre, size, (times, unit))]
     is_flat = len(axes.lengths) < 3 and (around is None or around.is_flat)
     title, notes = f"{result.name}: {quality.value}", _notes(axes, quality)
-    return robot_scene(title, items, shown, is_flat, notes=notes)
+    return drawn_by(backend, robot_scene(title, items, shown, is_flat, notes=notes))
 
 
 def ellipsoid_items(
@@ -216,13 +207,9 @@ def free_motions(
     'rotation about x through (0, 0, 2) m'
     """
     single_stiffness(result, "free motions")
-    return drawn_by(backend, free_motions_picture(result, surroundings(within, result)))
-
-
-def free_motions_picture(result: AnyStiffness, around: Surroundings | None = None) -> Scene:
-    """The picture of `free_motions`, as data."""
     if isinstance(result, Stiffness) and Status.UNREACHABLE in result.status:
         raise NoAnswerError(f"no free motions of {result.name!r}: {'; '.join(result.advice)}")
+    around = surroundings(within, result)
     half = length_of(result) if around is None else _PART * around.size
     factor, unit = unit_of(half) if around is None else (around.factor, around.unit)
     items = [] if around is None else list(around.items)
@@ -233,7 +220,8 @@ def free_motions_picture(result: AnyStiffness, around: Surroundings | None = Non
     count = "no free motion" if not free else f"{free} free motion{'s' if free > 1 else ''}"
     is_flat = around is not None and around.is_flat and _is_in_plane(result)
     notes = (f"rank {int(result.rank)} of {result.space.size}",)
-    return robot_scene(f"{result.name}: {count}", items, unit, is_flat, notes=notes)
+    scene = robot_scene(f"{result.name}: {count}", items, unit, is_flat, notes=notes)
+    return drawn_by(backend, scene)
 
 
 def free_motion_items(result: AnyStiffness, half: float, factor: float) -> list[Item]:
@@ -325,13 +313,6 @@ def matrix(
     ['dx', 'dy', 'dz', 'rx', 'ry', 'rz']
     """
     single_stiffness(result, "a matrix")
-    return drawn_by(backend, matrix_picture(result, kind, shade))
-
-
-def matrix_picture(
-    result: AnyStiffness, kind: Kind = Kind.STIFFNESS, shade: Shade = Shade.SIZE
-) -> Matrix:
-    """The picture of `matrix`, as data."""
     space = result.space
     d, n = space.translations, space.size
     is_stiffness = kind is Kind.STIFFNESS
@@ -357,7 +338,7 @@ def matrix_picture(
     shades, scale = _shades(scaled, is_zero, shade)
     named = (space.wrench_order, space.twist_order)
     rows, columns = named if is_stiffness else named[::-1]
-    return Matrix(
+    picture = Matrix(
         f"{result.name}: {kind.value}",
         rows,
         columns,
@@ -366,6 +347,7 @@ def matrix_picture(
         tuple(units),
         scale,
     )
+    return drawn_by(backend, picture)
 
 
 def _shades(

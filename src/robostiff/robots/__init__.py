@@ -4,11 +4,21 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 from robostiff.errors import InputError
+from robostiff.robots import descriptions
+from robostiff.robots.shipped import (
+    RobotInfo,
+    describe,
+    robot_file,
+    shipped_cable_robots,
+    shipped_linkages,
+    shipped_names,
+    shipped_robots,
+    unknown_robot,
+)
 
 if TYPE_CHECKING:
     from robostiff.io.model_file.symbols import Symbols
@@ -22,111 +32,11 @@ __all__ = [
     "robot_file",
     "shipped_cable_robots",
     "shipped_linkages",
+    "shipped_names",
     "shipped_robots",
 ]
 
-_HERE = Path(__file__).parent
-_FOLDERS = ("", "cables", "linkages")
 _ENDINGS = (".yaml", ".yml", ".json", ".urdf", ".xacro", ".xml", ".mjcf")
-_HEADER = ("robostiff:", "name:", "title:", "source:", "notes:", " ", "#", "\n")
-
-
-@dataclass(frozen=True)
-class RobotInfo:
-    """Facts about a shipped robot.
-
-    Attributes
-    ----------
-    name : str
-    title : str
-        In a line.
-    source : str
-        Where its numbers come from.
-    """
-
-    name: str
-    title: str
-    source: str
-
-
-def shipped_robots() -> tuple[str, ...]:
-    """Names of the robots with legs that come with robostiff, in alphabetical order.
-
-    Examples
-    --------
-    >>> "gough-stewart-b" in shipped_robots()
-    True
-    """
-    return _names_in("")
-
-
-def shipped_cable_robots() -> tuple[str, ...]:
-    """Names of the cable robots that come with robostiff, in alphabetical order.
-
-    Examples
-    --------
-    >>> "cable-8" in shipped_cable_robots()
-    True
-    """
-    return _names_in("cables")
-
-
-def shipped_linkages() -> tuple[str, ...]:
-    """Names of the linkages that come with robostiff, in alphabetical order.
-
-    Their loops are not made of legs: `load` gives a network, `load_linkage` what can be moved.
-
-    Examples
-    --------
-    >>> shipped_linkages()
-    ('double-pantograph',)
-    """
-    return _names_in("linkages")
-
-
-def robot_file(name: str) -> Path:
-    """The model file of a shipped robot, to read or to copy.
-
-    Raises
-    ------
-    InputError
-        When no shipped robot has this name.
-
-    Examples
-    --------
-    >>> robot_file("3-puu").name
-    '3-puu.yaml'
-    """
-    for folder in _FOLDERS:
-        if name in _names_in(folder):
-            return _HERE / folder / f"{name}.yaml"
-    raise _unknown(name, "the name of a shipped robot")
-
-
-def describe(name: str) -> RobotInfo:
-    """Title and source of a shipped robot; only the head of its file is read.
-
-    Raises
-    ------
-    InputError
-        When no shipped robot has this name.
-
-    Examples
-    --------
-    >>> describe("planar-link").title
-    'Cantilever link with a passive joint at its tip'
-    """
-    from robostiff.io.document import parse_document
-
-    file = robot_file(name)
-    head = []
-    for line in file.read_text(encoding="utf-8").splitlines(keepends=True):
-        if not line.startswith(_HEADER):
-            break
-        head.append(line)
-    data = parse_document("".join(head), str(file)).data
-    return RobotInfo(name, data["title"], data["source"])
-
 
 ShippedRobot: TypeAlias = Literal[
     "3-prs",
@@ -231,7 +141,6 @@ def load(
     array([r/2, sqrt(3)*r/2, 0], dtype=object)
     """
     from robostiff.io.document import read_document
-    from robostiff.robots import descriptions
 
     kind = descriptions.kind_of(name_or_path)
     if kind is not None:
@@ -244,7 +153,7 @@ def load(
     if not shipped and name != "-" and not os.path.exists(name):  # False where it is too long
         if isinstance(name_or_path, os.PathLike) or Path(name).suffix.lower() in _ENDINGS:
             raise InputError("robot", got=name, expected="a file that exists")
-        raise _unknown(name, "a file, or the name of a shipped robot")
+        raise unknown_robot(name, "a file, or the name of a shipped robot")
     if not shipped and descriptions.is_description(name):
         return _of_description(name, name, parameters, symbols, side)
     if side is not None:
@@ -291,7 +200,6 @@ def _of_description(
     name: str, value: Any, parameters: Any, symbols: Symbols, side: Any = None, **options: bool
 ) -> Any:
     from robostiff.io.rigid_tree import robot_of_tree
-    from robostiff.robots import descriptions
 
     descriptions.refuse_symbols(name, symbols, "the dimensions of a robot description are decimals")
     return robot_of_tree(*descriptions.described(value, side, **options), parameters)
@@ -308,25 +216,4 @@ def robot_of_legs(loaded: Any, name: str) -> Robot:
         got=name,
         expected="a robot of legs: a model file, or the description of an arm",
         hint="snapshots, networks, linkages and cable robots have numbers alone",
-    )
-
-
-def _names_in(folder: str) -> tuple[str, ...]:
-    return tuple(sorted(file.stem for file in (_HERE / folder).glob("*.yaml")))
-
-
-def shipped_names() -> tuple[str, ...]:
-    """Names of all that comes with robostiff."""
-    return tuple(name for folder in _FOLDERS for name in _names_in(folder))
-
-
-def _unknown(name: str, expected: str) -> InputError:
-    from robostiff.io.suggest import did_you_mean, listing, nearest_first
-
-    names = shipped_names()
-    return InputError(
-        "robot",
-        got=name,
-        expected=f"{expected}: {listing(nearest_first(name, names))}",
-        hint=did_you_mean(name, names),
     )

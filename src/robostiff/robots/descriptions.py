@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from robostiff.errors import FileError, InputError
 from robostiff.io.suggest import Words
+from robostiff.robots.shipped import robot_file, shipped_linkages
 
 if TYPE_CHECKING:
     from robostiff.io.document import Document
@@ -49,7 +50,6 @@ def describes_bodies(path: str | Path) -> bool:
     (True, False)
     """
     from robostiff.io.document import read_document
-    from robostiff.robots import shipped_linkages
 
     if path in shipped_linkages() or is_description(path):
         return True
@@ -119,7 +119,6 @@ def load_linkage(
     """
     from robostiff.io.document import read_document
     from robostiff.io.rigid_tree import linkage_of_tree
-    from robostiff.robots import robot_file, shipped_linkages
 
     if isinstance(path, str) and path in shipped_linkages():
         path = robot_file(path)

@@ -37,7 +37,7 @@ _MET = 1e-13  # of a load factor: no step towards it
 def cable_response(
     robot: CableRobot,
     pose: Pose = None,
-    load: ArrayLike | None = None,
+    wrench: ArrayLike | None = None,
     *,
     tensions: TensionRule | None = None,
     tolerance: Tolerance = DEFAULT_TOLERANCE,
@@ -53,8 +53,8 @@ def cable_response(
     robot : CableRobot
     pose : RigidTransform, array or None
         A single pose, as for `stiffness`.
-    load : (n,) array
-        About the reference point [N, N m].
+    wrench : (n,) array
+        The load about the reference point [N, N m].
     tensions : TensionRule, optional
         Tensions before the load, as for `cable_tensions`.
     tolerance : Tolerance
@@ -67,14 +67,14 @@ def cable_response(
     Examples
     --------
     >>> import robostiff as rs
-    >>> bent = rs.cable_response(rs.load("cable-4-planar"), load=[0, -200, 0])
+    >>> bent = rs.cable_response(rs.load("cable-4-planar"), wrench=[0, -200, 0])
     >>> bent.slack, round(bent.first_slack.factor, 2)
     (('cable1', 'cable2'), 0.27)
     """
     before = cable_stiffness(robot, pose, tensions=tensions, tolerance=tolerance)
     hint = "loop over the poses"
     require_one_pose("a loaded cable robot", before.batch_shape, hint)
-    F = given_wrenches(load, robot.space, subject="load", hint="write load=[...]")
+    F = given_wrenches(wrench, robot.space, hint="write wrench=[...]")
     barred = Status.FREE_MOTIONS | Status.UNSTABLE
     if not before.answered:
         return CableResponse(F, before, before.status, 0.0)

@@ -118,7 +118,7 @@ class CriticalLoad:
 def critical_load(
     robot: Robot | Snapshot | Network | Linkage | CableRobot,
     pose: Any = None,
-    wrench: ArrayLike = (),
+    wrench: ArrayLike | None = None,
     *,
     at: ArrayLike | None = None,
     loads: Loads | None = None,
@@ -189,7 +189,7 @@ def critical_load(
 def load_path(
     robot: Robot | Snapshot | Network | Linkage | CableRobot,
     pose: Any = None,
-    wrench: ArrayLike = (),
+    wrench: ArrayLike | None = None,
     factors: ArrayLike = (),
     *,
     at: ArrayLike | None = None,

@@ -122,7 +122,7 @@ def deflection(
             "robot of a deflection under loads at bodies",
             got=robot,
             expected="a robot without cables, a snapshot, a network or a linkage",
-            hint="cables have cable_response(robot, pose, load=...), or 'robostiff cables'",
+            hint="cables have cable_response(robot, pose, wrench=...), or 'robostiff cables'",
         )
     nothing = np.zeros(robot.space.size)
     asked, F = one_loaded_posture(

@@ -181,7 +181,7 @@ MISUSES = {
     "no wrench": ({"quantities": [Quantity.DEFLECTION]}, "6 numbers: Fx Fy Fz Mx My Mz"),
     "an idle wrench": ({"wrench": [0] * 6}, "Quantity.DEFLECTION"),
     "a short wrench": ({"quantities": [Quantity.DEFLECTION], "wrench": [1]}, "6 numbers"),
-    "no length": ({"characteristic_length": 0}, "above 0"),
+    "no length": ({"length": 0}, "above 0"),
     "a strange joint": ({"poses": Grid(elbow=Axis(0, 1, 2))}, "some of x, y, z"),
     "a box for where": ({"where": [0, 1]}, "function of the coordinates"),
     "where with numbers": ({"where": lambda pose: pose["x"]}, "array of bool"),

@@ -208,14 +208,14 @@ def test_deflection_is_that_of_finite_displacements_under_a_small_load(name):
     grid = rs.Grid(x=rs.Axis(x, x, 1))
     found = rs.stiffness_map(robot, grid, [Quantity.DEFLECTION], wrench=F)
     F_big = F * 100
-    bent = rs.cable_response(robot, load=F)
+    bent = rs.cable_response(robot, wrench=F)
     if bent.slack:  # cables without tension, as of the suspended robot
         assert Status.SLACK in Status(int(found.status[0]))
         return
     assert bent.displacement is not None
     moved = np.concatenate([found.displacement[0], found.rotation[0]])
     np.testing.assert_allclose(moved, bent.displacement, rtol=2e-3, atol=1e-12)
-    assert rs.cable_response(robot, load=F_big).carried == 1.0
+    assert rs.cable_response(robot, wrench=F_big).carried == 1.0
 
 
 def test_a_load_that_makes_a_cable_slack_is_said_to():

@@ -171,7 +171,9 @@ def check_names(outline):
     lefts = [b.name for b in blocks if isinstance(b, MatrixEquation)]
     lefts += [e.name for b in blocks if isinstance(b, EquationRows) for e in b.rows]
     tables = [b for b in blocks if isinstance(b, FormulaTable)]
-    lefts += [getattr(x, "name", x) for b in tables for x in b.head]
+    heads = [getattr(x, "name", x) for b in tables for x in b.head]
+    # A column t has t_1, t_2, ... in it.
+    lefts += [x for x in heads if not any(y.startswith(f"{x}_") for y in listed)]
     unsaid = {x for x in lefts if x not in listed and re.match(r"[A-Za-z]*", x)[0] not in letters}
     assert unsaid <= {"0"}  # where the legs close
 

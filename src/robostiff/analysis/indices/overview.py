@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -37,10 +38,12 @@ from robostiff.analysis.indices.screws import (
     centre_of_stiffness,
     eigenscrews,
 )
-from robostiff.analysis.indices.stiffness_parts import stiffness_parts
-from robostiff.analysis.posed_stiffness import direct_stiffness
+from robostiff.analysis.indices.stiffness_parts import StationaryStiffness, stiffness_parts
+from robostiff.analysis.measures import symmetric_eigenvalues
+from robostiff.analysis.posed_stiffness import question_of
 from robostiff.analysis.result import Stiffness
-from robostiff.elastostatics import Status
+from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, scaling
 from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
@@ -50,9 +53,11 @@ from robostiff.model import Robot, Snapshot
 from robostiff.network import Network
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class StiffnessIndices(InNotebooks):
-    """The stiffness indices of a single pose; each attribute has a text `about` its definition.
+    """The stiffness indices of a single pose, each computed when it is first used.
+
+    Every index has a text `about` its definition.
 
     Attributes
     ----------
@@ -60,32 +65,66 @@ class StiffnessIndices(InNotebooks):
         What they are computed from.
     length : float
         The characteristic length [m] of those that need one.
-    along_axes : tuple of DirectionalStiffness
-        Along the world axes.
-    principal : PrincipalStiffnesses
-    collinear : CollinearStiffness
-    worst_deflection : WorstDeflections
-    anisotropy : Anisotropy
-    eigenscrews : Eigenscrews
-    centre_of_stiffness, centre_of_compliance : Centre
-    eigenstiffness : Eigenstiffness
-    condition : ConditionNumber
-    virtual_work : VirtualWork
     """
 
     result: Stiffness
     length: float
-    along_axes: tuple[DirectionalStiffness, ...]
-    principal: PrincipalStiffnesses
-    collinear: CollinearStiffness
-    worst_deflection: WorstDeflections
-    anisotropy: Anisotropy
-    eigenscrews: Eigenscrews
-    centre_of_stiffness: Centre
-    centre_of_compliance: Centre
-    eigenstiffness: Eigenstiffness
-    condition: ConditionNumber
-    virtual_work: VirtualWork
+
+    @cached_property
+    def along_axes(self) -> tuple[DirectionalStiffness, ...]:
+        """Along the world axes."""
+        axes = np.eye(3)[: self.result.space.translations]
+        return tuple(directional_stiffness(self.result, axis) for axis in axes)
+
+    @cached_property
+    def principal(self) -> PrincipalStiffnesses:
+        """By `principal_stiffness`."""
+        return principal_stiffness(self.result)
+
+    @cached_property
+    def collinear(self) -> CollinearStiffness:
+        """By `collinear_stiffness`."""
+        return collinear_stiffness(self.result)
+
+    @cached_property
+    def worst_deflection(self) -> WorstDeflections:
+        """By `worst_deflection`."""
+        return worst_deflection(self.result)
+
+    @cached_property
+    def anisotropy(self) -> Anisotropy:
+        """By `anisotropy`."""
+        return anisotropy(self.result)
+
+    @cached_property
+    def eigenscrews(self) -> Eigenscrews:
+        """By `eigenscrews`."""
+        return eigenscrews(self.result)
+
+    @cached_property
+    def centre_of_stiffness(self) -> Centre:
+        """By `centre_of_stiffness`."""
+        return centre_of_stiffness(self.result)
+
+    @cached_property
+    def centre_of_compliance(self) -> Centre:
+        """By `centre_of_compliance`."""
+        return centre_of_compliance(self.result)
+
+    @cached_property
+    def eigenstiffness(self) -> Eigenstiffness:
+        """By `eigenstiffness`, with the length."""
+        return eigenstiffness(self.result, length=self.length)
+
+    @cached_property
+    def condition(self) -> ConditionNumber:
+        """By `condition_number`, with the length."""
+        return condition_number(self.result, length=self.length)
+
+    @cached_property
+    def virtual_work(self) -> VirtualWork:
+        """By `virtual_work`, with the length."""
+        return virtual_work(self.result, length=self.length)
 
     @property
     def status(self) -> Status:
@@ -102,6 +141,7 @@ class IndicesOfPoses(StatusOfPoses):
 
     ``found[i]`` are those of one pose, and ``found[found.answered]`` those of all that have a
     matrix. In a loop over the poses None stands where there is none, and the status says why.
+    Numbers of all poses at once are masked where there is no matrix, or no finite number.
 
     Attributes
     ----------
@@ -118,6 +158,76 @@ class IndicesOfPoses(StatusOfPoses):
     def status_codes(self) -> np.ndarray:
         """Status of every pose (...) as uint16."""
         return self.result.status_codes
+
+    @cached_property
+    def principal_stiffness(self) -> np.ma.MaskedArray:
+        """Of forces [N/m] and then of moments [N m/rad], each ascending (..., n)."""
+        return self._numbers(
+            lambda known: self._by_blocks(self.result.matrix[known]), lambda one: one.principal
+        )
+
+    @cached_property
+    def collinear_stiffness(self) -> np.ma.MaskedArray:
+        """Of forces [N/m] and then of moments [N m/rad], each ascending (..., n)."""
+        d = self.result.space.translations
+
+        def inverses(known: np.ndarray) -> np.ndarray:
+            k = 1 / self._by_blocks(self.result.compliances[known])
+            return np.concatenate([k[:, :d][:, ::-1], k[:, d:][:, ::-1]], axis=-1)
+
+        return self._numbers(inverses, lambda one: one.collinear)
+
+    @property
+    def worst_deflection(self) -> np.ma.MaskedArray:
+        """Largest displacement per force (...) [m/N]."""
+        return 1 / self.collinear_stiffness[..., 0]
+
+    @property
+    def anisotropy(self) -> np.ma.MaskedArray:
+        """Largest over smallest principal compliance, of forces and of moments (..., 2)."""
+        k, d = self.collinear_stiffness, self.result.space.translations
+        return np.ma.stack([k[..., d - 1] / k[..., 0], k[..., -1] / k[..., d]], axis=-1)
+
+    @cached_property
+    def condition_number(self) -> np.ma.MaskedArray:
+        """Of K in the two-norm (...), with rotations measured in the length."""
+        length = self.result.length if self.length is None else np.array(self.length)
+        s = scaling(np.broadcast_to(length, self.answered.shape), self.result.space)
+        scale = s[..., :, None] * s[..., None, :]
+
+        def largest(A: np.ndarray) -> np.ndarray:
+            return symmetric_eigenvalues(A)[:, -1:]
+
+        def ratios(known: np.ndarray) -> np.ndarray:
+            K, C = self.result.matrix[known], self.result.compliances[known]
+            return largest(K / scale[known]) * largest(C * scale[known])
+
+        return self._numbers(ratios, lambda one: one.condition.two_norm)[..., 0]
+
+    def _by_blocks(self, A: np.ndarray) -> np.ndarray:
+        """Eigenvalues of the blocks of forces and of moments of K or C (N, n, n), ascending."""
+        d = self.result.space.translations
+        blocks = A[:, :d, :d], A[:, d:, d:]
+        return np.concatenate([symmetric_eigenvalues(block) for block in blocks], axis=-1)
+
+    def _numbers(
+        self,
+        together: Callable[[np.ndarray], np.ndarray],
+        alone: Callable[[StiffnessIndices], StationaryStiffness | float | None],
+    ) -> np.ma.MaskedArray:
+        """Numbers (..., m) of poses with K and C `together`, and of each other pose `alone`."""
+        known = self.answered & self.result.has_compliance
+        values = together(known)
+        found = np.ma.masked_all((*known.shape, values.shape[-1]))
+        found.data[...] = np.nan  # what is read past the mask is no number
+        found[known] = values
+        for place in map(tuple, np.argwhere(self.answered & ~known)):
+            value = alone(self[place])
+            if isinstance(value, StationaryStiffness):
+                found[place] = np.concatenate([value.translational, value.rotational])
+            elif value is not None:
+                found[place] = value
+        return found
 
     def __repr__(self) -> str:
         poses, known = self.answered.size, int(np.count_nonzero(self.answered))
@@ -191,13 +301,14 @@ def indices(
     67.8
     >>> line = [[0, 0, 0.7, 0, 0, 0], [0, 0, 0.9, 0, 0, 0]]
     >>> found = rs.indices(rs.load("gough-stewart-b"), line)
-    >>> found.each(lambda one: one.collinear.smallest / 1e6).round(1)
-    masked_array(data=[82.7, 56.2],
-                 mask=[False, False],
-           fill_value=1e+20)
+    >>> print((found.collinear_stiffness[:, 0] / 1e6).round(1))
+    [82.7 56.2]
+    >>> print(found.each(lambda one: one.centre_of_stiffness.point[2]).round(2))
+    [0.64 0.83]
     """
     if isinstance(robot, Robot | Snapshot | Network | Linkage):
-        result = direct_stiffness(robot, pose, at, near=near)
+        question = question_of(robot, pose, DEFAULT_METHOD, near, DEFAULT_TOLERANCE)
+        result = Stiffness.of(question, at, by_record=bool(question.rows.shape))
     elif pose is None and at is None and near is None:
         result = robot
     else:
@@ -209,22 +320,5 @@ def indices(
         )
     if isinstance(result, Stiffness) and result.batch_shape:
         return IndicesOfPoses(result, None if length is None else index_length(result, length))
-    space = stiffness_parts(result).space
-    L = index_length(result, length)
-    return StiffnessIndices(
-        result=result,
-        length=L,
-        along_axes=tuple(
-            directional_stiffness(result, axis) for axis in np.eye(3)[: space.translations]
-        ),
-        principal=principal_stiffness(result),
-        collinear=collinear_stiffness(result),
-        worst_deflection=worst_deflection(result),
-        anisotropy=anisotropy(result),
-        eigenscrews=eigenscrews(result),
-        centre_of_stiffness=centre_of_stiffness(result),
-        centre_of_compliance=centre_of_compliance(result),
-        eigenstiffness=eigenstiffness(result, length=L),
-        condition=condition_number(result, length=L),
-        virtual_work=virtual_work(result, length=L),
-    )
+    stiffness_parts(result)  # what has none is refused now
+    return StiffnessIndices(result, index_length(result, length))

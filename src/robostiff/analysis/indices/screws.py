@@ -119,7 +119,7 @@ def eigenscrews(result: Stiffness) -> Eigenscrews:
     >>> [round(float(twist.stiffness)) for twist in found.twists]
     [12198795, 20545339, 20545339]
     """
-    parts = _parts(result)
+    parts = stiffness_parts(result).at_origin
     d, length = parts.space.translations, float(result.length)
     forces, moments = parts.forces_rotations_held, parts.moments_translations_free
     wrenches, twists = [], []
@@ -229,7 +229,7 @@ def centre_of_stiffness(result: Stiffness) -> Centre:
     >>> centre.point.round(4) + 0.0
     array([0.    , 0.    , 0.7368])
     """
-    parts = _parts(result)
+    parts = stiffness_parts(result).at_origin
     d = parts.space.translations
     forces = parts.forces_rotations_held
     if forces.rank == 0:
@@ -263,7 +263,7 @@ def centre_of_compliance(result: Stiffness) -> Centre:
     >>> centre.point.round(4) + 0.0
     array([0.    , 0.    , 0.7368])
     """
-    parts = _parts(result)
+    parts = stiffness_parts(result).at_origin
     C = parts.C
     if C is None:
         return Centre(None, None, None, None, parts.status)
@@ -273,12 +273,6 @@ def centre_of_compliance(result: Stiffness) -> Centre:
     else:
         v, line = _symmetric_point(C[d:, d:], _axial(C[:d, d:]), False)
     return _centre(parts, v, line, move_compliance(C, v), C[d:, d:])
-
-
-def _parts(result: Stiffness) -> StiffnessParts:
-    """About the robot's own point, from where the digits are best."""
-    stiffness_parts(result)
-    return stiffness_parts(result.about(result.origin))
 
 
 def _symmetric_point(

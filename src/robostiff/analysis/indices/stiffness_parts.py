@@ -14,6 +14,7 @@ Their ranks are decided as that of K is: by the wrenches that hold the platform.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar, Self
 
 import numpy as np
@@ -21,6 +22,7 @@ import numpy as np
 from robostiff.analysis.result import Stiffness
 from robostiff.elastostatics import CartesianStiffness, Status, scaling
 from robostiff.errors import InputError
+from robostiff.kept import kept
 from robostiff.spatial import Space, move_wrench
 
 _ROUNDING = 1e-15
@@ -103,19 +105,24 @@ class StiffnessParts:
         """Status of the pose."""
         return self.result.status
 
-    @property
+    @cached_property
+    def at_origin(self) -> StiffnessParts:
+        """The parts about the robot's own point, from where the digits are best."""
+        return stiffness_parts(self.result.about(self.result.origin))
+
+    @cached_property
     def forces_rotations_held(self) -> EigenPart:
         """K_tt [N/m]; it does not depend on the reference point."""
         d = self.space.translations
         return eigenparts(self.K[:d, :d], self.rank_of_forces)
 
-    @property
+    @cached_property
     def moments_translations_held(self) -> EigenPart:
         """K_rr [N m/rad], about the reference point."""
         d = self.space.translations
         return eigenparts(self.K[d:, d:], self.rank_of_moments)
 
-    @property
+    @cached_property
     def forces_rotations_free(self) -> EigenPart:
         """The inverse of C_tt [N/m], for forces through the reference point."""
         d = self.space.translations
@@ -124,7 +131,7 @@ class StiffnessParts:
         free = _schur(self.K[:d, :d], self.K[:d, d:], self.moments_translations_held)
         return self._free_parts(free, self.rank - self.rank_of_moments)
 
-    @property
+    @cached_property
     def moments_translations_free(self) -> EigenPart:
         """The inverse of C_rr [N m/rad]; it does not depend on the reference point."""
         d = self.space.translations
@@ -159,6 +166,11 @@ def stiffness_parts(result: Stiffness) -> StiffnessParts:
             expected="a single one",
             hint="take result[i], or indices(result) for all of them",
         )
+    return _parts_of(result)
+
+
+@kept
+def _parts_of(result: Stiffness) -> StiffnessParts:
     K = result.K
     forces, moments = _ranks(result.details().whole, result)
     return StiffnessParts(result, K, result.compliance, forces, moments)

@@ -59,7 +59,7 @@ def stiffness_map(
     quantities: Iterable[Quantity] = _DEFAULT_QUANTITIES,
     *,
     wrench: ArrayLike | None = None,
-    characteristic_length: float | None = None,
+    length: float | None = None,
     where: Selection | None = None,
     method: Method | LoadedMethod | None = None,
     near: Near = None,
@@ -81,7 +81,7 @@ def stiffness_map(
         Besides rank and status, which are always there.
     wrench : (6,) array, or (3,) for a planar robot, optional
         Load about the reference point, world axes [N, N m], for quantities that need one.
-    characteristic_length : float, optional
+    length : float, optional
         Of the indices [m]; that of the robot at home when left out.
     where : callable, optional
         Takes a mapping of coordinates to arrays, one entry a pose, and returns which poses to
@@ -132,9 +132,7 @@ def stiffness_map(
     with needs_extra("maps", "maps"):
         import xarray  # noqa: F401
     room = check_memory if store is None else partial(check_room, Path(store).absolute())
-    request = checked_request(
-        robot, poses, quantities, wrench, characteristic_length, where, method, room, near
-    )
+    request = checked_request(robot, poses, quantities, wrench, length, where, method, room, near)
     threads = _threads(workers, scheduler)
     if store is None:
         if resume:

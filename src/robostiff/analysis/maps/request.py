@@ -99,7 +99,7 @@ def checked_request(
     poses: PoseSource,
     quantities: Iterable[Quantity],
     wrench: ArrayLike | None,
-    characteristic_length: float | None,
+    given_length: float | None,
     where: Selection | None,
     method: Method | LoadedMethod | None = None,
     check_room: Callable[[MapJob], None] = lambda _: None,
@@ -138,7 +138,7 @@ def checked_request(
     wanted = _quantities(quantities)
     loaded, unloaded = _by_load(method)
     F = _wrench(robot, wanted, wrench, loaded is not None)
-    length = _length(robot, characteristic_length)
+    length = _length(robot, given_length)
     if loaded is None:
         columns = pose_columns(robot, poses.names)
     elif not isinstance(robot, Linkage):
@@ -283,9 +283,9 @@ def _length(robot: Mapped, given: float | None) -> float:
         if isinstance(robot, CableRobot):
             return float(cable_tensions(robot).placed.characteristic_length)
         return float(direct_stiffness(robot).length)
-    length = as_float("characteristic_length", given, "a length above 0 [m]", "m")
+    length = as_float("length", given, "a length above 0 [m]", "m")
     if not length > 0:
-        raise InputError("characteristic_length", got=given, expected="a length above 0 [m]")
+        raise InputError("length", got=given, expected="a length above 0 [m]")
     return length
 
 

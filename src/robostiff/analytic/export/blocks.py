@@ -33,6 +33,14 @@ class Outer:
 
 
 @dataclass(frozen=True)
+class Inner:
+    """``W^T C W``."""
+
+    matrix: Any
+    vector: Any
+
+
+@dataclass(frozen=True)
 class Inverse:
     """The inverse of a matrix."""
 

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import sympy as sp
 from sympy.printing.printer import Printer
 
-from robostiff.analytic.export.blocks import Inverse, Lever, Outer, Rows, Total
+from robostiff.analytic.export.blocks import Inner, Inverse, Lever, Outer, Rows, Total
 from robostiff.analytic.export.products import (
     decimal,
     differential_parts,
@@ -21,6 +21,7 @@ from robostiff.analytic.export.products import (
 )
 from robostiff.analytic.export.vocabulary import constant_name, function_name
 from robostiff.analytic.vectors.vector_expressions import (
+    Columns,
     Coordinates,
     Cross,
     Dot,
@@ -153,7 +154,7 @@ class Mathematics(Printer):
             case Turns(turns):
                 named = ((self.name(f"R_{axis}", bold=True), write(x)) for axis, x in turns)
                 found = " ".join(f"{R}{self.in_brackets(angle)}" for R, angle in named)
-            case None | Outer() | Inverse() | Total() | Lever() | Rows():
+            case None | Columns() | Outer() | Inner() | Inverse() | Total() | Lever() | Rows():
                 found = self._of_matrices(expression)
             case _:
                 found = self.write(expression)
@@ -164,20 +165,27 @@ class Mathematics(Printer):
         write = self.written
         match expression:
             case None:
-                return self.zero
+                found = self.zero
             case Outer(vector, middle):
                 between = [] if middle is None else [write(middle)]
-                return " ".join([write(vector), *between, f"{write(vector)}{self.transposed}"])
+                found = " ".join([write(vector), *between, f"{write(vector)}{self.transposed}"])
             case Inverse(matrix):
-                return f"{write(matrix)}{self.inverse}"
+                inner = write(matrix)
+                inner = inner if isinstance(matrix, Vector) else self.in_brackets(inner)
+                found = f"{inner}{self.inverse}"
+            case Inner(matrix, vector):
+                found = f"{write(vector)}{self.transposed} {write(matrix)} {write(vector)}"
+            case Columns(vectors):
+                found = self.matrix([list(map(write, vectors))])
             case Total(index, term):
                 sign = self.total_over.format(index) if index else self.total
                 inner = write(term)
-                return f"{sign} {self.in_brackets(inner) if isinstance(term, Sum) else inner}"
+                found = f"{sign} {self.in_brackets(inner) if isinstance(term, Sum) else inner}"
             case Lever(arm, matrix):
-                return f"({write(arm)} {self.cross}) {write(matrix)}"
+                found = f"({write(arm)} {self.cross}) {write(matrix)}"
             case _:
-                return self.matrix([[write(x) for x in row] for row in expression.rows])
+                found = self.matrix([[write(x) for x in row] for row in expression.rows])
+        return found
 
     def _factor(self, part: Any) -> str:
         is_bare = not isinstance(part, Sum | Turned | Times | Cross)

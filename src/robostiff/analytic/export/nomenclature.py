@@ -25,7 +25,7 @@ from robostiff.analytic.export.blocks import (
 from robostiff.analytic.export.entries import EntryNames
 from robostiff.analytic.export.products import differential_parts
 from robostiff.analytic.robot_derivation import RobotDerivation
-from robostiff.analytic.vectors.forms import ArmOfSprings, FormulaInVectors, VectorForm
+from robostiff.analytic.vectors.forms import FormulaInVectors, VectorForm
 from robostiff.analytic.vectors.vector_expressions import (
     Coordinates,
     Cross,
@@ -148,15 +148,23 @@ _OF_LINKS = {
     "f_i": "cosine of the angle between the links",
     "h_i": "its sine",
 }
-_ABOUT_A_CENTRE = {
-    "e_i": "axis of the motor of leg i",
-    "j_i": "axis of its platform joint, in the platform's axes",
+#: Of a generic leg by its springs, beside the names that have a number.
+_OF_SERIES = {
+    "R": "rotation of the platform",
+    "Q": "rotation of the platform",
+    "a_i": "base of leg i",
+    "e_i": "axis of its first joint",
+    "j_i": "axis of its last joint, in the platform's axes",
     "u_i": "the same in the world",
-    "v_i": "axis of its elbow",
-    "g_i": "unit vector across both passive axes",
-    "b_i": "centre of all axes, in the platform's axes",
-    "z_i": "cosine of the angle between the axes of motor and platform joint",
-    "h_i": "its sine",
+    "v_i": "axis of the joint between them",
+    "b_i": "from the reference point to the end of leg i, in the platform's axes",
+    "p_i": "reference point, by leg i",
+}
+_OF_TURNS = {
+    ("alpha_i", "beta_i", "gamma_i"): "turns of the base of leg i about x, y and z",
+    ("lambda_i", "mu_i", "nu_i"): "turns of the platform behind the end of leg i",
+    ("phi_i",): "angle of the base of leg i",
+    ("psi_i",): "angle of its end on the platform",
 }
 
 
@@ -206,8 +214,8 @@ def meanings_in_vectors(
     form: FormulaInVectors, names: EntryNames, own: Sequence[Meaning] = ()
 ) -> list[Meaning]:
     """Of wrenches or of compliances, some of its `own`, and of vectors."""
-    if isinstance(form, ArmOfSprings):
-        return [*_meanings_of_arm(form, names), *own]
+    if isinstance(form, VectorForm) and not form.wrenches:
+        return [*_meanings_of_springs(form, names), *own]
     if isinstance(form, VectorForm):
         return [*_meanings_of_wrenches(form, names), *own, *_meanings_of_vectors(form)]
     return [
@@ -228,7 +236,6 @@ def _meanings_of_vectors(found: VectorForm) -> list[Meaning]:
     names |= {name: isinstance(c[0], Coordinates) for name, c in columns if name in _MEANINGS}
     of_slides = _OF_SLIDES if "q_i" in names else {}
     of_carrier = (_OF_LINKS if of_slides else _OF_CRANKS) if "v_i" in names else of_slides
-    of_carrier = of_carrier if "d_i" in names else _ABOUT_A_CENTRE
     names |= {"W_i": True, "C_i": True} if found.coupled else {}
     listed = {**_MEANINGS, **of_carrier}
     listed |= _of_angles(all_legs, listed, "rod" if of_carrier else "leg")
@@ -259,30 +266,44 @@ def _of_angles(
     return found
 
 
-def _meanings_of_arm(found: ArmOfSprings, names: EntryNames) -> list[Meaning]:
-    """Of the names of rotations, points, twists and beams."""
+def _meanings_of_springs(found: VectorForm, given: EntryNames) -> list[Meaning]:
+    """Of the names of rotations, points, twists and beams of an arm, or of a generic leg."""
+    of, index = ("arm", "") if found.is_arm else ("leg", "_i")
     kinds = {
-        "R": "rotations of the parts of the arm, one after the other",
+        "R": f"rotations of the parts of the {of}, one after the other",
         "p": "points between these parts",
         "Q": "axes of a beam",
         "m": "from the reference point to the middle of a beam",
         "t": "twist of the unit motion of a drive",
+        "j": "twist of the unit motion of a passive joint",
     }
-    of_equations = [e.name for e in found.equations]
+    names = [e.name for e in (*found.pose, *found.leg)]
+    listed = {*names, *found.columns}
     rows: list[Meaning] = [
-        ((Vector("C"),), "compliance about the reference point, world axes"),
-        ((Vector("p"),), "reference point"),
+        ((Vector(f"C{index}"),), "compliance about the reference point, world axes")
     ]
+    rows += [((Vector("p"),), "reference point")] if "p" in listed else []
+    if index:
+        of_joints = [x for x in found.columns if x.startswith(("theta_i_", "s_i_"))]
+        rows += [((Vector(x),), words) for x, words in _OF_SERIES.items() if x in listed]
+        for own, words in {**_OF_TURNS, tuple(of_joints): "joint coordinates of leg i"}.items():
+            shown = tuple(x for x in own if x in listed)
+            rows += [(shown, words)] if shown else []
+        rows += [
+            ((Vector("K_i"),), "stiffness of leg i"),
+            ((Vector("W_i"),), "wrenches that do no work on its passive joints, side by side"),
+            ((Vector("J_i"),), "twists of its passive joints, side by side"),
+        ]
     for letter, meaning in kinds.items():
-        own = [Vector(x) for x in of_equations if x.startswith(f"{letter}_")]
-        listed = own if len(own) < 3 else [own[0], "...", own[-1]]
-        rows += [(tuple(listed), meaning)] if own else []
+        own = [Vector(x) for x in names if x.startswith(f"{letter}{index}_")]
+        shown = own if len(own) < 3 else [own[0], "...", own[-1]]
+        rows += [(tuple(shown), meaning)] if own else []
     rows += [(("c",), "compliance of a drive")] if found.drives else []
     if found.beams:
         rows += [
             ((Vector("D"),), "compliance of a beam about its middle, in its own axes"),
             ((Vector("T"),), OF_T),
-            *(((x + "'" * (x in names.given),), words) for x, words in _OF_BEAMS.items()),
+            *(((x + "'" * (x in given.given),), words) for x, words in _OF_BEAMS.items()),
         ]
     return rows
 

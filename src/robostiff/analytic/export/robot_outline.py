@@ -15,6 +15,7 @@ from robostiff.analytic.export.blocks import (
     Block,
     EquationRows,
     FormulaTable,
+    Inner,
     Inverse,
     Lever,
     MatrixEquation,
@@ -44,8 +45,8 @@ from robostiff.analytic.placement.legs_at_points import turn_in_words
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.analytic.vectors.forms import (
-    ArmOfSprings,
     FormulaInVectors,
+    InSeries,
     VectorForm,
     beam_compliances,
 )
@@ -103,7 +104,7 @@ def robot_outline(derivation: RobotDerivation) -> list[Block]:
 def outline_in_vectors(form: FormulaInVectors) -> list[Block]:
     """The blocks of a vector level alone."""
     names = EntryNames(form)
-    if isinstance(form, VectorForm):
+    if isinstance(form, VectorForm) and not form.is_arm:
         blocks, _ = _vector_level(form, names.result, (), set(names.given))
     else:
         blocks = _series(form, names.result, set(names.given))
@@ -158,6 +159,11 @@ def _summary(derivation: RobotDerivation, names: EntryNames) -> Sentences:
     share_of_leg = "made conjugate to one another; each has a compliance {}"
     if is_vectors_alone(derivation):
         form = "leg by leg"
+        if derivation.vectors and derivation.vectors.passive:
+            count = len(derivation.legs)
+            return Sentences(
+                f"{start}, {form}. The stiffness is a sum over {count} legs, eq. (12)."
+            )
         if derivation.vectors and derivation.vectors.coupled:
             share_of_leg = "and which share the compliances {}"
     count = len(derivation.legs)
@@ -267,9 +273,14 @@ def _vector_level(
         "A leg transmits forces and couples, written as [force; moment], between a point of the "
         "base and a point of the platform. The table has what differs between the legs."
     )
+    if found.passive:
+        words = f"{_SPRINGS_ADD} The first table has what differs between the legs."
     forms = (found, *found.others)
     formulas: tuple[Any, ...] = ()
-    if all({e.name for e in form.leg} == OF_STRUTS for form in forms):
+    if found.passive:
+        p = "p_i" if any(e.name == "p_i" for e in found.leg) else "p"
+        formulas = tuple(map(Vector, ("t", p, "m", p, "Q")))
+    elif all({e.name for e in form.leg} == OF_STRUTS for form in forms):
         words += " The sum is eq. (25) with {} = {}; {} and {} are {} and {} of eq. (26)."
         d, b, u, v = (Vector(f"{x}_i") for x in "dbuv")
         formulas = ("K_11", 1 / sp.Symbol("c_i"), d, Sum(((-1, b),)), u, v)
@@ -285,7 +296,7 @@ def _vector_level(
             of = "Leg" if len(form.legs) == 1 else "Legs"
             blocks.append(Title(f"{of}: {', '.join(form.legs)}", level=3))
         new = [d for d in names if d.symbol not in written]
-        blocks += _kind_of_leg(form, part, renamed, new, () if k else form.pose)
+        blocks += _kind_of_leg(form, part, renamed, new, () if k else form.pose, taken)
         written |= {d.symbol for d in names}
     if len(forms) > 1:
         total = Sum(tuple((1, Vector(part)) for part in parts))
@@ -308,6 +319,7 @@ def _kind_of_leg(
     renamed: Mapping[Any, Any],
     names: Sequence[Definition],
     pose: Sequence[Equation],
+    taken: set[str],
 ) -> list[Block]:
     """One leg of a kind, the table of what differs, and the sum over these legs."""
 
@@ -332,6 +344,28 @@ def _kind_of_leg(
     if found.turned:
         same = "; ".join(", ".join(group) for group in found.turned)
         blocks.append(Sentences(f"Legs that are turns of one another about z: {same}."))
+    if found.passive:
+        J: Any = Rows((tuple(map(Vector, found.passive)),))
+        held: Any = Outer(Vector("W_i"), Inverse(Inner(Vector("C_i"), Vector("W_i"))))
+        found_C, own = _by_springs(found, "_i", taken)
+        last = [Vector(e.name) for e in leg if e.name.startswith("R_i_")][-1:]
+        words = (
+            "The legs close where they hold the platform alike: {} and {} are those of all legs."
+        )
+        at_joints = any(e.name == "p_i" for e in leg)
+        closing = [Sentences(words, (Vector("p_i"), *last))] if at_joints else []
+        return [
+            *blocks,
+            *own,
+            EquationRows((*found_C, Equation("J_i", J), Equation("K_i", held))),
+            Sentences(
+                "The columns of {} are wrenches that do no work on the twists {} of the passive "
+                "joints, as many as there are.",
+                (Vector("W_i"), Vector("J_i")),
+            ),
+            equation(result, Total("i", Vector("K_i"))),
+            *closing,
+        ]
     terms: list[Any] = [share(w, c) for w, c in found.wrenches]
     if found.rods:
         couple, compliance = in_names(found.of_rod)
@@ -362,41 +396,53 @@ _IN_SERIES = "Compliance: a sum over the springs"
 
 def _series(found: Any, result: str, taken: set[str]) -> list[Block]:
     """The compliance of a serial arm, in vectors or by its entries, and its inverse."""
-    if isinstance(found, ArmOfSprings):
-        return _arm(found, result, taken)
+    C = Vector("C")
+    if isinstance(found, InSeries):
+        return [
+            Title(_IN_SERIES),
+            Sentences(
+                "Springs in series add their compliances. These are in axes of the arm, in which "
+                "they are simplest: columns of {}, in world axes, with their origin at {} from the "
+                "reference point.",
+                OWN_AXES,
+            ),
+            equations(found.names),
+            *own_axes(found),
+            MatrixEquation("C", found.C.applyfunc(in_decimals)),
+            equation("K_0", Inverse(C)),
+            transport(result, "K_0"),
+        ]
+    rows, tables = _by_springs(found, "", taken)
     return [
         Title(_IN_SERIES),
-        Sentences(
-            "Springs in series add their compliances. These are in axes of the arm, in which they "
-            "are simplest: columns of {}, in world axes, with their origin at {} from the "
-            "reference point.",
-            OWN_AXES,
-        ),
+        Sentences(_SPRINGS_ADD, tuple(map(Vector, "tpmpQ"))),
+        EquationRows(found.leg),
         equations(found.names),
-        *own_axes(found),
-        MatrixEquation("C", found.C.applyfunc(in_decimals)),
-        equation("K_0", Inverse(Vector("C"))),
-        transport(result, "K_0"),
+        *tables,
+        EquationRows(rows),
+        equation(result, Inverse(C)),
     ]
 
 
-def _arm(found: ArmOfSprings, result: str, taken: set[str]) -> list[Block]:
-    """The compliance of a serial arm in vectors: drives and beams."""
+_SPRINGS_ADD = (
+    "Springs in series add their compliances: a drive that of its unit motion, of which {} is the "
+    "twist [translation; rotation] about the reference point {}, and a beam that about its middle, "
+    "at {} from {}, in its own axes, the columns of {}, x along it."
+)
+
+
+def _by_springs(
+    found: VectorForm, index: str, taken: set[str]
+) -> tuple[tuple[Equation, ...], list[Block]]:
+    """The compliance as a sum over drives and beams, and tables of these.
+
+    `index`: of the leg, behind the name of its compliance.
+    """
     drives = tuple((joint, (Vector(t), c)) for joint, t, c in found.drives)
     beams = tuple((beam, (Vector(Q), Vector(m), *own)) for beam, Q, m, own in found.beams)
     letters = [x + "'" * (x in taken) for x in ("L", "EA", "EI_y", "EI_z", "GJ")]
-    t, p, m, Q, T, D, C = map(Vector, "tpmQTDC")
-    blocks: list[Block] = [
-        Title(_IN_SERIES),
-        Sentences(
-            "Springs in series add their compliances: a drive that of its unit motion, of which {} "
-            "is the twist [translation; rotation] about the reference point {}, and a beam that "
-            "about its middle, at {} from {}, in its own axes, the columns of {}, x along it.",
-            (t, p, m, p, Q),
-        ),
-        EquationRows(found.equations),
-        equations(found.names),
-    ]
+    t, m, Q, T, D = map(Vector, "tmQTD")
+    blocks: list[Block] = []
     terms: list[tuple[int, Any]] = []
     rows: list[Equation] = []
     if drives:
@@ -410,8 +456,7 @@ def _arm(found: ArmOfSprings, result: str, taken: set[str]) -> list[Block]:
         rows.append(Equation("T", moved))
         blocks.append(FormulaTable((Q, m, *letters), beams, "beam"))
         blocks.append(MatrixEquation("D", sp.ImmutableMatrix(sp.diag(*own))))
-    total = Equation("C", Sum(tuple(terms)))
-    return [*blocks, EquationRows((total, *rows)), equation(result, Inverse(C))]
+    return (Equation(f"C{index}", Sum(tuple(terms))), *rows), blocks
 
 
 def _in_known_names(

@@ -259,7 +259,7 @@ def check_leg(found: LegElimination, placed: PlacedRobot) -> None:
     """
     names = [f"{own.name} of {placed.robot.name}" for own in placed.robot.legs]
     number = names.index(found.leg)
-    for values, result, _ in closed_places(placed, found.where):
+    for values, result, _ in closed_places(placed):
         expected = result.leg_stiffness[number]
         for careful in (False, True):
             complaint = _difference(found, values, expected, placed.length, careful=careful)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -76,7 +76,7 @@ class RobotInNumbers:
                     hint="derive it with other values of the model, and put yours in: "
                     'derivation.subs({"name": value})',
                 )
-        places = tuple(closed_places(placed, placed.where))
+        places = tuple(closed_places(placed))
         symbols = tuple(s for name, s in placed.symbols.items() if name in places[0][0])
         return cls(where, symbols, places, placed.length)
 
@@ -114,13 +114,11 @@ def _has_meeting_postures(solver: LegSolver) -> bool:
     return q is not None and other is not None and bool(np.max(np.abs(q - other)) <= _MEET)
 
 
-def closed_places(
-    placed: PlacedRobot, where: str = "", sets: int = _SETS, poses: int = _POSES
-) -> Iterator[_Place]:
+def closed_places(placed: PlacedRobot, sets: int = _SETS, poses: int = _POSES) -> Iterator[_Place]:
     """Random values of the symbols and poses at which the legs close, with the numerical answer.
 
-    `where`: the pose, in words; `sets`: sets of parameters; one for a robot without symbols;
-    `poses`: for each of them, where the pose has symbols.
+    `sets`: sets of parameters; one for a robot without symbols; `poses`: for each of them, where
+    the pose has symbols.
 
     Raises
     ------
@@ -150,7 +148,7 @@ def closed_places(
         if checked:
             return
     raise InputError(
-        f"formula of {robot.name!r} {where}".rstrip(),
+        f"formula of {robot.name!r} {placed.where}",
         got="no pose near home at which all legs meet the platform"
         + f": {complaint}" * bool(complaint),
         expected="poses that the legs reach",
@@ -242,23 +240,6 @@ def _pose(
             q[int(name.removeprefix("q")) - 1] = number_at(expression, values)
         return JointCoordinates(q)
     return pose_at(placed.given or {}, finder, values, placed.rotation)
-
-
-def check_form(
-    what: str, stiffness: Callable[[dict[str, float]], Any], placed: PlacedRobot
-) -> None:
-    """Compare K of another form, given values by name, with the numerical one at random places.
-
-    Raises
-    ------
-    DisagreementError
-    """
-    for values, result, _ in closed_places(placed, placed.where):
-        distance = matrix_distance(stiffness(values), result.K, placed.length)
-        if distance > AGREED:
-            at = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
-            where = f"{placed.robot.name!r} {placed.where}, at {at}"
-            raise DisagreementError(f"{what} and the numerical form of K", distance, where)
 
 
 def random_values(

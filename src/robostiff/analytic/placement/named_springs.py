@@ -5,9 +5,8 @@ Each has its value in the nomenclature.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
 from itertools import count
 from typing import Any, NamedTuple
 
@@ -26,12 +25,9 @@ from robostiff.elasticity import (
 )
 from robostiff.model import (
     Chain,
-    Joint,
-    Link,
     ParallelBlock,
     Robot,
     StiffnessLaw,
-    Telescope,
     TelescopicBeam,
 )
 from robostiff.spatial import Screw, exact_number
@@ -60,15 +56,15 @@ def named_springs(robot: Robot, taken: Iterable[str]) -> NamedSprings:
     >>> names[0].expression, names[3].expression, names[-1].expression
     (210000000000, E*b*h**3/12, 100000)
     """
-    beams: list[Any] = []
-    drives: list[Any] = []
-    _changed(robot, lambda *own: beams.append(own), lambda *own: drives.append(own))
+    parts = [*_parts_of(robot)]
+    beams = [pair for part in parts for pair in part.beams]
     table = NamedSprings({*taken})
     table.name_moduli([own for _, own in beams])
     for name, own in beams:
         table.name_products(name, own)
-    for drive in drives:
-        table.name_stiffness(*drive)
+    for part in parts:
+        if part.drive is not None:
+            table.name_stiffness(part.leg + part.name, *part.drive)
     return table
 
 
@@ -133,8 +129,31 @@ class NamedSprings:
         """The robot with names in place of its springs; compliances are those of what is read."""
         if not self._definitions:
             return robot
-        drives = self._drives
-        return _changed(robot, lambda _, x: self._beams[x], lambda _, *own: drives[own], read)
+        return _replaced(robot, {id(x.own): self._in_names(x, read) for x in _parts_of(robot)})
+
+    def _in_names(self, part: _Part, read: Callable[[Any], Any]) -> Any:
+        """A part with names for its springs."""
+        new: dict[str, Any] = {}
+        elasticity, of_telescope = part.elasticity, getattr(part.own, "beams", ())
+        if elasticity is not None and elasticity.beam is not None:
+            found = self._beams[elasticity.beam]
+            L, *products = map(read, (exact_number(elasticity.beam.length), *found))
+            compliance = cantilever_compliance(L, 1, 1, *products)
+            new["elasticity"] = replace(elasticity, compliance=compliance, beam=None)
+        if of_telescope:
+            # Products in place of a section, and moduli of 1.
+            each = ((x, self._beams.get(_slender(x))) for x in of_telescope)
+            new["beams"] = tuple(
+                x
+                if found is None
+                else replace(
+                    x, material=Material(x.material.name, 1, 1), section=CrossSection(*found)
+                )
+                for x, found in each
+            )
+        if part.drive is not None:
+            new["role"] = replace(part.own.role, stiffness=self._drives[part.drive])
+        return replace(part.own, **new) if new else part.own
 
     @property
     def definitions(self) -> tuple[Definition, ...]:
@@ -221,115 +240,83 @@ def _has_symbols(value: Any) -> bool:
     return bool(exact_number(value).free_symbols)
 
 
-def _with(part: Any, **new: Any) -> Any:
-    """A part with other members, itself where they are the same."""
-
-    def is_same(old: Any, value: Any) -> bool:
-        if isinstance(old, tuple) and isinstance(value, tuple):
-            return len(old) == len(value) and all(a is b for a, b in zip(old, value, strict=True))
-        return old is value
-
-    kept = all(is_same(getattr(part, name), value) for name, value in new.items())
-    return part if kept else replace(part, **new)
+def _slender(beam: TelescopicBeam) -> Any:
+    """A beam of a telescope, of unit length; None where it is no slender one."""
+    return SlenderBeam.of(1, beam.material, beam.section, beam.theory)
 
 
-def _changed(
-    robot: Robot,
-    of_beam: Callable[[str, SlenderBeam], _Stiffnesses | None],
-    of_drive: Callable[[str, Any, str], Any],
-    read: Callable[[Any], Any] = lambda x: x,
-) -> Robot:
-    """A robot with names in place of its springs; None for one that stays as it is."""
-    naming = partial(_Naming, of_beam, of_drive, read)
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """An element or coupling of a chain, or a part of the platform."""
+
+    own: Any
+    name: str
+    leg: str = ""  # before the name of a drive, where that of another leg may be called alike
+    freedoms: tuple[Screw, ...] = ()
+
+    @property
+    def elasticity(self) -> Elasticity | None:
+        """Of a link."""
+        return getattr(self.own, "elasticity", None)
+
+    @property
+    def beams(self) -> Iterator[tuple[str, SlenderBeam]]:
+        """Its slender beams, with their names."""
+        if self.elasticity is not None and self.elasticity.beam is not None:
+            yield self.name, self.elasticity.beam
+        each = getattr(self.own, "beams", ())
+        for i, beam in enumerate(each, start=1):
+            own = _slender(beam)
+            if own is not None:
+                yield f"{self.name}.beam{i if len(each) > 1 else ''}", own
+
+    @property
+    def drive(self) -> tuple[Any, str] | None:
+        """Stiffness and unit of a drive whose stiffness is a number."""
+        units = {"N m/rad" if screw.turns else "N/m" for screw in self.freedoms}
+        stiffness = getattr(getattr(self.own, "role", None), "stiffness", None)
+        if stiffness is None or isinstance(stiffness, StiffnessLaw) or len(units) != 1:
+            return None
+        return None if _has_symbols(stiffness) else (stiffness, *units)
+
+
+def _parts_of(robot: Robot) -> Iterator[_Part]:
     users: dict[int, list[str]] = {}
     for leg in robot.legs:
         users.setdefault(id(leg.chain), []).append(leg.name)
-    chains: dict[int, Chain] = {}
-    legs = []
-    for leg in robot.legs:
-        own = id(leg.chain)
-        if own not in chains:
-            alone = len(users) > 1 and len(users[own]) == 1
-            chains[own] = naming(f"{leg.name}/" if alone else "").chain(leg.chain, "")
-        legs.append(_with(leg, chain=chains[own]))
-    platform = robot.platform
-    if platform is not None:
-        walk = naming("")
-        parts = (
-            _with(x, elasticity=walk.elasticity(x.elasticity, f"platform/{x.name}"))
-            for x in platform.parts
-        )
-        platform = _with(platform, parts=tuple(parts))
-    return _with(robot, legs=tuple(legs), platform=platform)
+    chains = {id(leg.chain): leg.chain for leg in robot.legs}
+    for own, names in users.items():
+        alone = len(users) > 1 and len(names) == 1
+        yield from _parts_of_chain(chains[own], "", f"{names[0]}/" if alone else "")
+    for part in () if robot.platform is None else robot.platform.parts:
+        yield _Part(part, f"platform/{part.name}")
 
 
-@dataclass(frozen=True)
-class _Naming:
-    """Goes along a chain."""
-
-    of_beam: Callable[[str, SlenderBeam], _Stiffnesses | None]
-    of_drive: Callable[[str, Any, str], Any]
-    read: Callable[[Any], Any]
-    leg: str  # before the names of drives, where that of another leg may be called alike
-
-    def chain(self, chain: Chain, prefix: str) -> Chain:
-        """The same with named springs."""
-        elements = tuple(self.element(x, prefix) for x in chain.elements)
-        freedoms = {x.name: x.freedoms for x in chain.elements if isinstance(x, Joint | Telescope)}
-        couplings = tuple(
-            _with(x, role=self.role(x.role, freedoms.get(x.terms[0][0], ()), prefix + x.name))
-            for x in chain.couplings
-        )
-        return _with(chain, elements=elements, couplings=couplings)
-
-    def element(self, element: Any, prefix: str) -> Any:
-        """The same with named springs."""
-        name = prefix + getattr(element, "name", "")
-        if isinstance(element, Link):
-            return _with(element, elasticity=self.elasticity(element.elasticity, name))
-        if isinstance(element, Joint):
-            return _with(element, role=self.role(element.role, element.freedoms, name))
-        if isinstance(element, Telescope):
-            several = len(element.beams) > 1
-            beams = (
-                self.telescopic(beam, f"{name}.beam{i}" if several else f"{name}.beam")
-                for i, beam in enumerate(element.beams, start=1)
-            )
-            role = self.role(element.role, element.freedoms, name)
-            return _with(element, beams=tuple(beams), role=role)
+def _parts_of_chain(chain: Chain, prefix: str, leg: str) -> Iterator[_Part]:
+    freedoms: dict[str, tuple[Screw, ...]] = {}
+    for element in chain.elements:
+        name = getattr(element, "name", "")
         if isinstance(element, ParallelBlock):
-            branches = (
-                _with(own, chain=self.chain(own.chain, f"{name}/{own.name}/"))
-                for own in element.branches
-            )
-            return _with(element, branches=tuple(branches))
-        return element
+            for own in element.branches:
+                yield from _parts_of_chain(own.chain, f"{prefix}{name}/{own.name}/", leg)
+        else:
+            freedoms[name] = getattr(element, "freedoms", ())
+            yield _Part(element, prefix + name, leg, freedoms[name])
+    for coupling in chain.couplings:
+        of_first = freedoms.get(coupling.terms[0][0], ())
+        yield _Part(coupling, prefix + coupling.name, leg, of_first)
 
-    def role(self, role: Any, freedoms: tuple[Screw, ...], name: str) -> Any:
-        """The same with a name for a stiffness that is a number."""
-        units = {"N m/rad" if screw.turns else "N/m" for screw in freedoms}
-        stiffness = getattr(role, "stiffness", None)
-        if stiffness is None or isinstance(stiffness, StiffnessLaw) or len(units) != 1:
-            return role
-        if exact_number(stiffness).free_symbols:
-            return role
-        found = self.of_drive(self.leg + name, stiffness, *units)
-        return role if found is None else _with(role, stiffness=found)
 
-    def elasticity(self, own: Elasticity, name: str) -> Elasticity:
-        """The same with names for the products of a beam."""
-        found = None if own.beam is None else self.of_beam(name, own.beam)
-        if found is None or own.beam is None:
-            return own
-        L, *products = map(self.read, (exact_number(own.beam.length), *found))
-        return replace(own, compliance=cantilever_compliance(L, 1, 1, *products), beam=None)
-
-    def telescopic(self, beam: TelescopicBeam, name: str) -> TelescopicBeam:
-        """The same with names for its products."""
-        own = SlenderBeam.of(1, beam.material, beam.section, beam.theory)
-        found = None if own is None else self.of_beam(name, own)
-        if found is None:
-            return beam
-        # Products in place of a section, and moduli of 1.
-        material = Material(beam.material.name, 1, 1)
-        return replace(beam, material=material, section=CrossSection(*found))
+def _replaced(part: Any, new: dict[int, Any]) -> Any:
+    """A model with other parts, by the ids of the old ones; one object in two places stays one."""
+    if id(part) not in new:
+        if isinstance(part, tuple):
+            found: Any = tuple(_replaced(x, new) for x in part)
+            return part if all(a is b for a, b in zip(part, found, strict=True)) else found
+        if not is_dataclass(part) or isinstance(part, type):
+            return part
+        own = {f.name: getattr(part, f.name) for f in fields(part) if f.init}
+        found = {name: _replaced(x, new) for name, x in own.items()}
+        found = {name: x for name, x in found.items() if x is not own[name]}
+        new[id(part)] = replace(part, **found) if found else part
+    return new[id(part)]

@@ -20,6 +20,7 @@ from robostiff.analytic.derivation import Formula
 from robostiff.analytic.exact.definition import Definition, WrittenField, used_definitions
 from robostiff.analytic.exact.exact_points import matrix_value
 from robostiff.analytic.vectors.vector_expressions import (
+    Columns,
     Coordinates,
     Cross,
     Dot,
@@ -102,6 +103,8 @@ class Components:
                 return sp.Matrix([none if x is None else value(x) for x in (force, moment)])
             case Turns(turns):
                 return reduce(lambda R, x: R * _TURNS[x[0]](value(x[1])), turns, sp.eye(3))
+            case Columns(vectors):
+                return sp.Matrix.hstack(*map(value, vectors))
         scalar = sp.sympify(expression)
         known = {s: self.known.get(s.name) for s in scalar.free_symbols}
         return scalar.xreplace({s: x for s, x in known.items() if isinstance(x, sp.Expr)})
@@ -264,6 +267,12 @@ _WORDS = {"name", "conditions", "meanings", "following", "space"}  # fields with
 class VectorForm(FormulaInVectors):
     """A generic leg, a table of what differs between the legs, and the sum.
 
+    A leg holds by wrenches and what these meet, or by its springs in series: a drive adds
+    ``c t t^T`` to its compliance C by the twist t of its unit motion, a beam ``T D T^T`` by its own
+    ``D = diag(L/EA, L^3/(12 EI_z), L^3/(12 EI_y), L/GJ, L/EI_y, L/EI_z)`` about its middle. Its
+    stiffness is then ``W (W^T C W)^-1 W^T``, where W has the wrenches that do no work on the
+    twists of its passive joints; of an arm, which has none, C^-1.
+
     Attributes
     ----------
     pose : tuple of Equation
@@ -291,19 +300,34 @@ class VectorForm(FormulaInVectors):
     coupled : tuple of tuples of str
         Where wrenches of a leg share energy: names of the entries of the matrix C_i of what pairs
         of them meet, empty for zero. The leg's stiffness is W_i C_i^-1 W_i^T.
+    drives : tuple of (str, str, sympy.Expr)
+        Name of the joint, that of its twist, and its compliance.
+    beams : tuple of (str, str, str, tuple of sympy.Expr)
+        Name of the part, that of its axes, that of the vector from the reference point to its
+        middle, and L, EA, EI_y, EI_z and GJ.
+    passive : tuple of str
+        Names of the twists of passive joints, none of which depends on the others.
     """
 
     pose: tuple[Equation, ...]
     leg: tuple[Equation, ...]
-    wrenches: tuple[tuple[str, str], ...]
-    columns: dict[str, tuple[Any, ...]]
-    legs: tuple[str, ...]
-    turned: tuple[tuple[str, ...], ...]
+    wrenches: tuple[tuple[str, str], ...] = ()
+    columns: dict[str, tuple[Any, ...]] = field(default_factory=dict)
+    legs: tuple[str, ...] = ()
+    turned: tuple[tuple[str, ...], ...] = ()
     average: Any = None
     rods: tuple[tuple[int, str, tuple[Any, ...]], ...] = ()
     of_rod: tuple[Equation, ...] = ()
     others: tuple[VectorForm, ...] = ()
     coupled: tuple[tuple[str, ...], ...] = ()
+    drives: tuple[tuple[str, str, Any], ...] = ()
+    beams: tuple[tuple[str, str, str, tuple[Any, ...]], ...] = ()
+    passive: tuple[str, ...] = ()
+
+    @property
+    def is_arm(self) -> bool:
+        """Whether it is one leg of springs, without passive joints."""
+        return not (self.wrenches or self.passive)
 
     def _written(self) -> tuple[Any, list[Definition]]:
         own, terms, first = self.components(), [], 1
@@ -333,12 +357,15 @@ class VectorForm(FormulaInVectors):
         """
         later, pose = self.columns.keys() & {c for _, c in self.wrenches}, dict(own.known)
         for n in range(len(self.legs)):
-            number = f"_{first + n}"
+            number = "" if self.is_arm else f"_{first + n}"
             own.known = dict(pose)
             for name in self.columns.keys() - later:
                 own.known[name] = own.value(self.columns[name][n])
             for e in self.leg:
                 own.give(e.name, e.expression, number)
+            if not self.wrenches:
+                yield self._of_springs(own, number)
+                continue
             for name in later:  # which may depend on the length of the leg
                 own.give(name, self.columns[name][n], number)
             met = [(own.known[w], own.known[c]) for w, c in self.wrenches]
@@ -357,43 +384,33 @@ class VectorForm(FormulaInVectors):
             V = W * own.inverse(f"c{number}", C, f"a{number}_")
             yield [(W.col(k), C[k, k], V.col(k)) for k in range(W.cols)]
 
+    def _of_springs(self, own: Components, number: str) -> list[tuple[Any, Any, Any]]:
+        """The stiffness of a leg by its springs: C^-1, of which passive joints take their part.
 
-@dataclass(frozen=True)
-class ArmOfSprings(FormulaInVectors):
-    """The compliance of a serial arm: a sum over its drives and beams.
-
-    A drive adds ``c t t^T`` by the twist t of its unit motion, a beam ``T D T^T`` by its compliance
-    ``D = diag(L/EA, L^3/(12 EI_z), L^3/(12 EI_y), L/GJ, L/EI_y, L/EI_z)`` about its middle.
-
-    Attributes
-    ----------
-    equations : tuple of Equation
-        Rotations, points, and twists about the reference point, in the order in which they can be
-        computed; translation before rotation.
-    drives : tuple of (str, str, sympy.Expr)
-        Name of the joint, that of its twist, and its compliance.
-    beams : tuple of (str, str, str, tuple of sympy.Expr)
-        Name of the part, that of its axes, that of the vector from the reference point to its
-        middle, and L, EA, EI_y, EI_z and GJ.
-    """
-
-    equations: tuple[Equation, ...]
-    drives: tuple[tuple[str, str, Any], ...]
-    beams: tuple[tuple[str, str, str, tuple[Any, ...]], ...]
-
-    def _written(self) -> tuple[Any, list[Definition]]:
-        own = self.components()
-        for e in self.equations:
-            own.give(e.name, e.expression)
-        C = sp.zeros(6)
+        Each of them takes u u^T/mu, u = K J, mu = J^T u, eq. (15).
+        """
+        C, rows = sp.zeros(6), list(self.space.rows)
         for _, twist, compliance in self.drives:
             C += own.value(compliance) * own.known[twist] * own.known[twist].T
         for _, axes, middle, of_beam in self.beams:
             Q, D = own.known[axes], sp.diag(*beam_compliances(*map(own.value, of_beam)))
             T = sp.Matrix([[Q, _lever(own.known[middle], Q)], [sp.zeros(3), Q]])
             C += T * D * T.T
-        rows = list(self.space.rows)
-        return own.inverse("C", C.extract(rows, rows)), own.definitions
+        step = f"a{number}_" if number else "a"
+        K: Any = own.inverse(f"C{number}", C.extract(rows, rows), step)
+        for k, twist in enumerate(self.passive, start=1):
+            J = own.known[twist].extract(rows, [0])
+            u = [own.named(f"u{number}_{k}{i + 1}", x) for i, x in enumerate(K * J)]
+            mu = own.named(f"mu{number}_{k}", sp.Add(*(a * b for a, b in zip(u, J, strict=True))))
+            left = {
+                (i, j): own.named(f"K{number}_{k}{i + 1}{j + 1}", K[i, j] - u[i] * u[j] / mu)
+                for i, j in _upper(K)
+            }
+            K = sp.Matrix(K.rows, K.rows, lambda i, j, left=left: left[min(i, j), max(i, j)])
+        whole, units = sp.zeros(6, len(rows)), sp.eye(6)
+        for k, row in enumerate(rows):
+            whole[row, :] = K.row(k)
+        return [(whole.col(k), None, units.col(row)) for k, row in enumerate(rows)]
 
 
 def beam_compliances(L: Any, EA: Any, EI_y: Any, EI_z: Any, GJ: Any) -> list[Any]:

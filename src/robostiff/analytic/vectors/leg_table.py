@@ -63,16 +63,20 @@ class LegTable:
                 for k, axis in enumerate("xyz")
             )
         radius, angles = polar
+        turned = self.angle(angle, angles)
+        return radius * sp.cos(turned), radius * sp.sin(turned), first[2]
+
+    def angle(self, name: str, each: Sequence[Any]) -> Any:
+        """An angle of all legs: a column, perhaps of another one from which it differs by one."""
+        if all(x == each[0] for x in each):
+            return each[0]
         for known in self.angles:
-            apart = {_wrapped(a - b) for a, b in zip(angles, self.columns[known], strict=True)}
+            apart = {_wrapped(a - b) for a, b in zip(each, self.columns[known], strict=True)}
             if len(apart) == 1:
-                turned = sp.Symbol(known, real=True) + apart.pop()
-                return radius * sp.cos(turned), radius * sp.sin(turned), first[2]
-        name = f"{angle}_i"
-        self.columns[name] = angles
-        self.angles.append(name)
-        symbol = sp.Symbol(name, real=True)
-        return radius * sp.cos(symbol), radius * sp.sin(symbol), first[2]
+                return sp.Symbol(known, real=True) + apart.pop()
+        self.columns[f"{name}_i"] = list(each)
+        self.angles.append(f"{name}_i")
+        return sp.Symbol(f"{name}_i", real=True)
 
     def turns_of_one_another(self) -> list[list[int]] | None:
         """Legs that turns about z map on one another; None where more than angles differ."""
@@ -101,14 +105,15 @@ class LegTable:
         angles = []
         radius = None
         for x, y, _ in each:
-            found = self._polar(sp.sympify(x), sp.sympify(y))
+            found = self.polar(sp.sympify(x), sp.sympify(y))
             if found is None or (radius is not None and not _are_same((radius,), (found[0],))):
                 return None
             radius = found[0]
             angles.append(found[1])
         return radius, angles
 
-    def _polar(self, x: Any, y: Any) -> tuple[Any, Any] | None:
+    def polar(self, x: Any, y: Any) -> tuple[Any, Any] | None:
+        """Radius and angle of a point in the plane; None where they are no short formulas."""
         symbols = sorted(x.free_symbols | y.free_symbols, key=str)
         turning = [
             s

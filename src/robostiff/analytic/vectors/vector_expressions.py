@@ -92,6 +92,13 @@ class Turns:
     turns: tuple[tuple[str, Any], ...]
 
 
+@dataclass(frozen=True)
+class Columns:
+    """Axes by their unit vectors, side by side: a rotation."""
+
+    vectors: tuple[VectorExpression, ...]
+
+
 VectorExpression = (
     Vector
     | Coordinates
@@ -104,6 +111,7 @@ VectorExpression = (
     | Norm
     | Stacked
     | Turns
+    | Columns
     | sp.Expr
 )
 
@@ -122,6 +130,23 @@ class Equation:
     name: str
     expression: VectorExpression
     is_vector: bool = True
+
+
+def names_in(part: Any) -> set[str]:
+    """Names of the vectors and rotations in an expression.
+
+    Examples
+    --------
+    >>> sorted(names_in(Cross(Vector("e_i"), Turned("R", Vector("b_i")))))
+    ['R', 'b_i', 'e_i']
+    """
+    if isinstance(part, tuple):
+        return set().union(*map(names_in, part))
+    if not is_dataclass(part) or isinstance(part, type):
+        return set()
+    own = {part.name} if isinstance(part, Vector) else set[str]()
+    own |= {part.rotation} if isinstance(part, Turned) else set()
+    return own.union(*(names_in(getattr(part, f.name)) for f in fields(part)))
 
 
 def with_formulas_changed(part: Any, change: Callable[[Any], Any]) -> Any:

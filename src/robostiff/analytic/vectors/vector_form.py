@@ -17,7 +17,7 @@ import sympy as sp
 from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.exact.definition import used_definitions
 from robostiff.analytic.exact.exact_points import values_of
-from robostiff.analytic.placement.agreement import check_form
+from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.legs_at_points import COMPONENTS, averages, orbits_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.record_reading import ClosedReading
@@ -25,7 +25,6 @@ from robostiff.analytic.springs.leg_springs import LegReader, NotHeldByUnitWrenc
 from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.analytic.vectors.forms import VectorForm
 from robostiff.analytic.vectors.leg_table import LegTable
-from robostiff.analytic.vectors.spherical_legs import axes_of, spherical_bar, spherical_leg
 from robostiff.analytic.vectors.vector_expressions import (
     Coordinates,
     Cross,
@@ -38,6 +37,7 @@ from robostiff.analytic.vectors.vector_expressions import (
     Times,
     Turns,
     Vector,
+    names_in,
 )
 from robostiff.analytic.vectors.vector_rods import (
     Bar,
@@ -56,7 +56,6 @@ from robostiff.analytic.vectors.vector_wrenches import (
     WrenchWriter,
     joint_of,
     shared_name,
-    vectors_of,
 )
 from robostiff.recorded.leg import at_samples as sampled
 from robostiff.spatial import Space
@@ -80,7 +79,7 @@ def vector_form(placed: PlacedRobot) -> VectorForm | None:
         return None
     if found is None:
         return None
-    check_form("the vector form", found.stiffness, placed)
+    RobotInNumbers.of(placed).check(found.K, found.definitions)
     return replace(found, average=_average_of(found, placed))
 
 
@@ -119,8 +118,6 @@ def _average_of(found: VectorForm, placed: PlacedRobot) -> sp.ImmutableMatrix | 
 _P, _A, _B, _U, _E, _J, _G, _N = map(Vector, ("p", "a_i", "b_i", "u_i", "e_i", "j_i", "g_i", "n_i"))
 _S, _T = (sp.Symbol(name, positive=True) for name in ("s_i", "t_i"))
 _SHIFT, _DRIVE = sp.Symbol("o_i", real=True), "k_i"
-# Legs whose wrenches are shorter by their entries where the pose is given
-_LONG_AT_HOME = {Carrier.DYAD, Carrier.CENTRE}
 _NAMES = {
     "p",
     "r_0",
@@ -161,21 +158,19 @@ class _Recognition:
         if _NAMES & set(placed.symbols) or (pose := self._pose()) is None:
             return None
         count = len(placed.legs)
-        found = (rod_of(placed, i) or spherical_bar(placed, i) for i in range(count))
+        found = (rod_of(placed, i) for i in range(count))
         rods = [rod for rod in found if rod is not None]
-        if len(rods) < count or (
-            placed.given is None and {r.carrier for r in rods} & _LONG_AT_HOME
-        ):
+        # Wrenches of links are shorter by their entries where the pose is given.
+        is_dyad = any(rod.carrier is Carrier.DYAD for rod in rods)
+        if len(rods) < count or (placed.given is None and is_dyad):
             return None
         each = [self._leg(i, rod) for i, rod in enumerate(rods)]
         parallel: dict[str, Any] = {}
         if None in each:
             each, parallel = self._clusters(rods)
-        if self.is_about_reference(rods):
-            pose = pose[1:]  # the centre does not move
         kinds: dict[Any, list[int]] = {}
         for i, own in enumerate(each):
-            kinds.setdefault(own and (*rods[i].kind, own.wrenches), []).append(i)
+            kinds.setdefault(own and (rods[i].carrier, own.wrenches), []).append(i)
         if None in kinds or 1 < len(kinds) == len(each):
             return None
         forms = []
@@ -189,21 +184,8 @@ class _Recognition:
         return replace(forms[0], others=tuple(forms[1:]), **parallel)
 
     def _leg(self, number: int, rod: Bar) -> LegInVectors | None:
-        if rod.carrier is Carrier.CENTRE:
-            self.read.known = []
-            moved = None if self.is_about_reference([rod]) else self.writer.end
-            return spherical_leg(self.placed, number, self.springs, moved)
         basis = self.search.basis(self.placed.legs[number].leg)
         return self.writer.of(number, basis, rod) if basis and basis.wrenches else None
-
-    def is_about_reference(self, rods: list[Bar]) -> bool:
-        """Whether all joints turn about the reference point."""
-        at = sampled(self.placed.reference, self.count)
-        return all(
-            rod.carrier is Carrier.CENTRE
-            and np.max(np.abs(rod.end - at)) < _SAME * self.placed.length
-            for rod in rods
-        )
 
     def _clusters(self, rods: list[Bar]) -> tuple[list[LegInVectors | None], dict[str, Any]]:
         """Legs of parallel rods, and what the vector form has of the rods."""
@@ -261,17 +243,12 @@ class _Recognition:
 
     def _geometry(self, rods: list[Bar], legs: list[LegInVectors]) -> list[Equation]:
         """Points, directions and scalars of a leg."""
-        used = vectors_of(legs[0].wrenches)
+        used = {Vector(x) for x in names_in(legs[0].wrenches)}
         carrier, joint = rods[0].carrier, joint_of(rods[0], self.count)
         all_met = [c for leg in legs for c in leg.entries.values()]
         scalars = set().union(*(c.free_symbols for c in all_met))
         e = partial(self._of_all, "e", "theta", [rod.axis for rod in rods])
         b = partial(self._of_all, "b", "psi", [rod.tip for rod in rods])
-        if carrier is Carrier.CENTRE:
-            found = [] if self.is_about_reference(rods) else b()
-            found += [*e(), *self._of_all("j", "chi", [rod.joint for rod in rods])]
-            found += [Equation("u_i", self.writer.turned(_J)), *axes_of(rods)]
-            return [*found, *equations_of_felt(carrier, scalars)]
         away = ((1, _P), (1, self.writer.turned(_B)), (-1, _A))
         equations = [*self._of_all("a", "phi", [rod.base for rod in rods]), *b()]
         is_rod = carrier is not Carrier.NOTHING

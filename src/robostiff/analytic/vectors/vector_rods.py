@@ -54,7 +54,6 @@ class Carrier(Enum):
     SLIDE = "slide"
     CRANK = "crank"
     DYAD = "link on a slide"
-    CENTRE = "link about a centre"
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,11 +77,6 @@ class Bar:
     side: int  # in which of its two ways it closes
     tip: Any = None  # (3,): its end on the platform, in the platform's axes
     width: Any = 0  # between two parallel rods [m], along the axis of their joints; zero of one rod
-
-    @property
-    def kind(self) -> tuple[Any, ...]:
-        """Bars of one kind have the same equations."""
-        return self.carrier, self.side if self.carrier is Carrier.CENTRE else 0
 
     @property
     def unit(self) -> np.ndarray:

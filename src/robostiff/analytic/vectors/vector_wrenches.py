@@ -303,19 +303,6 @@ def _pairs(count: int) -> list[tuple[int, int]]:
     return [(i, j) for i in range(count) for j in range(i + 1, count)]
 
 
-def vectors_of(expressions: Sequence[Any]) -> set[Vector]:
-    """Names of vectors in expressions."""
-    found: set[Vector] = set()
-    for expression in expressions:
-        if isinstance(expression, Vector):
-            found.add(expression)
-        elif isinstance(expression, Stacked):
-            found |= vectors_of([x for x in (expression.force, expression.moment) if x])
-        elif isinstance(expression, Cross):
-            found |= vectors_of([expression.left, expression.right])
-    return found
-
-
 _SINE = sp.Symbol("s_i", positive=True)  # of the angle between the bars and the line across them
 
 

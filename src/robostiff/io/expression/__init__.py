@@ -4,8 +4,8 @@ An expression is split, parsed and evaluated by the few modules of this folder. 
 and evaluator are not involved, so a model file can only compute numbers.
 """
 
-from robostiff.io.expression.evaluate import Expression, exact_mathematics, parse
-from robostiff.io.expression.functions import FLOATS, Mathematics
+from robostiff.io.expression.expression import Expression, parse
+from robostiff.io.expression.functions import FLOATS, Mathematics, exact_mathematics
 from robostiff.io.expression.parameters import ParameterError, parameter_values
 
 __all__ = [

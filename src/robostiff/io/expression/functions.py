@@ -11,21 +11,20 @@ import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache
 from types import MappingProxyType
 from typing import Any
 
 from robostiff.io.suggest import Words
 from robostiff.io.units import (
+    Dimension,
     SIQuantity,
     Unit,
-    describe,
-    is_bare,
-    is_number,
+    exact_quantity,
     make_quantity,
     make_unit,
-    same_dimension,
 )
+from robostiff.spatial.formula import exact_number, is_possible
 
 HIGHEST_POWER = 64
 
@@ -86,33 +85,13 @@ FLOATS = Mathematics(
 CONSTANTS = frozenset(FLOATS.constants)
 
 
-def _of_alike(
-    combine: Callable[[Any, Any], Any], purpose: str, left: SIQuantity, right: SIQuantity
-) -> SIQuantity:
-    """Sum or difference; zero goes with anything."""
-    unit = _common_unit((left, right), purpose)
-    return make_quantity(combine(left.magnitude, right.magnitude), unit)
-
-
-def _of_any(combine: Callable[[Any, Any], Any], left: SIQuantity, right: SIQuantity) -> SIQuantity:
-    magnitude = combine(left.magnitude, right.magnitude)
-    return make_quantity(magnitude, combine(left.units, right.units))
-
-
-OPERATORS: Mapping[str, Callable[[SIQuantity, SIQuantity], SIQuantity]] = MappingProxyType(
-    {
-        "+": partial(_of_alike, operator.add, "to add"),
-        "-": partial(_of_alike, operator.sub, "to subtract"),
-        "*": partial(_of_any, operator.mul),
-        "/": partial(_of_any, operator.truediv),
-    }
-)
+_SUMS = {"+": (operator.add, "to add"), "-": (operator.sub, "to subtract")}
 
 
 def power(base: SIQuantity, exponent: SIQuantity, mathematics: Mathematics) -> SIQuantity:
     """The power; a base with a unit needs an exponent that is a known number."""
-    if not is_number(exponent):
-        raise Refusal(f"the exponent {describe(exponent)}", "a plain number as exponent")
+    if not exponent.measures(Dimension.NUMBER):
+        raise Refusal(f"the exponent {exponent}", "a plain number as exponent")
     value = exponent.magnitude
     known = None if getattr(value, "free_symbols", None) else float(value)
     if known is not None and abs(known) > HIGHEST_POWER:
@@ -120,7 +99,7 @@ def power(base: SIQuantity, exponent: SIQuantity, mathematics: Mathematics) -> S
             f"the exponent {known:.6g}", f"an exponent from -{HIGHEST_POWER} to {HIGHEST_POWER}"
         )
     unit = base.units
-    if not is_bare(base):
+    if not base.is_bare:
         if known is None:
             raise Refusal(
                 f"the exponent {value}", "a known number as exponent of a quantity with a unit"
@@ -152,12 +131,20 @@ def apply(name: str, operands: Sequence[SIQuantity], mathematics: Mathematics) -
     if len(operands) == 1:
         return make_quantity(-operands[0].magnitude, operands[0].units)
     left, right = operands
-    return power(left, right, mathematics) if name == "^" else OPERATORS[name](left, right)
+    if name == "^":
+        return power(left, right, mathematics)
+    if name in _SUMS:  # zero goes with anything
+        combine, purpose = _SUMS[name]
+        unit = _common_unit(operands, purpose)
+    else:
+        combine = operator.mul if name == "*" else operator.truediv
+        unit = combine(left.units, right.units)
+    return make_quantity(combine(left.magnitude, right.magnitude), unit)
 
 
 def in_words(name: str, operands: Sequence[SIQuantity]) -> str:
     """What `apply` does, for messages."""
-    words = [describe(operand) for operand in operands]
+    words = list(map(str, operands))
     if name in RULES:
         return f"{name} of {', '.join(words)}"
     return f" {'to the power' if name == '^' else name} ".join(words)
@@ -165,25 +152,21 @@ def in_words(name: str, operands: Sequence[SIQuantity]) -> str:
 
 def _of_angle(arguments: Sequence[SIQuantity], name: str) -> Any:
     (argument,) = arguments
-    if not same_dimension(argument, make_quantity(0.0)):
-        raise Refusal(f"{name} of {describe(argument)}", "an angle, such as 10 deg")
-    return make_unit({})
+    if not argument.units.is_like(Unit()):
+        raise Refusal(f"{name} of {argument}", "an angle, such as 10 deg")
+    return Unit()
 
 
 def _to_angle(arguments: Sequence[SIQuantity], name: str) -> Any:
     (argument,) = arguments
-    if not is_number(argument):
-        raise Refusal(f"{name} of {describe(argument)}", "a plain number")
+    if not argument.measures(Dimension.NUMBER):
+        raise Refusal(f"{name} of {argument}", "a plain number")
     return make_unit({"rad": 1})
 
 
 def _alike(arguments: Sequence[SIQuantity], name: str) -> Any:
-    return _common_unit(arguments, f"in {name}")
-
-
-def _alike_to_angle(arguments: Sequence[SIQuantity], name: str) -> Any:
-    _alike(arguments, name)
-    return make_unit({"rad": 1})
+    unit = _common_unit(arguments, f"in {name}")
+    return make_unit({"rad": 1}) if name == "atan2" else unit
 
 
 _MANY = 1000
@@ -192,7 +175,7 @@ RULES: Mapping[str, Rule] = MappingProxyType(
     {
         **dict.fromkeys(("sin", "cos", "tan"), Rule(_of_angle)),
         **dict.fromkeys(("asin", "acos", "atan"), Rule(_to_angle)),
-        "atan2": Rule(_alike_to_angle, 2, 2),
+        "atan2": Rule(_alike, 2, 2),
         "sqrt": Rule(lambda arguments, _: arguments[0].units ** 0.5),
         "abs": Rule(_alike),
         **dict.fromkeys(("min", "max", "hypot"), Rule(_alike, 1, _MANY)),
@@ -203,16 +186,62 @@ RULES: Mapping[str, Rule] = MappingProxyType(
 
 def _common_unit(arguments: Sequence[SIQuantity], purpose: str) -> Any:
     """The unit that all arguments share; a plain zero fits any, rad counts as a number."""
-    weighty = [a for a in arguments if not (is_bare(a) and a.magnitude == 0)] or arguments[:1]
+    weighty = [a for a in arguments if not (a.is_bare and a.magnitude == 0)] or arguments[:1]
     first = weighty[0]
     for other in weighty[1:]:
-        if not same_dimension(first, other):
-            bare = is_bare(first) != is_bare(other)
+        if not first.units.is_like(other.units):
+            bare = first.is_bare != other.is_bare
             raise Refusal(
-                f"{describe(first)} and {describe(other)}",
+                f"{first} and {other}",
                 f"quantities of one dimension {purpose}",
                 "write the plain number with its unit" if bare else None,
             )
-        if is_bare(first):
+        if first.is_bare:
             first = other  # a plain number beside an angle is in rad
     return first.units
+
+
+_MOST_BITS = 4096  # of a fraction: far more than data need, far less than the memory
+
+
+@cache
+def exact_mathematics() -> Mathematics:
+    """The functions of SymPy expressions.
+
+    Examples
+    --------
+    >>> from robostiff.io.expression import parse
+    >>> parse("0.25 mm * cos(120 deg)").evaluate({}, exact_mathematics()).magnitude
+    -1/8000
+    """
+    import sympy as sp
+
+    def hypot(*values: Any) -> Any:
+        return sp.sqrt(sum(value**2 for value in values))
+
+    def number(digits: str, unit: Unit | None) -> SIQuantity:
+        # Numbers far below the range of floats would need too much memory.
+        return exact_quantity(sp.Rational(digits) if float(digits) else sp.Integer(0), unit)
+
+    def power(base: Any, exponent: Any) -> Any:
+        # A parameter is a float in the formula of a coordinate.
+        base, exponent = sp.sympify(base), sp.sympify(exponent)
+        if exponent.is_Float and float(exponent).is_integer():
+            exponent = sp.Integer(int(exponent))  # of a polynomial
+        if base.is_Rational and exponent.is_Rational:
+            bits = max(int(base.p).bit_length(), int(base.q).bit_length())
+            if bits * abs(float(exponent)) > _MOST_BITS:
+                got = f"a power of {_MOST_BITS} binary digits or more"
+                raise Refusal(got, "a number that can be written out")
+        return base**exponent
+
+    names = "sin cos tan asin acos atan atan2 sqrt"
+    functions = {name: getattr(sp, name) for name in names.split()}
+    functions |= {"abs": sp.Abs, "min": sp.Min, "max": sp.Max, "hypot": hypot, "pow": power}
+    return Mathematics(
+        MappingProxyType(functions),
+        MappingProxyType({"pi": sp.pi}),
+        is_possible,
+        number,
+        exact_number,
+    )

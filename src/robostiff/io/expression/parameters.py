@@ -12,17 +12,14 @@ from types import MappingProxyType
 from typing import Any
 
 from robostiff.errors import InputError, warn_of_slip
-from robostiff.io.expression.evaluate import Expression, known_names, parse
+from robostiff.io.expression.expression import Expression, known_names, parse
 from robostiff.io.expression.functions import CONSTANTS, FLOATS, RULES, Mathematics
 from robostiff.io.suggest import Words, did_you_mean
 from robostiff.io.units import (
     SIQuantity,
-    describe,
-    is_bare,
     is_unit_word,
     make_quantity,
     own_quantity,
-    same_dimension,
 )
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
@@ -198,24 +195,20 @@ def _in_order(expressions: Mapping[str, Expression | SIQuantity]) -> tuple[str, 
 
 def _like(original: SIQuantity, value: SIQuantity, name: str, written: object) -> SIQuantity:
     """The overriding value, checked for the dimension of the replaced value."""
-    if is_bare(original):
+    if original.is_bare:
         return value
-    if is_bare(value):
+    if value.is_bare:
         meant = make_quantity(value.magnitude, original.units)
         sizes = [x.magnitude for x in (meant, original)]
         if all(isinstance(x, Real) and x != 0 for x in sizes):
             times = abs(float(sizes[0]) / float(sizes[1]))
             if max(times, 1 / times) >= _FAR:  # probably in the unit of the model file
                 warn_of_slip(
-                    f"parameter {name} = {written}: {describe(meant)}, in place of "
-                    f"{describe(original)}; numbers without a unit are in SI units: write the unit"
+                    f"parameter {name} = {written}: {meant}, in place of "
+                    f"{original}; numbers without a unit are in SI units: write the unit"
                 )
         return meant
-    same = same_dimension(original, value) and not (
-        original.units.powers[:3] == (0, 0, 0) and original.units.powers != value.units.powers
-    )
-    if not same:
-        raise ParameterError(
-            name, got=written, expected=f"the same dimension as {describe(original)}"
-        )
+    is_angle = original.units.powers[:3] == (0, 0, 0)
+    if not original.units.is_like(value.units, rad=is_angle):
+        raise ParameterError(name, got=written, expected=f"the same dimension as {original}")
     return value

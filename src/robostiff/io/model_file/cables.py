@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from pydantic import Field
 
 from robostiff.errors import FileError
 from robostiff.io.document import Document
-from robostiff.io.model_file.copies import OneOrSeveral, WrittenRepeat, each_of
-from robostiff.io.model_file.parts import (
+from robostiff.io.model_file.chains import OneOrSeveral, WrittenRepeat, each_of
+from robostiff.io.model_file.place import (
+    Force,
+    Length,
+    Number,
+    Place,
+    Stiffness,
     Text,
-    Value,
     Vector,
     WrittenFrame,
     WrittenHead,
     WrittenMapping,
     check_version,
+    top_place,
 )
-from robostiff.io.model_file.place import Place, top_place
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.io.validation import validate
@@ -32,34 +37,23 @@ class WrittenCableBody(WrittenMapping):
 
     exit: Vector = Field(description="where the cable leaves the base, in the world")
     platform: Vector = Field(description="where it meets the platform, in the platform frame")
-    EA: Value | None = None
-    guide_length: Value = 0
-    winch_stiffness: Value | None = None
-    least_tension: Value | None = None
-    greatest_tension: Value | None = None
-    tension: Value | None = None
+    EA: Force | None = None
+    guide_length: Length = 0
+    winch_stiffness: Stiffness | None = None
+    least_tension: Force | None = None
+    greatest_tension: Force | None = None
+    tension: Force | None = None
 
-    def build(self, place: Place, name: str, limits: Place, common: WrittenTensionLimits) -> Cable:
+    def build(self, place: Place, name: str, limits: Mapping[str, Any]) -> Cable:
         """The cable; limits that it does not have are those of all cables."""
-        force, stiffness = Dimension.FORCE, Dimension.TRANSLATIONAL_STIFFNESS
-        least = place.number_at(self, "least_tension", force)
-        if least is None:
-            least = limits.number_at(common, "least", force)
-        greatest = place.number_at(self, "greatest_tension", force)
-        if greatest is None:
-            greatest = limits.number_at(common, "greatest", force)
+        numbers = self.numbers(place)
+        for key in ("least", "greatest"):
+            own = numbers[f"{key}_tension"]
+            numbers[f"{key}_tension"] = limits[key] if own is None else own
+        exit_point = (place / "exit").point(self.exit)
+        attachment = (place / "platform").point(self.platform)
         with place.complaints():
-            return Cable(
-                name=name,
-                exit_point=(place / "exit").point(self.exit),
-                attachment=(place / "platform").point(self.platform),
-                EA=place.number_at(self, "EA", force),
-                guide_length=place.number_at(self, "guide_length", Dimension.LENGTH),
-                winch_stiffness=place.number_at(self, "winch_stiffness", stiffness),
-                least_tension=least,
-                greatest_tension=np.inf if greatest is None else greatest,
-                tension=place.number_at(self, "tension", force),
-            )
+            return Cable(name, exit_point, attachment, **numbers)
 
 
 class WrittenCable(WrittenCableBody):
@@ -90,9 +84,9 @@ class WrittenWeight(WrittenMapping):
 class WrittenTensionLimits(WrittenMapping):
     """Limits of the tension of every cable that has none of its own, and the aim between them."""
 
-    least: Value = 0
-    greatest: Value | None = None
-    level: Value = 0
+    least: Force = 0
+    greatest: Force | None = None
+    level: Number = 0
 
 
 class WrittenCableRobot(WrittenHead):
@@ -108,19 +102,19 @@ class WrittenCableRobot(WrittenHead):
     def build(self, top: Place) -> CableRobot:
         """The cable robot."""
         weight = None if self.weight is None else self.weight.build(top / "weight")
+        given = self.tensions.numbers(top / "tensions")
+        limits = given if given["greatest"] is not None else {**given, "greatest": np.inf}
         with top.complaints():
             return CableRobot(
                 name=self.name,
                 cables=tuple(
-                    part.build(here, name, top / "tensions", self.tensions)
+                    part.build(here, name, limits)
                     for name, here, part in each_of(top / "cables", self.cables, "cable")
                 ),
                 home=self.home.build(top / "home"),
                 weight=weight,
                 reference_point=(top / "reference_point").point(self.reference_point),
-                tension_level=(top / "tensions").number_at(
-                    self.tensions, "level", Dimension.NUMBER
-                ),
+                tension_level=limits["level"],
                 space=Space.PLANAR if self.planar else Space.SPATIAL,
                 title=self.title,
                 source=self.source,

@@ -12,16 +12,16 @@ import numpy as np
 from pydantic import Field, Tag
 
 from robostiff.io.expression import exact_mathematics, parse
-from robostiff.io.model_file.parts import (
+from robostiff.io.model_file.place import (
     Direction,
     Name,
     Pair,
+    Place,
     Value,
     Vector,
     WrittenMapping,
     either,
 )
-from robostiff.io.model_file.place import Place
 from robostiff.io.units import Dimension, make_quantity, make_unit, to_si
 from robostiff.model import (
     Actuated,
@@ -113,7 +113,7 @@ class WrittenDrive(WrittenMapping):
             turns = dimensions[0] is Dimension.ANGLE
             stiffness = stiffness_law(here, self.stiffness, turns)
             if stiffness is None:
-                stiffness = here.positive(self.stiffness, dimension, _NOT_ZERO)
+                stiffness = here.number(self.stiffness, dimension, positive=True, hint=_NOT_ZERO)
             elif self.role != "actuated" or self.limits is None or dimensions[1:]:
                 raise here.error(
                     "stiffness by the coordinate q of its joint",

@@ -1,46 +1,55 @@
-"""Rigid and elastic parts in a model file."""
+"""Rigid and elastic parts in a model file, with their materials and cross-sections."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
 from annotated_types import MaxLen, MinLen
-from pydantic import Field
+from pydantic import Field, Tag
 
 from robostiff.elasticity import (
+    MATERIALS,
     BeamSegment,
     BeamTheory,
     CrossSection,
     Elasticity,
+    EulerBernoulli,
+    Material,
+    Timoshenko,
+    box,
+    circle,
     elasticity_from_compliance,
     elasticity_from_stiffness,
+    i_section,
     moved,
+    rectangle,
     tapered_compliance,
+    tube,
 )
 from robostiff.elasticity.bounds import Bounds
 from robostiff.io.model_file.joints import WrittenDrive
-from robostiff.io.model_file.parts import (
+from robostiff.io.model_file.place import (
+    Area,
+    Density,
     Direction,
+    Length,
+    Modulus,
     Name,
+    Number,
+    Place,
+    SecondMoment,
     Value,
     Vector,
     WrittenMapping,
     WrittenMass,
     WrittenRotation,
+    either,
     read_mass,
 )
-from robostiff.io.model_file.place import Place
-from robostiff.io.model_file.stock import (
-    MaterialChoice,
-    SectionChoice,
-    Theory,
-    build_material,
-    build_section,
-    read_theory,
-)
-from robostiff.io.suggest import Words, shown, values
+from robostiff.io.suggest import Words, did_you_mean, listing, values
 from robostiff.io.units import Dimension
 from robostiff.model import (
     Link,
@@ -55,12 +64,183 @@ from robostiff.model.link import beam_mass, section_is_isotropic
 from robostiff.spatial import Frame
 from robostiff.spatial.formula import is_above, length_of
 
+
+class WrittenMaterial(WrittenMapping):
+    """A material: E with G, or E with the Poisson ratio."""
+
+    E: Modulus = Field(description="Young's modulus")
+    G: Modulus | None = None
+    poisson_ratio: Value | None = None
+    density: Density | None = None
+    source: str = ""
+
+    def build(self, place: Place, name: str) -> Material:
+        """The material."""
+        numbers = self.numbers(place, positive=True)
+        if (self.G is None) == (self.poisson_ratio is None):
+            raise place.error(
+                "material",
+                got=Words("both G and poisson_ratio" if self.G is not None else "E alone"),
+                expected="E with either G or poisson_ratio",
+            )
+        if self.poisson_ratio is None:
+            return Material(name, **numbers, source=self.source)
+        here, E = place / "poisson_ratio", numbers["E"]
+        ratio = here.number(self.poisson_ratio, Dimension.NUMBER)
+        with here.complaints(hint="write E and G for a material that is not isotropic"):
+            return Material.isotropic(name, E, ratio, self.source, numbers["density"])
+
+
+class WrittenCircle(WrittenMapping):
+    """Full circle."""
+
+    diameter: Length
+
+
+class WrittenTube(WrittenMapping):
+    """Circular tube."""
+
+    outer_diameter: Length
+    inner_diameter: Length
+
+
+class WrittenRectangle(WrittenMapping):
+    """Full rectangle."""
+
+    width_y: Length
+    height_z: Length
+
+
+class WrittenBox(WrittenMapping):
+    """Hollow rectangle."""
+
+    width_y: Length
+    height_z: Length
+    wall: Length
+
+
+class WrittenISection(WrittenMapping):
+    """Flanges along y, web along z."""
+
+    flange_width: Length
+    height: Length
+    web_thickness: Length
+    flange_thickness: Length
+
+
+class WrittenProperties(WrittenMapping):
+    """The numbers themselves."""
+
+    A: Area
+    Iy: SecondMoment
+    Iz: SecondMoment
+    J: SecondMoment
+    shear_factor_y: Number | None = None
+    shear_factor_z: Number | None = None
+
+
+_SHAPES = {"circle": circle, "tube": tube, "rectangle": rectangle, "box": box, "i": i_section}
+_HINTS = {"tube": "both are diameters, not radii"}
+
+
+class WrittenSection(WrittenMapping):
+    """A cross-section: exactly one of these shapes."""
+
+    circle: WrittenCircle | None = None
+    tube: WrittenTube | None = None
+    rectangle: WrittenRectangle | None = None
+    box: WrittenBox | None = None
+    i: WrittenISection | None = None
+    properties: WrittenProperties | None = None
+
+    def build(self, place: Place, material: Material | None = None) -> CrossSection:
+        """The cross-section of a beam of a material."""
+        kinds = [kind for kind in (*_SHAPES, "properties") if getattr(self, kind) is not None]
+        if len(kinds) != 1:
+            raise place.error(
+                "section",
+                got=Words(" and ".join(kinds) if kinds else "no shape"),
+                expected=f"one of {', '.join(_SHAPES)}, properties",
+            )
+        (kind,) = kinds
+        here = place / kind
+        numbers = getattr(self, kind).numbers(here, positive=True)
+        if kind == "properties":
+            return CrossSection(**numbers)
+        nu = 0.3 if material is None else material.poisson_ratio  # for the shear factors
+        if is_above(-1, nu, or_at=True) or is_above(2 * nu, 1, or_at=True):
+            nu = 0.3  # of steel, where a material is not isotropic
+        with here.complaints(hint=_HINTS.get(kind)):
+            return _SHAPES[kind](**numbers, poisson_ratio=nu)
+
+
+MaterialChoice = Annotated[
+    Annotated[str, Tag("name")] | Annotated[WrittenMaterial, Tag("mapping")],
+    either(str, "name", "mapping"),
+]
+
+SectionChoice = Annotated[
+    Annotated[str, Tag("name")] | Annotated[WrittenSection, Tag("mapping")],
+    either(str, "name", "mapping"),
+]
+
+Theory = Literal["euler-bernoulli", "timoshenko"]
+
+THEORIES = {"euler-bernoulli": EulerBernoulli(), "timoshenko": Timoshenko()}
+
+
+def stocked(
+    top: Place, materials: Mapping[str, WrittenMaterial], sections: Mapping[str, WrittenSection]
+) -> Place:
+    """The whole document with its materials, beside those shipped, and sections; all checked."""
+    own = {name: one.build(top / "materials" / name, name) for name, one in materials.items()}
+    for name, section in sections.items():
+        section.build(top / "sections" / name)
+    return replace(top, materials={**MATERIALS, **own}, sections=sections)
+
+
+def build_material(place: Place, written: MaterialChoice) -> Material:
+    """The material that is named or written at a place."""
+    if isinstance(written, WrittenMaterial):
+        return written.build(place, "material of this beam")
+    if written not in place.materials:
+        raise place.error(
+            "unknown material",
+            got=written,
+            expected=f"one of {listing(list(place.materials))}",
+            hint=did_you_mean(written, place.materials)
+            or "define it under materials: or write {E: 70 GPa, poisson_ratio: 0.33}",
+        )
+    return place.materials[written]
+
+
+def build_section(
+    place: Place, written: SectionChoice, material: Material, theory: BeamTheory
+) -> CrossSection:
+    """The section that is named or written at a place, of a beam of this material and theory."""
+    if isinstance(written, WrittenSection):
+        section = written.build(place, material)
+    elif written not in place.sections:
+        raise place.error(
+            "unknown section",
+            got=written,
+            expected=f"one of {listing(list(place.sections))}"
+            if place.sections
+            else "a shape, as no section is defined",
+            hint=did_you_mean(written, place.sections)
+            or "define it under sections: or write {circle: {diameter: 20 mm}}",
+        )
+    else:
+        there = replace(place, path=("sections", written), leg="")
+        section = place.sections[written].build(there, material)
+    with place.complaints(hint="write them beside A, or leave theory: timoshenko out"):
+        theory.shear_factors(section)
+    return section
+
+
 _Six = Annotated[list[Any], MinLen(6), MaxLen(6)]
-
 _MATERIAL = "a name, such as steel, or {E: 70 GPa, poisson_ratio: 0.33}"
-
 _SECTION = "a name, or a shape such as {circle: {diameter: 20 mm}}"
-
 
 _STIFFNESS_BLOCKS = (
     Dimension.TRANSLATIONAL_STIFFNESS,
@@ -72,10 +252,7 @@ _COMPLIANCE_BLOCKS = (
     Dimension.COUPLING_COMPLIANCE,
     Dimension.ROTATIONAL_COMPLIANCE,
 )
-
-
-SHORTEST = 1e-9
-"""Of beams [m]; what is shorter is a slip."""
+_SHORTEST = 1e-9  # of beams [m]; what is shorter is a slip
 
 
 def _check_y_axis(
@@ -96,15 +273,14 @@ def _matrix6(place: Place, rows: list, blocks: tuple[Dimension, ...]) -> np.ndar
     """Six lists of six values; or six values, the diagonal of a matrix."""
     matrix = np.zeros((6, 6), dtype=object if place.is_exact else float)
     for i, row in enumerate(rows):
-        if not isinstance(row, list):
-            matrix[i, i] = _entry(place / i, row, blocks[2 * (i // 3)])
-            continue
-        if len(row) != 6:
-            raise (place / i).error(
-                "row of the matrix", got=Words(values(len(row))), expected="6 values"
-            )
-        for j, value in enumerate(row):
-            matrix[i, j] = _entry(place / i / j, value, blocks[i // 3 + j // 3])
+        here, entries = place / i, [(place / i, i, row)]
+        if isinstance(row, list):
+            entries = [(here / j, j, value) for j, value in enumerate(row)]
+            if len(row) != 6:
+                got = Words(values(len(row)))
+                raise here.error("row of the matrix", got=got, expected="6 values")
+        for at, j, value in entries:
+            matrix[i, j] = at.any_number("entry of the matrix", value, blocks[i // 3 + j // 3])
     if len({isinstance(row, list) for row in rows}) > 1:
         raise place.error(
             "matrix",
@@ -112,14 +288,6 @@ def _matrix6(place: Place, rows: list, blocks: tuple[Dimension, ...]) -> np.ndar
             expected="six lists of six values, or the six values of the diagonal",
         )
     return matrix
-
-
-def _entry(place: Place, value: Any, dimension: Dimension) -> Any:
-    if isinstance(value, bool) or not isinstance(value, (str, int, float)):
-        raise place.error(
-            "entry of the matrix", got=shown(value), expected="a number or an expression"
-        )
-    return place.number(value, dimension)
 
 
 class WrittenRigid(WrittenRotation, WrittenMass):
@@ -162,13 +330,13 @@ class WrittenBeam(WrittenMass):
     def build(self, place: Place, name: str) -> Link:
         """The beam, perhaps of several segments."""
         to = (place / "to").point(self.to)
-        if not np.any(to) or (to.dtype != object and np.linalg.norm(to) < SHORTEST):
+        if not np.any(to) or (to.dtype != object and np.linalg.norm(to) < _SHORTEST):
             raise (place / "to").error(
                 "end of the beam",
                 got=self.to,
-                expected=f"a point away from the beam's start, by {SHORTEST:g} m or more",
+                expected=f"a point away from the beam's start, by {_SHORTEST:g} m or more",
             )
-        theory = read_theory(self.theory)
+        theory = THEORIES[self.theory]
         y_axis = None if self.y_axis is None else (place / "y_axis").direction(self.y_axis)
         own = self.masses(place)
         material = build_material(place / "material", self.material)
@@ -185,7 +353,21 @@ class WrittenBeam(WrittenMass):
                 link = beam_link(to, material, section, y_axis=y_axis, theory=theory, name=name)
             return replace(link, masses=own) if own else link
         length: Any = length_of(to) if to.dtype == object else float(np.linalg.norm(to))
-        segments = self._segments(place, length, theory)
+        segments, total = [], 0.0
+        for i, segment in enumerate(self.taper or ()):
+            here = place / "taper" / i
+            share = (here / "share").number(segment.share, Dimension.NUMBER, positive=True)
+            choice = self.material if segment.material is None else segment.material
+            material = build_material(here / "material", choice)
+            section = build_section(here / "section", segment.section, material, theory)
+            segments.append(BeamSegment(share * length, material, section))
+            total += share
+        if is_above(total - 1, 1e-9) or is_above(1 - total, 1e-9):
+            raise (place / "taper").error(
+                "shares of the segments",
+                got=Words(f"{float(total):.9g} in all"),
+                expected="1 in all",
+            )
         _check_y_axis(place, y_axis, to, [segment.section for segment in segments])
         with place.complaints():
             compliance = tapered_compliance(segments, theory)
@@ -200,24 +382,6 @@ class WrittenBeam(WrittenMass):
                     masses.append(Mass(value, span=(start, end)))
                 start = end
             return Link(to, elasticity, beam_axes(to, y_axis), name, own or tuple(masses))
-
-    def _segments(self, place: Place, length: Any, theory: BeamTheory) -> list[BeamSegment]:
-        segments, total = [], 0.0
-        for i, segment in enumerate(self.taper or ()):
-            here = place / "taper" / i
-            share = (here / "share").positive(segment.share, Dimension.NUMBER)
-            choice = self.material if segment.material is None else segment.material
-            material = build_material(here / "material", choice)
-            section = build_section(here / "section", segment.section, material, theory)
-            segments.append(BeamSegment(share * length, material, section))
-            total += share
-        if is_above(total - 1, 1e-9) or is_above(1 - total, 1e-9):
-            raise (place / "taper").error(
-                "shares of the segments",
-                got=Words(f"{float(total):.9g} in all"),
-                expected="1 in all",
-            )
-        return segments
 
 
 class WrittenMatrices(WrittenRotation):
@@ -276,8 +440,8 @@ class WrittenLink(WrittenMatrices, WrittenMass):
 class WrittenTelescopicBeam(WrittenMapping):
     """A beam that a telescope lengthens."""
 
-    share: Value | None = None
-    fixed: Value = 0.0
+    share: Number | None = None
+    fixed: Length = 0.0
     material: MaterialChoice = Field(description=_MATERIAL)
     section: SectionChoice = Field(description=_SECTION)
     theory: Theory = "euler-bernoulli"
@@ -292,16 +456,15 @@ class WrittenTelescopicBeam(WrittenMapping):
                 expected="the share of the extension that lengthens this beam, such as share: 0.5, "
                 "or its fixed length",
             )
-        share = 1.0 if alone else 0.0
-        if self.share is not None:
-            share = (place / "share").number(self.share, Dimension.NUMBER)
-        fixed = (place / "fixed").number(self.fixed, Dimension.LENGTH)
+        numbers = self.numbers(place)
+        if self.share is None:
+            numbers["share"] = 1.0 if alone else 0.0
         material = build_material(place / "material", self.material)
-        theory = read_theory(self.theory)
+        theory = THEORIES[self.theory]
         section = build_section(place / "section", self.section, material, theory)
         mass = read_mass(place / "mass", self.mass)
         with place.complaints():
-            return TelescopicBeam(material, section, share, fixed, theory, mass)
+            return TelescopicBeam(material, section, **numbers, theory=theory, mass=mass)
 
 
 class WrittenTelescope(WrittenDrive):

@@ -1,31 +1,41 @@
-"""A place in a model file: numbers, vectors and directions there, and where errors are."""
+"""Places in a model file, and values, frames, masses and heads at them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
-from typing import Any
+from functools import cache, lru_cache
+from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
 import numpy as np
+from annotated_types import MaxLen, MinLen
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    PlainValidator,
+    StringConstraints,
+    Tag,
+    WithJsonSchema,
+)
 
-from robostiff.errors import FileError
+from robostiff.errors import FileError, InputError
 from robostiff.io.document import Document, DocumentPlace
 from robostiff.io.expression import FLOATS, Mathematics, ParameterError, parameter_values, parse
 from robostiff.io.plausibility import question
-from robostiff.io.suggest import Words
+from robostiff.io.suggest import Words, shown
 from robostiff.io.units import (
     Dimension,
     SIQuantity,
-    describe,
-    is_bare,
-    make_quantity,
-    make_unit,
-    same_dimension,
     to_si,
 )
-from robostiff.model.checks import unit_vector
-from robostiff.spatial.formula import is_above
+from robostiff.io.validation import plain
+from robostiff.model import Mass, gravity_vector
+from robostiff.model.checks import rotation_matrix, unit_vector
+from robostiff.spatial import Frame, is_formula
+from robostiff.spatial.formula import exact_array, exact_arrays, is_above, length_of
+from robostiff.spatial.rotation import matrix_of_rotation
 
 _LARGEST = 1e30  # far beyond any robot, and far from overflow
 _LARGEST_OF = {Dimension.LENGTH: 1e9, Dimension.AREA: 1e18, Dimension.ANGLE: 1e9}
@@ -54,57 +64,49 @@ class Place(DocumentPlace):
         """Whether numbers here come as exact formulas."""
         return self.mathematics is not FLOATS
 
-    def number(self, value: str | float, dimension: Dimension) -> Any:
-        """What is written here, in SI units."""
-        number, has_unit = self._number(value, dimension)
-        return self._question(number, dimension, has_unit)
-
-    def number_at(self, written: object, key: str, dimension: Dimension) -> Any:
-        """The number under a key of what is written here, in SI units; None without one."""
-        value = getattr(written, key)
-        return None if value is None else (self / key).number(value, dimension)
-
-    def _number(self, value: str | float, dimension: Dimension) -> tuple[Any, bool]:
-        """What is written here, and whether it has a unit."""
+    def number(
+        self,
+        value: str | float,
+        dimension: Dimension,
+        *,
+        positive: bool = False,
+        hint: str | None = None,
+    ) -> Any:
+        """What is written here, in SI units; the hint says what else, where it must be positive."""
         has_unit = False
         with self.complaints():
             if isinstance(value, str):
                 quantity = _parsed(value).evaluate(self.names, self.mathematics)
                 number = to_si(quantity, dimension, got=self._came(value))
-                has_unit = not is_bare(quantity)
+                has_unit = not quantity.is_bare
             else:
                 number = self.mathematics.bare(to_si(value, dimension))
-        largest = _LARGEST_OF.get(dimension, _LARGEST)
-        if is_above(abs(number), largest):
-            expected = f"at most {largest:g} in SI units"
-            raise self.error(dimension.noun, got=self._came(value), expected=expected)
-        return number, has_unit
-
-    def _question(self, number: Any, dimension: Dimension, has_unit: bool) -> Any:
-        """The number itself, with a warning when it is probably wrong."""
-        if not self.is_exact:
-            question(number, dimension, self.document.location, self.path, has_unit=has_unit)
+        if self.is_exact:  # checked at its nominal value
+            return number
+        expected, least = None, _LEAST_OF.get(dimension, _LEAST)
+        if abs(number) > (largest := _LARGEST_OF.get(dimension, _LARGEST)):
+            expected, hint = f"at most {largest:g} in SI units", None
+        elif positive and number < least:
+            low = f"at least {least:g} in SI units"
+            expected, hint = ("a positive one", hint) if number <= 0 else (low, None)
+        if expected is not None:
+            got = self._came(value)
+            raise self.error(dimension.noun, got=got, expected=expected, hint=hint)
+        question(number, dimension, self.document.location, self.path, has_unit=has_unit)
         return number
 
-    def positive(self, value: str | float, dimension: Dimension, hint: str | None = None) -> Any:
-        """What is written here, which must be positive, in SI units; the hint says what else."""
-        number, has_unit = self._number(value, dimension)
-        if is_above(0, number, or_at=True):
-            got = self._came(value)
-            raise self.error(dimension.noun, got=got, expected="a positive one", hint=hint)
-        least = _LEAST_OF.get(dimension, _LEAST)
-        if is_above(least, number):
-            expected = f"at least {least:g} in SI units"
-            raise self.error(dimension.noun, got=self._came(value), expected=expected)
-        return self._question(number, dimension, has_unit)
+    def any_number(self, subject: str, value: object, dimension: Dimension) -> Any:
+        """What is written here, which may be anything, in SI units."""
+        if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+            raise self.error(subject, got=shown(value), expected="a number or an expression")
+        return self.number(value, dimension)
 
-    def is_length(self, value: str | float) -> bool:
-        """Whether the value here is a length with a unit."""
-        if not isinstance(value, str):
-            return False
-        with self.complaints():
-            quantity = _parsed(value).evaluate(self.names, self.mathematics)
-        return same_dimension(quantity, make_quantity(1.0, make_unit({"m": 1})))
+    def number_at(
+        self, written: object, key: str, dimension: Dimension, *, positive: bool = False
+    ) -> Any:
+        """The number under a key of what is written here, in SI units; None without one."""
+        value, here = getattr(written, key), self / key
+        return None if value is None else here.number(value, dimension, positive=positive)
 
     def vector(self, written: list[Any], dimension: Dimension) -> np.ndarray:
         """Numbers of one dimension."""
@@ -120,8 +122,13 @@ class Place(DocumentPlace):
             sign = -1.0 if written.startswith("-") else 1.0
             return sign * np.array(AXES[written[-1]]) + 0.0
         # Lengths, when any of them is one: the direction from one point to another.
-        lengths = any((self / i).is_length(value) for i, value in enumerate(written))
-        numbers = self.vector(written, Dimension.LENGTH if lengths else Dimension.NUMBER)
+        dimension = Dimension.NUMBER
+        for i, value in enumerate(written):
+            with (self / i).complaints():
+                text = value if isinstance(value, str) else "0"
+                if _parsed(text).evaluate(self.names, self.mathematics).measures(Dimension.LENGTH):
+                    dimension = Dimension.LENGTH
+        numbers = self.vector(written, dimension)
         with self.complaints():
             return unit_vector("direction", numbers.tolist())
 
@@ -140,9 +147,7 @@ class Place(DocumentPlace):
         expression = _parsed(value)
         if expression.is_quantity:
             return value
-        return Words(
-            f"{value!r}, which is {describe(expression.evaluate(self.names, self.mathematics))}"
-        )
+        return Words(f"{value!r}, which is {expression.evaluate(self.names, self.mathematics)}")
 
 
 def top_place(
@@ -164,3 +169,326 @@ def top_place(
         with (Place(document, names={}) / "parameters" / error.name).complaints():
             raise
     return Place(document, names=names, mathematics=mathematics)
+
+
+class WrittenMapping(BaseModel):
+    """A mapping in a model file: its keys and no others, kept as they were written."""
+
+    model_config: ClassVar[ConfigDict] = ConfigDict(
+        extra="forbid", frozen=True, strict=True, defer_build=True
+    )
+
+    def numbers(self, place: Place, *, positive: bool = False) -> dict[str, Any]:
+        """What is written under keys that have a dimension, in SI units; None where nothing is."""
+        dimensions = _dimensions(type(self)).items()
+        return {key: place.number_at(self, key, own, positive=positive) for key, own in dimensions}
+
+
+@cache
+def _dimensions(mapping: type[WrittenMapping]) -> dict[str, Dimension]:
+    return {
+        key: own
+        for key, field in mapping.model_fields.items()
+        for own in plain(field.annotation, tuple(field.metadata))[1]
+        if isinstance(own, Dimension)
+    }
+
+
+def either(kind: type, tag: str, other: str) -> Discriminator:
+    """Members of a union that differ in the kind of what is written."""
+    return Discriminator(lambda value: tag if isinstance(value, kind) else other)
+
+
+def with_key(key: str, tag: str, other: str) -> Discriminator:
+    """Mappings that differ in a key."""
+    return Discriminator(lambda value: tag if isinstance(value, dict) and key in value else other)
+
+
+def _value(value: Any) -> Any:
+    if isinstance(value, (str, int, float)) and not isinstance(value, bool):
+        return value
+    raise InputError(
+        "wrong value", got=shown(value), expected="a number, or a text such as 300 mm or 2*R"
+    )
+
+
+Value = Annotated[Any, PlainValidator(_value), WithJsonSchema({"type": ["number", "string"]})]
+"""A number in SI units, or an expression."""
+
+# Values of one dimension, which `WrittenMapping.numbers` computes.
+Number = Annotated[Value, Dimension.NUMBER]
+Length = Annotated[Value, Dimension.LENGTH]
+Angle = Annotated[Value, Dimension.ANGLE]
+Area = Annotated[Value, Dimension.AREA]
+SecondMoment = Annotated[Value, Dimension.SECOND_MOMENT]
+Modulus = Annotated[Value, Dimension.MODULUS]
+Density = Annotated[Value, Dimension.DENSITY]
+Force = Annotated[Value, Dimension.FORCE]
+Stiffness = Annotated[Value, Dimension.TRANSLATIONAL_STIFFNESS]
+
+Name = Annotated[str, Field(min_length=1)]
+Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
+Vector = Annotated[list[Value], MinLen(3), MaxLen(3)]
+Pair = Annotated[list[Value], MinLen(2), MaxLen(2)]
+
+AxisWord = Literal["x", "y", "z", "-x", "-y", "-z"]
+
+
+Mapped = TypeVar("Mapped", bound=WrittenMapping)
+WordOr = Annotated[
+    Annotated[Text, Tag("word")] | Annotated[Mapped, Tag("mapping")],
+    either(str, "word", "mapping"),
+]
+"""A name, or what it would stand for."""
+
+Direction = Annotated[
+    Annotated[AxisWord, Tag("word")] | Annotated[Vector, Tag("vector")],
+    either(str, "word", "vector"),
+]
+"""An axis of the present frame by name, or three numbers; its length does not matter."""
+
+
+_WAYS = ("turn", "rotation_vector", "matrix", "axes")
+
+
+def turned_axes(vector: np.ndarray, *, exact: bool) -> np.ndarray:
+    """Columns (3, 3): the axes turned about a vector (3,) by its length [rad].
+
+    In exact arithmetic after Rodrigues.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> turned_axes(np.array([0, 0, sp.pi / 2]), exact=True)
+    array([[0, -1, 0],
+           [1, 0, 0],
+           [0, 0, 1]], dtype=object)
+    """
+    if not exact:
+        return matrix_of_rotation(np.asarray(vector, dtype=float))
+    import sympy as sp
+
+    vector, unturned = exact_array(vector), exact_array(np.eye(3))
+    turned = [i for i in range(3) if vector[i] != 0]
+    if not turned:
+        return unturned
+    if len(turned) == 1:  # about an axis of the frame, either way: no absolute value
+        angle, axis = vector[turned[0]], unturned[turned[0]]
+    else:
+        angle = length_of(vector)
+        axis = vector / angle
+    sine, cosine = sp.sin(angle), sp.cos(angle)
+    x, y, z = axis
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]], dtype=object)
+    matrix: Any = cosine * unturned + sine * cross + (1 - cosine) * np.outer(axis, axis)
+    return matrix
+
+
+class WrittenTurn(WrittenMapping):
+    """A turn about one current axis; exactly one of the three is written."""
+
+    x: Angle | None = None
+    y: Angle | None = None
+    z: Angle | None = None
+
+    def build(self, place: Place) -> np.ndarray:
+        """Columns (3, 3): the turned axes."""
+        about = [axis for axis in AXES if getattr(self, axis) is not None]
+        if len(about) != 1:
+            raise place.error(
+                "turn",
+                got=Words(" and ".join(about) if about else "no axis"),
+                expected="one axis, such as {z: 30 deg}",
+                hint="write each turn as an entry of its own" if about else None,
+            )
+        angle = self.numbers(place)[about[0]]
+        axis = np.array(AXES[about[0]], dtype=int if is_formula(angle) else float)
+        return turned_axes(angle * axis, exact=place.is_exact)
+
+
+class WrittenAxes(WrittenMapping):
+    """The directions of two axes of a frame; the third follows by the right hand."""
+
+    x: Direction | None = None
+    y: Direction | None = None
+    z: Direction | None = None
+
+    def build(self, place: Place) -> np.ndarray:
+        """Columns (3, 3): the axes."""
+        given = {
+            axis: (place / axis).direction(getattr(self, axis))
+            for axis in AXES
+            if getattr(self, axis) is not None
+        }
+        if len(given) != 2:
+            raise place.error(
+                "axes of the frame",
+                got=Words(f"{' and '.join(given) or 'none'} of the three"),
+                expected="two of x, y, z; the third follows",
+            )
+        first, second = given.values()
+        cosine = first @ second
+        # Formulas have been checked at their nominal values.
+        if not is_formula(cosine) and abs(cosine) > 1e-6:
+            between = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+            raise place.error(
+                "axes of the frame",
+                got=Words(f"{between:.6g} deg between them"),
+                expected="two perpendicular directions",
+            )
+        (missing,) = (i for i, axis in enumerate("xyz") if axis not in given)
+        before, after = ("xyz"[(missing + k) % 3] for k in (1, 2))
+        one, two = exact_arrays(given[before], given[after])
+        given["xyz"[missing]] = np.cross(one, two)
+        columns = np.stack([given[axis] for axis in AXES], axis=-1)
+        return rotation_matrix("axes of the frame", columns)
+
+
+class WrittenRotation(WrittenMapping):
+    """A rotation, in at most one of four ways."""
+
+    turn: list[WrittenTurn] | None = None
+    rotation_vector: Vector | None = None
+    matrix: Annotated[list[Vector], MinLen(3), MaxLen(3)] | None = None
+    axes: WrittenAxes | None = None
+
+    def rotation(self, place: Place) -> np.ndarray | None:
+        """Its columns (3, 3), the turned axes; None where no rotation is written."""
+        ways = [way for way in _WAYS if getattr(self, way) is not None]
+        if len(ways) > 1:
+            raise (place / ways[1]).error(
+                "second rotation",
+                got=Words(f"{ways[1]} beside {ways[0]}"),
+                expected=f"one of {', '.join(_WAYS)}",
+                key=True,
+            )
+        kind = exact_array if place.is_exact else np.asarray
+        if self.turn is not None:
+            total = kind(np.eye(3))
+            for i, turn in enumerate(self.turn):
+                total = total @ turn.build(place / "turn" / i)
+            return total
+        if self.rotation_vector is not None:
+            angles = (place / "rotation_vector").vector(self.rotation_vector, Dimension.ANGLE)
+            return turned_axes(angles, exact=place.is_exact)
+        if self.matrix is not None:
+            here = place / "matrix"
+            rows = [(here / i).vector(row, Dimension.NUMBER) for i, row in enumerate(self.matrix)]
+            with here.complaints():
+                return kind(rotation_matrix("rotation", [row.tolist() for row in rows]))
+        return None if self.axes is None else kind(self.axes.build(place / "axes"))
+
+    def turned(self, place: Place) -> np.ndarray:
+        """Columns (3, 3): the axes turned by the rotation, if one is written."""
+        turned = self.rotation(place)
+        return np.eye(3) if turned is None else turned
+
+
+class WrittenFrame(WrittenRotation):
+    """A frame: where its origin is, and how its axes are turned."""
+
+    at: Vector | None = None
+
+    def build(self, place: Place) -> Frame:
+        """The frame, seen from the one in which it is written."""
+        origin = (place / "at").point(self.at)
+        return Frame(self.turned(place), origin)
+
+
+def read_mass(place: Place, written: Value | None) -> Any:
+    """The mass that is written at a place [kg]; None where there is none."""
+    if written is None:
+        return None
+    value = place.number(written, Dimension.MASS)
+    if is_above(0, value):
+        raise place.error("mass", got=written, expected="zero or more, such as 2 kg")
+    return value
+
+
+class WrittenMass(WrittenMapping):
+    """Mass of a part, and where it is."""
+
+    mass: Value | None = None
+    centre: Vector | None = None
+
+    def masses(self, place: Place) -> tuple[Mass, ...]:
+        """The mass of the part, as far as it is written."""
+        if self.mass is None and self.centre is not None:
+            raise (place / "centre").error(
+                "centre of mass",
+                got=Words("no mass beside it"),
+                expected="mass: beside centre:",
+                hint="a beam has its mass from the density of its material, in its middle",
+                key=True,
+            )
+        value = read_mass(place / "mass", self.mass)
+        if value is None:
+            return ()
+        return (
+            Mass(value, None if self.centre is None else (place / "centre").point(self.centre)),
+        )
+
+
+class WrittenPlatformMass(WrittenMapping):
+    """The mass of the platform, or of something that it carries."""
+
+    name: Text | None = None
+    mass: Value = Field(description="the mass, such as 25 kg")
+    centre: Vector | None = None
+
+
+def build_platform_masses(place: Place, written: list[WrittenPlatformMass]) -> tuple[Mass, ...]:
+    """Masses of a platform and of what it carries."""
+    return tuple(
+        Mass(
+            read_mass(place / i / "mass", own.mass),
+            None if own.centre is None else (place / i / "centre").point(own.centre),
+            name=own.name or f"platform{i + 1}",
+        )
+        for i, own in enumerate(written)
+    )
+
+
+def build_gravity(place: Place, written: str | list[Value] | None) -> np.ndarray | None:
+    """Acceleration of free fall (3,) [m/s^2]; None where none is written."""
+    if written is None or isinstance(written, str):
+        return None if written is None else gravity_vector("gravity", written)
+    return place.vector(written, Dimension.ACCELERATION)
+
+
+class WrittenHead(WrittenMapping):
+    """Name, source and parameters of a robot."""
+
+    robostiff: Literal[1]
+    name: Text = Field(description="the name of the robot")
+    title: str = ""
+    source: Text = Field(description="where the numbers come from, in a sentence")
+    notes: str = ""
+    parameters: dict[str, Value] = Field(default_factory=dict)
+
+
+VERSION = 1
+"""Of the file format."""
+
+
+def check_version(
+    document: Document,
+    what: str = "model file",
+    subject: str = "version of the model file format",
+    expected: str = f"robostiff: {VERSION} at the top, the version of the format",
+    hint: str | None = None,
+) -> None:
+    """Raise unless a document begins with the version of its format."""
+    data = document.data
+    if not isinstance(data, dict) or "robostiff" not in data:
+        raise FileError(document.location(), what, expected=expected, hint=hint)
+    version = data["robostiff"]
+    if version != VERSION or isinstance(version, bool):
+        newer = isinstance(version, int) and version > VERSION
+        raise FileError(
+            document.location(("robostiff",)),
+            subject,
+            got=version,
+            expected=str(VERSION),
+            hint="this file needs a newer robostiff" if newer else None,
+        )

@@ -9,27 +9,28 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from robostiff.io.model_file.links import WrittenMatrices
-from robostiff.io.model_file.parts import (
+from robostiff.io.model_file.links import (
+    THEORIES,
+    MaterialChoice,
+    SectionChoice,
+    Theory,
+    WrittenMatrices,
+    build_material,
+    build_section,
+)
+from robostiff.io.model_file.place import (
     Direction,
+    Force,
+    Length,
     Name,
+    Place,
+    Stiffness,
     Text,
-    Value,
     Vector,
     WrittenFrame,
     WrittenMapping,
 )
-from robostiff.io.model_file.place import Place
-from robostiff.io.model_file.stock import (
-    MaterialChoice,
-    SectionChoice,
-    Theory,
-    build_material,
-    build_section,
-    read_theory,
-)
 from robostiff.io.suggest import Words
-from robostiff.io.units import Dimension
 from robostiff.model import (
     BodyPoint,
     BodySpring,
@@ -89,7 +90,7 @@ class WrittenPlatformBeam(WrittenMember):
     def build(self, place: Place, name: str, nodes: dict[str, PlatformNode]) -> PlatformPart:
         """The beam."""
         a, b = ends_of(place, self.between, nodes)
-        theory = read_theory(self.theory)
+        theory = THEORIES[self.theory]
         material = build_material(place / "material", self.material)
         section = build_section(place / "section", self.section, material, theory)
         y_axis = None if self.y_axis is None else (place / "y_axis").direction(self.y_axis)
@@ -170,9 +171,9 @@ class WrittenBodySpring(WrittenMapping):
     between: Annotated[list[WrittenBodyPoint], Field(min_length=2, max_length=2)] = Field(
         description="its two ends, such as [{body: base, at: [0, 0, 1 m]}, {body: arm/upper arm}]"
     )
-    stiffness: Value = Field(description="the stiffness, such as 2 kN/m")
-    free_length: Value | None = None
-    preload: Value | None = None
+    stiffness: Stiffness = Field(description="the stiffness, such as 2 kN/m")
+    free_length: Length | None = None
+    preload: Force | None = None
 
     def build(self, place: Place) -> BodySpring:
         """The spring."""
@@ -180,15 +181,13 @@ class WrittenBodySpring(WrittenMapping):
             BodyPoint(end.body, (place / "between" / j / "at").point(end.at))
             for j, end in enumerate(self.between)
         )
-        k = (place / "stiffness").number(self.stiffness, Dimension.TRANSLATIONAL_STIFFNESS)
-        if is_above(0, k):
+        numbers = self.numbers(place)
+        if is_above(0, numbers["stiffness"]):
             raise (place / "stiffness").error(
                 "stiffness", got=self.stiffness, expected="zero or more, such as 2 kN/m"
             )
-        length = place.number_at(self, "free_length", Dimension.LENGTH)
-        preload = place.number_at(self, "preload", Dimension.FORCE)
         with place.complaints():
-            return BodySpring(self.name, (first, second), k, length, preload)
+            return BodySpring(self.name, (first, second), **numbers)
 
 
 def attached(

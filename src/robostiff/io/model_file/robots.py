@@ -1,18 +1,26 @@
-"""Robots of legs, and arms by a table of Denavit and Hartenberg, in model files."""
+"""Whole model files, of robots of legs, arms by a table and hybrid machines; their reading."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from robostiff.io.model_file.chains import WrittenLegs, build_legs
+from robostiff.errors import FileError
+from robostiff.io.document import Document, read_document
+from robostiff.io.expression import ParameterError, exact_mathematics, parse
+from robostiff.io.model_file.chains import WrittenCoupled, WrittenElement, WrittenLegs, build_legs
 from robostiff.io.model_file.joints import WrittenLaw, WrittenOneAxisJoint
-from robostiff.io.model_file.parts import (
+from robostiff.io.model_file.links import WrittenMaterial, WrittenSection, stocked
+from robostiff.io.model_file.place import (
+    Angle,
     Direction,
+    Length,
     Pair,
+    Place,
     Text,
     Value,
     Vector,
@@ -23,12 +31,22 @@ from robostiff.io.model_file.parts import (
     WrittenPlatformMass,
     build_gravity,
     build_platform_masses,
+    check_version,
+    top_place,
 )
-from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.platform import WrittenBodySpring, WrittenPlatform, attached
-from robostiff.io.model_file.stock import WrittenMaterial, WrittenSection, stocked
-from robostiff.io.units import Dimension
+from robostiff.io.model_file.symbols import (
+    ParameterChoice,
+    Symbols,
+    chosen_parameters,
+    completed,
+    meaning_of,
+    symbolic_values,
+)
+from robostiff.io.suggest import Words
+from robostiff.io.validation import validate
 from robostiff.model import (
+    Chain,
     Coordinate,
     DHConvention,
     DHRow,
@@ -40,7 +58,7 @@ from robostiff.model import (
 from robostiff.spatial import Space
 
 if TYPE_CHECKING:
-    from robostiff.io.model_file.machine import ModuleFiles
+    from robostiff.io.model_file.robots import ModuleFiles
 
 
 class WrittenRobot(WrittenHead):
@@ -104,10 +122,10 @@ class WrittenDHRow(WrittenMass):
 
     name: Text | None = None
     type: Literal["revolute", "prismatic"] = "revolute"
-    a: Value = 0
-    alpha: Value = 0
-    d: Value = 0
-    theta: Value = 0
+    a: Length = 0
+    alpha: Angle = 0
+    d: Length = 0
+    theta: Angle = 0
     stiffness: Value | None = None
     limits: Pair | None = None
     home: Value | None = None
@@ -118,10 +136,7 @@ class WrittenDHRow(WrittenMass):
         joint = WrittenOneAxisJoint(**drive, role="actuated", axis="z").build(place, "")
         with place.complaints():
             row = DHRow(
-                a=place.number_at(self, "a", Dimension.LENGTH),
-                alpha=place.number_at(self, "alpha", Dimension.ANGLE),
-                d=place.number_at(self, "d", Dimension.LENGTH),
-                theta=place.number_at(self, "theta", Dimension.ANGLE),
+                **self.numbers(place),
                 slides=self.type == "prismatic",
                 name=self.name or "",
                 masses=self.masses(place),
@@ -208,3 +223,258 @@ def distinct_coordinates(place: Place, words: Sequence[str]) -> tuple[Coordinate
     if len(set(chosen)) < len(chosen):
         raise place.error("coordinates", got=list(words), expected="each one once")
     return chosen
+
+
+#: The file of a shipped robot; None where none has that name.
+ShippedFile = Callable[[str], Path | None]
+
+
+@dataclass(frozen=True)
+class ModuleFiles:
+    """Where the robots of modules come from."""
+
+    shipped: ShippedFile
+    open: tuple[Path, ...] = ()  # files that are being read: none of them may be a module of itself
+    # values of the symbols, where there are any
+    nominal: Mapping[str, float] = field(default_factory=dict)
+
+
+class WrittenModule(WrittenCoupled):
+    """A module of a hybrid machine: a robot by its name or file, a chain, or legs."""
+
+    name: Text = Field(description="the name of the module, with which those of its parts begin")
+    mount: WrittenFrame | None = None
+    robot: Text | None = Field(
+        None, description="a shipped robot, or a model file as seen from this one"
+    )
+    parameters: dict[str, Value] = Field(
+        default_factory=dict, description="other values for parameters of that robot"
+    )
+    chain: Annotated[list[WrittenElement], Field(min_length=1)] | None = None
+    legs: WrittenLegs | None = None
+    home: WrittenFrame | None = None
+    platform_masses: list[WrittenPlatformMass] = Field(default_factory=list)
+
+    def build(self, place: Place, files: ModuleFiles) -> Robot | Chain:
+        """The robot or chain of the module."""
+        given = [key for key in ("robot", "chain", "legs") if getattr(self, key) is not None]
+        if len(given) != 1:
+            raise place.error(
+                f"module {self.name!r}",
+                got=Words(" and ".join(given) or "none of them"),
+                expected="one of robot, chain and legs",
+            )
+        for key, of in (
+            *(("parameters", "robot"), ("home", "legs"), ("platform_masses", "legs")),
+            ("couplings", "chain"),
+        ):
+            if getattr(self, key) and of not in given:
+                raise (place / key).error(
+                    f"{key} of module {self.name!r}", expected=f"none: they go with {of}", key=True
+                )
+        if self.chain is not None:
+            return self.build_chain(place)
+        if self.robot is not None:
+            return self._robot_of_file(place, self.robot, files)
+        legs = build_legs(place / "legs", self.legs or [])
+        home = None if self.home is None else self.home.build(place / "home")
+        masses = build_platform_masses(place / "platform_masses", self.platform_masses)
+        with place.complaints():
+            return Robot(
+                self.name,
+                tuple(leg for _, leg in legs),
+                home=home,
+                nominal=files.nominal,
+                platform_masses=masses,
+            )
+
+    def _robot_of_file(self, place: Place, name: str, files: ModuleFiles) -> Robot:
+        here, shipped = place / "robot", files.shipped(name)
+        path = Path(place.document.file).parent / name if shipped is None else shipped
+        if "\0" in name or not path.is_file():
+            raise here.error(
+                "robot of a module",
+                got=name,
+                expected="a shipped robot (see 'robostiff robots'), or a model file, as seen from "
+                "this one",
+            )
+        path = path.resolve()
+        if path in files.open:
+            raise here.error(
+                "robot of a module", got=name, expected="another file: this one is being read"
+            )
+        document = read_document(path)
+        data = document.data
+        if not isinstance(data, dict) or "robostiff" not in data or "cables" in data:
+            raise here.error(
+                "robot of a module",
+                got=Words(f"{document.file}, which describes no robot of legs"),
+                expected="a model file with legs, dh or modules",
+                hint="snapshots stand at one pose; robots of descriptions are joined in Python, by "
+                "rs.hybrid_machine",
+            )
+        values: dict[str, Any] = dict(self.parameters)
+        for key, value in values.items():
+            if isinstance(value, str):  # perhaps an expression of this file's parameters
+                with (place / "parameters" / key).complaints():
+                    values[key] = parse(value).evaluate(place.names, place.mathematics)
+        inner = replace(files, open=(*files.open, path))
+        try:
+            written = written_model(document)
+            top = top_place(document, written.parameters, values, place.mathematics)
+            robot = _built(written, top, inner)
+        except ParameterError as error:
+            with (place / "parameters" / error.name).complaints():
+                raise
+        return replace(robot, nominal=files.nominal)
+
+
+class WrittenMachine(WrittenHead):
+    """A whole model file of a hybrid machine, of modules in series."""
+
+    materials: dict[str, WrittenMaterial] = Field(default_factory=dict)
+    sections: dict[str, WrittenSection] = Field(default_factory=dict)
+    coordinates: list[Literal["x", "y", "z", "rx", "ry", "rz"]] | None = None
+    reference_point: Vector | None = None
+    platform_masses: list[WrittenPlatformMass] = Field(default_factory=list)
+    gravity: Direction | None = None
+    modules: Annotated[list[WrittenModule], Field(min_length=1, max_length=50)] = Field(
+        description="the modules from base to tool, such as {name: arm, robot: scara}"
+    )
+    laws: ClassVar[dict[str, WrittenLaw]] = {}
+
+    def build(
+        self, top: Place, files: ModuleFiles, holds: Sequence[str] = ()
+    ) -> tuple[Robot, list[Place]]:
+        """The machine, and no places of legs: each module is verified by itself."""
+        from robostiff.kinematics import Module, hybrid_machine
+
+        del holds
+        coordinates = None
+        if self.coordinates is not None:
+            coordinates = distinct_coordinates(top / "coordinates", self.coordinates)
+        top = stocked(top, self.materials, self.sections)
+        modules = []
+        for i, own in enumerate(self.modules):
+            place = top / "modules" / i
+            part = own.build(place, files)
+            mount = None if own.mount is None else own.mount.build(place / "mount")
+            with place.complaints():
+                modules.append(Module(own.name, part, mount))
+        reference = None
+        if self.reference_point is not None:
+            reference = (top / "reference_point").point(self.reference_point)
+        with (top / "modules").complaints():
+            machine = hybrid_machine(
+                modules,
+                name=self.name,
+                coordinates=coordinates,
+                reference_point=reference,
+                gravity=build_gravity(top / "gravity", self.gravity),
+                title=self.title,
+                source=self.source,
+            )
+        masses = build_platform_masses(top / "platform_masses", self.platform_masses)
+        return replace(machine, platform_masses=(*machine.platform_masses, *masses)), []
+
+
+WrittenModel = WrittenRobot | WrittenArm | WrittenMachine
+
+#: What describes a robot, the key that shows it, and what to write instead of two of them.
+_KINDS = {
+    "dh": (
+        WrittenArm,
+        "a table describes a serial arm as a whole; write its elements as a leg to add elastic "
+        "links",
+    ),
+    "modules": (WrittenMachine, "legs beside other modules are a module of their own"),
+}
+
+
+def written_model(document: Document) -> WrittenModel:
+    """A model file as it is written: a robot of legs, an arm by its table, or a hybrid machine."""
+    check_version(document)
+    for key, (kind, hint) in _KINDS.items():
+        if key in document.data:
+            if "legs" in document.data:
+                raise FileError(
+                    document.key_location(("legs",)),
+                    "legs",
+                    got=Words(f"legs beside {key}"),
+                    expected="one of them",
+                    hint=hint,
+                )
+            return validate(kind, document)
+    return validate(WrittenRobot, document)
+
+
+def model_from_document(
+    document: Document,
+    parameters: Mapping[str, str | float] | None = None,
+    *,
+    symbols: Symbols = (),
+    shipped: ShippedFile = lambda _: None,
+) -> Robot:
+    r"""The robot that a document describes.
+
+    Parameters
+    ----------
+    document : Document
+    parameters : mapping of str to (str or float), optional
+        Other values for some of its parameters: quantities, expressions, or bare numbers in the SI
+        unit of what they replace.
+    symbols : iterable of str, or ALL_PARAMETERS
+        Parameters that stay SymPy symbols of the same name, or a mapping: all of them, those in it
+        under shorter names; `parameters` gives their nominal values then.
+    shipped : callable
+        The file of a shipped robot that a module names; None for any other name.
+
+    Raises a FileError at the place in the document that is to blame.
+
+    Examples
+    --------
+    >>> from robostiff.io.document import parse_document
+    >>> robot = model_from_document(parse_document('''
+    ... robostiff: 1
+    ... name: cantilever
+    ... source: an example
+    ... parameters: {L: 300 mm}
+    ... legs:
+    ...   - name: arm
+    ...     chain:
+    ...       - type: beam
+    ...         to: [L, 0, 0]
+    ...         material: steel
+    ...         section: {circle: {diameter: 20 mm}}
+    ... '''), parameters={"L": "400 mm"})
+    >>> robot.legs[0].chain.elements[0].to
+    array([0.4, 0. , 0. ])
+    """
+    written, overrides = written_model(document), parameters or {}
+    path = Path(document.file)
+    files = ModuleFiles(shipped, (path.resolve(),) if path.is_file() else ())
+    top = top_place(document, written.parameters, overrides)
+    robot = _built(written, top, files)
+    names = chosen_parameters(symbols, written.parameters, overrides)
+    if not names and not isinstance(symbols, ParameterChoice):
+        return robot
+    # Symbols stay in a robot that is built beside the one of numbers, which has been verified.
+    quantities, nominal = symbolic_values(names, top.names)
+    meanings = {symbol: meaning_of(top.names[name]) for name, symbol in names.items()}
+    exact = exact_mathematics()
+    top = top_place(document, written.parameters, {**overrides, **quantities}, exact)
+    symbolic = _built(written, top, replace(files, nominal=nominal), robot.holds)
+    return completed(symbolic, robot, nominal, meanings)
+
+
+def _built(
+    written: WrittenModel, top: Place, files: ModuleFiles, holds: Sequence[str] = ()
+) -> Robot:
+    """The robot that is written; verified, unless it is one of formulas or a machine of modules."""
+    robot, places = written.build(top, files, holds)
+    if top.is_exact or not places:
+        return robot
+    from robostiff.io.model_file.at_home import at_home
+
+    chosen = written.coordinates is not None
+    return at_home(top, robot, places, chosen=chosen, laws=written.laws)

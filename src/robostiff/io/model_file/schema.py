@@ -8,8 +8,7 @@ from typing import Any
 from pydantic.json_schema import GenerateJsonSchema, models_json_schema
 
 from robostiff.io.model_file.cables import WrittenCableRobot
-from robostiff.io.model_file.machine import WrittenMachine
-from robostiff.io.model_file.robots import WrittenArm, WrittenRobot
+from robostiff.io.model_file.robots import WrittenArm, WrittenMachine, WrittenRobot
 from robostiff.io.validation import WithoutTitles
 
 #: What a key means, where its model does not say; of one part alone as PART.key.
@@ -91,7 +90,7 @@ _MEANINGS = {
 def model_file_schema() -> dict[str, Any]:
     """JSON schema (draft 2020-12) of the model file: with legs, `dh`, `cables` or `modules`.
 
-    It checks keys, types and shapes, for completion and hints in an editor; `read_model` also
+    It checks keys, types and shapes, for completion and hints in an editor; `rs.load` also
     checks values, units and names.
 
     Examples

@@ -9,7 +9,7 @@ from enum import Enum
 from robostiff.errors import InputError
 from robostiff.io.expression import parse
 from robostiff.io.suggest import did_you_mean, listing
-from robostiff.io.units import Dimension, SIQuantity, dimension_of, is_bare, make_quantity
+from robostiff.io.units import Dimension, SIQuantity, make_quantity
 from robostiff.markup import number
 from robostiff.model import Actuated, Chain, ParallelBlock, Robot, with_entries
 from robostiff.model.chain import Element
@@ -95,7 +95,7 @@ def symbolic_values(
     quantities, nominal = {}, {}
     for name, own in names.items():
         value = values[name]
-        positive = value.magnitude > 0 and dimension_of(value) is not Dimension.ANGLE
+        positive = value.magnitude > 0 and value.dimension is not Dimension.ANGLE
         symbol = sp.Symbol(own, positive=True) if positive else sp.Symbol(own, real=True)
         quantities[name] = make_quantity(symbol, value.units)
         nominal[own] = value.magnitude
@@ -111,9 +111,9 @@ def meaning_of(value: SIQuantity) -> str:
     >>> meaning_of(parse_quantity("350 mm")), meaning_of(parse_quantity("2"))
     ('length, 0.35 m in the model', '2 in the model')
     """
-    dimension = dimension_of(value)
+    dimension = value.dimension
     if dimension is None:
-        unit = "" if is_bare(value) else f" {value.units}"
+        unit = "" if value.is_bare else f" {value.units}"
         return f"{number(value.magnitude)}{unit} in the model"
     return f"{dimension.noun}, {number(value.magnitude)} {dimension.si_unit} in the model"
 

@@ -12,18 +12,11 @@ from robostiff.errors import FileError, InputError
 from robostiff.io.document import Document, read_document
 from robostiff.io.expression import exact_mathematics
 from robostiff.io.model_file.at_home import verified
-from robostiff.io.model_file.parts import VERSION, check_version
-from robostiff.io.model_file.place import Place, top_place
+from robostiff.io.model_file.links import stocked
+from robostiff.io.model_file.place import VERSION, Place, check_version, top_place
 from robostiff.io.model_file.robots import distinct_coordinates
-from robostiff.io.model_file.stock import stocked
 from robostiff.io.model_file.symbols import Symbols, chosen_parameters, symbolic_values
-from robostiff.io.rigid_tree.build_joints import (
-    build_joints,
-    couplings_between,
-    undecided_mimics,
-    warn_of_stiffnesses,
-    with_springs,
-)
+from robostiff.io.rigid_tree.build_joints import DescribedTree
 from robostiff.io.rigid_tree.build_links import (
     TOOL,
     LinkEnd,
@@ -36,7 +29,6 @@ from robostiff.io.rigid_tree.build_links import (
 from robostiff.io.rigid_tree.tree import RigidTree, TreeLoop, with_symbols
 from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTool, check_known
 from robostiff.io.suggest import Words, listing
-from robostiff.io.validation import validate
 from robostiff.linkage import (
     Connection,
     Linkage,
@@ -52,13 +44,13 @@ from robostiff.model.chain import is_elastic
 from robostiff.network import Network
 
 
-def build_linkage(top: Place, written: WrittenSide, tree: RigidTree) -> Linkage:
+def _linkage(described: DescribedTree) -> Linkage:
     """The linkage that a tree and its side file describe."""
+    top, written, tree = described.top, described.written, described.tree
     base = tree.root
     if written.base is not None:
         base = check_known(top / "base", written.base, "link", tree.links)
-    tool = _tool(top, written, tree)
-    joints = build_joints(top, written, tree)
+    tool, joints = _tool(top, written, tree), described.joints
     drawn = drawn_links(tree, joints)
     loops = [starting(loop, drawn) for loop in build_loops(top, written, tree)]
     top = stocked(top, written.materials, written.sections)
@@ -177,15 +169,12 @@ def robot_of_tree(
     FileError
         At the place in the side file or in the description that is to blame.
     """
-    written = validate(WrittenSide, side)
-    top = top_place(side, written.parameters, parameters or {})
-    tree = with_springs(top, written, tree)
-    _, linkage = _linkages(written, top, tree)
-    undecided = undecided_mimics(written, tree, top)
-    joints = build_joints(top, written, tree)
+    described = DescribedTree.of(tree, side, parameters)
+    top, written = described.top, described.written
+    _, linkage = _linkages(described)
     felt = {joint.name for joint in linkage.joints}
-    warn_of_stiffnesses(top, written, tree, felt)
-    couplings, roles = couplings_between(undecided, felt, tree, joints)
+    described.warn_of_stiffnesses(felt)
+    couplings, roles = described.couplings(felt)
     linkage = with_roles(linkage, roles)
     _check_is_elastic(linkage, top)
     found = close(linkage)
@@ -200,7 +189,7 @@ def robot_of_tree(
     with (top / "joints").complaints(hint=_hint(linkage)):
         robot = robot_of(linkage, found, couplings)
     if robot is None:
-        _refuse_followers(undecided & felt, top)
+        _refuse_followers(described.undecided & felt, top)
         return network_of(linkage, found)
     chosen = written.coordinates is not None
     if written.coordinates is not None:
@@ -228,29 +217,28 @@ def linkage_of_tree(
     FileError
         At the place in the side file or in the description that is to blame.
     """
-    written = validate(WrittenSide, side)
-    top = top_place(side, written.parameters, parameters or {})
-    tree = with_springs(top, written, tree)
-    linkage, part = _linkages(written, top, tree)
+    described = DescribedTree.of(tree, side, parameters)
+    top, written = described.top, described.written
+    linkage, part = _linkages(described)
     _check_is_elastic(part, top)
     felt = {joint.name for joint in part.joints}
-    warn_of_stiffnesses(top, written, tree, felt)
-    _refuse_followers(undecided_mimics(written, tree, top) & felt, top)
+    described.warn_of_stiffnesses(felt)
+    _refuse_followers(described.undecided & felt, top)
     names = chosen_parameters(symbols, written.parameters, parameters or {})
     if not names:
         return linkage
     quantities, nominal = symbolic_values(names, top.names)
     overrides = {**(parameters or {}), **quantities}
     exact = top_place(side, written.parameters, overrides, exact_mathematics())
-    return with_symbols(linkage, lambda: build_linkage(exact, written, tree), nominal)
+    symbolic = DescribedTree(exact, written, described.tree)
+    return with_symbols(linkage, lambda: _linkage(symbolic), nominal)
 
 
-def _linkages(written: WrittenSide, top: Place, tree: RigidTree) -> tuple[Linkage, Linkage]:
-    """The whole linkage, and the part of it between base and platform, checked."""
-    linkage = build_linkage(top, written, tree)
-    with (top / "tool").complaints():
-        part = essential(linkage)
-    return linkage, part
+def _linkages(described: DescribedTree) -> tuple[Linkage, Linkage]:
+    """The whole linkage, and the part of it between base and platform."""
+    linkage = _linkage(described)
+    with (described.top / "tool").complaints():
+        return linkage, essential(linkage)
 
 
 def _check_is_elastic(part: Linkage, top: Place) -> None:

@@ -1,20 +1,22 @@
-"""From the joints of a tree, and their entries in a side file, to joints of the model."""
+"""The joints of a tree with their entries in a side file, as joints of the model."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, cast
 
 from robostiff.errors import InputError, warn_of_slip
+from robostiff.io.document import Document
 from robostiff.io.model_file.joints import STIFFNESS_OF, WrittenDrive
-from robostiff.io.model_file.place import Place
+from robostiff.io.model_file.place import Place, top_place
 from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
 from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTreeJoint, check_known
 from robostiff.io.suggest import Words, listing, shown, values
 from robostiff.io.units import Dimension
+from robostiff.io.validation import validate
 from robostiff.model import (
     Actuated,
     Coupling,
@@ -38,122 +40,7 @@ _DIMENSIONS = {
     JointType.PLANAR: (_SLIDE, _SLIDE, _TURN),
 }
 _MAKE = {JointType.REVOLUTE: revolute, JointType.PRISMATIC: prismatic, JointType.PLANAR: planar}
-_NOTHING = WrittenTreeJoint()
-
-
 _WILD = frozenset("*?[")
-
-
-def _entries(
-    top: Place, written: WrittenSide, tree: RigidTree
-) -> dict[str, tuple[Place, WrittenTreeJoint]]:
-    """For each joint its entry, with its place; a name takes precedence over a pattern.
-
-    Of several patterns the first in the file counts. Raises FileError when an entry is about no
-    joint.
-    """
-    place, names = top / "joints", [joint.name for joint in tree.joints]
-    found: dict[str, tuple[Place, WrittenTreeJoint]] = {}
-    for key, entry in written.joints.items():
-        if key in names or _WILD.isdisjoint(key):
-            check_known(place / key, key, "joint", names)
-            found[key] = place / key, entry
-    for key, entry in written.joints.items():
-        if key in found:
-            continue
-        fitting = [name for name in names if fnmatchcase(name, key)]
-        if not fitting:
-            raise (place / key).error(
-                "pattern for joints", got=key, expected=f"one that fits {listing(names, 30)}"
-            )
-        for name in fitting:
-            found.setdefault(name, (place / key, entry))
-    return found
-
-
-def build_joints(top: Place, written: WrittenSide, tree: RigidTree) -> dict[str, Joint | None]:
-    """The joints of a tree by name: None for a fixed one.
-
-    Floating joints are left out, as they connect nothing, unless they are locked: then they are
-    fixed.
-    """
-    entries = _entries(top, written, tree)
-    given = given_coordinates(top, written, tree)
-    joints: dict[str, Joint | None] = {}
-    for joint in tree.joints:
-        place, entry = entries.get(joint.name, (top / "joints", _NOTHING))
-        if joint.type in _DIMENSIONS:
-            home = _home(joint, given, {j.name: j for j in tree.joints})
-            role = _beside(_role(place, entry, joint), joint, place)
-            if joint.inertia and isinstance(role, Actuated) and role.inertia is None:
-                role = replace(role, inertia=joint.inertia)
-            make = spherical
-            if joint.type is not JointType.SPHERICAL:
-                make = partial(_MAKE[joint.type], joint.axis)
-            try:
-                joints[joint.name] = make(role, home=home, name=joint.name)
-            except InputError as error:
-                raise tree.error(
-                    f"joint {joint.name!r}: {error.subject}", got=error.got, expected=error.expected
-                ) from None
-            continue
-        if joint.name in written.joints:
-            _check_immovable(place, entry, joint)
-        if joint.type is JointType.FIXED or entry.role == "locked":
-            joints[joint.name] = None
-    return joints
-
-
-def with_springs(top: Place, written: WrittenSide, tree: RigidTree) -> RigidTree:
-    """The tree with the springs of joints that the side file gives in place of its own."""
-    entries = _entries(top, written, tree)
-    joints = []
-    for joint in tree.joints:
-        place, entry = entries.get(joint.name, (top, _NOTHING))
-        if entry.spring is not None and joint.type in _DIMENSIONS:
-            here, dimensions = place / "spring", _DIMENSIONS[joint.type]
-            if len(set(dimensions)) > 1:
-                raise here.error(
-                    f"spring of the {joint.type.value} joint {joint.name!r}",
-                    expected="none: it slides and turns",
-                    key=True,
-                )
-            k = here.number(entry.spring, STIFFNESS_OF[dimensions[0]])
-            if not k >= 0:
-                raise here.error("spring", got=entry.spring, expected="a stiffness, or 0 for none")
-            joints.append(replace(joint, spring=float(k)))
-        else:
-            joints.append(joint)
-    return replace(tree, joints=tuple(joints))
-
-
-def warn_of_stiffnesses(
-    top: Place, written: WrittenSide, tree: RigidTree, felt: Collection[str]
-) -> None:
-    """Name the joints between base and tool whose stiffness the description decides in part.
-
-    Nothing is said of a joint where the side file gives what the description does.
-    """
-    entries = _entries(top, written, tree)
-    found: dict[str, list[str]] = {_SERVO: [], _BESIDE: [], _ALONE: []}
-    for joint in tree.joints:
-        _, entry = entries.get(joint.name, (top, _NOTHING))
-        if joint.name not in felt or joint.type not in _DIMENSIONS or entry.role == "locked":
-            continue
-        unit = "N m/rad" if _DIMENSIONS[joint.type][0] is _TURN else "N/m"
-        spring = f"{joint.name} ({joint.spring:g} {unit})"
-        is_questioned = joint.spring and entry.spring is None
-        if entry.stiffness is not None:
-            found[_BESIDE] += [spring] * bool(is_questioned)
-        elif entry.role != "passive" and isinstance(joint.role, Actuated):
-            if joint.role.stiffness is not None:
-                found[_SERVO].append(f"{joint.name} ({joint.role.stiffness:g} {unit})")
-            elif is_questioned:
-                found[_ALONE].append(spring)
-    for words, joints in found.items():
-        if joints:
-            warn_of_slip(f"{tree.file}: {words.format(listing(joints, 12))}")
-
 
 _SERVO = (
     "drives {} have the stiffness kp gear^2 of their position servos; write stiffness: in the side "
@@ -169,54 +56,180 @@ _ALONE = (
 )
 
 
-def undecided_mimics(written: WrittenSide, tree: RigidTree, top: Place) -> frozenset[str]:
-    """Joints that follow another one and have no role in the side file."""
-    entries = _entries(top, written, tree)
-    decided = {
-        name
-        for name, (_, entry) in entries.items()
-        if entry.role is not None or (name in written.joints and entry.stiffness is not None)
-    }
-    return frozenset(j.name for j in tree.joints if j.mimic is not None and j.name not in decided)
+@dataclass(frozen=True)
+class DescribedTree:
+    """A tree of links with the side file that is written about it."""
 
+    top: Place
+    written: WrittenSide
+    tree: RigidTree  # with the springs that the side file gives in place of its own
 
-def couplings_between(
-    undecided: Collection[str],
-    felt: Collection[str],
-    tree: RigidTree,
-    joints: Mapping[str, Joint | None],
-) -> tuple[tuple[Coupling, ...], dict[str, Role]]:
-    """Couplings between the joints of a chain, and the roles that they then have.
+    @classmethod
+    def of(
+        cls, tree: RigidTree, side: Document, parameters: Mapping[str, str | float] | None
+    ) -> DescribedTree:
+        """The tree with a side file, for other values of some of its parameters."""
+        written = validate(WrittenSide, side)
+        plain = cls(top_place(side, written.parameters, parameters or {}), written, tree)
+        joints = tuple(map(plain._with_spring, tree.joints))
+        return replace(plain, tree=replace(tree, joints=joints))
 
-    Joints that follow one outside of the chain, which carries no load, are held by its drive: as
-    stiff as that, referred to their own motion. A FileError where joints follow one another in a
-    circle, or what a joint follows is none.
+    @cached_property
+    def _entries(self) -> dict[str, tuple[Place, WrittenTreeJoint]]:
+        """For each joint its entry, with its place; a name takes precedence over a pattern.
 
-    `undecided` are joints that follow another one, `felt` all those of the chain; `joints` have
-    roles as if each was one of its own.
-    """
-    roles: dict[str, Role] = {}
-    leaders: dict[str, tuple[str, float, float]] = {}
-    couplings = []
-    for joint in tree.joints:
-        if joint.name not in undecided or joint.name not in felt:
-            continue
-        name = joint.name
-        root, factor, offset = _root(name, undecided, tree)
-        if factor == 0:
-            roles[name] = Locked()
-            continue
-        if root not in leaders and root not in felt:
-            leaders[root] = (name, factor, offset)
-            role = _driven_from(joints.get(root), factor, offset, name, tree)
-            roles[name] = _beside(role, joint, tree)
-            continue
-        leader, of_leader, start = leaders.setdefault(root, (root, 1.0, 0.0))
-        has_servo = isinstance(joint.role, Actuated) and joint.role.stiffness is not None
-        roles[name] = _beside(joint.role if has_servo else Passive(), joint, tree)
-        ratio = factor / of_leader
-        couplings.append(coupling(name, follows=leader, ratio=ratio, offset=offset - ratio * start))
-    return tuple(couplings), roles
+        Of several patterns the first in the file counts.
+        """
+        place, names = self.top / "joints", [joint.name for joint in self.tree.joints]
+        found: dict[str, tuple[Place, WrittenTreeJoint]] = {}
+        for key, entry in self.written.joints.items():
+            if key in names or _WILD.isdisjoint(key):
+                check_known(place / key, key, "joint", names)
+                found[key] = place / key, entry
+        for key, entry in self.written.joints.items():
+            if key in found:
+                continue
+            fitting = [name for name in names if fnmatchcase(name, key)]
+            if not fitting:
+                raise (place / key).error(
+                    "pattern for joints", got=key, expected=f"one that fits {listing(names, 30)}"
+                )
+            for name in fitting:
+                found.setdefault(name, (place / key, entry))
+        return found
+
+    def _entry(self, joint: TreeJoint) -> tuple[Place, WrittenTreeJoint]:
+        return self._entries.get(joint.name, (self.top / "joints", WrittenTreeJoint()))
+
+    def _with_spring(self, joint: TreeJoint) -> TreeJoint:
+        place, entry = self._entry(joint)
+        if entry.spring is None or joint.type not in _DIMENSIONS:
+            return joint
+        here, dimensions = place / "spring", _DIMENSIONS[joint.type]
+        if len(set(dimensions)) > 1:
+            raise here.error(
+                f"spring of the {joint.type.value} joint {joint.name!r}",
+                expected="none: it slides and turns",
+                key=True,
+            )
+        k = here.number(entry.spring, STIFFNESS_OF[dimensions[0]])
+        if not k >= 0:
+            raise here.error("spring", got=entry.spring, expected="a stiffness, or 0 for none")
+        return replace(joint, spring=float(k))
+
+    @cached_property
+    def joints(self) -> dict[str, Joint | None]:
+        """The joints by name: None for a fixed one.
+
+        Floating joints are left out, as they connect nothing, unless they are locked: then they
+        are fixed.
+        """
+        given, joints = self._given_coordinates(), {}
+        for joint in self.tree.joints:
+            place, entry = self._entry(joint)
+            if joint.type in _DIMENSIONS:
+                home = _home(joint, given, {own.name: own for own in self.tree.joints})
+                role = _beside(_role(place, entry, joint), joint, place)
+                if joint.inertia and isinstance(role, Actuated) and role.inertia is None:
+                    role = replace(role, inertia=joint.inertia)
+                make = spherical
+                if joint.type is not JointType.SPHERICAL:
+                    make = partial(_MAKE[joint.type], joint.axis)
+                try:
+                    joints[joint.name] = make(role, home=home, name=joint.name)
+                except InputError as error:
+                    raise self.tree.error(
+                        f"joint {joint.name!r}: {error.subject}",
+                        got=error.got,
+                        expected=error.expected,
+                    ) from None
+                continue
+            if joint.name in self.written.joints:
+                _check_immovable(place, entry, joint)
+            if joint.type is JointType.FIXED or entry.role == "locked":
+                joints[joint.name] = None
+        return joints
+
+    def _given_coordinates(self) -> dict[str, tuple[float, ...]]:
+        """Coordinates that the side file gives under home or start."""
+        given: dict[str, tuple[float, ...]] = {}
+        by_name = {joint.name: joint for joint in self.tree.joints}
+        for key, mapping in (("home", self.written.home), ("start", self.written.start)):
+            for name, value in mapping.items():
+                place = self.top / key / name
+                check_known(place, name, "joint", list(by_name))
+                if name in given:
+                    expected = "a name under home or start, once"
+                    raise place.error("joint", got=name, expected=expected)
+                given[name] = _coordinates(place, value, by_name[name])
+        return given
+
+    def warn_of_stiffnesses(self, felt: Collection[str]) -> None:
+        """Name the joints between base and tool whose stiffness the description decides in part.
+
+        Nothing is said of a joint where the side file gives what the description does.
+        """
+        found: dict[str, list[str]] = {_SERVO: [], _BESIDE: [], _ALONE: []}
+        for joint in self.tree.joints:
+            _, entry = self._entry(joint)
+            if joint.name not in felt or joint.type not in _DIMENSIONS or entry.role == "locked":
+                continue
+            unit = "N m/rad" if _DIMENSIONS[joint.type][0] is _TURN else "N/m"
+            spring = f"{joint.name} ({joint.spring:g} {unit})"
+            is_questioned = joint.spring and entry.spring is None
+            if entry.stiffness is not None:
+                found[_BESIDE] += [spring] * bool(is_questioned)
+            elif entry.role != "passive" and isinstance(joint.role, Actuated):
+                if joint.role.stiffness is not None:
+                    found[_SERVO].append(f"{joint.name} ({joint.role.stiffness:g} {unit})")
+                elif is_questioned:
+                    found[_ALONE].append(spring)
+        for words, joints in found.items():
+            if joints:
+                warn_of_slip(f"{self.tree.file}: {words.format(listing(joints, 12))}")
+
+    @cached_property
+    def undecided(self) -> frozenset[str]:
+        """Joints that follow another one and have no role in the side file."""
+        decided = {
+            name
+            for name, (_, entry) in self._entries.items()
+            if entry.role is not None
+            or (name in self.written.joints and entry.stiffness is not None)
+        }
+        mimics = {joint.name for joint in self.tree.joints if joint.mimic is not None}
+        return frozenset(mimics - decided)
+
+    def couplings(self, felt: Collection[str]) -> tuple[tuple[Coupling, ...], dict[str, Role]]:
+        """Couplings between the joints of a chain, which are `felt`, and their roles.
+
+        Joints that follow one outside of the chain, which carries no load, are held by its drive:
+        as stiff as that, referred to their own motion. A FileError where joints follow one another
+        in a circle, or what a joint follows is none.
+        """
+        roles: dict[str, Role] = {}
+        leaders: dict[str, tuple[str, float, float]] = {}
+        couplings, tree = [], self.tree
+        for joint in tree.joints:
+            if joint.name not in self.undecided or joint.name not in felt:
+                continue
+            name = joint.name
+            root, factor, offset = _root(name, self.undecided, tree)
+            if factor == 0:
+                roles[name] = Locked()
+                continue
+            if root not in leaders and root not in felt:
+                leaders[root] = (name, factor, offset)
+                role = _driven_from(self.joints.get(root), factor, offset, name, tree)
+                roles[name] = _beside(role, joint, tree)
+                continue
+            leader, of_leader, start = leaders.setdefault(root, (root, 1.0, 0.0))
+            has_servo = isinstance(joint.role, Actuated) and joint.role.stiffness is not None
+            roles[name] = _beside(joint.role if has_servo else Passive(), joint, tree)
+            ratio = factor / of_leader
+            offset -= ratio * start
+            couplings.append(coupling(name, follows=leader, ratio=ratio, offset=offset))
+        return tuple(couplings), roles
 
 
 def _root(name: str, undecided: Collection[str], tree: RigidTree) -> tuple[str, float, float]:
@@ -260,22 +273,6 @@ def _driven_from(
     return Actuated(k, limits)
 
 
-def given_coordinates(
-    top: Place, written: WrittenSide, tree: RigidTree
-) -> dict[str, tuple[float, ...]]:
-    """Coordinates that the side file gives under home or start."""
-    given: dict[str, tuple[float, ...]] = {}
-    by_name = {joint.name: joint for joint in tree.joints}
-    for key, mapping in (("home", written.home), ("start", written.start)):
-        for name, value in mapping.items():
-            place = top / key / name
-            check_known(place, name, "joint", list(by_name))
-            if name in given:
-                raise place.error("joint", got=name, expected="a name under home or start, once")
-            given[name] = _coordinates(place, value, by_name[name])
-    return given
-
-
 def _coordinates(place: Place, value: Any, joint: TreeJoint) -> tuple[float, ...]:
     dimensions = _DIMENSIONS.get(joint.type)
     if dimensions is None:
@@ -295,9 +292,7 @@ def _coordinates(place: Place, value: Any, joint: TreeJoint) -> tuple[float, ...
     numbers = []
     for i, (entry, dimension) in enumerate(zip(entries, dimensions, strict=True)):
         here = place if alone else place / i
-        if isinstance(entry, bool) or not isinstance(entry, (str, int, float)):
-            raise here.error("coordinate", got=shown(entry), expected="a number or an expression")
-        numbers.append(here.number(entry, dimension))
+        numbers.append(here.any_number("coordinate", entry, dimension))
     return tuple(numbers)
 
 

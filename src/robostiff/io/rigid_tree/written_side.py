@@ -10,10 +10,20 @@ from pydantic import AfterValidator, Field, Tag
 
 from robostiff.errors import InputError
 from robostiff.io.model_file.joints import WrittenJoint
-from robostiff.io.model_file.links import WrittenMatrices, WrittenSegment, WrittenSpring
-from robostiff.io.model_file.parts import (
+from robostiff.io.model_file.links import (
+    MaterialChoice,
+    SectionChoice,
+    Theory,
+    WrittenMaterial,
+    WrittenMatrices,
+    WrittenSection,
+    WrittenSegment,
+    WrittenSpring,
+)
+from robostiff.io.model_file.place import (
     Direction,
     Pair,
+    Place,
     Text,
     Value,
     Vector,
@@ -21,14 +31,6 @@ from robostiff.io.model_file.parts import (
     WrittenFrame,
     WrittenMapping,
     either,
-)
-from robostiff.io.model_file.place import Place
-from robostiff.io.model_file.stock import (
-    MaterialChoice,
-    SectionChoice,
-    Theory,
-    WrittenMaterial,
-    WrittenSection,
 )
 
 _LINK = "the name of a link"

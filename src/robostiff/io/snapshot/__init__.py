@@ -6,16 +6,16 @@ from typing import Any
 
 from pydantic.json_schema import GenerateJsonSchema
 
-from robostiff.io.snapshot.read import (
-    FileHead,
+from robostiff.io.snapshot.elements import FileHead
+from robostiff.io.snapshot.graph import NetworkFile, network_from_document, network_to_data
+from robostiff.io.snapshot.legs import (
     SnapshotFile,
     is_graph,
     is_snapshot,
     read_snapshot,
     snapshot_from_document,
+    snapshot_to_data,
 )
-from robostiff.io.snapshot.read_graph import NetworkFile, network_from_document
-from robostiff.io.snapshot.write import network_to_data, snapshot_to_data
 from robostiff.io.validation import WithoutTitles
 
 __all__ = [

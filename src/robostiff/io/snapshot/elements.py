@@ -1,4 +1,4 @@
-"""Elements of snapshot files: pydantic models of their keys, and joints and springs of these.
+"""Elements of snapshot files: pydantic models of their keys, what they make, and their writing.
 
 Shapes, words and signs are checked when a file is read; directions, matrices and lengths
 when its elements are placed.
@@ -6,7 +6,8 @@ when its elements are placed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -24,7 +25,8 @@ from robostiff.elasticity import (
     elasticity_from_compliance,
     elasticity_from_stiffness,
 )
-from robostiff.errors import InputError
+from robostiff.elastostatics import chain_stiffness
+from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.document import DocumentPlace
 from robostiff.io.plausibility import question
 from robostiff.io.suggest import Words
@@ -37,12 +39,16 @@ from robostiff.model import (
     PlacedMass,
     PlacedSpring,
     Role,
+    Snapshot,
     beam_axes,
 )
 from robostiff.model.checks import rotation_matrix, unit_vector
+from robostiff.network import Network
 from robostiff.network.elements import uniform_mass
-from robostiff.spatial import Screw, full_turn
+from robostiff.spatial import Screw, Space, full_turn
 
+# Part of its size by which a compliance may change when it is written as a stiffness.
+_READS_BACK = 1e-12
 _LARGEST = 1e30  # far beyond any robot, and far from overflow
 Number = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST)]
 Point = Annotated[list[Number], Field(min_length=3, max_length=3)]
@@ -125,15 +131,6 @@ class ScrewData(FilePart):
         with place.at("axis").complaints():
             axis = _direction("axis", self.axis)
         return PlacedFreedom(axis, np.array(self.point, dtype=float), self.advance, name, role)
-
-    @staticmethod
-    def of(screw: Screw) -> dict[str, Any]:
-        """The keys of a screw but for its place."""
-        if not screw.turns:
-            return {"kind": "P"}
-        return (
-            {"kind": "H", "pitch": float(screw.pitch_per_turn)} if screw.slides else {"kind": "R"}
-        )
 
 
 class PassivePart(Chained, ScrewData):
@@ -369,3 +366,132 @@ def _direction(subject: str, value: Sequence[float] | np.ndarray) -> np.ndarray:
     vector = np.array(value, dtype=float)
     largest = np.abs(vector).max()
     return unit_vector(subject, vector / largest if 0 < largest < np.inf else value)
+
+
+class CouplingPart(FilePart):
+    """A gear or differential: a sum of coordinates of joints, which is held."""
+
+    name: Name | None = Field(None, description="by default the names of the joints")
+    sum: Annotated[dict[Name, Number], Field(min_length=2)] = Field(
+        description="joints of the chain with their factors, at least one of them passive"
+    )
+    k: Positive | None = Field(
+        description="the stiffness against the sum, N m/rad or N/m as for the first joint; null "
+        "where it is rigid"
+    )
+    note: Informative = None
+
+
+class FileHead(FilePart):
+    """Common keys of snapshot files with legs and of those with a graph."""
+
+    name: Name = Field(description="the name of the robot")
+    description: str = Field("", description="a line about it")
+    reference_point: Point = Field(
+        description="the point of the platform about which stiffness is given [m]"
+    )
+    planar: bool = Field(False, description="true for a robot that moves in the x-y plane alone")
+    gravity: Vector | None = Field(
+        None, description="the acceleration of free fall [m/s^2], for finite loads; none by default"
+    )
+    schema_: str | None = Field(None, alias="$schema", description="for editors, not read")
+    units: str | None = Field(None, description="for people, not read: units are always SI")
+    frame: str | None = Field(None, description="for people, not read: axes are the world's")
+    order: str | None = Field(None, description="for people, not read: (x, y, z, rx, ry, rz)")
+    params: Informative = None
+    oracle: Informative = None
+    peers: Informative = None
+    note: Informative = None
+    notes: Informative = None
+
+
+def refuse_twins(names: Sequence[str | None], place: DocumentPlace, what: str) -> None:
+    """Raise a FileError at the second of two elements of one name, in their list at a place."""
+    for i, name in enumerate(names):
+        if name is not None and name in names[:i]:
+            raise place.at(i, "name").error(
+                f"name of the {what}", got=name, expected="a name that no other has"
+            )
+
+
+def head_data(robot: Snapshot | Network, name: str) -> dict[str, Any]:
+    """The keys of a file of either form but for legs and graph."""
+    data: dict[str, Any] = {"name": robot.name or name}
+    if robot.description:
+        data["description"] = robot.description
+    data["units"] = "SI: m, N, rad"
+    if robot.space is Space.PLANAR:
+        data["planar"] = True
+    data["reference_point"] = one_pose(robot.reference_point, 1)
+    return data if robot.gravity is None else {**data, "gravity": one_pose(robot.gravity, 1)}
+
+
+def mass_data(mass: PlacedMass) -> dict[str, Any]:
+    """What `placed_masses` reads back."""
+    data = {"name": mass.name, "mass": float(mass.value)}
+    if mass.span is None:
+        data["at"] = one_pose(mass.centre, 1)
+    else:
+        data["span"] = [float(part) for part in mass.span]
+    return data if mass.start is None else {**data, "start": one_pose(mass.start, 1)}
+
+
+def drive_data(element: PlacedFreedom) -> dict[str, Any]:
+    """Stiffness of a freedom, None of a passive one, and the inertia of its drive."""
+    inertia = getattr(element.role, "inertia", None)
+    return {"k": element.stiffness, **({} if inertia is None else {"inertia": inertia})}
+
+
+def screw_data(screw: Screw) -> dict[str, Any]:
+    """About or along which axis a joint moves."""
+    data: dict[str, Any] = {"kind": "R" if screw.turns else "P"}
+    if screw.turns and screw.slides:
+        data = {"kind": "H", "pitch": float(screw.pitch_per_turn)}
+    return {**data, "point": one_pose(screw.point, 1), "axis": one_pose(screw.axis, 1)}
+
+
+def spring6_data(
+    name: str, point: np.ndarray, rotation: np.ndarray, elasticity: Elasticity
+) -> dict[str, Any]:
+    """A spring by its stiffness if this says all there is to say, else by its compliance."""
+    place = {"point": one_pose(point, 1), "rotation": one_pose(rotation, 2)}
+    compliance, freedoms = one_pose(elasticity.compliance, 2), elasticity.freedoms
+    with suppress(NoAnswerError, InputError):
+        K = chain_stiffness(C := np.array(compliance), freedoms).K
+        back = elasticity_from_stiffness(K)
+        allowed = _READS_BACK * np.sqrt(np.outer(np.diagonal(C), np.diagonal(C)))
+        same = back.freedoms.shape == freedoms.shape
+        if same and (freedoms.size or np.all(np.abs(back.compliance - C) <= allowed)):
+            return {**place, "K": K.tolist()}
+    if freedoms.size:
+        raise InputError(
+            f"spring {name} with directions both free and rigid",
+            expected="a spring that is given by one matrix",
+            hint="write its free directions as passive joints beside it",
+        )
+    return {**place, "compliance": compliance}
+
+
+def one_pose(array: np.ndarray, axes: int) -> list[Any]:
+    """The array as lists, without batch axes."""
+    value = np.asarray(array, dtype=float)
+    shape = value.shape[value.ndim - axes :]
+    if value.size != np.prod(shape):
+        raise InputError(
+            "shape of the batch of poses",
+            got=value.shape[: value.ndim - axes],
+            expected="one pose",
+            hint="a snapshot file holds one pose: write a file for each",
+        )
+    return value.reshape(shape).tolist()
+
+
+def distinct(names: Iterable[str]) -> list[str]:
+    """The names, with a number behind those that are taken already."""
+    unique: list[str] = []
+    for name in names:
+        candidate, number = name or "part", 2
+        while candidate in unique:
+            candidate, number = f"{name or 'part'} ({number})", number + 1
+        unique.append(candidate)
+    return unique

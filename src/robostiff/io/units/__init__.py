@@ -1,38 +1,23 @@
 """Quantities with units: ``300 mm``, ``70 GPa``, ``1e5 N m/rad``."""
 
-from robostiff.io.units.dimension import (
+from robostiff.io.units.quantity import (
     Dimension,
-    describe,
-    dimension_of,
-    is_bare,
-    is_number,
+    SIQuantity,
+    exact_quantity,
+    make_quantity,
+    own_quantity,
     parse_quantities,
-    same_dimension,
+    parse_quantity,
     to_si,
 )
-from robostiff.io.units.registry import (
-    UNIT_WORDS,
-    SIQuantity,
-    Unit,
-    exact_quantity,
-    is_unit_word,
-    make_quantity,
-    make_unit,
-    own_quantity,
-    parse_quantity,
-    read_unit,
-)
+from robostiff.io.units.unit import UNIT_WORDS, Unit, is_unit_word, make_unit, read_unit
 
 __all__ = [
     "UNIT_WORDS",
     "Dimension",
     "SIQuantity",
     "Unit",
-    "describe",
-    "dimension_of",
     "exact_quantity",
-    "is_bare",
-    "is_number",
     "is_unit_word",
     "make_quantity",
     "make_unit",
@@ -40,6 +25,5 @@ __all__ = [
     "parse_quantities",
     "parse_quantity",
     "read_unit",
-    "same_dimension",
     "to_si",
 ]

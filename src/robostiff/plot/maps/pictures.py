@@ -82,42 +82,32 @@ def map_slice(
     >>> rs.plot.map_slice(found, "worst_deflection", x="x", y="y").get_xlabel()
     'x [m]'
     """
-    return drawn_by(backend, slice_picture(found, variable, (x, y), at, isolines, full_rank))
-
-
-def slice_picture(
-    found: xarray.Dataset,
-    variable: str,
-    along: tuple[str, str],
-    at: At | None = None,
-    isolines: int | Sequence[float] = 0,
-    full_rank: int | None = None,
-) -> Field:
-    """The picture of `map_slice`, as data."""
-    part = select(found, variable, along[::-1], at or {}, full_rank)
-    y, x = part.axes
-    for name, axis in zip(along, (x, y), strict=True):
+    part = select(found, variable, (y, x), at or {}, full_rank)
+    rows, columns = part.axes
+    for name, axis in ((y, rows), (x, columns)):
         if len(axis.values) < 2:
             raise InputError(
                 f"coordinate {name!r} of a slice", got="one value", expected="two or more"
             )
     title = part.name if not part.where else f"{part.name}: {part.where}"
     if variable in CLASSES:
-        return Field(f"{title}, {variable}", x, y, part.values, None, part.regions)
+        picture = Field(f"{title}, {variable}", columns, rows, part.values, None, part.regions)
+        return drawn_by(backend, picture)
     finite = part.values[np.isfinite(part.values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
     answered = len(finite) / part.values.size
     notes = () if answered == 1 else (f"{100 * answered:.0f} % of the poses have a value",)
-    return Field(
+    picture = Field(
         title,
-        x,
-        y,
+        columns,
+        rows,
         part.values,
         ColourScale(part.label, low, high),
         part.regions,
         _levels(isolines, low, high, part.factor) if len(finite) else (),
         notes,
     )
+    return drawn_by(backend, picture)
 
 
 OVERVIEW: Mapping[str, Mapping[str, int]] = {
@@ -172,16 +162,6 @@ def map_overview(
     >>> rs.plot.map_overview(rs.stiffness_map(rs.load("3-puu"), grid), "rank").get_title()
     '3-puu, rank'
     """
-    return drawn_by(backend, overview_picture(found, variable, at, full_rank))
-
-
-def overview_picture(
-    found: xarray.Dataset,
-    variable: str | None = None,
-    at: At | None = None,
-    full_rank: int | None = None,
-) -> Field | Bands:
-    """The picture of `map_overview`, as data."""
     found = checked_map(found)
     if variable is None:
         others = [str(name) for name in found.data_vars if name not in CLASSES]
@@ -209,8 +189,11 @@ def overview_picture(
             own = found[dim].values if dim in found.coords else [0]
             chosen[str(dim)] = str(own[0]) if isinstance(own[0], str) else 0
     if len(axes) == 1:
-        return bands_picture(found, variable, axes[0], chosen, full_rank=full_rank)
-    return slice_picture(found, variable, (axes[0], axes[1]), chosen, full_rank=full_rank)
+        return map_bands(
+            found, variable, along=axes[0], at=chosen, full_rank=full_rank, backend=backend
+        )
+    x, y = axes[:2]
+    return map_slice(found, variable, x=x, y=y, at=chosen, full_rank=full_rank, backend=backend)
 
 
 def _levels(
@@ -280,18 +263,6 @@ def map_bands(
     >>> rs.plot.map_bands(found, "worst_deflection", along="x").get_ylabel()
     'worst deflection [µm/N]'
     """
-    return drawn_by(backend, bands_picture(found, variable, along, at, percents, full_rank))
-
-
-def bands_picture(
-    found: xarray.Dataset,
-    variable: str,
-    along: str,
-    at: At | None = None,
-    percents: Sequence[float] = _PERCENTS,
-    full_rank: int | None = None,
-) -> Bands:
-    """The picture of `map_bands`, as data."""
     p = np.asarray(percents, dtype=float)
     ordered = p.ndim == 1 and len(p) % 2 == 1 and np.all(np.diff(p) > 0)
     if not ordered or np.any(p < 0) or np.any(p > 100) or not np.allclose(p + p[::-1], 100):
@@ -316,7 +287,7 @@ def bands_picture(
         share = (region.where & ~marked).reshape(count, -1).mean(axis=1)
         shares.append(replace(region, where=share))
         marked |= region.where
-    return Bands(
+    picture = Bands(
         part.name if not part.where else f"{part.name}: {part.where}",
         part.axes[0],
         f"{variable}, share of poses" if variable in CLASSES else part.label,
@@ -326,6 +297,7 @@ def bands_picture(
         tuple(shares),
         notes=() if one_pose else (f"each of {count} places: {rows.shape[1]} poses",),
     )
+    return drawn_by(backend, picture)
 
 
 _MARKS = 1500  # of one kind: more hide the surface
@@ -383,25 +355,13 @@ def map_isosurface(
     >>> middle = float(found.worst_deflection.median())
     >>> axes = rs.plot.map_isosurface(found, "worst_deflection", middle, x="x", y="y", z="z")
     """
-    picture = isosurface_picture(found, variable, levels, (x, y, z), at, full_rank)
-    return drawn_by(backend, picture)
-
-
-def isosurface_picture(
-    found: xarray.Dataset,
-    variable: str,
-    levels: float | Sequence[float],
-    along: tuple[str, str, str],
-    at: At | None = None,
-    full_rank: int | None = None,
-) -> Scene:
-    """The picture of `map_isosurface`, as data."""
     if variable in CLASSES:
         raise InputError("quantity of a surface", got=variable, expected="one that has numbers")
-    part = select(found, variable, along, at or {}, full_rank)
+    part = select(found, variable, (x, y, z), at or {}, full_rank)
     finite = part.values[np.isfinite(part.values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (np.nan, np.nan)
-    x, y, z = part.axes
+    one, two, three = part.axes
+    places = one.values, two.values, three.values
     wanted = sorted(part.factor * float(level) for level in np.atleast_1d(levels))
     items: list[Item] = []
     unit = part.label.rpartition("[")[2].rstrip("]")
@@ -414,10 +374,10 @@ def isosurface_picture(
                 if len(finite)
                 else "a map with values: no pose has one",
             )
-        vertices, triangles = isosurface(part.values, level, (x.values, y.values, z.values))
+        vertices, triangles = isosurface(part.values, level, places)
         label = f"{short(level, 4)} {unit}".strip()
         items.append(Mesh(vertices, triangles, Category(i), 0.45, label))
-    grid = np.stack(np.meshgrid(x.values, y.values, z.values, indexing="ij"), axis=-1)
+    grid = np.stack(np.meshgrid(*places, indexing="ij"), axis=-1)
     for i, region in enumerate(part.regions):
         points = grid[region.where]
         label = region.name
@@ -426,11 +386,12 @@ def isosurface_picture(
             label += " (some of the poses)"
         items.append(Marks(points, Category(len(wanted) + i), Shape.DOT, label))
     units = {axis.label.rpartition("[")[2] for axis in part.axes}
-    return Scene(
+    picture = Scene(
         part.name if not part.where else f"{part.name}: {part.where}",
-        (x.label, y.label, z.label),
+        (one.label, two.label, three.label),
         tuple(items),
         is_equal=len(units) == 1,
         notes=(f"surfaces of equal {variable.replace('_', ' ')}",),
         frame=np.stack([grid[0, 0, 0], grid[-1, -1, -1]]),
     )
+    return drawn_by(backend, picture)

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robostiff.markup import Paragraph, Section, number
-from robostiff.plot.maps.pictures import OVERVIEW, slice_picture
+from robostiff.plot.backend import DATA
+from robostiff.plot.maps.pictures import OVERVIEW, map_slice
 from robostiff.plot.maps.selection import CLASSES
 from robostiff.plot.picture import Field
 from robostiff.report.contents import ReportContents
@@ -77,7 +78,8 @@ def _slices(
         at = dict(OVERVIEW.get(variable, {})) | fixed
         if value is not None:
             at[others[0]] = value
-        pictures.append(slice_picture(found, variable, (x, y), at, full_rank=rank))
+        one = map_slice(found, variable, x=x, y=y, at=at, full_rank=rank, backend=DATA)
+        pictures.append(one)
     labels = [
         "" if value is None else f"{others[0]} = {number(value)} {found[others[0]].attrs['units']}"
         for value in levels

@@ -29,12 +29,12 @@ from robostiff.page.indices import centres, principal_table, ratios, worst_table
 from robostiff.page.loads import KNOWN, matrix_under_load, stability_in_words
 from robostiff.page.of_result import page_of
 from robostiff.page.stiffness import energy_table, shown_twist, small_motion, stiffness_matrix
-from robostiff.plot.energy_bars import comparison_picture, energy_picture
-from robostiff.plot.loaded_robot import equilibrium_picture, load_curve_picture, mode_picture
+from robostiff.plot.backend import DATA
+from robostiff.plot.energy_bars import comparison, energy_shares
+from robostiff.plot.loaded_robot import equilibrium, load_curve, mode
 from robostiff.plot.picture import Bars
 from robostiff.plot.posed_robot import picture_of_posed
-from robostiff.plot.posture import surroundings
-from robostiff.plot.stiffness_pictures import Quality, ellipsoid_picture, free_motions_picture
+from robostiff.plot.stiffness_pictures import ellipsoid, free_motions
 from robostiff.report.contents import AnswersUnderLoad, ReportContents
 from robostiff.report.figures import Figure, Level, one_figure
 
@@ -56,7 +56,7 @@ def matrices_section(contents: ReportContents) -> Section:
         blocks[at] = SideBySide((stiffness_matrix(result), inverse))
     figures: list[Block] = []
     if result.free_motions and contents.posed is not None:
-        picture = free_motions_picture(result, surroundings(contents.posed, result))
+        picture = free_motions(result, within=contents.posed, backend=DATA)
         figures.append(one_figure("free-motions", "Free motions of the platform.", picture))
     if contents.indices is None:
         figures += _ellipsoid(contents)
@@ -69,8 +69,7 @@ def _ellipsoid(contents: ReportContents) -> list[Block]:
     if result.space.translations < 3 or result.compliance is None:
         return []
     with suppress(NoAnswerError):
-        around = surroundings(contents.posed, result)
-        picture = ellipsoid_picture(result, Quality.COMPLIANCE, around)
+        picture = ellipsoid(result, within=contents.posed, backend=DATA)
         caption = "Displacements under unit forces in all directions (compliance ellipsoid)."
         return [one_figure("ellipsoid", caption, picture)]
     return []
@@ -115,7 +114,7 @@ def bending_section(contents: ReportContents) -> Section | None:
         blocks = [
             SideBySide(tuple(b for b in blocks if getattr(b, "title", "") != every.title)),
             one_figure("deformed", caption, picture_of_posed(contents.posed, bent)),
-            one_figure("energy", f"Elastic energy of {of}.", energy_picture(bent)),
+            one_figure("energy", f"Elastic energy of {of}.", energy_shares(bent, backend=DATA)),
             Folded(f"{len(bent.parts)} parts, one by one", (every,)),
         ]
     return Section("load", "Under the load", blocks)
@@ -144,11 +143,11 @@ def finite_load_section(contents: ReportContents) -> Section | None:
             SideBySide(tables),
             matrix_under_load(result),
             Paragraph(words, Tone.QUIET),
-            one_figure("loaded-shape", caption, equilibrium_picture(result)),
+            one_figure("loaded-shape", caption, equilibrium(result, backend=DATA)),
         ]
     if np.any(np.isfinite(known.curve["displacement"].to_numpy())):
         caption = "Force and deflection up to twice the load; dashed where the robot does not stay."
-        blocks.append(one_figure("load-curve", caption, load_curve_picture(known.curve)))
+        blocks.append(one_figure("load-curve", caption, load_curve(known.curve, backend=DATA)))
     blocks.append(Paragraph(_critical(known)))
     return Section("finite-load", "Under finite load", blocks)
 
@@ -207,11 +206,11 @@ def vibrations_section(contents: ReportContents) -> Section | None:
     )
     levels = tuple(
         Level(
-            f"mode {i}: {mode.frequency:.4g} Hz",
-            mode_picture(found, i),
-            mode_picture(found, i, -1.0),
+            f"mode {i}: {one.frequency:.4g} Hz",
+            mode(found, i, backend=DATA),
+            mode(found, i, -1.0, backend=DATA),
         )
-        for i, mode in enumerate(found.each[:_DRAWN], start=1)
+        for i, one in enumerate(found.each[:_DRAWN], start=1)
     )
     caption = "The slowest modes, displacements exaggerated."
     figure = Figure("modes", caption, levels, is_wide=True)
@@ -241,7 +240,7 @@ def comparison_section(contents: ReportContents) -> Section | None:
         return Section("comparison", title, blocks)
     blocks.append(replace(stiffness_matrix(second), symbol=f"K of {names[1]}"))
     try:
-        picture = comparison_picture(first, second, names=names)
+        picture = comparison(first, second, names=names, backend=DATA)
         for i, panel in enumerate(picture.panels):  # beside each other
             caption = f"Principal stiffnesses of both designs, {panel.label.partition(' [')[0]}."
             blocks.append(one_figure(f"comparison-{i}", caption, Bars(picture.title, (panel,))))

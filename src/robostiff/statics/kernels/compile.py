@@ -49,6 +49,7 @@ def compile_loaded(
     gravity: Gravity = None,
     preload: Mapping[str, float] | None = None,
     beams: Beams = _BOWING,
+    platforms: bool = False,
     backend: Backend = Backend.BEST,
 ) -> CompiledLoading:
     """Record the equilibrium of a robot under a wrench once, for many poses and wrenches.
@@ -69,6 +70,9 @@ def compile_loaded(
         As for `equilibrium`; they act at every pose, beside the wrench.
     beams : Bowing or Linear
         As for `equilibrium`.
+    platforms : bool
+        Whether answers have the place of the platform and its rates with the parameters, and
+        `evaluate` takes forces at hooks.
     backend : Backend
         As for `compile`. NumPy runs steps of more than 30,000 operations.
 
@@ -137,7 +141,13 @@ def compile_loaded(
     force = _small_force(robot, [own.problem for own in loaded_postures])
     try:
         loading = record_loading(
-            robot, finder, loaded_postures, force, standing, by_pose=not recorded.joints
+            robot,
+            finder,
+            loaded_postures,
+            force,
+            standing,
+            by_pose=not recorded.joints,
+            platforms=platforms,
         )
     except RigidLegError as error:
         raise _rigid(robot) from error
@@ -165,7 +175,9 @@ def compile_loaded(
             ClosedCode.of(recorded.closure, joints, code),
         )
     general = AtGeneralPoses(loading.rank, loading.status, verified=True)
-    found = CompiledLoading(robot, kernel, closure, general, Status.OK, standing, loading.has_arms)
+    found = CompiledLoading(
+        robot, kernel, closure, general, Status.OK, standing, loading.has_arms, platforms
+    )
     return _confirmed(found, finder, force)
 
 

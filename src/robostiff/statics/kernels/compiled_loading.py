@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,12 +21,37 @@ from robostiff.compiled.codes import chunks_of, in_shares
 from robostiff.compiled.kernel import whole_threads
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
 from robostiff.errors import InputError, OpenAtHomeError
-from robostiff.kinematics import JointCoordinates, Pose
+from robostiff.kinematics import JointCoordinates, Pose, posture_finder
+from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import ALL_COORDINATES, Robot
+from robostiff.model.cable import Weight
 from robostiff.recorded import CLOSED
+from robostiff.spatial import as_floats
 from robostiff.spatial.rotation import vector_of_quaternion
 from robostiff.statics.kernels.forces_on_bodies import StandingLoads
 from robostiff.statics.loading.loaded_posture import wrenches_of
+
+# Of a displacement: by how much a kernel may be off whose rates are used; and of the length.
+_SAME, _ROUNDING = 1e-5, 1e-12
+
+
+@dataclass(frozen=True)
+class Platforms:
+    """Loaded platforms at N poses, and how they move with the n parameters of their robot.
+
+    Attributes
+    ----------
+    points : (N, 3) array
+        Reference points in the world [m].
+    axes : (N, 3, 3) array
+        Columns: the axes of the platform in the world.
+    rates : (N, 6, n) array
+        Of the point and of the turn, world axes; not a number where they are not to be trusted.
+    """
+
+    points: np.ndarray
+    axes: np.ndarray
+    rates: np.ndarray
 
 
 @dataclass(frozen=True, repr=False)
@@ -49,6 +74,8 @@ class LoadedAnswer:
         As given [N, N m].
     arms : (N, 3, 3) array
         Sum of ``b f^T`` over the dead forces f on the platform, b from the reference point [N m].
+    platforms : Platforms or None
+        Where it was compiled with them.
     """
 
     K_sym: np.ndarray
@@ -58,6 +85,7 @@ class LoadedAnswer:
     guarded: np.ndarray
     wrench: np.ndarray
     arms: np.ndarray
+    platforms: Platforms | None = None
 
     @property
     def K(self) -> np.ndarray:
@@ -122,6 +150,8 @@ class CompiledLoading:
         What acts beside the wrench.
     has_arms : bool
         Whether dead forces act on the platform.
+    has_platforms : bool
+        Whether answers have places and rates of the platform.
     """
 
     robot: Robot
@@ -131,6 +161,7 @@ class CompiledLoading:
     status: Status
     standing: StandingLoads
     has_arms: bool
+    has_platforms: bool = False
 
     @property
     def verified(self) -> bool:
@@ -165,6 +196,7 @@ class CompiledLoading:
         pose: Pose,
         wrench: ArrayLike,
         *,
+        hooks: ArrayLike | None = None,
         parameters: Mapping[str, ArrayLike] | None = None,
         threads: int = 1,
     ) -> LoadedAnswer:
@@ -176,6 +208,9 @@ class CompiledLoading:
             Unloaded postures, as `rs.compile` takes them.
         wrench : (r,) or (N, r) array
             On the platform about its reference point, world axes [N, N m].
+        hooks : (3, 3) or (N, 3, 3) array, optional
+            Sum of ``h f^T`` over forces f of the wrench at points h from the reference point, in
+            platform axes and world axes [N m]: their levers turn with the platform.
         parameters : mapping of str to a number or (N,) array, optional
             Values of parameters, in SI units; nominal where left out.
         threads : int
@@ -196,6 +231,16 @@ class CompiledLoading:
         if F.ndim == 2 and len(F) not in (1, count):
             raise InputError("wrench", got=f"{len(F)} wrenches", expected=f"one, or {count}")
         F = np.broadcast_to(F, (count, space.size))
+        levers = np.zeros((count, 0))
+        if self.has_platforms:
+            expected = f"(3, 3), or one for each of {count} poses [N m]"
+            own = as_floats("hooks", 0.0 if hooks is None else hooks, expected)
+            if own.shape not in {(), (3, 3), (count, 3, 3)}:
+                raise InputError("hooks", got=f"shape {own.shape}", expected=expected)
+            levers = np.broadcast_to(own, (count, 3, 3)).reshape(count, 9)
+        elif hooks is not None:
+            hint = "write compile_loaded(..., platforms=True)"
+            raise InputError("hooks", got="a kernel without", expected="one with them", hint=hint)
         values = ParameterValues.of(robot, parameters, count)
         rows = inputs.rows(pose, given, values)
         answer = LoadedAnswer(
@@ -206,17 +251,24 @@ class CompiledLoading:
             guarded=np.empty(count, dtype=bool),
             wrench=F,
             arms=np.zeros((count, 3, 3)),
+            platforms=Platforms(
+                np.full((count, 3), np.nan),
+                np.full((count, 3, 3), np.nan),
+                np.full((count, 6, len(values.rows)), np.nan),
+            )
+            if self.has_platforms
+            else None,
         )
 
         def fill(part: slice) -> None:
             for own in chunks_of(part):
-                self._fill(rows, F[own], own, answer)
+                self._fill(rows, np.hstack([F[own], levers[own]]), own, answer)
 
         in_shares(fill, count, threads)
         for other, part in values.groups(answer.guarded):
             some = JointCoordinates(given[part]) if by_joints else given[part]
             try:
-                self._compute_again(other, some, F[part], part, answer)
+                self._compute_again(other, some, F[part], levers[part], part, answer)
             except OpenAtHomeError:  # parameters of no robot: its legs reach no pose from home
                 answer.K_sym[part], answer.displacement[part] = np.nan, np.nan
                 answer.stable[part] = False
@@ -227,7 +279,7 @@ class CompiledLoading:
     def _inputs(self) -> KernelInputs:
         """What poses become before the record closes them, or takes the coordinates of legs."""
         inputs, robot = self.kernel.inputs, self.robot
-        joints = len(inputs) - len(robot.symbols) - robot.space.size
+        joints = len(inputs) - len(robot.symbols) - robot.space.size - 9 * self.has_platforms
         if self.closure is not None or inputs[0] in {own.value for own in ALL_COORDINATES}:
             joints = 0
         return KernelInputs(robot, joints)
@@ -253,6 +305,17 @@ class CompiledLoading:
         if self.has_arms:
             answer.arms[where] = results[rows + 7 : last].T.reshape(-1, 3, 3)
         turn = vector_of_quaternion(place[[4, 5, 6, 3]].T)
+        if answer.platforms is not None:
+            n, d = answer.platforms.rates.shape[2], 6 + r
+            more = results[last : last + 12 + n * d].T
+            R = turn_by_vector(turn)
+            answer.platforms.points[where] = more[:, :3] + place[:3].T
+            answer.platforms.axes[where] = R @ more[:, 3:12].reshape(-1, 3, 3)
+            each = more[:, 12:].reshape(len(more), n, d)
+            rates = answer.platforms.rates[where]
+            rates[:, :3] = np.swapaxes(each[:, :, :3], 1, 2)
+            rates[:, 3:] = R @ np.swapaxes(each[:, :, 3:6], 1, 2)
+            rates[:, list(self.robot.space.rows)] += np.swapaxes(each[:, :, 6:], 1, 2)
         moved = np.concatenate([place[:3].T, turn], axis=1)
         answer.displacement[where] = moved[:, list(self.robot.space.rows)]
         unreachable = (checked.status_codes & int(Status.UNREACHABLE)) != 0
@@ -265,14 +328,64 @@ class CompiledLoading:
         answer.guarded[where] = checked.guarded | (unsure & ~unreachable)
 
     def _compute_again(
-        self, robot: Robot, pose: Pose, F: np.ndarray, rows: np.ndarray, answer: LoadedAnswer
+        self,
+        robot: Robot,
+        pose: Pose,
+        F: np.ndarray,
+        levers: np.ndarray,
+        rows: np.ndarray,
+        answer: LoadedAnswer,
     ) -> None:
+        if levers.any():
+            # forces of 1 N at the levers, and back at the reference point: the wrench has them
+            for k, own in enumerate(levers.reshape(-1, 3, 3)):
+                point, given = robot.reference_point, self.standing.loads or {}
+                mine = given.get("platform", ())
+                pairs = [
+                    Weight(axis * sign, point + arm * (sign > 0))
+                    for axis, arm in zip(np.eye(3), own.T, strict=True)
+                    for sign in (1.0, -1.0)
+                ]
+                several = [*(mine if isinstance(mine, Sequence) else (mine,)), *pairs]
+                loaded = replace(self.standing, loads={**given, "platform": several})
+                by_joints = isinstance(pose, JointCoordinates)
+                one = JointCoordinates(pose.values[k : k + 1]) if by_joints else pose[k : k + 1]  # pyright: ignore
+                again = replace(self, standing=loaded)
+                again._compute_again(
+                    robot, one, F[k : k + 1], np.zeros((1, 9)), rows[k : k + 1], answer
+                )
+            return
         found = self.standing.equilibria(robot, pose, F)
         K = found.K.filled(np.nan)
         answer.K_sym[rows] = 0.5 * (K + np.swapaxes(K, -1, -2))
-        answer.displacement[rows] = found.displacement.filled(np.nan)
+        displacement = found.displacement.filled(np.nan)
+        if answer.platforms is not None:
+            self._place_again(robot, pose, displacement, rows, answer.platforms, answer)
+        answer.displacement[rows] = displacement
         answer.stable[rows], answer.status_codes[rows] = found.stable, found.status_codes
         for row, one in zip(rows, found, strict=True):
             if one.problem is not None and one.found is not None:
                 b = one.problem.dead.arms @ one.found.state.R.T
                 answer.arms[row] = b.T @ one.problem.dead.forces
+
+    def _place_again(
+        self,
+        robot: Robot,
+        pose: Pose,
+        displacement: np.ndarray,
+        rows: np.ndarray,
+        platforms: Platforms,
+        answer: LoadedAnswer,
+    ) -> None:
+        """Places of platforms from their displacements; rates where the kernel had these too."""
+        finder = posture_finder(robot)
+        unloaded = finder.find(pose).pose.reshape(-1, 6)
+        moved = np.zeros((len(rows), 6))
+        moved[:, list(robot.space.rows)] = displacement
+        size = np.array([finder.length] * 3 + [1.0] * 3)[list(robot.space.rows)]
+        off = np.max(np.abs(answer.displacement[rows] - displacement) / size, axis=1)
+        most = np.max(np.abs(displacement) / size, axis=1)
+        R = turn_by_vector(unloaded[:, 3:])
+        platforms.rates[rows[~(off <= _SAME * most + _ROUNDING)]] = np.nan
+        platforms.points[rows] = unloaded[:, :3] + R @ robot.reference_point + moved[:, :3]
+        platforms.axes[rows] = turn_by_vector(moved[:, 3:]) @ R

@@ -426,13 +426,17 @@ class RecordedGroup:
         D = [[R[i] @ to[j] for j in range(3)] for i in range(3)]
         turn = [(D[i][j] - D[j][i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))]
         gap = [*(terms.P[c] - end.p[0]), *turn]
+        # what is left of the gap turns the axes of the multiplier half as far, as steps do
+        m = np.zeros(6, dtype=int).astype(object)
+        m[list(rows)] = W
+        half = [0, 0, 0, *(cross(m[3:], np.array(turn, dtype=object)) * 0.5)]
         for i, (name, row) in enumerate(zip(self.wrenches[c], rows, strict=True)):
             elimination.unknown(name, 1.0 if row >= 3 else self.length)
             for own, column in zip(names, terms.J[c, row, group.family.columns[c]], strict=True):
                 elimination.add(name, own, column)
             elimination.add(name, ends[i], -1)
             elimination.add_right(name, -gap[row])
-            elimination.add_right(ends[i], -W[i])
+            elimination.add_right(ends[i], -W[i] - half[row])
 
     def _add_beams(self, elimination: SymmetricElimination, terms: ChainTerms) -> None:
         """Let axial forces of beams follow the coordinates."""

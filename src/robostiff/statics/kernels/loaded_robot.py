@@ -14,7 +14,15 @@ from robostiff.elastostatics import Status
 from robostiff.kinematics import PostureFinder
 from robostiff.model import Robot
 from robostiff.model.body_spring import BASE, PLATFORM
-from robostiff.record import Entry, Program, is_zero, least, reciprocal, usual_size
+from robostiff.record import (
+    Entry,
+    Program,
+    derivatives_along,
+    is_zero,
+    least,
+    reciprocal,
+    usual_size,
+)
 from robostiff.recorded import RecordedRobot
 from robostiff.recorded.closure import BEFORE_FIRST, LAST, RecordedSteps, contraction, handed_on
 from robostiff.recorded.robot import RobotOnEntries
@@ -54,6 +62,8 @@ _PIVOT = 1e-3
 _ARRIVED = 1e-11
 # Part of the one before that a step may be at most: its square.
 _PART, _ROUNDING = "part of the last step", 1e-18
+#: Inputs: the sum of ``h f^T`` over forces f at hooks h, in platform axes and world axes [N m].
+HOOKS = tuple(f"hook_{a}{b}" for a in "xyz" for b in "xyz")
 #: What a step hands to the next, and what the first finds.
 HANDED = BEFORE_FIRST | {_PART: HALF**2}
 
@@ -106,6 +116,10 @@ class LoadedRobot:
     # arms from the point of the platform at the unloaded posture [m], and forces [N]
     dead: list[tuple[np.ndarray, np.ndarray]]
     stands: bool  # whether anything acts beside the wrench
+    # (3, 3): as HOOKS, at the unloaded posture in world axes; these forces are part of the wrench
+    hooks: np.ndarray | None = None
+    axes: Any = None  # (3, 3): of the platform at the unloaded posture, where its rates are asked
+    parameters: tuple[str, ...] = ()  # by which rates are asked for
 
     @property
     def start(self) -> dict[str, float]:
@@ -153,6 +167,14 @@ class LoadedRobot:
             moment = moment - acting[3:]
             for name, row in zip(twist, rows, strict=True):
                 elimination.add_right(name, acting[row])
+        if self.hooks is not None and share:
+            b_f = body.R[0] @ self.hooks
+            arms = arms + b_f
+            turning_moment = [b_f[1, 2] - b_f[2, 1], b_f[2, 0] - b_f[0, 2], b_f[0, 1] - b_f[1, 0]]
+            moment = moment - turning_moment
+            for name, row in zip(twist, rows, strict=True):
+                if row >= 3:
+                    elimination.add_right(name, turning_moment[row - 3])
         n = len(rows)
         K = {
             (i, j): elimination.A[twist[i]].get(twist[j], 0) for i in range(n) for j in range(i, n)
@@ -277,9 +299,31 @@ class LoadedRobot:
         safe = [x for x in safe if isinstance(x, Entry)]
         K = [at.K[i, j] for i in range(n) for j in range(i, n)]
         place = [values[name] for name in self.platform.coordinates]
-        arms = [*at.arms.flat] if self.dead else []
+        arms = [*at.arms.flat] if self.has_arms else []
         checks = self.unloaded.checks
-        return [*K, *place, *arms, *checks.values(), gap, reduce(least, safe)], checks
+        rates = [] if self.axes is None else self._rates(at)
+        return [*K, *place, *arms, *rates, *checks.values(), gap, reduce(least, safe)], checks
+
+    @property
+    def has_arms(self) -> bool:
+        """Whether dead forces act on the platform."""
+        return bool(self.dead) or self.hooks is not None
+
+    def _rates(self, at: _Equations) -> list[Any]:
+        """Place of the unloaded platform (12), and rates with parameters: of it, and of the state.
+
+        In equilibrium ``g(s, p) = 0`` with the tangent ``T = dg/ds`` the state moves by
+        ``ds/dp = -T^-1 dg/dp``: what the next step of Newton would be of.
+        """
+        record, R = self.unloaded.record, self.axes
+        unloaded = [*self.platform.origin, *R.flat]
+        found = list(unloaded)
+        for name in self.parameters:
+            moved = derivatives_along(record, [*unloaded, *at.right], {name: 1})
+            spin = np.reshape(np.array(moved[3:12], dtype=object), (3, 3)) @ R.T
+            found += [*moved[:3], spin[2, 1], spin[0, 2], spin[1, 0]]
+            found += at.factored.solved(moved[12:])
+        return found
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -322,12 +366,14 @@ def record_loading(
     standing: StandingLoads,
     *,
     by_pose: bool,
+    platforms: bool = False,
 ) -> RecordedLoading:
     """Record the equilibrium of a robot, whose symbols are inputs.
 
     `finder` and `loaded_postures` have it in numbers, the latter at several postures. Under `force`
     [N] the platform moves by about a thousandth of the robot's length. The other inputs are pose
-    coordinates (`by_pose`), or the coordinates of all legs.
+    coordinates (`by_pose`), or the coordinates of all legs. With `platforms` forces at hooks are
+    inputs behind the wrench, and `arrival` has what `LoadedRobot._rates` gives behind the arms.
     """
     gravity = acting_gravity(robot.numeric, standing.gravity, standing.loads)
     springs = finder.robot.springs
@@ -346,6 +392,10 @@ def record_loading(
     rows = zip(robot.space.wrench_order, robot.space.rows, strict=True)
     sizes = {name: force * (1.0 if row < 3 else finder.length) for name, row in rows}
     wrench = [record.add_input(name, small(size)) for name, size in sizes.items()]
+    hooks = None
+    if platforms:
+        levers = [record.add_input(name, small(force * finder.length)) for name in HOOKS]
+        hooks = here.pose.R @ np.reshape(np.array(levers, dtype=object), (3, 3))
     inputs = record.inputs
     L, reference = finder.length, here.reference
     frames = {PLATFORM: (here.pose.R, here.pose.p), BASE: (np.eye(3), np.zeros(3)), **frames}
@@ -397,7 +447,12 @@ def record_loading(
         force,
         wrench,
         dead,
-        stands=bool(dead or springs or standing.loads or standing.preload or np.any(gravity)),
+        stands=bool(
+            dead or springs or standing.loads or standing.preload or np.any(gravity) or platforms
+        ),
+        hooks=hooks,
+        axes=np.array(here.pose.R, dtype=object) if platforms else None,
+        parameters=tuple(map(str, robot.symbols)),
     )
     start = loaded.start
     lengths = dict.fromkeys(loaded.platform.coordinates[:3], 1e-3 * finder.length)
@@ -419,7 +474,7 @@ def record_loading(
         first_steps=4 if struts else 1,
         first=Program.of(record, loaded.first(values)),
         checks=tuple(checks),
-        has_arms=bool(loaded.dead),
+        has_arms=loaded.has_arms,
         status=unloaded.status,
         rank=unloaded.factors.rank,
     )

@@ -1,11 +1,12 @@
-"""Snapshot files: a robot at a pose, written down in world coordinates."""
+"""Snapshot files of legs: a robot at a pose in world coordinates, read and written."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
@@ -17,24 +18,32 @@ from robostiff.io.document import Document, DocumentPlace, read_document
 from robostiff.io.snapshot.elements import (
     BeamPart,
     Chained,
+    CouplingPart,
+    FileHead,
     FilePart,
     Informative,
     LegMass,
     MassData,
     Name,
-    Number,
     PassivePart,
     Point,
-    Positive,
     Spring6Part,
     SpringPart,
-    Vector,
+    distinct,
+    drive_data,
+    head_data,
+    mass_data,
+    one_pose,
+    refuse_twins,
+    screw_data,
+    spring6_data,
 )
 from robostiff.io.suggest import numbered
 from robostiff.io.validation import validate
 from robostiff.kinematics import spring_compliance
 from robostiff.kinematics.frames import coupled
 from robostiff.model import (
+    CoupledFreedom,
     Coupling,
     Locked,
     PlacedBlock,
@@ -43,26 +52,13 @@ from robostiff.model import (
     PlacedLeg,
     PlacedMass,
     PlacedSpring,
+    Role,
     Snapshot,
 )
 from robostiff.model.checks import check_in_plane
 from robostiff.model.coupled_joints import Transmission, transmission
 from robostiff.model.joint import joint_of
 from robostiff.spatial import Space
-
-
-class CouplingPart(FilePart):
-    """A gear or differential: a sum of coordinates of joints, which is held."""
-
-    name: Name | None = Field(None, description="by default the names of the joints")
-    sum: Annotated[dict[Name, Number], Field(min_length=2)] = Field(
-        description="joints of the chain with their factors, at least one of them passive"
-    )
-    k: Positive | None = Field(
-        description="the stiffness against the sum, N m/rad or N/m as for the first joint; null "
-        "where it is rigid"
-    )
-    note: Informative = None
 
 
 class BranchPart(FilePart):
@@ -102,29 +98,6 @@ class LegPart(BranchPart):
     )
 
 
-class FileHead(FilePart):
-    """Common keys of snapshot files with legs and of those with a graph."""
-
-    name: Name = Field(description="the name of the robot")
-    description: str = Field("", description="a line about it")
-    reference_point: Point = Field(
-        description="the point of the platform about which stiffness is given [m]"
-    )
-    planar: bool = Field(False, description="true for a robot that moves in the x-y plane alone")
-    gravity: Vector | None = Field(
-        None, description="the acceleration of free fall [m/s^2], for finite loads; none by default"
-    )
-    schema_: str | None = Field(None, alias="$schema", description="for editors, not read")
-    units: str | None = Field(None, description="for people, not read: units are always SI")
-    frame: str | None = Field(None, description="for people, not read: axes are the world's")
-    order: str | None = Field(None, description="for people, not read: (x, y, z, rx, ry, rz)")
-    params: Informative = None
-    oracle: Informative = None
-    peers: Informative = None
-    note: Informative = None
-    notes: Informative = None
-
-
 class SnapshotFile(FileHead):
     """A robot frozen at a pose: world axes, metres, newtons and radians."""
 
@@ -148,11 +121,6 @@ def _check_leg(leg: PlacedLeg, reference_point: np.ndarray, chain: DocumentPlace
         elif isinstance(element, PlacedBlock):
             for j, branch in enumerate(element.branches):
                 _check_leg(branch, reference_point, chain.at(i, "branches", j, "chain"))
-    _check_bending(leg, reference_point, chain)
-
-
-def _check_bending(leg: PlacedLeg, reference_point: np.ndarray, chain: DocumentPlace) -> None:
-    """Refuse a leg that bends out of the plane, at the element that does so most."""
     parts = [
         spring_compliance(element, reference_point)
         if isinstance(element, PlacedSpring)
@@ -160,7 +128,7 @@ def _check_bending(leg: PlacedLeg, reference_point: np.ndarray, chain: DocumentP
         for element in leg.elements
     ]
     coupling, allowed = coupling_out_of_plane(np.sum([np.zeros((6, 6)), *parts], axis=0))
-    if np.any(coupling > allowed):
+    if np.any(coupling > allowed):  # at the element that bends most
         excess = [np.max(coupling_out_of_plane(part)[0] - allowed) for part in parts]
         raise chain.at(int(np.argmax(excess))).error(
             "part of a planar robot that a load in the plane bends out of it",
@@ -170,21 +138,9 @@ def _check_bending(leg: PlacedLeg, reference_point: np.ndarray, chain: DocumentP
 
 
 def read_snapshot(source: Path | str) -> Snapshot:
-    """Read a snapshot file, JSON or YAML.
+    """Read a snapshot file, JSON or YAML; ``-`` for standard input.
 
-    Parameters
-    ----------
-    source : path or str
-        The file; ``-`` for standard input.
-
-    Returns
-    -------
-    Snapshot
-
-    Raises
-    ------
-    FileError
-        When the file cannot be used; it names line, column and path.
+    Raises a FileError, with line, column and path, when the file cannot be used.
     """
     return snapshot_from_document(read_document(source))
 
@@ -222,13 +178,13 @@ def snapshot_from_document(document: Document) -> Snapshot:
     legs = []
     for i, leg in enumerate(file.legs):
         here = place.at("legs", i)
-        if not (_is_elastic(leg.chain) or any(own.k is not None for own in leg.couplings)):
+        legs.append(_placed_leg(leg, here, leg.name))
+        if not _is_elastic(legs[-1]):
             raise here.at("chain").error(
                 f"leg {leg.name} without compliance",
                 expected="at least one beam, spring or spring6",
                 hint="a leg of rigid parts and passive joints alone has no stiffness matrix",
             )
-        legs.append(_placed_leg(leg, here, leg.name))
     space = Space.PLANAR if file.planar else Space.SPATIAL
     reference = np.array(file.reference_point, dtype=float)
     masses = [
@@ -304,13 +260,8 @@ def is_graph(document: Document) -> bool:
     return isinstance(data, dict) and "graph" in data and "legs" not in data
 
 
-def _is_elastic(chain: Sequence[ElementPart]) -> bool:
-    return any(
-        any(_is_elastic(branch.chain) for branch in element.branches)
-        if isinstance(element, ParallelPart)
-        else element.type != "passive"
-        for element in chain
-    )
+def _is_elastic(leg: PlacedLeg) -> bool:
+    return any(isinstance(e, PlacedSpring) or e.stiffness is not None for e in leg.parts)
 
 
 def _placed_leg(
@@ -336,7 +287,7 @@ def _placed_leg(
         elements.append(element.placed(prefix + own, chain.at(i)))
         if isinstance(element, BeamPart):
             masses += element.placed_masses(prefix + own, i + 1)
-    question_joints(part.chain, chain)
+    _question_joints(part.chain, chain)
     for i, own in enumerate(part.masses):
         masses += _masses(own, place.at("masses", i), names, elements)
     if part.couplings:
@@ -389,20 +340,11 @@ def _transmission(
         raise
 
 
-def refuse_twins(names: Sequence[str | None], place: DocumentPlace, what: str) -> None:
-    """Raise a FileError at the second of two elements of one name, in their list at a place."""
-    for i, name in enumerate(names):
-        if name is not None and name in names[:i]:
-            raise place.at(i, "name").error(
-                f"name of the {what}", got=name, expected="a name that no other has"
-            )
-
-
 # Part of a beam's length by which the axis of a joint may miss it, with a rigid part between.
 _FAR = 0.5
 
 
-def question_joints(chain: Sequence[ElementPart], place: DocumentPlace) -> None:
+def _question_joints(chain: Sequence[ElementPart], place: DocumentPlace) -> None:
     """Warn of joints in a chain whose axis passes far from the beam beside them."""
     for i, (one, other) in enumerate(pairwise(chain)):
         for beam, joint, j in ((one, other, i + 1), (other, one, i)):
@@ -420,3 +362,136 @@ def question_joints(chain: Sequence[ElementPart], place: DocumentPlace) -> None:
                     f"{where}: the axis of this joint passes {gap:g} m from the beam beside it, "
                     f"which is {length:g} m long; are both in metres?"
                 )
+
+
+def snapshot_to_data(snapshot: Snapshot) -> dict[str, Any]:
+    """Plain data that `read_snapshot` reads back, once written as JSON.
+
+    Every elastic part becomes a ``spring6`` with its stiffness, or with its compliance if that is
+    singular; rigid joints are left out, for whatever lies between elements is rigid.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+        At one pose.
+
+    Returns
+    -------
+    dict
+
+    Raises
+    ------
+    InputError
+        When it holds several poses, or parts that the format cannot describe.
+
+    Examples
+    --------
+    >>> from robostiff.model import Actuated
+    >>> drive = PlacedFreedom(np.eye(3)[2], np.zeros(3), None, "drive", Actuated(2e6))
+    >>> jack = Snapshot("jack", (PlacedLeg("leg", (drive,), np.zeros(3)),), np.zeros(3))
+    >>> data = snapshot_to_data(jack)
+    >>> data["legs"][0]["chain"][0]["k"]
+    2000000.0
+    """
+    if snapshot.platform is not None:
+        raise InputError(
+            f"snapshot {snapshot.name!r} as a file of legs",
+            got="a flexible platform",
+            expected="a rigid one",
+            hint="write it as a graph: network_to_data(network_of_snapshot(snapshot))",
+        )
+    snapshot.check_has_no_springs("file of legs")
+    data = head_data(snapshot, "robot")
+    if snapshot.masses:
+        data["masses"] = [mass_data(mass) for mass in snapshot.masses]
+    names = distinct(leg.name for leg in snapshot.legs)
+    for leg, name in zip(snapshot.legs, names, strict=True):
+        if not _is_elastic(leg):
+            raise InputError(
+                f"leg {name} without compliance",
+                expected="at least one elastic part or joint",
+                hint="give a link or an actuator of the leg its elasticity",
+            )
+    data["legs"] = [_chain(*own, "") for own in zip(snapshot.legs, names, strict=True)]
+    return data
+
+
+def _chain(leg: PlacedLeg, name: str, prefix: str) -> dict[str, Any]:
+    """A leg or a branch; names lose the ``block/branch/`` that the reader puts before them."""
+    alone = [e.alone if isinstance(e, CoupledFreedom) else e for e in leg.elements]
+    held = _held_alone(leg, {e.name for e in alone if _is_rigid(e)})
+    elements = [
+        replace(e, role=held[e.name]) if isinstance(e, PlacedFreedom) and e.name in held else e
+        for e in alone
+    ]
+    kept = [k for k, e in enumerate(elements) if not _is_rigid(e)]
+    elements = [elements[k] for k in kept]
+    names = distinct(e.name.removeprefix(prefix) for e in elements)
+    chain = [_element(e, n) for e, n in zip(elements, names, strict=True)]
+    written = dict(zip((e.name for e in elements), names, strict=True))
+    couplings = list(_couplings(leg, written, held, prefix))
+    data = {"name": name, "end": one_pose(leg.end, 1), "chain": chain}
+    if couplings:
+        data["couplings"] = couplings
+    if leg.masses:
+        data["masses"] = [
+            mass_data(mass) | {"after": names[before[-1]]} if before else mass_data(mass)
+            for mass in leg.masses
+            for before in ([i for i, k in enumerate(kept) if k < mass.after],)
+        ]
+    return data
+
+
+def _held_alone(leg: PlacedLeg, rigid: set[str]) -> dict[str, Role]:
+    """Joints that a coupling holds by themselves, as all others of its sum are held rigidly."""
+    held: dict[str, Role] = {}
+    left = [e for e in leg.elements if isinstance(e, CoupledFreedom) and len(e.sum) > 1]
+    while left:
+        rest = []
+        for element in left:
+            moving = [(joint, a) for joint, a in element.sum if joint not in rigid]
+            if len(moving) > 1:
+                rest.append(element)
+                continue
+            for joint, a in moving:
+                k = element.stiffness
+                held[joint] = Locked(None if k is None else k * float(a) ** 2)
+                rigid = rigid | ({joint} if k is None else set())
+        if len(rest) == len(left):
+            break
+        left = rest
+    return held
+
+
+def _couplings(
+    leg: PlacedLeg, written: dict[str, str], held: dict[str, Role], prefix: str
+) -> Iterator[dict[str, Any]]:
+    joints = [e for e in leg.elements if isinstance(e, PlacedFreedom)]
+    turns = {e.joint if isinstance(e, CoupledFreedom) else e.name: e.turns for e in joints}
+    for element in leg.elements:
+        if isinstance(element, CoupledFreedom) and len(element.sum) > 1:
+            # The first joint says whether the sum is an angle or a length.
+            kind = element.turns
+            factors = sorted(element.sum, key=lambda term, kind=kind: turns[term[0]] is not kind)
+            terms = {written[joint]: float(a) for joint, a in factors if joint in written}
+            if len(terms) > 1:
+                name = element.name.removeprefix(prefix)
+                yield {"name": name, "sum": terms, "k": element.stiffness}
+
+
+def _is_rigid(own: PlacedElement) -> bool:
+    return isinstance(own, PlacedFreedom) and not own.is_passive and own.stiffness is None
+
+
+def _element(element: PlacedElement, name: str) -> dict[str, Any]:
+    if isinstance(element, PlacedBlock):
+        names = distinct(own.name.removeprefix(f"{element.name}/") for own in element.branches)
+        pairs = zip(element.branches, names, strict=True)
+        branches = [_chain(branch, own, f"{branch.name}/") for branch, own in pairs]
+        return {"type": "parallel", "name": name, "branches": branches}
+    if isinstance(element, PlacedSpring):
+        own = element.point, element.rotation, element.elasticity
+        return {"type": "spring6", "name": name, **spring6_data(name, *own)}
+    kind = "passive" if element.is_passive else "spring"
+    data = {"type": kind, "name": name, **screw_data(element)}
+    return data if element.is_passive else {**data, **drive_data(element)}

@@ -1,25 +1,17 @@
-"""Units, and quantities with units.
-
-A *quantity* is a number, or a formula, with a unit in base units (m, kg, s, rad). Quantities of
-pint are converted where they come from outside; reading a file takes no package for units.
-"""
+"""Units: a table of words, products of their powers, and the reading of these."""
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from types import MappingProxyType
-from typing import Any
 
 from robostiff.errors import InputError
-from robostiff.io.suggest import Words, did_you_mean, listing
-from robostiff.spatial.quantities import is_pint
 
 Powers = tuple[float, float, float, float]
-_BASE = ("m", "kg", "s", "rad")
+BASE = ("m", "kg", "s", "rad")
 
 
 @dataclass(frozen=True)
@@ -48,8 +40,13 @@ class Unit:
         ratio = self.ratio if self.ratio == 1 else Fraction(self.ratio**exponent)
         return Unit((m, kg, s, rad), ratio, self.pi * exponent)
 
+    def is_like(self, other: Unit, *, rad: bool = False) -> bool:
+        """Whether both have the same powers of m, kg and s, and of `rad` where that counts."""
+        pairs = list(zip(self.powers, other.powers, strict=True))[: 4 if rad else 3]
+        return all(abs(a - b) < 1e-9 for a, b in pairs)  # of roots, 0.9999999999999999
+
     def __str__(self) -> str:
-        words = sorted(zip(_BASE, self.powers, strict=True))
+        words = sorted(zip(BASE, self.powers, strict=True))
         above = "*".join(_to_power(word, power) for word, power in words if power > 0)
         below = "".join(f"/{_to_power(word, -power)}" for word, power in words if power < 0)
         return f"{above or '1'}{below}"
@@ -58,31 +55,6 @@ class Unit:
     def base(self) -> Unit:
         """The unit of the same powers that counts one."""
         return self if self.ratio == 1 and not self.pi else Unit(self.powers)
-
-
-@dataclass(frozen=True)
-class SIQuantity:
-    """A number or a formula of base units, made by `make_quantity`."""
-
-    magnitude: Any  # a float or a formula of SymPy
-    units: Unit  # a product of powers of m, kg, s and rad
-
-    # Three methods of quantities of pint, so that these are taken wherever those are.
-
-    def to(self, unit: str) -> SIQuantity:
-        """The quantity itself in SI units, the only ones that are asked for; rad is a number."""
-        wanted = read_unit(unit, 0)[0] or _ONE
-        if wanted.powers[:3] != self.units.powers[:3] or wanted.base != wanted:
-            raise ValueError(f"{self.units} is no {unit}")
-        return self
-
-    def to_root_units(self) -> SIQuantity:
-        """The quantity itself: in base units."""
-        return self
-
-    def unit_items(self) -> Iterator[tuple[str, float]]:
-        """Base units and their powers."""
-        return (pair for pair in zip(_BASE, self.units.powers, strict=True) if pair[1])
 
 
 def _to_power(word: str, power: float) -> str:
@@ -128,57 +100,15 @@ _UNITS = MappingProxyType(
         "arcsec": Unit(_ANGLE, Fraction(1, 648_000), 1),
     }
 )
-OTHER_SPELLINGS = MappingProxyType(
-    {"µm": "um", "μm": "um", "µrad": "urad", "μrad": "urad", "°": "deg"}
-)
+_SPELLINGS = MappingProxyType({"µm": "um", "μm": "um", "µrad": "urad", "μrad": "urad", "°": "deg"})
 
 UNIT_WORDS: tuple[str, ...] = tuple(_UNITS)
 """Every unit word, one spelling each."""
 
-_ONE = Unit()
-
-
-def make_quantity(magnitude: Any, unit: Unit | None = None) -> SIQuantity:
-    """The quantity in base units (m, kg, s, rad); without a unit, a plain number.
-
-    Examples
-    --------
-    >>> make_quantity(109.15, make_unit({"mm": 1})).magnitude  # right to the last bit
-    0.10915
-    """
-    unit = unit or _ONE
-    if unit.pi:
-        # as radians(1.0) and its powers are rounded
-        factor = math.pi**unit.pi
-        above, below = unit.ratio.numerator, unit.ratio.denominator
-        return SIQuantity(magnitude * (factor * above / below), unit.base)
-    if unit.ratio == 1 or not math.isfinite(magnitude):
-        return SIQuantity(magnitude, unit.base)
-    try:
-        return SIQuantity(float(Fraction(repr(float(magnitude))) * unit.ratio), unit.base)
-    except OverflowError:
-        return SIQuantity(math.copysign(math.inf, magnitude), unit.base)
-
-
-def exact_quantity(magnitude: Any, unit: Unit | None = None) -> SIQuantity:
-    """The quantity in base units with a SymPy magnitude, by exact factors; degrees make pi.
-
-    Examples
-    --------
-    >>> import sympy as sp
-    >>> exact_quantity(sp.Integer(120), make_unit({"deg": 1})).magnitude
-    2*pi/3
-    """
-    import sympy as sp
-
-    unit = unit or _ONE
-    ratio = sp.Rational(unit.ratio.numerator, unit.ratio.denominator)
-    return SIQuantity(magnitude * ratio * sp.pi**unit.pi, unit.base)
-
 
 def make_unit(powers: Mapping[str, int]) -> Unit:
     """The product of unit words, each to its power."""
-    unit = _ONE
+    unit = Unit()
     for word, power in powers.items():
         unit = unit * _UNITS[word] ** power
     return unit
@@ -186,44 +116,19 @@ def make_unit(powers: Mapping[str, int]) -> Unit:
 
 def is_unit_word(word: str) -> bool:
     """Whether the word names a unit."""
-    return word in _UNITS or word in OTHER_SPELLINGS
-
-
-def own_quantity(value: Any) -> SIQuantity | None:
-    """A quantity of pint, of any registry, in base units; None for other values.
-
-    Examples
-    --------
-    >>> import pint
-    >>> own_quantity(pint.UnitRegistry().Quantity(1.5, "kN")).magnitude, own_quantity(1.5)
-    (1500.0, None)
-    """
-    if not is_pint(value):
-        return None
-    base = {"[length]": "m", "[mass]": "kg", "[time]": "s"}
-    powers = {str(name): power for name, power in value.dimensionality.items()}
-    if not powers.keys() <= base.keys() or getattr(value.magnitude, "shape", ()) != ():
-        return None
-    powers = {base[name]: power for name, power in powers.items()}
-    roots = {str(name): power for name, power in value.to_root_units().unit_items()}
-    powers["rad"] = roots.get("rad", roots.get("radian", 0))
-    unit = " * ".join(f"{name} ** {power}" for name, power in powers.items() if power)
-    number = float(value.to(unit or "dimensionless").magnitude)
-    m, kg, s, rad = (float(powers.get(name, 0)) for name in _BASE)
-    return SIQuantity(number, Unit((m, kg, s, rad)))
+    return word in _UNITS or word in _SPELLINGS
 
 
 NUMBER = re.compile(r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 """An unsigned decimal number."""
 
 _SPACE = re.compile(r"[ \t\r\n]*")
-_WORD = re.compile(r"[A-Za-zµμ°_][A-Za-z0-9µμ°_]*")
+WORD = re.compile(r"[A-Za-zµμ°_][A-Za-z0-9µμ°_]*")
 _JOINT = re.compile(r"[ \t\r\n]*(\*(?!\*)|[·⋅/])?[ \t\r\n]*")
 _POWER = re.compile(r"[ \t\r\n]*(?:\^|\*\*)[ \t\r\n]*([+-]?[0-9]{1,2})(?![0-9.A-Za-z_])")
 _POWER_SIGN = re.compile(r"[ \t\r\n]*(?:\^|\*\*|[⁻¹²³⁴⁵⁶⁷⁸⁹⁰])")
 _SUPERSCRIPT = re.compile(r"(⁻?[¹²³⁴⁵⁶⁷⁸⁹])(?![⁻¹²³⁴⁵⁶⁷⁸⁹⁰])")
 _PLAIN_DIGITS = str.maketrans("⁻¹²³⁴⁵⁶⁷⁸⁹", "-123456789")
-_LONGEST_TEXT = 1000
 _HIGHEST_POWER = 24  # GPa^24 is still a finite number of SI units
 
 
@@ -257,65 +162,6 @@ def read_unit(text: str, start: int, *, leading_slash: bool = True) -> tuple[Uni
         expected, hint = "an angle by itself above the line", "write N m/deg, or 300 mm*30 deg"
         raise InputError("unit", got=got, expected=expected, hint=hint)
     return unit, end
-
-
-def parse_quantity(text: str) -> SIQuantity:
-    """Read one number with an optional unit.
-
-    Raises
-    ------
-    InputError
-        If the text is anything else, with the nearest unit if a unit is misspelt.
-
-    Examples
-    --------
-    >>> print(parse_quantity("2.5 kN/mm").magnitude)
-    2500000.0
-    """
-    quantity, end = read_quantity(bounded(text), after_space(text, 0), "quantity")
-    if (end := after_space(text, end)) < len(text):
-        raise InputError(
-            "quantity", got=text, expected=f"one number with a unit, but {text[end:]!r} follows"
-        )
-    return quantity
-
-
-_NO_NUMBERS = ("nan", "inf", "infinity")
-
-
-def read_quantity(text: str, start: int, subject: str) -> tuple[SIQuantity, int]:
-    """One signed number with an optional unit; a word after it that is no unit is an error."""
-    sign = text[start : start + 1]
-    found = NUMBER.match(text, start + 1 if sign and sign in "+-" else start)
-    if not found:
-        raise InputError(
-            subject, got=text[start:], expected="a number with an optional unit, such as 300 mm"
-        )
-    try:
-        unit, end = read_unit(text, found.end())
-    except InputError as error:
-        raise InputError(
-            f"{subject}: {error.subject}", got=error.got, expected=error.expected, hint=error.hint
-        ) from None
-    word = _WORD.match(text, after_space(text, end))
-    if word and word[0].lower() not in _NO_NUMBERS:  # those are the next value, and wrong there
-        expected, hint = f"one of {listing(UNIT_WORDS)}", did_you_mean(word[0], UNIT_WORDS)
-        raise InputError(f"{subject}: unknown unit", got=word[0], expected=expected, hint=hint)
-    quantity = make_quantity(float(text[start : found.end()]), unit)
-    if not math.isfinite(quantity.magnitude):
-        raise InputError(subject, got=text[start:end], expected="a finite number")
-    return quantity, end
-
-
-def bounded(text: str) -> str:
-    """The text itself, if it is not too long."""
-    if len(text) > _LONGEST_TEXT:
-        raise InputError(
-            "quantity",
-            got=Words(f"a text of {len(text)} characters"),
-            expected=f"at most {_LONGEST_TEXT}",
-        )
-    return text
 
 
 def after_space(text: str, start: int) -> int:
@@ -368,10 +214,10 @@ def _read_factor(
         for word, power in inner.items():
             powers[word] = powers.get(word, 0) + power
         return end + 1
-    word = _WORD.match(text, start)
+    word = WORD.match(text, start)
     if not word or not is_unit_word(word[0]):
         return None
-    name = OTHER_SPELLINGS.get(word[0], word[0])
+    name = _SPELLINGS.get(word[0], word[0])
     power, end = 1, word.end()
     if found := _POWER.match(text, end) or _SUPERSCRIPT.match(text, end):
         power, end = int(found[1].translate(_PLAIN_DIGITS)), found.end()

@@ -1,18 +1,26 @@
-"""From text to a tree, by operator precedence (Pratt)."""
+"""Expressions: from text to a tree by operator precedence (Pratt), and its values."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from robostiff.errors import InputError
-from robostiff.io.expression.functions import CONSTANTS, RULES
-from robostiff.io.suggest import Words, did_you_mean, nearest
-from robostiff.io.units import UNIT_WORDS, SIQuantity, Unit, is_unit_word, make_quantity, read_unit
-from robostiff.io.units.registry import NUMBER, after_space
+from robostiff.io.expression import functions
+from robostiff.io.expression.functions import CONSTANTS, FLOATS, RULES, Mathematics, Refusal
+from robostiff.io.suggest import Words, did_you_mean, listing, nearest
+from robostiff.io.units import (
+    UNIT_WORDS,
+    SIQuantity,
+    Unit,
+    is_unit_word,
+    make_quantity,
+    read_unit,
+)
+from robostiff.io.units.unit import NUMBER, after_space
 
 
 @dataclass(frozen=True)
@@ -132,26 +140,20 @@ def _number(text: str, found: re.Match[str], *, leading_slash: bool) -> tuple[To
             text, found.end() + 1, got=error.got, expected=str(error.expected), hint=error.hint
         )
         raise complaint from None
-    if unit is None:
-        _refuse_word_after(text, found)
+    start_of_word = after_space(text, found.end())
+    word = _NAME.match(text, start_of_word) if unit is None else None
+    if word is not None:  # either a misspelt unit or a forgotten product sign
+        hint = f"for a product write {digits}*{word[0]}"
+        near = nearest(word[0], UNIT_WORDS) if len(word[0]) > 1 else None
+        if near is not None and not is_unit_word(word[0]):
+            hint = f"did you mean the unit {near}? {hint}"
+        expected = "a unit or an operator"
+        raise error_at(text, start_of_word + 1, got=word[0], expected=expected, hint=hint)
     quantity = make_quantity(float(digits), unit)
     if not math.isfinite(quantity.magnitude):
         raise error_at(text, start + 1, got=text[start:end], expected="a finite number")
     literal = Literal(quantity, start + 1, digits, unit)
     return Token("number", text[start:end], start + 1, literal), end
-
-
-def _refuse_word_after(text: str, found: re.Match[str]) -> None:
-    """A word right after a number is either a misspelt unit or a forgotten product sign."""
-    start = after_space(text, found.end())
-    word = _NAME.match(text, start)
-    if word is None:
-        return
-    hint = f"for a product write {found[0]}*{word[0]}"
-    unit = nearest(word[0], UNIT_WORDS) if len(word[0]) > 1 else None
-    if unit is not None and not is_unit_word(word[0]):
-        hint = f"did you mean the unit {unit}? {hint}"
-    raise error_at(text, start + 1, got=word[0], expected="a unit or an operator", hint=hint)
 
 
 DEEPEST = 50
@@ -277,3 +279,144 @@ class _Parser:
 def _counted(number: int) -> str:
     """A number of arguments as text."""
     return f"{number} argument{'' if number == 1 else 's'}"
+
+
+@dataclass(frozen=True)
+class Expression:
+    """An arithmetic expression, made by `parse`.
+
+    Attributes
+    ----------
+    text : str
+        As it was written.
+    root : Node
+        Its tree.
+    names : tuple of str
+        The parameters it uses, in order of appearance.
+    """
+
+    text: str
+    root: Node = field(repr=False, compare=False)
+    names: tuple[str, ...] = field(repr=False, compare=False)
+
+    def evaluate(
+        self, environment: Mapping[str, SIQuantity], mathematics: Mathematics = FLOATS
+    ) -> SIQuantity:
+        """The value, in base units (m, kg, s, rad).
+
+        Parameters
+        ----------
+        environment : mapping of str to quantity
+            A value for each of `names`.
+        mathematics : Mathematics
+            The functions of the magnitudes.
+
+        Raises
+        ------
+        InputError
+            If a name is unknown, dimensions do not fit, or the value is not a finite number; the
+            message names the column in the text.
+
+        Examples
+        --------
+        >>> parse("2 * 300 mm").evaluate({}).magnitude
+        0.6
+        """
+        return _Evaluation(self.text, environment, mathematics).value(self.root)
+
+    @property
+    def is_quantity(self) -> bool:
+        """Whether it is one number, perhaps with a sign and a unit."""
+        root = self.root
+        if isinstance(root, ParsedOperation) and root.is_sign:
+            (root,) = root.operands
+        return isinstance(root, Literal)
+
+
+def parse(text: str) -> Expression:
+    """Read an expression.
+
+    Numbers may carry a unit (``300 mm``, ``1e8 N/m``), which binds tighter than any operator.
+    Then come ``^`` or ``**`` (from the right), signs, ``* /``, ``+ -``; functions are sin, cos,
+    tan, asin, acos, atan, atan2, sqrt, abs, min, max and hypot, and ``pi`` is known.
+
+    Parameters
+    ----------
+    text : str
+        At most 1000 characters.
+
+    Raises
+    ------
+    InputError
+        If the text is no expression; the message names the column.
+
+    Examples
+    --------
+    >>> parse("R*cos(phi) + 10 mm").names
+    ('R', 'phi')
+    >>> parse("2 R")
+    Traceback (most recent call last):
+    robostiff.errors.InputError: expression '2 R', column 3: got 'R', expected a unit or an \
+operator; for a product write 2*R
+    """
+    root, names = parse_tree(text)
+    return Expression(text, root, names)
+
+
+@dataclass(frozen=True)
+class _Evaluation:
+    text: str
+    environment: Mapping[str, SIQuantity]
+    mathematics: Mathematics
+
+    def value(self, node: Node) -> SIQuantity:
+        operations: list[ParsedOperation] = []
+        # Along first operands, which may be many, in a loop.
+        while isinstance(node, ParsedOperation):
+            operations.append(node)
+            node = node.operands[0]
+        number = self.mathematics.number
+        if isinstance(node, Name):
+            result = self.named(node)
+        else:
+            result = node.quantity if number is None else number(node.digits, node.unit)
+        for own in reversed(operations):
+            result = self.applied(own, [result, *map(self.value, own.operands[1:])])
+        return result
+
+    def named(self, node: Name) -> SIQuantity:
+        if node.name in self.environment:
+            value = self.environment[node.name]
+            if not isinstance(value, SIQuantity):
+                got = f"{node.name} = {value!r}"
+                raise error_at(self.text, node.column, got=got, expected="a quantity for it")
+            return value
+        if node.name in self.mathematics.constants:
+            return make_quantity(self.mathematics.constants[node.name])
+        raise error_at(
+            self.text,
+            node.column,
+            got=node.name,
+            expected=known_names(self.environment),
+            hint=did_you_mean(node.name, self.environment),
+        )
+
+    def applied(self, node: ParsedOperation, operands: list[SIQuantity]) -> SIQuantity:
+        """The result of an operation, if there is one."""
+        try:
+            result = functions.apply(node.name, operands, self.mathematics)
+            if self.mathematics.is_finite(result.magnitude):
+                return result
+        except Refusal as refusal:
+            raise error_at(self.text, node.column, **vars(refusal)) from None
+        except (ArithmeticError, ValueError):
+            pass
+        got = Words(functions.in_words(node.name, operands))
+        raise error_at(self.text, node.column, got=got, expected="a finite real result")
+
+
+def known_names(names: Mapping[str, object]) -> str:
+    """The defined parameters as text."""
+    if not names:
+        return "no parameter, as none is defined"
+    return f"one of the parameters {listing(list(names))}"

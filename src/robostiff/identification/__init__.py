@@ -1,0 +1,1 @@
+"""Identification: parameters of a robot from measurements, and where to measure."""

@@ -1,0 +1,116 @@
+"""Where instrument and markers are, and the frames that fit best to a known robot."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.errors import InputError
+from robostiff.kinematics.turn import turn_by_vector
+
+_ROUNDS = 20
+
+
+@dataclass(frozen=True)
+class UnknownFrames:
+    """Neither the place of the instrument nor those of the markers are known."""
+
+
+@dataclass(frozen=True, eq=False)
+class KnownFrames:
+    """PlacesInStates that are known; None where they are to be found, too.
+
+    Attributes
+    ----------
+    markers : mapping of str to (3,) array, or None
+        In the platform frame [m].
+    instrument : (6,) array or None
+        Its place in the world [m], and the rotation vector from world to instrument axes [rad].
+    """
+
+    markers: Mapping[str, ArrayLike] | None = None
+    instrument: ArrayLike | None = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class SeenPoints:
+    """Whole points of markers, and the platforms that carry them, as far as they are known.
+
+    `points` (N, 3) are in instrument axes; `origins` (N, 3) and `axes` (N, 3, 3) those of the
+    platforms in the world; `marker` (N,) is the number of the marker.
+    """
+
+    points: np.ndarray
+    origins: np.ndarray
+    axes: np.ndarray
+    marker: np.ndarray
+
+    def in_world(self, m: np.ndarray) -> np.ndarray:
+        """The points (N, 3) in the world, of markers at m (K, 3) in the platform."""
+        return self.origins + np.einsum("nij,nj->ni", self.axes, m[self.marker])
+
+
+def nearest_frames(
+    seen: SeenPoints, instrument: np.ndarray | None, markers: np.ndarray | None, count: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rotation to instrument axes, its place and the markers (count, 3), found where None.
+
+    With ``Q = R^T`` as nine numbers ``Q y + b - A m = P`` is linear; Q is made a rotation, and what
+    is unknown beside it follows again and again. Another start has all markers at the origin of the
+    platform; the better one counts.
+
+    Raises InputError when there are less than three points.
+
+    References
+    ----------
+    Kabsch: A solution for the best rotation to relate two sets of vectors, Acta Crystallographica
+    A 32, 1976.
+    """
+    y, A, P, which = seen.points, seen.axes, seen.origins, seen.marker
+    if len(y) < 3:
+        raise InputError("points of markers", got=f"{len(y)} whole ones", expected="three or more")
+    b = np.zeros(3) if instrument is None else instrument[:3]
+    m = np.zeros((count, 3)) if markers is None else markers
+
+    def settled(Q: np.ndarray, b: np.ndarray, m: np.ndarray) -> tuple[float, Any, Any, Any]:
+        for _ in range(_ROUNDS):
+            if markers is None:
+                each = np.einsum("nji,nj->ni", A, y @ Q.T + b - P)
+                sums = [np.bincount(which, each[:, i], count) for i in range(3)]
+                m = np.array(sums).T / np.maximum(np.bincount(which, minlength=count), 1)[:, None]
+            if instrument is None:
+                Q, b = _absolute_orientation(y, seen.in_world(m))
+        return float(np.sum((y @ Q.T + b - seen.in_world(m)) ** 2)), Q, b, m
+
+    if instrument is not None:
+        _, Q, b, m = settled(turn_by_vector(instrument[3:]).T, b, m)
+        return Q.T, b, m
+    starts = [settled(*_absolute_orientation(y, P), m)]
+    M = np.zeros((len(y), 3, 12 + 3 * count * (markers is None)))
+    for i in range(3):
+        M[:, i, 3 * i : 3 * i + 3], M[:, i, 9 + i] = y, 1.0
+        if markers is None:
+            M[np.arange(len(y))[:, None], i, 12 + 3 * which[:, None] + np.arange(3)] = -A[:, i]
+    found = np.linalg.lstsq(M.reshape(-1, M.shape[2]), seen.in_world(m).ravel(), rcond=1e-9)[0]
+    U, _, Vt = np.linalg.svd(found[:9].reshape(3, 3))
+    Q = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
+    m = found[12:].reshape(-1, 3) if markers is None else m
+    starts.append(settled(Q, np.mean(seen.in_world(m) - y @ Q.T, axis=0), m))
+    _, Q, b, m = min(starts, key=lambda own: own[0])
+    return Q.T, b, m
+
+
+def _absolute_orientation(y: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rotation Q and shift b by which ``Q y + b`` is nearest to w, both (N, 3) (Kabsch)."""
+    from scipy.spatial.transform import Rotation
+
+    middle, other = y.mean(axis=0), w.mean(axis=0)
+    with warnings.catch_warnings():  # points on one line leave a turn open, which others decide
+        warnings.simplefilter("ignore")
+        Q = Rotation.align_vectors(w - other, y - middle)[0].as_matrix()
+    return Q, other - Q @ middle

@@ -1,0 +1,417 @@
+"""What an identification found: values, their uncertainty, residuals, and the robot."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from enum import Flag
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from robostiff.errors import InputError
+from robostiff.identification.measurements import Measurements
+from robostiff.identification.readings import ReadingModel
+from robostiff.identification.states import States
+from robostiff.identification.unknowns import Unknown
+from robostiff.identification.words import Identifiability
+from robostiff.model import Robot
+
+# A fit is none where a sum of squares as large as this is so rare; an outlier as rare for one of
+# all readings.
+_NO_FIT, _OUTLIER = 1e-3, 0.01
+# Of a standard deviation: as near to a bound as this is at it.
+_AT_BOUND = 1e-2
+
+
+class FitStatus(Flag):
+    """What happened to a fit; ``OK`` is none of the others."""
+
+    OK = 0
+    NOT_IDENTIFIED = 1
+    WEAK = 2
+    AT_BOUND = 4
+    DOES_NOT_FIT = 8
+    OUTLIERS = 16
+    NOT_CONVERGED = 32
+
+    @property
+    def is_bad(self) -> bool:
+        """Whether values are not what was asked for."""
+        return bool(self & ~(FitStatus.WEAK | FitStatus.OUTLIERS))
+
+    @property
+    def words(self) -> str:
+        """Such as ``at-bound, weak``."""
+        return ", ".join(str(own.name).lower().replace("_", "-") for own in self) or "ok"
+
+    def __str__(self) -> str:
+        return self.words
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Where a search ended, and what it began with."""
+
+    x: np.ndarray
+    start: np.ndarray
+    bounds: tuple[np.ndarray, np.ndarray]
+    loss: Any
+    told: Identifiability
+    converged: bool
+    known: np.ndarray  # (M,) numbers that were used
+
+
+@dataclass(frozen=True)
+class CrossValidation:
+    """Errors at postures that a fit has not seen.
+
+    Attributes
+    ----------
+    errors : (N, 3) array
+        Of readings [m], each by the fit to the other postures; not a number where none is read.
+    rms : float
+        Root of their mean square [m].
+    rms_of_fit : float
+        That of the fit to all postures [m].
+    """
+
+    errors: np.ndarray
+    rms: float
+    rms_of_fit: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Identified:
+    """What `identify` found.
+
+    Attributes
+    ----------
+    model : ReadingModel
+        Readings as functions of the unknowns.
+    fit : Fit
+    """
+
+    model: ReadingModel
+    fit: Fit
+
+    @property
+    def measured(self) -> Measurements:
+        """The campaign."""
+        return self.model.measured
+
+    @property
+    def unknowns(self) -> tuple[Unknown, ...]:
+        """Parameters, then places of instrument and markers."""
+        return self.model.unknowns
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the unknowns that were found: rows of covariance and correlations."""
+        return tuple(self.unknowns[k].name for k in self._found)
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Of all unknowns [SI]; those that are not identified keep the nominal ones."""
+        pairs = zip(self.unknowns, self.fit.x.tolist(), strict=True)
+        return {own.name: value for own, value in pairs}
+
+    @cached_property
+    def _found(self) -> list[int]:
+        return [k for k in range(len(self.unknowns)) if k not in self.fit.told.fixed]
+
+    @cached_property
+    def _predicted(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.model.predicted(self.fit.x)
+
+    @cached_property
+    def _scaled(self) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals (M,) over their standard deviations, and their rates; weights of the loss."""
+        known, sigma = self.fit.known, self.model.sigma
+        y, J = self._predicted
+        r = (self.model.values - y)[known] / sigma[known]
+        A = J[np.ix_(known, self._found)] / sigma[known][:, None]
+        scale = getattr(self.fit.loss, "scale", None)
+        if scale is not None:
+            size = 1.0 if self.measured.has_sigma else 1.4826 * float(np.median(np.abs(r)))
+            weight = (1 + (r / (scale * size)) ** 2) ** -0.25
+            r, A = r * weight, A * weight[:, None]
+        return r, A
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Numbers that were read less those that were found."""
+        return int(np.count_nonzero(self.fit.known)) - len(self._found)
+
+    @cached_property
+    def chi_square(self) -> float:
+        """Sum of squares of residuals over their standard deviations; [m^2] where none are known.
+
+        Of a robust loss with its weights.
+        """
+        r, _ = self._scaled
+        return float(r @ r)
+
+    @cached_property
+    def sigma(self) -> float:
+        """Standard deviation of readings: 1 of given ones, or as it is estimated [m]."""
+        if self.measured.has_sigma:
+            return 1.0
+        return (self.chi_square / max(self.degrees_of_freedom, 1)) ** 0.5
+
+    @cached_property
+    def _inverse_root(self) -> np.ndarray:
+        """Root of the covariance at unit standard deviation: R^-1 of ``A = Q R``."""
+        A = self._scaled[1]
+        length = np.linalg.norm(A, axis=0)
+        return np.linalg.inv(np.linalg.qr(A / length, mode="r")) / length[:, None]
+
+    @cached_property
+    def covariance(self) -> np.ndarray:
+        """Of the unknowns `names`, to first order."""
+        return self.sigma**2 * self._inverse_root @ self._inverse_root.T
+
+    @cached_property
+    def correlations(self) -> np.ndarray:
+        """Of the unknowns `names`."""
+        d = np.sqrt(np.diag(self.covariance))
+        return self.covariance / np.outer(d, d)
+
+    @cached_property
+    def std(self) -> dict[str, float]:
+        """Standard deviations of what was found."""
+        d = np.sqrt(np.diag(self.covariance))
+        return dict(zip(self.names, d.tolist(), strict=True))
+
+    @cached_property
+    def at_bound(self) -> dict[str, str]:
+        """Unknowns at a bound: ``least`` or ``largest``."""
+        found = {}
+        for k, d in zip(self._found, np.sqrt(np.diag(self.covariance)), strict=True):
+            low, high = (own[k] for own in self.fit.bounds)
+            if self.fit.x[k] - low <= _AT_BOUND * d:
+                found[self.unknowns[k].name] = "least"
+            elif high - self.fit.x[k] <= _AT_BOUND * d:
+                found[self.unknowns[k].name] = "largest"
+        return found
+
+    def interval(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
+        """Intervals that hold a true value with this probability, by name.
+
+        Of Student's distribution where the standard deviation is estimated; on one side for what
+        is at a bound. What was not identified has none.
+        """
+        from scipy.stats import norm, t
+
+        if not 0 < level < 1:
+            raise InputError("level of an interval", got=level, expected="between 0 and 1")
+        dof = max(self.degrees_of_freedom, 1)
+
+        def width(p: float) -> float:
+            return float(norm.ppf(p) if self.measured.has_sigma else t.ppf(p, dof))
+
+        both, one = width(0.5 + 0.5 * level), width(level)
+        found = {}
+        for name, d in self.std.items():
+            x, side = self.values[name], self.at_bound.get(name)
+            found[name] = (
+                x - d * (0.0 if side == "least" else one if side else both),
+                x + d * (0.0 if side == "largest" else one if side else both),
+            )
+        return found
+
+    def stiffness_interval(self, name: str, level: float = 0.95) -> tuple[float, float, float]:
+        """Stiffness of a compliance, and the image of its interval; infinite where it reaches 0."""
+        c = self.values[name]
+        low, high = self.interval(level).get(name, (c, c))
+        return 1 / c, 1 / high, (1 / low if low > 0 else np.inf)
+
+    @cached_property
+    def residuals(self) -> np.ndarray:
+        """What was read less what is predicted (N, 3) [m]; not a number where nothing is read."""
+        found = np.full(3 * len(self.measured), np.nan)
+        found[self.model.read] = self.model.values - self._predicted[0]
+        return found.reshape(-1, 3)
+
+    @cached_property
+    def _left_out(self) -> tuple[np.ndarray, np.ndarray]:
+        """Leverage of readings (N,), and what leaving one out takes from the sum of squares."""
+        r, A = self._scaled
+        count, read = len(self.measured), np.flatnonzero(self.model.read)[self.fit.known]
+        own, Q = np.zeros(3 * count), np.zeros((3 * count, A.shape[1]))
+        own[read], Q[read] = r, A @ self._inverse_root
+        own, Q = own.reshape(-1, 3), Q.reshape(count, 3, -1)
+        H = Q @ np.swapaxes(Q, 1, 2)
+        # what decides an unknown alone has no residual
+        left = np.linalg.solve(np.eye(3) * (1 + 1e-12) - H, own[:, :, None])[:, :, 0]
+        return np.trace(H, axis1=1, axis2=2), np.sum(own * left, axis=1)
+
+    @property
+    def leverage(self) -> np.ndarray:
+        """How many unknowns each reading (N,) decides by itself; their sum is that of all."""
+        return self._left_out[0]
+
+    @cached_property
+    def outlier_probability(self) -> np.ndarray:
+        """How rare a reading (N,) as far from the fit to the others would be: F of both sums."""
+        from scipy.stats import f
+
+        reading = self.model.of_reading[self.fit.known]
+        size = np.maximum(np.bincount(reading, minlength=len(self.measured)), 1)
+        rest = np.maximum(self.degrees_of_freedom - size, 1)
+        less = self._left_out[1]
+        others = np.maximum(self.chi_square - less, 1e-300)
+        return f.sf((less / size) / (others / rest), size, rest)
+
+    @cached_property
+    def outliers(self) -> tuple[int, ...]:
+        """Readings that do not fit to the others, the worst first."""
+        p = self.outlier_probability
+        order = np.argsort(p, kind="stable")
+        return tuple(int(k) for k in order if p[k] < _OUTLIER / len(p))
+
+    @cached_property
+    def probability(self) -> float:
+        """That of a sum of squares as large, of a model that is right; 1 without given sigma."""
+        from scipy.stats import chi2
+
+        if not self.measured.has_sigma or self.degrees_of_freedom < 1:
+            return 1.0
+        return float(chi2.sf(self.chi_square, self.degrees_of_freedom))
+
+    @property
+    def not_identified(self) -> tuple[str, ...]:
+        """What no reading tells, in sentences."""
+        return self.fit.told.not_identified
+
+    @property
+    def weak(self) -> tuple[str, ...]:
+        """What readings hardly tell, in sentences."""
+        return self.fit.told.weak
+
+    @cached_property
+    def status(self) -> FitStatus:
+        """What happened."""
+        facts = {
+            FitStatus.NOT_IDENTIFIED: bool(self.not_identified),
+            FitStatus.WEAK: bool(self.weak),
+            FitStatus.AT_BOUND: bool(self.at_bound),
+            FitStatus.DOES_NOT_FIT: self.probability < _NO_FIT,
+            FitStatus.OUTLIERS: bool(self.outliers),
+            FitStatus.NOT_CONVERGED: not self.fit.converged,
+        }
+        found = FitStatus.OK
+        for status, holds in facts.items():
+            found |= status if holds else FitStatus.OK
+        return found
+
+    @cached_property
+    def advice(self) -> tuple[str, ...]:
+        """What to do, in sentences."""
+        found = [*self.not_identified, *self.weak]
+        for name, side in self.at_bound.items():
+            found.append(f"{name} is at its {side} value: its interval has one side")
+        if FitStatus.DOES_NOT_FIT in self.status:
+            found.append(
+                f"residuals are {(self.chi_square / self.degrees_of_freedom) ** 0.5:.3g} times as "
+                "large as the given standard deviations allow: something moves that is not among "
+                "the parameters, or sigma is too small"
+            )
+        if self.outliers:
+            places = [self.measured.place(k) for k in self.outliers[:5]]
+            more = len(self.outliers) - len(places)
+            found.append(
+                f"far from the fit to the others: {', '.join(places)}"
+                f"{f' and {more} more' if more else ''}; read again or remove them"
+            )
+        if not self.fit.converged:
+            found.append("the search did not end; give fewer parameters, or other start values")
+        lost = int(np.count_nonzero(~self.fit.known))
+        if lost:
+            found.append(f"{lost} numbers near singular postures were left out")
+        return tuple(found)
+
+    @cached_property
+    def robot(self) -> Robot:
+        """The robot with the values that were found."""
+        values = {own.name: self.values[own.name] for own in self.model.parameters}
+        return self.model.statics.robot.substituted(values)
+
+    def write(
+        self, path: str | os.PathLike[str], source: str | os.PathLike[str], level: float = 0.95
+    ) -> None:
+        """Write the model file `source` with the values that were found, as a new file.
+
+        Comments and order stay; behind each value stands its uncertainty.
+
+        Raises
+        ------
+        InputError
+            When a value has no place of its own in the file.
+        """
+        from robostiff.identification.written_values import write_values
+
+        write_values(self, path, source, level)
+
+    def predict(self, measured: Measurements) -> tuple[np.ndarray, np.ndarray]:
+        """What would be read elsewhere (N, 3), and its standard deviation by that of the unknowns.
+
+        Parameters
+        ----------
+        measured : Measurements
+            Postures, loads and markers; its values say which numbers are wanted.
+        """
+        model = _at(self.model, measured)
+        y, J = model.predicted(self.fit.x)
+        L = J[:, self._found] @ self._inverse_root * self.sigma
+        found = np.full((2, 3 * len(measured)), np.nan)
+        found[0, model.read], found[1, model.read] = y, np.linalg.norm(L, axis=1)
+        return found[0].reshape(-1, 3), found[1].reshape(-1, 3)
+
+    def cross_validated(self, folds: int = 5, seed: int = 0) -> CrossValidation:
+        """What the model does at postures it has not seen: fits without a part of them each.
+
+        Raises
+        ------
+        InputError
+            When there are fewer postures than folds.
+        """
+        from robostiff.identification.identify import fitted
+
+        _, posture = np.unique(self.measured.coordinates, axis=0, return_inverse=True)
+        posture = posture.ravel()
+        count = int(posture.max()) + 1
+        if not 2 <= folds <= count:
+            raise InputError("folds", got=folds, expected=f"2 to {count}, the number of postures")
+        fold = np.random.default_rng(seed).permutation(count) % folds
+        errors = np.full((len(self.measured), 3), np.nan)
+        for k in range(folds):
+            out = fold[posture] == k
+            kept = _at(self.model, self.measured.chosen(~out))
+            if kept.measured.marker_names != self.measured.marker_names:
+                raise InputError("folds", got=folds, expected="less: a marker is in one part alone")
+            own = fitted(kept, self.fit.x, self.fit.bounds, self.fit.loss)
+            there = self.measured.chosen(out)
+            errors[out] = np.where(there.is_read, there.values - own.predict(there)[0], np.nan)
+        rms = float(np.sqrt(np.nanmean(errors**2)))
+        return CrossValidation(errors, rms, float(np.sqrt(np.nanmean(self.residuals**2))))
+
+    def __repr__(self) -> str:
+        found = [own for own in self.model.parameters if own.name in self.std]
+        parts = [
+            f"{own.name} = {self.values[own.name]:.5g} +- {self.std[own.name]:.2g}"
+            for own in found[:8]
+        ]
+        more = [f"{len(found) - 8} more"] if len(found) > 8 else []
+        return f"<Identified: {', '.join([*parts, *more])}; status {self.status}>"
+
+
+def _at(model: ReadingModel, measured: Measurements) -> ReadingModel:
+    """A model of other readings of the same markers."""
+    names, own = model.measured.marker_names, measured.marker_names
+    unknown = [name for name in own if name not in names]
+    if unknown:
+        raise InputError("marker", got=unknown[0], expected=f"one of {', '.join(names)}")
+    statics = model.statics.with_states(States.of(model.statics.robot, measured))
+    return replace(model, measured=measured, statics=statics, names=names)

@@ -1,0 +1,259 @@
+"""Parameters of a robot from measurements under load, by weighted least squares."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.errors import InputError
+from robostiff.identification.frames import KnownFrames, UnknownFrames
+from robostiff.identification.identified import Fit, Identified
+from robostiff.identification.measurements import Measurements
+from robostiff.identification.readings import ReadingModel, model_of
+from robostiff.identification.unknowns import with_unknowns
+from robostiff.identification.words import identifiability
+from robostiff.kinematics import JointCoordinates
+from robostiff.model import Robot
+
+_UNKNOWN = UnknownFrames()
+_MOST_STEPS = 60
+# Of a standard deviation: a last step; and of the way of a search: where it ends.
+_LAST, _ENDS, _ROUNDING = 1e-7, 1e-12, 1e-14
+
+
+@dataclass(frozen=True)
+class Squares:
+    """The sum of squares: the best estimate where errors are normal."""
+
+
+@dataclass(frozen=True)
+class Robust:
+    """``2 (sqrt(1 + z^2) - 1)`` in place of z^2, z in units of `scale` standard deviations.
+
+    Large errors count in proportion, not squared.
+    """
+
+    scale: float = 2.0
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.scale) and self.scale > 0):
+            raise InputError("scale of a robust loss", got=self.scale, expected="more than zero")
+
+
+def identify(
+    robot: Robot,
+    measured: Measurements,
+    parameters: Sequence[str],
+    *,
+    fixed: Sequence[str] = (),
+    shared: bool = False,
+    frames: UnknownFrames | KnownFrames = _UNKNOWN,
+    loss: Squares | Robust = Squares(),
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    gravity: ArrayLike | str | None = None,
+) -> Identified:
+    """Find compliances, lengths and zeros of a robot from readings under load.
+
+    ``min sum ((y - f(p, b, m)) / sigma)^2`` over the parameters p, the place b of the instrument
+    and the places m of markers, f by equilibria under weights and loads with exact rates:
+    ``ds/dp = -T^-1 dg/dp`` of an equilibrium g = 0 with the tangent T. What no reading tells is
+    found before the search, keeps its value, and is named.
+
+    Parameters
+    ----------
+    robot : Robot
+    measured : Measurements
+        Displacements alone, where compliances are asked for, are taken in proportion to loads.
+    parameters : sequence of str
+        Names, which may have ``*``: ``arm/joint2`` or ``leg*/strut`` (the compliance of a drive or
+        spring), ``arm/forearm.factor`` (of the compliance of a link), ``arm/joint3.zero`` (of its
+        coordinate), or symbols of the model.
+    fixed : sequence of str
+        Names among them that keep their values.
+    shared : bool
+        Whether a name with ``*`` is one number for all parts that it fits.
+    frames : UnknownFrames or KnownFrames
+    loss : Squares or Robust
+    bounds : mapping of str to (float, float), optional
+        Least and largest values [SI]; compliances are above zero.
+    gravity : (3,) array or str, optional
+        As for `equilibrium`.
+
+    Returns
+    -------
+    Identified
+
+    Raises
+    ------
+    InputError
+        When there are fewer numbers than unknowns, or readings do not fit the robot at all.
+
+    References
+    ----------
+    Dumas, Caro, Garnier, Furet: Joint stiffness identification of six-revolute industrial serial
+    robots, Robotics and Computer-Integrated Manufacturing 27, 2011.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> robot, load = rs.load("hexapod"), [800, -500, -2000, 90, 60, 40]
+    >>> t = rs.deflection(robot, wrench=load).twist
+    >>> marks = {name: 0.2 * np.eye(3)[k] for k, name in enumerate("abc")}
+    >>> moved = [t[:3] + np.cross(t[3:], m) for m in marks.values()]
+    >>> read = rs.Measurements([[0, 0, 0.9, 0, 0, 0]] * 3, moved, wrenches=load, sigma=1e-6,
+    ...                        markers=["a", "b", "c"], kinds=rs.Reading.DISPLACEMENT)
+    >>> found = rs.identify(robot, read, ["leg*/strut"], frames=rs.KnownFrames(marks))
+    """
+    if not isinstance(robot, Robot):
+        raise InputError("robot to identify", got=type(robot).__name__, expected="a Robot")
+    if not isinstance(measured, Measurements):
+        raise InputError(
+            "measurements", got=type(measured).__name__, expected="rs.Measurements(...)"
+        )
+    by_joints = isinstance(measured.postures, JointCoordinates) or robot.is_posed_by_joints
+    changed, unknowns = with_unknowns(robot, parameters, fixed, shared=shared, by_joints=by_joints)
+    model, start = model_of(changed, measured, unknowns, frames, gravity)
+    names = [own.name for own in model.unknowns]
+    numbers = len(model.values)
+    if numbers < len(names):
+        raise InputError(
+            "numbers that were read",
+            got=numbers,
+            expected=f"at least {len(names)}, one for each unknown: {', '.join(names)}",
+        )
+    low = np.array([own.least for own in model.unknowns])
+    high = np.full(len(names), np.inf)
+    for name, pair in (bounds or {}).items():
+        if name not in names:
+            raise InputError("bounds", got=name, expected=f"one of {', '.join(names)}")
+        k = names.index(name)
+        if not (len(pair) == 2 and pair[0] < pair[1]):
+            raise InputError(f"bounds of {name}", got=pair, expected="least < largest")
+        low[k], high[k] = max(low[k], pair[0]), pair[1]
+    return fitted(model, np.clip(start, low, high), (low, high), loss)
+
+
+def fitted(
+    model: ReadingModel,
+    start: np.ndarray,
+    bounds: tuple[np.ndarray, np.ndarray],
+    loss: Squares | Robust,
+) -> Identified:
+    """The fit of a model from a start (n,) on, between bounds."""
+    known = _known(model, start)
+    told = identifiability(_rates(model, start)[known], model.unknowns)
+    x, converged = _searched(model, start, told.fixed, bounds, loss, known)
+    again = identifiability(_rates(model, x)[known], model.unknowns)
+    if set(again.fixed) != set(told.fixed):  # the start was in a special place, or the end is
+        told = again
+        x, converged = _searched(model, x, told.fixed, bounds, loss, known)
+    return Identified(model, Fit(x, start, bounds, loss, told, converged, known))
+
+
+def _rates(model: ReadingModel, x: np.ndarray) -> np.ndarray:
+    return model.predicted(x)[1] / model.sigma[:, None]
+
+
+def _known(model: ReadingModel, x: np.ndarray) -> np.ndarray:
+    """Numbers (M,) whose rates are known; InputError where none are."""
+    y, J = model.predicted(x)
+    known = np.isfinite(y) & np.isfinite(J).all(axis=1)
+    if np.count_nonzero(known) < J.shape[1]:
+        raise InputError(
+            "postures",
+            got=f"{np.count_nonzero(~known)} numbers read near singular postures",
+            expected="more at others, where rates are known",
+        )
+    return known
+
+
+def _searched(
+    model: ReadingModel,
+    x: np.ndarray,
+    fixed: Sequence[int],
+    bounds: tuple[np.ndarray, np.ndarray],
+    loss: Squares | Robust,
+    known: np.ndarray,
+) -> tuple[np.ndarray, bool]:
+    """Where the sum is least over what is not fixed; and whether the search ended."""
+    from scipy.optimize import least_squares
+
+    free = np.array([k for k in range(len(x)) if k not in set(fixed)], dtype=int)
+    if not free.size:
+        return x, True
+    low, high = (own[free] for own in bounds)
+    sigma, values = model.sigma[known], model.values[known]
+    last: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
+
+    def at(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        key = z.tobytes()
+        if key not in last:
+            own = x.copy()
+            own[free] = z
+            y, J = model.predicted(own)
+            r, J = (y[known] - values) / sigma, J[np.ix_(known, free)] / sigma[:, None]
+            lost = ~(np.isfinite(r) & np.isfinite(J).all(axis=1))
+            r[lost], J[lost] = 0.0, 0.0
+            last.clear()
+            last[key] = r, J
+        return last[key]
+
+    z = x[free]
+    robust = isinstance(loss, Robust)
+    scale = 1.0
+    if robust and not model.measured.has_sigma:
+        first = _gauss_newton(at, z, low, high)[0]
+        scale = 1.4826 * float(np.median(np.abs(at(first)[0])))
+    converged = False
+    if not robust:
+        z, converged = _gauss_newton(at, z, low, high)
+    if not converged:
+        length = np.linalg.norm(at(z)[1], axis=0)
+        found = least_squares(
+            lambda own: at(own)[0],
+            np.clip(z, low, high),
+            jac=lambda own: at(own)[1],
+            bounds=(low, high),
+            x_scale=1 / np.where(length > 0, length, 1.0),
+            loss="soft_l1" if robust else "linear",
+            f_scale=loss.scale * scale if isinstance(loss, Robust) else 1.0,
+            ftol=_ENDS,
+            xtol=_ENDS,
+            gtol=_ENDS,
+            max_nfev=_MOST_STEPS,
+        )
+        z, converged = found.x, found.status > 0
+        if not robust:
+            z, _ = _gauss_newton(at, z, low, high)
+    x = x.copy()
+    x[free] = z
+    return x, bool(converged)
+
+
+def _gauss_newton(at, z, low, high):
+    """Steps of Gauss and Newton while they shrink; whether the last was rounding."""
+    before = np.inf
+    least = 0.0
+    for _ in range(12):
+        r, J = at(z)
+        length = np.linalg.norm(J, axis=0)
+        length[length == 0] = 1.0
+        Q, R = np.linalg.qr(J / length)
+        step = -np.linalg.solve(R, Q.T @ r) if np.linalg.cond(R) < 1e14 else None
+        if step is None:
+            return z, False
+        size = float(np.linalg.norm(R @ step))
+        # of a standard deviation of what was read; or what rounding leaves of exact readings
+        least = _LAST * float(np.linalg.norm(r)) / len(r) ** 0.5 + _ROUNDING * float(
+            np.linalg.norm(R)
+        ) * float(np.max(np.abs(z * length)))
+        after = z + step / length
+        if not (np.all(after >= low) and np.all(after <= high)) or not size < 0.9 * before:
+            return z, size <= 1e3 * least
+        z, before = after, size
+        if size <= least:
+            return z, True
+    return z, False

@@ -1,0 +1,251 @@
+"""Measurements of a loaded robot: postures, loads, and what an instrument reads."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.errors import InputError
+from robostiff.kinematics import JointCoordinates
+from robostiff.model import Robot
+from robostiff.spatial import as_floats
+
+
+class Reading(Enum):
+    """What is read of a marker: ``POINT``, its three coordinates in axes of the instrument.
+
+    ``DISPLACEMENT``: the three coordinates of its motion from the posture under another load.
+    ``ALONG``: this motion along a direction, as a dial gauge reads it.
+    ``DISTANCE``: from a fixed point, as a ball bar or a wire reads it.
+    """
+
+    POINT = "point"
+    DISPLACEMENT = "displacement"
+    ALONG = "along"
+    DISTANCE = "distance"
+
+    @property
+    def size(self) -> int:
+        """Numbers of a reading."""
+        return 3 if self in (Reading.POINT, Reading.DISPLACEMENT) else 1
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Measurements:
+    """N readings of markers on the platform of a robot that is loaded.
+
+    Parameters
+    ----------
+    postures : JointCoordinates or (N, n) array
+        Unloaded posture of each reading, in joints or as a pose [m, rad].
+    values : (N, 3) array
+        What is read [m], not a number where nothing is; of `Reading.ALONG` and `Reading.DISTANCE`
+        in the first column.
+    wrenches : (6,) or (N, 6) array, optional
+        On the platform about its reference point, world axes [N, N m]; none when left out.
+    forces : (3,) or (N, 3) array, optional
+        Beside it, at hooks; world axes [N].
+    hooks : (3,) or (N, 3) array, optional
+        Where these forces act, in the platform frame [m]; the reference point when left out.
+    markers : str or sequence of str
+        Name of the marker of each reading.
+    sigma : float, (3,) or (N, 3) array, optional
+        Standard deviations of the values [m]; estimated when left out.
+    kinds : Reading or sequence of Reading
+    toward : (3,) or (N, 3) array, optional
+        Direction of a reading along it, or fixed point of a distance [m], instrument axes.
+    references : sequence of int, optional
+        Reading whose load is that of the start of a displacement; -1 for no load but weights.
+    lines : sequence of int, optional
+        Where readings stand in their file.
+    source : str
+        Where they are from.
+
+    Raises
+    ------
+    InputError
+        When shapes do not fit, or a number is missing that is needed.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> read = rs.Measurements(
+    ...     [[0, 0, 0.9, 0, 0, 0]] * 2, [[0, 0, 0], [0, 0, -1e-4]], sigma=1e-6,
+    ...     wrenches=[[0] * 6, [0, 0, -500, 0, 0, 0]], kinds=rs.Reading.DISPLACEMENT,
+    ... )  # fmt: skip
+    >>> read
+    <Measurements: 2 readings of 1 marker at 1 posture>
+    """
+
+    postures: Any
+    values: Any
+    wrenches: Any = None
+    forces: Any = None
+    hooks: Any = None
+    markers: Any = "marker"
+    sigma: Any = None
+    kinds: Any = Reading.POINT
+    toward: Any = None
+    references: Any = None
+    lines: tuple[int, ...] = ()
+    source: str = "reading"
+
+    def __post_init__(self) -> None:
+        by_joints = isinstance(self.postures, JointCoordinates)
+        given = self.postures.values if by_joints else self.postures
+        q = np.atleast_2d(as_floats("postures", given, "coordinates (N, n), a reading a row"))
+        count = len(q)
+        values = _rows("values", self.values, count, may_miss=True)
+        wrenches = _rows("wrenches", 0.0 if self.wrenches is None else self.wrenches, count, 6)
+        forces = _rows("forces", 0.0 if self.forces is None else self.forces, count)
+        hooks = np.full((count, 3), np.nan)
+        if self.hooks is not None:
+            hooks = _rows("hooks", self.hooks, count, may_miss=True)
+        sigma = np.full((count, 3), np.nan)
+        if self.sigma is not None:
+            sigma = _rows("sigma", self.sigma, count, may_miss=True)
+        toward = np.full((count, 3), np.nan)
+        if self.toward is not None:
+            toward = _rows("toward", self.toward, count, may_miss=True)
+        kinds = _each("kinds", self.kinds, count, Reading)
+        markers = _each("markers", self.markers, count, str)
+        references = (-1,) * count if self.references is None else tuple(self.references)
+        if len(references) != count or not all(-1 <= k < count for k in references):
+            raise InputError(
+                "references",
+                got=self.references,
+                expected=f"{count} numbers from -1 to {count - 1}",
+            )
+        for name, own in (
+            *(("postures", JointCoordinates(q) if by_joints else q), ("values", values)),
+            *(("wrenches", wrenches), ("forces", forces), ("hooks", hooks), ("sigma", sigma)),
+            *(("toward", toward), ("kinds", kinds), ("markers", markers)),
+            *(("references", references),),
+        ):
+            object.__setattr__(self, name, own)
+        read = self.is_read
+        if not read.any(axis=1).all():
+            k = int(np.argmin(read.any(axis=1)))
+            raise InputError(self.place(k), got="no value", expected="at least one number")
+        known = np.isfinite(sigma[read])
+        if known.any() and not known.all():
+            k = int(np.argmax((read & ~np.isfinite(sigma)).any(axis=1)))
+            expected = "standard deviations of all readings, or of none"
+            raise InputError(f"sigma of {self.place(k)}", got="none", expected=expected)
+        if not np.all(sigma[read & np.isfinite(sigma)] > 0):
+            raise InputError("sigma", got="zero or less", expected="more than zero [m]")
+        for k, kind in enumerate(kinds):
+            if kind.size == 1 and not np.isfinite(toward[k]).all():
+                what = "a direction" if kind is Reading.ALONG else "a fixed point"
+                raise InputError(f"toward of {self.place(k)}", got="none", expected=what)
+
+    @classmethod
+    def read(
+        cls,
+        path: str | os.PathLike[str],
+        robot: Robot,
+        *,
+        joints: str | os.PathLike[str] | None = None,
+    ) -> Measurements:
+        """Readings of a CSV file, a reading a line; see `read_measurements`."""
+        from robostiff.identification.measurement_file import read_measurements
+
+        return read_measurements(robot, path, joints=joints)
+
+    @property
+    def is_read(self) -> np.ndarray:
+        """Which numbers are there (N, 3)."""
+        sizes = np.array([kind.size for kind in self.kinds])
+        return np.isfinite(self.values) & (np.arange(3) < sizes[:, None])
+
+    @property
+    def coordinates(self) -> np.ndarray:
+        """Postures (N, n) in joints, or as poses."""
+        return getattr(self.postures, "values", self.postures)
+
+    @property
+    def marker_names(self) -> tuple[str, ...]:
+        """Names of the markers, in the order in which they are read first."""
+        return tuple(dict.fromkeys(self.markers))
+
+    @property
+    def has_sigma(self) -> bool:
+        """Whether standard deviations are known."""
+        return bool(np.isfinite(self.sigma).any())
+
+    def place(self, k: int) -> str:
+        """Where a reading is from, for messages."""
+        if self.lines:
+            return f"{self.source}:{self.lines[k]}"
+        return f"reading {k + 1}"
+
+    def chosen(self, rows: Sequence[int] | np.ndarray) -> Measurements:
+        """Some of the readings; loads of references come along."""
+        rows = np.asarray(rows)
+        rows = np.flatnonzero(rows) if rows.dtype == bool else rows
+        place = {int(k): i for i, k in enumerate(rows)}
+        for k in rows:
+            if self.references[k] >= 0 and self.references[k] not in place:
+                raise InputError(
+                    f"reference of {self.place(int(k))}", got="left out", expected="kept with it"
+                )
+        q = self.coordinates[rows]
+        return replace(
+            self,
+            postures=JointCoordinates(q) if isinstance(self.postures, JointCoordinates) else q,
+            references=[place.get(self.references[k], -1) for k in rows],
+            kinds=[self.kinds[k] for k in rows],
+            markers=[self.markers[k] for k in rows],
+            lines=tuple(self.lines[k] for k in rows) if self.lines else (),
+            **{
+                name: getattr(self, name)[rows]
+                for name in ("values", "wrenches", "forces", "hooks", "sigma", "toward")
+            },
+        )
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __repr__(self) -> str:
+        def several(count: int, word: str) -> str:
+            return f"{count} {word}" + "s" * (count != 1)
+
+        postures = len(np.unique(self.coordinates, axis=0))
+        return (
+            f"<Measurements: {several(len(self), 'reading')} of "
+            f"{several(len(self.marker_names), 'marker')} at {several(postures, 'posture')}>"
+        )
+
+
+def _rows(
+    name: str, given: ArrayLike, count: int, size: int = 3, *, may_miss: bool = False
+) -> np.ndarray:
+    """One row a reading (N, size); not a number where it may be missing."""
+    expected = f"({size},) or ({count}, {size})"
+    try:
+        missing = np.isnan(np.asarray(given, dtype=float)) if may_miss else None
+    except (TypeError, ValueError):
+        missing = None
+    filled = given if missing is None else np.where(missing, 0.0, np.asarray(given, dtype=float))
+    own = as_floats(name, filled, expected)
+    if missing is not None:
+        own = np.where(missing, np.nan, own)
+    if own.shape not in {(), (size,), (count, size)}:
+        raise InputError(name, got=f"shape {own.shape}", expected=expected)
+    return np.broadcast_to(own, (count, size)).copy()
+
+
+def _each(name: str, given: Any, count: int, kind: type) -> tuple[Any, ...]:
+    """One of a kind for each reading."""
+    if isinstance(given, kind):
+        return (given,) * count
+    several = tuple(given) if isinstance(given, Sequence) else ()
+    if len(several) != count or not all(isinstance(own, kind) for own in several):
+        raise InputError(name, got=given, expected=f"a {kind.__name__}, or {count} of them")
+    return several

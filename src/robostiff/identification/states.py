@@ -1,0 +1,200 @@
+"""Postures under loads of a campaign, and where platforms are in them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.compiled import Backend
+from robostiff.errors import InputError
+from robostiff.identification.measurements import Measurements, Reading
+from robostiff.kinematics import JointCoordinates, find_posture
+from robostiff.kinematics.turn import turn_by_vector
+from robostiff.model import Robot
+
+# States from which on machine code is worth its compilation.
+_MANY = 5_000
+#: Readings that begin in another state.
+MOTIONS = (Reading.DISPLACEMENT, Reading.ALONG)
+
+
+@dataclass(frozen=True)
+class PlacesInStates:
+    """Platforms in S states, and their rates with n parameters, in world axes.
+
+    `points` (S, 3) and `axes` (S, 3, 3) are those of reference point and platform, `twists` (S, 6)
+    small displacements from there, `rates` (S, 6, n) those of both together.
+    """
+
+    points: np.ndarray
+    axes: np.ndarray
+    twists: np.ndarray
+    rates: np.ndarray
+    status_codes: np.ndarray
+
+
+@dataclass(frozen=True)
+class States:
+    """Different postures under different loads of a campaign, and those of its readings."""
+
+    coordinates: np.ndarray  # (S, n)
+    by_joints: bool
+    wrenches: np.ndarray  # (S, 6) about the reference point
+    levers: np.ndarray  # (S, 3, 3): sum of h f^T from the reference point, platform and world axes
+    of_readings: np.ndarray  # (N,)
+    of_references: np.ndarray  # (N,)
+
+    @property
+    def pose(self) -> np.ndarray | JointCoordinates:
+        """As kernels take them."""
+        return JointCoordinates(self.coordinates) if self.by_joints else self.coordinates
+
+    @classmethod
+    def of(cls, robot: Robot, measured: Measurements) -> States:
+        """Those of a campaign; poses of an arm become joints, which its drives are commanded to."""
+        by_joints = isinstance(measured.postures, JointCoordinates)
+        q = measured.coordinates
+        if robot.is_posed_by_joints and not by_joints:
+            posture = find_posture(robot.numeric, q)
+            q, by_joints = posture.coordinates[0], True
+            for k in np.flatnonzero(~posture.reached):
+                raise InputError(
+                    f"posture of {measured.place(int(k))}",
+                    got="a pose out of reach",
+                    expected="a pose that the robot reaches",
+                )
+        point = robot.numeric.reference_point
+        hooks = np.where(np.isnan(measured.hooks), point, measured.hooks) - point
+        levers = hooks[:, :, None] * measured.forces[:, None, :]
+        wrenches = measured.wrenches.copy()
+        wrenches[:, :3] += measured.forces
+        moved = [k for k, kind in enumerate(measured.kinds) if kind in MOTIONS]
+        from_ = np.array([measured.references[k] for k in moved], dtype=int)
+        known = (from_ >= 0)[:, None]
+        loads = np.column_stack([wrenches, levers.reshape(-1, 9)])
+        rows = np.vstack(
+            [
+                np.column_stack([q, loads]),
+                np.column_stack([q[moved], np.where(known, loads[from_], 0.0)]),
+            ]
+        )
+        unique, place = np.unique(rows, axis=0, return_inverse=True)
+        place, n = place.ravel(), q.shape[1]
+        references = np.zeros(len(q), dtype=int)
+        references[moved] = place[len(q) :]
+        return cls(
+            unique[:, :n],
+            by_joints,
+            unique[:, n : n + 6],
+            unique[:, n + 6 :].reshape(-1, 3, 3),
+            place[: len(q)],
+            references,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class FiniteLoads:
+    """Equilibria with weights, by the kernel of the robot under load."""
+
+    states: States
+    robot: Robot  # with symbols
+    names: tuple[str, ...]  # of the parameters
+    gravity: ArrayLike | str | None = None
+
+    @cached_property
+    def compiled(self):
+        """The kernel."""
+        from robostiff.statics.kernels.compile import compile_loaded
+
+        many = len(self.states.coordinates) >= _MANY
+        backend = Backend.BEST if many else Backend.ARRAYS
+        return compile_loaded(
+            self.robot,
+            parameters=self.names,
+            gravity=self.gravity,
+            platforms=True,
+            backend=backend,
+        )
+
+    def with_states(self, states: States) -> FiniteLoads:
+        """The same kernel for other states."""
+        found = FiniteLoads(states, self.robot, self.names, self.gravity)
+        vars(found)["compiled"] = self.compiled
+        return found
+
+    def at(self, values: np.ndarray) -> PlacesInStates:
+        """PlacesInStates at values (n,) of the parameters."""
+        states, rows = self.states, list(self.robot.space.rows)
+        answer = self.compiled.evaluate(
+            states.pose,
+            states.wrenches[:, rows],
+            hooks=states.levers,
+            parameters=dict(zip(self.names, values.tolist(), strict=True)),
+        )
+        own = answer.platforms
+        order = [self.compiled.parameters.index(name) for name in self.names]
+        rates = own.rates[:, :, order]
+        return PlacesInStates(
+            own.points, own.axes, np.zeros((len(rates), 6)), rates, answer.status_codes
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class SmallLoads:
+    """Displacements in proportion to loads, by the compliance matrix: ``t = C W``."""
+
+    states: States
+    robot: Robot
+    names: tuple[str, ...]
+
+    @cached_property
+    def _postures(self) -> tuple[np.ndarray | JointCoordinates, np.ndarray]:
+        """Different postures, and that of each state."""
+        q, place = np.unique(self.states.coordinates, axis=0, return_inverse=True)
+        return (JointCoordinates(q) if self.states.by_joints else q), place.ravel()
+
+    @cached_property
+    def _unloaded(self) -> tuple[np.ndarray, np.ndarray]:
+        """Reference points and axes of the platform in the states."""
+        pose, of_state = self._postures
+        robot = self.robot.numeric
+        found = find_posture(robot, pose).pose.reshape(-1, 6)[of_state]
+        R = turn_by_vector(found[:, 3:])
+        return found[:, :3] + R @ robot.reference_point, R
+
+    @cached_property
+    def compiled(self):
+        """The kernel."""
+        from robostiff.analysis.compiled_stiffness import compile_stiffness
+        from robostiff.compiled import ComplianceMatrix, Derivative
+
+        C = ComplianceMatrix()
+        many = len(getattr(self._postures[0], "values", self._postures[0])) >= _MANY
+        backend = Backend.BEST if many else Backend.ARRAYS
+        outputs = [C, *(Derivative(C, name) for name in self.names)]
+        return compile_stiffness(self.robot, outputs, parameters=self.names, backend=backend)
+
+    def with_states(self, states: States) -> SmallLoads:
+        """The same kernel for other states."""
+        found = SmallLoads(states, self.robot, self.names)
+        vars(found)["compiled"] = self.compiled
+        return found
+
+    def at(self, values: np.ndarray) -> PlacesInStates:
+        """PlacesInStates at values (n,) of the parameters."""
+        (points, R), rows = self._unloaded, list(self.robot.space.rows)
+        given = dict(zip(self.names, values.tolist(), strict=True))
+        pose, of_state = self._postures
+        answer = self.compiled.evaluate(pose, parameters=given)
+        B = R @ self.states.levers
+        W = self.states.wrenches.copy()
+        W[:, 3:] += B[:, [1, 2, 0], [2, 0, 1]] - B[:, [2, 0, 1], [1, 2, 0]]
+        each = [answer.values[output.name] for output in self.compiled.kernel.outputs]
+        moved = np.zeros((len(W), 6, len(each)))
+        for k, C in enumerate(each):
+            moved[:, rows, k] = np.einsum("sij,sj->si", C[of_state], W[:, rows])
+        codes = answer.status_codes[of_state]
+        return PlacesInStates(points, R, moved[:, :, 0], moved[:, :, 1:], codes)

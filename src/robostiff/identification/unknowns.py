@@ -1,0 +1,318 @@
+"""What is to be identified: springs, zeros and parameters of a robot by their names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from fnmatch import fnmatchcase
+from typing import Any
+
+import numpy as np
+
+from robostiff.elasticity import Elasticity
+from robostiff.errors import InputError
+from robostiff.kinematics import find_posture
+from robostiff.model import (
+    Actuated,
+    Chain,
+    Element,
+    Joint,
+    Link,
+    ParallelBlock,
+    Rigid,
+    Robot,
+    Telescope,
+)
+from robostiff.model.joint import JointKind, Locked
+from robostiff.spatial import Frame, is_formula, skew
+
+# Of the nominal value: what a compliance is at least.
+_LEAST = 1e-6
+_AWAY = 1e-3  # of a parameter, to see what it moves
+
+
+class UnknownKind(Enum):
+    """Kinds of unknowns."""
+
+    GEOMETRY = "geometry"
+    COMPLIANCE = "compliance"
+    FACTOR = "factor"
+    OTHER = "other"
+    FRAME = "frame"
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A number that is to be found.
+
+    Attributes
+    ----------
+    name : str
+        Of a spring, ``leg/part``, a factor or zero, or a parameter of the model.
+    kind : UnknownKind
+    nominal : float
+        Where the search begins [SI].
+    unit : str
+    least : float
+        What it is at least.
+    parameter : str
+        That of the model file whose reciprocal it is, or it itself; empty of a part.
+    """
+
+    name: str
+    kind: UnknownKind
+    nominal: float
+    unit: str = ""
+    least: float = -np.inf
+    parameter: str = ""
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    """An entry of a part that can be replaced by a symbol."""
+
+    kind: UnknownKind
+    nominal: float
+    unit: str
+    replaced: Callable[[Element, Any], tuple[Element, ...]]
+
+
+def with_unknowns(
+    robot: Robot,
+    patterns: Sequence[str],
+    fixed: Sequence[str] = (),
+    *,
+    shared: bool = False,
+    by_joints: bool = True,
+) -> tuple[Robot, tuple[Unknown, ...]]:
+    """The robot with symbols for what is to be found, and what that is.
+
+    Parameters
+    ----------
+    robot : Robot
+    patterns, fixed : sequence of str
+        Names, which may have ``*``, and those of them that keep their values.
+    shared : bool
+        Whether a pattern is one number for all springs that fit it.
+    by_joints : bool
+        Whether postures are known in joints.
+
+    Raises
+    ------
+    InputError
+        When a name fits nothing, or lengths are asked for where poses are given.
+    """
+    if isinstance(patterns, str):
+        hint = f"write [{patterns!r}]"
+        raise InputError("parameters to identify", got=patterns, expected="a list", hint=hint)
+    candidates = dict(_candidates(robot.numeric))
+    symbols = {str(symbol): symbol for symbol in robot.symbols}
+    groups = _asked(robot.name, [*symbols, *candidates], patterns, fixed, shared=shared)
+    if not any(groups.values()):
+        raise InputError("parameters to identify", got="none that is not fixed", expected="some")
+    chosen = {name for names in groups.values() for name in names}
+    others = {name: robot.nominal[name] for name in symbols if name not in chosen}
+    if others:
+        robot = robot.substituted(others)
+    unknowns, replaced, nominal = [], {}, dict(robot.nominal)
+    for group, names in groups.items():
+        if names[0] in symbols:
+            for name in names:
+                robot, own = _of_symbol(robot, name, by_joints)
+                unknowns.append(own)
+                nominal = {**nominal, own.name: own.nominal}
+            continue
+        several = [candidates[name] for name in names]
+        first = several[0]
+        if any(own.kind is not first.kind or own.unit != first.unit for own in several):
+            raise InputError(f"shared {group!r}", got="parts of several kinds", expected="one kind")
+        if not np.allclose([own.nominal for own in several], first.nominal, rtol=1e-9):
+            raise InputError(
+                f"shared {group!r}", got="parts of different compliance", expected="equal parts"
+            )
+        least = _LEAST * first.nominal if first.kind is not UnknownKind.GEOMETRY else -np.inf
+        unknowns.append(Unknown(group, first.kind, first.nominal, first.unit, least))
+        nominal[group] = first.nominal
+        replaced |= dict.fromkeys(names, group)
+    springs = {name: _symbol(group, positive=True) for name, group in replaced.items()
+               if candidates[name].kind is not UnknownKind.GEOMETRY}  # fmt: skip
+    springs |= {name: _symbol(group) for name, group in replaced.items() if name not in springs}
+    legs = tuple(
+        replace(leg, chain=_changed(leg.chain, f"{leg.name}/", springs)) for leg in robot.legs
+    )
+    nominal = {name: value for name, value in nominal.items() if name not in others}
+    found = replace(robot, legs=legs, nominal=nominal)
+    if not by_joints:
+        for own in unknowns:
+            if own.kind is UnknownKind.GEOMETRY:
+                raise InputError(
+                    f"{own.name!r} of {robot.name!r}",
+                    got="a length or an angle, with poses as postures",
+                    expected="postures in joints: what the drives are commanded to",
+                    hint="give joints of an arm; of legs, identify compliances",
+                )
+    return found, tuple(unknowns)
+
+
+def _asked(
+    robot: str, known: Sequence[str], patterns: Sequence[str], fixed: Sequence[str], *, shared: bool
+) -> dict[str, list[str]]:
+    """Known names by the name of the unknown that is one number for them."""
+    groups: dict[str, list[str]] = {}
+    for pattern in patterns:
+        fits = [name for name in known if _fits(name, pattern)]
+        if not fits:
+            raise InputError(
+                f"parameter of {robot!r} to identify",
+                got=pattern,
+                expected="one of " + ", ".join(known[:40]),
+                hint='parameters of a file are symbols of rs.load(file, symbols=("upper",))',
+            )
+        fits = [name for name in fits if not any(_fits(name, own) for own in fixed)]
+        taken = {name for names in groups.values() for name in names}
+        fits = [name for name in fits if name not in taken]
+        groups |= {pattern: fits} if shared and fits else {name: [name] for name in fits}
+    return groups
+
+
+def _fits(name: str, pattern: str) -> bool:
+    """Whether a name has a pattern, and both the same ending."""
+    ending = name.rpartition("/")[2].partition(".")[1:]
+    return ending == pattern.rpartition("/")[2].partition(".")[1:] and fnmatchcase(name, pattern)
+
+
+def _symbol(name: str, *, positive: bool | None = None) -> Any:
+    import sympy as sp
+
+    return sp.Symbol(name, real=True, positive=positive)
+
+
+def _candidates(robot: Robot) -> Iterator[tuple[str, _Candidate]]:
+    for leg in robot.legs:
+        yield from _of_chain(leg.chain, f"{leg.name}/")
+
+
+def _of_chain(chain: Chain, prefix: str) -> Iterator[tuple[str, _Candidate]]:
+    for element in chain.elements:
+        name = prefix + element.name
+        if isinstance(element, ParallelBlock):
+            for branch in element.branches:
+                yield from _of_chain(branch.chain, f"{name}/{branch.name}/")
+            continue
+        if isinstance(element, Joint | Telescope):
+            k = element.role.stiffness if isinstance(element.role, Actuated | Locked) else None
+            turns = all(screw.turns for screw in element.freedoms)
+            if isinstance(k, int | float | np.number):
+                unit = "rad/(N m)" if turns else "m/N"
+                yield name, _Candidate(UnknownKind.COMPLIANCE, 1 / float(k), unit, _with_drive)
+            kind = JointKind.PRISMATIC if isinstance(element, Telescope) else element.kind
+            if kind in (JointKind.REVOLUTE, JointKind.PRISMATIC):
+                unit = "rad" if turns else "m"
+                yield f"{name}.zero", _Candidate(UnknownKind.GEOMETRY, 0.0, unit, _with_zero)
+        elif isinstance(element, Link) and not element.elasticity.is_rigid:
+            C = element.elasticity.compliance
+            yield f"{name}.factor", _Candidate(UnknownKind.FACTOR, 1.0, "", _with_factor)
+            for part, unit in ((slice(0, 3), "m/N"), (slice(3, 6), "rad/(N m)")):
+                size = float(np.trace(C[part, part]))
+                if size and np.isclose(size, np.trace(C)) and np.linalg.matrix_rank(C) == 1:
+                    made = _with_factor_of(size)
+                    yield name, _Candidate(UnknownKind.COMPLIANCE, size, unit, made)
+
+
+def _with_drive(element: Element, c: Any) -> tuple[Element, ...]:
+    return (replace(element, role=replace(element.role, stiffness=1 / c)),)  # pyright: ignore
+
+
+def _with_factor(element: Element, factor: Any) -> tuple[Element, ...]:
+    """A link whose compliance is so many times its own: of a beam by its moduli."""
+    assert isinstance(element, Link)  # noqa: S101
+    own, beam = element.elasticity, element.elasticity.beam
+    if beam is not None:
+        beam = replace(beam, E=beam.E / factor, G=beam.G / factor)
+    compliance = own.compliance.astype(object) * factor
+    return (replace(element, elasticity=Elasticity(compliance, own.freedoms, own.bounds, beam)),)
+
+
+def _with_factor_of(size: float) -> Callable[[Element, Any], tuple[Element, ...]]:
+    return lambda element, c: _with_factor(element, c / size)
+
+
+def _with_zero(element: Element, zero: Any) -> tuple[Element, ...]:
+    """A joint behind a turn about its axis, or a shift along it."""
+    import sympy as sp
+
+    assert isinstance(element, Joint | Telescope)  # noqa: S101
+    n = np.array([sp.nsimplify(x) if x == round(x) else x for x in element.freedoms[0].axis])
+    frame = Frame(np.eye(3), n * zero)
+    if element.freedoms[0].turns:
+        X = skew(n)
+        R = sp.eye(3) + sp.Matrix(X) * sp.sin(zero) + sp.Matrix(X @ X) * (1 - sp.cos(zero))
+        frame = Frame(np.array(R.tolist(), dtype=object), np.zeros(3))
+    return (Rigid(frame, f"zero of {element.name}"), element)
+
+
+def _changed(chain: Chain, prefix: str, symbols: dict[str, Any]) -> Chain:
+    """A chain with symbols at the parts of these names."""
+    names = {name for name in symbols if name.startswith(prefix)}
+    if not names:
+        return chain
+    elements: list[Element] = []
+    numeric = dict(_of_chain(chain, prefix))
+    for element in chain.elements:
+        name = prefix + element.name
+        if isinstance(element, ParallelBlock):
+            branches = (
+                replace(own, chain=_changed(own.chain, f"{name}/{own.name}/", symbols))
+                for own in element.branches
+            )
+            elements.append(replace(element, branches=tuple(branches)))
+            continue
+        several: tuple[Element, ...] = (element,)
+        for own in (name, f"{name}.factor", f"{name}.zero"):
+            if own in symbols and own in numeric:
+                changed = numeric[own].replaced(several[-1], symbols[own])
+                several = (*several[:-1], *changed)
+        elements += several
+    return replace(chain, elements=tuple(elements))
+
+
+def _of_symbol(robot: Robot, name: str, by_joints: bool) -> tuple[Robot, Unknown]:
+    """A parameter of the model: the compliance whose stiffness it is, or it itself."""
+    value = robot.nominal[name]
+    stiffnesses = [
+        (role.stiffness, screw.turns)
+        for leg in robot.legs
+        for role, screw in zip(leg.chain.roles, leg.chain.freedoms, strict=True)
+        if is_formula(getattr(role, "stiffness", None)) and name in map(str, _symbols_of(role))
+    ]
+    symbol = next(own for own in robot.symbols if str(own) == name)
+    unit = "rad/(N m)" if stiffnesses and stiffnesses[0][1] else "m/N"
+    if stiffnesses and all(k == symbol for k, _ in stiffnesses):
+        own = Unknown(f"1/{name}", UnknownKind.COMPLIANCE, 1 / value, unit, _LEAST / value, name)
+        inverse = _symbol(own.name, positive=True)
+        nominal = {**robot.nominal, own.name: own.nominal}
+        changed = robot.substituted({name: 1 / inverse})
+        return replace(changed, nominal={k: nominal[k] for k in nominal if k != name}), own
+    if stiffnesses and all(k == 1 / symbol for k, _ in stiffnesses):
+        return robot, Unknown(name, UnknownKind.COMPLIANCE, value, unit, _LEAST * value, name)
+    moved = value + _AWAY * (abs(value) or 1.0)
+    homes = [find_posture(robot.substituted({name: x, **_rest(robot, name)}))
+             for x in (value, moved)]  # fmt: skip
+    if robot.is_posed_by_joints:
+        moves = not np.allclose(homes[0].pose, homes[1].pose, rtol=0, atol=1e-12)
+    else:
+        pairs = zip(homes[0].coordinates, homes[1].coordinates, strict=True)
+        moves = not all(np.allclose(a, b, rtol=0, atol=1e-12) for a, b in pairs)
+    least = 0.0 if symbol.is_positive else -np.inf
+    kind = UnknownKind.GEOMETRY if moves else UnknownKind.OTHER
+    return robot, Unknown(name, kind, value, "", least, name)
+
+
+def _symbols_of(role: Any) -> Any:
+    return role.stiffness.free_symbols
+
+
+def _rest(robot: Robot, name: str) -> dict[str, float]:
+    """Nominal values of the other symbols."""
+    return {str(x): robot.nominal[str(x)] for x in robot.symbols if str(x) != name}

@@ -1,0 +1,344 @@
+"""Snapshot files in their graph form, read and written: bodies, and what is between them."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field
+
+from robostiff.elasticity import Elasticity
+from robostiff.errors import InputError
+from robostiff.io.document import Document, DocumentPlace
+from robostiff.io.snapshot.elements import (
+    BeamData,
+    CouplingPart,
+    FileHead,
+    FilePart,
+    Informative,
+    MassData,
+    Name,
+    NodeMass,
+    Number,
+    Point,
+    Positive,
+    ScrewData,
+    Spring6Data,
+    distinct,
+    drive_data,
+    head_data,
+    mass_data,
+    one_pose,
+    refuse_twins,
+    screw_data,
+    spring6_data,
+)
+from robostiff.io.suggest import numbered
+from robostiff.io.validation import validate
+from robostiff.model import Actuated, Passive, PlacedMass
+from robostiff.network import BeamElement, JointElement, Network, Node, SpringElement
+from robostiff.network.elements import CouplingElement, Element
+from robostiff.network.equations import check_fits
+from robostiff.spatial import Space
+
+
+class BetweenPart(FilePart):
+    """Common keys of elements between two nodes."""
+
+    name: Name | None = Field(
+        None, description="unique among its kind; by default the kind and a number"
+    )
+    a: Name = Field(description="the node at its start")
+    b: Name = Field(description="the node at its end")
+    note: Informative = None
+
+
+class BeamBetween(BetweenPart, BeamData):
+    """A straight flexible link of constant cross-section, rigidly attached to two nodes."""
+
+    def element(self, name: str, place: DocumentPlace, _: Space) -> BeamElement:
+        """The beam in the world."""
+        spring, start = self.placed(name, place), np.array(self.start, dtype=float)
+        own = start, spring.point, spring.rotation, spring.elasticity.compliance
+        return BeamElement(name, self.a, self.b, *own, self.placed_masses(name))
+
+
+class SpringBetween(BetweenPart, Spring6Data):
+    """An elastic part given by its 6 x 6 matrix, of node b against node a."""
+
+    masses: list[MassData] = Field(
+        default=[], description="along it; without a start on the body of node b"
+    )
+
+    def element(self, name: str, place: DocumentPlace, _: Space) -> SpringElement:
+        """The spring in the world, with its masses."""
+        placed = self.placed(name, place)
+        masses = [
+            mass
+            for i, own in enumerate(self.masses)
+            for mass in own.placed(place.at("masses", i), name, placed.point)
+        ]
+        own = placed.point, placed.rotation, placed.elasticity
+        return SpringElement(name, self.a, self.b, *own, tuple(masses))
+
+
+class FreedomPart(ScrewData):
+    """An elementary motion of a joint."""
+
+    k: Positive | None = Field(
+        description="the stiffness, N m/rad for R and H, N/m for P; null for a passive motion"
+    )
+    inertia: Positive | None = Field(None, description="of the drive, kg m^2 for R and H, kg for P")
+
+
+class JointBetween(BetweenPart):
+    """A joint between two nodes: all motions that are not listed are rigid."""
+
+    dofs: list[FreedomPart] = Field(description="its motions; none for a weld")
+
+    def element(self, name: str, place: DocumentPlace, space: Space) -> JointElement:
+        """The joint in the world, whose motions stay in the plane of a planar network."""
+        freedoms = []
+        for i, own in enumerate(self.dofs):
+            role = Passive() if own.k is None else Actuated(own.k, inertia=own.inertia)
+            freedoms.append(own.placed(f"dof{i + 1}", place.at("dofs", i), role))
+            with place.at("dofs", i, "axis").complaints():
+                check_fits(JointElement(name, self.a, self.b, (freedoms[-1],)), space)
+        return JointElement(name, self.a, self.b, tuple(freedoms))
+
+
+class GraphCoupling(CouplingPart):
+    """A gear or differential between joints anywhere."""
+
+    sum: Annotated[dict[Name, Number], Field(min_length=1)] = Field(
+        description="joints with their factors; ``joint/dof2`` for the second motion of a joint"
+    )
+
+
+class GraphPart(FilePart):
+    """Rigid bodies and what is between them."""
+
+    nodes: Annotated[dict[Name, Point], Field(min_length=2)] = Field(
+        description="the rigid bodies by name, each with a point of its own [m]"
+    )
+    fixed: list[Name] = Field(min_length=1, description="the nodes that do not move")
+    platform: Name = Field(description="the node whose stiffness is computed")
+    beams: list[BeamBetween] = Field(default=[], description="beams between nodes")
+    springs: list[SpringBetween] = Field(default=[], description="springs between nodes")
+    joints: list[JointBetween] = Field(default=[], description="joints between nodes")
+    couplings: list[GraphCoupling] = Field(default=[], description="of joints")
+    masses: list[NodeMass] = Field(default=[], description="masses of nodes")
+    note: Informative = None
+
+
+class NetworkFile(FileHead):
+    """A network frozen at a pose: world axes, metres, newtons and radians."""
+
+    graph: GraphPart = Field(description="the bodies and what is between them")
+
+
+def network_from_document(document: Document) -> Network:
+    """A network, from a document.
+
+    Raises a FileError at the place in the document that is to blame.
+
+    Examples
+    --------
+    >>> from robostiff.io.document import parse_document
+    >>> text = '''
+    ... name: sliding table
+    ... reference_point: [0, 0, 0]
+    ... graph:
+    ...   nodes: {bed: [0, 0, 0], table: [0, 0, 0.1]}
+    ...   fixed: [bed]
+    ...   platform: table
+    ...   joints:
+    ...     - {a: bed, b: table, dofs: [{kind: P, point: [0, 0, 0], axis: [1, 0, 0], k: 2.0e+6}]}
+    ... '''
+    >>> network_from_document(parse_document(text)).joints[0].name
+    'joint1'
+    """
+    file = validate(NetworkFile, document)
+    graph, place = file.graph, DocumentPlace(document).at("graph")
+    space = Space.PLANAR if file.planar else Space.SPATIAL
+
+    def check_known(name: str, here: DocumentPlace) -> None:
+        if name not in graph.nodes:
+            raise here.unknown("node", name, graph.nodes, what="one of the nodes:")
+
+    for i, name in enumerate(graph.fixed):
+        check_known(name, place.at("fixed", i))
+    check_known(graph.platform, place.at("platform"))
+    if graph.platform in graph.fixed:
+        expected = "a node that is not fixed"
+        raise place.at("platform").error("platform", got=graph.platform, expected=expected)
+    for i, own in enumerate(graph.masses):
+        here = place.at("masses", i)
+        check_known(own.on, here.at("on"))
+        if own.start is not None:
+            expected = "a place: at, and no start"
+            raise here.at("start").error("mass of a node", got=own.start, expected=expected)
+
+    def built(kind: str) -> list[Any]:
+        parts = getattr(graph, f"{kind}s")
+        given, elements = [part.name for part in parts], []
+        refuse_twins(given, place.at(f"{kind}s"), kind)
+        for i, name in enumerate(numbered(given, [kind] * len(parts))):
+            part, here = parts[i], place.at(f"{kind}s", i)
+            check_known(part.a, here.at("a"))
+            check_known(part.b, here.at("b"))
+            if part.a == part.b:
+                raise here.at("b").error("node b", got=part.b, expected="a node other than a")
+            elements.append(part.element(name, here, space))
+            with here.complaints():
+                check_fits(elements[-1], space)
+        return elements
+
+    beams, springs, joints = map(built, ("beam", "spring", "joint"))
+    couplings = _couplings(graph, joints, place)
+    if not any(map(_is_elastic, (*beams, *springs, *joints, *couplings))):
+        raise place.error(
+            f"network {file.name} without compliance",
+            expected="at least one beam, spring or joint motion with a stiffness k",
+            hint="rigid parts and passive joints alone have no stiffness matrix",
+        )
+    nodes = []
+    for name, given in graph.nodes.items():
+        point = np.array(given, dtype=float)
+        masses: list[PlacedMass] = []
+        for i, own in enumerate(graph.masses):
+            if own.on == name:
+                masses += own.placed(place.at("masses", i), name, point)
+        nodes.append(Node(name, point, tuple(masses)))
+    return Network(
+        file.name,
+        tuple(nodes),
+        tuple(graph.fixed),
+        graph.platform,
+        np.array(file.reference_point, dtype=float),
+        tuple(beams),
+        tuple(springs),
+        tuple(joints),
+        space,
+        file.description,
+        couplings=couplings,
+        gravity=None if file.gravity is None else np.array(file.gravity, dtype=float),
+    )
+
+
+def _couplings(
+    graph: GraphPart, joints: Sequence[JointElement], place: DocumentPlace
+) -> tuple[CouplingElement, ...]:
+    """Held sums of the coordinates of joints."""
+    known: dict[str, list[tuple[JointElement, int]]] = defaultdict(list)
+    for joint in joints:
+        for i in range(len(joint.freedoms)):
+            known[f"{joint.name}/dof{i + 1}"].append((joint, i))
+        if len(joint.freedoms) == 1:
+            known[joint.name].append((joint, 0))
+    found = []
+    for i, own in enumerate(graph.couplings):
+        for name, factor in own.sum.items():
+            there = place.at("couplings", i, "sum", name)
+            if name not in known:
+                raise there.unknown("motion of a joint", name, known)
+            if len(known[name]) > 1:
+                raise there.error("motion of a joint", got=name, expected="a name of one motion")
+            if factor == 0:
+                raise there.error("factor", got=factor, expected="a number other than zero")
+        terms = tuple((*known[name][0], float(factor)) for name, factor in own.sum.items())
+        found.append(CouplingElement(own.name or f"coupling{i + 1}", terms, own.k))
+    return tuple(found)
+
+
+def network_to_data(network: Network) -> dict[str, Any]:
+    """Plain data that `robostiff.load` reads back, once written as JSON.
+
+    Every beam and spring becomes a spring with its stiffness, or with its compliance if that is
+    singular.
+
+    Parameters
+    ----------
+    network : Network
+
+    Raises
+    ------
+    InputError
+        When a spring has directions both free and rigid, or nothing is elastic.
+
+    Examples
+    --------
+    >>> from robostiff.elasticity import circle, material
+    >>> from robostiff.network import Node, beam_between
+    >>> wall, tip = Node("wall", np.zeros(3)), Node("tip", np.array([1.0, 0, 0]))
+    >>> rod = beam_between(wall, tip, material("steel"), circle(0.02), name="rod")
+    >>> network = Network("rod", (wall, tip), ("wall",), "tip", tip.point, beams=(rod,))
+    >>> network_to_data(network)["graph"]["springs"][0]["name"]
+    'rod'
+    """
+    if not any(_is_elastic(own) for own in (*network.elements, *network.couplings)):
+        raise InputError(
+            f"network {network.name} without compliance",
+            expected="at least one beam, spring or joint with a stiffness",
+        )
+    joints = _named(
+        {
+            **{"name": joint.name, "a": joint.a, "b": joint.b},
+            "dofs": [{**screw_data(own), **drive_data(own)} for own in joint.moving],
+        }
+        for joint in network.joints
+    )
+    data = head_data(network, "network")
+    springs = []
+    for own in (*network.beams, *network.springs):
+        spring = {key: getattr(own, key) for key in ("name", "a", "b")}
+        spring |= spring6_data(own.name, *_elastic(own))
+        masses = [mass_data(mass) for mass in own.masses]
+        springs.append({**spring, "masses": masses} if masses else spring)
+    data["graph"] = {
+        "nodes": {node.name: one_pose(node.point, 1) for node in network.nodes},
+        "fixed": list(network.fixed),
+        "platform": network.platform,
+        "springs": _named(springs),
+        "joints": joints,
+    }
+    names = {id(own): data["name"] for own, data in zip(network.joints, joints, strict=True)}
+    if couplings := [_coupling(own, names) for own in network.couplings if own.terms]:
+        data["graph"]["couplings"] = couplings
+    masses = [
+        {"on": node.name, **mass_data(mass)} for node in network.nodes for mass in node.masses
+    ]
+    if masses:
+        data["graph"]["masses"] = masses
+    return data
+
+
+def _elastic(element: BeamElement | SpringElement) -> tuple[np.ndarray, np.ndarray, Elasticity]:
+    if isinstance(element, BeamElement):
+        return element.end, element.rotation, Elasticity(element.tip_compliance)
+    return element.point, element.rotation, element.elasticity
+
+
+def _coupling(own: CouplingElement, names: dict[int, str]) -> dict[str, Any]:
+    terms = {
+        f"{names[id(joint)]}/dof{place + 1}": float(factor)
+        for joint, number, factor in own.terms
+        if (place := joint.place(number)) is not None
+    }
+    return {"name": own.name, "sum": terms, "k": own.stiffness}
+
+
+def _named(given: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
+    parts = list(given)
+    names = distinct(part["name"] for part in parts)
+    return [{**part, "name": name} for part, name in zip(parts, names, strict=True)]
+
+
+def _is_elastic(element: Element | CouplingElement) -> bool:
+    if isinstance(element, CouplingElement):
+        return element.stiffness is not None
+    if isinstance(element, JointElement):
+        return any(f.stiffness is not None for f in element.freedoms)
+    return bool(np.any(_elastic(element)[2].compliance))

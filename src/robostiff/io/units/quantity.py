@@ -1,0 +1,390 @@
+"""Quantities with units: their dimensions, reading, and conversion to SI units.
+
+A *quantity* is a number, or a formula, with a unit in base units (m, kg, s, rad). Quantities of
+pint are converted where they come from outside; reading a file takes no package for units. A bare
+number stands for SI wherever a dimension is asked for. Radian counts as a number in products, as in
+mechanics, but ``10 deg`` is never taken for a plain number nor ``10 N m/rad`` for a moment.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from fractions import Fraction
+from numbers import Real
+from typing import Any
+
+from robostiff.errors import InputError
+from robostiff.io.suggest import Words, did_you_mean, listing
+from robostiff.io.units.unit import BASE, NUMBER, UNIT_WORDS, WORD, Unit, after_space, read_unit
+from robostiff.spatial.formula import is_formula, is_possible
+from robostiff.spatial.quantities import is_pint
+
+_LONGEST_TEXT = 1000
+
+
+class Dimension(Enum):
+    """Dimension of a quantity.
+
+    Attributes
+    ----------
+    with_article : str
+        Name with article, such as ``a length``.
+    si_unit : str
+        What a bare number stands for, as in ``N m/rad``; empty for a plain number.
+    example : str
+        A quantity of this dimension, as a user would write it.
+
+    Examples
+    --------
+    >>> Dimension.MODULUS.si_unit
+    'Pa'
+    >>> print(Dimension.LENGTH)
+    a length, such as 300 mm
+    """
+
+    NUMBER = ("a plain number", "", "0.3")
+    LENGTH = ("a length", "m", "300 mm")
+    ADVANCE_PER_TURN = ("an advance per turn", "m", "5 mm")
+    AREA = ("an area", "m^2", "120 mm^2")
+    SECOND_MOMENT = ("a second moment of area", "m^4", "4.9e4 mm^4")
+    ANGLE = ("an angle", "rad", "10 deg")
+    MASS = ("a mass", "kg", "2 kg")
+    MOMENT_OF_INERTIA = ("a moment of inertia", "kg m^2", "0.2 kg m^2")
+    DENSITY = ("a density", "kg/m^3", "2700 kg/m^3")
+    ACCELERATION = ("an acceleration", "m/s^2", "9.81 m/s^2")
+    FORCE = ("a force", "N", "200 N")
+    MOMENT = ("a moment", "N m", "10 N m")
+    MODULUS = ("an elastic modulus", "Pa", "70 GPa")
+    TRANSLATIONAL_STIFFNESS = ("a translational stiffness", "N/m", "1e8 N/m")
+    ROTATIONAL_STIFFNESS = ("a rotational stiffness", "N m/rad", "1e5 N m/rad")
+    COUPLING_STIFFNESS = ("a coupling stiffness", "N/rad", "1e5 N/rad")
+    TRANSLATIONAL_COMPLIANCE = ("a translational compliance", "m/N", "1e-8 m/N")
+    ROTATIONAL_COMPLIANCE = ("a rotational compliance", "rad/(N m)", "1e-5 rad/(N m)")
+    COUPLING_COMPLIANCE = ("a coupling compliance", "rad/N", "1e-5 rad/N")
+    FORCE_PER_LENGTH = ("a force per length", "N/m", "20 N/m")
+
+    def __init__(self, with_article: str, si_unit: str, example: str) -> None:
+        self.with_article = with_article
+        self.si_unit = si_unit
+        self.example = example
+
+    def __str__(self) -> str:
+        return f"{self.with_article}, such as {self.example}"
+
+    @property
+    def noun(self) -> str:
+        """Name without article, such as ``length``."""
+        return self.with_article.split(" ", 1)[1]
+
+    @functools.cached_property
+    def unit(self) -> Unit:
+        """What a bare number stands for."""
+        return read_unit(self.si_unit, 0)[0] or Unit()
+
+
+@dataclass(frozen=True)
+class SIQuantity:
+    """A number or a formula of base units, made by `make_quantity`.
+
+    Examples
+    --------
+    >>> print(parse_quantity("0.5 kN m/rad"), "and", parse_quantity("2 m/s"))
+    500 N m/rad (a rotational stiffness) and 2 m/s
+    """
+
+    magnitude: Any  # a float or a formula of SymPy
+    units: Unit  # a product of powers of m, kg, s and rad
+
+    @property
+    def is_bare(self) -> bool:
+        """Whether it has no unit at all, not even rad."""
+        return self.units.is_like(Unit(), rad=True)
+
+    def measures(self, dimension: Dimension) -> bool:
+        """Whether it has this dimension; rad matters only where it distinguishes two of them.
+
+        Angles are no plain numbers; other products with rad are.
+        """
+        refused = {Dimension.NUMBER: 1, Dimension.MOMENT: -1, Dimension.ADVANCE_PER_TURN: -1}
+        rad = abs(self.units.powers[3] - refused.get(dimension, math.inf))
+        return self.units.is_like(dimension.unit) and rad > 1e-9
+
+    @property
+    def dimension(self) -> Dimension | None:
+        """The first dimension with its unit; None where it has none, or another one.
+
+        Examples
+        --------
+        >>> parse_quantity("70 GPa").dimension
+        <Dimension.MODULUS: ('an elastic modulus', 'Pa', '70 GPa')>
+        """
+        alike = (own for own in Dimension if self.units.is_like(own.unit, rad=True))
+        return None if self.is_bare else next(alike, None)
+
+    def __str__(self) -> str:
+        magnitude, dimension = self.magnitude, self.dimension
+        number = f"{float(magnitude):.6g}" if isinstance(magnitude, Real) else str(magnitude)
+        if self.is_bare:
+            return f"the plain number {number}"
+        if dimension is None:
+            return f"{number} {self.units}"
+        return f"{number} {dimension.si_unit} ({dimension.with_article})"
+
+    # Three methods of quantities of pint, so that these are taken wherever those are.
+
+    def to(self, unit: str) -> SIQuantity:
+        """The quantity itself in SI units, the only ones that are asked for; rad is a number."""
+        wanted = read_unit(unit, 0)[0] or Unit()
+        if wanted.powers[:3] != self.units.powers[:3] or wanted.base != wanted:
+            raise ValueError(f"{self.units} is no {unit}")
+        return self
+
+    def to_root_units(self) -> SIQuantity:
+        """The quantity itself: in base units."""
+        return self
+
+    def unit_items(self) -> Iterator[tuple[str, float]]:
+        """Base units and their powers."""
+        return (pair for pair in zip(BASE, self.units.powers, strict=True) if pair[1])
+
+
+def make_quantity(magnitude: Any, unit: Unit | None = None) -> SIQuantity:
+    """The quantity in base units (m, kg, s, rad); without a unit, a plain number.
+
+    Examples
+    --------
+    >>> from robostiff.io.units import make_unit
+    >>> make_quantity(109.15, make_unit({"mm": 1})).magnitude  # right to the last bit
+    0.10915
+    """
+    unit = unit or Unit()
+    if unit.pi:
+        # as radians(1.0) and its powers are rounded
+        factor = math.pi**unit.pi
+        above, below = unit.ratio.numerator, unit.ratio.denominator
+        return SIQuantity(magnitude * (factor * above / below), unit.base)
+    if unit.ratio == 1 or not math.isfinite(magnitude):
+        return SIQuantity(magnitude, unit.base)
+    try:
+        return SIQuantity(float(Fraction(repr(float(magnitude))) * unit.ratio), unit.base)
+    except OverflowError:
+        return SIQuantity(math.copysign(math.inf, magnitude), unit.base)
+
+
+def exact_quantity(magnitude: Any, unit: Unit | None = None) -> SIQuantity:
+    """The quantity in base units with a SymPy magnitude, by exact factors; degrees make pi.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> from robostiff.io.units import make_unit
+    >>> exact_quantity(sp.Integer(120), make_unit({"deg": 1})).magnitude
+    2*pi/3
+    """
+    import sympy as sp
+
+    unit = unit or Unit()
+    ratio = sp.Rational(unit.ratio.numerator, unit.ratio.denominator)
+    return SIQuantity(magnitude * ratio * sp.pi**unit.pi, unit.base)
+
+
+def own_quantity(value: Any) -> SIQuantity | None:
+    """A quantity of pint, of any registry, in base units; None for other values.
+
+    Examples
+    --------
+    >>> import pint
+    >>> own_quantity(pint.UnitRegistry().Quantity(1.5, "kN")).magnitude, own_quantity(1.5)
+    (1500.0, None)
+    """
+    if not is_pint(value):
+        return None
+    base = {"[length]": "m", "[mass]": "kg", "[time]": "s"}
+    powers = {str(name): power for name, power in value.dimensionality.items()}
+    if not powers.keys() <= base.keys() or getattr(value.magnitude, "shape", ()) != ():
+        return None
+    powers = {base[name]: power for name, power in powers.items()}
+    roots = {str(name): power for name, power in value.to_root_units().unit_items()}
+    powers["rad"] = roots.get("rad", roots.get("radian", 0))
+    unit = " * ".join(f"{name} ** {power}" for name, power in powers.items() if power)
+    number = float(value.to(unit or "dimensionless").magnitude)
+    m, kg, s, rad = (float(powers.get(name, 0)) for name in BASE)
+    return SIQuantity(number, Unit((m, kg, s, rad)))
+
+
+def to_si(
+    quantity: SIQuantity | float | str,
+    dimension: Dimension,
+    *,
+    subject: str | None = None,
+    got: Any = None,
+) -> Any:
+    """The number of SI units (m, N, Pa, rad) in a quantity of the given dimension.
+
+    A formula stays one; any other number comes as a float.
+
+    Parameters
+    ----------
+    quantity : quantity, float or str
+        A bare number, or a quantity that came out as a bare number, counts as SI.
+    dimension : Dimension
+        What it must be.
+    subject, got : optional
+        How an error calls the value, and what it shows as having come.
+
+    Raises
+    ------
+    InputError
+        If the quantity measures something else or is not finite.
+
+    Examples
+    --------
+    >>> to_si("300 mm", Dimension.LENGTH)
+    0.3
+    >>> to_si("10 mm", Dimension.ANGLE)
+    Traceback (most recent call last):
+    robostiff.errors.InputError: angle: got '10 mm', expected an angle, such as 10 deg
+    """
+    subject = subject or dimension.noun
+    value: Any = quantity
+    if isinstance(quantity, str):
+        got = quantity if got is None else got
+        value = parse_quantity(quantity)
+    if isinstance(value, SIQuantity):
+        if not (value.is_bare or value.measures(dimension)):
+            got = Words(value) if got is None else got
+            raise InputError(subject, got=got, expected=str(dimension))
+        value = value.magnitude
+    elif isinstance(value, bool) or not (isinstance(value, Real) or is_formula(value)):
+        raise InputError(subject, got=value if got is None else got, expected=str(dimension))
+    if is_formula(value) and is_possible(value):
+        return value
+    try:
+        number = float(value)
+    except (OverflowError, TypeError):  # too large, or complex
+        number = math.inf
+    if not math.isfinite(number):
+        got = value if got is None else got
+        expected = f"a finite number that stands for {dimension}"
+        raise InputError(subject, got=got, expected=expected)
+    return number
+
+
+def parse_quantity(text: str) -> SIQuantity:
+    """Read one number with an optional unit.
+
+    Raises
+    ------
+    InputError
+        If the text is anything else, with the nearest unit if a unit is misspelt.
+
+    Examples
+    --------
+    >>> print(parse_quantity("2.5 kN/mm").magnitude)
+    2500000.0
+    """
+    quantity, end = read_quantity(bounded(text), after_space(text, 0), "quantity")
+    if (end := after_space(text, end)) < len(text):
+        raise InputError(
+            "quantity", got=text, expected=f"one number with a unit, but {text[end:]!r} follows"
+        )
+    return quantity
+
+
+_NO_NUMBERS = ("nan", "inf", "infinity")
+
+
+def read_quantity(text: str, start: int, subject: str) -> tuple[SIQuantity, int]:
+    """One signed number with an optional unit; a word after it that is no unit is an error."""
+    sign = text[start : start + 1]
+    found = NUMBER.match(text, start + 1 if sign and sign in "+-" else start)
+    if not found:
+        raise InputError(
+            subject, got=text[start:], expected="a number with an optional unit, such as 300 mm"
+        )
+    try:
+        unit, end = read_unit(text, found.end())
+    except InputError as error:
+        raise InputError(
+            f"{subject}: {error.subject}", got=error.got, expected=error.expected, hint=error.hint
+        ) from None
+    word = WORD.match(text, after_space(text, end))
+    if word and word[0].lower() not in _NO_NUMBERS:  # those are the next value, and wrong there
+        expected, hint = f"one of {listing(UNIT_WORDS)}", did_you_mean(word[0], UNIT_WORDS)
+        raise InputError(f"{subject}: unknown unit", got=word[0], expected=expected, hint=hint)
+    quantity = make_quantity(float(text[start : found.end()]), unit)
+    if not math.isfinite(quantity.magnitude):
+        raise InputError(subject, got=text[start:end], expected="a finite number")
+    return quantity, end
+
+
+def bounded(text: str) -> str:
+    """The text itself, if it is not too long."""
+    if len(text) > _LONGEST_TEXT:
+        raise InputError(
+            "quantity",
+            got=Words(f"a text of {len(text)} characters"),
+            expected=f"at most {_LONGEST_TEXT}",
+        )
+    return text
+
+
+def parse_quantities(
+    text: str, dimensions: Sequence[Dimension], names: Sequence[str], subject: str = "values"
+) -> list[float]:
+    """Read a row of numbers with optional units, as on a command line.
+
+    Parameters
+    ----------
+    text : str
+        Numbers, each with an optional unit, separated by spaces or commas. A unit runs on over
+        unit words until the next number.
+    dimensions : sequence of Dimension
+        What each number must be.
+    names : sequence of str
+        What each number is called in messages.
+    subject : str
+        What all of them together are called in messages.
+
+    Returns
+    -------
+    list of float
+        In SI units.
+
+    Raises
+    ------
+    InputError
+        Naming the first item at fault.
+
+    Examples
+    --------
+    >>> parse_quantities("10 mm, 20 N m", (Dimension.LENGTH, Dimension.MOMENT), ("x", "Mx"))
+    [0.01, 20.0]
+    """
+    bounded(text)
+    items: list[tuple[SIQuantity, str]] = []
+    start = after_space(text, 0)
+    while start < len(text):
+        item = f"{subject}, item {len(items) + 1}"
+        if len(items) < len(names):
+            item += f" ({names[len(items)]})"
+        quantity, end = read_quantity(text, start, item)
+        items.append((quantity, text[start:end]))
+        start = after_space(text, end)
+        if text.startswith((",", ";"), start):
+            start = after_space(text, start + 1)
+        elif start == end < len(text):
+            raise InputError(item, got=text[end:], expected="a space or a comma before it")
+    if len(items) != len(dimensions):
+        came = "1 number" if len(items) == 1 else f"{len(items)} numbers"
+        raise InputError(subject, got=Words(came), expected=f"{len(dimensions)}: {' '.join(names)}")
+    return [
+        to_si(quantity, dimension, subject=f"{subject}, item {number} ({name})", got=written)
+        for number, ((quantity, written), dimension, name) in enumerate(
+            zip(items, dimensions, names, strict=True), start=1
+        )
+    ]

@@ -1,0 +1,148 @@
+"""What measurements do not tell is named."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from tests.identification.campaigns import (
+    arm_campaign,
+    arm_frames,
+    case,
+    column,
+    hexapod_campaign,
+    hexapod_frames,
+    model_file,
+)
+
+
+def test_vertical_loads_do_not_strain_an_upright_axis(tmp_path):
+    robot = rs.load(model_file("arm", tmp_path))
+    found = rs.identify(robot, arm_campaign(loads=(0, 1)), ["arm/joint*"])
+    assert [s.partition(":")[0] for s in found.not_identified] == [
+        "no measurement depends on arm/joint1"
+    ]
+    assert "arm/joint1" not in found.std
+    assert found.values["arm/joint1"] == pytest.approx(2.5e-6)
+    assert rs.FitStatus.NOT_IDENTIFIED in found.status
+    assert found.status.is_bad
+
+
+def test_zeros_of_the_ends_are_frames(tmp_path):
+    """The first zero turns the robot in the instrument, the last one the markers."""
+    robot = rs.load(model_file("arm", tmp_path))
+    weights = arm_campaign(loads=(0,))
+    asked = ["arm/joint1.zero", "arm/joint2.zero", "arm/joint6.zero"]
+    found = rs.identify(robot, weights, asked)
+    assert len(found.not_identified) == 2
+    first, last = sorted(found.not_identified, key=lambda s: "joint6" in s.partition(":")[2])
+    assert first.startswith("arm/joint1.zero, ")
+    assert "instrument turn z" in first
+    assert first.endswith("cannot be told apart: arm/joint1.zero keeps its value")
+    assert last.startswith("arm/joint6.zero, ")
+    assert "instrument" not in last
+    assert last.endswith("cannot be told apart: arm/joint6.zero keeps its value")
+    full = rs.identify(robot, weights, asked, fixed=["arm/joint1.zero", "arm/joint6.zero"])
+    assert full.not_identified == ()
+
+
+def test_lengths_that_are_frames(tmp_path):
+    """Of two parallel axes the shift along them is the first height; the tool is the markers'."""
+    text = case("arm")["arm_yaml"].replace("to: [0.18, 0, 0.48]", "to: [0.18, 0, height]")
+    text = text.replace("to: [0.12, 0, 0]", "to: [flange, 0, 0]")
+    text = text.replace("to: [0, 0, upper]", "to: [0, aside, upper]")
+    text = text.replace("  upper: 0.7 m", "  upper: 0.7 m\n  height: 0.48 m\n  flange: 0.12 m\n"
+                        "  aside: 0 m\n  aside3: 0 m")  # fmt: skip
+    text = text.replace("to: [fore, 0, 0]", "to: [fore, aside3, 0]")
+    file = tmp_path / "lengths.yaml"
+    file.write_text(text)
+    names = ["height", "flange", "aside", "aside3"]
+    robot = rs.load(file, symbols=names)
+    found = rs.identify(robot, arm_campaign(loads=(0,)), names)
+    told = {s.partition(",")[0].partition(" and")[0]: s for s in found.not_identified}
+    assert "instrument z" in told["height"]
+    assert "height keeps its value" in told["height"]
+    assert {"a x", "b x", "c x"} <= set(
+        told["flange"].replace(" and ", ", ").replace(" cannot", ", ").split(", ")
+    )
+    pair = [s for s in found.not_identified if "aside and aside3" in s or "aside3 and aside" in s]
+    assert len(pair) == 1
+    assert len(found.not_identified) == 3
+
+
+def test_a_strut_with_its_bearing(tmp_path):
+    text = case("hexapod")["model_yaml"].replace(
+        "      - {type: spherical, role: passive}",
+        "      - {type: spring, name: bearing, compliance: [0, 0, 1e-9 m/N, 0, 0, 0]}\n"
+        "      - {type: spherical, role: passive}",
+    )
+    file = tmp_path / "bearings.yaml"
+    file.write_text(text)
+    robot = rs.load(file)
+    asked = ["leg*/strut", "leg*/bearing"]
+    found = rs.identify(robot, hexapod_campaign(), asked, frames=hexapod_frames())
+    assert sorted(found.not_identified) == [
+        f"only the sum of leg{k}/bearing and leg{k}/strut is determined: leg{k}/bearing keeps its "
+        "value"
+        for k in range(1, 7)
+    ]
+    sums = [found.values[f"leg{k}/strut"] + found.values[f"leg{k}/bearing"] for k in range(1, 7)]
+    np.testing.assert_allclose(sums, column("hexapod", "estimate"), rtol=1e-8)
+    alone = rs.identify(robot, hexapod_campaign(), asked, fixed=["leg*/bearing"],
+                        frames=hexapod_frames())  # fmt: skip
+    assert alone.not_identified == ()
+
+
+def test_six_equal_legs_are_one_unknown(tmp_path):
+    robot = rs.load(model_file("hexapod", tmp_path))
+    found = rs.identify(
+        robot, hexapod_campaign(), ["leg*/strut"], shared=True, frames=hexapod_frames()
+    )
+    assert found.names == ("leg*/strut",)
+    assert 8e-9 < found.values["leg*/strut"] < 1.2e-8
+
+
+def test_a_compliance_at_its_bound_has_an_interval_on_one_side(tmp_path):
+    robot = rs.load(model_file("arm", tmp_path))
+    found = rs.identify(
+        robot,
+        arm_campaign(),
+        ["arm/joint*"],
+        frames=arm_frames(),
+        bounds={"arm/joint2": (1.5e-6, 1.0)},
+    )
+    low, high = found.interval()["arm/joint2"]
+    assert low == found.values["arm/joint2"] == pytest.approx(1.5e-6, rel=1e-4)
+    assert high == pytest.approx(low + 1.644853627 * found.std["arm/joint2"])
+    assert rs.FitStatus.AT_BOUND in found.status
+
+
+def test_fewer_numbers_than_unknowns(tmp_path):
+    robot = rs.load(model_file("arm", tmp_path))
+    few = arm_campaign().chosen([0, 1])
+    with pytest.raises(rs.InputError, match=r"got 6, expected at least 12.*arm/joint6\.zero"):
+        rs.identify(robot, few, ["arm/joint*", "arm/joint*.zero"], frames=arm_frames())
+
+
+def test_names_that_fit_nothing(tmp_path):
+    robot = rs.load(model_file("arm", tmp_path))
+    with pytest.raises(rs.InputError, match="got 'arm/elbow', expected one of arm/joint1"):
+        rs.identify(robot, arm_campaign(), ["arm/elbow"])
+
+
+def test_millimetres_read_as_metres(tmp_path):
+    robot = rs.load(model_file("arm", tmp_path))
+    wrong = arm_campaign()
+    wrong = rs.Measurements(
+        wrong.postures, 1000 * wrong.values, forces=wrong.forces, hooks=wrong.hooks,
+        markers=wrong.markers, sigma=wrong.sigma,
+    )  # fmt: skip
+    with pytest.raises(rs.InputError, match="look at the units of readings and joints"):
+        rs.identify(robot, wrong, ["arm/joint*"])
+
+
+def test_lengths_need_joints(tmp_path):
+    robot = rs.load(model_file("hexapod", tmp_path), symbols=["bx1"])
+    with pytest.raises(rs.InputError, match=r"'bx1'.*got 'a length or an angle, with poses"):
+        rs.identify(robot, hexapod_campaign(), ["bx1"], frames=hexapod_frames())

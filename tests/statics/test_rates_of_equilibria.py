@@ -1,0 +1,73 @@
+"""Places of loaded platforms and their rates with parameters, against differences."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from tests.identification.campaigns import column, model_file
+
+
+def _loads(count: int) -> tuple[np.ndarray, np.ndarray]:
+    forces = np.tile(column("arm", "dead_forces_at_hook"), (count // 3, 1))
+    arm = column("arm", "hook_platform")
+    return np.hstack([forces, 0.3 * forces]), arm[:, None] * forces[:, None, :]
+
+
+@pytest.mark.parametrize(("name", "step"), [("c2", 1e-8), ("o2", 1e-4), ("upper", 1e-4)])
+def test_rates_of_an_arm(tmp_path, name, step):
+    names = ("c2", "o2", "upper")
+    robot = rs.load(model_file("arm", tmp_path), symbols=names)
+    fast = rs.compile_loaded(robot, parameters=names, platforms=True, backend=rs.Backend.ARRAYS)
+    q = np.repeat(column("arm", "joint_coordinates"), 3, axis=0)
+    wrenches, hooks = _loads(len(q))
+
+    def platforms(shift: float):
+        values = {name: robot.nominal[name] + shift}
+        answer = fast.evaluate(rs.JointCoordinates(q), wrenches, hooks=hooks, parameters=values)
+        assert not answer.guarded.any()
+        return answer.platforms
+
+    before, here, after = platforms(-step), platforms(0.0), platforms(step)
+    k = fast.parameters.index(name)
+    rate = (after.points - before.points) / (2 * step)
+    size = np.abs(rate).max()
+    np.testing.assert_allclose(here.rates[:, :3, k], rate, atol=1e-7 * size)
+    turned = (after.axes - before.axes) @ np.swapaxes(here.axes, 1, 2) / (2 * step)
+    spin = np.stack([turned[:, 2, 1], turned[:, 0, 2], turned[:, 1, 0]], axis=1)
+    np.testing.assert_allclose(here.rates[:, 3:, k], spin, atol=1e-7 * np.abs(spin).max())
+
+
+def test_hooks_turn_with_the_platform(tmp_path):
+    """A force at a hook is a `Weight` of `equilibrium`."""
+    robot = rs.load(model_file("arm", tmp_path))
+    fast = rs.compile_loaded(robot, platforms=True, backend=rs.Backend.ARRAYS)
+    q = column("arm", "joint_coordinates")[:1]
+    force, hook = np.array([600.0, -300, -900]), column("arm", "hook_platform")
+    answer = fast.evaluate(rs.JointCoordinates(q), [*force, 0, 0, 0], hooks=np.outer(hook, force))
+    weight = [rs.Weight(force, hook)]
+    sure = rs.equilibrium(robot, rs.JointCoordinates(q[0]), loads={"platform": weight})
+    np.testing.assert_allclose(answer.displacement[0], sure.displacement, atol=1e-12)
+    pose = np.asarray(sure.pose)
+    np.testing.assert_allclose(answer.platforms.points[0], pose[:3], atol=1e-12)
+
+
+def test_places_beside_singular_postures_are_computed_again(tmp_path):
+    """A stretched wrist has no stiffness; the place under load is that of `equilibrium`."""
+    robot = rs.load(model_file("arm", tmp_path))
+    fast = rs.compile_loaded(robot, platforms=True, backend=rs.Backend.ARRAYS)
+    q = np.array([[0.2, 0.4, 0.3, 0.1, 0.0, 0.3]])
+    force, hook = np.array([60.0, -30, -900]), column("arm", "hook_platform")
+    answer = fast.evaluate(rs.JointCoordinates(q), [*force, 0, 0, 0], hooks=np.outer(hook, force))
+    sure = rs.equilibrium(
+        robot, rs.JointCoordinates(q[0]), loads={"platform": [rs.Weight(force, hook)]}
+    )
+    assert answer.guarded.all()
+    np.testing.assert_allclose(answer.platforms.points[0], np.asarray(sure.pose)[:3], atol=1e-9)
+
+
+def test_hooks_need_a_kernel_with_platforms():
+    fast = rs.compile_loaded(rs.load("gough-stewart-b"), backend=rs.Backend.ARRAYS)
+    with pytest.raises(rs.InputError, match="platforms=True"):
+        fast.evaluate([[0, 0, 0.5, 0, 0, 0]], [0, 0, -1, 0, 0, 0], hooks=np.zeros((3, 3)))
