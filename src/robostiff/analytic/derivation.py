@@ -129,7 +129,7 @@ class Formula(WrittenWhole, ABC):
         if self.is_of_legs:
             refuse_negative(found.matrices[0], f"formula {self.name!r}")
         left = tuple(c for c in found.conditions if c.expression.free_symbols)
-        return replace(found, conditions=left)
+        return replace(found, conditions=left) if self.conditions else found
 
     def substituted(self, values: Mapping[Any, Any]) -> Any:
         """K at given values of its symbols, the definitions computed one after the other.

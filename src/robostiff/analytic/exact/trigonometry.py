@@ -14,7 +14,7 @@ from robostiff.analytic.exact.operation_count import count_of
 
 # Degree in sine and cosine, and operations, beyond which no shorter form is looked for.
 _DEGREE = 4
-_LONGEST = 60
+_LONGEST = 100
 # Phases are multiples of this part of a turn about pi: 15 degrees.
 _PARTS = 12
 # What stands for the sine and cosine of one angle.

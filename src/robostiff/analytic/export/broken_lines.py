@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import sympy as sp
 
 from robostiff.analytic.export.blocks import EquationRows, MatrixEquation
-from robostiff.analytic.export.mathematics import Mathematics
+from robostiff.analytic.export.notation import Notation
 from robostiff.analytic.export.products import is_greek, ordered_terms, printed_product
 from robostiff.analytic.vectors.vector_expressions import Equation
 
@@ -22,7 +22,7 @@ _AROUND = 3.0
 _LETTER = 10 * "x"
 
 
-class _Widths(Mathematics):
+class _Widths(Notation):
     """Ten characters for the width of a letter; fractions stand upright, subscripts are small."""
 
     minus = plus = 2 * _LETTER
@@ -35,7 +35,11 @@ class _Widths(Mathematics):
     def word(self, word: str) -> str:
         return _LETTER * (1 if is_greek(word) else len(word))
 
-    bold = number = word
+    def bold(self, letter: str) -> str:
+        return self.word(letter)
+
+    def number(self, digits: str) -> str:
+        return self.word(digits)
 
     def subscripted(self, letter: str, primes: int, subscripts: Sequence[str]) -> str:
         return letter + primes * "xxxxx" + "".join(self.raise_to("xxxx", x) for x in subscripts)

@@ -28,8 +28,9 @@ from robostiff.analytic.export.broken_lines import (
     name_width,
     room_beside,
 )
-from robostiff.analytic.export.mathematics import Mathematics
+from robostiff.analytic.export.notation import Notation
 from robostiff.analytic.vectors.vector_expressions import Equation, Vector
+from robostiff.errors import printable
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,7 @@ class Row:
     width: float = math.inf  # estimate of its width, where it is on one line [widths of a letter]
 
 
-class Language(Mathematics):
+class Language(Notation):
     """How a language writes the parts of a document.
 
     `room`: of a line [widths of a letter]; `first`: level of the first heading.
@@ -96,24 +97,28 @@ class Language(Mathematics):
         """A block, in one or more paragraphs."""
         match block:
             case Title(text, level):
-                yield self.heading(self.words(text), level)
-            case Sentences():
-                between = " ".join(block.text.split()).split("{}", len(block.formulas))
+                yield self.heading(self.said(text), level)
+            case Sentences(text, formulas):
+                between = " ".join(text.split()).split("{}", len(formulas))
                 each = [
-                    x.replace(x.strip(), self.words(x.strip())) if x.strip() else x for x in between
+                    x.replace(x.strip(), self.said(x.strip())) if x.strip() else x for x in between
                 ]
-                formulas = [*map(self.cell, block.formulas), ""]
-                yield self.paragraph("".join(x + y for x, y in zip(each, formulas, strict=True)))
+                pairs = zip(each, [*map(self.cell, formulas), ""], strict=True)
+                yield self.paragraph("".join(x + y for x, y in pairs))
             case Nomenclature(rows):
                 yield self.heading("Nomenclature", 2)
-                yield self.listed([(self.names(own), self.words(text)) for own, text in rows])
+                yield self.listed([(self.names(own), self.said(text)) for own, text in rows])
             case FormulaTable(head, rows, of):
                 yield self.table(
-                    [[self.words(x), *map(self.cell, own)] for x, own in ((of, head), *rows)]
+                    [[self.said(x), *map(self.cell, own)] for x, own in ((of, head), *rows)]
                 )
             case _:
                 for formula in self.formulas(block):
                     yield from self.display(formula)
+
+    def said(self, text: str) -> str:
+        """Words of anybody: without characters that are not printed."""
+        return self.words(printable(text, kept="\n"))
 
     def names(self, names: Sequence[Vector | str]) -> str:
         """Names in a sentence, each a formula of its own."""

@@ -64,7 +64,7 @@ class _PlainText(Language):
         return "\n".join("  ".join(row).rstrip() for row in padded)
 
     def display(self, rows: Sequence[Row]) -> list[str]:
-        each = (wrapped_formula(*x.lines, self.width, f"{x.left} = ") for x in rows)
+        each = (wrapped_formula(x.lines[0], self.width, f"{x.left} = ") for x in rows)
         return ["\n".join(line for lines in each for line in lines)]
 
     def part(self, block: Block) -> Iterator[str]:

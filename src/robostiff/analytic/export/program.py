@@ -255,7 +255,7 @@ def _in_order(
     put: dict[Any, Any] = dict(zip(temporary, _temporaries(set(names)), strict=False))
     n = matrix.cols
     assignments = tuple(
-        Definition(put.get(d.symbol, d.symbol), d.expression.xreplace(put)) for d in placed
+        Definition(put.get(d.symbol, d.symbol), assigned[d.symbol].xreplace(put)) for d in placed
     )
     assignments, renamed = _in_range(assignments, [x.xreplace(put) for x in results])
     written: Any = sp.ImmutableMatrix(matrix.rows, n, renamed[: matrix.rows * n])

@@ -95,25 +95,19 @@ class CombinationNames:
             ratio = polynomial.leading_coefficient() / known.leading_coefficient()
             if polynomial == known * ratio:
                 return rational(ratio) * written
-        # Squares first: of two of equal length, (x + y)**2 is easier to read than L_a**2 + 4*x*y.
-        candidates = [self._by_squares(polynomial), self._by_names(polynomial)]
-        return min(candidates, key=count_of)
-
-    def _by_squares(self, polynomial: Any) -> Any:
         squares, rest = completed_squares(self._field, polynomial)
         parts = [number * self.polynomial(square) ** 2 for square, number in squares]
-        return sp.Add(*parts, self._plain(rest))
-
-    def _by_names(self, polynomial: Any) -> Any:
-        """The remainder after multiples of named polynomials are taken out, one after the other."""
+        by_squares = sp.Add(*parts, self._plain(rest))
+        # The remainder after multiples of named polynomials are taken out, one after the other
         rest, parts = polynomial, []
         for known, written in self._named:
             for power in (2, 1):
-                if known.total_degree() * power > polynomial.total_degree():
-                    continue
-                rest, part = _without(rest, known**power, written**power)
-                parts += part
-        return sp.Add(*parts, self._plain(rest))
+                if known.total_degree() * power <= polynomial.total_degree():
+                    rest, part = _without(rest, known**power, written**power)
+                    parts += part
+        by_names = sp.Add(*parts, self._plain(rest))
+        # Squares first: of two of equal length, (x + y)**2 is easier to read than L_a**2 + 4*x*y.
+        return min(by_squares, by_names, key=count_of)
 
     def _plain(self, polynomial: Any) -> Any:
         return self._field.polynomial_expression(polynomial).xreplace(self._roots)

@@ -1,4 +1,4 @@
-"""Mathematics in a language: one printer, and the strings in which languages differ."""
+"""Formulas in a language: one printer, and the strings in which languages differ."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ _HALF = sp.Rational(1, 2)
 _OPERATORS = {"acos": "arccos", "asin": "arcsin", "atan": "arctan", "log": "ln"}
 
 
-class Mathematics(Printer):
+class Notation(Printer):
     """How a language writes scalars, vectors and matrices."""
 
-    printmethod: ClassVar[str] = "_in_language"  # no class has it
+    printmethod = "_in_language"  # no class has it
     # sums and products
     minus: str = " - "
     plus: str = " + "
