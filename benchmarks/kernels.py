@@ -3,7 +3,8 @@
 The first table has one robot, the Stewart-Gough platform of case B whose legs are flexible tubes
 with elastic actuators. Every row begins with platform poses and ends with K_C, inverse kinematics
 included, in one thread and float64. Kernels and C write into arrays that are allocated before; the
-row of `rs.compile` includes its checks and the arrays of its answer. Rows are run in turns, and the
+rows of `rs.compile` include its checks and the arrays of its answer. Ratios are to C by hand, which
+writes one triangle of K and checks nothing. Rows are run in turns, and the
 fastest run of each counts; what is compiled is compiled before. K_C must be the same to 1e-9 of
 sqrt(K_ii K_jj), or the row says WRONG. Ways that others wrote the tools for are in `peers/`, and
 come with the extra `bench`; a row says which is not installed. The second table has other robots.
@@ -59,9 +60,11 @@ from robostiff.recorded import record_at_pose
 
 PLACES = [(i, j) for i in range(6) for j in range(i, 6)]
 CHECKED = {Checks.NONE: "K", Checks.MATRIX: "K, checked", Checks.RANK: "K and rank, checked"}
+BY_HAND = "closed form (25) in C, by hand"
+CAREFUL = "the careful form, all poses at once"
 # Peers, and how many times fewer poses than the kernel they get.
 PEERS: dict[str, tuple[Callable[[Hexapod], Way], int]] = {
-    "closed form (25) in C, by hand": (closed_form_in_c, 1),
+    BY_HAND: (closed_form_in_c, 1),
     "JAX: recursion (15), jit and vmap": (jax_recursion, 1),
     "numba: recursion (15) in loops": (numba_recursion, 1),
     "pinocchio: its Jacobians, eq. (7)": (pinocchio_jacobians, 20),
@@ -78,7 +81,7 @@ def peer_rows(robot: Hexapod, inputs: np.ndarray) -> tuple[list[Row], list[str]]
         try:
             way = peer(robot)
         except (ImportError, PeerMissing) as error:
-            missing.append(f"{name:44}not installed ({error})")
+            missing.append(f"{name:56}not installed ({error})")
             continue
         rows.append(Row(name, count, lambda way=way, some=some: way(some)))
     return rows, missing
@@ -101,40 +104,36 @@ def hexapod_rows(count: int) -> tuple[list[Row], list[str]]:
     rows.append(Row("the record on NumPy arrays, K", count, kernel_run(arrays, inputs)))
     compiled = compile_stiffness(robot)
 
-    def whole() -> np.ndarray:
-        K = compiled.evaluate(poses).values["K"]
-        return np.array([K[:, i, j] for i, j in PLACES])
-
-    def batched() -> np.ndarray:
-        K = direct_stiffness(robot, few).K
-        return np.array([K[:, i, j] for i, j in PLACES])
-
-    def lean() -> np.ndarray:
-        K = loop(numbers, fewer, legs_stacked)
-        return np.array([K[:, i, j] for i, j in PLACES])
-
-    rows.append(Row("rs.compile, as (N, 6, 6) and back", count, whole))
-    rows.append(Row("the careful form, all poses at once", len(few), batched))
-    rows.append(Row("lean NumPy loop, eq. (7)", len(fewer), lean))
+    for words, given in (("poses side by side", inputs.T), ("a pose a row", poses)):
+        name = f"rs.compile, (N, 6, 6), rank, status, {words}"
+        rows.append(Row(name, count, lambda x=given: compiled.evaluate(x).matrix))
+    rows.append(Row(CAREFUL, len(few), lambda: direct_stiffness(robot, few).K))
+    rows.append(
+        Row("lean NumPy loop, eq. (7)", len(fewer), lambda: loop(numbers, fewer, legs_stacked))
+    )
     others, missing = peer_rows(numbers, inputs)
     return [*rows, *others], missing
 
 
+def upper_triangle(found: np.ndarray) -> np.ndarray:
+    """The 21 entries (21, N), of those or of matrices (N, 6, 6) or rows of a kernel."""
+    if found.ndim == 3:
+        found = np.moveaxis(found, 0, -1).reshape(36, -1)
+    return found if len(found) == 21 else found[[6 * i + j for i, j in PLACES]]
+
+
 def report(rows: list[Row]) -> None:
-    reference = rs_reference(rows)
-    first = rows[0].microseconds
-    print(f"{'':44}{'us a pose':>11}{'ratio':>10}{'K':>10}")
+    reference = upper_triangle(next(row.found for row in rows if row.name == CAREFUL))
+    by_hand = [row.microseconds for row in rows if row.name == BY_HAND]
+    first = by_hand[0] if by_hand else rows[0].microseconds
+    print(f"{'':56}{'us a pose':>11}{'ratio':>10}{'K':>10}")
     for row in rows:
         n = min(row.count, reference.shape[1])
         size = np.sqrt([reference[PLACES.index((i, i)), :n] for i in range(6)])
         allowed = np.array([size[i] * size[j] for i, j in PLACES])
-        apart = float(np.max(np.abs(row.found[:21, :n] - reference[:, :n]) / allowed))
+        apart = float(np.max(np.abs(upper_triangle(row.found)[:, :n] - reference[:, :n]) / allowed))
         mark = f"{apart:10.0e}" if apart <= ALLOWED else "     WRONG"
-        print(f"{row.name:44}{row.microseconds:11.4f}{row.microseconds / first:10.1f}{mark}")
-
-
-def rs_reference(rows: list[Row]) -> np.ndarray:
-    return next(row.found for row in rows if row.name.startswith("the careful form"))
+        print(f"{row.name:56}{row.microseconds:11.4f}{row.microseconds / first:10.1f}{mark}")
 
 
 def main() -> None:

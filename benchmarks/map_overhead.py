@@ -67,13 +67,13 @@ def main() -> None:
             return job.partition.poses / (time.perf_counter() - started) / 1e6
 
         arrays = MapArrays(job, {})
-        rate(arrays.compute, arrays.dataset)  # the first touch of memory is the system's time
-        in_memory = rate(arrays.compute, arrays.dataset)
+        rate(arrays, arrays.dataset)  # the first touch of memory is the system's time
+        in_memory = rate(arrays, arrays.dataset)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "map.zarr"
             create_store(path, job, {}, {})
             store = MapStore(path, job)
-            on_disk = rate(store.compute, store.finish)
+            on_disk = rate(store, store.finish)
         print(f"{quantity.value:20} {in_memory:10.2f} {on_disk:10.2f}")
 
 

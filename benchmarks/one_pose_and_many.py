@@ -1,7 +1,7 @@
 """`rs.stiffness` by the robot's record: at 100,000 poses against its kernel, and at one pose.
 
 The first table is the time of K, rank and status of many poses, from platform poses to matrices
-(N, 6, 6), in one thread, as a multiple of the kernel alone, which writes 21 rows of numbers and its
+(N, 6, 6), in one thread, as a multiple of the kernel alone, which writes 36 rows of numbers and its
 checks into given arrays. A robot is asked often before: its record is made, and machine code where
 there is any. The second table is one call at one pose with the robot loaded, K, rank and status.
 Ways are run in turns, and the fastest run of each counts.

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.compiled import Kernel
+from robostiff.compiled import Kernel, room_for
 
 SHORT = 0.05  # s
 
 
 @dataclass
 class Row:
-    """A way to K_C at a number of poses: it gives the 21 entries (21, N)."""
+    """A way to K_C at a number of poses."""
 
     name: str
     count: int
@@ -43,5 +43,5 @@ def timed(rows: list[Row], turns: int) -> None:
 
 
 def kernel_run(kernel: Kernel, inputs: np.ndarray) -> Callable[[], np.ndarray]:
-    out = np.empty((kernel.rows, inputs.shape[1]))
+    out = room_for(kernel.rows, inputs.shape[1])
     return lambda: kernel.evaluate(inputs, out, threads=1)

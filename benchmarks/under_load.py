@@ -78,7 +78,7 @@ def equilibria() -> None:
         if found is None or problem is None:
             print(f"{name:<24}{'':>16}{posture:>9.1f}{whole:>8.1f}  {answer.status}")
             continue
-        unknowns = sum(group.count * group.size for group in problem.groups)
+        unknowns = problem.legs.numbers.total
         print(f"{name:<24}{unknowns:>9}{found.steps:>7}{posture:>9.1f}{whole:>8.1f}")
         if whole > GOAL:
             late.append(name)

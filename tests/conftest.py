@@ -19,6 +19,9 @@ from tests.other_programs import PEERS, is_there
 # wait for one another busily.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+# Records are made anew, and those of the user stay as they are.
+os.environ["ROBOSTIFF_CACHE"] = "off"
+
 _UNTIMED = [HealthCheck.too_slow, HealthCheck.data_too_large]
 
 # The same examples on every machine, so that a pass here is a pass there.

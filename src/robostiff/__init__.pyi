@@ -21,10 +21,14 @@ from robostiff.analysis.indices import indices as indices
 from robostiff.analysis.maps import Axis as Axis
 from robostiff.analysis.maps import Batched as Batched
 from robostiff.analysis.maps import Compiled as Compiled
+from robostiff.analysis.maps import Extremes as Extremes
 from robostiff.analysis.maps import Grid as Grid
+from robostiff.analysis.maps import Histogram as Histogram
 from robostiff.analysis.maps import PoseList as PoseList
+from robostiff.analysis.maps import Quantiles as Quantiles
 from robostiff.analysis.maps import Quantity as Quantity
 from robostiff.analysis.maps import RandomPoses as RandomPoses
+from robostiff.analysis.maps import ShareAbove as ShareAbove
 from robostiff.analysis.maps import Threads as Threads
 from robostiff.analysis.maps import stiffness_map as stiffness_map
 from robostiff.analytic import AtCoordinates as AtCoordinates
@@ -71,6 +75,7 @@ from robostiff.design.optimum import optimise as optimise
 from robostiff.design.tolerances import Normal as Normal
 from robostiff.design.tolerances import Tolerances as Tolerances
 from robostiff.design.tolerances import Uniform as Uniform
+from robostiff.design.tolerances import sobol_indices as sobol_indices
 from robostiff.design.tolerances import tolerances as tolerances
 from robostiff.elasticity import CrossSection as CrossSection
 from robostiff.elasticity import Elasticity as Elasticity
@@ -99,6 +104,12 @@ from robostiff.errors import InputError as InputError
 from robostiff.errors import NoAnswerError as NoAnswerError
 from robostiff.errors import PlausibilityWarning as PlausibilityWarning
 from robostiff.errors import RobostiffError as RobostiffError
+from robostiff.identification.choice_of_poses import AOptimal as AOptimal
+from robostiff.identification.choice_of_poses import ChosenPoses as ChosenPoses
+from robostiff.identification.choice_of_poses import DOptimal as DOptimal
+from robostiff.identification.choice_of_poses import TestPose as TestPose
+from robostiff.identification.choice_of_poses import choose_poses as choose_poses
+from robostiff.identification.choice_of_poses import random_postures as random_postures
 from robostiff.identification.frames import KnownFrames as KnownFrames
 from robostiff.identification.frames import UnknownFrames as UnknownFrames
 from robostiff.identification.identified import FitStatus as FitStatus

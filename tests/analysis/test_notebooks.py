@@ -198,3 +198,36 @@ def test_ipython_takes_the_tables_with_the_picture():
     shown, _ = formatter.format(shipped("3-rrr"))
     assert set(shown) == {"text/html", "text/plain"}
     assert "<img" in shown["text/html"]
+
+
+@pytest.mark.parametrize(
+    ("machine", "words"),
+    [
+        (lambda: rs.load("examples/ur5.urdf"), "shoulder_pan_joint"),
+        (lambda: rs.load("examples/portal.json"), "3 beams"),
+        (lambda: rs.load("cable-8"), "cable1"),
+        (lambda: rs.load_linkage("double-pantograph"), "prismatic"),
+        (lambda: rs.find_posture(shipped("hexapod")).snapshot.one(0), "leg1"),
+    ],
+    ids=["urdf", "network", "cables", "linkage", "snapshot"],
+)
+def test_machines_of_all_kinds_show_their_parts_and_a_picture(machine, words):
+    shown = machine()
+    assert words in text_of(shown._repr_html_())
+    assert "<img" in shown._repr_mimebundle_()["text/html"]
+
+
+def test_critical_loads_optima_tolerances_and_compensations_are_shown():
+    critical = rs.critical_load(shipped("hexapod"), wrench=[0, 0, -1, 0, 0, 0], up_to=10)
+    assert "no critical load up to 10 times" in text_of(critical._repr_html_())
+    robot = rs.load("gough-stewart-b", symbols=("R", "k"))
+    best = rs.optimise(robot, rs.WorstDeflection(), {"R": (0.4, 0.6)})
+    text = text_of(best._repr_html_())
+    assert best.ending.value in text
+    assert f"{best.values['R']:.5g}" in text
+    spread = rs.tolerances(robot, {"k": rs.Uniform(0.1), "R": rs.Normal("1 mm")}, samples=1024)
+    text = text_of(spread._repr_html_())
+    assert "99 % below" in text
+    assert f"{spread.shares('worst_deflection')['k']:.1%}" in text
+    path = rs.compensate(shipped("hexapod"), [[0, 0, 0.9, 0, 0, 0]], [0, 0, -1000, 0, 0, 0])
+    assert "without correction" in text_of(path._repr_html_())

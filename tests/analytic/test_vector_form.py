@@ -121,7 +121,7 @@ RODS = {
     "hexaglide": ("c_i = f_i**2/k + l/EA_1", "u_i = (d_i - q_i e_i)/l"),
     "hexapod-pus": ("q_i = x_i - sqrt(l**2 - y_i**2)", "f_i = e_i . u_i"),
     "3-puu": ("w_i_2 = [0; n_i]", "c_i_1 = f_i**2/k + l/EA_1"),
-    "3-rrr": ("x_i = (L_i**2 + l1**2 - l2**2)/(2*l1*y_i)", "u_i = (d_i - l1 v_i)/l2"),
+    "3-rrr": ("x_i = (L_i**2 + l1**2 - l2**2)/(2*L_i*l1)", "u_i = (d_i - l1 v_i)/l2"),
     "hexa": ("v_i = x_i (m_i x e_i) - sqrt(1 - x_i**2) m_i", "h_i = (e_i x v_i) . u_i"),
     "delta": ("w_i_1 = [u_i; b_i x u_i] - o_i w_i_2", "w_i_2 = [0; g_i]"),
 }

@@ -23,7 +23,7 @@ import numpy as np
 import robostiff as rs
 from robostiff.elasticity import beam as beam_module
 from robostiff.elastostatics import Tolerance, parallel_block, tolerance
-from robostiff.io.units import registry
+from robostiff.io.units import unit as units_of_words
 from robostiff.spatial import transport
 from tests.campaign import (
     coupled_joints,
@@ -267,11 +267,14 @@ def _force_at_part(patch: Patch) -> None:
 def _no_guard(patch: Patch) -> None:
     from robostiff.analysis import compiled_answer
 
-    def changed(_: Any) -> Any:
-        return lambda checks, count, general: np.zeros(count, dtype=bool)
+    def changed(of: Any) -> Any:
+        def unguarded(*given: Any) -> Any:
+            found = of(*given)
+            return replace(found, guarded=np.zeros_like(found.guarded))
 
-    patch.function(compiled_answer, "_unsafe", changed)
-    patch.set(compiled_answer, "_SAFE", np.inf)
+        return unguarded
+
+    patch.function(compiled_answer, "decided", changed)
 
 
 def _pitch_sign(patch: Patch) -> None:
@@ -359,9 +362,9 @@ def _chunk_offset(patch: Patch) -> None:
 
 
 def _unit(patch: Patch) -> None:
-    units = dict(registry._UNITS)
+    units = dict(units_of_words._UNITS)
     units["mm"] = replace(units["mm"], ratio=Fraction("1.001e-3"))
-    patch.function(registry, "_UNITS", lambda _: units)
+    patch.function(units_of_words, "_UNITS", lambda _: units)
 
 
 def _parameter_order(patch: Patch) -> None:

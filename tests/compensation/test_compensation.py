@@ -37,12 +37,12 @@ def test_a_robot_of_few_freedoms_is_corrected_where_it_can_be(name):
     path = home + np.linspace(0, 0.01, 4)[:, None]
     found = rs.compensate(robot, path, [10.0, -5, -20, 0, 0, 0])
     free = robot.coordinate_places
-    assert np.max(np.abs(found.left[:, free])) < 1e-12
+    assert np.max(np.abs(found.residual[:, free])) < 1e-12
     assert np.max(np.abs(found.deviation[:, free])) > 1e-8
     stiff = [k for k in range(6) if k not in free]
     # But for what the corrected coordinates take along.
     np.testing.assert_allclose(
-        found.left[:, stiff], found.deviation[:, stiff], rtol=1e-2, atol=2e-9
+        found.residual[:, stiff], found.deviation[:, stiff], rtol=1e-2, atol=2e-9
     )
 
 
@@ -55,7 +55,7 @@ def test_points_without_an_answer_have_a_status_and_the_others_their_commands():
     assert found.answered.tolist() == [True, True, False, True, True, True, True]
     assert rs.Status(int(found.status_codes[2])) & rs.Status.UNREACHABLE
     assert np.isnan(found.commanded[2]).all()
-    assert np.max(np.abs(np.delete(found.left, 2, axis=0)[:, :3])) < 1e-12
+    assert np.max(np.abs(np.delete(found.residual, 2, axis=0)[:, :3])) < 1e-12
 
 
 def test_drives_beyond_their_limits_are_said():
@@ -180,7 +180,7 @@ def test_joints_of_an_arm_from_a_file(tmp_path):
     program = rs.read_program(robot, file)
     assert isinstance(program.poses, rs.JointCoordinates)
     found = rs.compensate(robot, program.poses, program.wrenches, gravity="-z")
-    assert np.max(np.abs(found.left)) < 1e-11
+    assert np.max(np.abs(found.residual)) < 1e-11
     assert f"{names[0]}_cmd" not in program.with_commands(found)[0].split(",")[0]
 
 

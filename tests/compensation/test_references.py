@@ -40,14 +40,14 @@ def test_commands_of_a_hexapod(models, name):
     np.testing.assert_allclose(found.commanded, column("hexapod", f"{name}_pose"), atol=1e-12)
     assert not found.status
     if name == "exact":
-        assert np.max(np.abs(found.left)) < 1e-13
+        assert np.max(np.abs(found.residual)) < 1e-13
         lengths = column("hexapod", "exact_strut_lengths")
         home = rs.find_posture(models["hexapod"], found.commanded).snapshot
         assert np.ptp(found.drives - lengths, axis=0).max() < 1e-12  # but for the home lengths
         assert home is not None
     else:
         for part, key in ((slice(3), "mirror_residual_m"), (slice(3, 6), "mirror_residual_rad")):
-            left = np.linalg.norm(found.left[:, part], axis=1)
+            left = np.linalg.norm(found.residual[:, part], axis=1)
             np.testing.assert_allclose(left, column("hexapod", key), atol=1e-13)
 
 
@@ -62,5 +62,5 @@ def test_commands_of_an_arm(models, name):
     np.testing.assert_allclose(found.coordinates, column("arm", f"{name}_joints"), atol=1e-12)
     np.testing.assert_allclose(found.drives, found.coordinates)
     if name == "mirror":
-        left = np.linalg.norm(found.left[:, :3], axis=1)
+        left = np.linalg.norm(found.residual[:, :3], axis=1)
         np.testing.assert_allclose(left, column("arm", "mirror_residual_m"), atol=1e-13)

@@ -53,7 +53,7 @@ def computed(name: str, width: int, *rows: np.ndarray) -> np.ndarray:
     function = VectorFunction.of(program, replace(processor, width=width))
     inputs, out = np.ones((2, len(rows[0]))), np.full((1, len(rows[0])), 7.0)
     inputs[: len(rows)] = rows
-    function.fill(inputs, out)
+    function.fill(inputs, out, slice(0, len(rows[0])))
     return out[0]
 
 
@@ -106,16 +106,34 @@ def test_angles_without_digits_have_no_sine():
     assert np.isnan(computed("cos", widths()[-1], angles)[:3]).all()
 
 
-def test_rows_apart_in_memory():
-    """Inputs and results may be columns of larger arrays."""
+def test_rows_at_any_places_and_a_part_of_the_poses():
+    """Results may be planes of arrays of their own; poses before and after the part stay."""
     record = Record({"x": [0.3], "y": [0.6]})
     x, y = record.input("x"), record.input("y")
     processor = this_processor()
     assert processor is not None
     function = VectorFunction.of(Program.of(record, [x * y, x - y]), processor)
     inputs = np.random.default_rng(0).uniform(1, 2, (2, 100))
-    outputs = np.zeros((2, 90))
-    function.fill(inputs[:, 7:50], outputs[:, 20:63])
-    np.testing.assert_allclose(outputs[0, 20:63], inputs[0, 7:50] * inputs[1, 7:50], rtol=1e-15)
-    assert not outputs[:, :20].any()
-    assert not outputs[:, 63:].any()
+    products, differences = np.zeros((2, 3, 100)), np.zeros(100)
+    function.fill(inputs, [products[1, 2], differences], slice(7, 50))
+    part = inputs[:, 7:50]
+    np.testing.assert_allclose(products[1, 2, 7:50], part[0] * part[1], rtol=1e-15)
+    np.testing.assert_allclose(differences[7:50], part[0] - part[1], rtol=1e-14)
+    assert np.count_nonzero(products) == np.count_nonzero(differences) == 43
+
+
+def test_tests_that_are_multiplied_are_joined():
+    """A product of comparisons is 1 where all of them hold, and 0 where one has no number."""
+    record = Record({"x": [0.3], "y": [0.6]})
+    x, y = record.input("x"), record.input("y")
+    entries = [greater(x, 0) * greater(y, 0), greater(x, 0) * y, 4 * (1 - greater(x, y))]
+    processor = this_processor()
+    assert processor is not None
+    function = VectorFunction.of(Program.of(record, entries), processor)
+    inputs = np.array([each.ravel() for each in np.meshgrid([-1.0, 2.0, np.nan], [-3.0, 1.0])])
+    out = np.empty((3, 6))
+    function.fill(inputs, out, slice(0, 6))
+    with np.errstate(invalid="ignore"):
+        a, b = inputs
+        expected = [(a > 0) & (b > 0), (a > 0) * b, 4.0 * (1.0 - (a > b))]
+    np.testing.assert_array_equal(out, np.array(expected, dtype=float))

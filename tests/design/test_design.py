@@ -166,3 +166,26 @@ def test_limits_that_cannot_be_kept_are_said(platform):
     found = rs.optimise(platform, rs.WorstDeflection(), RANGES, constraints=tight)
     assert found.ending is rs.Ending.INFEASIBLE
     assert "widen the ranges" in found.ending.advice
+
+
+def test_sobol_indices_are_those_of_the_closed_form():
+    """C_zz = (R^2 - R r + h^2 + r^2) / (6 h^2 k), eq. (28): a function of R times one of k."""
+    robot = rs.load("gough-stewart-b", symbols=("R", "k"))
+    spreads = {"k": rs.Uniform(0.2), "R": rs.Uniform(0.6)}
+    output = rs.EntryOf(rs.ComplianceMatrix(), (2, 2))
+    found = rs.sobol_indices(robot, spreads, output, samples=2**13)
+    s, w = np.polynomial.legendre.leggauss(60)
+    R, k = 0.5 * (1 + 0.6 * s), 1 + 0.2 * s
+    parts = {"R": R**2 - R * 0.3 + 0.8**2 + 0.3**2, "k": 1 / k}
+    mean = {name: np.sum(w * y) / 2 for name, y in parts.items()}
+    var = {name: np.sum(w * (y - mean[name]) ** 2) / 2 for name, y in parts.items()}
+    whole = var["R"] * var["k"] + var["R"] * mean["k"] ** 2 + var["k"] * mean["R"] ** 2
+    for name, other in (("R", "k"), ("k", "R")):
+        alone = var[name] * mean[other] ** 2 / whole
+        with_all = var[name] * (mean[other] ** 2 + var[other]) / whole
+        assert found[name] == pytest.approx((alone, with_all), abs=0.01)
+        assert with_all - alone > 3e-4
+    with pytest.raises(rs.InputError, match="a power of two"):
+        rs.sobol_indices(robot, spreads, samples=1000)
+    with pytest.raises(rs.NoAnswerError, match="have no answer"):
+        rs.sobol_indices(robot, {"k": rs.Uniform(2.0)})

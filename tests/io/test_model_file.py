@@ -1,6 +1,8 @@
 """Model files: what may be written, and what becomes of it."""
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -351,6 +353,53 @@ def test_other_values_for_parameters(tmp_path):
 
 
 # --- the documentation ---
+
+
+def test_drives_of_a_robot_with_symbols_have_limits_of_numbers_and_all_else_in_symbols():
+    drive = (
+        "{type: revolute, axis: y, role: actuated, stiffness: k, limits: [-2*phi, 0.1 + phi], "
+        "inertia: 2 kg m^2 * L / 1 m}"
+    )
+    text = ARM.format(chain=f"      - {drive}\n      - {TIP}")
+    role = read(text).legs[0].chain.elements[0].role
+    document = parse_document(text)
+    robot = model_from_document(document, {"L": "0.5 m"}, symbols=("L", "k", "phi"))
+    symbolic = robot.legs[0].chain.elements[0].role
+    assert symbolic.limits == pytest.approx(role.limits, rel=1e-15)
+    assert all(type(limit) is float for limit in symbolic.limits)
+    assert {str(x) for x in symbolic.inertia.free_symbols} == {"L"}
+    assert robot.numeric.legs[0].chain.elements[0].role.inertia == pytest.approx(1.0)
+    assert role.inertia == pytest.approx(0.6)
+
+
+def test_many_symbols_are_read_without_simplification_of_each_entry():
+    code = f"""if True:
+        import sys
+        from robostiff.io.document import parse_document
+        from robostiff.io.model_file import ALL_PARAMETERS, model_from_document
+        robot = model_from_document(parse_document({MANY!r}), symbols=ALL_PARAMETERS)
+        assert len(robot.symbols) == 6
+        assert "sympy.physics" not in sys.modules, "sympy.simplify imports it"
+    """
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+MANY = """
+robostiff: 1
+name: on bearings
+source: a test
+parameters: {a: 0.3 m, b: 0.2 m, c: 0.1 m, k: 2e8 N/m, d: 20 mm, w: 1 mm}
+legs:
+  - name: arm
+    base: {at: [a, b - 2*c, a/3]}
+    chain:
+      - {type: spring, compliance: [1/k, 2/k, 1/k, 0, 0, 0]}
+      - {type: spring, stiffness: [k, k, 2*k, 2*k*a^2, k*b^2, k*c^2]}
+      - type: beam
+        to: [a, 0, 0]
+        material: steel
+        section: {tube: {outer_diameter: d, inner_diameter: d - 2*w}}
+"""
 
 
 def test_example_of_the_documentation():

@@ -103,6 +103,11 @@ def _compensation():
     return rs.compensate(rs.load("hexapod"), [[0, 0, 0.9, 0, 0, 0]], LOAD)
 
 
+def _measured():
+    return rs.Measurements([[0, 0, 0.9, 0, 0, 0]], [[1e-6, 0, 2e-6]], wrenches=LOAD,
+                           kinds=rs.Reading.DISPLACEMENT)  # fmt: skip
+
+
 LOAD = [0, 0, -1.0, 0, 0, 0]
 Z = [0, 0, 1.0]
 COMMON = {"pose": None, "at": None, "near": None, "tolerance": rs.Tolerance()}
@@ -323,6 +328,10 @@ GOOD = {
         **{"robot": _parametric(), "spreads": {"k": rs.Uniform(0.1)}, "poses": None},
         **{"outputs": (rs.WorstDeflection(),), "samples": 8, "seed": 0, "threads": 1},
     },
+    rs.sobol_indices: lambda: {
+        **{"robot": _parametric(), "spreads": {"k": rs.Uniform(0.1)}, "pose": None},
+        **{"output": rs.WorstDeflection(), "samples": 8, "seed": 0, "threads": 1},
+    },
     rs.compensate: lambda: {
         **{"robot": rs.load("hexapod"), "path": [[0, 0, 0.9, 0, 0, 0]], "wrenches": LOAD},
         **{"method": rs.Exact(), "axes": rs.Axes.WORLD, "loads": None, "gravity": None},
@@ -331,6 +340,30 @@ GOOD = {
     rs.read_program: lambda: {"robot": rs.load("hexapod"), "path": _path(), "angles": None},
     rs.write_program: lambda: {"program": rs.read_program(rs.load("hexapod"), _path()),
                                "found": _compensation(), "path": "out.csv"},
+    rs.Measurements: lambda: {
+        **{"postures": [[0, 0, 0.9, 0, 0, 0]], "values": [[1e-6, 0, 2e-6]], "wrenches": LOAD},
+        **{"forces": Z, "hooks": Z, "markers": "m", "sigma": 1e-6, "toward": Z},
+        **{"kinds": rs.Reading.DISPLACEMENT, "references": [-1], "lines": (), "source": "file"},
+    },
+    rs.KnownFrames: lambda: {"markers": {"marker": Z}, "instrument": (0, 0, 0, 0, 0, 0)},
+    rs.UnknownFrames: dict,
+    rs.Squares: dict,
+    rs.Robust: lambda: {"scale": 2.0},
+    rs.DOptimal: dict,
+    rs.AOptimal: dict,
+    rs.TestPose: lambda: {"postures": [[0, 0, 0.9, 0, 0, 0]], "wrenches": LOAD},
+    rs.identify: lambda: {
+        **{"robot": rs.load("hexapod"), "measured": _measured(), "parameters": ["leg1/strut"]},
+        **{"fixed": (), "shared": False, "frames": rs.KnownFrames({"marker": Z}), "bounds": None},
+        **{"loss": rs.Squares(), "gravity": None},
+    },
+    rs.random_postures: lambda: {"robot": rs.load("hexapod"), "count": 3, "seed": 0},
+    rs.choose_poses: lambda: {
+        **{"robot": rs.load("hexapod"), "candidates": [[0, 0, 0.9, 0, 0, 0], [0, 0, 0.8, 0, 0, 0]]},
+        **{"count": 2, "parameters": ["leg1/strut"], "markers": {"a": Z, "b": [1, 0, 0]}},
+        **{"forces": [900.0, 100, -2000], "hook": Z, "sigma": 1e-6, "fixed": (), "existing": None},
+        **{"criterion": rs.DOptimal(), "repeats": True, "gravity": None, "starts": 1, "seed": 0},
+    },
     rs.UnderLoad: lambda: {"loads": None, "gravity": None, "preload": None, "beams": rs.Linear(),
                            "by": None},
 }  # fmt: skip
@@ -338,7 +371,8 @@ GOOD = {
 LONG = {
     *(rs.compile_loaded, rs.critical_load, rs.load_linkage, rs.load_path),
     *(rs.modes, rs.write_report, rs.optimise, rs.tolerances, rs.compensate, rs.value_and_gradient),
-    *(rs.read_program, rs.write_program),
+    *(rs.read_program, rs.write_program, rs.sobol_indices),
+    *(rs.identify, rs.choose_poses),
 }
 FEW = ("whole number", "word", "list of none", "object")
 #: Answers, which functions make.
@@ -353,7 +387,7 @@ ANSWERS = {
     *(rs.CompiledLoading, rs.CriticalLoad, rs.Deflection, rs.DeflectionsOfPoses),
     *(rs.Equilibria, rs.Equilibrium, rs.IndicesOfPoses, rs.LoadedAnswer, rs.Mode, rs.Modes),
     *(rs.RobotDerivation, rs.Stiffness, rs.StiffnessIndices),
-    *(rs.Compensation, rs.Optimum, rs.Tolerances),
+    *(rs.Compensation, rs.Optimum, rs.Tolerances, rs.Identified, rs.ChosenPoses),
 }
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.analysis.identity import plain
 from robostiff.analysis.maps import Batched, Compiled, request
-from robostiff.analysis.maps.identity import plain
 from robostiff.io.map_files import read_poses
 
 FOUR_BAR = Path(__file__).parents[2] / "examples" / "four-bar.xml"

@@ -14,6 +14,7 @@ from tests.project.shown_output import ROOT
 
 PUBLIC = [
     "ALL_PARAMETERS",
+    "AOptimal",
     "Actuated",
     "ActuatorCoordinates",
     "AtCoordinates",
@@ -34,6 +35,7 @@ PUBLIC = [
     "CableStiffness",
     "CableTensions",
     "Chain",
+    "ChosenPoses",
     "Closed",
     "ClosedFormTensions",
     "Compensation",
@@ -47,6 +49,7 @@ PUBLIC = [
     "CrossSection",
     "DHConvention",
     "DHRow",
+    "DOptimal",
     "DeadForce",
     "Deflection",
     "DeflectionUnder",
@@ -121,6 +124,7 @@ PUBLIC = [
     "StiffnessMatrix",
     "Telescope",
     "TelescopicBeam",
+    "TestPose",
     "Threads",
     "Timoshenko",
     "Tolerance",
@@ -143,6 +147,7 @@ PUBLIC = [
     "cable_stiffness",
     "cable_tensions",
     "chain_stiffness",
+    "choose_poses",
     "circle",
     "compensate",
     "compile",
@@ -171,6 +176,7 @@ PUBLIC = [
     "planar",
     "postures",
     "prismatic",
+    "random_postures",
     "read_program",
     "rectangle",
     "revolute",
@@ -180,6 +186,7 @@ PUBLIC = [
     "shipped_cable_robots",
     "shipped_linkages",
     "shipped_robots",
+    "sobol_indices",
     "spherical",
     "stiffness",
     "stiffness_map",
@@ -342,6 +349,22 @@ def test_one_matrix_of_a_robot_of_legs_loads_no_other_kinds_of_robots():
     }
     assert not {f"robostiff.{name}" for name in others} & set(loaded.stdout.split())
     assert "robostiff.model.robot" in loaded.stdout.split()
+
+
+def test_a_page_of_stiffness_loads_no_other_questions():
+    code = (
+        "import contextlib, io, sys\n"
+        "sys.argv = ['robostiff', 'stiffness', 'hexapod']\n"
+        "with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):\n"
+        "    from robostiff.cli.main import main; main()\n"
+        "print(*{n.split('.')[1] for n in sys.modules if n.startswith('robostiff.')})"
+    )
+    loaded = subprocess.run(
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True
+    )
+    others = {"cables", "compensation", "linkage", "network", "recorded", "statics"}
+    assert not others & set(loaded.stdout.split())
+    assert {"kinematics", "page"} <= set(loaded.stdout.split())
 
 
 def test_a_package_and_its_names_are_in_step():

@@ -5,14 +5,13 @@ import numpy as np
 import robostiff as rs
 from robostiff.statics.equations.problem import LoadCase
 from robostiff.statics.equations.vibration import SmallMotions
+from robostiff.statics.loading.given_loads import Acting
 from robostiff.statics.loading.loaded_posture import postures_of
 
 
 def mass_matrix(robot: rs.Robot, pose: rs.JointCoordinates) -> np.ndarray:
     """Of a serial arm whose joints all have a stiffness and whose links are rigid (m, m)."""
-    loaded = postures_of(robot, pose, None).loaded(
-        0, None, None, None, rs.Linear(), None, masses={}
-    )
+    loaded = postures_of(robot, pose, None).loaded(0, Acting(beams=rs.Linear()), masses={})
     problem, nothing = loaded.problem, np.zeros(loaded.problem.size)
     known = problem.linearised(problem.unloaded, LoadCase(nothing, nothing), 0.0)
     small = SmallMotions.of(problem, loaded.masses, known, problem.unloaded)

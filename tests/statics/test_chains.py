@@ -14,7 +14,7 @@ from robostiff.record import Record, cosine, derivatives_along, sine
 from robostiff.spatial import Space, skew
 from robostiff.spatial.rotation import matrix_of_rotation
 from robostiff.statics.chains.bending import bending, bending_planes
-from robostiff.statics.chains.chain import (
+from robostiff.statics.chains.elements import (
     BodyLoad,
     Element,
     FiniteChain,
@@ -23,16 +23,14 @@ from robostiff.statics.chains.chain import (
     Owner,
 )
 from robostiff.statics.chains.finite_turn import FURTHEST_TURN, FiniteTurn
-from robostiff.statics.chains.legs import LegGroup
-
-_ONE = np.ones(1)
+from robostiff.statics.chains.moving_chain import MovingChains
 
 
 def _joint(random: np.random.Generator, *, turns: bool, slide: float) -> FiniteJoint:
-    axis = random.normal(size=(1, 3))
+    axis = random.normal(size=3)
     axis /= np.linalg.norm(axis)
-    point, k, f = random.normal(size=(1, 3)), random.uniform(5, 9, 1), random.uniform(1, 2, 1)
-    return FiniteJoint(("joint",), point, axis, turns, slide * _ONE, k, f, (None,), 0 * _ONE)
+    point, k, f = random.normal(size=3), random.uniform(5, 9), random.uniform(1, 2)
+    return FiniteJoint("joint", point, axis, turns, slide, k, f)
 
 
 def _beam(random: np.random.Generator) -> FiniteSpring:
@@ -40,8 +38,7 @@ def _beam(random: np.random.Generator) -> FiniteSpring:
     C = cantilever_compliance(L, 1.0, 1.0, 900.0, 2.0, 3.0, 4.0)
     bent = bending(V, C, L, bending_planes(Space.SPATIAL, np.eye(3)), inner=True)
     rotation, k = matrix_of_rotation(random.normal(size=3)), random.uniform(20, 30, 6)
-    at, axial = random.normal(size=(1, 3)), np.array([900 / L])
-    return FiniteSpring(("beam",), at, rotation[None], V[None], k[None], axial, bent)
+    return FiniteSpring("beam", random.normal(size=3), rotation, V, k, 900 / L, bent)
 
 
 def _chain(random: np.random.Generator) -> FiniteChain:
@@ -52,25 +49,24 @@ def _chain(random: np.random.Generator) -> FiniteChain:
         _beam(random),
         _joint(random, turns=True, slide=0.0),
     ]
-    loads = [BodyLoad(k, random.normal(size=(1, 3)), random.normal(size=(1, 3))) for k in (1, 4, 4)]
-    owners = (Owner(0, "leg", 0),)
-    return FiniteChain(None, None, tuple(elements), tuple(loads), owners=owners)
+    loads = [BodyLoad(k, random.normal(size=3), random.normal(size=3)) for k in (1, 4, 4)]
+    return FiniteChain(None, None, tuple(elements), tuple(loads), owner=Owner(0, "leg", 0))
 
 
 def _motion(e: Element, y: Any) -> np.ndarray:
     """Motion (4, 4) behind an element from the unloaded posture."""
     M = np.eye(4, dtype=int).astype(object)
-    c = e.point[0]
+    c = e.point
     if isinstance(e, FiniteJoint):
-        A, q = skew(e.axis[0]), y[0]
+        A, q = skew(e.axis), y[0]
         R = (
             np.eye(3)
             + A * (sine(q) if e.turns else 0)
             + A @ A * ((1 - cosine(q)) if e.turns else 0)
         )
-        shift: Any = e.axis[0] * (e.slide[0] * q)
+        shift: Any = e.axis * (e.slide * q)
     else:
-        own, th = e.rotation[0], e.modes[0] @ y
+        own, th = e.rotation, e.modes @ y
         S = np.array([[0, -th[5], th[4]], [th[5], 0, -th[3]], [-th[4], th[3], 0]], dtype=object)
         power, R = np.eye(3), np.eye(3)
         for n in range(1, 16):
@@ -93,19 +89,19 @@ def _potential(
     T, behind = np.eye(4), [np.eye(4)]
     for e, place in zip(chain.elements, chain.places, strict=True):
         y = x[place]
-        energy = energy + sum(e.stiffness.flat * y * y) * 0.5
+        energy = energy + sum(e.stiffness * y * y) * 0.5
         if isinstance(e, FiniteJoint):
-            energy = energy - e.preload[0] * y[0]
+            energy = energy - e.preload * y[0]
         else:
-            N, bent, k = next(forces), e.bending, e.axial[0]
-            inner = sum(bent.b[0, :, i] / (1 + N * bent.l[0, :, i]) for i in range(2))
-            z, stretch = bent.z[0] @ y, N - k * (e.modes[0, 0] @ y)
-            h = bent.s[0] * N - inner * (N * N)
+            N, bent, k = next(forces), e.bending, e.axial
+            inner = sum(bent.b[:, i] / (1 + N * bent.l[:, i]) for i in range(2))
+            z, stretch = bent.z @ y, N - k * (e.modes[0] @ y)
+            h = bent.s * N - inner * (N * N)
             energy = energy + (h * z * z).sum() * 0.5 - stretch * stretch * (0.5 / k)
         T = T @ _motion(e, y)
         behind.append(T)
     for load in chain.loads:
-        energy = energy - load.force[0] @ (behind[load.after] @ np.append(load.point[0], 1))[:3]
+        energy = energy - load.force @ (behind[load.after] @ np.append(load.point, 1))[:3]
     return energy - W[:3] @ (T @ np.append(end, 1))[:3], T
 
 
@@ -133,24 +129,23 @@ def test_gradient_and_second_derivatives_are_those_of_the_potential(on_entries: 
     gradient, Q = gradient[:n] + Q[:n, n:] @ missing, Q[:n, :n] + Q[:n, n:] @ rate
 
     kind = object if on_entries else float
-    arrays = LegGroup((chain,), (), end.astype(kind), tuple(range(6))).family.arrays
-    given = x[None] if on_entries else at[None]
-    start = np.eye(3).astype(kind), np.zeros(3).astype(kind)
-    forces = axial[None] if on_entries else N[None]
-    terms = arrays.terms(given, *start, W[None], forces, 1.0)
-    size = np.max(np.abs(Q))
-    assert value(terms.gradient[0]) == pytest.approx(gradient, abs=1e-12 * size)
-    assert value(terms.tangent[0]) == pytest.approx(Q, abs=1e-12 * size)
-    assert value(terms.J[0, :3].T) == pytest.approx(J, abs=1e-13)
+    arrays = MovingChains((chain,), np.zeros((0, 3)), end[None].astype(kind), tuple(range(6)))
+    start = np.eye(3)[None].astype(kind), np.zeros((1, 3)).astype(kind)
+    given = (x, axial) if on_entries else (at, N)
+    terms = arrays.terms(given[0], *start, W[None], given[1], 1.0)
+    size, (a, b) = np.max(np.abs(Q)), arrays.pairs
+    assert value(terms.gradient) == pytest.approx(gradient, abs=1e-12 * size)
+    assert value(terms.tangent) == pytest.approx(Q[a, b], abs=1e-12 * size)
+    assert value(terms.J[:, :3]) == pytest.approx(J, abs=1e-13)
     assert value(terms.P[0]) == pytest.approx(value(np.array(P)), abs=1e-14)
-    assert value(terms.beams.missing[0]) == pytest.approx(missing, rel=1e-12)
+    assert value(terms.beams.missing) == pytest.approx(missing, rel=1e-12)
     beams = [chain.places[1], chain.places[3]]
     of_beams = np.array([own[place] for own, place in zip(rate, beams, strict=True)])
-    assert value(terms.beams.rate[0]) == pytest.approx(of_beams, abs=1e-12 * np.max(np.abs(rate)))
+    assert value(terms.beams.rate) == pytest.approx(of_beams, abs=1e-12 * np.max(np.abs(rate)))
     # what a moment does beside that: the exterior derivative of its work, m . (w_a x w_b)
-    w = value(terms.J[0, 3:].T)
-    expected = [[0.5 * W[3:] @ np.cross(a, b) for b in w] for a in w]
-    assert value(terms.bracket[0]) == pytest.approx(np.array(expected), abs=1e-13)
+    w = value(terms.J[:, 3:])
+    expected = [0.5 * W[3:] @ np.cross(w[i], w[j]) for i, j in zip(a, b, strict=True)]
+    assert value(terms.bracket) == pytest.approx(np.array(expected), abs=1e-13)
 
 
 def test_turns_have_one_value_on_both_sides_of_where_series_end() -> None:

@@ -17,6 +17,7 @@ from robostiff.spatial import Space
 from robostiff.statics.chains.bending import BowingTerms, bending, bending_planes
 from robostiff.statics.equations.equilibrium_path import path
 from robostiff.statics.equations.problem import LoadCase
+from robostiff.statics.loading.given_loads import Acting
 from robostiff.statics.loading.loaded_posture import postures_of
 from tests.statics.robots_under_load import beam, joint, loaded
 
@@ -109,7 +110,7 @@ def test_close_below_a_bifurcation_columns_are_straight(part: float):
 def test_the_equilibrium_at_a_load_between_two_of_a_path():
     """It is on the path, where Newton's method at the load itself leaps to the branch beside it."""
     robot, factor = COLUMNS["clamped, guided"]
-    loaded_robot = postures_of(robot, None, None).loaded(0, None, None, None, rs.Bowing())
+    loaded_robot = postures_of(robot, None, None).loaded(0, Acting())
     problem = loaded_robot.problem
     loading = LoadCase(np.zeros(6), DOWN)
     wanted = (1 - 1e-5) * factor * EULER

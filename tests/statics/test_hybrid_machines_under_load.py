@@ -77,16 +77,14 @@ class Energy:
         assert answer.problem is not None
         assert answer.found is not None
         assert answer.snapshot is not None
-        (group,), (state,) = answer.problem.groups, answer.found.state.legs
+        legs, x = answer.problem.legs, answer.found.state.legs.x
         self.parts: list[tuple[Any, np.ndarray]] = [
-            (element, x[0][place])
-            for chain, x in zip(group.chains, state.x, strict=True)
+            (element, x[first:][place])
+            for chain, first in zip(legs.chains, legs.first_x, strict=False)
             for element, place in zip(chain.elements, chain.places, strict=True)
         ]
         self.z = np.concatenate([x for _, x in self.parts])
-        sizes = [
-            np.ones(1) if e.size == 1 else 1 / np.abs(e.modes[0]).max(0) for e, _ in self.parts
-        ]
+        sizes = [np.ones(1) if e.size == 1 else 1 / np.abs(e.modes).max(0) for e, _ in self.parts]
         self.unit = np.concatenate(sizes)
         self.leg, self.point = answer.snapshot.legs[0], answer.problem.point
         self.gravity, self.part = gravity, part
@@ -110,13 +108,13 @@ class Energy:
                 self.gaps += [np.linalg.inv(other) @ T for other in others]
             elif not (isinstance(e, PlacedFreedom) and e.stiffness is None and not e.is_passive):
                 like, y = next(parts)
-                assert like.names[0] == e.name
-                self.U += 0.5 * np.sum(like.stiffness[0] * y * y)
+                assert like.name == e.name
+                self.U += 0.5 * np.sum(like.stiffness * y * y)
                 if isinstance(e, PlacedFreedom):
                     R = turned(e.axis * y[0]) if e.turns else np.eye(3)
                     T = T @ moved(R, e.point, e.axis * e.advance(1.0) * y[0])
                 else:
-                    V = like.modes[0]
+                    V = like.modes
                     C = e.elasticity.compliance
                     assert np.allclose(V @ V.T, C, rtol=1e-9, atol=1e-12 * np.abs(C).max())
                     th, R = V @ y, e.rotation

@@ -16,6 +16,7 @@ from robostiff.kinematics import posture_finder
 from robostiff.model import PlacedFreedom
 from robostiff.recorded.closure import LAST
 from robostiff.statics.kernels.strut import buckling_of
+from robostiff.statics.loading.given_loads import Acting
 from robostiff.statics.loading.loaded_posture import postures_of
 from tests.statics.robots_under_load import loaded
 
@@ -158,11 +159,12 @@ def test_four_steps_arrive_at_half_the_critical_load_and_newtons_are_squared():
     assert np.sqrt(found[-2]).max() < 1e-12
     assert np.all(found[-1] > 0)
     # where the tangent is not exact, steps shrink in proportion, not squared
-    closure = code.closure
-    values = {**dict(zip(closure.inputs, inputs, strict=True)), **closure.state}
+    step = code.few.step.program
+    names = step.inputs[len(inputs) :]
+    values = dict(zip(step.inputs, (*inputs, *code.state), strict=True))
     sizes = []
     for _ in range(6):
-        values |= zip(closure.state, closure.step.evaluated(values), strict=True)
+        values |= zip(names, step.evaluated(values), strict=True)
         sizes.append(np.sqrt(values[LAST]))
     before, after = np.array(sizes[1:-1]), np.array(sizes[2:])
     seen = after > 1e-13
@@ -177,8 +179,7 @@ def test_bounds_of_buckling_hold_at_other_postures_and_are_close(force: float):
     random = np.random.default_rng(12)
     spread = 0.15 * np.array([1, 1, 1, 0.5, 0.5, 0.5]) * random.uniform(-1, 1, (9, 6))
     problems = [
-        postures_of(robot, finder.home_pose + own, None).loaded(0, None, None, None, rs.Bowing())
-        for own in spread
+        postures_of(robot, finder.home_pose + own, None).loaded(0, Acting()) for own in spread
     ]
     bounds = buckling_of([own.problem for own in problems[:6]], range(6), 1e5)
     for posture in problems[6:]:

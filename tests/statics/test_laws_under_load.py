@@ -11,7 +11,9 @@ from scipy.spatial.transform import Rotation
 import robostiff as rs
 from robostiff.elasticity import elasticity_from_stiffness
 from robostiff.model import Actuated, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
-from robostiff.statics.chains.legs import LegGroup, LegState, Share
+from robostiff.statics.chains.elements import Share
+from robostiff.statics.chains.legs import Legs, LegState
+from robostiff.statics.loading.given_loads import Acting
 from robostiff.statics.loading.loaded_posture import postures_of
 from tests.cases.metric import distance
 from tests.statics.robots_under_load import beam_legs, case, loaded, planar_chain, stewart
@@ -157,43 +159,36 @@ def test_tangent_is_the_derivative_of_the_residual(name: str, beams: rs.Bowing):
         robot, loads = rs.find_posture(rs.load("delta")).snapshot.one(0), {}
     rng = np.random.default_rng(3)
     p = np.asarray(robot.reference_point)
-    for group in groups_of(robot, beams, loads):
-        state = group.unloaded()
-        size = np.ones(group.size)
-        free = group.sizes(1.0)
-        size[: free.shape[1]] = 0.1 / np.maximum(free.max(0), 1e-12)
-        size[free.shape[1] :] = 1e4
-        state = moved(group, state, rng.uniform(-1, 1, (group.count, group.size)) * size)
-        R, at, share = np.eye(3), p + 0.01, Share(1.0, 1.0)
-        A = group.family.equations([state], R, at, share)[0].A
-        wanted = np.zeros(A.shape)
-        for j in range(group.size):
-            step = np.zeros((group.count, group.size))
-            step[:, j] = 1e-6 * size[j]
-            ends = [residual(group, moved(group, state, s * step), R, at, share) for s in (1, -1)]
-            wanted[:, :, j] = (ends[0] - ends[1]) / (2e-6 * size[j])
-        rows = list(range(group.free_size))
-        scale = np.abs(A[:, rows] * size).max(axis=2, keepdims=True)
-        assert np.abs((A - wanted)[:, rows] * size / scale).max() < 2e-8
+    legs = legs_of(robot, beams, loads)
+    size, free = legs.units(1.0), np.zeros(legs.numbers.total, dtype=bool)
+    for block in legs.numbers.blocks:
+        free[block.coordinates] = True
+    size = np.where(free, 0.1 / np.maximum(size, 1e-12), 1e4)
+    state = moved(legs, legs.unloaded, rng.uniform(-1, 1, size.size) * size)
+    R, at, share = np.eye(3), p + 0.01, Share(1.0, 1.0)
+    blocks = legs.equations(state, R, at, share).A
+    wanted = np.zeros((size.size, size.size))
+    for j, step in enumerate(1e-6 * np.diag(size)):
+        ends = [legs.equations(moved(legs, state, s * step), R, at, share).r for s in (1, -1)]
+        wanted[:, j] = (ends[0] - ends[1]) / (2e-6 * size[j])
+    for block, A in zip(legs.numbers.blocks, blocks, strict=True):
+        for u, own in zip(block.at, A, strict=True):
+            scale = np.abs(own[: block.free] * size[u]).max(axis=1, keepdims=True)
+            missed = (own - wanted[np.ix_(u, u)])[: block.free] * size[u] / scale
+            assert np.abs(missed).max() < 2e-8
 
 
-def groups_of(robot: rs.Snapshot, beams: rs.Bowing, loads: Any) -> tuple[LegGroup, ...]:
-    return postures_of(robot, None, None).loaded(0, None, loads, None, beams).problem.groups
+def legs_of(robot: rs.Snapshot, beams: rs.Bowing, loads: Any) -> Legs:
+    return postures_of(robot, None, None).loaded(0, Acting(loads, beams=beams)).problem.legs
 
 
-def moved(group: LegGroup, state: LegState, step: np.ndarray) -> LegState:
+def moved(legs: Legs, state: LegState, step: np.ndarray) -> LegState:
     """After a step of the unknowns, axial forces of beams in balance with them."""
-    state = group.stepped(state, np.pad(step, ((0, 0), (0, len(group.beams)))))
+    state = legs.stepped(state, np.pad(step, (0, len(legs.beams))))
     for _ in range(12):
-        eq = group.family.equations([state], np.eye(3), group.platform_point, Share(1.0, 1.0))[0]
-        state = replace(state, axial=state.axial + eq.axial[0])
+        eq = legs.equations(state, np.eye(3), legs.platform_point, Share(1.0, 1.0))
+        state = replace(state, axial=state.axial + eq.missing)
     return state
-
-
-def residual(
-    group: LegGroup, state: LegState, R: np.ndarray, p: np.ndarray, share: Share
-) -> np.ndarray:
-    return group.family.equations([state], R, p, share)[0].r
 
 
 def test_order_of_legs_does_not_matter():
@@ -298,16 +293,15 @@ def test_misuse():
 
 
 def test_legs_with_other_loads_are_computed_together():
-    """A load on one leg alone leaves all alike legs in one group, at the same answer."""
+    """A load on one leg alone leaves all alike legs in one block, at the same answer."""
     robot = rs.find_posture(rs.load("hexapod")).snapshot.one(0)
     p = np.asarray(robot.reference_point)
     loads = {"leg2/strut": [rs.DeadForce([0, 0, -900.0]), rs.DeadForce([50.0, 0, 0])]}
-    (group,) = groups_of(robot, rs.Bowing(), loads)
-    assert group.count == 6
-    state, share = group.unloaded(), Share(1.0, 1.0)
-    pulled = group.family.equations([state], np.eye(3), p, share)[0].r
-    (free,) = groups_of(robot, rs.Bowing(), {})
-    others = (
-        np.abs(pulled - free.family.equations([state], np.eye(3), p, share)[0].r).max(axis=1) > 0
-    )
+    residuals = []
+    for given in (loads, {}):
+        legs = legs_of(robot, rs.Bowing(), given)
+        (block,) = legs.numbers.blocks
+        assert len(block.at) == 6
+        residuals.append(legs.equations(legs.unloaded, np.eye(3), p, Share(1.0, 1.0)).r[block.at])
+    others = np.abs(residuals[0] - residuals[1]).max(axis=1) > 0
     assert others.tolist() == [False, True, False, False, False, False]

@@ -14,7 +14,7 @@ from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import PlacedFreedom, PlacedLeg, Snapshot
 from robostiff.network import JointElement, Network, Node, beam_between
 from robostiff.spatial import Frame, Space, skew
-from robostiff.statics.chains.chain import BodyPlace
+from robostiff.statics.loading.given_loads import Acting
 from robostiff.statics.loading.loaded_posture import postures_of
 from tests.statics.robots_under_load import beam, column, joint
 
@@ -217,18 +217,14 @@ def test_a_beam_that_moves_as_a_rigid_body_has_its_mass(theory: BeamTheory, elem
     free += [rs.revolute(e, rs.Actuated(1.0), name=f"r{i}") for i, e in enumerate(np.eye(3))]
     rod = rs.beam_link([0.3, 0.5, 0.4], steel, section, y_axis=[0, 0, 1], theory=theory)
     robot = model_arm(*free, rod)
-    loaded = postures_of(robot, None, None).loaded(
-        0, None, None, None, rs.Bowing(elements), None, masses={}
-    )
-    (group,) = loaded.problem.groups
+    loaded = postures_of(robot, None, None).loaded(0, Acting(beams=rs.Bowing(elements)), masses={})
+    legs = loaded.problem.legs
     (mass,) = loaded.masses.on_legs
-    start = loaded.problem.unloaded.legs[0]
-    moved = rng.normal(scale=0.2, size=start.x[0].shape)
-    moved[:, 6:] = 0.0  # far as a whole, straight all the same
-    for state in (start, replace(start, x=(moved,))):
+    moved = rng.normal(scale=0.2, size=legs.unloaded.x.shape)
+    moved[6:] = 0.0  # far as a whole, straight all the same
+    for state in (legs.unloaded, replace(legs.unloaded, x=moved)):
         about = rng.normal(size=3)
-        (places,) = group.moved(state)
-        bodies = [BodyPlace(own.R[0], own.t[0]) for own in places]
+        (bodies,) = legs.moved(state)
         twists = np.broadcast_to(np.eye(6), (len(bodies), 6, 6))  # of a rigid body
         B = mass.velocities(bodies, twists, about)
         m, end = float(mass.mass.value), bodies[-1].of(np.array([0.3, 0.5, 0.4]))

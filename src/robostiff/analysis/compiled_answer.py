@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -20,18 +22,17 @@ from robostiff.compiled import (
     StiffnessMatrix,
     TotalMass,
     kernel_of,
-    rows_of,
-    unpack,
+    room_for,
 )
-from robostiff.compiled.codes import POSES_A_CHUNK, chunks_of, in_shares
+from robostiff.compiled.codes import chunks_of
+from robostiff.compiled.machine_code import Rows
 from robostiff.elastostatics import Status
 from robostiff.elastostatics.batched import PoseBatch
 from robostiff.elastostatics.conditioning import smallest_held_stiffness
 from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.elastostatics.tolerance import DEFAULT_TOLERANCE, scaling
-from robostiff.recorded import CLOSED, SHORT, RecordedRobot
+from robostiff.recorded import CLOSED, Flag, RecordedRobot
 from robostiff.spatial import Space
-from robostiff.spatial.batch import empty_batch
 
 # What is so much clearer than the tolerances ask for is decided alike with the characteristic
 # length of another posture, and by wrenches of a record, which are rounded otherwise.
@@ -61,10 +62,21 @@ class RecordedRanks:
         kernel = kernel_of(recorded, [_Wrenches(sum(counts))], Backend.ARRAYS, checks=Checks.NONE)
         return cls(kernel, counts, recorded.space, recorded.length)
 
-    def decided(self, inputs: np.ndarray, upper: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def as_data(self) -> dict[str, Any]:
+        """As JSON has it."""
+        return {"kernel": self.kernel.as_data(), "counts": self.counts, "length": self.length}
+
+    @classmethod
+    def from_data(cls, data: Mapping[str, Any]) -> RecordedRanks:
+        """From what `as_data` gave; errors as of `Program.from_data`."""
+        counts = tuple(data["counts"])
+        kernel = Kernel.from_data(data["kernel"], [_Wrenches(sum(counts))], Backend.ARRAYS)
+        return cls(kernel, counts, kernel.space, float(data["length"]))
+
+    def decided(self, inputs: np.ndarray, K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Ranks (N,), and where they are beyond doubt (N,).
 
-        By inputs of the kernels (inputs, N), and the upper triangle of K at each pose (rows, N).
+        By inputs of the kernels (inputs, N), and K at each pose (N, n, n).
         """
         n, count, tolerance = self.space.size, inputs.shape[1], DEFAULT_TOLERANCE
         s = scaling(np.array(self.length), self.space)
@@ -76,8 +88,6 @@ class RecordedRanks:
         rank = np.count_nonzero(values > tolerance.independence, axis=-1)
         kept = values > _CLEARLY * tolerance.near_independence
         clear &= np.all(kept | (values < _ROUNDED * tolerance.rounding), axis=-1)
-        K = empty_batch((count,), (n, n))
-        unpack(upper, K)
         K = K * np.outer(s, s)
         diagonal = np.einsum("nii->ni", K)
         # What no leg feels is zero in both forms, but for the same rounding.
@@ -116,28 +126,6 @@ class _Wrenches:
         return [x for leg in robot.legs for wrench in leg.basis for x in wrench]
 
 
-# Losses of the recorded pivots above which a pose is computed again; their squares are summed. The
-# record loses about as many digits as a loss has, and several one after the other more. Stiffness
-# falls with the square of the wrenches that hold it: of those, at most a hundredth is lost.
-_SAFE = 1e4**2
-_OUT_OF_REACH = -1e-3  # of `RecordedRobot.reach`: certainly out of reach
-# An actuator nearer to a limit than this part of its range is looked at again.
-_AT_LIMIT = 1e-9
-# A gap between eigenvalues, as a part of them, below which their derivatives are rounding.
-_APART = 1e-7
-
-
-def _places(space: Space) -> np.ndarray:
-    """Rows of a kernel in which the entries of a symmetric matrix (n, n) are."""
-    shape = (space.size, space.size)
-    found = np.empty((1, *shape), dtype=int)
-    unpack(np.arange(rows_of(shape))[:, None], found)
-    return found[0]
-
-
-_PLACES = {space: _places(space) for space in Space}
-
-
 @dataclass(frozen=True)
 class AtGeneralPoses:
     """Assumptions of a record."""
@@ -150,14 +138,14 @@ class AtGeneralPoses:
 
     def at_one(self, kernel: Kernel, inputs: np.ndarray) -> CompiledAnswer | None:
         """What a kernel of K gives at one pose by inputs (n,); None where a check of it fails."""
-        results = kernel.evaluate(inputs[:, None])[:, 0].tolist()
-        start = kernel.rows - len(kernel.checks)
-        checks = dict(zip(kernel.checks, results[start:], strict=True))
-        if not (_is_regular(checks, self) and _closes(checks) and checks.get("rank", 0.0) < _SAFE):
+        results = kernel.evaluate(inputs[:, None])[:, 0]
+        flags, n = int(results[kernel.rows - len(kernel.checks)]), kernel.space.size
+        is_right = self.verified and flags in (0, Flag.BEYOND_LIMITS) and closes(kernel, results)
+        if not is_right:
             return None
-        beyond = Status.BEYOND_LIMITS if checks.get("limits", 0.0) < 0 else Status.OK
+        beyond = Status.BEYOND_LIMITS if flags else Status.OK
         return CompiledAnswer(
-            values={StiffnessMatrix.name: np.array(results)[_PLACES[kernel.space]]},
+            values={StiffnessMatrix.name: results[: n * n].reshape(n, n)},
             status_codes=np.array(int(self.status | beyond), dtype=np.uint16),
             rank=np.array(self.rank, dtype=np.int8),
             guarded=np.array(False),
@@ -165,99 +153,64 @@ class AtGeneralPoses:
 
 
 @dataclass(frozen=True)
-class CheckedResults:
-    """Results of a kernel at some poses."""
+class Decided:
+    """What the checks of a kernel decide at some poses."""
 
-    # dict of names to (rows, N): those of each output, not a number where the status says that
-    # there is no answer; views of the results
-    rows: dict[str, np.ndarray]
     status_codes: np.ndarray  # (N,) of uint16
     rank: np.ndarray  # (N,) of int8
-    guarded: np.ndarray  # (N,) of bool: where nothing of this is to be used
+    guarded: np.ndarray  # (N,) of bool: where nothing of the results is to be used
 
 
-def checked_results(
+def decided(
     kernel: Kernel,
-    results: np.ndarray,
-    missed: np.ndarray,
-    loose: np.ndarray,
+    results: Rows,
+    values: Mapping[str, np.ndarray],
+    given: InputRows,
     general: AtGeneralPoses,
-    inputs: np.ndarray | None = None,
-) -> CheckedResults:
-    """Rows by output, with status, rank and guard at each pose.
+) -> Decided:
+    """Status, rank and guard at each pose.
 
-    Results (rows, N) of the kernel are changed where there is no answer. Poses that are `missed`
-    (N,) are known to be out of reach, inputs of `loose` ones (N,) are not to be trusted. Inputs
-    (inputs, N) of the kernel are given where ranks may be decided by them.
+    By the rows of checks in the results of a kernel. Values of its outputs (N, ...) become no
+    numbers where the status says that there is no answer.
     """
-    rows, start = {}, 0
-    for output in kernel.outputs:
-        stop = start + rows_of(output.shape(kernel.space))
-        rows[output.name] = results[start:stop]
-        start = stop
-    checks = _checks(kernel, results)
-    status = np.full(results.shape[1], int(general.status), dtype=np.uint16)
-    rank = np.full(results.shape[1], general.rank, dtype=np.int8)
-    if "limits" in checks:
-        beyond = checks["limits"] < 0
-        if beyond.any():
-            status[beyond] |= np.uint16(Status.BEYOND_LIMITS)
-    closed = _closes(checks) & np.ones(results.shape[1], dtype=bool)
-    guarded = ~(closed & _is_regular(checks, general)) | loose
-    where = np.flatnonzero(~guarded & ~(checks["rank"] < _SAFE)) if "rank" in checks else ()
-    if len(where):
+    codes = results[kernel.rows - len(kernel.checks)].astype(np.uint8)
+    status = np.full(len(codes), int(general.status), dtype=np.uint16)
+    rank = np.full(len(codes), general.rank, dtype=np.int8)
+    closed = closes(kernel, results)
+    guarded = given.loose | ~closed if general.verified else np.ones(len(codes), dtype=bool)
+    lost, meet = given.missed, np.zeros_like(guarded)
+    if codes.any():
+        at = {flag: (codes & np.uint8(flag)) != 0 for flag in Flag}
+        status[at[Flag.BEYOND_LIMITS]] |= np.uint16(Status.BEYOND_LIMITS)
+        guarded |= at[Flag.DOUBTFUL]
+        lost = lost | (closed & at[Flag.OUT_OF_REACH])
+        meet = at[Flag.MEETING] & ~lost
+        where = np.flatnonzero(~guarded & at[Flag.RANK_DOUBTFUL])
         guarded[where] = True
-        if general.ranks is not None and inputs is not None:
-            rank[where], clear = general.ranks.decided(inputs[:, where], results[:start, where])
+        if general.ranks is not None and len(where):
+            K = values[StiffnessMatrix.name][where]
+            rank[where], clear = general.ranks.decided(given.rows[:, where], K)
             guarded[where] = ~clear
             free = np.uint16(Status.FREE_MOTIONS)
             status[where] = (status[where] & ~free) | (rank[where] < kernel.space.size) * free
-    out_of_reach = missed
-    if "reach" in checks:
-        out_of_reach = out_of_reach | (closed & (checks["reach"] < _OUT_OF_REACH))
-    lost = bool(out_of_reach.any())
-    if lost:
-        status[out_of_reach], rank[out_of_reach] = int(Status.UNREACHABLE), -1
-        guarded &= ~out_of_reach
-        results[:start, out_of_reach] = np.nan
-    if "gap" in checks:  # eigenvalues have no derivatives where two of them meet
-        meet = ~(checks["gap"] > _APART) & ~out_of_reach
-        if meet.any():
-            status[meet] |= np.uint16(Status.ILL_CONDITIONED)
-            for output in kernel.outputs:
-                if isinstance(output, Rates):
-                    rows[output.name][:, meet] = np.nan
-    return CheckedResults(rows, status, rank, guarded)
+    if lost.any():
+        status[lost], rank[lost] = int(Status.UNREACHABLE), -1
+        guarded &= ~lost
+        for own in values.values():
+            own[lost] = np.nan
+    if meet.any():  # eigenvalues have no derivatives where two of them meet
+        status[meet] |= np.uint16(Status.ILL_CONDITIONED)
+        for output in kernel.outputs:
+            if isinstance(output, Rates):
+                values[output.name][meet] = np.nan
+    return Decided(status, rank, guarded)
 
 
-def closes(kernel: Kernel, results: np.ndarray) -> np.ndarray:
-    """Where the recorded closure arrives, in the assembly mode of home (N,)."""
-    return _closes(_checks(kernel, results)) & np.ones(results.shape[1], dtype=bool)
-
-
-def _checks(kernel: Kernel, results: np.ndarray) -> dict[str, np.ndarray]:
-    """The rows of checks, which follow those of the outputs."""
-    start = kernel.rows - len(kernel.checks)
-    return dict(zip(kernel.checks, results[start:], strict=True))
-
-
-# Checks are rows of numbers (N,) or, at one pose, numbers.
-
-
-def _closes(checks: Mapping[str, Any]) -> Any:
-    return "open" not in checks or (checks["open"] < CLOSED) & (checks["mode"] > 0)
-
-
-def _is_regular(checks: Mapping[str, Any], general: AtGeneralPoses) -> Any:
-    """Where no assumption is close to failing, that of the rank left out."""
-    safe = np.isfinite(checks["trace"]) & general.verified
-    if "loss" in checks:
-        safe = safe & (checks["loss"] < _SAFE)
-    if "reach" in checks:
-        safe = safe & (checks["reach"] > SHORT)
-    if "limits" in checks:
-        safe = safe & (abs(checks["limits"]) > _AT_LIMIT)
-    return safe
+def closes(kernel: Kernel, results: Rows) -> np.ndarray:
+    """Where the recorded closure arrives, in the assembly mode of home, as of the results (N,)."""
+    if "open" not in kernel.checks:
+        return np.broadcast_to(True, np.shape(results[0]))
+    return (results[-2] < CLOSED) & (results[-1] > 0)
 
 
 @dataclass(frozen=True, repr=False)
@@ -298,43 +251,69 @@ class CompiledAnswer(StatusOfPoses, PoseBatch):
 
 
 def attempted(
-    kernel: Kernel, inputs: InputRows, general: AtGeneralPoses, threads: int
+    kernel: Kernel,
+    inputs: InputRows,
+    general: AtGeneralPoses,
+    threads: int,
+    out: Mapping[str, np.ndarray] = MappingProxyType({}),
 ) -> CompiledAnswer:
-    """What a kernel answers at rows of inputs; ``guarded`` poses are to be computed again."""
-    count = len(inputs.missed)
-    answer = CompiledAnswer(
-        values={
-            output.name: empty_batch((count,), output.shape(kernel.space))
-            for output in kernel.outputs
-        },
-        status_codes=np.empty(count, dtype=np.uint16),
-        rank=np.empty(count, dtype=np.int8),
-        guarded=np.empty(count, dtype=bool),
-    )
+    """What a kernel answers at rows of inputs; ``guarded`` poses are to be computed again.
 
-    def fill(part: slice) -> None:
-        for where, found in checked_chunks(kernel, inputs, general, part):
-            for name, values in answer.values.items():
-                unpack(found.rows[name], values[where])
-            answer.status_codes[where] = found.status_codes
-            answer.rank[where] = found.rank
-            answer.guarded[where] = found.guarded
-
-    in_shares(fill, count, threads)
-    return answer
+    Values of outputs that `out` has arrays (N, ...) for are written there.
+    """
+    rows, values = _places(kernel, len(inputs.missed), out)
+    kernel.fill(inputs.rows, rows, threads=threads)
+    found = decided(kernel, rows, values, inputs, general)
+    for name, own in out.items():
+        if values[name] is not own:
+            own[...] = values[name]
+    return CompiledAnswer({**values, **out}, found.status_codes, found.rank, found.guarded)
 
 
-def checked_chunks(
-    kernel: Kernel, inputs: InputRows, general: AtGeneralPoses, part: slice
-) -> Iterator[tuple[slice, CheckedResults]]:
-    """Which poses, and checked results at them; each chunk takes the place of the one before."""
-    buffer = np.empty((kernel.rows, min(POSES_A_CHUNK, part.stop - part.start)))
-    for where in chunks_of(part):
-        count = where.stop - where.start
-        room = buffer if count == buffer.shape[1] else np.empty((len(buffer), count))
-        rows, missed, loose = inputs.rows[:, where], inputs.missed[where], inputs.loose[where]
-        results = kernel.evaluate(rows, room)
-        yield where, checked_results(kernel, results, missed, loose, general, rows)
+def decided_chunks(
+    kernel: Kernel, inputs: InputRows, general: AtGeneralPoses, out: Mapping[str, np.ndarray]
+) -> Iterator[tuple[slice, dict[str, np.ndarray], Decided]]:
+    """Which poses, values of the outputs there, and what their checks decide, chunk by chunk.
+
+    Values of outputs that `out` has arrays (N, ...) for are written there.
+    """
+    for where in chunks_of(slice(0, len(inputs.missed))):
+        given = InputRows(inputs.rows[:, where], inputs.missed[where], inputs.loose[where])
+        here = {name: own[where] for name, own in out.items()}
+        rows, values = _places(kernel, len(given.missed), here)
+        kernel.fill(given.rows, rows)
+        yield where, values, decided(kernel, rows, values, given, general)
+
+
+def _places(
+    kernel: Kernel, count: int, out: Mapping[str, np.ndarray]
+) -> tuple[Rows, dict[str, np.ndarray]]:
+    """Where a kernel writes its rows at N poses, and the values of its outputs there (N, ...).
+
+    In arrays (N, ...) of some outputs, where they are of float64 with poses side by side, else in
+    new ones.
+    """
+    given = {
+        name: own
+        for name, own in out.items()
+        if own.dtype == np.float64 and own.strides[0] == own.itemsize
+    }
+    shapes = {own.name: own.shape(kernel.space) for own in kernel.outputs}
+    given_rows = sum(math.prod(shapes[name]) for name in given)
+    room, start = room_for(kernel.rows - given_rows, count), 0
+    rows: list[np.ndarray] = []
+    values: dict[str, np.ndarray] = {}
+    for name, shape in shapes.items():
+        if name in given:
+            entries = np.moveaxis(given[name], 0, -1)
+            rows += [entries[place] for place in np.ndindex(shape)]
+            values[name] = given[name]
+        else:
+            stop = start + math.prod(shape)
+            values[name] = np.moveaxis(room[start:stop].reshape(*shape, count), -1, 0)
+            rows += list(room[start:stop])
+            start = stop
+    return [*rows, *room[start:]] if given else room, values
 
 
 def put_direct(

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -11,11 +13,11 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.compiled_answer import (
     AtGeneralPoses,
-    CheckedResults,
     CompiledAnswer,
+    Decided,
     RecordedRanks,
     attempted,
-    checked_chunks,
+    decided_chunks,
     put_direct,
 )
 from robostiff.analysis.details import Question
@@ -26,6 +28,7 @@ from robostiff.analysis.kernel_inputs import (
     ParameterValues,
     with_parameters,
 )
+from robostiff.analysis.record_file import RecordFile
 from robostiff.analysis.record_trust import NEARER, depends_on_what_is_held, is_trusted
 from robostiff.analysis.result import Stiffness
 from robostiff.compiled import (
@@ -37,6 +40,7 @@ from robostiff.compiled import (
     kernel_of,
     whole_threads,
 )
+from robostiff.compiled.kernel import code_of
 from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError, OpenAtHomeError
 from robostiff.kinematics import JointCoordinates, posture_finder
@@ -85,6 +89,44 @@ class CompiledStiffness(AtGeneralPoses):
     taken: KernelInputs | LinkageInputs
     joint_kernel: Kernel | None = None
 
+    def as_data(self) -> dict[str, Any]:
+        """What was recorded, as JSON has it; robot and outputs are known otherwise."""
+        joint_kernel: Any = None if self.joint_kernel is None else self.joint_kernel.as_data()
+        return {
+            "rank": self.rank,
+            "status": int(self.status),
+            "verified": self.verified,
+            "joints": self.taken.joints if isinstance(self.taken, KernelInputs) else 0,
+            "kernel": self.kernel.as_data(),
+            "joint_kernel": "kernel" if self.joint_kernel is self.kernel else joint_kernel,
+            "ranks": None if self.ranks is None else self.ranks.as_data(),
+        }
+
+    @classmethod
+    def from_data(
+        cls,
+        data: Mapping[str, Any],
+        taken: Callable[[int], KernelInputs | LinkageInputs],
+        outputs: Sequence[Output],
+        backend: Backend,
+    ) -> CompiledStiffness:
+        """From what `as_data` gave; errors as of `Program.from_data`."""
+        kernel, joint_kernel = Kernel.from_data(data["kernel"], outputs, backend), None
+        if data["joint_kernel"] is not None:
+            is_kernel = data["joint_kernel"] == "kernel"
+            joint_kernel = (
+                kernel if is_kernel else Kernel.from_data(data["joint_kernel"], outputs, backend)
+            )
+        return cls(
+            int(data["rank"]),
+            Status(data["status"]),
+            data["verified"] is True,
+            kernel,
+            taken(int(data["joints"])),
+            joint_kernel,
+            ranks=None if data["ranks"] is None else RecordedRanks.from_data(data["ranks"]),
+        )
+
     @property
     def subject(self) -> Robot | Linkage:
         """The robot or linkage; its symbols are the parameters of the kernel."""
@@ -119,6 +161,7 @@ class CompiledStiffness(AtGeneralPoses):
         *,
         parameters: Mapping[str, ArrayLike] | None = None,
         threads: int = 1,
+        out: Mapping[str, np.ndarray] = MappingProxyType({}),
     ) -> CompiledAnswer:
         """Outputs, status and rank at many poses.
 
@@ -132,15 +175,24 @@ class CompiledStiffness(AtGeneralPoses):
         parameters : mapping of str to a number or (N,) array, optional
             Values of parameters, in SI units; nominal where left out.
         threads : int
+        out : mapping of str to (N, ...) arrays of floats, optional
+            Filled with the outputs of these names, which is faster than new memory: at once where
+            they are float64 with equal entries of all poses side by side in memory.
 
         Raises
         ------
         InputError
-            When the poses or the parameters do not fit the robot.
+            When the poses or the parameters do not fit the robot, or an array the output.
         """
         threads = whole_threads(threads)
         kernel, inputs, values, question = self._asked(pose, parameters)
-        answer = attempted(kernel, inputs, self, threads)
+        shapes = {own.name: own.shape(kernel.space) for own in kernel.outputs}
+        for name, array in out.items():
+            shape = (len(inputs.missed), *shapes.get(name, ()))
+            if name not in shapes or array.shape != shape or array.dtype.kind != "f":
+                expected = f"floats {shape}" if name in shapes else ", ".join(shapes)
+                raise InputError(f"array for {name!r}", got=array.shape, expected=expected)
+        answer = attempted(kernel, inputs, self, threads, out)
         for subject, rows in values.groups(answer.guarded):
             try:
                 result = Stiffness.of(question(subject, rows))
@@ -167,16 +219,17 @@ class CompiledStiffness(AtGeneralPoses):
         kernel, inputs, _, _ = self._asked(pose, parameters)
         return attempted(kernel, inputs, self, threads)
 
-    def results(self, pose: Any) -> Iterator[tuple[slice, CheckedResults]]:
-        """Which poses, and rows of results at them, in chunks of a size that suits the cache.
+    def results(
+        self, pose: Any, out: Mapping[str, np.ndarray]
+    ) -> Iterator[tuple[slice, dict[str, np.ndarray], Decided]]:
+        """Values by chunks of poses, written into arrays (N, ...) of some outputs; see there.
 
-        Each chunk must be used before the next is asked for: it takes its place. Poses that are
-        ``guarded`` are left to the caller.
+        Poses that are ``guarded`` are left to the caller.
 
         Raises InputError when the poses do not fit the robot.
         """
         kernel, inputs, _, _ = self._asked(pose, None)
-        yield from checked_chunks(kernel, inputs, self, slice(0, len(inputs.missed)))
+        yield from decided_chunks(kernel, inputs, self, out)
 
     def _asked(
         self, pose: Any, parameters: Mapping[str, ArrayLike] | None
@@ -331,6 +384,18 @@ def compile_robot(
     # Coordinates that leave the plane of a planar robot are those of home.
     inside = [ALL_COORDINATES[row] for row in robot.space.rows]
     robot = replace(robot, coordinates=tuple(c for c in robot.coordinates if c in inside))
+    return kept_on_disk(
+        RecordFile.of(robot, outputs),
+        lambda joints: KernelInputs(robot, joints),
+        outputs,
+        backend,
+        lambda: _recorded_robot(robot, outputs, backend, most),
+    )
+
+
+def _recorded_robot(
+    robot: Robot, outputs: tuple[Output, ...], backend: Backend, most: int | None
+) -> CompiledStiffness:
     finder = posture_finder(robot.numeric)
     recorded = record_robot(robot, finder, most)
     if depends_on_what_is_held(recorded, robot, finder):
@@ -348,7 +413,7 @@ def compile_robot(
         joint_kernel = kernel
     joints = len(kernel.inputs) - len(robot.symbols) if kernel is joint_kernel else 0
     taken = KernelInputs(robot, joints)
-    verified = is_trusted(recorded, taken)
+    verified = is_trusted(recorded, kernel, taken)
     ranks = None
     if outputs == (StiffnessMatrix(),) and recorded.closure is None:
         at = sample_postures(finder).snapshot
@@ -369,11 +434,42 @@ def compile_linkage(
     Wrenches that circulate in the loops are eliminated by the passive joints, and K follows from
     the energy of the rest.
     """
+    return kept_on_disk(
+        RecordFile.of(driven, outputs),
+        lambda _: LinkageInputs(driven),
+        outputs,
+        backend,
+        lambda: _recorded_linkage(driven, outputs, backend),
+    )
+
+
+def kept_on_disk(
+    file: RecordFile | None,
+    taken: Callable[[int], KernelInputs | LinkageInputs],
+    outputs: Sequence[Output],
+    backend: Backend,
+    make: Callable[[], CompiledStiffness],
+) -> CompiledStiffness:
+    """What is on disk, else what is made, which is put there."""
+    data = None if file is None else file.read()
+    if data is not None:
+        code_of(backend)  # its errors are not those of the file
+        with suppress(ValueError, TypeError, LookupError, ArithmeticError, AttributeError):
+            return CompiledStiffness.from_data(data, taken, outputs, backend)
+    made = make()
+    if file is not None:
+        file.write(made.as_data())
+    return made
+
+
+def _recorded_linkage(
+    driven: DrivenLinkage, outputs: Sequence[Output], backend: Backend
+) -> CompiledStiffness:
     recorded, undetermined, nearer = _record_of(driven)
     _check_derivatives(driven.part.name, recorded, outputs)
     kernel, taken = kernel_of(recorded, outputs, backend), LinkageInputs(driven)
     try:
-        verified = is_trusted(recorded, taken, nearer)
+        verified = is_trusted(recorded, kernel, taken, nearer)
     except DisagreementError:
         if undetermined:
             raise _undetermined(driven, undetermined) from None

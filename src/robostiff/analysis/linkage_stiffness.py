@@ -53,9 +53,9 @@ def network_details(network: Network, tolerance: Tolerance) -> Details:
     )
 
 
-# Recording takes as long as the direct form at some 300 configurations of a batch, or in 50 calls
+# Recording takes as long as the direct form at some 120 configurations of a batch, or in 17 calls
 # (double pantograph), and machine code as long to make as NumPy at some 10^5 poses.
-_COSTS = 6, 300, 2**17
+_COSTS = 6, 120, 2**17
 
 
 @kept

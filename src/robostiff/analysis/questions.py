@@ -23,7 +23,6 @@ from robostiff.kinematics import (
 )
 from robostiff.kinematics.closure import LegSolver
 from robostiff.kinematics.pose import PoseRequest
-from robostiff.kinematics.solved_request import ActuatedRequest, SolvedRequest
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import PlacedLeg, Robot, Snapshot
 from robostiff.model.checks import FARTHEST, FULL_TURN
@@ -144,7 +143,7 @@ class PosesOfRobot(Question):
         request, numbers, robot = self.request, self.numbers, self.finder.robot
         if (
             self.near is not None
-            or isinstance(request, SolvedRequest)
+            or (not isinstance(request, np.ndarray) and request.find is not None)
             or self.form != DEFAULT_METHOD
             or self.tolerance != DEFAULT_TOLERANCE
         ):
@@ -196,7 +195,7 @@ class PosesOfRobot(Question):
         """What is to be said of one pose of that status, or of several, beside their status."""
         found: tuple[str, ...] = ()
         flat = rows.reshape(-1)[:CHUNK]
-        by_drives = isinstance(self.request, ActuatedRequest | np.ndarray)
+        by_drives = isinstance(self.request, np.ndarray) or self.request.by_drives
         if not rows.shape and status & _COMPLAINTS:
             posture = self._posture(flat)
             found = posture.complaints

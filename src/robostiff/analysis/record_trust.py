@@ -27,7 +27,7 @@ _SPUN = 0.2  # what coordinates that nothing determines are changed by [m, rad]
 
 
 def is_trusted(
-    recorded: RecordedRobot, taken: KernelInputs | LinkageInputs, nearer: int = 0
+    recorded: RecordedRobot, kernel: Kernel, taken: KernelInputs | LinkageInputs, nearer: int = 0
 ) -> bool:
     """Whether generic poses are regular, and a record has been confirmed at them.
 
@@ -39,7 +39,8 @@ def is_trusted(
     Without trust no pose is left to the record.
     """
     general = AtGeneralPoses(recorded.factors.rank, recorded.status, verified=True)
-    kernel = kernel_of(recorded, (StiffnessMatrix(),), Backend.ARRAYS)
+    if kernel.outputs != (StiffnessMatrix(),):
+        kernel = kernel_of(recorded, (StiffnessMatrix(),), Backend.ARRAYS)
     at = [_agrees(kernel, general, taken, seed, nearer) for seed in (0, _OTHER_SEED)]
     return all(at)
 
@@ -67,8 +68,12 @@ def _agrees(
     regular = np.zeros(len(given), dtype=bool)
     trusted = True
     for other, own in values.groups(met):
-        question = taken.question(other, pose, given[own])
+        question = taken.question(other, pose, given[own], _STRICT)
         direct = Stiffness.of(question)
+        regular[own] = ~_doubtful(direct)
+        if not regular[own].all():
+            question = taken.question(other, pose, given[own])
+            direct = Stiffness.of(question)
         decided = ~(answer.guarded[own] | _doubtful(direct))
         for k, distance in direct.details().differences(answer[own], question.free):
             if decided[k]:
@@ -77,8 +82,6 @@ def _agrees(
                     place += f", {name} = {x!r}"
                 raise DisagreementError(question.opinions, distance, place)
             trusted = False
-        strict = taken.question(other, pose, given[own], _STRICT)
-        regular[own] = ~_doubtful(Stiffness.of(strict))
     # One of them may be singular by chance: of an arm that is stretched out at home.
     return trusted and bool(2 * np.count_nonzero(met & ~regular) < np.count_nonzero(met))
 

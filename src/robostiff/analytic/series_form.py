@@ -115,7 +115,7 @@ def _in_vectors(placed: PlacedRobot) -> VectorForm | None:
     (leg,), (own,) = placed.entries.legs, placed.legs
     if leg.chain.couplings or "p" in placed.symbols:
         return None
-    walk = Walk(placed)
+    walk = Walk(placed, NamedReading(placed.record, placed.symbols, placed.springs))
     walk.go(leg.base.p)
     walk.turn(turns_of(leg.base.R))
     walk.along(leg.chain.elements, iter(own.leg.springs), own.coordinate)
@@ -145,22 +145,37 @@ def _form(
 
 
 def _legs(placed: PlacedRobot) -> VectorForm | None:
-    """Legs with one chain away from home; None where springs leave them rigid in a direction."""
+    """Legs with one chain, or some of them, away from home; None where one is rigid."""
     chains = [leg.chain for leg in placed.robot.legs]
     at_home = placed.given is None and not placed.follows.at_joints
     is_other = at_home or placed.robot.is_posed_by_joints or placed.robot.platform is not None
-    if is_other or len(chains) < 2 or chains[0].couplings or chains[0].has_blocks:
+    if is_other or any(name == "p" or "_i_" in f"{name}_" for name in placed.symbols):
         return None
-    if not all(are_equal(chain, chains[0]) for chain in chains[1:]):
+    kinds: list[list[int]] = []
+    for i, chain in enumerate(chains):
+        own = next((k for k in kinds if are_equal(chains[k[0]], chain)), None)
+        if own is None:
+            kinds.append(own := [])
+        own.append(i)
+    if len(kinds) == len(chains):
         return None
+    read = NamedReading(placed.record, placed.symbols, placed.springs)
+    forms = [_kind_of_leg(placed, own, read) for own in sorted(kinds, key=len, reverse=True)]
+    found = [form for form in forms if form is not None]
+    return replace(found[0], others=tuple(found[1:])) if len(found) == len(forms) else None
+
+
+def _kind_of_leg(placed: PlacedRobot, numbers: list[int], read: NamedReading) -> VectorForm | None:
+    """Legs of the same chain, by their numbers."""
+    chain, own = placed.robot.legs[numbers[0]].chain, placed.legs[numbers[0]].leg
     around = PointAndSizes(placed.record, placed.reference, placed.entries.space, placed.length)
-    sample = SampledLeg.of(placed.legs[0].leg, around)
-    if sample is None or any(s.elasticity.freedoms.shape[1] for s in placed.legs[0].leg.springs):
+    sample = None if chain.couplings or chain.has_blocks else SampledLeg.of(own, around)
+    if sample is None or any(s.elasticity.freedoms.shape[1] for s in own.springs):
         return None
     tolerance = _RANK * np.max(np.abs(sample.C))
     if np.min(np.linalg.matrix_rank(sample.C, tol=tolerance, hermitian=True)) < sample.C.shape[1]:
         return None
-    found = _by_angles(placed) if placed.follows.at_joints else _by_axes(placed)
+    found = (_by_angles if placed.follows.at_joints else _by_axes)(placed, numbers, read)
     if found is None or not found.passive:
         return None
     # A passive joint that depends on those before it takes nothing.
@@ -173,20 +188,18 @@ def _legs(placed: PlacedRobot) -> VectorForm | None:
     )
 
 
-def _by_angles(placed: PlacedRobot) -> VectorForm | None:
+def _by_angles(placed: PlacedRobot, numbers: list[int], read: NamedReading) -> VectorForm | None:
     """Legs by their own coordinates; the table has their bases and their ends as well."""
-    legs = placed.entries.legs
+    legs, first = [placed.entries.legs[i] for i in numbers], placed.legs[numbers[0]]
     plain = ClosedReading(placed.record, placed.symbols)
     table = LegTable(dict(placed.robot.nominal))
-    walk = Walk(placed, "_i")
+    walk = Walk(placed, read, "_i")
 
     def place(letter: str, angle: str, each: list[Any]) -> bool:
         points = [tuple(map(plain, point)) for point in each]
         if not any(x != 0 for point in points for x in point):
             return False
-        found = table.vectors(letter, angle, points)
-        if found is not None:
-            walk.equations.append(Equation(f"{letter}_i", Coordinates(found)))
+        walk.equations += table.equations(letter, angle, points)
         return True
 
     def angles(R: np.ndarray) -> tuple[Any, Any, Any]:
@@ -203,16 +216,20 @@ def _by_angles(placed: PlacedRobot) -> VectorForm | None:
     if place("a", "phi", [leg.base.p for leg in legs]):
         walk.terms = [(1, Vector("a_i"))]
     turn(("gamma", "beta", "alpha"), [np.asarray(leg.base.R) for leg in legs])
-    walk.along(legs[0].chain.elements, iter(placed.legs[0].leg.springs), placed.legs[0].coordinate)
+    walk.along(legs[0].chain.elements, iter(first.leg.springs), first.coordinate)
+    last = walk.rotation
     turn(("nu", "mu", "lambda"), [np.asarray(leg.attachment.R).T for leg in legs])
-    walk.idle.discard(walk.rotation or "")  # it is that of the platform
+    if walk.rotation is not None:  # that of the platform
+        turned = Vector(walk.rotation) if walk.rotation == last else walk.equations.pop().expression
+        walk.equations.append(Equation("R_i", turned))
+        walk.rotation = "R_i"
     at, r0 = walk.here(), placed.entries.reference_point
     if place("b", "psi", [np.array(leg.attachment.p) - r0 for leg in legs]):
         at = Sum((*terms_of(at), (-1, walk.turned_name("b_i"))))
     walk.equations.append(Equation("p_i", at))
     form = _form(walk, (), walk.finish(Vector("p_i")), {}, tuple(leg.name for leg in legs))
     # Written in the coordinates of the first leg: in those of leg i now.
-    each = [[sp.sympify(plain(x)) for x in placed.closed[i]] for i in range(len(legs))]
+    each = [[sp.sympify(plain(x)) for x in placed.closed[i]] for i in numbers]
     own: dict[Any, Any] = {}
     for k, screw in enumerate(legs[0].chain.freedoms):
         if each[0][k].is_Symbol and each[0][k] not in own:
@@ -229,16 +246,17 @@ def _by_angles(placed: PlacedRobot) -> VectorForm | None:
     return replace(form, columns={name: tuple(x) for name, x in table.columns.items()})
 
 
-def _by_axes(placed: PlacedRobot) -> VectorForm | None:
+def _by_axes(placed: PlacedRobot, numbers: list[int], read: NamedReading) -> VectorForm | None:
     """Legs of two or three turns; one between two others is square to them.
 
     The axis of the first one is fixed in the base, that of the last one in the platform.
     """
-    freedoms = [[*own.leg.freedoms] for own in placed.legs]
+    legs, first = [placed.entries.legs[i] for i in numbers], placed.legs[numbers[0]]
+    freedoms = [[*placed.legs[i].leg.freedoms] for i in numbers]
     turns, count = placed.rotation.factors(placed.given or {}), placed.record.count
     if not (2 <= len(freedoms[0]) <= 3 and all(f.is_rotation for own in freedoms for f in own)):
         return None
-    if any(isinstance(x, Telescope) for x, _ in placed.robot.legs[0].chain.moving) or not turns:
+    if any(isinstance(x, Telescope) for x, _ in legs[0].chain.moving) or not turns:
         return None
     plain = ClosedReading(placed.record, placed.symbols)
     table = LegTable(dict(placed.robot.nominal))
@@ -246,7 +264,7 @@ def _by_axes(placed: PlacedRobot) -> VectorForm | None:
     pose, equations = [Equation(rotation, Turns(turns))], list[Equation]()
     e, u, p = Vector("e_i"), Vector("u_i"), tuple(map(plain, placed.reference))
     pose.append(Equation("p", Coordinates(p)))
-    points = [tuple(map(plain, leg.base.p)) for leg in placed.entries.legs]
+    points = [tuple(map(plain, leg.base.p)) for leg in legs]
     each = {
         ("e", "theta"): [f[0].axis for f in freedoms],
         ("j", "chi"): [in_the_platform(placed, f[-1].axis) for f in freedoms],
@@ -255,16 +273,14 @@ def _by_axes(placed: PlacedRobot) -> VectorForm | None:
     if any(x != 0 for point in points for x in point):
         vectors["a", "phi"] = points
     for (letter, angle), own in vectors.items():
-        found = table.vectors(letter, angle, own)
-        if found is not None:
-            equations.append(Equation(f"{letter}_i", Coordinates(found)))
+        equations += table.equations(letter, angle, own)
     equations.append(Equation("u_i", Turned(rotation, Vector("j_i"))))
     axes: list[VectorExpression] = [e, u]
     if len(freedoms[0]) == 3:
         at = np.array([[sampled(f.axis, count) for f in own] for own in freedoms])
-        first, middle, last = at.transpose(1, 0, 2, 3)
-        along = np.cross(first, last)
-        apart = [np.max(np.abs(np.sum(middle * x, axis=-1))) for x in (first, last)]
+        motor, middle, last = at.transpose(1, 0, 2, 3)
+        along = np.cross(motor, last)
+        apart = [np.max(np.abs(np.sum(middle * x, axis=-1))) for x in (motor, last)]
         sides = np.sign(np.sum(middle * along, axis=-1))
         if max(apart) > _SAME or np.ptp(sides) or np.min(np.abs(sides)) == 0:
             return None
@@ -272,13 +288,12 @@ def _by_axes(placed: PlacedRobot) -> VectorForm | None:
         equations.append(Equation("v_i", Over(across, Norm(across))))
         axes.insert(1, Vector("v_i"))
     known = [(x, sampled(f.axis, count)) for x, f in zip(axes, freedoms[0], strict=True)]
-    leg, own = placed.entries.legs[0], placed.legs[0].leg
-    bodies = rotations_of(leg.chain.elements, iter(own.springs), count)
-    found = {k: columns_of(R, known) for k, R in bodies.items()}
-    walk = Walk(placed, "_i", axes, {k: x for k, x in found.items() if x is not None})
+    elements, springs = legs[0].chain.elements, [*first.leg.springs]
+    bodies = rotations_of(elements, iter(springs), count)
+    rotations = {k: columns_of(R, known) for k, R in bodies.items()}
+    walk = Walk(placed, read, "_i", axes, {k: x for k, x in rotations.items() if x is not None})
     walk.terms = [(1, Vector("a_i"))] if ("a", "phi") in vectors else []
-    walk.along(leg.chain.elements, iter(own.springs), placed.legs[0].coordinate)
+    walk.along(elements, iter(springs), first.coordinate)
     columns = {name: tuple(x) for name, x in table.columns.items()}
-    legs = tuple(leg.name for leg in placed.entries.legs)
     leg = (*equations, *walk.finish(Vector("p") if any(x != 0 for x in p) else None))
-    return _form(walk, tuple(pose), leg, columns, legs)
+    return _form(walk, tuple(pose), leg, columns, tuple(leg.name for leg in legs))

@@ -22,7 +22,7 @@ _HOMES = {
         *("response", "indices", "verify", "cables"),
     ),
     "options_of_pictures": ("plot", "report", "map", "view"),
-    "options_of_files": ("derive", "compensate", "schema", "new", "convert"),
+    "options_of_files": ("derive", "compensate", "identify", "plan", "schema", "new", "convert"),
 }
 
 

@@ -14,9 +14,15 @@ from robostiff.cli.options import (
     option,
     output_option,
     plot_option,
+    repeatable,
 )
 
 FORMATS = ("text", "latex", "pdf", "md", "html", "json", "python", "c", "julia", "matlab")
+_GRAVITY = "Acceleration of free fall: -z, or three numbers with units; by default the model's."
+_PARAMETERS = (
+    "What is to be found: drives and springs by name, as arm/joint* (their compliance); "
+    "arm/forearm.factor, arm/joint3.zero; or parameters of the model file"
+)
 _OUTPUT = "The file to write; standard output when left out."
 
 
@@ -141,10 +147,100 @@ class Compensate(Command, name="compensate", run="commands_compensate:write_comm
     gravity: str | None = option(
         "--gravity",
         metavar="AXIS",
-        help="Acceleration of free fall: -z, or three numbers with units; by default the model's.",
+        help=_GRAVITY,
     )
     output: str | None = output_option("The path with commands, a new file.", None)
     plot: str | None = plot_option("Draw how far the path is off", ".png, .svg or .pdf")
+    answer: Answer = group(Answer)
+
+
+class Identify(Command, name="identify", run="commands_identify:identify_robot"):
+    """Find compliances, lengths and zeros of a robot from measurements under load.
+
+    The measurements are a CSV file with units in its headings: joints or pose, loads, and what was
+    read of markers, such as joint1 [deg], Fz [N], marker, x [mm], y [mm], z [mm], sigma [um].
+
+    $ identify arm.yaml campaign.csv --parameters "arm/joint*" -o arm-identified.yaml
+    $ identify hexapod.yaml gauges.csv --parameters "leg*/strut" --marker "m1=0.2 0 0.05"
+
+    Exit status: 0 for values, 1 where one asked for is not identified or the fit is bad, 2 for bad
+    input.
+    """
+
+    model: Model = group(Model)
+    path: str = argument("FILE.csv", "The measurements: a line of headings, a line a reading.")
+    unknowns: tuple[str, ...] = repeatable("--parameters", "NAMES", _PARAMETERS)
+    fixed: tuple[str, ...] = repeatable("--fixed", "NAMES", "Names of them that keep their values")
+    shared: bool = option("--shared", help="A name with * is one number for all parts it fits.")
+    markers: tuple[str, ...] = repeatable(
+        "--marker", "NAME=X Y Z", "Where a marker is in the platform frame; to be found by default"
+    )
+    instrument: str | None = option(
+        "--instrument",
+        metavar='"x y z rx ry rz"',
+        help="Where the instrument is in the world, and the rotation vector from world to "
+        "instrument axes; to be found by default.",
+    )
+    joints_file: str | None = option(
+        "--joints", metavar="FILE.csv", help="Postures and loads of the points of a tracker export."
+    )
+    loss: str = option(
+        "--loss", metavar="NAME", default="squares", help="squares; or robust, for outliers."
+    )
+    gravity: str | None = option("--gravity", metavar="AXIS", help=_GRAVITY)
+    output: str | None = output_option("The model file with these values, a new file.", None)
+    plot: str | None = plot_option("Draw residuals", ".png, .svg or .pdf")
+    answer: Answer = group(Answer)
+
+
+class Plan(Command, name="plan", run="commands_identify:plan_campaign"):
+    """Choose postures at which measurements determine parameters best.
+
+    $ plan arm.yaml --parameters "arm/joint*" --count 20 --force "0 0 -1500 N" -o plan.csv
+    $ plan arm.yaml --parameters "arm/joint*" --criterion test-pose --wrench "0 0 -500 N 0 0 0"
+
+    Exit status: 0 for postures, 1 where no choice determines all, 2 for bad input.
+    """
+
+    model: Model = group(Model)
+    unknowns: tuple[str, ...] = repeatable("--parameters", "NAMES", _PARAMETERS)
+    fixed: tuple[str, ...] = repeatable("--fixed", "NAMES", "Names of them that keep their values")
+    count: int = option(
+        "--count", metavar="N", type=click.IntRange(min=1), default=20, help="Postures to choose."
+    )
+    candidates: int = option(
+        "--candidates",
+        metavar="N",
+        type=click.IntRange(min=1, max=100_000),
+        default=500,
+        help="Postures to choose from, all over the range of the robot.",
+    )
+    forces: tuple[str, ...] = repeatable(
+        "--force", '"Fx Fy Fz"', "A load that is hung on at every posture, beside no load"
+    )
+    hook: str | None = option(
+        "--hook", metavar='"x y z"', help="Where loads act, in the platform frame."
+    )
+    markers: tuple[str, ...] = repeatable(
+        "--marker", "NAME=X Y Z", "About where a marker is in the platform frame"
+    )
+    sigma: str = option(
+        "--sigma", metavar="LENGTH", default="20 um", help="Standard deviation of a coordinate."
+    )
+    criterion: str = option(
+        "--criterion",
+        metavar="NAME",
+        default="d",
+        help="d, the volume of all errors; a, the sum of their squares; or test-pose, the error "
+        "left after compensation at --pose or --joints under --wrench.",
+    )
+    wrench: str | None = option(
+        "--wrench", metavar='"Fx Fy Fz Mx My Mz"', help="Load at the test pose."
+    )
+    gravity: str | None = option("--gravity", metavar="AXIS", help=_GRAVITY)
+    seed: int = option("--seed", metavar="N", type=int, default=0, help="Of random numbers.")
+    output: str | None = output_option("The postures as a CSV file, a new file.", None)
+    place: Posing = group(Posing, "pose", "joints")
     answer: Answer = group(Answer)
 
 

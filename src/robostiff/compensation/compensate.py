@@ -23,6 +23,7 @@ from robostiff.kinematics import (
 )
 from robostiff.kinematics.machine_pose import actuator_places
 from robostiff.kinematics.pose import Near
+from robostiff.markup import InNotebooks
 from robostiff.model import Actuated, PlacedFreedom, Robot
 from robostiff.spatial import as_floats
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
@@ -72,7 +73,7 @@ class Exact:
 
 
 @dataclass(frozen=True)
-class Compensation(StatusOfPoses):
+class Compensation(StatusOfPoses, InNotebooks):
     """Commands for the points of a path, and what is left of the deviation.
 
     Attributes
@@ -88,7 +89,7 @@ class Compensation(StatusOfPoses):
         Coordinates of the drives there, in the order of `drive_names` [m, rad].
     deviation : (N, 6) array
         What is missing without correction: shift and rotation vector [m, rad].
-    left : (N, 6) array
+    residual : (N, 6) array
         What is missing with it.
     status_codes : (N,) array of uint16
     jumps : tuple of int
@@ -101,7 +102,7 @@ class Compensation(StatusOfPoses):
     coordinates: np.ndarray
     drives: np.ndarray
     deviation: np.ndarray
-    left: np.ndarray
+    residual: np.ndarray
     status_codes: np.ndarray
     jumps: tuple[int, ...]
 
@@ -115,7 +116,7 @@ class Compensation(StatusOfPoses):
             return "<Compensation of no point>"
         before, after = (
             1e6 * np.nanmax(np.linalg.norm(each[:, :3], axis=1), initial=0.0)
-            for each in (self.deviation, self.left)
+            for each in (self.deviation, self.residual)
         )
         jumps = f", {len(self.jumps)} jumps" if self.jumps else ""
         return (
@@ -163,7 +164,7 @@ def compensate(
     Compensation
         Points beyond limits, out of reach or without equilibrium have a status, and the others
         their commands. Of a robot with less than six free coordinates these are corrected, and
-        `left` is what remains of the others.
+        `residual` is what remains of the others.
 
     Raises
     ------
@@ -179,7 +180,7 @@ def compensate(
     >>> path = np.zeros((5, 6)) + [0, 0, 0.9, 0, 0, 0]
     >>> path[:, 0] = np.linspace(-0.1, 0.1, 5)
     >>> found = rs.compensate(robot, path, [500, 0, -2000, 0, 0, 0])
-    >>> bool(np.abs(found.deviation).max() > 1e-6), bool(np.abs(found.left).max() < 1e-12)
+    >>> bool(np.abs(found.deviation).max() > 1e-6), bool(np.abs(found.residual).max() < 1e-12)
     (True, True)
     """
     from robostiff.statics.kernels.compile import compile_loaded
@@ -264,23 +265,23 @@ class _Commands:
         """The result of a method."""
         command = self._start
         first, codes = self._missing(command)
-        left = first
+        residual = first
         if isinstance(method, Mirror):
             command = self._mirrored(command, first)
-            left, codes = self._missing(command)
+            residual, codes = self._missing(command)
         else:
             before = np.inf
             for _ in range(method.steps):
-                command = self._moved(command, left)
-                left, codes = self._missing(command)
-                largest = float(np.nanmax(np.abs(left[:, self._followed]), initial=0.0))
+                command = self._moved(command, residual)
+                residual, codes = self._missing(command)
+                largest = float(np.nanmax(np.abs(residual[:, self._followed]), initial=0.0))
                 if largest <= _THERE * self.wanted.length or not largest < before:
                     break
                 before = largest
         posture = self._unloaded(command)
-        codes, left = codes.copy(), left.copy()
+        codes, residual = codes.copy(), residual.copy()
         codes[~posture.within_limits] |= np.uint16(Status.BEYOND_LIMITS)
-        lost = ~np.isfinite(left).all(axis=1)
+        lost = ~np.isfinite(residual).all(axis=1)
         drives = np.concatenate(
             [
                 q[:, places]
@@ -289,7 +290,7 @@ class _Commands:
             axis=1,
         )
         commanded = posture.pose.copy()
-        for values in (commanded, drives, command, left):
+        for values in (commanded, drives, command, residual):
             values[lost] = np.nan
         return Compensation(
             robot=self.robot,
@@ -298,7 +299,7 @@ class _Commands:
             coordinates=command,
             drives=drives,
             deviation=first,
-            left=left,
+            residual=residual,
             status_codes=codes,
             jumps=_jumps(_between(self.wanted.pose, commanded)),
         )

@@ -69,7 +69,9 @@ class ProgramFile:
             headings.append(f"{name} [{self._drive_units[k]}]")
             values.append(found.drives[:, k])
         headings += ["residual [um]", "residual turn [urad]"]
-        values += [1e6 * np.linalg.norm(found.left[:, p], axis=1) for p in (slice(3), slice(3, 6))]
+        values += [
+            1e6 * np.linalg.norm(found.residual[:, p], axis=1) for p in (slice(3), slice(3, 6))
+        ]
         mark, rows, lines = self.table.separator, self.table.rows, list(self.table.lines)
         comma = mark == ";" and any("," in lines[k] for k in rows)
         lines[self.table.header] += mark + mark.join([*headings, "status"])

@@ -1,6 +1,6 @@
 """Records of robots turned into kernels: SIMD machine code, or NumPy in chunks."""
 
-from robostiff.compiled.codes import ArrayCode, MachineCode
+from robostiff.compiled.codes import ArrayCode, MachineCode, room_for
 from robostiff.compiled.kernel import (
     Backend,
     Checks,
@@ -20,9 +20,6 @@ from robostiff.compiled.outputs import (
     StiffnessMatrix,
     TotalMass,
     WorstDeflection,
-    rows_of,
-    unpack,
-    upper_triangle,
 )
 from robostiff.compiled.rates import Derivative, Gradient, Rates
 
@@ -47,8 +44,6 @@ __all__ = [
     "WorstDeflection",
     "kernel_of",
     "machine_code_is_available",
-    "rows_of",
-    "unpack",
-    "upper_triangle",
+    "room_for",
     "whole_threads",
 ]

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from robostiff.compiled.codes import ArrayCode, MachineCode, chunks_of, in_shares
+from robostiff.compiled.machine_code import Rows
 from robostiff.record import Program
 from robostiff.recorded import CLOSED, RecordedClosure
 from robostiff.recorded.closure import RecordedSteps
@@ -26,6 +28,9 @@ _MANY = 500
 _ENOUGH, _LEFT = 1e-8**2, 0.25
 # A part of the way from home that is too long for one is cut into so many, down to the shortest.
 _CUT, _SHORTEST_PART = 4.0, 1.0 / 64.0
+
+
+_NUMBERS = ("home", "state", "unknowns", "first_steps", "steps", "most_steps")
 
 
 @dataclass(frozen=True)
@@ -49,7 +54,13 @@ class StepCodes:
 class ClosedCode:
     """Runs a program of leg coordinates at poses, each closed by four to six steps; picklable."""
 
-    closure: RecordedSteps
+    # Inputs at home, from which far poses are reached in parts of the straight way
+    home: tuple[float, ...]
+    state: tuple[float, ...]  # what the first step begins with: the unknowns, and what is handed on
+    unknowns: int  # how many there are
+    first_steps: int  # how many steps the first program takes
+    steps: int  # how many are usually enough
+    most_steps: int
     # The usual number of steps and the program in one; None where that is too long
     whole: Code | None
     # One by one, for many poses and for so few that they are not worth compiling
@@ -61,15 +72,46 @@ class ClosedCode:
         cls, closure: RecordedSteps, program: Program, code: Callable[[Program], Code]
     ) -> ClosedCode:
         """The code of a program of leg coordinates."""
-        arrival = None
+        arrival, home = None, ()
         if isinstance(closure, RecordedClosure):
             arrival = ArrayCode(closure.arrived(Program((), (), ())))
+            home = tuple(closure.home.values())
         programs = (closure.begun(), closure.step, closure.arrived(program))
         first, step, last = map(ArrayCode, programs)
         few = StepCodes(first, step, last, arrival)
         whole = closure.composed(program) if closure.step.operations <= _LONGEST else None
         is_short = whole is not None and whole.operations <= _LONGEST
-        return cls(closure, code(whole) if is_short and whole else None, few.by(code), few)
+        return cls(
+            home=home,
+            state=tuple(closure.state.values()),
+            unknowns=len(closure.start),
+            first_steps=closure.first_steps,
+            steps=closure.steps,
+            most_steps=closure.most_steps,
+            whole=code(whole) if is_short and whole else None,
+            many=few.by(code),
+            few=few,
+        )
+
+    def as_data(self) -> dict[str, Any]:
+        """Numbers and programs, as JSON has them."""
+        few = self.few
+        programs = {"first": few.first, "step": few.step, "last": few.last, "arrival": few.arrival}
+        data = {name: own and own.program.as_data() for name, own in programs.items()}
+        data["whole"] = self.whole and self.whole.program.as_data()
+        return {**data, **{name: getattr(self, name) for name in _NUMBERS}}
+
+    @classmethod
+    def from_data(cls, data: Mapping[str, Any], code: Callable[[Program], Code]) -> ClosedCode:
+        """From what `as_data` gave; errors as of `Program.from_data`."""
+        names = ("first", "step", "last", "arrival", "whole")
+        read = {name: data[name] and Program.from_data(data[name]) for name in names}
+        whole = read.pop("whole")
+        few = StepCodes(*(own and ArrayCode(own) for own in read.values()))
+        numbers = {name: data[name] for name in _NUMBERS}
+        numbers["home"], numbers["state"] = tuple(data["home"]), tuple(data["state"])
+        whole = whole and code(whole)
+        return cls(**numbers, whole=whole, many=few.by(code), few=few)
 
     def in_machine_code(self) -> ClosedCode:
         """The same in machine code."""
@@ -86,7 +128,7 @@ class ClosedCode:
         """Number of operations a pose takes, with the usual number of steps."""
         if self.whole is not None:
             return self.whole.operations
-        others = (self.closure.steps - self.closure.first_steps) * self.many.step.operations
+        others = (self.steps - self.first_steps) * self.many.step.operations
         return self.many.first.operations + others + self.many.last.operations
 
     @property
@@ -94,7 +136,7 @@ class ClosedCode:
         """Number of results."""
         return self.many.last.rows
 
-    def evaluate(self, inputs: np.ndarray, outputs: np.ndarray, threads: int = 1) -> None:
+    def evaluate(self, inputs: np.ndarray, outputs: Rows, threads: int = 1) -> None:
         """Fill `outputs` (results, N) from `inputs` (inputs, N), float64."""
         if self.whole is None:
             self._loop(self.many, inputs, outputs, threads)
@@ -108,25 +150,23 @@ class ClosedCode:
                 more = np.empty((self.rows, again.size))
                 codes = self.few if again.size < _MANY else self.many
                 self._loop(codes, np.ascontiguousarray(inputs[:, again]), more, threads)
-                outputs[:, again] = more
+                _put(outputs, again, more)
         far = np.flatnonzero(~_arrived(outputs))
         for first in range(0, far.size, _CHUNK):
             self._reach(inputs, outputs, far[first : first + _CHUNK])
 
-    def _reach(self, inputs: np.ndarray, outputs: np.ndarray, far: np.ndarray) -> None:
+    def _reach(self, inputs: np.ndarray, outputs: Rows, far: np.ndarray) -> None:
         """Fill the results of far poses that parts of the straight way from home lead to.
 
         A part is gone where it closes in the assembly mode of home; one that fails is cut into
         smaller ones, which begin where the last one ended.
         """
-        closure = self.closure
         codes = self.few if far.size < _MANY and self.whole is not None else self.many
         arrival, step = codes.arrival, codes.step
-        if arrival is None or not isinstance(closure, RecordedClosure):
+        if arrival is None:
             return
-        home = np.array([*closure.home.values()])[:, None]
-        start = np.array([*closure.state.values()])[:, None]
-        given, unknowns = inputs[:, far], len(closure.start)
+        home, start = (np.array(own)[:, None] for own in (self.home, self.state))
+        given, unknowns = inputs[:, far], self.unknowns
         x = np.tile(start, far.size)
         gone, part = np.zeros(far.size), np.full(far.size, 1.0 / _CUT)
         going = np.arange(far.size)
@@ -138,7 +178,7 @@ class ClosedCode:
             rows[len(home) :] = start
             rows[len(home) : len(home) + unknowns] = x[:unknowns, going]
             after = np.empty((len(start), going.size))
-            for _ in range(closure.most_steps):
+            for _ in range(self.most_steps):
                 step.evaluate(rows, after)
                 rows[len(home) :] = after
             found = np.empty((arrival.rows, going.size))
@@ -152,46 +192,40 @@ class ClosedCode:
             results = np.empty((self.rows, there.size))
             rows = np.ascontiguousarray(np.concatenate([given, x])[:, there])
             codes.last.evaluate(rows, results)
-            outputs[:, far[there]] = results
+            _put(outputs, far[there], results)
 
-    def _loop(
-        self,
-        codes: StepCodes,
-        inputs: np.ndarray,
-        outputs: np.ndarray,
-        threads: int,
-    ) -> None:
+    def _loop(self, codes: StepCodes, inputs: np.ndarray, outputs: Rows, threads: int) -> None:
         """Take steps from home, as many as most poses of a chunk need, then fill the results."""
 
         def fill(part: slice) -> None:
             for where in chunks_of(part, _CHUNK):
-                outputs[:, where] = self._stepped(codes, inputs[:, where])
+                _put(outputs, where, self._stepped(codes, inputs[:, where]))
 
         in_shares(fill, inputs.shape[1], threads, _CHUNK)
 
     def _stepped(self, codes: StepCodes, inputs: np.ndarray) -> np.ndarray:
         """Results (results, N) after as many steps as most poses need, of others after all."""
         first, step, last = codes.first, codes.step, codes.last
-        closure, (given, count) = self.closure, inputs.shape
-        size = given + len(closure.start)  # the row behind the unknowns
+        given, count = inputs.shape
+        size = given + self.unknowns  # the row behind the unknowns
         # The state after each step, behind the same inputs: by turns here and there.
-        rows, other = np.empty((2, given + len(closure.state), count))
+        rows, other = np.empty((2, given + len(self.state), count))
         rows[:given] = other[:given] = inputs
         first.evaluate(rows[:given], rows[given:])
-        taken = closure.first_steps
-        while taken < closure.most_steps:
+        taken = self.first_steps
+        while taken < self.most_steps:
             # Those that do not contract arrive nowhere.
             left = np.count_nonzero(~(rows[size] <= _ENOUGH) & (rows[size + 1] > 0))
-            if not left or (taken >= closure.steps and left <= _LEFT * count):
+            if not left or (taken >= self.steps and left <= _LEFT * count):
                 break
             step.evaluate(rows, other[given:])
             rows, other, taken = other, rows, taken + 1
         found = np.empty((self.rows, count))
         last.evaluate(rows, found)
         more = np.flatnonzero(~(found[-2] < CLOSED) & (found[-1] > 0))
-        if more.size and taken < closure.most_steps:
+        if more.size and taken < self.most_steps:
             rows, other = (np.ascontiguousarray(own[:, more]) for own in (rows, other))
-            for _ in range(closure.most_steps - taken):
+            for _ in range(self.most_steps - taken):
                 step.evaluate(rows, other[given:])
                 rows, other = other, rows
             again = np.empty((self.rows, more.size))
@@ -200,6 +234,12 @@ class ClosedCode:
         return found
 
 
-def _arrived(results: np.ndarray) -> np.ndarray:
+def _put(outputs: Rows, where: slice | np.ndarray, results: np.ndarray) -> None:
+    """Put results at some poses into their rows."""
+    for row, own in zip(outputs, results, strict=True):
+        row[where] = own
+
+
+def _arrived(results: Rows) -> np.ndarray:
     """Where steps arrive in the assembly mode of home (N,): the last two rows say so."""
     return (results[-2] < CLOSED) & (results[-1] > 0)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.compiled.machine_code import VectorFunction, this_processor
+from robostiff.compiled.machine_code import Rows, VectorFunction, this_processor
 from robostiff.record import NUMPY_FUNCTIONS, OPERATORS, Operation, Program
 
 # Poses at once: the arrays in use at a time should stay in the second-level cache.
@@ -20,6 +20,7 @@ _CHUNK = 8192
 #: multiple of all widths of vectors, so that no bit depends on it; no power of two, at which all
 #: rows would share a few lines of the cache.
 POSES_A_CHUNK = 8184
+_LINE = 8  # numbers in a line of the cache
 
 
 def in_shares(
@@ -39,6 +40,22 @@ def chunks_of(part: slice, chunk: int = POSES_A_CHUNK) -> Iterator[slice]:
     """A share of the poses chunk by chunk."""
     for start in range(part.start, part.stop, chunk):
         yield slice(start, min(start + chunk, part.stop))
+
+
+def room_for(rows: int, poses: int) -> np.ndarray:
+    """Room for rows of numbers at poses (rows, poses), which begin with lines of the cache.
+
+    Rows are apart by an odd number of lines: rows that are a power of two apart share a few lines.
+
+    Examples
+    --------
+    >>> room_for(36, 1000).strides, room_for(36, 1024).strides
+    ((8000, 8), (8256, 8))
+    """
+    apart = _LINE * (-(-poses // _LINE) | 1)
+    memory = np.empty(rows * apart + _LINE)
+    start = -(memory.ctypes.data // memory.itemsize) % _LINE
+    return memory[start : start + rows * apart].reshape(rows, apart)[:, :poses]
 
 
 # On floats, which are some ten times faster than arrays of one number. What has no value raises.
@@ -92,20 +109,28 @@ class ArrayCode(_Code):
     program : Program
     """
 
-    def evaluate(self, inputs: np.ndarray, outputs: np.ndarray, threads: int = 1) -> None:
+    def evaluate(self, inputs: np.ndarray, outputs: Rows, threads: int = 1) -> None:
         """Fill `outputs` (results, N) from `inputs` (inputs, N), float64."""
         n = inputs.shape[1]
         if not (n == 1 and self._fill_one(inputs, outputs)):
             in_shares(partial(self._fill, inputs, outputs), n, threads, _CHUNK)
 
-    def _fill(self, inputs: np.ndarray, outputs: np.ndarray, part: slice) -> None:
-        _, _, count = self._plan
+    def _fill(self, inputs: np.ndarray, outputs: Rows, part: slice) -> None:
+        instructions, results, count = self._plan
         rows = np.empty((count, min(_CHUNK, part.stop - part.start)))
         with np.errstate(all="ignore"):  # out of reach, roots are nan, which the guard detects
-            for own in chunks_of(part, _CHUNK):
-                self._run(inputs[:, own], outputs[:, own], rows[:, : own.stop - own.start])
+            for poses in chunks_of(part, _CHUNK):
+                held: list[Any] = [*inputs[:, poses], *rows[:, : poses.stop - poses.start]]
+                for function, a, b, out in instructions:
+                    first = a if isinstance(a, float) else held[a[0]]
+                    if b is None:
+                        function(first, out=held[out])
+                    else:
+                        function(first, b if isinstance(b, float) else held[b[0]], out=held[out])
+                for row, where in zip(outputs, results, strict=True):
+                    row[poses] = where if isinstance(where, float) else held[where[0]]
 
-    def _fill_one(self, inputs: np.ndarray, outputs: np.ndarray) -> bool:
+    def _fill_one(self, inputs: np.ndarray, outputs: Rows) -> bool:
         """Fill the results of one pose; False where some number has no value, as out of reach."""
         start, instructions = self._one
         held = start.copy()
@@ -115,20 +140,9 @@ class ArrayCode(_Code):
                 held[out] = function(held[a]) if b is None else function(held[a], held[b])
         except (ValueError, ArithmeticError):
             return False
-        outputs[:, 0] = [held[k] for k in self.program.outputs]
+        for row, k in zip(outputs, self.program.outputs, strict=True):
+            row[0] = held[k]
         return True
-
-    def _run(self, inputs: np.ndarray, outputs: np.ndarray, rows: np.ndarray) -> None:
-        instructions, results, _ = self._plan
-        held: list[Any] = [*inputs, *rows]
-        for function, a, b, out in instructions:
-            first = a if isinstance(a, float) else held[a[0]]
-            if b is None:
-                function(first, out=held[out])
-            else:
-                function(first, b if isinstance(b, float) else held[b[0]], out=held[out])
-        for k, where in enumerate(results):
-            outputs[k] = where if isinstance(where, float) else held[where[0]]
 
     @cached_property
     def _one(self) -> tuple[list[float], list[tuple[Any, int, int | None, int]]]:
@@ -185,14 +199,9 @@ class MachineCode(_Code):
     program : Program
     """
 
-    def evaluate(self, inputs: np.ndarray, outputs: np.ndarray, threads: int = 1) -> None:
+    def evaluate(self, inputs: np.ndarray, outputs: Rows, threads: int = 1) -> None:
         """Fill `outputs` (results, N) from `inputs` (inputs, N), float64, rows contiguous."""
-        function = self._function
-
-        def fill(part: slice) -> None:
-            function.fill(inputs[:, part], outputs[:, part])
-
-        in_shares(fill, inputs.shape[1], threads)
+        in_shares(partial(self._function.fill, inputs, outputs), inputs.shape[1], threads)
 
     @cached_property
     def _function(self) -> VectorFunction:

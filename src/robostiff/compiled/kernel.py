@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from functools import reduce
+from typing import Any
 
 import numpy as np
 
 from robostiff.compiled.closed import ClosedCode
-from robostiff.compiled.codes import ArrayCode, MachineCode
-from robostiff.compiled.machine_code import machine_code_is_available
+from robostiff.compiled.codes import ArrayCode, MachineCode, room_for
+from robostiff.compiled.machine_code import Rows, machine_code_is_available
 from robostiff.compiled.outputs import Output
 from robostiff.compiled.rates import Rates
 from robostiff.errors import InputError
-from robostiff.record import Entry, Program, least
-from robostiff.recorded import RecordedRobot
+from robostiff.record import Program
+from robostiff.recorded import RecordedRobot, flags_of
 from robostiff.spatial import Space
 
 
@@ -37,7 +38,7 @@ class NoMachineCodeWarning(RuntimeWarning):
 
 
 class Checks(Enum):
-    """Checks that a kernel computes at every pose beside its outputs.
+    """What a kernel checks at every pose beside its outputs.
 
     ``RANK``: matrix and rank. ``MATRIX``: the matrix alone; it is as right without its rank.
     ``NONE``: nothing, for poses that are known to be harmless.
@@ -46,10 +47,6 @@ class Checks(Enum):
     NONE = "none"
     MATRIX = "matrix"
     RANK = "rank"
-
-    def cover(self, name: str) -> bool:
-        """Whether a check of a record is among them."""
-        return self is Checks.RANK or (self is Checks.MATRIX and name != "rank")
 
 
 @dataclass(frozen=True)
@@ -65,12 +62,12 @@ class Kernel:
         What its rows of inputs are: coordinates [m, rad], then parameters.
     outputs : tuple of Output
     checks : tuple of str
-        See `RecordedRobot.checks`; and ``gap``, the smallest part by which eigenvalues are apart,
-        where their derivatives are asked for. With a closure also ``open``, the square of what the
-        legs leave open, and ``mode``, positive in the assembly mode of home.
+        ``flags``, a sum of flags, see `robostiff.recorded.Flag`. With a closure also ``open``, the
+        square of what the legs leave open, and ``mode``, positive in the assembly mode of home.
     space : Space
     code : MachineCode, ArrayCode or ClosedCode
-        Its results are the rows of all outputs one after the other, then a row for each check.
+        Its results are the rows of all outputs one after the other, a row for each entry, then a
+        row for each check.
     """
 
     inputs: tuple[str, ...]
@@ -97,10 +94,30 @@ class Kernel:
         Parameters
         ----------
         inputs : (n_inputs, N) array
-            Equal coordinates of all poses side by side [m, rad]; rows of C-contiguous float64 are
-            read where they are.
+            Equal coordinates of all poses side by side [m, rad].
         out : (rows, N) array, optional
-            Filled and returned when given; C-contiguous float64.
+            Filled and returned when given; see `fill`.
+        threads : int
+
+        Raises
+        ------
+        InputError
+            When an array has another shape, order or type.
+        """
+        if out is None:
+            out = room_for(self.rows, inputs.shape[1] if np.ndim(inputs) == 2 else 0)
+        self.fill(inputs, out, threads=threads)
+        return out
+
+    def fill(self, inputs: np.ndarray, out: Rows, *, threads: int = 1) -> None:
+        """Write rows of results, each where it is wanted.
+
+        Parameters
+        ----------
+        inputs : (n_inputs, N) array
+            Rows of float64 with poses side by side are read where they are.
+        out : rows of (N,) arrays
+            Of float64, poses side by side in each row. Rows a power of two apart are slow.
         threads : int
 
         Raises
@@ -109,29 +126,57 @@ class Kernel:
             When an array has another shape, order or type.
         """
         threads = whole_threads(threads)
-        inputs = self._checked("coordinates of the kernel", inputs, len(self.inputs))
-        if out is None:
-            out = np.empty((self.rows, inputs.shape[1]))
-        elif self._checked("results of the kernel", out, self.rows) is not out:
+        expected = f"an array ({len(self.inputs)}, N)"
+        if not isinstance(inputs, np.ndarray):
+            got = type(inputs).__name__
+            raise InputError("coordinates of the kernel", got=got, expected=expected)
+        if inputs.ndim != 2 or len(inputs) != len(self.inputs):
+            raise InputError("coordinates of the kernel", got=inputs.shape, expected=expected)
+        if inputs.dtype != np.float64 or (inputs.size and inputs.strides[1] != inputs.itemsize):
+            inputs = np.ascontiguousarray(inputs, dtype=np.float64)
+        count = inputs.shape[1]
+        each = out[:1] if isinstance(out, np.ndarray) else out
+        fits = len(out) == self.rows and all(
+            row.shape == (count,) and row.dtype == np.float64 and (count < 2 or row.strides == (8,))
+            for row in each
+        )
+        if not fits:
+            got = [(row.shape, row.strides, str(row.dtype)) for row in out[:1]]
             raise InputError(
-                "results of the kernel", got=out.strides, expected="a C-contiguous float64 array"
-            )
-        if inputs.shape[1] != out.shape[1]:
-            raise InputError(
-                "results of the kernel", got=out.shape, expected=f"({self.rows}, {inputs.shape[1]})"
+                "results of the kernel",
+                got=f"{len(out)} rows, of shape, strides and type {got}",
+                expected=f"{self.rows} rows ({count},) of float64, poses side by side",
             )
         self.code.evaluate(inputs, out, threads)
-        return out
-
-    def _checked(self, subject: str, rows: np.ndarray, count: int) -> np.ndarray:
-        if not isinstance(rows, np.ndarray) or rows.ndim != 2 or rows.shape[0] != count:
-            got = rows.shape if isinstance(rows, np.ndarray) else type(rows).__name__
-            raise InputError(subject, got=got, expected=f"an array ({count}, N)")
-        return np.ascontiguousarray(rows, dtype=np.float64)
 
     def in_machine_code(self) -> Kernel:
         """The same kernel in machine code."""
         return replace(self, code=self.code.in_machine_code())
+
+    def as_data(self) -> dict[str, Any]:
+        """What it consists of but for its outputs, as JSON has it."""
+        closed = self.code.as_data() if isinstance(self.code, ClosedCode) else None
+        plain = None if isinstance(self.code, ClosedCode) else self.code.program.as_data()
+        own = {"inputs": self.inputs, "checks": self.checks, "space": self.space.size}
+        return {**own, "program": plain, "closed": closed}
+
+    @classmethod
+    def from_data(
+        cls, data: Mapping[str, Any], outputs: Sequence[Output], backend: Backend
+    ) -> Kernel:
+        """The kernel of such outputs from what `as_data` gave; errors as of `Program.from_data`."""
+        code, closed = code_of(backend), data["closed"]
+        made = (
+            code(Program.from_data(data["program"]))
+            if closed is None
+            else ClosedCode.from_data(closed, code)
+        )
+        space = Space.of_size(data["space"])
+        kernel = cls(tuple(data["inputs"]), tuple(outputs), tuple(data["checks"]), space, made)
+        rows = sum(math.prod(output.shape(space)) for output in outputs) + len(kernel.checks)
+        if kernel.rows != rows:
+            raise ValueError("a kernel of other outputs")
+        return kernel
 
 
 def whole_threads(threads: int) -> int:
@@ -172,24 +217,18 @@ def kernel_of(
         When an output has no answer at any pose.
     """
     entries = [entry for output in outputs for entry in output.recorded(recorded)]
-    checked = {name: x for name, x in recorded.checks.items() if checks.cover(name)}
-    gaps = [gap for x in outputs if isinstance(x, Rates) for gap in x.gaps(recorded)]
-    gaps = [gap for gap in gaps if isinstance(gap, Entry)]
-    if gaps:
-        checked["gap"] = reduce(least, gaps)
-    program = Program.of(recorded.record, [*entries, *checked.values()])
-    closure, code = recorded.closure, code_of(backend)
+    names: tuple[str, ...] = ()
+    if checks is not Checks.NONE:
+        gaps = [gap for x in outputs if isinstance(x, Rates) for gap in x.gaps(recorded)]
+        entries.append(flags_of(recorded, gaps, rank=checks is Checks.RANK))
+        names = ("flags",)
+    program = Program.of(recorded.record, entries)
+    inputs, closure, code = recorded.record.inputs, recorded.closure, code_of(backend)
     if closure is None:
-        return Kernel(
-            recorded.record.inputs, tuple(outputs), tuple(checked), recorded.space, code(program)
-        )
-    return Kernel(
-        inputs=closure.inputs,
-        outputs=tuple(outputs),
-        checks=(*checked, "open", "mode"),
-        space=recorded.space,
-        code=ClosedCode.of(closure, program, code),
-    )
+        return Kernel(inputs, tuple(outputs), names, recorded.space, code(program))
+    made = ClosedCode.of(closure, program, code)
+    names = (*names, "open", "mode")
+    return Kernel(closure.inputs, tuple(outputs), names, recorded.space, made)
 
 
 def code_of(backend: Backend) -> type[MachineCode] | type[ArrayCode]:

@@ -13,11 +13,14 @@ import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from robostiff.record import Operation, Program
+
+#: Numbers at poses: an array (rows, N), or rows (N,) each at a place of its own.
+Rows: TypeAlias = np.ndarray | Sequence[np.ndarray]
 
 # pi/2 in three parts, for angles up to the largest; beyond, no rounding of an angle makes sense.
 _HALF_TURN_PARTS = (1.5707963267948966, 6.123233995736766e-17, -1.4973849048591833e-33)
@@ -115,9 +118,10 @@ def machine_code_is_available() -> bool:
     return this_processor() is not None
 
 
-#: A compiled function: addresses of the first input and result, number of poses (a multiple of the
-#: width), and how far rows of inputs and of results are apart.
-_Compiled = Callable[[int, int, int, int, int], None]
+#: A compiled function: addresses of two tables, which have the addresses of the rows of inputs and
+#: of results, the first pose, and the first after the last (they are apart by a multiple of the
+#: width).
+_Compiled = Callable[[int, int, int, int], None]
 
 
 @dataclass(frozen=True)
@@ -151,27 +155,31 @@ class VectorFunction:
         engine = llvm.create_mcjit_compiler(module, machine)
         engine.finalize_object()
         pointer, count = ctypes.c_void_p, ctypes.c_int64
-        kind = ctypes.CFUNCTYPE(None, pointer, pointer, count, count, count)
+        kind = ctypes.CFUNCTYPE(None, pointer, pointer, count, count)
         return VectorFunction(kind(engine.get_function_address("program")), processor.width, engine)
 
-    def fill(self, inputs: np.ndarray, outputs: np.ndarray) -> None:
-        """Fill `outputs` (results, N) from `inputs` (inputs, N), float64 with rows without gaps."""
-        width, count = self.width, inputs.shape[1]
-        whole = count - count % width
-        if whole:
-            self._run(inputs, outputs, whole)
-        if whole < count:
+    def fill(self, inputs: Rows, outputs: Rows, part: slice) -> None:
+        """Fill rows of results at a part of the poses, float64, poses side by side in each row."""
+        start, stop = part.start, part.stop
+        whole = stop - (stop - start) % self.width
+        if whole > start:
+            tables = _addresses(inputs), _addresses(outputs)
+            self.address(tables[0].ctypes.data, tables[1].ctypes.data, start, whole)
+        if whole < stop:
             # The last poses, filled up by the last one.
-            some = np.empty((len(inputs), width))
-            some[:, : count - whole] = inputs[:, whole:]
-            some[:, count - whole :] = inputs[:, -1:]
-            found = np.empty((len(outputs), width))
-            self._run(some, found, width)
-            outputs[:, whole:] = found[:, : count - whole]
+            last = np.minimum(np.arange(whole, whole + self.width), stop - 1)
+            some = np.array([row[last] for row in inputs])
+            found = np.empty((len(outputs), self.width))
+            self.fill(some, found, slice(0, self.width))
+            for row, own in zip(outputs, found, strict=True):
+                row[whole:stop] = own[: stop - whole]
 
-    def _run(self, inputs: np.ndarray, outputs: np.ndarray, count: int) -> None:
-        apart = [rows.strides[0] // rows.itemsize for rows in (inputs, outputs)]
-        self.address(inputs.ctypes.data, outputs.ctypes.data, count, *apart)
+
+def _addresses(rows: Rows) -> np.ndarray:
+    """Where each row begins (rows,)."""
+    if isinstance(rows, np.ndarray):
+        return rows.ctypes.data + rows.strides[0] * np.arange(len(rows))
+    return np.array([row.__array_interface__["data"][0] for row in rows], dtype=np.int64)
 
 
 def text_of(program: Program, width: int) -> str:
@@ -182,7 +190,7 @@ def text_of(program: Program, width: int) -> str:
     for step in program.steps:
         arguments = [known[k] for k in (step.a, step.b) if k is not None]
         if step.operation is Operation.INPUT:
-            place = lines.place("%inputs", "%input_row", len(known))
+            place = lines.place("input", len(known))
             value = lines.new(f"load {lines.vector}, ptr {place}, align 8")
         elif step.operation is Operation.NUMBER:
             value = lines.number(step.number)
@@ -195,7 +203,7 @@ def text_of(program: Program, width: int) -> str:
             value = _OPERATIONS[step.operation](lines, *arguments)
         known.append(value)
     for k, step in enumerate(program.outputs):
-        place = lines.place("%outputs", "%output_row", k)
+        place = lines.place("output", k)
         lines.lines.append(f"store {lines.vector} {known[step]}, ptr {place}, align 8")
     functions = (("fma", 3), ("rint", 1), ("sqrt", 1), ("fabs", 1), ("copysign", 2))
     declared = "\n".join(
@@ -206,19 +214,26 @@ def text_of(program: Program, width: int) -> str:
         given = f"{lines.vector}, {lines.vector}, i8"
         for name in ("rcp14", "rsqrt14"):
             declared += f"\ndeclare {lines.vector} @llvm.x86.avx512.{name}.pd.512({given})"
+    rows = [("input", k) for k in range(len(program.inputs))]
+    rows += [("output", k) for k in range(len(program.outputs))]
+    addresses = "\n  ".join(
+        f"%{kind}_place{k} = getelementptr ptr, ptr %{kind}s, i64 {k}\n"
+        f"  %{kind}{k} = load ptr, ptr %{kind}_place{k}"
+        for kind, k in rows
+    )
     body = "\n  ".join(lines.lines)
-    rows = "i64 %count, i64 %input_row, i64 %output_row"
-    parameters = f"ptr noalias %inputs, ptr noalias %outputs, {rows}"
+    parameters = "ptr noalias %inputs, ptr noalias %outputs, i64 %start, i64 %stop"
     bits = 64 * width
     return f"""{declared}
 define void @program({parameters}) #0 {{
 entry:
+  {addresses}
   br label %poses
 poses:
-  %pose = phi i64 [0, %entry], [%next, %poses]
+  %pose = phi i64 [%start, %entry], [%next, %poses]
   {body}
   %next = add i64 %pose, {width}
-  %more = icmp slt i64 %next, %count
+  %more = icmp slt i64 %next, %stop
   br i1 %more, label %poses, label %done
 done:
   ret void
@@ -233,6 +248,7 @@ class _Lines:
 
     width: int
     lines: list[str] = field(default_factory=list)
+    masks: dict[str, str] = field(default_factory=dict)  # bits of values that are 1 or 0
 
     @property
     def vector(self) -> str:
@@ -247,11 +263,9 @@ class _Lines:
         self.lines.append(f"{name} = {text}")
         return name
 
-    def place(self, start: str, row: str, k: int) -> str:
-        """Address of entry `k` of the present poses."""
-        offset = self.new(f"mul i64 {row}, {k}")
-        entry = self.new(f"add i64 {offset}, %pose")
-        return self.new(f"getelementptr double, ptr {start}, i64 {entry}")
+    def place(self, kind: str, k: int) -> str:
+        """Address of the present poses in row `k` of the inputs or outputs."""
+        return self.new(f"getelementptr double, ptr %{kind}{k}, i64 %pose")
 
     def number(self, x: float) -> str:
         return f"splat (double 0x{struct.pack('>d', float(x)).hex().upper()})"
@@ -263,6 +277,9 @@ class _Lines:
         return self.new(f"fsub contract {self.vector} {a}, {b}")
 
     def times(self, a: str, b: str) -> str:
+        if a in self.masks and b in self.masks:
+            both = f"{self.masks[a]}, {self.masks[b]}"
+            return self._one_where(self.new(f"and <{self.width} x i1> {both}"))
         return self.new(f"fmul contract {self.vector} {a}, {b}")
 
     def over(self, a: str, b: str) -> str:
@@ -301,8 +318,12 @@ class _Lines:
 
     def greater(self, a: str, b: str) -> str:
         """1 or 0."""
-        above = self.compare("ogt", a, b)
-        return self.new(f"uitofp <{self.width} x i1> {above} to {self.vector}")
+        return self._one_where(self.compare("ogt", a, b))
+
+    def _one_where(self, mask: str) -> str:
+        value = self.select(mask, self.number(1.0), self.number(0.0))
+        self.masks[value] = mask
+        return value
 
     def _estimate(self, function: str, x: str) -> str:
         rest = f"{self.vector} zeroinitializer, i8 -1"

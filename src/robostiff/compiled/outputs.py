@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Protocol, runtime_checkable
@@ -14,6 +12,7 @@ from numpy.typing import ArrayLike
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.record import is_zero, plain_root
 from robostiff.recorded import RecordedRobot, eigenvalues, inverse_entries
+from robostiff.recorded.factor import Upper
 from robostiff.spatial import Space, as_floats
 
 
@@ -27,28 +26,17 @@ class Output(Protocol):
         ...
 
     def shape(self, space: Space) -> tuple[int, ...]:
-        """Of its array at one pose; a symmetric matrix is (n, n)."""
+        """Of its array at one pose."""
         ...
 
     def recorded(self, robot: RecordedRobot) -> list[Any]:
-        """Its entries, row by row; of a symmetric matrix the upper triangle."""
+        """Its entries, row by row."""
         ...
-
-
-def upper_triangle(size: int) -> Iterator[tuple[int, int]]:
-    """Places of the entries of a symmetric matrix that are stored, row by row.
-
-    Examples
-    --------
-    >>> list(upper_triangle(2))
-    [(0, 0), (0, 1), (1, 1)]
-    """
-    return ((i, j) for i in range(size) for j in range(i, size))
 
 
 @dataclass(frozen=True)
 class StiffnessMatrix:
-    """K about the reference point, world axes: 21 entries (6 in the plane) [N/m, N, N m]."""
+    """K about the reference point, world axes [N/m, N, N m]."""
 
     name = "K"
 
@@ -57,8 +45,8 @@ class StiffnessMatrix:
         return (space.size, space.size)
 
     def recorded(self, robot: RecordedRobot) -> list[Any]:
-        """Upper triangle of K."""
-        return [robot.K[place] for place in upper_triangle(robot.space.size)]
+        """Entries of K; those below the diagonal are those above it."""
+        return _both_triangles(robot.K, robot.space.size)
 
 
 @dataclass(frozen=True)
@@ -72,7 +60,7 @@ class ComplianceMatrix:
         return (space.size, space.size)
 
     def recorded(self, robot: RecordedRobot) -> list[Any]:
-        """Upper triangle of K^-1.
+        """Entries of K^-1.
 
         Raises
         ------
@@ -80,8 +68,7 @@ class ComplianceMatrix:
             When the platform has free motions at every pose.
         """
         _require_full_rank(robot, "compliance matrix")
-        inverse = inverse_entries(robot.factors)
-        return [inverse[place] for place in upper_triangle(robot.space.size)]
+        return _both_triangles(inverse_entries(robot.factors), robot.space.size)
 
 
 @dataclass(frozen=True)
@@ -232,14 +219,8 @@ class EntryOf:
     def recorded(self, robot: RecordedRobot) -> list[Any]:
         """The entry."""
         self.shape(robot.space)
-        shape = self.of.shape(robot.space)
-        if len(shape) == 2:
-            places = list(upper_triangle(shape[0]))
-            i, j = self.place
-            row = places.index((min(i, j), max(i, j)))
-        else:
-            row = self.place[0] if self.place else 0
-        return [self.of.recorded(robot)[row]]
+        places = list(np.ndindex(self.of.shape(robot.space)))
+        return [self.of.recorded(robot)[places.index(self.place)]]
 
     def gaps(self, robot: RecordedRobot) -> list[Any]:
         """Relative distances between eigenvalues."""
@@ -305,40 +286,8 @@ def gaps_of(output: Output, robot: RecordedRobot) -> list[Any]:
     return [] if own is None else own(robot)
 
 
-def rows_of(shape: tuple[int, ...]) -> int:
-    """Number of rows of a kernel for an output of some shape.
-
-    Examples
-    --------
-    >>> rows_of((6, 6)), rows_of((3,))
-    (21, 3)
-    """
-    return shape[0] * (shape[0] + 1) // 2 if len(shape) == 2 else math.prod(shape)
-
-
-def unpack(rows: np.ndarray, out: np.ndarray) -> None:
-    """Put rows (m, N) of a kernel into an array (N, ...); of a matrix both triangles.
-
-    Fastest where equal entries of all poses lie side by side in `out`.
-
-    Examples
-    --------
-    >>> matrices = np.empty((1, 2, 2))
-    >>> unpack(np.array([[1.0], [2.0], [3.0]]), matrices)
-    >>> matrices[0]
-    array([[1., 2.],
-           [2., 3.]])
-    """
-    if out.ndim < 3:
-        out[...] = rows.T.reshape(out.shape)
-        return
-    entries = np.moveaxis(out, 0, -1)
-    size, start = len(entries), 0
-    for i in range(size):
-        row = rows[start : start + size - i]
-        entries[i, i:] = row
-        entries[i + 1 :, i] = row[1:]
-        start += size - i
+def _both_triangles(upper: Upper, size: int) -> list[Any]:
+    return [upper[min(place), max(place)] for place in np.ndindex(size, size)]
 
 
 def _part(gap: Any, values: list[Any]) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from itertools import combinations_with_replacement
 from typing import Any
 
 import numpy as np
@@ -17,8 +18,6 @@ from robostiff.compiled import (
     Gradient,
     Output,
     WorstDeflection,
-    unpack,
-    upper_triangle,
 )
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, find_posture
@@ -109,7 +108,11 @@ def _smooth(output: Output, d: int) -> list[Output]:
     """What has rates at all poses, and gives the output: of an eigenvalue the entries."""
     if not isinstance(output, WorstDeflection):
         return [output]
-    return [EntryOf(ComplianceMatrix(), place) for place in upper_triangle(d)]
+    return [EntryOf(ComplianceMatrix(), place) for place in _upper(d)]
+
+
+def _upper(d: int) -> list[tuple[int, int]]:
+    return list(combinations_with_replacement(range(d), 2))
 
 
 def _largest_eigenvalue(
@@ -120,12 +123,13 @@ def _largest_eigenvalue(
     Of the upper triangles (entries, N) and their rates (entries, N, n).
     """
     C = np.empty((upper.shape[1], d, d))
-    unpack(upper, C)
+    for (i, j), row in zip(_upper(d), upper, strict=True):
+        C[:, i, j] = C[:, j, i] = row
     known = np.isfinite(C).all(axis=(1, 2))
     largest, v = np.full(len(C), np.nan), np.full((len(C), d), np.nan)
     values, vectors = np.linalg.eigh(C[known])
     largest[known], v[known] = values[:, -1], vectors[:, :, -1]
-    weights = [v[:, i] * v[:, j] * (1 if i == j else 2) for i, j in upper_triangle(d)]
+    weights = [v[:, i] * v[:, j] * (1 if i == j else 2) for i, j in _upper(d)]
     return largest, np.einsum("kp,kpn->pn", np.array(weights), slopes)
 
 

@@ -14,6 +14,7 @@ from robostiff.compiled import Output, TotalMass
 from robostiff.design.numbers import NumbersOfDesigns, Poses
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.markup import InNotebooks
 from robostiff.model import Robot
 from robostiff.record import least
 from robostiff.recorded import RecordedRobot
@@ -91,7 +92,7 @@ class Ending(Enum):
 
 
 @dataclass(frozen=True)
-class Optimum:
+class Optimum(InNotebooks):
     """What `optimise` found.
 
     Attributes

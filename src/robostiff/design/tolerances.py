@@ -8,17 +8,21 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis.compiled_stiffness import compile_stiffness
+from robostiff.analysis.compiled_stiffness import CompiledStiffness, compile_stiffness
 from robostiff.compiled import Output, WorstDeflection
 from robostiff.design.numbers import NumbersOfDesigns, Poses, parameters_like
-from robostiff.errors import InputError
+from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.expression import parse
 from robostiff.kinematics import JointCoordinates
+from robostiff.markup import InNotebooks
 from robostiff.model import Robot
 
 # Sequences of points that know nothing of one another: their spread is the error of a quantile.
 _SEQUENCES = 8
 _CHUNK = 8192
+
+
+_WORST = WorstDeflection()
 
 
 @dataclass(frozen=True)
@@ -84,7 +88,7 @@ def _size(given: float | str, nominal: float, name: str) -> float:
 
 
 @dataclass(frozen=True)
-class Tolerances:
+class Tolerances(InNotebooks):
     """Numbers of a robot whose parameters are spread.
 
     Attributes
@@ -207,52 +211,174 @@ def tolerances(
     """
     from scipy.stats import qmc
 
-    of: dict[str, Uniform | Normal] = {}
-    for pattern, spread in spreads.items():
-        if not isinstance(spread, Uniform | Normal):
-            raise InputError(
-                f"spread of {pattern!r}", got=spread, expected='Uniform(0.2) or Normal("0.2 mm")'
-            )
-        of |= dict.fromkeys(parameters_like(robot, pattern), spread)
-    names = tuple(of)
-    nominal = np.array([robot.nominal[name] for name in names])
-    each = list(zip(names, of.values(), nominal.tolist(), strict=True))
-    deviations = {name: spread.deviation_of(value, name) for name, spread, value in each}
-    at_nominal = NumbersOfDesigns.of(robot, outputs, names, poses)
-    numbers, rates, _ = at_nominal.at(nominal)
-    by_joints = isinstance(at_nominal.poses, JointCoordinates)
-    rows = at_nominal.poses.values if by_joints else at_nominal.poses
-    compiled = compile_stiffness(robot, outputs, parameters=names)
-    positive = {str(symbol) for symbol in robot.symbols if symbol.is_positive}
+    drawn = _DrawnRobots.of(robot, spreads, outputs, poses, threads)
+    nominal = np.array([value for _, _, value in drawn.each])
+    numbers, rates, _ = drawn.at_nominal.at(nominal)
     in_sequence = 2 ** max(0, int(np.ceil(np.log2(max(samples, 1) / _SEQUENCES))))
-    found = {x.name: np.empty((_SEQUENCES * in_sequence, len(rows))) for x in outputs}
-    answered = np.ones(_SEQUENCES * in_sequence, dtype=bool)
+    shape = _SEQUENCES * in_sequence, len(drawn.rows)
+    found = {x.name: np.empty(shape) for x in outputs}
     start = 0
     for k in range(_SEQUENCES):
-        points = qmc.Sobol(len(names), rng=np.random.default_rng([seed, k]))
+        points = qmc.Sobol(len(drawn.each), rng=np.random.default_rng([seed, k]))
         for _ in range(0, in_sequence, _CHUNK):
             u = points.random(min(_CHUNK, in_sequence)).T
             where = slice(start, start := start + u.shape[1])
-            parameters: dict[str, Any] = {}
-            for (name, spread, value), own in zip(each, u, strict=True):
-                drawn = spread.values(value, name, own)
-                # Formulas of the model were written for positive values of this parameter.
-                lost = (drawn <= 0) & (name in positive)
-                answered[where] &= ~lost
-                parameters[name] = np.where(lost, value, drawn)
-            for place, row in enumerate(rows):
-                many = np.broadcast_to(row[:, None], (len(row), u.shape[1])).copy().T
-                pose = JointCoordinates(many) if by_joints else many
-                answer = compiled.evaluate(pose, parameters=parameters, threads=threads)
-                for output in outputs:
-                    found[output.name][where, place] = answer.values[output.name]
-                    answered[where] &= np.isfinite(answer.values[output.name])
-    for values in found.values():
-        values[~answered] = np.nan
+            for name, values in drawn.numbers(u).items():
+                found[name][where] = values
     return Tolerances(
         samples=found,
-        deviations=deviations,
+        deviations={name: own.deviation_of(value, name) for name, own, value in drawn.each},
         nominal={x.name: own for x, own in zip(outputs, numbers, strict=True)},
         rates={x.name: own for x, own in zip(outputs, rates, strict=True)},
-        answered=float(np.mean(answered)),
+        answered=float(np.mean(np.isfinite(next(iter(found.values()))[:, 0]))),
     )
+
+
+@dataclass(frozen=True)
+class _DrawnRobots:
+    """A robot whose parameters are spread, compiled.
+
+    Attributes
+    ----------
+    compiled : CompiledStiffness
+    at_nominal : NumbersOfDesigns
+    each : tuple of (str, spread, float)
+        Parameters with their nominal values.
+    positive : frozenset of str
+        Parameters that formulas of the model were written for positive values of.
+    rows : (N, n) array
+        Poses.
+    threads : int
+    """
+
+    compiled: CompiledStiffness
+    at_nominal: NumbersOfDesigns
+    each: tuple[tuple[str, Uniform | Normal, float], ...]
+    positive: frozenset[str]
+    rows: np.ndarray
+    threads: int
+
+    @staticmethod
+    def of(
+        robot: Robot,
+        spreads: Mapping[str, Uniform | Normal],
+        outputs: Sequence[Output],
+        poses: Poses,
+        threads: int = 1,
+    ) -> _DrawnRobots:
+        """Compile the outputs; an InputError for a name that is no parameter, or no spread."""
+        of: dict[str, Uniform | Normal] = {}
+        for pattern, spread in spreads.items():
+            if not isinstance(spread, Uniform | Normal):
+                raise InputError(
+                    f"spread of {pattern!r}",
+                    got=spread,
+                    expected='Uniform(0.2) or Normal("0.2 mm")',
+                )
+            of |= dict.fromkeys(parameters_like(robot, pattern), spread)
+        each = tuple((name, spread, float(robot.nominal[name])) for name, spread in of.items())
+        at_nominal = NumbersOfDesigns.of(robot, outputs, tuple(of), poses)
+        own = at_nominal.poses
+        return _DrawnRobots(
+            compile_stiffness(robot, outputs, parameters=tuple(of)),
+            at_nominal,
+            each,
+            frozenset(str(symbol) for symbol in robot.symbols if symbol.is_positive),
+            own.values if isinstance(own, JointCoordinates) else own,
+            threads,
+        )
+
+    def numbers(self, u: np.ndarray) -> dict[str, np.ndarray]:
+        """Each output (m, N) of m robots, by quantiles u (n, m) of their parameters.
+
+        Not a number for a robot that has no answer at some pose.
+        """
+        lost, parameters = np.zeros(u.shape[1], dtype=bool), {}
+        for (name, spread, value), own in zip(self.each, u, strict=True):
+            drawn = spread.values(value, name, own)
+            wrong = (drawn <= 0) & (name in self.positive)
+            lost |= wrong
+            parameters[name] = np.where(wrong, value, drawn)
+        found = {x.name: np.empty((u.shape[1], len(self.rows))) for x in self.at_nominal.outputs}
+        for place, row in enumerate(self.rows):
+            pose: Any = np.broadcast_to(row[:, None], (len(row), u.shape[1])).copy().T
+            if isinstance(self.at_nominal.poses, JointCoordinates):
+                pose = JointCoordinates(pose)
+            answer = self.compiled.evaluate(pose, parameters=parameters, threads=self.threads)
+            for name, values in found.items():
+                values[:, place] = answer.values[name]
+                lost |= ~np.isfinite(values[:, place])
+        for values in found.values():
+            values[lost] = np.nan
+        return found
+
+
+def sobol_indices(
+    robot: Robot,
+    spreads: Mapping[str, Uniform | Normal],
+    output: Output = _WORST,
+    pose: Poses = None,
+    *,
+    samples: int = 2**12,
+    seed: int = 0,
+    threads: int = 1,
+) -> dict[str, tuple[float, float]]:
+    """Shares of parameters in the variance of a number: alone, and with all others.
+
+    ``S_i = Var(E(y | p_i)) / Var(y)`` and ``T_i = 1 - Var(E(y | all but p_i)) / Var(y)``. To first
+    order in the spreads both are `Tolerances.shares`; where T is well above S, parameters act
+    together.
+
+    Parameters
+    ----------
+    robot, spreads, seed, threads
+        As for `tolerances`.
+    output : Output
+        Of one number a pose.
+    pose : (n,) array or JointCoordinates, optional
+        Free pose coordinates [m, rad]; home when left out.
+    samples : int
+        A power of two; ``samples (n + 2)`` robots are computed.
+
+    Returns
+    -------
+    dict of str to (float, float)
+        S and T of each parameter, largest T first. Their errors fall with the root of `samples`.
+
+    Raises
+    ------
+    InputError
+        When a name is no parameter, a spread is none, or there are several poses.
+    NoAnswerError
+        When some of the robots have no answer.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> robot = rs.load("gough-stewart-b", symbols=("R", "k"))
+    >>> found = rs.sobol_indices(robot, {"k": rs.Uniform(0.2), "R": rs.Normal("1 mm")})
+    >>> round(found["k"][0], 2), round(found["k"][1], 2)
+    (1.0, 1.0)
+    """
+    from scipy.stats import sobol_indices as indices_of
+    from scipy.stats import uniform
+
+    drawn = _DrawnRobots.of(robot, spreads, [output], pose, threads)
+    if len(drawn.rows) != 1:
+        raise InputError("pose of indices", got=f"{len(drawn.rows)} poses", expected="one pose")
+    if samples < 1 or samples & (samples - 1):
+        raise InputError("samples of indices", got=samples, expected="a power of two")
+
+    def numbers(u: np.ndarray) -> np.ndarray:
+        values = drawn.numbers(u)[output.name][:, 0]
+        if not np.isfinite(values).all():
+            lost = int(np.count_nonzero(~np.isfinite(values)))
+            raise NoAnswerError(f"{lost} of {len(values)} robots have no answer: spread them less")
+        return values
+
+    cubes, rng = [uniform()] * len(drawn.each), np.random.default_rng(seed)
+    found = indices_of(func=numbers, n=samples, dists=cubes, rng=rng)
+    names = [name for name, _, _ in drawn.each]
+    pairs = zip(np.ravel(found.first_order), np.ravel(found.total_order), strict=True)
+    each = {name: (float(S), float(T)) for name, (S, T) in zip(names, pairs, strict=True)}
+    return dict(sorted(each.items(), key=lambda own: -own[1][1]))

@@ -23,7 +23,7 @@ class UnknownFrames:
 
 @dataclass(frozen=True, eq=False)
 class KnownFrames:
-    """PlacesInStates that are known; None where they are to be found, too.
+    """Places that are known; None where they are to be found, too.
 
     Attributes
     ----------

@@ -17,6 +17,7 @@ from robostiff.identification.states import States
 from robostiff.identification.unknowns import Unknown
 from robostiff.identification.words import Identifiability
 from robostiff.model import Robot
+from robostiff.spatial.rotation import vector_of_rotation
 
 # A fit is none where a sum of squares as large as this is so rare; an outlier as rare for one of
 # all readings.
@@ -113,9 +114,15 @@ class Identified:
 
     @cached_property
     def values(self) -> dict[str, float]:
-        """Of all unknowns [SI]; those that are not identified keep the nominal ones."""
-        pairs = zip(self.unknowns, self.fit.x.tolist(), strict=True)
-        return {own.name: value for own, value in pairs}
+        """Of all unknowns [SI]; those that are not identified keep the nominal ones.
+
+        The turn of the instrument is the rotation vector from world to instrument axes, and its
+        covariance that of a further rotation.
+        """
+        x, n = self.fit.x.copy(), len(self.model.parameters)
+        if self.model.instrument is None:
+            x[n + 3 : n + 6] = vector_of_rotation(self.model.frames(x)[0])
+        return dict(zip((own.name for own in self.unknowns), x.tolist(), strict=True))
 
     @cached_property
     def _found(self) -> list[int]:
@@ -363,6 +370,8 @@ class Identified:
             Postures, loads and markers; its values say which numbers are wanted.
         """
         model = _at(self.model, measured)
+        statics, _ = model.statics.checked(self.fit.x[: len(model.parameters)])
+        model = replace(model, statics=statics)
         y, J = model.predicted(self.fit.x)
         L = J[:, self._found] @ self._inverse_root * self.sigma
         found = np.full((2, 3 * len(measured)), np.nan)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -150,7 +150,12 @@ def fitted(
     if set(again.fixed) != set(told.fixed):  # the start was in a special place, or the end is
         told = again
         x, converged = _searched(model, x, told.fixed, bounds, loss, known)
-    return Identified(model, Fit(x, start, bounds, loss, told, converged, known))
+    statics, _ = model.statics.checked(x[: len(model.parameters)])
+    there = replace(model, statics=statics)
+    if not np.array_equal(_known(there, x), known):  # near singular postures it has become another
+        known = _known(there, x)
+        x, converged = _searched(there, x, told.fixed, bounds, loss, known)
+    return Identified(there, Fit(x, start, bounds, loss, told, converged, known))
 
 
 def _rates(model: ReadingModel, x: np.ndarray) -> np.ndarray:

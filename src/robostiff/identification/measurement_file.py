@@ -323,7 +323,7 @@ def _tracker_export(path: str | os.PathLike[str]) -> _TrackerExport | None:
 
 
 def _tracker_columns(headings: list[str], at: Location) -> dict[str, tuple[int, float]]:
-    """PlacesInStates and units [m] of columns by name."""
+    """Places and units [m] of columns by name."""
     places: dict[str, tuple[int, float]] = {}
     for k, heading in enumerate(headings):
         word, _, unit = heading.partition("[")

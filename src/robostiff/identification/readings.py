@@ -211,8 +211,9 @@ def model_of(
         SmallLoads(states, robot, given) if small else FiniteLoads(states, robot, given, gravity)
     )
     p = np.array([own.nominal for own in parameters])
+    statics, codes = statics.checked(p)
+    _check_states(robot, measured, states, codes)
     places = statics.at(p)
-    _check_states(robot, measured, states, places)
     R, b, m = np.eye(3), instrument, markers
     if instrument is None or markers is None:
         seen = _seen(measured, names, states, places, robot.numeric.reference_point)
@@ -237,16 +238,14 @@ def model_of(
     return model, start
 
 
-def _check_states(
-    robot: Robot, measured: Measurements, states: States, places: PlacesInStates
-) -> None:
+def _check_states(robot: Robot, measured: Measurements, states: States, codes: np.ndarray) -> None:
     """Raise for the first reading whose posture has no answer."""
     bad = Status.UNREACHABLE | Status.BEYOND_LIMITS | Status.NO_EQUILIBRIUM
-    for state in np.flatnonzero(places.status_codes & int(bad)):
+    for state in np.flatnonzero(codes & int(bad)):
         k = int(np.argmax(states.of_readings == state))
         raise InputError(
             f"posture of {measured.place(k)}",
-            got=str(Status(int(places.status_codes[state])) & bad),
+            got=str(Status(int(codes[state])) & bad),
             expected=f"a posture that {robot.name!r} reaches, within its limits, and holds",
             hint="remove the line, or look at units and order of the joints",
         )

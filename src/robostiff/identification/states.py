@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +16,11 @@ from robostiff.kinematics import JointCoordinates, find_posture
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Robot
 
+if TYPE_CHECKING:
+    from robostiff.statics.kernels.compiled_loading import LoadedAnswer
+
+# [m] and of 1: as near as a kernel has to be to an equilibrium.
+_AGREES = 1e-9
 # States from which on machine code is worth its compilation.
 _MANY = 5_000
 #: Readings that begin in another state.
@@ -97,12 +103,16 @@ class States:
 
 @dataclass(frozen=True, eq=False)
 class FiniteLoads:
-    """Equilibria with weights, by the kernel of the robot under load."""
+    """Equilibria with weights, by the kernel of the robot under load.
+
+    States near singular postures, which the kernel does not answer by itself, are `checked` once.
+    """
 
     states: States
     robot: Robot  # with symbols
     names: tuple[str, ...]  # of the parameters
     gravity: ArrayLike | str | None = None
+    lost: np.ndarray | None = None  # (S,) of bool: states without rates
 
     @cached_property
     def compiled(self):
@@ -125,21 +135,48 @@ class FiniteLoads:
         vars(found)["compiled"] = self.compiled
         return found
 
-    def at(self, values: np.ndarray) -> PlacesInStates:
-        """PlacesInStates at values (n,) of the parameters."""
-        states, rows = self.states, list(self.robot.space.rows)
-        answer = self.compiled.evaluate(
-            states.pose,
-            states.wrenches[:, rows],
-            hooks=states.levers,
-            parameters=dict(zip(self.names, values.tolist(), strict=True)),
+    def _answer(self, values: np.ndarray, rows: np.ndarray, *, again: bool) -> LoadedAnswer:
+        own = replace(
+            self.states,
+            coordinates=self.states.coordinates[rows],
+            wrenches=self.states.wrenches[rows],
+            levers=self.states.levers[rows],
         )
+        return self.compiled.evaluate(
+            own.pose,
+            own.wrenches[:, list(self.robot.space.rows)],
+            hooks=own.levers,
+            parameters=dict(zip(self.names, values.tolist(), strict=True)),
+            again=again,
+        )
+
+    def at(self, values: np.ndarray) -> PlacesInStates:
+        """Places at values (n,) of the parameters; no rates in lost states."""
+        answer = self._answer(values, np.arange(len(self.states.coordinates)), again=False)
         own = answer.platforms
         order = [self.compiled.parameters.index(name) for name in self.names]
         rates = own.rates[:, :, order]
-        return PlacesInStates(
-            own.points, own.axes, np.zeros((len(rates), 6)), rates, answer.status_codes
-        )
+        rates[answer.guarded if self.lost is None else self.lost] = np.nan
+        none = np.zeros((len(rates), 6))
+        return PlacesInStates(own.points, own.axes, none, rates, answer.status_codes)
+
+    def checked(self, values: np.ndarray) -> tuple[FiniteLoads, np.ndarray]:
+        """The same with those states lost in which kernel and `equilibrium` do not agree.
+
+        And status codes (S,). Without it all states that the kernel guards are lost.
+        """
+        every = self._answer(values, np.arange(len(self.states.coordinates)), again=False)
+        lost, codes = every.guarded.copy(), every.status_codes
+        rows = np.flatnonzero(lost)
+        if rows.size:
+            sure = self._answer(values, rows, again=True)
+            shift = np.abs(sure.platforms.points - every.platforms.points[rows]).max(axis=1)
+            turn = np.abs(sure.platforms.axes - every.platforms.axes[rows]).max(axis=(1, 2))
+            lost[rows] = ~((shift <= _AGREES) & (turn <= _AGREES))
+            codes[rows] = sure.status_codes
+        found = replace(self, lost=lost)
+        vars(found)["compiled"] = self.compiled
+        return found, codes
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,8 +220,12 @@ class SmallLoads:
         vars(found)["compiled"] = self.compiled
         return found
 
+    def checked(self, values: np.ndarray) -> tuple[SmallLoads, np.ndarray]:
+        """Itself, and status codes (S,): what its kernel does not answer is computed again."""
+        return self, self.at(values).status_codes
+
     def at(self, values: np.ndarray) -> PlacesInStates:
-        """PlacesInStates at values (n,) of the parameters."""
+        """Places at values (n,) of the parameters."""
         (points, R), rows = self._unloaded, list(self.robot.space.rows)
         given = dict(zip(self.names, values.tolist(), strict=True))
         pose, of_state = self._postures

@@ -139,7 +139,8 @@ def with_unknowns(
                if candidates[name].kind is not UnknownKind.GEOMETRY}  # fmt: skip
     springs |= {name: _symbol(group) for name, group in replaced.items() if name not in springs}
     legs = tuple(
-        replace(leg, chain=_changed(leg.chain, f"{leg.name}/", springs)) for leg in robot.legs
+        replace(leg, chain=_changed(leg.chain, f"{leg.name}/", springs, candidates))
+        for leg in robot.legs
     )
     nominal = {name: value for name, value in nominal.items() if name not in others}
     found = replace(robot, legs=legs, nominal=nominal)
@@ -252,26 +253,27 @@ def _with_zero(element: Element, zero: Any) -> tuple[Element, ...]:
     return (Rigid(frame, f"zero of {element.name}"), element)
 
 
-def _changed(chain: Chain, prefix: str, symbols: dict[str, Any]) -> Chain:
+def _changed(
+    chain: Chain, prefix: str, symbols: dict[str, Any], candidates: dict[str, _Candidate]
+) -> Chain:
     """A chain with symbols at the parts of these names."""
     names = {name for name in symbols if name.startswith(prefix)}
     if not names:
         return chain
     elements: list[Element] = []
-    numeric = dict(_of_chain(chain, prefix))
     for element in chain.elements:
         name = prefix + element.name
         if isinstance(element, ParallelBlock):
             branches = (
-                replace(own, chain=_changed(own.chain, f"{name}/{own.name}/", symbols))
+                replace(own, chain=_changed(own.chain, f"{name}/{own.name}/", symbols, candidates))
                 for own in element.branches
             )
             elements.append(replace(element, branches=tuple(branches)))
             continue
         several: tuple[Element, ...] = (element,)
         for own in (name, f"{name}.factor", f"{name}.zero"):
-            if own in symbols and own in numeric:
-                changed = numeric[own].replaced(several[-1], symbols[own])
+            if own in symbols:
+                changed = candidates[own].replaced(several[-1], symbols[own])
                 several = (*several[:-1], *changed)
         elements += several
     return replace(chain, elements=tuple(elements))
@@ -316,3 +318,10 @@ def _symbols_of(role: Any) -> Any:
 def _rest(robot: Robot, name: str) -> dict[str, float]:
     """Nominal values of the other symbols."""
     return {str(x): robot.nominal[str(x)] for x in robot.symbols if str(x) != name}
+
+
+def spring_values(robot: Robot) -> dict[str, float]:
+    """Compliances of all drives and springs of a robot of numbers, by name."""
+    return {
+        name: own.nominal for name, own in _candidates(robot) if own.kind is UnknownKind.COMPLIANCE
+    }

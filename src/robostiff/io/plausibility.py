@@ -29,10 +29,20 @@ def question(
     Where it is written is looked up for a warning only; `in_si` says that no unit can be written
     there.
     """
-    found = _doubt(float(number), dimension, has_unit)
-    if found is None:
-        return
-    words, unit = found
+    number = float(number)
+    if dimension in _LARGEST:
+        largest, words, unit = _LARGEST[dimension]
+        meant = has_unit and dimension is Dimension.ANGLE  # turns that are written in degrees
+        if meant or abs(number) <= largest:
+            return
+        words = words.format(number)
+    else:
+        softest = _SOFTEST if has_unit else _SOFTEST_BARE
+        if dimension is not Dimension.MODULUS or softest <= number <= _HARDEST:
+            return
+        words, unit = f"an elastic modulus of {number:g} Pa", "GPa" if number < _SOFTEST else "MPa"
+        if number > _HARDEST:
+            words, unit = f"{words}, harder than diamond", ""
     if unit:
         words += f"; in {'degrees' if unit == 'deg' else unit}?"
         if not has_unit:
@@ -46,21 +56,6 @@ _LARGEST = {
     Dimension.ADVANCE_PER_TURN: (_STEEPEST, "an advance of {:g} m in one turn", "mm"),
     Dimension.ANGLE: (FULL_TURN, "an angle of {:g} rad", "deg"),
 }
-
-
-def _doubt(number: float, dimension: Dimension, has_unit: bool) -> tuple[str, str] | None:
-    """Why a number is probably wrong, and the unit that was probably meant; None for others."""
-    if dimension in _LARGEST:
-        largest, words, unit = _LARGEST[dimension]
-        meant = has_unit and dimension is Dimension.ANGLE  # turns that are written in degrees
-        return (words.format(number), unit) if abs(number) > largest and not meant else None
-    softest = _SOFTEST if has_unit else _SOFTEST_BARE
-    if dimension is not Dimension.MODULUS or softest <= number <= _HARDEST:
-        return None
-    words = f"an elastic modulus of {number:g} Pa"
-    if number > _HARDEST:
-        return f"{words}, harder than diamond", ""
-    return words, "GPa" if number < _SOFTEST else "MPa"
 
 
 def warn_of_parts_not_read(

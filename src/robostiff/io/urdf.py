@@ -14,7 +14,6 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from robostiff.errors import Location, needs_extra
 from robostiff.io.child_process import EXPAND_XACRO, answer_of
@@ -28,7 +27,7 @@ from robostiff.io.rigid_tree.tree import (
     TreeLoop,
     mass_of_body,
 )
-from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, read_xml
+from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, frame_of, read_xml
 from robostiff.io.suggest import Words, did_you_mean, listing
 from robostiff.io.units import Dimension
 from robostiff.io.whole_file import read_elsewhere
@@ -141,17 +140,15 @@ def _joint(joint: XmlElement, links: dict[str, XmlElement]) -> TreeJoint:
     limit = joint.one("limit")
     bounded = limit is not None and {"lower", "upper"} <= set(limit.attributes) and low < high
     limits = (low, high) if bounded and word != "continuous" else None
-    mimic, follows = joint.one("mimic"), None
-    if mimic is not None:
+    follows = None
+    if (mimic := joint.one("mimic")) is not None:
         factor = joint.numbers_at("mimic", "multiplier", (1.0,), of).item()
         offset = joint.numbers_at("mimic", "offset", (0.0,), of).item()
         follows = Mimic(mimic.attributes.get("joint", ""), factor, offset)
-    origin = joint.one("origin")
-    if origin is not None:
-        turn = joint.numbers_at("origin", "rpy", (0.0, 0.0, 0.0), of)
-        for numbers, dimension in ((before.p, Dimension.LENGTH), (turn, Dimension.ANGLE)):
-            worst = max(numbers.tolist(), key=abs)
-            question(worst, dimension, lambda _: origin.location, in_si=True)
+    place = (joint.one("origin") or joint).location
+    turn = joint.numbers_at("origin", "rpy", (0.0, 0.0, 0.0), of)
+    for numbers, dimension in ((before.p, Dimension.LENGTH), (turn, Dimension.ANGLE)):
+        question(max(numbers.tolist(), key=abs), dimension, lambda _: place, in_si=True)
     return TreeJoint(
         name=name,
         type=kind,
@@ -385,7 +382,7 @@ def _ends_of_gazebo(element: XmlElement, drawn: Mapping[str, Frame]) -> _Ends | 
         return None
     text = None if pose is None else pose.text
     numbers = element.numbers("pose of <joint>", text, (0.0,) * 6)
-    seen = _frame_at(numbers[:3], numbers[3:])
+    seen = frame_of(numbers[:3], numbers[3:])
     in_parent = drawn[links[0]].inverse @ drawn[links[1]] @ seen
     text = None if direction is None else direction.text
     return links, (in_parent, seen), element.numbers("axis of <joint>", text, (0.0, 0.0, 1.0))
@@ -401,19 +398,13 @@ def _ends(element: XmlElement) -> _Ends:
         origins = [element.one("parent_origin"), element.one("child_origin")]
         axes = [element.one("parent_axis") or element.one("axis"), element.one("child_axis")]
     first, second = ("" if own is None else own.attributes.get("link", "") for own in ends)
-    frames = []
-    for own in origins:
-        at, turn = (_attribute(own, key, np.zeros(3)) for key in ("xyz", "rpy"))
-        frames.append(_frame_at(at, turn))
+    frames = [
+        frame_of(*(_attribute(own, key, np.zeros(3)) for key in ("xyz", "rpy"))) for own in origins
+    ]
     axis = _attribute(axes[0], "xyz", np.array([1.0, 0.0, 0.0]))
     other = _attribute(axes[1], "xyz", axis)
     same = np.allclose(axis, other, rtol=0, atol=1e-12)
     return (first, second), (frames[0], frames[1]), axis * same
-
-
-def _frame_at(at: np.ndarray, turn: np.ndarray) -> Frame:
-    """Frame from a place and from roll, pitch and yaw about fixed axes."""
-    return Frame(Rotation.from_euler("xyz", turn).as_matrix(), at + 0.0)
 
 
 def _attribute(element: XmlElement | None, key: str, otherwise: np.ndarray) -> np.ndarray:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import reduce
 from operator import getitem
-from types import MappingProxyType, NoneType, UnionType
+from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, RootModel, Tag, ValidationError
@@ -184,68 +185,64 @@ class Problem:
     cause: InputError | None = None  # what a validator of the model said; it keeps its words
 
 
-def _unknown_key(found: Trace, _: Mapping[str, Any], data: Any) -> Problem:
+def _problem(details: Mapping[str, Any], found: Trace, data: Any) -> Problem:
+    """An entry of ``ValidationError.errors()`` at its location, in words."""
+    kind, value, context = details["type"], details["input"], details.get("ctx", {})
+    if kind in ("extra_forbidden", "missing"):
+        return _problem_of_key(value, found, data, unknown=kind == "extra_forbidden")
+    if kind in ("union_tag_not_found", "union_tag_invalid"):
+        return _problem_of_tag(value, str(context["discriminator"]).strip("'"), found)
+    if kind in ("literal_error", "enum"):
+        allowed = get_args(found.annotation) or [member.value for member in found.annotation]
+        return _unknown_word(value, [str(word) for word in allowed], found.path)
+    cause = context.get("error")
+    if isinstance(cause, InputError):
+        return Problem(Rank.WRONG_VALUE, found.path, cause.subject, cause=cause)
+    words = phrase(kind, value, context, found.metadata)
+    if words is not None:
+        return Problem(Rank.WRONG_VALUE, found.path, *words)
+    return _wrong(found.path, shown(value), None, str(cause or details["msg"]))
+
+
+def _problem_of_key(value: Any, found: Trace, data: Any, *, unknown: bool) -> Problem:
+    """A key that is unknown or missing; or too short a list for a tuple."""
     *parent, key = found.path
-    present = reduce(getitem, parent, data)
     fields = found.model.model_fields.items() if found.model else ()
-    required_first = sorted(fields, key=lambda item: not item[1].is_required())
-    allowed = [field.alias or name for name, field in required_first]
-    meant = nearest(str(key), [word for word in allowed if word not in present])
-    return Problem(
-        Rank.UNKNOWN_KEY,
-        found.path,
-        "unknown key",
-        expected=_one_of(allowed) if allowed else "no key here",
-        hint=f"did you mean {meant}?" if meant else None,
-        meant=(*parent, meant) if meant else None,
-    )
-
-
-def _missing(found: Trace, details: Mapping[str, Any], _: Any) -> Problem:
-    key = found.path[-1]
-    if isinstance(key, int):  # too short a list for a tuple
-        came, wanted = len(details["input"]), len(get_args(found.container))
-        return _wrong(found.path[:-1], Words(values(came)), values(wanted), "wrong length")
-    fields = found.model.model_fields.items() if found.model else ()
+    if unknown:
+        present = reduce(getitem, parent, data)
+        required_first = sorted(fields, key=lambda item: not item[1].is_required())
+        allowed = [field.alias or name for name, field in required_first]
+        meant = nearest(str(key), [word for word in allowed if word not in present])
+        return Problem(
+            Rank.UNKNOWN_KEY,
+            found.path,
+            "unknown key",
+            expected=_one_of(allowed) if allowed else "no key here",
+            hint=f"did you mean {meant}?" if meant else None,
+            meant=(*parent, meant) if meant else None,
+        )
+    if isinstance(key, int):
+        came, wanted = len(value), len(get_args(found.container))
+        return _wrong(tuple(parent), Words(values(came)), values(wanted), "wrong length")
     words = [field.description for name, field in fields if key in (name, field.alias)]
     hint = f"{key} is {words[0]}" if words and words[0] else None
     return Problem(Rank.MISSING_KEY, found.path, "missing key", hint=hint)
 
 
-def _missing_tag(found: Trace, details: Mapping[str, Any], _: Any) -> Problem:
-    name, value = _discriminator(details), details["input"]
+def _problem_of_tag(value: Any, name: str, found: Trace) -> Problem:
+    """A mapping without the word that says of which kind it is, or with another word."""
     if not isinstance(value, dict):
         return _wrong(found.path, shown(value), "a mapping")
-    words = _one_of(list(tags(found.annotation, name)))
-    return Problem(Rank.MISSING_KEY, (*found.path, name), "missing key", expected=words)
-
-
-def _unknown_tag(found: Trace, details: Mapping[str, Any], _: Any) -> Problem:
-    name = _discriminator(details)
-    allowed = list(tags(found.annotation, name))
-    return _unknown_word(details["input"].get(name), allowed, (*found.path, name))
-
-
-def _unknown_literal(found: Trace, details: Mapping[str, Any], _: Any) -> Problem:
-    allowed = get_args(found.annotation) or [member.value for member in found.annotation]
-    return _unknown_word(details["input"], [str(word) for word in allowed], found.path)
+    allowed, path = list(tags(found.annotation, name)), (*found.path, name)
+    if name in value:
+        return _unknown_word(value[name], allowed, path)
+    return Problem(Rank.MISSING_KEY, path, "missing key", expected=_one_of(allowed))
 
 
 def _unknown_word(value: Any, words: list[str], path: tuple[Step, ...]) -> Problem:
     expected = " or ".join(map(repr, words)) if len(words) <= 3 else _one_of(words)
     hint = did_you_mean(value, words) if isinstance(value, str) else None
     return _wrong(path, shown(value), expected, "unknown word", hint)
-
-
-def _wrong_value(found: Trace, details: Mapping[str, Any], _: Any) -> Problem:
-    value, context = details["input"], details.get("ctx", {})
-    cause = context.get("error")
-    if isinstance(cause, InputError):
-        return Problem(Rank.WRONG_VALUE, found.path, cause.subject, cause=cause)
-    words = phrase(details["type"], value, context, found.metadata)
-    if words is not None:
-        return Problem(Rank.WRONG_VALUE, found.path, *words)
-    return _wrong(found.path, shown(value), None, str(cause or details["msg"]))
 
 
 def _wrong(
@@ -258,24 +255,8 @@ def _wrong(
     return Problem(Rank.WRONG_VALUE, path, subject, got, expected, hint)
 
 
-def _discriminator(details: Mapping[str, Any]) -> str:
-    return str(details["ctx"]["discriminator"]).strip("'")
-
-
 def _one_of(words: list[str]) -> str:
     return f"one of {listing(words)}" if len(words) > 1 else "".join(words)
-
-
-_KINDS: Mapping[str, Callable[[Trace, Mapping[str, Any], Any], Problem]] = MappingProxyType(
-    {
-        "extra_forbidden": _unknown_key,
-        "missing": _missing,
-        "union_tag_not_found": _missing_tag,
-        "union_tag_invalid": _unknown_tag,
-        "literal_error": _unknown_literal,
-        "enum": _unknown_literal,
-    }
-)
 
 
 class WithoutTitles(GenerateJsonSchema):
@@ -326,12 +307,8 @@ def _file_error(error: ValidationError, model: type[BaseModel], document: Docume
         seen[details["type"]] += 1
         if seen[details["type"]] <= _MOST_OF_A_KIND:
             some.append(details)
-    problems = [
-        _KINDS.get(own["type"], _wrong_value)(
-            _trace(model, document.data, own["loc"]), dict(own), document.data
-        )
-        for own in some
-    ]
+    data = document.data
+    problems = [_problem(dict(own), _trace(model, data, own["loc"]), data) for own in some]
     by_path: dict[tuple[str | int, ...], list[Problem]] = {}
     for found in sorted(problems, key=lambda found: (found.rank, -len(found.path))):
         own = by_path.setdefault(found.path, [])
@@ -366,7 +343,12 @@ def _complaint(
         expected = chief.cause.expected or ""
     if isinstance(chief.cause, FileError):
         place = chief.cause.location
-    if _is_cut(path, document.data):
+    # YAML cuts an expression at a comma, as in [max(a, b), 0, 0].
+    pieces: list[Any] = [*path[-1:]]
+    with suppress(LookupError, TypeError):  # a key that is missing
+        value = reduce(getitem, path, document.data)
+        pieces += value if isinstance(value, list) else []
+    if any(isinstance(own, str) and own.count("(") != own.count(")") for own in pieces):
         hint = 'write an expression with commas in quotes, such as "atan2(h, b)"'
     return FileError(
         place,
@@ -377,13 +359,3 @@ def _complaint(
         others=others,
         uncounted=uncounted,
     )
-
-
-def _is_cut(path: tuple[Step, ...], data: Any) -> bool:
-    """Whether YAML has cut an expression at a comma there, as in ``[max(a, b), 0, 0]``."""
-    try:
-        value = reduce(getitem, path, data)
-    except (LookupError, TypeError):  # a key that is missing
-        return False
-    pieces = [*path[-1:], *(value if isinstance(value, list) else [])]
-    return any(isinstance(own, str) and own.count("(") != own.count(")") for own in pieces)

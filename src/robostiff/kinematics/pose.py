@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -57,6 +57,11 @@ Pose: TypeAlias = (
 )
 
 
+#: Joint coordinates (size,) of each leg that choose a posture.
+NearLegs: TypeAlias = "Sequence[np.ndarray] | None"
+FoundPoses: TypeAlias = tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]
+
+
 @dataclass(frozen=True)
 class PoseRequest:
     """Requested poses of the platform, one in each row."""
@@ -67,6 +72,10 @@ class PoseRequest:
     open: tuple[int, ...]  # pose coordinates that the legs decide
     # (N, 3, 3) or None: rotation of the platform where it was given as a matrix
     turned: np.ndarray | None = None
+    # What finds poses (N, 6), rotations, coordinates of the legs, and where they close elsewhere:
+    # from the numbers in the rows, where these are no poses, and joint coordinates close by
+    find: Callable[[np.ndarray, NearLegs], FoundPoses] | None = None
+    by_drives: bool = False  # whether these numbers are coordinates of the actuators
 
     @cached_property
     def R(self) -> np.ndarray:

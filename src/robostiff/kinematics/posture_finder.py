@@ -22,11 +22,12 @@ from robostiff.kinematics.closure import (
 from robostiff.kinematics.closure.assembly import RootSigns
 from robostiff.kinematics.closure.skeleton import rounding_of
 from robostiff.kinematics.frames import PlacedChain, place_chain
-from robostiff.kinematics.legs_together import FEW
 from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose
 from robostiff.kinematics.pose import (
+    FoundPoses,
     JointCoordinates,
     Near,
+    NearLegs,
     Pose,
     PoseRequest,
     check_held_sums,
@@ -40,9 +41,7 @@ from robostiff.kinematics.pose import (
 )
 from robostiff.kinematics.posture import Posture
 from robostiff.kinematics.solved_request import (
-    ActuatedRequest,
     HomePosture,
-    SolvedRequest,
     actuated_request,
     found_from,
     tool_request,
@@ -143,24 +142,34 @@ class PostureFinder:
         return self.at(self.request(pose), near)
 
     def at(self, request: PoseRequest | np.ndarray, near: Near = None) -> Posture:
-        """Posture at poses that were read by `request`."""
-        if isinstance(request, SolvedRequest):
-            coordinates = near_coordinates(self.robot, near)
-            pose, R, q, elsewhere = request.closed(coordinates)
-            # A crank that may stand at any angle stands at a given one.
-            given = isinstance(request, ActuatedRequest)
-            open_ = None if given else self.open_drives(pose, R, q, coordinates)
-            return self.placed(request.batch, pose, R, q, elsewhere, undetermined=open_)
-        if not isinstance(request, np.ndarray):
-            return self.at_poses(request, near_coordinates(self.robot, near))
-        if near is not None:
-            raise InputError(
-                f"near of {self.robot.name!r}",
-                got=near,
-                expected="none: joint coordinates pose this arm, and determine its posture",
-                hint="near=... chooses among the postures at a pose of the platform",
-            )
-        return self.at_joints(request)
+        """Posture at poses that were read by `request`.
+
+        Coordinates that it leaves open follow from the legs. Those of the legs are of the assembly
+        mode of home, or the nearest to given ones.
+        """
+        if isinstance(request, np.ndarray):
+            if near is not None:
+                raise InputError(
+                    f"near of {self.robot.name!r}",
+                    got=near,
+                    expected="none: joint coordinates pose this arm, and determine its posture",
+                    hint="near=... chooses among the postures at a pose of the platform",
+                )
+            return self.at_joints(request)
+        close, chains, open_ = near_coordinates(self.robot, near), None, None
+        if request.find is not None:
+            pose, R, q, elsewhere = request.find(request.coordinates, close)
+        elif request.open and not self.open_stay_at_home:
+            pose, R, q, elsewhere = self._with_open(request, close)
+        else:
+            pose, R = request.coordinates, request.R
+            q, elsewhere, chains = self._alone(request, close, from_afar=True)
+        # A crank that may stand at any angle stands at a given one.
+        if not request.by_drives:
+            each, chosen = zip(self.solvers, q, strict=True), near is not None
+            every = [own.leaves_drive_open(pose, R, x, chosen=chosen) for own, x in each]
+            open_ = np.any(every, axis=0)
+        return self.placed(request.batch, pose, R, q, elsewhere, chains, open_)
 
     def at_joints(self, q: np.ndarray) -> Posture:
         """Posture of a serial arm at joint coordinates (..., size)."""
@@ -171,24 +180,8 @@ class PostureFinder:
         pose = six_coordinates(R, p)
         return self.placed(q.shape[:-1], pose, poses_side_by_side(R, 2), [rows], chains=[chain])
 
-    def at_poses(self, request: PoseRequest, near: Sequence[np.ndarray] | None = None) -> Posture:
-        """Posture at platform poses; the other coordinates follow from the legs.
-
-        Parameters
-        ----------
-        near : sequence of (size,) arrays, optional
-            Coordinates of each leg that choose its posture; the assembly mode of home when left
-            out.
-        """
-        if request.open and not self.open_stay_at_home:
-            return self._with_open(request, near)
-        pose, R = request.coordinates, request.R
-        q, elsewhere, chains = self._alone(request, near, from_afar=True)
-        open_ = self.open_drives(pose, R, q, near)
-        return self.placed(request.batch, pose, R, q, elsewhere, chains, open_)
-
     def _alone(
-        self, request: PoseRequest, near: Sequence[np.ndarray] | None, *, from_afar: bool
+        self, request: PoseRequest, near: NearLegs, *, from_afar: bool
     ) -> tuple[list[np.ndarray], np.ndarray, list[PlacedChain | None] | None]:
         """Each leg closed for itself, where one closes in another assembly mode only; chains."""
         pose, R = request.coordinates, request.R
@@ -198,7 +191,7 @@ class PostureFinder:
             return q, np.zeros(len(pose), dtype=bool), None
         q, elsewhere = [np.zeros((0, 0))] * len(self.solvers), np.zeros(len(pose), dtype=bool)
         chains = []
-        for places, legs in self._groups(len(pose)):
+        for places, legs in self._alike:
             each, away, chain = legs.solve(pose, R, from_afar=from_afar)
             for place, own in zip(places, each, strict=True):
                 q[place] = own
@@ -206,14 +199,8 @@ class PostureFinder:
             chains.append(chain)
         return q, elsewhere, chains
 
-    def _groups(self, count: int) -> list[tuple[tuple[int, ...], LegSolver]]:
-        """Legs that are computed together at so many poses; each for itself at many."""
-        if 0 < count <= FEW:
-            return self._alike
-        return [((i,), own) for i, own in enumerate(self.solvers)]
-
-    def _with_open(self, request: PoseRequest, near: Sequence[np.ndarray] | None) -> Posture:
-        """Posture at poses some coordinates of which the legs decide together."""
+    def _with_open(self, request: PoseRequest, near: NearLegs) -> FoundPoses:
+        """Postures at poses some coordinates of which the legs decide together."""
         loops = self._loops(request.open)
         home = [self.home_pose, *self.at_home.legs]
         start = None if near is None else [self.home_pose, *near]
@@ -232,10 +219,7 @@ class PostureFinder:
             pose[rows[own]], elsewhere[rows[own]] = part.coordinates[own], away[own]
             for kept, new in zip(found.coordinates, q, strict=True):
                 kept[rows[own]] = new[own]
-        R = turn_by_vector(pose[:, 3:])
-        q = found.coordinates
-        open_ = self.open_drives(pose, R, q, near)
-        return self.placed(request.batch, pose, R, q, elsewhere, undetermined=open_)
+        return pose, turn_by_vector(pose[:, 3:]), found.coordinates, elsewhere
 
     @kept
     def _loops(self, open_: tuple[int, ...]) -> Loops:
@@ -256,18 +240,6 @@ class PostureFinder:
             "joint coordinates close by: near=[...]"
             for name in names
         )
-
-    def open_drives(
-        self,
-        pose: np.ndarray,
-        R: np.ndarray,
-        q: Sequence[np.ndarray],
-        near: Sequence[np.ndarray] | None,
-    ) -> np.ndarray:
-        """Where coordinates of drives follow neither from the pose nor from `near` (N,)."""
-        each = zip(self.solvers, q, strict=True)
-        open_ = [own.leaves_drive_open(pose, R, x, chosen=near is not None) for own, x in each]
-        return np.any(open_, axis=0)
 
     @cached_property
     def _alike(self) -> list[tuple[tuple[int, ...], LegSolver]]:
@@ -311,8 +283,8 @@ class PostureFinder:
         robot, p = self.robot, poses_side_by_side(pose[:, :3], 1)
         legs, nowhere = {}, np.zeros(len(pose), dtype=bool)
         gaps = np.empty((2, len(robot.legs), len(pose)))
-        groups = self._groups(len(pose))
-        for (places, group), chain in zip(groups, chains or [None] * len(groups), strict=True):
+        chains = chains or [None] * len(self._alike)
+        for (places, group), chain in zip(self._alike, chains, strict=True):
             placed, *missed = group.placed([q[i] for i in places], R, p, chain)
             legs |= dict(zip(places, placed, strict=True))
             gaps[:, list(places)] = missed

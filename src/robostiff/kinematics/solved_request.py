@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from functools import partial
 
 import numpy as np
 
@@ -22,7 +21,13 @@ from robostiff.kinematics.machine_pose import (
     actuator_places,
 )
 from robostiff.kinematics.mobility import platform_mobility
-from robostiff.kinematics.pose import PoseRequest, pose_of_end, six_coordinates
+from robostiff.kinematics.pose import (
+    FoundPoses,
+    NearLegs,
+    PoseRequest,
+    pose_of_end,
+    six_coordinates,
+)
 from robostiff.kinematics.turn import turn_about, turn_by_vector
 from robostiff.model import (
     Branch,
@@ -41,7 +46,6 @@ from robostiff.spatial.rotation import vector_of_rotation
 
 _ALL_OPEN = tuple(range(6))
 _OPPOSITE = 1e-9  # of a half turn: the shortest way there has no direction
-Near: TypeAlias = Sequence[np.ndarray] | None
 
 
 @dataclass(frozen=True)
@@ -54,7 +58,9 @@ class HomePosture:
     length: float  # characteristic length [m]
 
 
-def found_from(loops: Loops, home: Sequence[np.ndarray], near: Near, given: np.ndarray) -> Followed:
+def found_from(
+    loops: Loops, home: Sequence[np.ndarray], near: NearLegs, given: np.ndarray
+) -> Followed:
     """Postures at prescribed coordinates (N, g): followed from home, or closed near another one.
 
     Home and the other one are pose coordinates (6,), then coordinates of each leg.
@@ -67,70 +73,46 @@ def found_from(loops: Loops, home: Sequence[np.ndarray], near: Near, given: np.n
     return closed_near(loops, x)
 
 
-@dataclass(frozen=True)
-class SolvedRequest(PoseRequest, ABC):
-    """Poses of which the coordinates are not given, but found together with the posture.
+def _found_by_drives(home: HomePosture, numbers: np.ndarray, near: NearLegs) -> FoundPoses:
+    """Postures by coordinates (N, n) of the actuators, which are held: forward kinematics."""
+    robot, rows = home.robot, home.robot.space.rows
+    loops = loops_of_legs(robot.legs, rows, home.length, actuator_places(robot))
+    start = None if near is None else [pose_of_end(robot.legs[0], near[0]), *near]
+    still = np.tile(np.delete(home.pose, rows), (len(numbers), 1))
+    given = np.concatenate([still, numbers], axis=-1)
+    found = found_from(loops, [home.pose, *home.legs], start, given)
+    q = _on_turns(home, found.coordinates, near)
+    return found.pose, turn_by_vector(found.pose[:, 3:]), q, found.elsewhere
 
-    ``coordinates`` holds the numbers that were given, one pose a row.
+
+def _found_by_tool(
+    home: HomePosture, axis: tuple[float, ...], numbers: np.ndarray, near: NearLegs
+) -> FoundPoses:
+    """Postures by tip and unit axis of the tool (N, 6), turned about it as the legs demand.
+
+    Legs are closed together with a free joint about the tool axis, (3,) in the platform frame.
     """
-
-    at_home: HomePosture = None  # pyright: ignore[reportAssignmentType]
-
-    @abstractmethod
-    def closed(self, near: Near) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]:
-        """Poses (N, 6), rotations, coordinates of the legs, and where they close elsewhere.
-
-        The posture nearest to coordinates of the legs, where they are given.
-        """
-
-    def _on_turns(self, each: Sequence[np.ndarray], near: Near) -> list[np.ndarray]:
-        legs = zip(self.at_home.robot.legs, each, near or self.at_home.legs, strict=True)
-        return [on_turn_of_home(leg.chain, q, home) for leg, q, home in legs]
-
-
-@dataclass(frozen=True)
-class ActuatedRequest(SolvedRequest):
-    """Postures by coordinates of the actuators (N, n): the forward kinematics of the robot."""
-
-    def closed(self, near: Near) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]:
-        """Legs closed with the actuators held: in the assembly mode of home, or nearest."""
-        home, robot = self.at_home, self.at_home.robot
-        rows = robot.space.rows
-        loops = loops_of_legs(robot.legs, rows, home.length, actuator_places(robot))
-        start = None if near is None else [pose_of_end(robot.legs[0], near[0]), *near]
-        still = np.tile(np.delete(home.pose, rows), (len(self.coordinates), 1))
-        given = np.concatenate([still, self.coordinates], axis=-1)
-        found = found_from(loops, [home.pose, *home.legs], start, given)
-        R = turn_by_vector(found.pose[:, 3:])
-        return found.pose, R, self._on_turns(found.coordinates, near), found.elsewhere
+    robot, tip, own = home.robot, numbers[:, :3], np.array(axis)
+    wanted = _shortest_turn(home.pose, numbers[:, 3:], own)
+    goal = np.concatenate([tip, vector_of_rotation(wanted)], axis=-1)
+    tip_at_home = home.pose[:3] + turn_by_vector(home.pose[3:]) @ robot.reference_point
+    start = np.concatenate([tip_at_home, home.pose[3:]])
+    loops = loops_of_legs((_with_spindle(robot, own),), (), home.length)
+    spun = np.zeros(1)
+    aside = None if near is None else [start, *near, spun]
+    found = found_from(loops, [start, *home.legs, spun], aside, goal)
+    (q,) = found.coordinates
+    R = np.einsum("nij,njk->nik", wanted, turn_about(own, -q[:, -1]))
+    R = poses_side_by_side(R, 2)
+    p = tip - np.einsum("nij,j->ni", R, robot.reference_point)
+    parts = np.split(q[:, :-1], np.cumsum([x.size for x in home.legs])[:-1], axis=1)
+    legs = _on_turns(home, [poses_side_by_side(x, 1) for x in parts], near)
+    return six_coordinates(R, p), R, legs, found.elsewhere
 
 
-@dataclass(frozen=True)
-class ToolRequest(SolvedRequest):
-    """Postures by tip and unit axis of the tool (N, 6), turned about it as the legs demand."""
-
-    # (3,): in the platform frame
-    tool_axis: np.ndarray = None  # pyright: ignore[reportAssignmentType]
-
-    def closed(self, near: Near) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]:
-        """Legs closed together with a free joint about the tool axis."""
-        home, tip = self.at_home, self.coordinates[:, :3]
-        robot, axis = home.robot, self.tool_axis
-        wanted = _shortest_turn(home.pose, self.coordinates[:, 3:], axis)
-        goal = np.concatenate([tip, vector_of_rotation(wanted)], axis=-1)
-        tip_at_home = home.pose[:3] + turn_by_vector(home.pose[3:]) @ robot.reference_point
-        start = np.concatenate([tip_at_home, home.pose[3:]])
-        loops = loops_of_legs((_with_spindle(robot, axis),), (), home.length)
-        spun = np.zeros(1)
-        aside = None if near is None else [start, *near, spun]
-        found = found_from(loops, [start, *home.legs, spun], aside, goal)
-        (q,) = found.coordinates
-        R = np.einsum("nij,njk->nik", wanted, turn_about(axis, -q[:, -1]))
-        R = poses_side_by_side(R, 2)
-        p = tip - np.einsum("nij,j->ni", R, robot.reference_point)
-        parts = np.split(q[:, :-1], np.cumsum([own.size for own in home.legs])[:-1], axis=1)
-        legs = self._on_turns([poses_side_by_side(own, 1) for own in parts], near)
-        return six_coordinates(R, p), R, legs, found.elsewhere
+def _on_turns(home: HomePosture, each: Sequence[np.ndarray], near: NearLegs) -> list[np.ndarray]:
+    legs = zip(home.robot.legs, each, near or home.legs, strict=True)
+    return [on_turn_of_home(leg.chain, q, own) for leg, q, own in legs]
 
 
 def actuated_request(home: HomePosture, pose: ActuatorCoordinates) -> PoseRequest | np.ndarray:
@@ -146,7 +128,8 @@ def actuated_request(home: HomePosture, pose: ActuatorCoordinates) -> PoseReques
     _check_determined(home)
     batch = given.shape[:-1]
     rows = given.reshape(math.prod(batch), given.shape[-1])
-    return ActuatedRequest(batch, rows, _ALL_OPEN, at_home=home)
+    find = partial(_found_by_drives, home)
+    return PoseRequest(batch, rows, _ALL_OPEN, find=find, by_drives=True)
 
 
 def tool_request(home: HomePosture, pose: ToolPose) -> PoseRequest:
@@ -168,7 +151,8 @@ def tool_request(home: HomePosture, pose: ToolPose) -> PoseRequest:
     if robot.is_posed_by_joints:
         freedoms = np.count_nonzero(robot.legs[0].chain.free)
     if pose.spin is None and freedoms < len(_ALL_OPEN):
-        return ToolRequest(batch, rows, _ALL_OPEN, at_home=home, tool_axis=own)
+        find = partial(_found_by_tool, home, tuple(own.tolist()))
+        return PoseRequest(batch, rows, _ALL_OPEN, find=find)
     spin = np.broadcast_to(spin, batch).reshape(-1)
     wanted = _shortest_turn(home.pose, rows[:, 3:], own)
     R = np.einsum("nij,njk->nik", wanted, turn_about(own, spin))

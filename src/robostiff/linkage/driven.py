@@ -11,7 +11,6 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.kept import kept
 from robostiff.kinematics.closure.body import tidied, tidied_point
-from robostiff.kinematics.frames import Loop
 from robostiff.kinematics.spanning_tree import independent_parts
 from robostiff.linkage.closure import (
     PART_OF_A_TURN,
@@ -26,11 +25,7 @@ from robostiff.model import Actuated, Joint
 from robostiff.record import Record
 from robostiff.recorded.closure import RecordedClosure, steps_from_home
 from robostiff.recorded.guess import with_nominal
-from robostiff.recorded.newton_step import (
-    Opening,
-    closing_twists,
-    step_of_groups,
-)
+from robostiff.recorded.newton_step import openings, step_of_groups
 from robostiff.recorded.parameters import COUNT
 from robostiff.spatial import Frame, Screw, as_floats
 
@@ -295,29 +290,15 @@ def record_linkage_closure(
     record = Record({**given, **state})
     bodies = moved_bodies(part)
     q = coordinates(driven, record, (*driven.driving, *following))
-    placed, tree = bodies.tree.placed(bodies.row(q)), bodies.tree
-    names = {
-        i: name
-        for c in following
-        for i, name in zip(bodies.places[c.name][0], coordinate_names(c), strict=True)
-    }
-    around = [
-        [(i, sign) for sign, own in ((1, end.moving), (-1, end.leading)) for i in own if i in names]
-        for end in tree.ends
-    ]
-    groups = []
-    for unknowns, loops in independent_parts(list(names), [[i for i, _ in own] for own in around]):
-        openings = []
-        for k in loops:
-            ends = placed.R[k], placed.p[k], placed.R_wanted[k], placed.p_wanted[k]
-            moving = [
-                (names[i], Screw(placed.axes[i], placed.points[i], tree.screws[i].pitch), sign)
-                for i, sign in around[k]
-            ]
-            rates = closing_twists(moving, placed.p[k], length)
-            openings.append(Opening.of(Loop("", *ends, (), ()), rates, length))
-        groups.append((openings, [names[i] for i in unknowns]))
-
+    tree, moving = bodies.tree, {}
+    for c in following:
+        moving |= zip(
+            bodies.places[c.name][0], ({name: 1} for name in coordinate_names(c)), strict=True
+        )
+    found = [*openings(tree, tree.placed(bodies.row(q)), moving, length)]
+    unknowns = [name for own in moving.values() for name in own]
+    parts = independent_parts(unknowns, [own.rates for own in found])
+    groups = [([found[k] for k in loops], names) for names, loops in parts]
     joints = [
         (c.element, coordinate_names(c), q[c.name] * bodies.places[c.name][1], c.freedoms)
         for c in following

@@ -11,7 +11,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.markup import InNotebooks
 from robostiff.model.body_spring import BodySpring, refuse_springs
 from robostiff.model.chain import Chain
 from robostiff.model.checks import check_distinct, vector3
@@ -84,7 +83,7 @@ class Leg:
 
 
 @dataclass(frozen=True, repr=False)
-class Robot(InNotebooks, Symbolic, Subject):
+class Robot(Symbolic, Subject):
     """A serial or parallel robot.
 
     Its dimensions, elastic constants and home coordinates are numbers or SymPy formulas.

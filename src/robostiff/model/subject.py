@@ -5,6 +5,7 @@ from __future__ import annotations
 from enum import Enum
 from typing import ClassVar, Self
 
+from robostiff.markup import InNotebooks
 from robostiff.spatial import Space
 
 
@@ -27,7 +28,7 @@ def pose_coordinates(space: Space) -> tuple[Coordinate, ...]:
     return (Coordinate.X, Coordinate.Y, Coordinate.RZ) if space is Space.PLANAR else ALL_COORDINATES
 
 
-class Subject:
+class Subject(InNotebooks):
     """A robot, a linkage, a cable robot, a snapshot or a network."""
 
     #: In words.

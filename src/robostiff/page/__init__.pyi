@@ -1,6 +1,6 @@
 from robostiff.page.cables import cable_response_page, cable_stiffness_page
 from robostiff.page.data import page_data
-from robostiff.page.facts import facts_of, facts_page, robot_page
+from robostiff.page.facts import facts_of, facts_page, machine_page
 from robostiff.page.indices import indices_page, principal_table
 from robostiff.page.loads import equilibrium_page, modes_page, response_page
 from robostiff.page.of_result import page_of
@@ -14,12 +14,12 @@ __all__ = [
     "facts_of",
     "facts_page",
     "indices_page",
+    "machine_page",
     "modes_page",
     "page_data",
     "page_of",
     "principal_table",
     "response_page",
-    "robot_page",
     "stiffness_page",
     "verification_page",
 ]

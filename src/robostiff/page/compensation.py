@@ -13,7 +13,10 @@ def compensation_page(found: Compensation) -> Page:
     """How far a path is off without and with correction, and the points with a status."""
     kinds, counts = np.unique(found.status_codes, return_counts=True)
     rows = []
-    for words, each in (("without correction", found.deviation), ("with correction", found.left)):
+    for words, each in (
+        ("without correction", found.deviation),
+        ("with correction", found.residual),
+    ):
         moved, turned = (np.linalg.norm(each[:, part], axis=1) for part in (slice(3), slice(3, 6)))
         most = [float(np.nanmax(own, initial=0.0)) for own in (moved, turned)]
         rows.append((words, *(Number(round(1e6 * value, 6)) for value in most)))
@@ -38,7 +41,7 @@ def compensation_page(found: Compensation) -> Page:
         {
             "points": len(found.target),
             "deviation": found.deviation,
-            "left": found.left,
+            "residual": found.residual,
             "commanded": found.commanded,
             "drives": found.drives,
             "drive_names": found.drive_names,

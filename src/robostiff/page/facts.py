@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
+from functools import singledispatch
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from robostiff.elastostatics import Status
 from robostiff.kinematics import find_posture, with_body_springs, with_masses
 from robostiff.linkage import Linkage
 from robostiff.markup import STIFFNESS_UNITS, Block, Bullets, Facts, Page, Table, row
-from robostiff.model import Actuated, Passive, PlacedMass, Robot, Role, Snapshot
+from robostiff.model import Actuated, Joint, Passive, PlacedMass, Robot, Role, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.model.in_words import elements_in_words, placed_in_words
 from robostiff.network import Network
@@ -25,19 +26,56 @@ _HEADS = {"network": "parts of the network", "cable robot": "cables at home"}
 _ONE = {"bodies": "body"}
 
 
-def robot_page(robot: Robot) -> Page:
-    """A robot in short: title, symbols, elements of the legs, free coordinates and source."""
-    legs = [[leg.name, ", ".join(elements_in_words(leg.chain))] for leg in robot.legs]
+def machine_page(machine: Robot | CableRobot | Snapshot | Network | Linkage) -> Page:
+    """A machine in short: title, symbols, its parts, free coordinates and source."""
     facts = {
-        "symbols": ", ".join(map(str, robot.symbols)),
-        "free coordinates": " ".join(coordinate.value for coordinate in robot.coordinates),
-        "source": robot.source,
+        "symbols": ", ".join(map(str, getattr(machine, "symbols", ()))),
+        "free coordinates": " ".join(one.value for one in getattr(machine, "coordinates", ())),
+        "source": machine.source,
     }
     blocks: list[Block] = [
-        Table(["leg", "from base to platform"], legs),
+        *_parts_of(machine),
         Facts(tuple((name, words) for name, words in facts.items() if words)),
     ]
-    return Page(robot.name, f": {robot.title}" if robot.title else "", blocks=blocks)
+    return Page(machine.name, f": {machine.title}" if machine.title else "", blocks=blocks)
+
+
+@singledispatch
+def _parts_of(machine: Any) -> list[Block]:
+    """Legs, cables, joints, or how many parts there are of each kind."""
+    raise TypeError(type(machine).__name__)
+
+
+@_parts_of.register
+def _(robot: Robot) -> list[Block]:
+    legs = [[leg.name, ", ".join(elements_in_words(leg.chain))] for leg in robot.legs]
+    return [Table(["leg", "from base to platform"], legs)]
+
+
+@_parts_of.register
+def _(snapshot: Snapshot) -> list[Block]:
+    legs = [[leg.name, ", ".join(placed_in_words(leg))] for leg in snapshot.legs]
+    return [Table(["leg", "from base to platform"], legs)]
+
+
+@_parts_of.register
+def _(robot: CableRobot) -> list[Block]:
+    return [Facts((("cables", ", ".join(robot.cable_names)),))]
+
+
+@_parts_of.register
+def _(network: Network) -> list[Block]:
+    return [Facts((("parts", _counted(_network_facts(network))),))]
+
+
+@_parts_of.register
+def _(linkage: Linkage) -> list[Block]:
+    joints = [
+        [own.name, f"{c.a}, {c.b}", own.kind.value, type(own.role).__name__.lower()]
+        for c in linkage.connections
+        if isinstance(own := c.element, Joint)
+    ]
+    return [Table(["joint", "between", "kind", "role"], joints)]
 
 
 def facts_page(facts: Mapping[str, Any]) -> Page:
@@ -211,10 +249,15 @@ def _fact_lines(facts: Mapping[str, Any]) -> Iterator[str]:
     if facts["kind"] == "cable robot":
         yield f"cables: {', '.join(facts['cables'])}"
     if facts["kind"] == "network":
-        counted = ("bodies", "beams", "springs", "joints", "passive_freedoms", "elastic_freedoms")
-        words = [(facts[key], key.replace("_", " ")) for key in counted if facts[key]]
-        yield ", ".join(f"{n} {_ONE.get(own, own[:-1]) if n == 1 else own}" for n, own in words)
+        yield _counted(facts)
     yield from _mass_lines(facts)
+
+
+def _counted(facts: Mapping[str, Any]) -> str:
+    """Bodies and parts of a network in words."""
+    counted = ("bodies", "beams", "springs", "joints", "passive_freedoms", "elastic_freedoms")
+    words = [(facts[key], key.replace("_", " ")) for key in counted if facts[key]]
+    return ", ".join(f"{n} {_ONE.get(own, own[:-1]) if n == 1 else own}" for n, own in words)
 
 
 def _home_lines(facts: Mapping[str, Any]) -> Iterator[str]:

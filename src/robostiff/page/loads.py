@@ -65,13 +65,9 @@ def equilibrium_page(
     }
     blocks = _equilibrium_blocks(result) if known else []
     if critical is not None:
-        blocks.append(Bullets(tuple(_critical(critical))))
-        found = ("factor", "mode", "leg", "is_limit")
-        data["critical_load"] = {
-            "status": critical.status,
-            **{name: getattr(critical, name) if critical.is_found else None for name in found},
-            "searched_to": critical.searched_to,
-        }
+        page = critical_page(critical)
+        blocks += page.blocks
+        data["critical_load"] = {"status": critical.status, **page.data}
     if curve is not None:
         blocks.append(_curve_table(curve))
         data["load_path"] = _curve_data(curve)
@@ -161,6 +157,22 @@ def matrix_under_load(result: Equilibrium) -> LabelledMatrix | None:
     if result.status & Status.FREE_MOTIONS:
         return None
     return LabelledMatrix("C under load", result.compliance, t, F, COMPLIANCE_UNITS)
+
+
+def critical_page(critical: CriticalLoad) -> Page:
+    """The factor of the wrench at which a robot loses its stability, and how."""
+    found = ("factor", "mode", "leg", "is_limit")
+    return Page(
+        critical.name,
+        " under a growing load",
+        critical.status,
+        [Bullets(tuple(_critical(critical)))],
+        critical.advice,
+        {
+            **{name: getattr(critical, name) if critical.is_found else None for name in found},
+            "searched_to": critical.searched_to,
+        },
+    )
 
 
 def _critical(critical: CriticalLoad) -> list[str]:

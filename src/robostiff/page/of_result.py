@@ -9,7 +9,7 @@ from robostiff.markup import Page
 # The module and function of this package that write the page of a kind of result. They are imported
 # with the first page of that kind, as they import the questions that it answers.
 _WRITERS = {
-    "Robot": ("facts", "robot_page"),
+    "Subject": ("facts", "machine_page"),
     "Stiffness": ("stiffness", "stiffness_page"),
     "Deflection": ("stiffness", "deflection_page"),
     "Verification": ("stiffness", "verification_page"),
@@ -17,13 +17,17 @@ _WRITERS = {
     "CableStiffness": ("cables", "cable_stiffness_page"),
     "CableResponse": ("cables", "cable_response_page"),
     "Equilibrium": ("loads", "equilibrium_page"),
+    "CriticalLoad": ("loads", "critical_page"),
     "Modes": ("loads", "modes_page"),
     "Compensation": ("compensation", "compensation_page"),
+    "Identified": ("identification", "identification_page"),
+    "Optimum": ("design", "optimum_page"),
+    "Tolerances": ("design", "tolerances_page"),
 }
 
 
 def page_of(result: object) -> Page:
-    """The page of a robot or of a result; of a batch in short.
+    """The page of a machine or of a result; of a batch in short.
 
     Examples
     --------

@@ -5,13 +5,13 @@ from __future__ import annotations
 from base64 import b64encode
 from contextlib import suppress
 from io import BytesIO
-from typing import Any
+from typing import Any, cast
 
 from robostiff.analysis import Deflection, Stiffness
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
 from robostiff.markup import escaped
-from robostiff.model import Robot
+from robostiff.model.subject import Subject
 from robostiff.plot.backend import DATA, Matplotlib
 from robostiff.plot.loaded_robot import equilibrium, mode
 from robostiff.plot.picture import Picture
@@ -43,13 +43,13 @@ def picture_html(result: object) -> str:
 
 
 def picture_of_result(result: object) -> Picture | None:
-    """The robot, its compliance ellipsoid, its deformed shape or its slowest mode.
+    """The machine, its compliance ellipsoid, its deformed shape or its slowest mode.
 
     None for batches, and where the result does not know its robot.
     """
     match result:
-        case Robot():
-            return robot(result.numeric, backend=DATA)
+        case Subject():
+            return robot(getattr(result, "numeric", cast("Any", result)), backend=DATA)
         case Stiffness() if _is_posed(result):
             return ellipsoid(result, within=result.placed(), backend=DATA)
         case Deflection(stiffness=Stiffness() as own) if _is_posed(own):

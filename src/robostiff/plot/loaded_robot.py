@@ -107,8 +107,8 @@ def _sketch(
 ) -> Sketch:
     """A machine of any kind with its bodies at other places, coloured by elastic energy."""
     if isinstance(posed, CableRobot):
-        springs = problem.groups[0].springs
-        ends = np.array([[end.point for end in own.ends] for own in springs])
+        springs = problem.legs.springs
+        ends = np.array([own.points for own in springs])
         names, space = [own.name for own in springs], Space.of_size(len(problem.rows))
         outline = of_cables(names, (ends[:, 0], ends[:, 1]), problem.point, space, tensions)
     else:
@@ -283,7 +283,7 @@ def compensation_picture(found: Compensation) -> Curves:
     points = np.arange(1, len(found.target) + 1, dtype=float)
     curves = []
     for k, (name, each) in enumerate(
-        (("without correction", found.deviation), ("with correction", found.left))
+        (("without correction", found.deviation), ("with correction", found.residual))
     ):
         moved = 1e6 * np.linalg.norm(each[:, :3], axis=1)
         curves.append(Curve(name, points, np.maximum(moved, _LEAST), Category(k)))

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from robostiff.record.record import NUMPY_FUNCTIONS, Operation, Record, step_of
 
 
@@ -102,6 +104,75 @@ class Program:
             else:
                 known.append(table[step.operation](known[_place(step.a)], known[step.b]))
         return [known[i] for i in self.outputs]
+
+    def as_data(self) -> dict[str, Any]:
+        """The program as JSON has it: a letter for each operation, and places of its arguments.
+
+        Numbers become floats.
+        """
+        numbers = [float(x.number) for x in self.steps if x.operation is Operation.NUMBER]
+        inner = enumerate(self.steps[len(self.inputs) :], len(self.inputs))
+        return {
+            "inputs": list(self.inputs),
+            "operations": "".join(_LETTERS[step.operation] for step in self.steps),
+            "a": [-1 if step.a is None else step.a for step in self.steps],
+            "b": [-1 if step.b is None else step.b for step in self.steps],
+            "numbers": numbers,
+            "names": {str(i): step.name for i, step in inner if step.name},
+            "outputs": list(self.outputs),
+        }
+
+    @classmethod
+    def from_data(cls, data: Mapping[str, Any]) -> Program:
+        """From what `as_data` gave.
+
+        Raises ValueError, TypeError or LookupError where it is none: a step may only work on steps
+        before it, on as many as its operation takes.
+        """
+        operations = [_OPERATIONS[letter] for letter in data["operations"]]
+        inputs, count = tuple(data["inputs"]), len(operations)
+        a, b, outputs = (np.array(data[name], dtype=np.int64) for name in ("a", "b", "outputs"))
+        taken, place = np.array([_TAKEN[own] for own in operations]), np.arange(count)
+        is_input = np.array([own is Operation.INPUT for own in operations])
+        are_steps = (
+            a.shape == b.shape == (count,)
+            and np.array_equal(is_input, place < len(inputs))
+            and np.array_equal((a >= 0).astype(int) + (b >= 0), taken)
+            and np.all((a >= b) | (taken == 2))
+            and np.all((a < place) & (b < place))
+            and np.all((outputs >= 0) & (outputs < count))
+        )
+        if not are_steps:
+            raise ValueError("a program whose steps work on others than those before them")
+        names = {int(i): str(name) for i, name in data["names"].items()} | dict(enumerate(inputs))
+        numbers = map(float, data["numbers"])
+        steps = tuple(
+            Step(
+                operation,
+                first if size else None,
+                second if size == 2 else None,
+                next(numbers) if operation is Operation.NUMBER else 0.0,
+                names.get(i, ""),
+            )
+            for i, (operation, size, first, second) in enumerate(
+                zip(operations, taken.tolist(), a.tolist(), b.tolist(), strict=True)
+            )
+        )
+        return cls(inputs, steps, tuple(outputs.tolist()))
+
+
+_LETTERS = {operation: chr(ord("A") + i) for i, operation in enumerate(Operation)}
+_OPERATIONS = {letter: operation for operation, letter in _LETTERS.items()}
+_OF_TWO = (
+    *(Operation.ADD, Operation.SUBTRACT, Operation.MULTIPLY),
+    *(Operation.ARC_TANGENT, Operation.LEAST, Operation.GREATER),
+)
+#: How many arguments each operation takes.
+_TAKEN = {
+    **dict.fromkeys(Operation, 1),
+    **dict.fromkeys((Operation.INPUT, Operation.NUMBER), 0),
+    **dict.fromkeys(_OF_TWO, 2),
+}
 
 
 def _place(step: int | None) -> int:

@@ -6,10 +6,10 @@ and the sum over the legs, on recorded entries.
 
 from robostiff.recorded.closure import CLOSED, RecordedClosure, record_closure
 from robostiff.recorded.factor import Factors, eigenvalues, factors_of, inverse_entries
+from robostiff.recorded.flags import Flag, flags_of
 from robostiff.recorded.leg import LegRecorder, RecordedLeg, stiffness_entries
 from robostiff.recorded.parameters import entry_reader, parameter_samples, sample_postures
 from robostiff.recorded.robot import (
-    SHORT,
     RecordedRobot,
     assembled,
     record_at_joints,
@@ -19,8 +19,8 @@ from robostiff.recorded.robot import (
 
 __all__ = [
     "CLOSED",
-    "SHORT",
     "Factors",
+    "Flag",
     "LegRecorder",
     "RecordedClosure",
     "RecordedLeg",
@@ -29,6 +29,7 @@ __all__ = [
     "eigenvalues",
     "entry_reader",
     "factors_of",
+    "flags_of",
     "inverse_entries",
     "parameter_samples",
     "record_at_joints",

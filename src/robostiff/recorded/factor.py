@@ -37,7 +37,8 @@ class Factors:
     d : list of entries or numbers
     pivots : list of int
     losses : list of entries or numbers
-        By how much each pivot is smaller than its diagonal entry, and than that at the samples.
+        By how much each pivot is smaller than the sum of its diagonal entry and that at the
+        samples.
     size : int
     """
 
@@ -92,9 +93,8 @@ def factors_of(K: Upper, size: int) -> Factors:
         open_.remove(pivot)
         own = left[pivot][pivot]
         if isinstance(own, Entry):
-            losses.append(usual_size(diagonal[pivot]) / own)
-            if own is not diagonal[pivot]:
-                losses.append(diagonal[pivot] / own)
+            whole = usual_size(diagonal[pivot])
+            losses.append((whole if own is diagonal[pivot] else diagonal[pivot] + whole) / own)
         column: list[Any] = [0] * size
         column[pivot] = 1
         for i in open_:

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from robostiff.kinematics import PostureFinder
-from robostiff.kinematics.closure import gaps
 from robostiff.kinematics.closure.body import tidied
+from robostiff.kinematics.closure.loops import tree_of_leg
 from robostiff.kinematics.formula import FormulaPose
-from robostiff.kinematics.frames import place_chain
 from robostiff.model import (
     ALL_COORDINATES,
     Joint,
@@ -201,7 +200,7 @@ def following_balls(leg: Leg) -> list[int]:
     >>> following_balls(load("us-ups").legs[0])
     [2]
     """
-    chain, here = leg.chain, (np.eye(3), np.zeros(3))
+    chain = leg.chain
     if chain.is_coupled:
         return []
     balls = [
@@ -210,8 +209,7 @@ def following_balls(leg: Leg) -> list[int]:
         if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL
         if isinstance(element.role, Passive) and chain.free[place].all()
     ]
-    placed = place_chain(chain, np.asarray(chain.home, dtype=float), *here)
-    each = ([b for b in balls if b in gap.own] for gap in gaps(leg, placed, *here))
+    each = ([b for b in balls if b in end.moving] for end in tree_of_leg(leg, np.eye(3)).ends)
     return [own[-1] for own in each if own]
 
 
@@ -224,16 +222,15 @@ def axes_behind_balls(
     """
     if not balls:
         return {}
-    none = np.zeros(3, dtype=int).astype(object)
-    turned = dict.fromkeys(balls, np.eye(3, dtype=int).astype(object))
-    placed = place_chain(leg.chain, q, R_base, none, turned=turned)
-    each = list(gaps(leg, placed, R_end, none))
+    tree = tree_of_leg(leg, R_base)
+    placed = tree.placed(q, dict.fromkeys(balls, np.eye(3, dtype=int).astype(object)))
+    placed.R_wanted[0] = R_end
 
     def behind(ball: int) -> np.ndarray:
-        own = next(gap for gap in each if ball in gap.own)
+        k, own = next((k, end) for k, end in enumerate(tree.ends) if ball in end.moving)
         leading = [other for other in balls if other in own.leading]
-        wanted = behind(leading[0]) @ own.R_wanted if leading else own.R_wanted
-        return wanted @ own.R.T
+        R_wanted = placed.R_wanted[k]
+        return (behind(leading[0]) @ R_wanted if leading else R_wanted) @ placed.R[k].T
 
     return {ball: behind(ball) for ball in balls}
 

@@ -8,18 +8,17 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
-from itertools import pairwise
 from operator import add, mul
 from typing import Any
 
 import numpy as np
 
-from robostiff.kinematics.closure import gaps
 from robostiff.kinematics.closure.body import tidied, tidied_point
+from robostiff.kinematics.closure.loops import tree_of_leg
+from robostiff.kinematics.closure.motion_tree import MotionTree, PlacedTree
 from robostiff.kinematics.formula.place import FormulaPose
-from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.turn import rotvec_rate, vector_of_turn_near
-from robostiff.model import Joint, JointKind, Leg, PlacedFreedom, Telescope
+from robostiff.model import Joint, JointKind, Leg, Telescope
 from robostiff.record import Entry, cosine, is_number, is_zero, most_size, sine, square_root
 from robostiff.spatial import Screw, cross, skew
 
@@ -164,18 +163,24 @@ class LegAtGuess:
     turned: Mapping[int, np.ndarray] = field(default_factory=dict)
 
     @property
-    def moving(self) -> dict[int, tuple[str | None, float]]:
-        """Unknowns with which coordinates move, by place, and how fast; none of a number."""
-        free = np.flatnonzero(self.leg.chain.free).tolist()
-        names = self.names
-        return {
-            i: self.same.get(names[i], (names[i], 1.0)) for i in free if i not in self.following
-        }
+    def moving(self) -> dict[int, dict[str, float]]:
+        """Unknowns with which each joint moves, by its place, and how fast."""
+        chain = self.leg.chain
+        T = np.eye(chain.size, dtype=int) if chain.joint_motions is None else chain.joint_motions
+        found: dict[int, dict[str, float]] = {}
+        for i in np.flatnonzero(chain.free).tolist():
+            name, factor = self.same.get(self.names[i], (self.names[i], 1))
+            if name is not None and i not in self.following:
+                for joint in np.flatnonzero(T[:, i]).tolist():
+                    found.setdefault(joint, {})[name] = int(factor) * T[joint, i]
+        return found
 
     @property
     def free(self) -> list[str]:
         """Names of the unknown coordinates."""
-        return [self.names[i] for i in self.moving if self.names[i] not in self.same]
+        free = np.flatnonzero(self.leg.chain.free).tolist()
+        names = [self.names[i] for i in free if i not in self.following]
+        return [name for name in names if name not in self.same]
 
 
 @dataclass(frozen=True)
@@ -234,18 +239,60 @@ class Opening:
     Shifts are parts of the length, turns D as vee(D - D^T)/2.
     """
 
-    shift: np.ndarray  # (3,) or none of it
-    turn: np.ndarray  # (3,) or none of it
+    shift: np.ndarray  # (3,)
+    turn: np.ndarray  # (3,), or none of it
     rates: dict[str, np.ndarray]  # twists (6,)
     squares: Sequence[Any]  # vanish where the loop is closed, and only there
+    outer: int  # number of the loop that surrounds it, or its own
+    center: np.ndarray  # (3,): where it is to be closed [m]
+    ball: int | None  # the joint there that follows, by its first place
 
-    @classmethod
-    def of(cls, gap: Loop, rates: dict[str, np.ndarray], length: float) -> Opening:
-        """Of a gap across which nothing turns freely."""
-        shift = (gap.p_wanted - gap.p) * (1 / length)
-        D = gap.R_wanted @ gap.R.T
-        turn = np.array([(D[i, j] - D[j, i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))])
-        return cls(shift, turn, rates, [*shift, *(gap.R_wanted - gap.R).reshape(-1)])
+    def add(self, name: str, twist: np.ndarray) -> None:
+        """Add a twist (6,) by which an unknown closes it."""
+        self.rates[name] = self.rates[name] + twist if name in self.rates else twist
+
+
+def openings(
+    tree: MotionTree,
+    placed: PlacedTree,
+    moving: Mapping[int, Mapping[str, float]],
+    length: float,
+    balls: Collection[int] = (),
+) -> Iterator[Opening]:
+    """What is open at each end of a tree on entries.
+
+    Unknowns move joints, by their places, each so fast. A ball joint that follows turns as the
+    bodies before and behind it do: its center alone has to meet its place. Behind a ball of the
+    path to the platform, branches end where the platform has them: their paths are closed with the
+    platform as well, without the first branch.
+    """
+    shifts = (placed.p_wanted - placed.p) * (1 / length)
+    for k, end in enumerate(tree.ends):
+        way, path = [k], list(end.moving)
+        while met := [ball for ball in balls if ball in tree.ends[way[-1]].leading]:
+            inner = tree.ends[way[-1]]
+            way.append(next(i for i, own in enumerate(tree.ends) if met[0] in own.moving))
+            path += [i for i in tree.ends[way[-1]].moving if i not in inner.leading]
+        ball = next((ball for ball in balls if ball in end.moving), None)
+        center = placed.p[k] if ball is None else placed.points[ball]
+        shift = reduce(add, [shifts[i] for i in way])
+        turn, squares = np.zeros(0), [*shifts[k]]
+        if ball is None:
+            D = placed.R_wanted[k] @ placed.R[k].T
+            turn = np.array([(D[i, j] - D[j, i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))])
+            squares += [*(placed.R_wanted[k] - placed.R[k]).reshape(-1)]
+        found = Opening(shift, turn, {}, squares, way[-1], center, ball)
+        wanted = placed.p_wanted[k] - (placed.p[k] - center)
+        for sign, at, places in ((1, center, path), (-1, wanted, tree.ends[way[-1]].leading)):
+            for i in places:
+                if i not in moving:
+                    continue
+                screw = Screw(placed.axes[i], placed.points[i], tree.screws[i].pitch)
+                twist = screw.twist(at)
+                for name, factor in moving[i].items():
+                    own = twist * (sign * factor)
+                    found.add(name, per_turn(own, length) if screw.turns else own)
+        yield found
 
 
 #: Loops that are closed together, and names of the unknowns that stand in no other group.
@@ -300,55 +347,23 @@ def _openings(
     turning: np.ndarray | None,
     length: float,
 ) -> tuple[list[Opening], dict[int, np.ndarray]]:
-    """What is open in a leg, seen from its base, and turns (3, 3) of the balls that follow.
-
-    A ball joint turns as the bodies before and behind it do: its center alone has to meet its
-    place. Behind a ball of the path to the platform, branches end where the platform has them:
-    their paths are closed with the platform as well, without the first branch.
-    """
-    leg = own.leg
+    """What is open in a leg, seen from its base, and turns (3, 3) of the balls that follow."""
+    leg, tree = own.leg, tree_of_leg(own.leg, np.eye(3))
     R_base, p_base = tidied(leg.base.R), tidied_point(leg.base.p)
     arm = R_base.T @ (pose.R @ tidied_point(leg.attachment.p))
-    R_wanted = R_base.T @ pose.R @ tidied(leg.attachment.R)
-    p_wanted = R_base.T @ (pose.p - p_base) + arm
-    here = np.eye(3, dtype=int).astype(object), np.zeros(3, dtype=int).astype(object)
-    placed = place_chain(leg.chain, own.q, *here, turned=own.turned)
-    all_gaps, freedoms = list(gaps(leg, placed, R_wanted, p_wanted)), placed.freedoms
-    openings, turns = [], {}
-    for gap in all_gaps:
-        way = list(_gaps_to_platform(gap, all_gaps, own.turned))
-        path = list(gap.own)
-        for inner, outer in pairwise(way):
-            path += [i for i in outer.own if i not in inner.leading]
-        ball = next((b for b in own.turned if b in gap.own), None)
-        center = gap.p if ball is None else freedoms[ball].point
-        behind = gap.p - center
-        rates = closing_twists(_moving(own, path, placed, 1), center, length)
-        others = _moving(own, way[-1].leading, placed, -1)
-        leading = closing_twists(others, gap.p_wanted - behind, length)
-        if way[-1] is all_gaps[0]:
-            center_arm = arm + (center - all_gaps[0].p)
-            leading = _rates_of_pose(leg, center_arm, open_, turning, length)
-        for name, twist in leading.items():
-            rates[name] = rates[name] + twist if name in rates else twist
-        opening = Opening.of(gap, rates, length)
-        shift = reduce(add, [(g.p_wanted - g.p) * (1 / length) for g in way])
-        if ball is None:
-            openings.append(replace(opening, shift=shift))
-            continue
-        before = np.stack([freedoms[i].axis for i in range(ball, ball + 3)], axis=-1)
-        turns[ball] = before.T @ own.turned[ball]
-        openings.append(Opening(shift, np.zeros(0), rates, list(opening.shift)))
-    return openings, turns
-
-
-def _gaps_to_platform(gap: Loop, others: Sequence[Loop], balls: Collection[int]) -> Iterator[Loop]:
-    """A gap, and those around it as long as a ball that follows leads to the end of it."""
-    yield gap
-    leading = [ball for ball in balls if ball in gap.leading]
-    for outer in others:
-        if any(ball in outer.own for ball in leading):
-            yield from _gaps_to_platform(outer, others, balls)
+    placed = tree.placed(own.q, own.turned)
+    placed.R_wanted[0] = R_base.T @ pose.R @ tidied(leg.attachment.R)
+    placed.p_wanted[0] = R_base.T @ (pose.p - p_base) + arm
+    found = [*openings(tree, placed, own.moving, length, own.turned)]
+    for opening in found:
+        if opening.outer == 0:
+            arm_now = arm + (opening.center - placed.p[0])
+            for name, twist in _rates_of_pose(leg, arm_now, open_, turning, length).items():
+                opening.add(name, twist)
+    turns = {
+        i: placed.axes[i : i + 3] @ own.turned[i] for i in (x.ball for x in found) if i is not None
+    }
+    return found, turns
 
 
 def _equations(opening: Opening) -> list[LinearEquation]:
@@ -361,33 +376,6 @@ def _equations(opening: Opening) -> list[LinearEquation]:
         if own:
             found.append(LinearEquation(own, missing))
     return found
-
-
-def closing_twists(
-    moving: Iterable[tuple[str, Screw, int]], at: np.ndarray, length: float
-) -> dict[str, np.ndarray]:
-    """Twists at a point of unknowns by the freedoms that they move, in units of the length.
-
-    Each freedom comes with its unknown, and 1 or -1 by which it moves.
-    """
-    rates: dict[str, np.ndarray] = {}
-    for name, freedom, sign in moving:
-        twist = freedom.twist(at) * sign
-        if freedom.turns:
-            twist = per_turn(twist, length)
-        rates[name] = rates[name] + twist if name in rates else twist
-    return rates
-
-
-def _moving(
-    own: LegAtGuess, places: Iterable[int], placed: PlacedChain, sign: int
-) -> Iterator[tuple[str, PlacedFreedom, int]]:
-    """Unknowns of a leg at some places, the freedoms there, and by how much they move these."""
-    freedoms, moving = placed.freedoms, own.moving
-    for i in places:
-        name, factor = moving.get(i, (None, 0.0))
-        if name is not None:
-            yield name, freedoms[i], sign * int(factor)
 
 
 def _rates_of_pose(

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, reduce
-from operator import add
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -20,10 +19,11 @@ from robostiff.kinematics.formula import (
     place_leg_at_joints,
 )
 from robostiff.model import ALL_COORDINATES, Actuated, Leg, ParallelBlock, Robot
-from robostiff.record import Entry, Operation, Record, least, usual_size
+from robostiff.record import Entry, Operation, Record, usual_size
 from robostiff.recorded.circulation import legs_on_platform
 from robostiff.recorded.closure import RecordedClosure, record_closure
 from robostiff.recorded.factor import Factors, factors_of
+from robostiff.recorded.flags import SHORT
 from robostiff.recorded.guess import axes_behind_balls, following_balls, pose_on_entries
 from robostiff.recorded.leg import LegRecorder, RecordedLeg, lower_bound, stiffness_entries
 from robostiff.recorded.parameters import (
@@ -34,9 +34,7 @@ from robostiff.recorded.parameters import (
 )
 from robostiff.spatial import Space
 
-# Part of `reach` below which a pose is looked at again, and the squared miss of a leg's end, as a
-# part of its size, beyond which its closure is: the numerical form decides at a miss of 1e-7.
-SHORT = 1e-5
+# Squared miss of a leg's end, as a part of its size, beyond which its closure is looked at again.
 _CLOSED = SHORT + 1e-15
 # A choice is looked at again when it is nearer than 1e-7 of its usual size, a loss of 1e4.
 _CHOSEN = 1e-10
@@ -100,26 +98,6 @@ class RecordedRobot:
         if any(any(leg.redundant) for leg in self.legs):
             status |= Status.REDUNDANT_JOINTS
         return status
-
-    @cached_property
-    def checks(self) -> dict[str, Any]:
-        """Checks that decide whether a result is valid.
-
-        ``loss``, the sum of the squares of all losses of the matrix, and ``rank``, of its rank: a
-        sum stays large, or is no number, if any part of it is. ``trace`` of K, no number where any
-        part of K is none. ``reach`` and ``limits``, the smallest of theirs, positive where all is
-        well.
-        """
-        size = self.space.size
-        losses = [*self.closure_losses, *(loss for leg in self.legs for loss in leg.losses)]
-        checks = {
-            "loss": (add, [x * x for x in _entries(losses)]),
-            "rank": (add, [x * x for x in _entries(self.factors.losses)]),
-            "trace": (add, [self.K[i, i] for i in range(size)]),
-            "reach": (least, _entries(self.reach)),
-            "limits": (least, _entries(self.limits)),
-        }
-        return {name: reduce(join, own) for name, (join, own) in checks.items() if own}
 
 
 @dataclass(frozen=True)
@@ -354,11 +332,6 @@ def _shape(leg: Any) -> tuple[Any, ...]:
 def _as_part(value: Entry) -> Any:
     """A positive entry against its mean over the samples."""
     return value * (1 / usual_size(value))
-
-
-def _entries(values: Sequence[Any]) -> list[Entry]:
-    """The different ones."""
-    return list({value.step: value for value in values if isinstance(value, Entry)}.values())
 
 
 def record_robot(robot: Robot, finder: PostureFinder, most: int | None = None) -> RecordedRobot:

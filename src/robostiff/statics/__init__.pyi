@@ -1,6 +1,6 @@
 from robostiff.statics.cable_response import cable_response
 from robostiff.statics.chains.beam_bowing import Bowing, Linear
-from robostiff.statics.chains.chain import BodyPlace
+from robostiff.statics.chains.elements import BodyPlace
 from robostiff.statics.equilibrium import equilibrium
 from robostiff.statics.growing_load import CriticalLoad, critical_load, load_path
 from robostiff.statics.kernels.compile import compile_loaded

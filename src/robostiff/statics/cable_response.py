@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from robostiff.analysis import CableResponse, CableStiffness, SlackEvent, cable_stiffness
 from robostiff.analysis.cable_stiffness import beyond_limits, judged, status_of_cables
 from robostiff.analysis.result import given_wrenches, require_one_pose
-from robostiff.cables import TensionRule, structure_matrix
+from robostiff.cables import TensionRule
 from robostiff.cables.equilibrium import Hanging
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.kinematics import Pose
@@ -31,7 +31,6 @@ _FURTHEST = 100.0  # times the load, up to which slack is searched for
 _SHORTEST_STEP = 1e-4  # of the load, before the path is given up
 _TAUT = 1e-10
 _STEPS = 12  # of Newton's method, before there is no equilibrium near by
-_MET = 1e-13  # of a load factor: no step towards it
 
 
 def cable_response(
@@ -144,7 +143,7 @@ class _GrowingLoad:
         here, step = start, min(1.0, last - start.factor)
         while here.factor < last:
             found = self.at(min(here.factor + step, last), here.state)
-            if found is not None and self._goes_on(here, found):
+            if found is not None and self._is_next(here, found):
                 here = found
                 yield here
                 step *= 2.0
@@ -152,6 +151,15 @@ class _GrowingLoad:
             step *= 0.5
             if step < _SHORTEST_STEP * last:
                 return
+
+    def _is_next(self, before: FoundEquilibrium, after: FoundEquilibrium) -> bool:
+        """Whether an equilibrium is a neighbour on the path, and the platform returns to it."""
+        scale, K = self.problem.scale, after.known.K_total
+        values = np.linalg.eigvalsh(0.5 * (K + K.T) / np.outer(scale, scale))
+        turn = np.linalg.norm(vector_of_rotation(after.state.R @ before.state.R.T))
+        shift = np.linalg.norm(after.state.p - before.state.p)
+        is_near = turn < 0.3 and shift < 0.1 * self.problem.length
+        return bool(is_near and values[0] > LOST * values[-1])
 
     def first_slack(
         self, before: FoundEquilibrium, after: FoundEquilibrium
@@ -164,9 +172,6 @@ class _GrowingLoad:
         pulls_after = self.hanging(after).pulls
         if not np.any(pulls_after[taut] < -margin):
             return None
-        met = self._by_steps(before, after.factor, taut, margin)
-        if met is not None:
-            return met
         known = {before.factor: before}
 
         def pulls_at(factor: float) -> np.ndarray | None:
@@ -194,41 +199,6 @@ class _GrowingLoad:
         factor = float(found.root)
         own = pulls_at(factor)
         return factor, int(np.argmin(np.where(taut, pulls_after if own is None else own, np.inf)))
-
-    def _by_steps(
-        self, here: FoundEquilibrium, last: float, taut: np.ndarray, margin: float
-    ) -> tuple[float, int] | None:
-        """Where the first cable becomes slack, by steps to where the tangent has it slack."""
-        start = here.factor
-        for _ in range(_STEPS):
-            hanging, known, scale = self.hanging(here), here.known, self.problem.scale
-            K = known.K_total / np.outer(scale, scale)
-            try:
-                twist = np.linalg.solve(K, known.by_factor / scale) / scale
-            except np.linalg.LinAlgError:
-                return None
-            rates = -hanging.axial * (structure_matrix(hanging.now).T @ twist)
-            falling = taut & (rates < 0)
-            steps = np.where(falling, -hanging.pulls / np.where(falling, rates, -1.0), np.inf)
-            more = float(np.min(steps))
-            factor = here.factor + more
-            if abs(more) <= _MET * (1.0 + abs(factor)):
-                first = int(np.argmin(steps > more + _TAUT))
-                return (factor, first) if np.all(hanging.pulls[taut] > -margin) else None
-            found = self.at(factor, here.state) if start <= factor <= last else None
-            if found is None:
-                return None
-            here = found
-        return None
-
-    def _goes_on(self, before: FoundEquilibrium, after: FoundEquilibrium) -> bool:
-        """Whether an equilibrium is a neighbour on the path, and the platform returns to it."""
-        scale, K = self.problem.scale, after.known.K_total
-        values = np.linalg.eigvalsh(0.5 * (K + K.T) / np.outer(scale, scale))
-        turn = np.linalg.norm(vector_of_rotation(after.state.R @ before.state.R.T))
-        shift = np.linalg.norm(after.state.p - before.state.p)
-        is_near = turn < 0.3 and shift < 0.1 * self.problem.length
-        return bool(is_near and values[0] > LOST * values[-1])
 
 
 def _after(before: CableStiffness, state: Hanging, F: np.ndarray) -> CableStiffness:

@@ -32,7 +32,7 @@ from robostiff.statics.equations.stability import (
     platform_margin,
 )
 from robostiff.statics.loaded_parts import is_balanced
-from robostiff.statics.loading.given_loads import Gravity, Laws, Loads
+from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads
 from robostiff.statics.loading.loaded_posture import LoadedPosture, postures_of, wrenches_of
 from robostiff.statics.result import Equilibria, Equilibrium
 
@@ -136,10 +136,10 @@ def equilibrium(
     given = np.broadcast_to(given, (*batch, space.size)).reshape(-1, space.size)
     answers = []
     loaded: LoadedPosture | None = None
+    acting = Acting(loads, gravity, preload, beams, at, laws or {})
     for i, own in enumerate(given):
         if loaded is None or postures.batch:
-            own_laws = laws or {}
-            loaded = postures.loaded(i, at, loads, preload, beams, gravity, laws=own_laws)
+            loaded = postures.loaded(i, acting)
         target = None if displacement is None else own
         answers.append(solved(loaded, own if target is None else None, target))
     return Equilibria(tuple(answers)) if batch else answers[0]
@@ -226,7 +226,9 @@ def _confirmed(
 def _margins(problem: EquilibriumProblem, known: Linearised) -> dict[str, float]:
     """Of the platform and of every leg, by name."""
     margins = {"platform": platform_margin(problem, known).value}
-    return margins | {problem.legs[k]: own.value for k, own in leg_margins(problem, known).items()}
+    return margins | {
+        problem.leg_names[k]: own.value for k, own in leg_margins(problem, known).items()
+    }
 
 
 def _answer(

@@ -13,6 +13,7 @@ from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError, needs_extra
 from robostiff.kinematics import Near
 from robostiff.linkage import Linkage
+from robostiff.markup import InNotebooks
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
@@ -23,7 +24,7 @@ from robostiff.statics.equations.equilibrium_path import OnPath, first_critical,
 from robostiff.statics.equations.problem import LoadCase
 from robostiff.statics.equations.stability import meets_stiffness
 from robostiff.statics.equilibrium import solved
-from robostiff.statics.loading.given_loads import Gravity, Laws, Loads
+from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads
 from robostiff.statics.loading.loaded_posture import LoadedPosture, one_loaded_posture
 from robostiff.statics.result import Equilibria
 
@@ -34,7 +35,7 @@ _BOWING = Bowing()
 
 
 @dataclass(frozen=True, repr=False)
-class CriticalLoad:
+class CriticalLoad(InNotebooks):
     """The smallest factor of a wrench at which a robot loses its stability.
 
     Attributes
@@ -165,9 +166,8 @@ def critical_load(
     if not up_to > 0:
         raise InputError("up_to of a critical load", got=up_to, expected="a positive factor")
     grows = "critical_load(robot, pose, [0, 0, -1000, 0, 0, 0])"
-    loaded, F = one_loaded_posture(
-        robot, pose, wrench, at, loads, preload, beams, near, gravity, grows, laws or {}
-    )
+    acting = Acting(loads, gravity, preload, beams, at, laws or {})
+    loaded, F = one_loaded_posture(robot, pose, wrench, near, acting, grows)
     problem, status = loaded.problem, loaded.status
     nothing = np.zeros(problem.size)
     if not loaded.has_posture:
@@ -244,9 +244,8 @@ def load_path(
     if s.ndim != 1 or not s.size:
         raise InputError("factors of a load path", got=factors, expected=words)
     grows = "load_path(robot, pose, [0, 0, -1000, 0, 0, 0], factors)"
-    loaded, F = one_loaded_posture(
-        robot, pose, wrench, at, loads, preload, beams, near, gravity, grows, laws or {}
-    )
+    acting = Acting(loads, gravity, preload, beams, at, laws or {})
+    loaded, F = one_loaded_posture(robot, pose, wrench, near, acting, grows)
     found = Equilibria(tuple(solved(loaded, factor * F, None, standing=True) for factor in s))
     with needs_extra("maps", "maps"):
         import xarray

@@ -10,17 +10,14 @@ import numpy as np
 
 from robostiff.analysis import PartShare
 from robostiff.spatial import cross, move_wrench, skew
-from robostiff.statics.chains.body_springs import on_anchors
-from robostiff.statics.chains.chain import (
+from robostiff.statics.chains.elements import (
     BodyLoad,
     BodyPlace,
     FiniteChain,
     FiniteJoint,
-    LegState,
     Owner,
     wrench_at,
 )
-from robostiff.statics.chains.legs import LegGroup
 from robostiff.statics.equations.problem import EquilibriumProblem, State
 
 # Of loads and reactions: what they lack for equilibrium that is no rounding.
@@ -71,70 +68,66 @@ def loaded_parts(
     state: State,
     share: float,
     places: State | None = None,
-    pulls: Sequence[Sequence[np.ndarray]] = (),
+    pulls: np.ndarray | None = None,
 ) -> tuple[LoadedPart, ...]:
     """Every joint and elastic part, leg by leg from base to platform, under a share of the loads.
 
     Wrenches act where the robot is at `places`: for small loads the unloaded posture, else the
-    state. Springs between bodies pull on the anchors of the chains of every group with `pulls` (A,
-    3), where these are not those at the state.
+    state. Springs between bodies pull on their anchors with `pulls` (A, 3), where these are not
+    those at the state.
     """
     found: list[tuple[Owner, LoadedPart]] = []
-    placed = (state if places is None else places).legs
-    for g, (group, own, where) in enumerate(zip(problem.groups, state.legs, placed, strict=True)):
-        energies = group.energies(own)
-        acting = _acting(group, own, state, share, pulls[g] if pulls else None)
-        for c, (chain, motion) in enumerate(zip(group.chains, group.moved(where), strict=True)):
-            W = np.zeros((group.count, 6))
-            W[:, list(problem.rows)] = own.W[c]
-            P = motion[-1].of(group.end_point(c))
-            for k, (wrench, point) in enumerate(_carried(chain, motion, W, P, acting[c])):
-                element, x = chain.elements[k], own.x[c][:, chain.places[k]]
-                for i, owner in enumerate(chain.owners):
-                    load, moved, unit = None, x[i], ""
-                    if isinstance(element, FiniteJoint):
-                        load = element.force(i, float(x[i, 0])) - share * float(element.preload[i])
-                        unit = "N m" if element.turns else "N"
-                    else:
-                        moved = element.modes[i] @ x[i]
-                    alike = [e.names[i] == element.names[i] for e in chain.elements]
-                    part = LoadedPart(
-                        leg=owner.name,
-                        part=element.names[i],
-                        number=1 + sum(alike[:k]),
-                        of=sum(alike),
-                        wrench=wrench[i],
-                        point=point[i],
-                        motion=moved,
-                        load=load,
-                        energy=float(energies[c][k][i]),
-                        unit=unit,
-                    )
-                    found.append((owner, part))
-                    found += [
-                        (owner, replace(part, part=drive.names[i], number=1, of=1, **values))
-                        for drive, values in _held(group, own, share, (c, k), i)
-                    ]
+    legs, where = problem.legs, (state if places is None else places).legs
+    acting, energies = _acting(problem, state, share, pulls), legs.energies(state.legs)
+    sums = _sums(problem, state, share)
+    for c, (chain, motion) in enumerate(zip(legs.chains, legs.moved(where), strict=True)):
+        W = np.zeros(6)
+        W[list(problem.rows)] = state.legs.W[c]
+        P = motion[-1].of(legs.end_point(c))
+        names = [e.name for e in chain.elements]
+        for k, (wrench, point) in enumerate(_carried(chain, motion, W, P, acting[c])):
+            element, place = chain.elements[k], chain.places[k]
+            x = state.legs.x[legs.first_x[c] + place.start : legs.first_x[c] + place.stop]
+            load, moved, unit = None, x, ""
+            if isinstance(element, FiniteJoint):
+                load = element.force(float(x[0])) - share * float(element.preload)
+                unit = "N m" if element.turns else "N"
+            else:
+                moved = element.modes @ x
+            part = LoadedPart(
+                leg=chain.owner.name,
+                part=element.name,
+                number=1 + names[:k].count(element.name),
+                of=names.count(element.name),
+                wrench=wrench,
+                point=point,
+                motion=moved,
+                load=load,
+                energy=energies[c][k],
+                unit=unit,
+            )
+            found.append((chain.owner, part))
+            driven = (values for at, values in sums if at == (c, k))
+            found += [(chain.owner, replace(part, number=1, of=1, **own)) for own in driven]
     return tuple(part for _, part in sorted(found, key=lambda item: item[0]))
 
 
-def _held(
-    group: LegGroup, own: LegState, share: float, place: tuple[int, int], i: int
-) -> Iterator[tuple[FiniteJoint, dict[str, Any]]]:
-    """Couplings of row i whose joint at a place follows: motion, load and energy of their sums."""
-    rigid = iter(range(own.held.shape[1]))
-    for coupling, s in zip(group.couplings, group.sums(own), strict=True):
-        drive, q = coupling.drive, float(s[i])
-        load = -own.held[i, next(rigid)] if coupling.is_rigid else drive.force(i, q)
-        if coupling.place == place:
-            yield (
-                drive,
-                {
-                    "motion": s[[i]],
-                    "load": float(load - share * drive.preload[i]),
-                    "energy": drive.energy(i, q),
-                },
-            )
+def _sums(
+    problem: EquilibriumProblem, state: State, share: float
+) -> list[tuple[tuple[int, int], dict[str, Any]]]:
+    """Of every coupling, its name, motion, load and energy, by the place of what follows."""
+    legs, found, pushing = problem.legs, [], iter(state.legs.held)
+    for coupling, s in zip(legs.couplings, legs.sums(state.legs), strict=True):
+        drive = coupling.drive
+        load = -next(pushing) if coupling.is_rigid else drive.force(s)
+        values = {
+            "part": drive.name,
+            "motion": np.array([s]),
+            "load": float(load - share * drive.preload),
+            "energy": drive.energy(s),
+        }
+        found.append((coupling.place, values))
+    return found
 
 
 def base_reactions(
@@ -142,61 +135,55 @@ def base_reactions(
     state: State,
     share: float,
     places: State | None = None,
-    pulls: Sequence[Sequence[np.ndarray]] = (),
+    pulls: np.ndarray | None = None,
 ) -> tuple[np.ndarray, ...]:
     """What every leg exerts on the base about the point of the platform (6,) [N, N m].
 
     Places and pulls as of `loaded_parts`.
     """
-    where = state if places is None else places
-    found = {leg: np.zeros(6) for leg in problem.legs}
-    for g, (group, own) in enumerate(zip(problem.groups, state.legs, strict=True)):
-        acting = _acting(group, own, state, share, pulls[g] if pulls else None)
-        moved = group.moved(where.legs[g])
-        for c, (chain, motion) in enumerate(zip(group.chains, moved, strict=True)):
-            if chain.start is not None:
-                continue
-            f = np.zeros((group.count, 6))
-            f[:, list(problem.rows)] = own.W[c]
-            total = move_wrench(f, where.p - motion[-1].of(group.end_point(c)))
-            for load in acting[c]:
-                at = motion[load.after].of(load.point)
-                total += wrench_at(where.p, at, load.force)
-            for owner, own_total in zip(chain.owners, total, strict=True):
-                found[owner.leg] += own_total
+    where, legs = state if places is None else places, problem.legs
+    found = {leg: np.zeros(6) for leg in problem.leg_names}
+    acting, moved = _acting(problem, state, share, pulls), legs.moved(where.legs)
+    for c, (chain, motion) in enumerate(zip(legs.chains, moved, strict=True)):
+        if chain.start is not None:
+            continue
+        f = np.zeros(6)
+        f[list(problem.rows)] = state.legs.W[c]
+        total = move_wrench(f, where.p - motion[-1].of(legs.end_point(c)))
+        for load in acting[c]:
+            total += wrench_at(where.p, motion[load.after].of(load.point), load.force)
+        found[chain.owner.leg] += total
     return tuple(found.values())
 
 
 def about_the_tool(
-    problem: EquilibriumProblem, state: State, by_twist: Sequence[np.ndarray]
+    problem: EquilibriumProblem, state: State, by_twist: np.ndarray
 ) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """What the nodes of a flexible platform exert on each leg (r,), and its rate (r, r).
 
     About the point of the tool P, which moves along: with f at a node's point p, the moment has the
-    rate ``dm + (dp - dP) x f + (p - P) x df`` by the twist of the tool. The unknowns of the groups
-    move by `by_twist` (N, n, r).
+    rate ``dm + (dp - dP) x f + (p - P) x df`` by the twist of the tool. The unknowns of the legs
+    move by `by_twist` (T, r).
     """
-    rows, platform = list(problem.rows), max(problem.legs)
-    moved = np.eye(6)[:, rows]  # twist of the tool
+    rows, platform = list(problem.rows), max(problem.leg_names)
+    legs, moved = problem.legs, np.eye(6)[:, rows]  # twist of the tool
     W, K = np.zeros((platform, 6)), np.zeros((platform, 6, len(rows)))
-    for group, legs, by in zip(problem.groups, state.legs, by_twist, strict=True):
-        own_parts = [own for own in group.chains if own.owners[0].leg == platform]
-        held = {None, *(body for own in own_parts for body in (own.start, own.end))}
-        for c, chain in enumerate(group.chains):
-            if chain.owners[0].leg == platform or chain.end not in held:
-                continue
-            for row, owner in enumerate(chain.owners):
-                own, rate, node = np.zeros(6), np.zeros((6, len(rows))), moved
-                own[rows], rate[rows] = legs.W[c][row], by[row, group.wrench_places[c]]
-                arm = np.zeros(3)
-                if chain.end is not None:
-                    node = np.zeros((6, len(rows)))
-                    node[rows] = by[row, group.body_places[chain.end]]
-                    arm = legs.bodies[chain.end].p[row] - state.p
-                rate[3:] += skew(arm) @ rate[:3] - skew(own[:3]) @ (node - moved)[:3]
-                own[3:] += np.cross(arm, own[:3])
-                W[owner.leg] += own
-                K[owner.leg] += rate
+    parts = [own for own in legs.chains if own.owner.leg == platform]
+    held = {None, *(body for own in parts for body in (own.start, own.end))}
+    for c, chain in enumerate(legs.chains):
+        if chain.owner.leg == platform or chain.end not in held:
+            continue
+        own, rate, node = np.zeros(6), np.zeros((6, len(rows))), moved
+        own[rows], rate[rows] = state.legs.W[c], by_twist[legs.numbers.W[c]]
+        arm = np.zeros(3)
+        if chain.end is not None:
+            node = np.zeros((6, len(rows)))
+            node[rows] = by_twist[legs.numbers.bodies[chain.end]]
+            arm = state.legs.p[chain.end] - state.p
+        rate[3:] += skew(arm) @ rate[:3] - skew(own[:3]) @ (node - moved)[:3]
+        own[3:] += np.cross(arm, own[:3])
+        W[chain.owner.leg] += own
+        K[chain.owner.leg] += rate
     return list(W[:, rows]), list(K[:, rows])
 
 
@@ -206,14 +193,14 @@ def is_balanced(
     wrench: np.ndarray,
     share: float,
     places: State | None = None,
-    forces: Sequence[np.ndarray] = (),
+    forces: np.ndarray | None = None,
 ) -> bool:
     """Whether what acts on a robot is what it exerts on the base, forces and moments.
 
     A wrench (r,) acts on the platform about its point, beside a share of all other loads. What
     moves the robot by rounding of its length is no load, and is not looked at. For small
-    loads the robot is where it is at `places`, and springs between bodies of every group have
-    `forces` (S, 3) on their first points.
+    loads the robot is where it is at `places`, and springs between bodies have `forces` (S, 3) on
+    their first points.
     """
     where = state if places is None else places
     rows, about = list(problem.rows), where.p
@@ -224,21 +211,19 @@ def is_balanced(
         on_platform[rows] += problem.steady.moment
         applied.append(problem.steady.weights.acting(where.R)[0])
     carried: list[np.ndarray] = []
-    pulls: list[Sequence[np.ndarray]] = []
-    for g, group in enumerate(problem.groups):
-        moved = group.moved(where.legs[g]) if any(chain.loads for chain in group.chains) else []
-        for chain, motion in zip(group.chains, moved, strict=False):
-            for load in chain.loads:
-                at = motion[load.after].of(load.point)
-                applied += list(wrench_at(about, at, share * load.force))
-        pulls.append([])
-        if group.springs:
-            now = group.spring_arrays.at(group, where.legs[g], share)
-            force = forces[g] if len(forces) else now.force
-            pulls[g] = on_anchors(group, force)
-            for side, spring in zip(*np.nonzero(group.spring_arrays.on_base), strict=True):
-                sign = 1.0 if side == 0 else -1.0
-                carried.append(wrench_at(about, now.points[side, spring], sign * force[spring]))
+    legs, pulls = problem.legs, None
+    moved = legs.moved(where.legs) if any(chain.loads for chain in legs.chains) else []
+    for chain, motion in zip(legs.chains, moved, strict=False):
+        for load in chain.loads:
+            at = motion[load.after].of(load.point)
+            applied.append(wrench_at(about, at, share * load.force))
+    if legs.springs:
+        now = legs.spring_arrays.at(legs, where.legs, share)
+        force = now.force if forces is None else forces
+        pulls = legs.spring_arrays.on_anchors(force)
+        for side, spring in zip(*np.nonzero(legs.spring_arrays.on_base), strict=True):
+            sign = 1.0 if side == 0 else -1.0
+            carried.append(wrench_at(about, now.points[side, spring], sign * force[spring]))
     carried += base_reactions(problem, state, share, places, pulls)
     both = np.array([*applied, *(-own for own in carried)])[:, rows] / problem.scale
     stiffness = np.max(np.abs(problem.at_rest.K / np.outer(problem.scale, problem.scale)))
@@ -248,24 +233,22 @@ def is_balanced(
 
 
 def _acting(
-    group: LegGroup,
-    own: LegState,
+    problem: EquilibriumProblem,
     state: State,
     share: float,
-    pulls: Sequence[np.ndarray] | None = None,
+    pulls: np.ndarray | None = None,
 ) -> list[list[BodyLoad]]:
     """Forces on the bodies of each chain, those of springs between bodies among them."""
+    legs = problem.legs
     found = [
-        [replace(load, force=share * load.force) for load in chain.loads] for chain in group.chains
+        [replace(load, force=share * load.force) for load in chain.loads] for chain in legs.chains
     ]
-    if group.springs:
+    if legs.springs:
+        arrays = legs.spring_arrays
         if pulls is None:
-            pulls = on_anchors(group, group.spring_arrays.at(group, own, share).force)
-        for forces, chain, pull in zip(found, group.chains, pulls, strict=True):
-            forces += [
-                replace(anchor, force=force[None])
-                for anchor, force in zip(chain.anchors, pull, strict=True)
-            ]
+            pulls = arrays.on_anchors(arrays.at(legs, state.legs, share).force)
+        for (spot, point), force in zip(arrays.anchors, pulls, strict=True):
+            found[spot.chain].append(BodyLoad(spot.after, point, force))
     return found
 
 
@@ -294,14 +277,14 @@ def _carried(
     P: np.ndarray,
     acting: Sequence[BodyLoad],
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Wrench (N, 6) of every element about its own point, and that point (N, 3)."""
+    """Wrench (6,) of every element about its own point, and that point (3,)."""
     for k, element in enumerate(chain.elements):
         behind = motion[k + 1]
         C = behind.of(element.point)
         if isinstance(element, FiniteJoint):
             C = motion[k].of(element.point)
-        f = W[:, :3]
-        m = W[:, 3:] + cross(P - C, f)
+        f = W[:3]
+        m = W[3:] + cross(P - C, f)
         for load in acting:
             if load.after > k:
                 f = f + load.force
@@ -340,23 +323,17 @@ def body_places(problem: EquilibriumProblem, state: State) -> BodyPlaces:
     """The bodies of a robot at a state, by the parts before them."""
     found, nodes = {}, {}
     platform = BodyPlace(state.R, state.p - state.R @ problem.point)
-    every = [g.moved(own) for g, own in zip(problem.groups, state.legs, strict=True)]
-    for group, of_chains in zip(problem.groups, every, strict=True):
-        for chain, moved in zip(group.chains, of_chains, strict=True):
-            for element, place in zip(chain.elements, moved[1:], strict=True):
-                for row, owner in enumerate(chain.owners):
-                    name = f"{owner.name}/{element.names[row]}"  # the last of a beam counts
-                    found[name] = BodyPlace(place.R[row], place.t[row])
-        for coupling in group.couplings:
-            chain = group.chains[coupling.place[0]]
-            joints = chain.elements[coupling.place[1]].names
-            each = zip(chain.owners, coupling.drive.names, joints, strict=True)
-            found |= {f"{own.name}/{drive}": found[f"{own.name}/{q}"] for own, drive, q in each}
+    legs = problem.legs
+    every = legs.moved(state.legs)
+    for chain, moved in zip(legs.chains, every, strict=True):
+        for element, place in zip(chain.elements, moved[1:], strict=True):
+            found[f"{chain.owner.name}/{element.name}"] = place  # the last of a beam counts
+    for coupling in legs.couplings:
+        c, k = coupling.place
+        leg, joint = legs.chains[c].owner.name, legs.chains[c].elements[k].name
+        found[f"{leg}/{coupling.drive.name}"] = found[f"{leg}/{joint}"]
     for node, spot in problem.nodes.items():
-        nodes[node] = platform
-        if spot is not None:
-            place = every[spot.group][spot.chain][spot.after]
-            nodes[node] = BodyPlace(place.R[spot.row], place.t[spot.row])
+        nodes[node] = platform if spot is None else every[spot.chain][spot.after]
     return BodyPlaces(found, platform, nodes)
 
 

@@ -25,8 +25,13 @@ from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, 
 from robostiff.statics.equations.vibration import CarriedMasses, SmallMotions
 from robostiff.statics.equilibrium import solved
 from robostiff.statics.loaded_parts import BodyPlaces, body_places, shares
-from robostiff.statics.loading.given_loads import Gravity, Laws, Loads, Masses
-from robostiff.statics.loading.loaded_posture import LoadedPosture, one_wrench, postures_of
+from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads, Masses
+from robostiff.statics.loading.loaded_posture import (
+    LoadedPosture,
+    as_snapshot,
+    one_wrench,
+    postures_of,
+)
 
 # So that beams have modes of their own, the first of them within some percent.
 _HALVES = Bowing(elements=2, inner_modes=True)
@@ -101,7 +106,7 @@ class Modes(InNotebooks):
     @property
     def snapshot(self) -> Snapshot | None:
         """The robot at that posture; None of a network."""
-        return self.posed if isinstance(self.posed, Snapshot) else None
+        return as_snapshot(self.posed)
 
     @property
     def frequencies(self) -> np.ndarray:
@@ -185,16 +190,8 @@ def modes(
     """
     postures = postures_of(robot, pose, near)
     given = one_wrench(postures, wrench)
-    loaded = postures.loaded(
-        0,
-        at,
-        loads,
-        preload,
-        beams,
-        gravity,
-        masses={} if masses is None else masses,
-        laws=laws or {},
-    )
+    acting = Acting(loads, gravity, preload, beams, at, laws or {})
+    loaded = postures.loaded(0, acting, {} if masses is None else masses)
     if not loaded.has_posture:
         return Modes(loaded.name, loaded.space, loaded.status)
     problem, known, state, status = _about(loaded, given)
@@ -234,7 +231,9 @@ def _vibrating(
     for square, shape in zip(squares, shapes, strict=True):
         rate = np.sqrt(abs(square))
         twist = shape[len(shape) - problem.size :]
-        parts = _shares(problem, shape)
+        motion = _of_legs(problem, shape)[: problem.legs.numbers.total]
+        stored = problem.legs.energies_of(motion, np.zeros(problem.legs.inner_modes.shape))
+        parts = tuple(own for own in shares(stored) if own.energy > 0)
         each.append(
             Mode(
                 float(rate) / (2 * np.pi) if square >= 0 else 0.0,
@@ -250,36 +249,16 @@ def _vibrating(
 
 def _moved(problem: EquilibriumProblem, state: State, shape: np.ndarray) -> BodyPlaces:
     """Where bodies are after a small part of a mode."""
-    part = _PART / max(_largest(problem, shape), problem.size_of(shape[-problem.size :]))
-    steps = [
-        np.pad(part * own, ((0, 0), (0, group.size - group.free_size + len(group.beams))))
-        for group, own in zip(problem.groups, _of_legs(problem, shape), strict=True)
-    ]
-    return body_places(problem, problem.moved(state, part * shape[-problem.size :], steps))
+    step, twist = _of_legs(problem, shape), shape[-problem.size :]
+    part = _PART / max(problem.size_of_legs(step), problem.size_of(twist))
+    return body_places(problem, problem.moved(state, part * twist, part * step))
 
 
-def _of_legs(problem: EquilibriumProblem, shape: np.ndarray) -> list[np.ndarray]:
-    """Coordinates and bodies of the legs (N, m) of every group in a mode."""
-    sizes = [group.count * group.free_size for group in problem.groups]
-    own = np.split(shape, np.cumsum(sizes))
-    return [x.reshape(g.count, g.free_size) for g, x in zip(problem.groups, own, strict=False)]
-
-
-def _largest(problem: EquilibriumProblem, shape: np.ndarray) -> float:
-    """How much the coordinates of the legs turn or shift, shifts by the robot's length [rad]."""
-    pairs = zip(_of_legs(problem, shape), problem.leg_sizes, strict=True)
-    return max((float(np.max(np.abs(own) * s, initial=0.0)) for own, s in pairs), default=0.0)
-
-
-def _shares(problem: EquilibriumProblem, shape: np.ndarray) -> tuple[PartShare, ...]:
-    """Elastic energy of the parts at the amplitude of a mode, largest first."""
-    each = [
-        own
-        for group, motions in zip(problem.groups, _of_legs(problem, shape), strict=True)
-        for i, motion in enumerate(motions)
-        for own in group.energies_of(motion, i)
-    ]
-    return tuple(own for own in shares(each) if own.energy > 0)
+def _of_legs(problem: EquilibriumProblem, shape: np.ndarray) -> np.ndarray:
+    """The part of the legs in a mode, as a step of all their unknowns (T + B,)."""
+    step = np.zeros(problem.legs.numbers.total + len(problem.legs.beams))
+    step[problem.free] = shape[: -problem.size]
+    return step
 
 
 def _words(
@@ -289,7 +268,7 @@ def _words(
     twist: np.ndarray,
     shares: tuple[PartShare, ...],
 ) -> str:
-    if problem.size_of(twist) < _STAYS * _largest(problem, shape):
+    if problem.size_of(twist) < _STAYS * problem.size_of_legs(_of_legs(problem, shape)):
         most = shares[0] if shares else None
         return "the platform stays" + (f": most in {most.name!r}" if most else "")
     size = np.linalg.norm(twist * problem.scale)

@@ -31,6 +31,7 @@ from robostiff.statics.loaded_parts import (
     loaded_parts,
     shares_of,
 )
+from robostiff.statics.loading.loaded_posture import as_snapshot
 
 _NOT_FREE = (
     "rigid parts do not let the platform move so: give a displacement along the motions that they "
@@ -77,7 +78,7 @@ class Equilibrium(InNotebooks):
     @property
     def snapshot(self) -> Snapshot | None:
         """The robot without load; None of a network or a cable robot."""
-        return self.posed if isinstance(self.posed, Snapshot) else None
+        return as_snapshot(self.posed)
 
     @property
     def has_answer(self) -> bool:
@@ -193,10 +194,7 @@ class Equilibrium(InNotebooks):
         problem, known = self._require()[0], self._known_stiffness
         if self._has_flexible_platform:
             return tuple(self._through_platform[1])
-        pairs = zip(problem.groups, known.by_twist, strict=True)
-        return problem.by_leg(
-            [{c: by[:, g.wrench_places[c]] for c in g.on_platform} for g, by in pairs]
-        )
+        return problem.by_leg(known.by_twist[problem.legs.numbers.W])
 
     @property
     def leg_wrenches(self) -> tuple[np.ndarray, ...]:
@@ -204,7 +202,7 @@ class Equilibrium(InNotebooks):
         problem, found = self._require()
         if self._has_flexible_platform:
             return tuple(self._through_platform[0])
-        return problem.leg_wrenches(found.state)
+        return problem.by_leg(found.state.legs.W)
 
     @property
     def reactions(self) -> tuple[np.ndarray, ...]:

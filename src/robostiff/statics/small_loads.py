@@ -21,11 +21,12 @@ from robostiff.model import Robot, Snapshot
 from robostiff.network import Network, NodeForce
 from robostiff.spatial import Space, move_twist, move_wrench
 from robostiff.statics.chains.beam_bowing import Linear
-from robostiff.statics.chains.body_springs import on_anchors, small_forces
+from robostiff.statics.chains.body_springs import small_forces
 from robostiff.statics.chains.equilibrated import LOST
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
 from robostiff.statics.loaded_parts import about_the_tool, is_balanced, loaded_parts, shares_of
 from robostiff.statics.loading.given_loads import (
+    Acting,
     Gravity,
     Loads,
     acting_gravity,
@@ -38,7 +39,6 @@ from robostiff.statics.loading.loaded_posture import one_loaded_posture, posture
 _DRIVEN = 1e-6
 # Of the largest stiffness of the platform, and of a load: none.
 _FREE, _PULLS = 1e-12, 1e-9
-_NO_FORCES = np.zeros((0, 3))
 
 
 def deflection(
@@ -125,11 +125,14 @@ def deflection(
             hint="cables have cable_response(robot, pose, wrench=...), or 'robostiff cables'",
         )
     nothing = np.zeros(robot.space.size)
-    asked, F = one_loaded_posture(
-        robot, pose, nothing if wrench is None else wrench, at, loads, None, Linear(), near, none
-    )
+    acting = Acting(loads, none, beams=Linear(), at=at)
+    given = nothing if wrench is None else wrench
+    asked, F = one_loaded_posture(robot, pose, given, near, acting)
     rest = deflection_under_wrench(replace(robot, springs=()), pose, nothing, **options)
-    problem = asked.problem if np.any(none) else _without_tension(asked.problem)
+    problem = asked.problem
+    if not np.any(none):  # springs between its bodies are relaxed
+        relaxed = (replace(s, constant=-s.stiffness * s.length) for s in problem.legs.springs)
+        problem = replace(problem, legs=replace(problem.legs, springs=tuple(relaxed)))
     flexible = asked.snapshot is not None and asked.snapshot.platform is not None
     return _under_small_loads(problem, F, rest, flexible)
 
@@ -166,20 +169,6 @@ def _of_network(
     return deflection_at(rest.stiffness, rest.wrench, tuple(forces))
 
 
-def _without_tension(problem: EquilibriumProblem) -> EquilibriumProblem:
-    """The same robot, springs between its bodies relaxed."""
-    groups = [
-        replace(
-            group,
-            springs=tuple(replace(s, constant=-s.stiffness * s.length) for s in group.springs),
-        )
-        if group.springs
-        else group
-        for group in problem.groups
-    ]
-    return replace(problem, groups=tuple(groups))
-
-
 def _under_small_loads(
     problem: EquilibriumProblem, F: np.ndarray, rest: Deflection, has_flexible_platform: bool
 ) -> Deflection:
@@ -193,12 +182,12 @@ def _under_small_loads(
         return none(rest.status)
     nothing, at_rest = np.zeros(problem.size), problem.unloaded
     known = problem.linearised(at_rest, LoadCase(nothing, F), 0.0, 2)
-    if _drives_legs(known):
+    if _drives_legs(problem, known):
         return none(Status.UNBALANCED)
     to_origin = stiffness.origin - stiffness.reference_point
     to_origin = to_origin if stiffness.space is Space.SPATIAL else to_origin[:2]
     # what the loads at bodies are worth at the platform: legs bend under them while it is held
-    status, has_springs = stiffness.status, any(group.springs for group in problem.groups)
+    status, has_springs = stiffness.status, bool(problem.legs.springs)
     if has_springs or known.rigid or has_flexible_platform:
         held = _with_springs(problem, known)
         if held is None:
@@ -210,24 +199,16 @@ def _under_small_loads(
         if carried is None or carried.status_codes:
             return none(Status(int(carried.status_codes)) if carried else Status.ILL_CONDITIONED)
         t = move_twist(carried.twist, -to_origin)
-    steps = [a + B @ t for a, B in zip(known.factor_steps, known.by_twist, strict=True)]
-    state = problem.moved(at_rest, nothing, steps)
-    forces = [
-        small_forces(group, step[0, : group.free_size]) if group.springs else _NO_FORCES
-        for group, step in zip(problem.groups, steps, strict=True)
-    ]
+    step = known.factor_steps + known.by_twist @ t
+    state = problem.moved(at_rest, nothing, step)
+    forces = small_forces(problem.legs, step[: problem.legs.numbers.total]) if has_springs else None
     if not is_balanced(problem, state, F, 1.0, at_rest, forces):
         return none(Status.ILL_CONDITIONED)
-    pulls = [
-        on_anchors(group, own) if group.springs else []
-        for group, own in zip(problem.groups, forces, strict=True)
-    ]
+    pulls = None if forces is None else problem.legs.spring_arrays.on_anchors(forces)
     parts = loaded_parts(problem, state, 1.0, at_rest, pulls)
-    wrenches: Sequence[np.ndarray] = problem.leg_wrenches(state)
+    wrenches: Sequence[np.ndarray] = problem.by_leg(state.legs.W)
     if has_flexible_platform:  # nodes are where they are without load
-        pairs = zip(state.legs, at_rest.legs, strict=True)
-        legs = tuple(replace(own, bodies=rest.bodies) for own, rest in pairs)
-        placed = replace(at_rest, legs=legs)
+        placed = replace(at_rest, legs=replace(state.legs, p=at_rest.legs.p))
         wrenches = about_the_tool(problem, placed, known.by_twist)[0]
     joints = [(part, part.load) for part in parts if part.load is not None]
     driven = {(own.leg, own.joint) for own in rest.actuators}
@@ -246,7 +227,7 @@ def _under_small_loads(
             if (part.leg, part.part) in driven
         ),
         leg_wrenches=tuple(move_wrench(W, to_origin) for W in wrenches),
-        work_of_loads=_work(problem, known, steps, t),
+        work_of_loads=_work(problem, known, step, t),
     )
 
 
@@ -263,22 +244,19 @@ def _with_springs(problem: EquilibriumProblem, known: Linearised) -> tuple[np.nd
     return t, bool(np.any(free))
 
 
-def _work(
-    problem: EquilibriumProblem, known: Linearised, steps: list[np.ndarray], t: np.ndarray
-) -> float:
+def _work(problem: EquilibriumProblem, known: Linearised, step: np.ndarray, t: np.ndarray) -> float:
     """Of the loads at bodies of legs and on the platform, the wrench left out [J]."""
-    total = 0.0
-    for own, step in zip(known.equations, steps, strict=True):
-        total -= float(np.sum(own.r_factor * step))
+    rates = known.equations.r_factor
     on_platform, _ = problem.dead.acting(np.eye(3))
-    return total + float(on_platform[list(problem.rows)] @ t)
+    return float(on_platform[list(problem.rows)] @ t - rates @ step[: len(rates)])
 
 
-def _drives_legs(known: Linearised) -> bool:
+def _drives_legs(problem: EquilibriumProblem, known: Linearised) -> bool:
     """Whether loads at bodies drive a motion in a leg that nothing resists, the platform held."""
-    for own, step in zip(known.equations, known.factor_steps, strict=True):
-        rest = np.abs(np.einsum("nij,nj->ni", own.A, step) + own.r_factor)
-        terms = np.einsum("nij,nj->ni", np.abs(own.A), np.abs(step)) + np.abs(own.r_factor)
+    for block, A in zip(problem.blocks, known.equations.A, strict=True):
+        step, driven = (v[block.at] for v in (known.factor_steps, known.equations.r_factor))
+        rest = np.abs(np.einsum("nij,nj->ni", A, step) + driven)
+        terms = np.einsum("nij,nj->ni", np.abs(A), np.abs(step)) + np.abs(driven)
         largest = np.max(terms, axis=-1, initial=0.0)[:, None]
         if np.any(rest > _DRIVEN * terms + LOST * largest):
             return True

@@ -12,6 +12,7 @@ import robostiff as rs
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.compiled import ArrayCode, MachineCode
 from robostiff.compiled.machine_code import this_processor
+from robostiff.recorded import Flag
 from tests.analysis.kernels.cases import around_home, model
 
 BACKENDS = [
@@ -63,9 +64,43 @@ def test_the_raw_kernel_fills_arrays_of_the_caller(backend):
     out = np.full((kernel.rows, 10), np.nan)
     assert kernel.evaluate(inputs, out) is out
     K = direct_stiffness(robot, pose).K
-    for r, (i, j) in enumerate([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]):
+    for r, (i, j) in enumerate(np.ndindex(3, 3)):
         np.testing.assert_allclose(out[r], K[:, i, j], rtol=1e-9, atol=1e-9 * np.abs(K).max())
+    assert kernel.checks == ("flags",)
+    assert np.isin(out[9:], (0, Flag.RANK_DOUBTFUL)).all()  # home is nearly singular
     np.testing.assert_array_equal(kernel.evaluate(inputs), out)
+    planes = np.full((2, kernel.rows, 10), np.nan)  # rows at places of their own
+    kernel.fill(inputs, list(planes[1]))
+    np.testing.assert_array_equal(planes[1], out)
+    for wrong in (out[:-1], list(out.astype("float32")), list(out[:, ::2]), out.T.copy().T):
+        with pytest.raises(rs.InputError, match="results of the kernel"):
+            kernel.fill(inputs, wrong)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_answers_are_written_into_given_arrays(backend):
+    """With poses side by side, a pose after the other, and in single precision."""
+    robot = model("3-rrr")
+    pose = np.concatenate([around_home(robot, 2000), [[3.0, 0, 0], [0, 3.0, 0]]])
+    compiled = rs.compile(robot, [rs.StiffnessMatrix(), rs.WorstDeflection()], backend=backend)
+    expected = compiled.evaluate(pose)
+    count = len(pose)
+    assert np.isnan(expected.matrix[-2:]).all()
+    for K in (
+        np.zeros((3, 3, count)).transpose(2, 0, 1),
+        np.zeros((count, 3, 3)),
+        np.zeros((count, 3, 3), dtype=np.float32),
+        np.zeros((2 * count, 3, 3))[::2],
+    ):
+        found = compiled.evaluate(pose, out={"K": K})
+        assert found.matrix is K
+        np.testing.assert_array_equal(K, expected.matrix.astype(K.dtype))
+        np.testing.assert_array_equal(found.status_codes, expected.status_codes)
+        name = rs.WorstDeflection.name
+        np.testing.assert_array_equal(found.values[name], expected.values[name])
+    for out in ({"k": K}, {"K": K[:-1]}, {"K": np.zeros((count, 3, 3), dtype=int)}):
+        with pytest.raises(rs.InputError, match="array for"):
+            compiled.evaluate(pose, out=out)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)

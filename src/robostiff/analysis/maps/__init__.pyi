@@ -3,6 +3,11 @@ from robostiff.analysis.maps.pose_source import Axis as Axis
 from robostiff.analysis.maps.pose_source import Grid as Grid
 from robostiff.analysis.maps.pose_source import PoseList as PoseList
 from robostiff.analysis.maps.pose_source import RandomPoses as RandomPoses
+from robostiff.analysis.maps.reduction import Extremes as Extremes
+from robostiff.analysis.maps.reduction import Histogram as Histogram
+from robostiff.analysis.maps.reduction import Quantiles as Quantiles
+from robostiff.analysis.maps.reduction import Reduction as Reduction
+from robostiff.analysis.maps.reduction import ShareAbove as ShareAbove
 from robostiff.analysis.maps.request import Batched as Batched
 from robostiff.analysis.maps.request import Compiled as Compiled
 from robostiff.analysis.maps.run import Progress as Progress

@@ -151,7 +151,7 @@ class MapArrays:
         """Compute a block in its place."""
         run = slice(*self.job.partition.run(index))
         places = {name: rows[..., run] for name, rows in self._rows.items()}
-        return self.job.compute(index, places).summary
+        return self.job.compute(index, places)[1]
 
     def dataset(self, summary: MapSummary) -> xarray.Dataset:
         """The map, once all blocks are there."""

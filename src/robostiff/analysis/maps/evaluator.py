@@ -10,7 +10,6 @@ from typing import Any, Protocol, cast
 import numpy as np
 
 from robostiff.analysis.cable_stiffness import CableStiffness, are_beyond_limits, cable_stiffness
-from robostiff.analysis.compiled_answer import CheckedResults
 from robostiff.analysis.compiled_stiffness import CompiledStiffness, compile_stiffness
 from robostiff.analysis.deflection_under_load import carried_by
 from robostiff.analysis.leg_loads import leg_loads
@@ -34,7 +33,6 @@ from robostiff.compiled import (
     PrincipalStiffness,
     StiffnessMatrix,
     WorstDeflection,
-    unpack,
 )
 from robostiff.elastostatics import Status
 from robostiff.elastostatics.result import scaled_inverse
@@ -217,41 +215,34 @@ class MapEvaluator:
         out: Mapping[str, np.ndarray],
     ) -> Mapping[str, np.ndarray]:
         guarded = np.empty(len(poses), dtype=bool)
-        for where, found in kernel.results(self.columns.as_pose(poses)):
-            self._fill({name: array[where] for name, array in out.items()}, found)
+        wanted, d = set(self.quantities), self.robot.space.translations
+        direct = {v.name: out[v.name] for v in self.variables if v.dtype == "float64"}
+        for where, values, found in kernel.results(self.columns.as_pose(poses), direct):
+            here = {name: array[where] for name, array in out.items()}
+            here["rank"][...], here["status"][...] = found.rank, found.status_codes
             guarded[where] = found.guarded
+            if Quantity.PRINCIPAL_STIFFNESS in wanted:
+                # K is positive semidefinite; what is below zero is rounding.
+                principal = np.maximum(values[_PRINCIPAL.name], 0.0)
+                here["translational_stiffness"][...] = principal[:, :d]
+                here["rotational_stiffness"][...] = principal[:, d:]
+            if Quantity.WORST_DEFLECTION in wanted:
+                here["worst_deflection"][...] = values[_WORST.name]
+            if Quantity.INDICES in wanted:
+                K = values[_STIFFNESS.name]
+                K[found.guarded] = np.nan
+                for name, own in stiffness_indices(K, found.rank, self.length).items():
+                    here[name][...] = own
+            if Quantity.DEFLECTION in wanted:
+                twist = values[DeflectionUnder.name]
+                here["displacement"][...] = twist[:, :d]
+                here["rotation"][...] = twist[:, d:]
         rows = np.flatnonzero(guarded)
         if rows.size:
             careful = replace(self, kernel=None)
-            for name, values in careful.evaluate(poses_at(poses, rows)).items():
-                out[name][rows] = values
+            for name, own in careful.evaluate(poses_at(poses, rows)).items():
+                out[name][rows] = own
         return {**out, "guarded": guarded}
-
-    def _fill(self, out: Mapping[str, np.ndarray], found: CheckedResults) -> None:
-        """Put the results of a chunk of a kernel into their places."""
-        quantities, rows = self.quantities, found.rows
-        d, n = self.robot.space.translations, self.robot.space.size
-        out["rank"][...], out["status"][...] = found.rank, found.status_codes
-        if Quantity.STIFFNESS in quantities:
-            unpack(rows[_STIFFNESS.name], out["K"])
-        if Quantity.PRINCIPAL_STIFFNESS in quantities:
-            principal = rows[_PRINCIPAL.name]
-            # K is positive semidefinite; what is below zero is rounding.
-            np.maximum(principal, 0.0, out=principal)
-            unpack(principal[:d], out["translational_stiffness"])
-            unpack(principal[d:], out["rotational_stiffness"])
-        if Quantity.WORST_DEFLECTION in quantities:
-            unpack(rows[_WORST.name], out["worst_deflection"])
-        if Quantity.INDICES in quantities:
-            K = empty_batch(found.rank.shape, (n, n))
-            unpack(rows[_STIFFNESS.name], K)
-            K[found.guarded] = np.nan
-            for name, values in stiffness_indices(K, found.rank, self.length).items():
-                out[name][...] = values
-        if Quantity.DEFLECTION in quantities:
-            twist = rows[DeflectionUnder.name]
-            unpack(twist[:d], out["displacement"])
-            unpack(twist[d:], out["rotation"])
 
     def _of_matrices(
         self, K: np.ndarray, rank: np.ndarray, C: Callable[[], np.ndarray], definite: bool

@@ -188,15 +188,6 @@ Selection = Callable[[Mapping[str, np.ndarray]], np.ndarray]
 
 
 @dataclass(frozen=True)
-class PoseBlock:
-    """The answer at the poses of a block."""
-
-    # mapping of str to (..., N): poses along the last axis, side by side
-    arrays: Mapping[str, np.ndarray]
-    summary: MapSummary
-
-
-@dataclass(frozen=True)
 class MapJob:
     """Everything that a worker needs; picklable."""
 
@@ -263,8 +254,15 @@ class MapJob:
             )
         return np.broadcast_to(answer, (len(poses),))
 
-    def compute(self, index: int, out: Mapping[str, np.ndarray] | None = None) -> PoseBlock:
-        """The answer at the poses of a block, perhaps in given arrays (..., N), one a variable."""
+    def pose(self, number: int) -> np.ndarray:
+        """A pose (n_coordinates,) by its number in memory order."""
+        place = np.unravel_index(number, self.partition.shape)
+        return self.poses(tuple(slice(int(i), int(i) + 1) for i in place))[0]
+
+    def compute(
+        self, index: int, out: Mapping[str, np.ndarray] | None = None
+    ) -> tuple[Mapping[str, np.ndarray], MapSummary]:
+        """Arrays (..., N) at the poses of a block, one a variable, perhaps given, and a summary."""
         poses = self.poses(self.partition.slices(index))
         count = len(poses)
         if out is None:
@@ -287,4 +285,4 @@ class MapJob:
                 components = out[variable.name].astype(float)
                 out[variable.magnitude.name][...] = np.linalg.norm(components, axis=0)
         guarded = int(np.count_nonzero(found["guarded"])) if "guarded" in found else 0
-        return PoseBlock(out, summarize(out, self.answers, guarded))
+        return out, summarize(out, self.answers, guarded)

@@ -8,13 +8,15 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.maps.dataset import MapArrays
-from robostiff.analysis.maps.job import MapSummary, Selection
+from robostiff.analysis.maps.job import MapJob, MapSummary, Selection
 from robostiff.analysis.maps.pose_columns import Mapped, PoseSource
+from robostiff.analysis.maps.reduced_map import ReducedMap
+from robostiff.analysis.maps.reduction import Reduction, check_reductions
 from robostiff.analysis.maps.request import (
     LoadedMethod,
     MapRequest,
@@ -25,6 +27,7 @@ from robostiff.analysis.maps.request import (
 from robostiff.analysis.maps.run import (
     Progress,
     Threads,
+    Work,
     dask_client,
     followed,
     run_in_threads,
@@ -48,8 +51,7 @@ if TYPE_CHECKING:
     import xarray
     from distributed import Client
 
-_Blocks = Iterator[tuple[int, MapSummary]]
-_Run = Callable[[MapStore, Iterable[int]], _Blocks]
+_Run = Callable[[Work[Any], Iterable[int]], Iterator[tuple[int, Any]]]
 _DEFAULT_QUANTITIES = (Quantity.PRINCIPAL_STIFFNESS,)
 
 
@@ -68,6 +70,7 @@ def stiffness_map(
     workers: int | None = None,
     scheduler: str | Client | Threads | None = None,
     progress: Callable[[Progress], None] | None = None,
+    reduce: Iterable[Reduction] = (),
 ) -> xarray.Dataset:
     """Stiffness of a robot at many poses, as arrays with named dimensions.
 
@@ -107,12 +110,16 @@ def stiffness_map(
         threads of this process to use, as many as processors when left out.
     progress : callable, optional
         Called with a `Progress` after each block.
+    reduce : iterable of Reduction, optional
+        ``Extremes``, ``Quantiles``, ``Histogram``, ``ShareAbove``: what becomes of the quantities,
+        which are not kept themselves. So much memory serves for any number of poses; with `store`,
+        a file such as ``map.json``, an interrupted map goes on.
 
     Returns
     -------
     xarray.Dataset
         Dimensions of `poses`, then those of the quantity. Floats hold NaN where there is no answer,
-        and ``status`` gives the reason.
+        and ``status`` gives the reason. Of reductions, what each of them has of each quantity.
 
     Raises
     ------
@@ -131,26 +138,40 @@ def stiffness_map(
     """
     with needs_extra("maps", "maps"):
         import xarray  # noqa: F401
-    room = check_memory if store is None else partial(check_room, Path(store).absolute())
+    reductions = [reduce] if isinstance(reduce, Reduction) else list(reduce)
+    path = None if store is None else Path(store).absolute()
+    room: Callable[[MapJob], None] = check_memory if path is None else partial(check_room, path)
+    if reductions:
+        room = _needs_no_room
     request = checked_request(robot, poses, quantities, wrench, length, where, method, room, near)
-    threads = _threads(workers, scheduler)
-    if store is None:
-        if resume:
-            raise InputError("store to resume", got="none", expected='such as store="map.zarr"')
-        if threads is None and scheduler is not None:
-            raise InputError("store of a map", got="none", expected="a path that all workers see")
-        if threads is not None:
-            arrays = MapArrays(request.job, request.attributes)
-            total = request.job.partition.poses
-            blocks = run_in_threads(arrays.compute, range(len(request.job.partition)), threads)
-            return arrays.dataset(followed(blocks, MapSummary(), total, progress))
-        with TemporaryDirectory(prefix="robostiff-map-") as folder:
-            path = Path(folder) / "map.zarr"
-            _fill(path, request, False, _workforce(threads, workers, scheduler), progress)
-            return open_map(path).load()
-    path = Path(store)
-    _fill(path, request, resume, _workforce(threads, workers, scheduler), progress)
-    return open_map(path)
+    threads, job = _threads(workers, scheduler), request.job
+    if path is None and resume:
+        raise InputError("store to resume", got="none", expected='such as store="map.zarr"')
+    workforce = _workforce(threads, workers, scheduler)
+    if reductions:
+        check_reductions(reductions, job)
+        with workforce as run:
+            made = ReducedMap.begun(request, tuple(reductions), path, resume)
+            blocks = made.gathered(run(made.work, made.todo))
+            followed(blocks, made.summary, job.partition.poses, progress)
+        return made.dataset()
+    if path is not None:
+        _fill(path, request, resume, workforce, progress)
+        return open_map(path)
+    if threads is not None:
+        arrays = MapArrays(job, request.attributes)
+        found = run_in_threads(arrays, range(len(job.partition)), threads)
+        return arrays.dataset(followed(found, MapSummary(), job.partition.poses, progress))
+    if scheduler is not None:
+        raise InputError("store of a map", got="none", expected="a path that all workers see")
+    with TemporaryDirectory(prefix="robostiff-map-") as folder:
+        path = Path(folder) / "map.zarr"
+        _fill(path, request, False, workforce, progress)
+        return open_map(path).load()
+
+
+def _needs_no_room(job: MapJob) -> None:
+    """Reductions take as much for any number of poses."""
 
 
 @contextmanager
@@ -159,10 +180,10 @@ def _workforce(
 ) -> Iterator[_Run]:
     """What computes blocks of a store: threads, processes or a cluster."""
     if threads is not None:
-        yield lambda store, todo: run_in_threads(store.compute, todo, threads)
+        yield lambda work, todo: run_in_threads(work, todo, threads)
     else:
         with dask_client(workers, scheduler) as client:
-            yield lambda store, todo: run_on_dask(client, store, todo)
+            yield lambda work, todo: run_on_dask(client, work, todo)
 
 
 def _fill(
@@ -176,7 +197,6 @@ def _fill(
     with needs_extra("maps", "maps"):
         import dask.array  # noqa: F401
         import zarr  # noqa: F401
-    path = path.absolute()
     identity = request.identity()
     with ExitStack() as during:
         if path.exists():

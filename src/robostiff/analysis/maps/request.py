@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.cable_tensions import cable_tensions
+from robostiff.analysis.identity import plain
 from robostiff.analysis.maps.dataset import coordinate_arrays, map_attributes
 from robostiff.analysis.maps.evaluator import Evaluator, MapEvaluator
-from robostiff.analysis.maps.identity import plain
 from robostiff.analysis.maps.job import MapJob, Selection
 from robostiff.analysis.maps.pose_columns import (
     Mapped,

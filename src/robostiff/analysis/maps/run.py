@@ -12,10 +12,9 @@ from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from robostiff.analysis.maps.job import MapSummary
-from robostiff.analysis.maps.store import MapStore
 from robostiff.errors import InputError, NoAnswerError, needs_extra
 
 if TYPE_CHECKING:
@@ -55,59 +54,67 @@ class Threads:
         return len(os.sched_getaffinity(0))
 
 
+Found = TypeVar("Found")
+
+
+class Work(Protocol[Found]):
+    """What computes blocks; picklable where processes share it."""
+
+    def compute(self, index: int) -> Found:
+        """What is found in a block."""
+        ...
+
+
 def run_in_threads(
-    work: Callable[[int], MapSummary], todo: Iterable[int], threads: Threads
-) -> Iterator[tuple[int, MapSummary]]:
-    """Do blocks, and yield each when it is done."""
+    work: Work[Found], todo: Iterable[int], threads: Threads
+) -> Iterator[tuple[int, Found]]:
+    """Do blocks, and yield what is found in each when it is done."""
     rest = iter(todo)
     if threads.number == 1:
         for index in rest:
-            yield index, work(index)
+            yield index, work.compute(index)
         return
     pool = ThreadPoolExecutor(threads.number, thread_name_prefix="robostiff-map")
-    running: dict[Future[MapSummary], int] = {}
+    running: dict[Future[Found], int] = {}
     try:
         for index in islice(rest, _AHEAD * threads.number):
-            running[pool.submit(work, index)] = index
+            running[pool.submit(work.compute, index)] = index
         while running:
             done, _ = wait(running, return_when=FIRST_COMPLETED)
             for future in done:
                 index = running.pop(future)
-                summary = future.result()
+                found = future.result()
                 for following in islice(rest, 1):
-                    running[pool.submit(work, following)] = following
-                yield index, summary
+                    running[pool.submit(work.compute, following)] = following
+                yield index, found
     finally:
         pool.shutdown(cancel_futures=True)
 
 
 def run_on_dask(
-    client: Client, store: MapStore, todo: Iterable[int]
-) -> Iterator[tuple[int, MapSummary]]:
-    """Let Dask workers compute blocks and write them, and yield each when it is done.
+    client: Client, work: Work[Found], todo: Iterable[int]
+) -> Iterator[tuple[int, Found]]:
+    """Let Dask workers compute blocks, and yield what is found in each when it is done.
 
-    Only summaries pass through the scheduler. The work of a worker that dies is given to another.
+    Only this passes through the scheduler. The work of a worker that dies is given to another.
     """
     from distributed import KilledWorker, as_completed
 
     run = uuid.uuid4().hex[:8]
     # A task like the others, which is done again where the worker that held it has died.
-    shared = client.submit(_received, store, key=f"robostiff-map-{run}", pure=False)
+    shared = client.submit(_received, work, key=f"robostiff-map-{run}", pure=False)
     rest = iter(todo)
 
     def submit(index: int) -> Any:
         key = f"robostiff-block-{run}-{index}"
-        return client.submit(_compute_and_write, shared, index, key=key, pure=False)
+        return client.submit(_computed, shared, index, key=key, pure=False)
 
     threads: Any = client.nthreads()
     ahead = _AHEAD * max(1, sum(threads.values()))
-    running = as_completed(
-        [submit(index) for index in islice(rest, ahead)],
-        loop=client.loop,
-    )
+    running = as_completed([submit(index) for index in islice(rest, ahead)], loop=client.loop)
     for future in running:
         try:
-            index, data = future.result()
+            index, found = future.result()
         except KilledWorker as error:
             raise NoAnswerError(
                 f"workers died again and again over one block ({error}); the blocks done so far "
@@ -115,7 +122,7 @@ def run_on_dask(
             ) from None
         for following in islice(rest, 1):
             running.add(submit(following))
-        yield index, MapSummary.from_data(data)
+        yield index, found
 
 
 @contextmanager
@@ -173,12 +180,12 @@ def _left_to_end_by_us() -> Any:
     return IgnoreInterrupts()
 
 
-def _received(store: MapStore) -> MapStore:
-    return store
+def _received(work: Work[Found]) -> Work[Found]:
+    return work
 
 
-def _compute_and_write(store: MapStore, index: int) -> tuple[int, dict[str, Any]]:
-    return index, store.compute(index).as_data()
+def _computed(work: Work[Found], index: int) -> tuple[int, Found]:
+    return index, work.compute(index)
 
 
 @dataclass(frozen=True)

@@ -20,14 +20,14 @@ from zlib import crc32
 
 import numpy as np
 
+from robostiff.analysis.identity import differences
 from robostiff.analysis.maps.dataset import (
     coordinate_arrays,
     map_dataset,
     range_attributes,
     summary_attributes,
 )
-from robostiff.analysis.maps.identity import differences
-from robostiff.analysis.maps.job import MapJob, MapSummary, PoseBlock
+from robostiff.analysis.maps.job import MapJob, MapSummary
 from robostiff.analysis.maps.stored import (
     IDENTITY,
     StoredMap,
@@ -141,7 +141,12 @@ def _fill_with_nothing(
 def check_identity(path: Path, identity: Mapping[str, Any]) -> StoredMap:
     """The store at a path; InputError unless it holds the very map that is asked for."""
     stored = read_store(path)
-    parts = stored.identity["parts"]
+    check_same_map(path, stored.identity["parts"], identity)
+    return stored
+
+
+def check_same_map(path: Path, parts: Mapping[str, Any], identity: Mapping[str, Any]) -> None:
+    """Raise where a map that was begun depends on other parts than the one that is asked for."""
     other = [part for part in identity if parts.get(part) != identity[part]]
     if other:
         changes = [own for p in other for own in differences(parts.get(p), identity[p], p)]
@@ -152,7 +157,6 @@ def check_identity(path: Path, identity: Mapping[str, Any]) -> StoredMap:
             f"{', '.join(changes[:_NAMED])}{more}",
             hint="use another path, or remove that map",
         )
-    return stored
 
 
 def already_there(path: Path) -> InputError:
@@ -202,27 +206,27 @@ class MapStore:
 
     def compute(self, index: int) -> MapSummary:
         """Compute a block, put it on disk, and sum it up."""
-        block = self.job.compute(index)
+        block, summary = self.job.compute(index)
         try:
-            self._write(index, block)
+            self._write(index, block, summary)
         except (FileNotFoundError, FileExistsError, IsADirectoryError, NotADirectoryError) as error:
             raise damaged(self.path, f"{error.filename!r}: {error.strerror}") from None
-        return block.summary
+        return summary
 
-    def _write(self, index: int, block: PoseBlock) -> None:
+    def _write(self, index: int, block: Mapping[str, np.ndarray], summary: MapSummary) -> None:
         """Put a block on disk, and only then mark it as done."""
         import xarray
 
         part, dims = self.job.partition.slices(index), self.job.source.dims
         shape = tuple(where.stop - where.start for where in part)
         arrays: dict[str, Any] = {
-            v.name: ((*dims, *v.dims), v.poses_first(block.arrays[v.name], shape))
+            v.name: ((*dims, *v.dims), v.poses_first(block[v.name], shape))
             for v in self.job.variables
         }
         # A chunk without an answer is written, too: a chunk that is not there is lost.
         region = dict(zip(dims, part, strict=True))
         xarray.Dataset(arrays).to_zarr(self.path, region=region, write_empty_chunks=True)
-        text = json.dumps(block.summary.as_data())
+        text = json.dumps(summary.as_data())
         mark = f"{text} {crc32(text.encode()):08x}"
         (self.path / _MARKS / str(index)).write_text(mark, encoding="utf-8")
 

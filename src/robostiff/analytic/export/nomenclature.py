@@ -159,6 +159,7 @@ _OF_SERIES = {
     "v_i": "axis of the joint between them",
     "b_i": "from the reference point to the end of leg i, in the platform's axes",
     "p_i": "reference point, by leg i",
+    "R_i": "rotation of the platform, by leg i",
 }
 _OF_TURNS = {
     ("alpha_i", "beta_i", "gamma_i"): "turns of the base of leg i about x, y and z",
@@ -168,21 +169,17 @@ _OF_TURNS = {
 }
 
 
-def meaning_of_result(formula: Formula) -> str:
-    """A sentence about the stiffness matrix: point, order and units."""
-    space = Space.of_size(formula.matrices[0].rows)
-    wrench, twist = ", ".join(space.wrench_order), ", ".join(space.twist_order)
-    return (
-        f"stiffness about the reference point: wrench ({wrench}) for twist ({twist}); "
-        "force before moment, translation before rotation, SI units"
-    )
-
-
 def nomenclature_of(
     formula: Formula, names: EntryNames, rows: Sequence[Meaning], first: Sequence[str] = ()
 ) -> Nomenclature:
     """K, further names, and what is given, the `first` of these before the others."""
-    result: Meaning = (Vector(names.result),), meaning_of_result(formula)
+    space = Space.of_size(formula.matrices[0].rows)
+    wrench, twist = ", ".join(space.wrench_order), ", ".join(space.twist_order)
+    result: Meaning = (
+        (Vector(names.result),),
+        f"stiffness about the reference point: wrench ({wrench}) for twist ({twist}); "
+        "force before moment, translation before rotation, SI units",
+    )
     given = dict.fromkeys((*(name for name in first if name in names.given), *names.given))
     return Nomenclature((result, *rows, *meanings_of_given(given, formula.meanings)))
 
@@ -277,14 +274,16 @@ def _meanings_of_springs(found: VectorForm, given: EntryNames) -> list[Meaning]:
         "t": "twist of the unit motion of a drive",
         "j": "twist of the unit motion of a passive joint",
     }
-    names = [e.name for e in (*found.pose, *found.leg)]
-    listed = {*names, *found.columns}
+    forms = (found, *found.others)
+    names = [*dict.fromkeys(e.name for form in forms for e in (*form.pose, *form.leg))]
+    columns = dict.fromkeys(name for form in forms for name in form.columns)
+    listed = {*names, *columns}
     rows: list[Meaning] = [
         ((Vector(f"C{index}"),), "compliance about the reference point, world axes")
     ]
     rows += [((Vector("p"),), "reference point")] if "p" in listed else []
     if index:
-        of_joints = [x for x in found.columns if x.startswith(("theta_i_", "s_i_"))]
+        of_joints = [x for x in columns if x.startswith(("theta_i_", "s_i_"))]
         rows += [((Vector(x),), words) for x, words in _OF_SERIES.items() if x in listed]
         for own, words in {**_OF_TURNS, tuple(of_joints): "joint coordinates of leg i"}.items():
             shown = tuple(x for x in own if x in listed)

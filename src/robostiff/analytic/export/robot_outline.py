@@ -58,6 +58,7 @@ from robostiff.analytic.vectors.vector_expressions import (
     Vector,
     with_formulas_changed,
 )
+from robostiff.spatial import Space
 
 _MOST_LINES = 15  # of entries of K and of names, beside which one leg and the table are enough
 
@@ -276,6 +277,8 @@ def _vector_level(
     if found.passive:
         words = f"{_SPRINGS_ADD} The first table has what differs between the legs."
     forms = (found, *found.others)
+    if found.space is Space.PLANAR:
+        words += " In the plane only F_x, F_y and M_z of them count."
     formulas: tuple[Any, ...] = ()
     if found.passive:
         p = "p_i" if any(e.name == "p_i" for e in found.leg) else "p"
@@ -288,19 +291,22 @@ def _vector_level(
         Title("One leg, and what differs between the legs"),
         Sentences(words, formulas),
     ]
-    parts = [result] if len(forms) == 1 else [f"K_{k + 1}" for k in range(len(forms))]
+    several = len(forms) > 1
+    parts = [f"K_{k + 1}" for k in range(len(forms))] if several else [result]
     written: set[Any] = set()
     for k, (form, part) in enumerate(zip(forms, parts, strict=True)):
         renamed, names = _in_known_names(form.names, known, taken)
-        if len(forms) > 1:
+        if several:
             of = "Leg" if len(form.legs) == 1 else "Legs"
             blocks.append(Title(f"{of}: {', '.join(form.legs)}", level=3))
         new = [d for d in names if d.symbol not in written]
         blocks += _kind_of_leg(form, part, renamed, new, () if k else form.pose, taken)
         written |= {d.symbol for d in names}
-    if len(forms) > 1:
-        total = Sum(tuple((1, Vector(part)) for part in parts))
-        blocks += [Title("All legs", level=3), equation(result, total)]
+    blocks += [Title("All legs", level=3)] * several
+    if found.passive:
+        blocks += _sum_of_legs(found, result, taken)
+    elif several:
+        blocks.append(equation(result, Sum(tuple((1, Vector(part)) for part in parts))))
     if found.average is not None:
         blocks += [
             Sentences(
@@ -335,10 +341,16 @@ def _kind_of_leg(
         equations(names),
         EquationRows(tuple(rest)),
     ]
-    if found.columns:
-        columns = [in_names(c) for c in found.columns.values()]
+    # Joint coordinates are the given ones, with the number of the leg in place of i.
+    shown = {
+        name: in_names(column)
+        for name, column in found.columns.items()
+        if not all(re.fullmatch(name.replace("_i_", r"_\d+_"), str(x)) for x in column)
+    }
+    if shown:
+        columns = shown.values()
         rows = [(leg, tuple(c[i] for c in columns)) for i, leg in enumerate(found.legs)]
-        pairs = zip(found.columns, columns, strict=True)
+        pairs = shown.items()
         head = (Vector(x) if isinstance(c[0], Coordinates) else x for x, c in pairs)
         blocks.append(FormulaTable(tuple(head), tuple(rows)))
     if found.turned:
@@ -346,26 +358,7 @@ def _kind_of_leg(
         blocks.append(Sentences(f"Legs that are turns of one another about z: {same}."))
     if found.passive:
         J: Any = Rows((tuple(map(Vector, found.passive)),))
-        held: Any = Outer(Vector("W_i"), Inverse(Inner(Vector("C_i"), Vector("W_i"))))
-        found_C, own = _by_springs(found, "_i", taken)
-        last = [Vector(e.name) for e in leg if e.name.startswith("R_i_")][-1:]
-        words = (
-            "The legs close where they hold the platform alike: {} and {} are those of all legs."
-        )
-        at_joints = any(e.name == "p_i" for e in leg)
-        closing = [Sentences(words, (Vector("p_i"), *last))] if at_joints else []
-        return [
-            *blocks,
-            *own,
-            EquationRows((*found_C, Equation("J_i", J), Equation("K_i", held))),
-            Sentences(
-                "The columns of {} are wrenches that do no work on the twists {} of the passive "
-                "joints, as many as there are.",
-                (Vector("W_i"), Vector("J_i")),
-            ),
-            equation(result, Total("i", Vector("K_i"))),
-            *closing,
-        ]
+        return [*blocks, *_tables_of_springs(found, taken), EquationRows((Equation("J_i", J),))]
     terms: list[Any] = [share(w, c) for w, c in found.wrenches]
     if found.rods:
         couple, compliance = in_names(found.of_rod)
@@ -394,6 +387,25 @@ def _kind_of_leg(
 _IN_SERIES = "Compliance: a sum over the springs"
 
 
+def _sum_of_legs(found: VectorForm, result: str, taken: set[str]) -> list[Block]:
+    """The stiffness of a leg by its springs and passive joints, and the sum over all legs."""
+    W, C, J, K = (Vector(f"{x}_i") for x in "WCJK")
+    held: Any = Outer(W, Inverse(Inner(C, W)))
+    words = (
+        "The columns of {} are wrenches that do no work on the twists {} of the passive joints, as "
+        "many as there are."
+    )
+    closing = " Legs close where they hold the platform alike: {} and {} are those of all legs."
+    at_joints = {"p_i", "R_i"} <= {e.name for e in found.leg}
+    names = (W, J, Vector("p_i"), Vector("R_i")) if at_joints else (W, J)
+    return [
+        *_compliance_of_springs(found, "C_i", taken),
+        equation("K_i", held),
+        Sentences(words + closing * (len(names) > 2), names),
+        equation(result, Total("i", K)),
+    ]
+
+
 def _series(found: Any, result: str, taken: set[str]) -> list[Block]:
     """The compliance of a serial arm, in vectors or by its entries, and its inverse."""
     C = Vector("C")
@@ -412,14 +424,13 @@ def _series(found: Any, result: str, taken: set[str]) -> list[Block]:
             equation("K_0", Inverse(C)),
             transport(result, "K_0"),
         ]
-    rows, tables = _by_springs(found, "", taken)
     return [
         Title(_IN_SERIES),
         Sentences(_SPRINGS_ADD, tuple(map(Vector, "tpmpQ"))),
         EquationRows(found.leg),
         equations(found.names),
-        *tables,
-        EquationRows(rows),
+        *_tables_of_springs(found, taken),
+        *_compliance_of_springs(found, "C", taken),
         equation(result, Inverse(C)),
     ]
 
@@ -431,32 +442,35 @@ _SPRINGS_ADD = (
 )
 
 
-def _by_springs(
-    found: VectorForm, index: str, taken: set[str]
-) -> tuple[tuple[Equation, ...], list[Block]]:
-    """The compliance as a sum over drives and beams, and tables of these.
-
-    `index`: of the leg, behind the name of its compliance.
-    """
+def _tables_of_springs(found: VectorForm, taken: set[str]) -> list[Block]:
+    """Drives and beams of an arm or of a generic leg."""
     drives = tuple((joint, (Vector(t), c)) for joint, t, c in found.drives)
     beams = tuple((beam, (Vector(Q), Vector(m), *own)) for beam, Q, m, own in found.beams)
-    letters = [x + "'" * (x in taken) for x in ("L", "EA", "EI_y", "EI_z", "GJ")]
+    head = (Vector("Q"), Vector("m"), *_letters_of_beam(taken))
+    blocks: list[Block] = [FormulaTable((Vector("t"), "c"), drives, "joint")] * bool(drives)
+    return [*blocks, *[FormulaTable(head, beams, "beam")] * bool(beams)]
+
+
+def _letters_of_beam(taken: set[str]) -> list[str]:
+    return [x + "'" * (x in taken) for x in ("L", "EA", "EI_y", "EI_z", "GJ")]
+
+
+def _compliance_of_springs(found: VectorForm, name: str, taken: set[str]) -> list[Block]:
+    """The compliance as a sum over drives and beams."""
     t, m, Q, T, D = map(Vector, "tmQTD")
     blocks: list[Block] = []
     terms: list[tuple[int, Any]] = []
     rows: list[Equation] = []
-    if drives:
+    if found.drives:
         twist: Any = Outer(t)
         terms.append((1, Total("", Times(sp.Symbol("c"), twist))))
-        blocks.append(FormulaTable((t, "c"), drives, "joint"))
-    if beams:
-        own = beam_compliances(*map(sp.Symbol, letters))
+    if found.beams:
+        own = beam_compliances(*map(sp.Symbol, _letters_of_beam(taken)))
         moved: Any = Rows(((Q, Lever(m, Q)), (None, Q)))
         terms.append((1, Total("", Outer(T, D))))
         rows.append(Equation("T", moved))
-        blocks.append(FormulaTable((Q, m, *letters), beams, "beam"))
         blocks.append(MatrixEquation("D", sp.ImmutableMatrix(sp.diag(*own))))
-    return (Equation(f"C{index}", Sum(tuple(terms))), *rows), blocks
+    return [*blocks, EquationRows((Equation(name, Sum(tuple(terms))), *rows))]
 
 
 def _in_known_names(

@@ -110,6 +110,7 @@ class LegGeometry:
             read.length(beam[0])  # named before anything is written with it
         C: list[list[Any]] = [[sp.Integer(0)] * n for _ in range(n)]
         operations: dict[Any, int] = {}
+        written: dict[Any, Any] = {}  # by what they are multiplied out, each up to its sign
         for i in range(n):
             for j in range(i, n):
                 found = [
@@ -126,7 +127,10 @@ class LegGeometry:
                     found.append(
                         reader.of_drive("drive", (twist[rows[i]], twist[rows[j]]), stiffness)
                     )
-                C[i][j] = C[j][i] = entry = summed([x for x in found if x.felt != 0])
+                entry = summed([x for x in found if x.felt != 0])
+                plain = sp.expand(entry)
+                entry = -written[-plain] if -plain in written else written.setdefault(plain, entry)
+                C[i][j] = C[j][i] = entry
                 operations[entry] = count_of(entry)
                 if most is not None and sum(operations.values()) > most:
                     raise FormulaTooLargeError.beyond(most)

@@ -7,15 +7,16 @@ exact ones: no formula is written, and a wrong derivation by elimination differs
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import combinations, pairwise
+from itertools import combinations, pairwise, product
 from typing import Any
 
 import flint
 import numpy as np
 import sympy as sp
+from scipy.spatial.transform import Rotation
 
 from robostiff.analytic.exact.exact_points import BITS, ExactPoints
 from robostiff.kinematics.closure import LegSolver, legs_alike
@@ -461,16 +462,29 @@ def averages(
 _TURNS = tuple(Fraction(k, n) for n in range(2, 7) for k in range(1, n) if math.gcd(k, n) == 1)
 
 
+def _turns_of_a_cube() -> Iterator[tuple[str, np.ndarray]]:
+    """Its turns in words and as matrices (3, 3), those about its diagonals first."""
+    axes = [x for x in product((1, 0, -1), repeat=3) if x > (0, 0, 0)]
+    for axis in sorted(axes, key=lambda x: (-abs(np.array(x)).sum(), -sum(x))):
+        size = sum(map(abs, axis))
+        about = str(axis) if size > 1 else "xyz"[axis.index(1)]
+        for degrees in {3: (120, 240), 2: (180,), 1: (90, 180, 270)}[size]:
+            turn = Rotation.from_rotvec(np.array(axis) * degrees / math.sqrt(size), degrees=True)
+            yield f"about {about} by {degrees} degrees", np.rint(turn.as_matrix()).astype(int)
+
+
 def turn_in_words(wrenches: Sequence[Any], others: Sequence[Any]) -> str | None:
     """The turn that makes wrenches of formulas from others, one by one, up to signs; None of none.
 
-    About z, or, where coordinates change places, about the diagonal of all axes.
+    About z, or, where coordinates change places or signs, one of those of a cube.
 
     Examples
     --------
     >>> a, b = sp.symbols("a b")
     >>> turn_in_words([(0, a, 0, 0, 0, b)], [(a, 0, 0, 0, b, 0)])
     'about (1, 1, 1) by 120 degrees'
+    >>> turn_in_words([(0, a, 0, b, 0, 0)], [(a, 0, 0, 0, b, 0)])
+    'about (1, 1, 0) by 180 degrees'
     """
     if len(wrenches) != len(others) or not wrenches:
         return None
@@ -488,7 +502,7 @@ def turn_in_words(wrenches: Sequence[Any], others: Sequence[Any]) -> str | None:
     for part in _TURNS:
         if is_made_by(Image(part).made_from):
             return f"about z by {360 * part} degrees"
-    for k in (1, 2) if len(rows) == 6 else ():
-        if is_made_by(lambda w, k=k: [w[i - i % 3 + (i - k) % 3] for i in range(6)]):
-            return f"about (1, 1, 1) by {120 * k} degrees"
+    for words, R in _turns_of_a_cube() if len(rows) == 6 else ():
+        if is_made_by(lambda w, R=R: [*(R @ np.array(w[:3])), *(R @ np.array(w[3:]))]):
+            return words
     return None

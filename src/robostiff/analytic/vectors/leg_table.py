@@ -11,7 +11,7 @@ import sympy as sp
 
 from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.vectors.vector_expressions import Coordinates
+from robostiff.analytic.vectors.vector_expressions import Coordinates, Equation, Turned
 from robostiff.errors import InputError
 
 _FULL_TURN = 1440  # quarters of a degree
@@ -31,6 +31,19 @@ class LegTable:
     nominal: dict[str, float]
     columns: dict[str, list[Any]] = field(default_factory=dict)  # by name
     angles: list[str] = field(default_factory=list)
+
+    def equations(
+        self, letter: str, angle: str, each: Sequence[Sequence[Any]], rotation: str | None = None
+    ) -> list[Equation]:
+        """The equation of a vector of all legs, turned where there is a rotation.
+
+        None where the vector itself is in the table.
+        """
+        found = self.vectors(letter, angle, each, as_whole=rotation is None)
+        if found is None:
+            return []
+        own = Coordinates(found)
+        return [Equation(f"{letter}_i", own if rotation is None else Turned(rotation, own))]
 
     def vectors(
         self, letter: str, angle: str, each: Sequence[Sequence[Any]], *, as_whole: bool = True

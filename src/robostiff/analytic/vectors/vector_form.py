@@ -44,10 +44,10 @@ from robostiff.analytic.vectors.vector_rods import (
     Carrier,
     closure_of,
     cluster_of,
-    equations_of_felt,
     felt_by_carrier,
     rod_of,
     rods_of,
+    scalars_of,
 )
 from robostiff.analytic.vectors.vector_wrenches import (
     KnownContributions,
@@ -247,10 +247,16 @@ class _Recognition:
         carrier, joint = rods[0].carrier, joint_of(rods[0], self.count)
         all_met = [c for leg in legs for c in leg.entries.values()]
         scalars = set().union(*(c.free_symbols for c in all_met))
-        e = partial(self._of_all, "e", "theta", [rod.axis for rod in rods])
-        b = partial(self._of_all, "b", "psi", [rod.tip for rod in rods])
+
+        def of_all(letter: str, angle: str, own: list[Any], rotation: Any = None) -> list[Equation]:
+            return self.table.equations(
+                letter, angle, [tuple(map(self.plain, v)) for v in own], rotation
+            )
+
+        e = partial(of_all, "e", "theta", [rod.axis for rod in rods])
         away = ((1, _P), (1, self.writer.turned(_B)), (-1, _A))
-        equations = [*self._of_all("a", "phi", [rod.base for rod in rods]), *b()]
+        equations = of_all("a", "phi", [rod.base for rod in rods])
+        equations += of_all("b", "psi", [rod.tip for rod in rods])
         is_rod = carrier is not Carrier.NOTHING
         if is_rod:
             equations += e()
@@ -258,10 +264,14 @@ class _Recognition:
         if not is_rod and used & {_E, _G, _N}:
             equations += e()
         if _J in used or (joint == _J and used & {_G, _N}):
-            axes = [rod.joint for rod in rods]
-            equations += self._of_all("j", "chi", axes, in_platform=not is_rod)
+            rotation = None if is_rod else self.writer.rotation
+            equations += of_all("j", "chi", [rod.joint for rod in rods], rotation)
         equations += self._across(used, joint, rods)
-        equations += equations_of_felt(carrier, scalars)
+        equations += [
+            Equation(name.name, written, is_vector=False)
+            for name, written, _ in scalars_of(rods[0])
+            if name in scalars
+        ]
         if _S in scalars:
             equations.append(Equation("s_i", Dot(self._other(used, joint), _U), is_vector=False))
         if _T in scalars:
@@ -269,18 +279,6 @@ class _Recognition:
             t = Dot(_E, _U) if _N in used and not is_rod else across
             equations.append(Equation("t_i", t, is_vector=False))
         return equations
-
-    def _of_all(
-        self, letter: str, angle: str, each: list[Any], *, in_platform: bool = False
-    ) -> list[Equation]:
-        """The equation of a vector of all legs; none where the vector itself is in the table."""
-        turns = in_platform and self.turns
-        read = [tuple(map(self.plain, v)) for v in each]
-        found = self.table.vectors(letter, angle, read, as_whole=not turns)
-        if found is None:
-            return []
-        own = Coordinates(found)
-        return [Equation(f"{letter}_i", self.writer.turned(own) if turns else own)]
 
     def _across(self, used: set[Vector], joint: Vector, rods: list[Bar]) -> list[Equation]:
         """The directions across the leg that are used."""

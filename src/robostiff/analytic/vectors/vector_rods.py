@@ -87,9 +87,7 @@ class Bar:
     def is_square(self) -> bool:
         """Whether it lies across its axis, or of a rod across the axis of its joint."""
         of = self.axis if self.carrier is Carrier.NOTHING or self.joint is None else self.joint
-        return bool(
-            np.max(np.abs(np.sum(sampled(of, len(self.start)) * self.unit, axis=1))) < _SAME
-        )
+        return _is_across(of, self.unit)
 
     @property
     def along(self) -> np.ndarray:
@@ -201,56 +199,67 @@ def closure_of(rods: list[Bar], table: LegTable, write: Callable[[Any], Any]) ->
         ]
     a = table.scalar("crank_i", [write(rod.crank) for rod in rods])
     sine: Any = sp.sqrt(1 - _ALONG**2)
-    sign = int(side) if side.is_Integer else 1
-    across = sign, Times(sine if side.is_Integer else side * sine, _M)
-    m = Equation("m_i", Over(Cross(_E, _D), _OFF))
-    if carrier is Carrier.DYAD:
-        cosine = (_OFF**2 + a**2 - length**2) / (2 * a * _OFF)
-        return [
-            y,
-            Equation("q_i", Dot(_E, _D), is_vector=False),
-            m,
-            Equation("n_i", Cross(_M, _E)),
-            Equation("x_i", cosine, is_vector=False),
-            Equation("v_i", Sum(((1, Times(_ALONG, _N)), across))),
-            Equation(
-                "u_i",
-                Over(Sum(((1, _D), (-1, Times(_SHIFT, _E)), (-1, Times(a, _V)))), length),
-            ),
-        ]
-    cosine = (_LENGTH**2 + a**2 - length**2) / (2 * a * _OFF)
+    across = int(side) if side.is_Integer else 1, sine if side.is_Integer else side * sine
+    far, off, before = _OFF, _OFF, [y]
+    left: list[tuple[int, Any]] = [(1, _D), (-1, Times(a, _V))]
+    if carrier is Carrier.CRANK:
+        far, before = _LENGTH, [Equation("L_i", Norm(_D), is_vector=False)]
+        in_plane = all(_is_across(rod.axis, rod.end - rod.start + rod.arm) for rod in rods)
+        off, before = (_LENGTH, before) if in_plane else (_OFF, [y, *before])
+    else:
+        before.append(Equation("q_i", Dot(_E, _D), is_vector=False))
+        left.insert(1, (-1, Times(_SHIFT, _E)))
+    n: Any = Cross(_M, _E) if carrier is Carrier.CRANK else _N
+    v = Sum(((1, Times(_ALONG, n)), (across[0], Times(across[1], _M))))
     return [
-        y,
-        Equation("L_i", Norm(_D), is_vector=False),
-        m,
-        Equation("x_i", cosine, is_vector=False),
-        Equation("v_i", Sum(((1, Times(_ALONG, Cross(_M, _E))), across))),
-        Equation("u_i", Over(Sum(((1, _D), (-1, Times(a, _V)))), length)),
+        *before,
+        Equation("m_i", Over(Cross(_E, _D), off)),
+        *([] if carrier is Carrier.CRANK else [Equation("n_i", Cross(_M, _E))]),
+        Equation("x_i", (far**2 + a**2 - length**2) / (2 * a * off), is_vector=False),
+        Equation("v_i", v),
+        Equation("u_i", Over(Sum(tuple(left)), length)),
     ]
 
 
-def felt_by_carrier(rod: Bar, crank: Any) -> list[tuple[np.ndarray, Any]]:
-    """What slides and cranks feel of a unit force along the rod: values at the samples, in names.
+def _is_across(axis: Any, along: np.ndarray) -> bool:
+    """Whether vectors at the samples (count, 3) are square to an axis."""
+    dots = np.sum(sampled(axis, len(along)) * along, axis=1)
+    return bool(np.max(np.abs(dots)) < _SAME * np.max(np.abs(along)))
+
+
+def scalars_of(rod: Bar) -> list[tuple[Any, Dot, np.ndarray]]:
+    """What slides and cranks feel of a unit force along the rod: name, equation, and samples.
 
     Along a slide f; along a crank f, across it h, and along its axis z. Of links on a slide the
     same of directions across the slide.
     """
-    if rod.carrier is Carrier.NOTHING:
-        return []
-    u, count = rod.unit, len(rod.start)
-    e = sampled(rod.axis, count)
-    if rod.carrier is Carrier.SLIDE:
-        f = np.einsum("ni,ni->n", e, u)
-        return [(f, _ALONG_CARRIER)] if varies(f) else []
-    a, v = np.linalg.norm(rod.arm, axis=1), rod.along
-    f, h, z = (np.einsum("ni,ni->n", x, u) for x in (v, np.cross(e, v), e))
-    found = [(f, _ALONG_CARRIER), (h, _ACROSS), (a * h, crank * _ACROSS), (z, _SIDEWAYS)]
-    rest = np.sqrt(np.maximum(1 - f**2, 0)), sp.sqrt(1 - _ALONG_CARRIER**2)
+    u, e = rod.unit, sampled(rod.axis, len(rod.start))
+    if rod.carrier in (Carrier.NOTHING, Carrier.SLIDE):
+        own: list[Any] = [(_ALONG_CARRIER, Dot(_E, _U), e)] * (rod.carrier is Carrier.SLIDE)
+    else:
+        v = rod.along
+        own = [
+            (_ALONG_CARRIER, Dot(_V, _U), v),
+            (_ACROSS, Dot(Cross(_E, _V), _U), np.cross(e, v)),
+            (_SIDEWAYS, Dot(_E, _U), e),
+        ]
+    return [(name, written, np.einsum("ni,ni->n", at, u)) for name, written, at in own]
+
+
+def felt_by_carrier(rod: Bar, crank: Any) -> list[tuple[np.ndarray, Any]]:
+    """Values at the samples of these scalars and of what follows from them, and their names."""
+    found = [(x, name) for name, _, x in scalars_of(rod)]
+    if rod.carrier in (Carrier.CRANK, Carrier.DYAD):
+        (f, _), (h, _), z = found
+        rest = np.sqrt(np.maximum(1 - f**2, 0)), sp.sqrt(1 - _ALONG_CARRIER**2)
+        lever = np.linalg.norm(rod.arm, axis=1) * h, crank * _ACROSS
+        found = [*found[:2], lever, z, rest]
     if rod.carrier is Carrier.DYAD:
-        x = np.einsum("ni,ni->n", v, np.cross(rod.across, e))
+        e = sampled(rod.axis, len(rod.start))
+        x = np.einsum("ni,ni->n", rod.along, np.cross(rod.across, e))
         across = np.sqrt(np.maximum(1 - x**2, 0)), sp.sqrt(1 - _ALONG**2)
         found = [(x, _ALONG), across, *found[:2]]
-    return [(x, name) for x, name in (*found, rest) if varies(x)]
+    return [(x, name) for x, name in found if varies(x)]
 
 
 def felt_across(
@@ -267,17 +276,6 @@ def felt_across(
         found.append((1 / (width * t), 1 / (name * _SINE)))
         found.append((np.full_like(t, 0.5), sp.Rational(1, 2)))  # of a force, each rod has half
     return found
-
-
-def equations_of_felt(carrier: Carrier, scalars: set[Any]) -> list[Equation]:
-    """Definitions of those of these names that are used."""
-    along = _E if carrier is Carrier.SLIDE else _V
-    written = (
-        (_ALONG_CARRIER, Dot(along, _U)),
-        (_ACROSS, Dot(Cross(_E, _V), _U)),
-        (_SIDEWAYS, Dot(_E, _U)),
-    )
-    return [Equation(s.name, x, is_vector=False) for s, x in written if s in scalars]
 
 
 def ends_of(leg: PlacedLeg) -> tuple[np.ndarray, np.ndarray] | None:

@@ -54,12 +54,13 @@ class Walk:
     def __init__(
         self,
         placed: PlacedRobot,
+        read: NamedReading,
         index: str = "",
         axes: Sequence[VectorExpression] = (),
         rotations: Mapping[int, Columns] | None = None,
     ) -> None:
         self.placed = placed
-        self.read = NamedReading(placed.record, placed.symbols, placed.springs)
+        self.read = read
         self.products = BeamProducts(self.read)
         self.equations: list[Equation] = []
         self.rotation: str | None = None

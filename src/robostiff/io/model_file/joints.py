@@ -127,9 +127,8 @@ class WrittenDrive(WrittenMapping):
             return Locked(stiffness)
         limits = None
         if self.limits is not None:
-            low, high = (place / "limits").vector(self.limits, dimensions[0])
-            # Limits stay numbers: among formulas they come from the robot of numbers.
-            limits = None if place.is_exact else (float(low), float(high))
+            low, high = (place / "limits").plain_vector(self.limits, dimensions[0])
+            limits = low, high
         inertia = place.number_at(self, "inertia", INERTIA_OF[dimensions[0]])
         with (place / "limits").complaints():
             role = Actuated(stiffness, limits)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
+from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
 import numpy as np
@@ -58,6 +59,7 @@ class Place(DocumentPlace):
     sections: Mapping[str, Any] = field(default_factory=dict)
     leg: str = ""  # the copy of a repeated leg that is being built
     mathematics: Mathematics = FLOATS  # of floats, or of exact formulas
+    nominal: Mapping[str, float] = field(default_factory=dict)  # of the symbols in formulas
 
     @property
     def is_exact(self) -> bool:
@@ -94,6 +96,13 @@ class Place(DocumentPlace):
             raise self.error(dimension.noun, got=got, expected=expected, hint=hint)
         question(number, dimension, self.document.location, self.path, has_unit=has_unit)
         return number
+
+    def plain_vector(self, written: list[Any], dimension: Dimension) -> list[float]:
+        """Numbers of one dimension; formulas at the nominal values of their symbols."""
+        formulas = self.vector(written, dimension)
+        if not self.is_exact:
+            return formulas.tolist()
+        return [float(x.subs({s: self.nominal[s.name] for s in x.free_symbols})) for x in formulas]
 
     def any_number(self, subject: str, value: object, dimension: Dimension) -> Any:
         """What is written here, which may be anything, in SI units."""
@@ -155,6 +164,7 @@ def top_place(
     parameters: Mapping[str, Any],
     overrides: Mapping[str, Any],
     mathematics: Mathematics = FLOATS,
+    nominal: Mapping[str, float] = MappingProxyType({}),
 ) -> Place:
     """The whole of a document, where its parameters have values, some of them `overrides`.
 
@@ -168,7 +178,7 @@ def top_place(
             raise  # the error is not in the file
         with (Place(document, names={}) / "parameters" / error.name).complaints():
             raise
-    return Place(document, names=names, mathematics=mathematics)
+    return Place(document, names=names, mathematics=mathematics, nominal=nominal)
 
 
 class WrittenMapping(BaseModel):
@@ -231,9 +241,6 @@ Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
 Vector = Annotated[list[Value], MinLen(3), MaxLen(3)]
 Pair = Annotated[list[Value], MinLen(2), MaxLen(2)]
 
-AxisWord = Literal["x", "y", "z", "-x", "-y", "-z"]
-
-
 Mapped = TypeVar("Mapped", bound=WrittenMapping)
 WordOr = Annotated[
     Annotated[Text, Tag("word")] | Annotated[Mapped, Tag("mapping")],
@@ -241,8 +248,9 @@ WordOr = Annotated[
 ]
 """A name, or what it would stand for."""
 
+_Axis = Literal["x", "y", "z", "-x", "-y", "-z"]
 Direction = Annotated[
-    Annotated[AxisWord, Tag("word")] | Annotated[Vector, Tag("vector")],
+    Annotated[_Axis, Tag("word")] | Annotated[Vector, Tag("vector")],
     either(str, "word", "vector"),
 ]
 """An axis of the present frame by name, or three numbers; its length does not matter."""
@@ -380,8 +388,7 @@ class WrittenRotation(WrittenMapping):
 
     def turned(self, place: Place) -> np.ndarray:
         """Columns (3, 3): the axes turned by the rotation, if one is written."""
-        turned = self.rotation(place)
-        return np.eye(3) if turned is None else turned
+        return np.eye(3) if (turned := self.rotation(place)) is None else turned
 
 
 class WrittenFrame(WrittenRotation):
@@ -467,8 +474,7 @@ class WrittenHead(WrittenMapping):
     parameters: dict[str, Value] = Field(default_factory=dict)
 
 
-VERSION = 1
-"""Of the file format."""
+VERSION = 1  # of the file format
 
 
 def check_version(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
@@ -235,8 +235,6 @@ class ModuleFiles:
 
     shipped: ShippedFile
     open: tuple[Path, ...] = ()  # files that are being read: none of them may be a module of itself
-    # values of the symbols, where there are any
-    nominal: Mapping[str, float] = field(default_factory=dict)
 
 
 class WrittenModule(WrittenCoupled):
@@ -284,7 +282,7 @@ class WrittenModule(WrittenCoupled):
                 self.name,
                 tuple(leg for _, leg in legs),
                 home=home,
-                nominal=files.nominal,
+                nominal=place.nominal,
                 platform_masses=masses,
             )
 
@@ -321,12 +319,13 @@ class WrittenModule(WrittenCoupled):
         inner = replace(files, open=(*files.open, path))
         try:
             written = written_model(document)
-            top = top_place(document, written.parameters, values, place.mathematics)
+            kind = place.mathematics, place.nominal
+            top = top_place(document, written.parameters, values, *kind)
             robot = _built(written, top, inner)
         except ParameterError as error:
             with (place / "parameters" / error.name).complaints():
                 raise
-        return replace(robot, nominal=files.nominal)
+        return replace(robot, nominal=place.nominal)
 
 
 class WrittenMachine(WrittenHead):
@@ -462,8 +461,8 @@ def model_from_document(
     quantities, nominal = symbolic_values(names, top.names)
     meanings = {symbol: meaning_of(top.names[name]) for name, symbol in names.items()}
     exact = exact_mathematics()
-    top = top_place(document, written.parameters, {**overrides, **quantities}, exact)
-    symbolic = _built(written, top, replace(files, nominal=nominal), robot.holds)
+    top = top_place(document, written.parameters, {**overrides, **quantities}, exact, nominal)
+    symbolic = _built(written, top, files, robot.holds)
     return completed(symbolic, robot, nominal, meanings)
 
 

@@ -102,9 +102,13 @@ def model_file_schema() -> dict[str, Any]:
     _, schema = models_json_schema(
         [(model, "validation") for model in written], schema_generator=WithoutTitles
     )
-    definitions = {
-        _part(name): _explained(_part(name), own) for name, own in schema["$defs"].items()
-    }
+    definitions = {}
+    for name, own in schema["$defs"].items():
+        part = definitions[_part(name)] = {**own, "title": _part(name)}
+        for key, value in own.get("properties", {}).items():
+            words = value.get("description") or _MEANINGS.get(f"{_part(name)}.{key}")
+            if words := words or _MEANINGS.get(key):
+                part["properties"] = {**part["properties"], key: {**value, "description": words}}
     robot, arm, cables, machine = (
         {"$ref": f"#/$defs/{_part(model.__name__)}"} for model in written
     )
@@ -126,12 +130,3 @@ def model_file_schema() -> dict[str, Any]:
 
 def _part(name: str) -> str:
     return name.removeprefix("Written")
-
-
-def _explained(part: str, schema: dict[str, Any]) -> dict[str, Any]:
-    """The schema of a part, with a description of every key that has a meaning."""
-    properties = {}
-    for key, own in schema.get("properties", {}).items():
-        words = own.get("description") or _MEANINGS.get(f"{part}.{key}") or _MEANINGS.get(key)
-        properties[key] = {**own, **({"description": words} if words else {})}
-    return {**schema, "title": part, **({"properties": properties} if properties else {})}

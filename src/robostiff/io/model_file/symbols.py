@@ -11,8 +11,7 @@ from robostiff.io.expression import parse
 from robostiff.io.suggest import did_you_mean, listing
 from robostiff.io.units import Dimension, SIQuantity, make_quantity
 from robostiff.markup import number
-from robostiff.model import Actuated, Chain, ParallelBlock, Robot, with_entries
-from robostiff.model.chain import Element
+from robostiff.model import Robot, with_entries
 from robostiff.model.entries import formulas
 from robostiff.spatial import exact_number
 
@@ -124,13 +123,8 @@ def completed(
     """The robot of formulas, all exact, with what was found out about the robot of numbers."""
     import sympy as sp
 
-    legs = tuple(
-        replace(leg, chain=_with_limits(leg.chain, known.chain))
-        for leg, known in zip(symbolic.legs, numeric.legs, strict=True)
-    )
     robot = replace(
         symbolic,
-        legs=legs,
         coordinates=numeric.coordinates,
         nominal=nominal,
         meanings=meanings,
@@ -140,26 +134,3 @@ def completed(
     # Without symbols, sines and sums of roots are longer than decimals.
     is_long = not nominal and any(x.has(sp.sin, sp.cos, sp.Add) for x in formulas(exact))
     return numeric if is_long else exact
-
-
-def _with_limits(chain: Chain, known: Chain) -> Chain:
-    couplings = (
-        replace(own, role=replace(other.role, stiffness=own.role.stiffness))
-        for own, other in zip(chain.couplings, known.couplings, strict=True)
-    )
-    elements = tuple(map(_limited, chain.elements, known.elements))
-    return replace(chain, elements=elements, couplings=tuple(couplings))
-
-
-def _limited(element: Element, known: Element) -> Element:
-    if isinstance(element, ParallelBlock) and isinstance(known, ParallelBlock):
-        branches = tuple(
-            replace(branch, chain=_with_limits(branch.chain, other.chain))
-            for branch, other in zip(element.branches, known.branches, strict=True)
-        )
-        return replace(element, branches=branches)
-    role = getattr(known, "role", None)
-    if not isinstance(role, Actuated):
-        return element
-    stiffness = element.role.stiffness  # pyright: ignore[reportAttributeAccessIssue]
-    return replace(element, role=replace(role, stiffness=stiffness))

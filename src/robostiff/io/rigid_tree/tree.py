@@ -237,18 +237,16 @@ def with_symbols(
 
     Raises InputError when a dimension depends on a symbol.
     """
+    refusal = InputError(
+        f"symbols of linkage {known.name!r}",
+        got=tuple(nominal),
+        expected="parameters of stiffnesses, elastic parts and masses alone",
+        hint="give values to parameters of dimensions: load_linkage(path, {NAME: ...})",
+    )
     try:
-        return _with_stiffnesses(known, build(), nominal)
+        symbolic = build()
     except (InputError, TypeError):  # a dimension that is computed with a symbol is no number
-        raise InputError(
-            f"symbols of linkage {known.name!r}",
-            got=tuple(nominal),
-            expected="parameters of stiffnesses, elastic parts and masses alone",
-            hint="give values to parameters of dimensions: load_linkage(path, {NAME: ...})",
-        ) from None
-
-
-def _with_stiffnesses(known: Linkage, symbolic: Linkage, nominal: Mapping[str, float]) -> Linkage:
+        raise refusal from None
     connections = []
     for own, other in zip(known.connections, symbolic.connections, strict=True):
         element, given = own.element, other.element
@@ -263,5 +261,5 @@ def _with_stiffnesses(known: Linkage, symbolic: Linkage, nominal: Mapping[str, f
     plain = [(c.before, c.after, getattr(c.element, "to", None)) for c in symbolic.connections]
     homes = [getattr(c.element, "home", None) for c in symbolic.connections]
     if free_symbols((tuple(plain), tuple(homes), symbolic.reference_point)):
-        raise InputError("dimensions", got="symbols", expected="numbers")
+        raise refusal
     return replace(known, connections=tuple(connections), nominal=nominal)

@@ -76,8 +76,12 @@ class XmlElement:
 
     def frame_at(self, tag: str, of: str) -> Frame:
         """Frame of a child with xyz and rpy: a place, and turns about fixed axes."""
-        at, turn = (self.numbers_at(tag, key, (0.0, 0.0, 0.0), of) for key in ("xyz", "rpy"))
-        return Frame(Rotation.from_euler("xyz", turn).as_matrix(), at)
+        return frame_of(*(self.numbers_at(tag, key, np.zeros(3), of) for key in ("xyz", "rpy")))
+
+
+def frame_of(at: np.ndarray, turn: np.ndarray) -> Frame:
+    """Frame from a place (3,) and from roll, pitch and yaw (3,) about fixed axes."""
+    return Frame(Rotation.from_euler("xyz", turn).as_matrix(), at + 0.0)
 
 
 _LIMITS = XmlLimits()

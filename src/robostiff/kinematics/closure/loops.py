@@ -256,6 +256,14 @@ def loops_of_legs(
     )
 
 
+def tree_of_leg(leg: Leg, R_base: np.ndarray) -> MotionTree:
+    """A leg that begins in axes (3, 3); its first end is at the platform, whose place is given."""
+    tree = MotionTree()
+    end, path = tree.along(leg.chain, AT_REST.to(R_base, np.zeros(3)))
+    tree.ends.insert(0, LoopEnd(end, AT_REST, path, ()))
+    return tree
+
+
 def gaps(
     leg: Leg, placed: PlacedChain, R_platform: np.ndarray, p_platform: np.ndarray
 ) -> list[Loop]:

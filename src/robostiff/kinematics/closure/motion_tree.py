@@ -6,12 +6,14 @@ frames at many hundred postures. The kinds of joints do not depend on the pose, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
+from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.turn import turn_about, turn_by_vector
 from robostiff.model import (
     Chain,
@@ -36,10 +38,13 @@ class Fixed:
     frame: int
     R: np.ndarray
     p: np.ndarray
+    # The end of a block on the way, and axes and origin in it: records share what leads there
+    via: tuple[Fixed, np.ndarray, np.ndarray] | None = None
 
     def to(self, R: np.ndarray, p: np.ndarray) -> Fixed:
         """The frame that it leads to by its own axes and origin."""
-        return Fixed(self.frame, self.R @ R, self.p + self.R @ p)
+        via = self.via and (self.via[0], self.via[1] @ R, self.via[2] + self.via[1] @ p)
+        return Fixed(self.frame, self.R @ R, self.p + self.R @ p, via)
 
 
 #: The frame of the world.
@@ -76,7 +81,15 @@ class PlacedTree:
     def at(self, fixed: Fixed) -> tuple[np.ndarray, np.ndarray]:
         """Axes (N, 3, 3) and origin (N, 3) of a frame at rest in one of the moving frames."""
         R, p = (own[..., self.number[fixed.frame], :, :] for own in self.frames)
-        return R @ fixed.R, p[..., 0] + R @ fixed.p
+        if R.dtype != object:
+            return R @ fixed.R, p[..., 0] + R @ fixed.p
+        if fixed.via is None:
+            start, R_own, p_own = p[:, 0], fixed.R, fixed.p
+        else:
+            end, R_own, p_own = fixed.via
+            R, start = self.at(end)
+        # Products with what is rounding would be recorded.
+        return R @ tidied(R_own), start + R @ tidied_point(p_own)
 
 
 @dataclass(frozen=True)
@@ -185,6 +198,7 @@ class MotionTree:
         (end, leading), *others = found
         back = block.branches[0].end.inverse
         end = end.to(back.R, back.p)
+        end = replace(end, via=(end, np.eye(3), np.zeros(3)))
         for branch, (own, moving) in zip(block.branches[1:], others, strict=True):
             wanted = end.to(branch.end.R, branch.end.p)
             self.ends.append(LoopEnd(own, wanted, moving, leading))
@@ -262,10 +276,13 @@ class MotionTree:
         ends, places, leads = np.array(found, dtype=int).reshape(-1, 3).T
         return ends, places, leads.astype(bool)
 
-    def placed(self, q: np.ndarray) -> PlacedTree:
-        """The tree at coordinates (N, size) [m, rad], or at entries (size,)."""
+    def placed(self, q: np.ndarray, turned: Mapping[int, np.ndarray] | None = None) -> PlacedTree:
+        """The tree at coordinates (N, size) [m, rad], or at entries (size,).
+
+        At entries axes (3, 3) behind ball joints may be known, by the first places of these.
+        """
         if q.dtype == object:
-            return self._on_entries(q)
+            return self._on_entries(q, turned or {})
         own = self._sorted
         q = q if self._transmission is None else q @ self._transmission.T
         frames, balls = own.frames, own.balls
@@ -291,25 +308,26 @@ class MotionTree:
         points = p[:, frames][..., 0]
         return PlacedTree((R, p), own.number, along, points, R_end, p_end, *wanted)
 
-    def _on_entries(self, q: np.ndarray) -> PlacedTree:
+    def _on_entries(self, q: np.ndarray, turned: Mapping[int, np.ndarray]) -> PlacedTree:
         q = q if self._transmission is None else self._transmission @ q
         count, balls = 1 + len(self._before), dict(self._balls)
         R, p = np.empty((count, 3, 3), dtype=object), np.empty((count, 3, 1), dtype=object)
         R[_WORLD], p[_WORLD] = np.eye(3, dtype=int), 0
-        none = np.zeros((0, 3, 3))
+        none, starts = np.zeros((0, 3, 3)), p.copy()
         placed = PlacedTree((R, p), np.arange(count), none, none, none, none, none, none)
         for k, (before, i) in enumerate(zip(self._before, self._coordinates, strict=True), start=1):
             R[k], p[k, :, 0] = placed.at(before)
+            starts[k] = p[k]
             if k in balls:
-                R[k] = R[k] @ turn_by_vector(q[i : i + 3])
+                R[k] = turned[i] if i in turned else R[k] @ turn_by_vector(q[i : i + 3])
             elif self.screws[i].turns:
                 R[k] = R[k] @ turn_about(self.screws[i].axis, q[i : i + 1].reshape(()))
-            p[k, :, 0] = p[k, :, 0] + (R[before.frame] @ self._slides[k - 1]) * q[i]
+            p[k, :, 0] = p[k, :, 0] + (R[before.frame] @ tidied_point(self._slides[k - 1])) * q[i]
         parents = [self._before[frame - 1].frame for frame in self._frames]
-        axes = [R[k] @ axis for k, axis in zip(parents, self._axes, strict=True)]
+        axes = [R[k] @ tidied(axis) for k, axis in zip(parents, self._axes, strict=True)]
         ends = [(*placed.at(one.own), *placed.at(one.wanted)) for one in self.ends]
         four = [np.array(x) for x in zip(*ends, strict=True)] or [none] * 4
-        return PlacedTree((R, p), placed.number, np.array(axes), p[self._frames, :, 0], *four)
+        return PlacedTree((R, p), placed.number, np.array(axes), starts[self._frames, :, 0], *four)
 
     def closing_twists(self, placed: PlacedTree) -> np.ndarray:
         """Twists (17) by which each coordinate closes each end (N, ends, 6, size)."""

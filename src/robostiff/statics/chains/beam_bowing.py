@@ -16,7 +16,7 @@ from robostiff.model import Passive, PlacedFreedom, PlacedSpring, StiffnessLaw
 from robostiff.model.snapshot import PlacedElement
 from robostiff.spatial import Space, compliance_modes
 from robostiff.statics.chains.bending import bending, bending_planes
-from robostiff.statics.chains.chain import Element, FiniteJoint, FiniteSpring
+from robostiff.statics.chains.elements import Element, FiniteJoint, FiniteSpring
 
 _ALIKE = 1e-9  # of an entry: what a beam's compliance may miss of the formula
 # Under these names an elasticity keeps the beam that it is, and what has been worked out of it.
@@ -171,29 +171,23 @@ class ElementsOfParts:
     known: dict[tuple[object, ...], FiniteSpring] = field(default_factory=dict)
     beams: dict[tuple[bytes, bytes], UniformBeam | None] = field(default_factory=dict)
 
-    side_by_side = True
+    def array(self, values: Any) -> np.ndarray:
+        """Values as an array of numbers."""
+        return np.array(values, dtype=float)
 
-    def row(self, values: Any) -> np.ndarray:
-        """Values as those of one leg (1, ...)."""
-        return np.array([values], dtype=float)
-
-    def joint(self, freedom: PlacedFreedom, leg: str) -> FiniteJoint:
+    def joint(self, freedom: PlacedFreedom) -> FiniteJoint:
         """A joint in finite motion."""
-        del leg
-        k = 0.0 if freedom.stiffness is None else float(freedom.stiffness)
         varying = None if isinstance(freedom.role, Passive) else freedom.role.stiffness
         law = varying.from_rest(freedom.coordinate) if isinstance(varying, StiffnessLaw) else None
-        inertia = getattr(freedom.role, "inertia", None)
         return FiniteJoint(
-            (freedom.name,),
-            self.row(freedom.point),
-            self.row(freedom.axis),
+            freedom.name,
+            np.asarray(freedom.point, dtype=float),
+            np.asarray(freedom.axis, dtype=float),
             freedom.turns,
-            np.array([freedom.advance(1.0)]),
-            np.array([k]),
-            np.zeros(1),
-            (law,),
-            np.array([0.0 if inertia is None else float(inertia)]),
+            float(freedom.advance(1.0)),
+            0.0 if freedom.stiffness is None else float(freedom.stiffness),
+            law=law,
+            inertia=float(getattr(freedom.role, "inertia", None) or 0.0),
         )
 
     def spring(self, spring: PlacedSpring, leg: str) -> list[Element]:
@@ -265,10 +259,9 @@ def elastic_element(
         C = part_of_beam(C, length, parts)
     own, C_own, free = among_motions(space, rotation, C, free)
     modes, k = modes_of(C_own, free)
-    V, nowhere = own @ modes, np.zeros((1, 3), dtype=int).astype(C.dtype)
+    V, nowhere = own @ modes, np.zeros(3, dtype=int).astype(C.dtype)
     bent = bending(V, C, part, planes, inner=inner)
-    k, stretched = k[None], np.array([axial], dtype=C.dtype)
-    return FiniteSpring((), nowhere, rotation[None], V[None], k, stretched, bent)
+    return FiniteSpring("", nowhere, rotation, V, k, axial, bent)
 
 
 def in_series(own: FiniteSpring, spring: PlacedSpring, length: Any, parts: int) -> list[Element]:
@@ -276,10 +269,11 @@ def in_series(own: FiniteSpring, spring: PlacedSpring, length: Any, parts: int) 
 
     Parts of a beam of some length [m], of numbers or of entries, end with the last at its point.
     """
-    point = np.array([spring.point], dtype=own.point.dtype)
-    rotation = np.array([spring.rotation], dtype=own.point.dtype)
-    own = replace(own, names=(spring.name,), point=point, rotation=rotation)
-    x = rotation[:, :, 0] * length
+    point, rotation = (
+        np.array(each, dtype=own.point.dtype) for each in (spring.point, spring.rotation)
+    )
+    own = replace(own, name=spring.name, point=point, rotation=rotation)
+    x = rotation[:, 0] * length
     nearer = [replace(own, point=point + x * ((i + 1) / parts - 1)) for i in range(parts - 1)]
     return [*nearer, own]
 

@@ -187,7 +187,7 @@ def bending(
     Returns
     -------
     Bending
-        Of one beam: arrays (1, ...).
+        Of one beam.
     """
     shape = [(V.shape[1],), (), (2,), (2,)]
     z, s, b, l = (np.zeros((6, *own), dtype=int).astype(V.dtype) for own in shape)
@@ -220,7 +220,7 @@ def bending(
         half = 0.5 * (1 / apart) * (soft * L * L)
         b[3 * i + 2] = [(whole * first - part) * half, (part - whole * last) * half]
         l[3 * i + 2] = [first * (soft * L), last * (soft * L)]
-    return Bending(z[None], s[None], b[None], l[None])
+    return Bending(z, s, b, l)
 
 
 def _determinant(A: np.ndarray, B: np.ndarray) -> Any:

@@ -18,10 +18,10 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.model import PlacedBodySpring
 from robostiff.record import reciprocal, square_root, usual_size
-from robostiff.statics.chains.chain import BodyLoad, LegState
+from robostiff.statics.chains.elements import Spot
 
 if TYPE_CHECKING:
-    from robostiff.statics.chains.legs import LegGroup
+    from robostiff.statics.chains.legs import Legs, LegState
     from robostiff.statics.equations.problem import EquilibriumProblem, State
 
 _IDENTITY = np.eye(3, dtype=int)
@@ -29,21 +29,10 @@ _IDENTITY = np.eye(3, dtype=int)
 _NONE = 1e-12
 
 
-#: Number of the chain that leads to the platform, before it has one.
-TO_PLATFORM = -1
-
-
-@dataclass(frozen=True)
-class Anchor:
-    """A point of a body that holds an end of a spring, at the unloaded posture [m].
-
-    It is one of the anchors of a chain; without a chain on the base. Chains without elements lead
-    to the platform where springs are held on it.
-    """
-
-    point: np.ndarray
-    chain: int | None = None
-    place: int = 0
+#: A place on the platform, before a chain without elements leads there.
+ON_PLATFORM = Spot(-1, 0)
+#: Bodies that hold the ends of a spring; None for the base.
+Spots = tuple[Spot | None, Spot | None]
 
 
 @dataclass(frozen=True)
@@ -55,14 +44,15 @@ class FiniteBodySpring:
     """
 
     name: str
-    ends: tuple[Anchor, Anchor]
+    points: np.ndarray  # (2, 3): of its ends, at the unloaded posture [m]
+    spots: Spots
     stiffness: float  # k [N/m]
     length: Any  # l_0, at the unloaded posture [m], a number or an entry
     constant: float  # c [N]
     is_cable: bool = False
 
     @staticmethod
-    def placed(own: PlacedBodySpring, ends: tuple[Anchor, Anchor]) -> FiniteBodySpring:
+    def placed(own: PlacedBodySpring, points: np.ndarray, spots: Spots) -> FiniteBodySpring:
         """A spring at one pose, of numbers or of entries.
 
         Raises
@@ -70,11 +60,11 @@ class FiniteBodySpring:
         InputError
             When its ends are in one point, and it pulls there: nowhere.
         """
-        d = ends[1].point - ends[0].point
+        d = points[1] - points[0]
         length, constant = square_root(d @ d), own.tension - own.stiffness * own.length
         if abs(constant) <= _NONE * max(abs(own.tension), own.stiffness * own.length):
             constant = 0.0
-        size = max(usual_size(x) for end in ends for x in end.point)
+        size = max(usual_size(x) for x in points.flat)
         rest = abs(constant) > _NONE * own.stiffness * size
         if usual_size(length) <= _NONE * size and rest:
             raise InputError(
@@ -83,15 +73,12 @@ class FiniteBodySpring:
                 expected="points apart: there the direction of its pull is not determined",
                 hint="a spring of free length 0 alone may have no length",
             )
-        return FiniteBodySpring(own.name, ends, own.stiffness, length, constant)
+        return FiniteBodySpring(own.name, points, spots, own.stiffness, length, constant)
 
     def renumbered(self, chains: Mapping[int, int]) -> FiniteBodySpring:
         """The same by other numbers of the chains."""
-        a, b = (
-            end if end.chain is None else replace(end, chain=chains.get(end.chain, end.chain))
-            for end in self.ends
-        )
-        return replace(self, ends=(a, b))
+        a, b = (own and own._replace(chain=chains.get(own.chain, own.chain)) for own in self.spots)
+        return replace(self, spots=(a, b))
 
     def energy(self, length: float, tension: float) -> float:
         """Stored from its free length; of a constant force, from the unloaded posture [J]."""
@@ -100,30 +87,15 @@ class FiniteBodySpring:
         return tension * (length - self.length)
 
 
-def held_on_platform(
-    springs: Sequence[FiniteBodySpring], chain: int
-) -> tuple[list[FiniteBodySpring], tuple[BodyLoad, ...]]:
-    """Springs with their ends on the platform held by a chain without elements; its anchors."""
-    found, anchors = [], []
-    for own in springs:
-        ends = []
-        for end in own.ends:
-            if end.chain == TO_PLATFORM:
-                ends.append(replace(end, chain=chain, place=len(anchors)))
-                anchors.append(BodyLoad(0, end.point[None], 0 * end.point[None]))
-            else:
-                ends.append(end)
-        found.append(replace(own, ends=(ends[0], ends[1])))
-    return found, tuple(anchors)
-
-
 @dataclass(frozen=True)
 class SpringArrays:
-    """The springs of a group side by side: S of them, with two ends each."""
+    """Springs side by side: S of them, with two ends each, A of which chains hold."""
 
     points: np.ndarray  # (2, S, 3): of their ends, at the unloaded posture [m]
     on_base: np.ndarray  # (2, S): which ends the base has
-    on_chains: tuple[tuple[int, int, int, int], ...]  # end, spring, chain, and place there
+    anchors: tuple[tuple[Spot, np.ndarray], ...]  # A of them: bodies, and points (3,) [m]
+    of_spring: np.ndarray  # (A,)
+    side: np.ndarray  # (A,): 0 and 1
     stiffness: np.ndarray  # (S,)
     length: np.ndarray
     constant: np.ndarray
@@ -132,31 +104,29 @@ class SpringArrays:
     @staticmethod
     def of(springs: Sequence[FiniteBodySpring]) -> SpringArrays:
         """Of some springs."""
-        ends = [[own.ends[side] for own in springs] for side in (0, 1)]
+        each = [(side, i, own.spots[side]) for side in (0, 1) for i, own in enumerate(springs)]
+        held = [(side, i, spot) for side, i, spot in each if spot is not None]
         return SpringArrays(
-            np.array([[end.point for end in own] for own in ends]),
-            np.array([[end.chain is None for end in own] for own in ends]),
-            tuple(
-                (side, i, end.chain, end.place)
-                for side, own in enumerate(ends)
-                for i, end in enumerate(own)
-                if end.chain is not None
-            ),
+            np.array([[own.points[side] for own in springs] for side in (0, 1)]),
+            np.array([[own.spots[side] is None for own in springs] for side in (0, 1)]),
+            tuple((spot, springs[i].points[side]) for side, i, spot in held),
+            np.array([i for _, i, _ in held], dtype=int),
+            np.array([side for side, *_ in held], dtype=int),
             np.array([own.stiffness for own in springs]),
             np.array([own.length for own in springs]),
             np.array([own.constant for own in springs]),
             np.array([own.is_cable for own in springs]),
         )
 
-    def at(self, group: LegGroup, state: LegState, share: float) -> Pulls:
+    def at(self, legs: Legs, state: LegState, share: float) -> Pulls:
         """Where they are, and what they do, at a state of legs under a share of loads."""
         points, kind = self.points.copy(), self.points.dtype
         of_entries = kind == np.dtype(object)
-        J = np.zeros((len(self.length), 3, group.free_size), dtype=int).astype(kind)
-        anchored = group.anchored(state)
-        for side, i, chain, place in self.on_chains:
-            points[side, i] = anchored[chain][0][place]
-            J[i] += anchored[chain][1][place] * (1 if side else -1)
+        J = np.zeros((len(self.length), 3, legs.numbers.total), dtype=int).astype(kind)
+        at, rates = legs.anchored(state)
+        points[self.side, self.of_spring] = at
+        for i, side, rate in zip(self.of_spring, self.side, rates, strict=True):
+            J[i] += rate * (2 * side - 1)
         d, k = points[1] - points[0], self.stiffness
         square = (d * d).sum(axis=-1)
         length = square_root(square) if of_entries else np.sqrt(square)
@@ -175,6 +145,10 @@ class SpringArrays:
         tension = k * length + constant
         return Pulls(points, J, stretched * d, rate[:, None] * u, D, length, tension)
 
+    def on_anchors(self, force: np.ndarray) -> np.ndarray:
+        """Forces (A, 3) on the anchors, from those of springs (S, 3) on their first ends [N]."""
+        return force[self.of_spring] * (1 - 2 * self.side)[:, None]
+
 
 @dataclass(frozen=True)
 class Pulls:
@@ -185,7 +159,7 @@ class Pulls:
     """
 
     points: np.ndarray  # (2, S, 3): of their ends [m]
-    J: np.ndarray  # (S, 3, m): by the free unknowns of legs
+    J: np.ndarray  # (S, 3, T): by the unknowns of legs
     force: np.ndarray
     rate: np.ndarray
     D: np.ndarray  # (S, 3, 3)
@@ -194,31 +168,22 @@ class Pulls:
 
     @property
     def stiffness(self) -> np.ndarray:
-        """``J^T D J`` (m, m)."""
+        """``J^T D J`` (T, T)."""
         m = self.J.shape[-1]
         return self.J.reshape(-1, m).T @ (self.D @ self.J).reshape(-1, m)
 
     @property
     def by_share(self) -> np.ndarray:
-        """Derivative of the gradient of the energy by the share of loads (m,)."""
+        """Derivative of the gradient of the energy by the share of loads (T,)."""
         return self.J.reshape(-1, self.J.shape[-1]).T @ self.rate.ravel()
 
 
-def on_anchors(group: LegGroup, force: np.ndarray) -> list[np.ndarray]:
-    """Forces (A, 3) on the anchors of each chain, from those of springs (S, 3) [N]."""
-    none = [np.zeros((len(own.anchors), 3), dtype=int) for own in group.chains]
-    found = [own.astype(force.dtype) for own in none]
-    for side, i, chain, place in group.spring_arrays.on_chains:
-        found[chain][place] += force[i] * (1 if side == 0 else -1)
-    return found
-
-
-def small_forces(group: LegGroup, step: np.ndarray) -> np.ndarray:
+def small_forces(legs: Legs, step: np.ndarray) -> np.ndarray:
     """Forces of springs (S, 3) on their first points under small loads, tension among them.
 
-    The coordinates and bodies of the legs move by a step (m,).
+    The unknowns of the legs move by a step (T,).
     """
-    own = group.spring_arrays.at(group, group.unloaded(), 0.0)
+    own = legs.spring_arrays.at(legs, legs.unloaded, 0.0)
     return (own.D @ (own.J @ step)[..., None])[..., 0] + own.rate
 
 
@@ -253,13 +218,11 @@ def loaded_springs(
     problem: EquilibriumProblem, state: State, share: float
 ) -> tuple[LoadedSpring, ...]:
     """Every spring between bodies at a state of a robot."""
-    found = []
-    for group, own in zip(problem.groups, state.legs, strict=True):
-        if not group.springs:
-            continue
-        now = group.spring_arrays.at(group, own, share)
-        for i, spring in enumerate(group.springs):
-            length, tension = float(now.length[i]), float(now.tension[i])
-            ends, energy = now.points[:, i], spring.energy(length, tension)
-            found.append(LoadedSpring(spring.name, ends, length, tension, energy, spring.is_cable))
+    if not problem.legs.springs:
+        return ()
+    now, found = problem.legs.spring_arrays.at(problem.legs, state.legs, share), []
+    for i, spring in enumerate(problem.legs.springs):
+        length, tension = float(now.length[i]), float(now.tension[i])
+        ends, energy = now.points[:, i], spring.energy(length, tension)
+        found.append(LoadedSpring(spring.name, ends, length, tension, energy, spring.is_cable))
     return tuple(found)

@@ -1,145 +1,164 @@
-"""Legs as chains between bodies: equilibrium and closure of a leg, and their tangent."""
+"""The legs of a robot as chains between bodies: their equilibrium and closure, and the tangent.
+
+Chains that meet in a body, and those whose joints are coupled or that hold springs between bodies,
+are one component: its unknowns do not follow from those of others while the platform is held.
+"""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from robostiff.spatial.rotation import matrix_of_rotation
-from robostiff.statics.chains.body_springs import FiniteBodySpring, SpringArrays
-from robostiff.statics.chains.chain import (
+from robostiff.kinematics.spanning_tree import connected_parts
+from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
+from robostiff.statics.chains.body_springs import FiniteBodySpring, Pulls, SpringArrays
+from robostiff.statics.chains.elements import (
     NOBODY,
     BodyPlace,
     FiniteChain,
     FiniteCoupling,
     FiniteSpring,
-    LegEquations,
-    LegState,
-    MovingBody,
     Owner,
     Share,
 )
-from robostiff.statics.chains.chain_family import ChainFamily, by_leg
+from robostiff.statics.chains.moving_chain import ChainTerms, MovingChains
+from robostiff.statics.chains.numbers import Block, Numbers
 
 
 @dataclass(frozen=True)
-class LegGroup:
-    """Legs that are built alike, computed together.
+class LegState:
+    """Where the legs of a robot are: U coordinates, C chains, bodies between them, and B beams."""
+
+    x: np.ndarray  # (U,): coordinates, chain by chain
+    # (C, r): what the body at the end of each chain exerts on it, about that body's point [N, N m]
+    W: np.ndarray
+    # (bodies, 3, 3) and (bodies, 3): between chains: their axes, and where their points are [m]
+    R: np.ndarray
+    p: np.ndarray
+    held: np.ndarray  # what rigid couplings push their sums with [N or N m]
+    axial: np.ndarray  # (B,): axial forces of beams with bowing [N]
+
+
+@dataclass(frozen=True)
+class LegEquations:
+    """Residual and tangent of all T unknowns of the legs, platform apart."""
+
+    A: tuple[np.ndarray, ...]  # (N, n, n), block by block
+    r: np.ndarray  # (T,): residual
+    A_t: np.ndarray  # (T, r): derivative by the twist of the platform
+    r_factor: np.ndarray  # (T,): derivative by the factor of the loads
+    state: LegState
+    # (B,), (B, 6) and (B, 6): what axial forces of beams lack, how they follow the coordinates of
+    # the beams, and places of these among the unknowns
+    missing: np.ndarray
+    rate: np.ndarray
+    beam_places: np.ndarray
+
+    def completed(self, found: np.ndarray) -> np.ndarray:
+        """Steps (T, k) of the unknowns, those of axial forces behind; the first are Newton's."""
+        axial = (self.rate[..., None] * found[self.beam_places]).sum(axis=1)
+        axial[:, 0] += self.missing
+        return np.concatenate([found, axial])
+
+
+@dataclass(frozen=True)
+class Legs:
+    """All legs of a robot.
 
     Attributes
     ----------
     chains : tuple of FiniteChain
-    points : tuple of (N, 3) arrays
-        Of the bodies between its chains, at the unloaded posture [m].
+    points : (bodies, 3) array
+        Of the bodies between chains, at the unloaded posture [m].
     platform_point : (3,) array
         Point of the platform about which wrenches are, at the unloaded posture [m].
     rows : tuple of int
         Coordinates in which it moves: six in space, three in the plane.
     springs : tuple of FiniteBodySpring
-        Between bodies; legs that have or share some are a group of their own, with N = 1.
+        Between bodies.
     couplings : tuple of FiniteCoupling
-        Of joints of a leg.
+        Of joints.
     """
 
     chains: tuple[FiniteChain, ...]
-    points: tuple[np.ndarray, ...]
+    points: np.ndarray
     platform_point: np.ndarray
     rows: tuple[int, ...]
     springs: tuple[FiniteBodySpring, ...] = ()
     couplings: tuple[FiniteCoupling, ...] = ()
 
-    @staticmethod
-    def stacked(legs: Sequence[LegGroup]) -> LegGroup:
-        """Legs of one signature as one group."""
-        first = legs[0]
-        if len(legs) == 1:
-            return first
-        return replace(
-            first,
-            chains=tuple(
-                FiniteChain.stacked([leg.chains[i] for leg in legs])
-                for i in range(len(first.chains))
-            ),
-            points=tuple(
-                np.concatenate([leg.points[b] for leg in legs]) for b in range(len(first.points))
-            ),
-            couplings=tuple(
-                FiniteCoupling.stacked([leg.couplings[i] for leg in legs])
-                for i in range(len(first.couplings))
-            ),
-        )
-
-    @property
-    def signature(self) -> tuple[object, ...]:
-        """What must be alike in legs that are computed together."""
-        coupled = tuple(own.signature for own in self.couplings)
-        return (len(self.points), coupled, *(chain.signature for chain in self.chains))
-
-    @property
-    def count(self) -> int:
-        """Number of legs N."""
-        return len(self.chains[0].owners)
+    @cached_property
+    def arrays(self) -> MovingChains:
+        """Their chains side by side."""
+        ends = np.array([self.end_point(c) for c in range(len(self.chains))])
+        ends = ends.reshape(-1, 3).astype(self.platform_point.dtype)
+        return MovingChains(self.chains, self.points, ends, self.rows, self.spring_arrays.anchors)
 
     @cached_property
-    def first(self) -> list[Owner]:
-        """The first leg of every row; `NOBODY` where springs hold the platform alone."""
-        rows = zip(*(chain.owners for chain in self.chains), strict=True)
-        return [min((own for own in row if own != NOBODY), default=NOBODY) for row in rows]
+    def spring_arrays(self) -> SpringArrays:
+        """Springs between bodies side by side."""
+        return SpringArrays.of(self.springs)
+
+    def end_point(self, c: int) -> np.ndarray:
+        """Point of the body at the end of a chain, at the unloaded posture (3,) [m]."""
+        end = self.chains[c].end
+        return self.platform_point if end is None else self.points[end]
 
     @cached_property
-    def coordinates(self) -> tuple[slice, ...]:
-        """Places of the coordinates of each chain among the unknowns."""
-        return _slices(0, [chain.size for chain in self.chains])
+    def first_x(self) -> list[int]:
+        """Where the coordinates of each chain begin among all."""
+        return [0, *itertools.accumulate(chain.size for chain in self.chains)]
 
     @cached_property
-    def body_places(self) -> tuple[slice, ...]:
-        """Places of the twists of its bodies."""
-        return _slices(
-            sum(chain.size for chain in self.chains), [len(self.rows)] * len(self.points)
-        )
+    def rigid(self) -> list[FiniteCoupling]:
+        """Couplings whose sums stay 0."""
+        return [own for own in self.couplings if own.is_rigid]
 
     @cached_property
-    def wrench_places(self) -> tuple[slice, ...]:
-        """Places of the wrenches of its chains."""
-        return _slices(self.free_size, [len(self.rows)] * len(self.chains))
-
-    @property
-    def free_size(self) -> int:
-        """Number of coordinates and of components of twists of bodies."""
-        return sum(chain.size for chain in self.chains) + len(self.rows) * len(self.points)
-
-    @property
-    def size(self) -> int:
-        """Number of unknowns: free ones, wrenches, and what rigid couplings push with."""
-        rigid = sum(own.is_rigid for own in self.couplings)
-        return self.free_size + len(self.rows) * len(self.chains) + rigid
+    def components(self) -> list[tuple[list[int], list[int], list[int]]]:
+        """Chains, bodies between them and rigid couplings of each component."""
+        meeting: list[list[Hashable]] = [
+            [c, *((b,) for b in (own.start, own.end) if b is not None)]
+            for c, own in enumerate(self.chains)
+        ]
+        for coupling in self.couplings:
+            meeting.append([c for c, _ in (coupling.place, *coupling.terms)])
+        for spring in self.springs:
+            meeting.append([own.chain for own in spring.spots if own is not None])
+        nodes = [*range(len(self.chains)), *((b,) for b in range(len(self.points)))]
+        first = connected_parts(nodes, [own for own in meeting if own])
+        found: dict[Hashable, tuple[list[int], list[int], list[int]]] = {}
+        for c in range(len(self.chains)):
+            found.setdefault(first[c], ([], [], []))[0].append(c)
+        for b in range(len(self.points)):
+            found[first[b,]][1].append(b)
+        for i, own in enumerate(self.rigid):
+            found[first[own.place[0]]][2].append(i)
+        return list(found.values())
 
     @cached_property
-    def on_platform(self) -> tuple[int, ...]:
+    def numbers(self) -> Numbers:
+        """Where all unknowns are."""
+        return Numbers.of(self)
+
+    @cached_property
+    def on_platform(self) -> np.ndarray:
         """Chains that end on the platform."""
-        return tuple(i for i, chain in enumerate(self.chains) if chain.end is None)
+        return np.flatnonzero(self.ends < 0)
 
-    def end_point(self, i: int) -> np.ndarray:
-        """Point of the body at the end of chain i, at the unloaded posture (N, 3) [m]."""
-        end = self.chains[i].end
-        own = self.platform_point if end is None else self.points[end]
-        return np.broadcast_to(own, (self.count, 3))
+    @cached_property
+    def ends(self) -> np.ndarray:
+        """Bodies at the ends of all chains (C,), -1 for the platform."""
+        return np.array([-1 if c.end is None else c.end for c in self.chains], dtype=int)
 
-    def unloaded(self) -> LegState:
-        """The posture from which it is loaded."""
-        N, r = self.count, len(self.rows)
-        R = np.broadcast_to(np.eye(3), (N, 3, 3))
-        return LegState(
-            tuple(np.zeros((N, chain.size)) for chain in self.chains),
-            tuple(np.zeros((N, r)) for _ in self.chains),
-            tuple(MovingBody(R, point) for point in self.points),
-            np.zeros((N, sum(own.is_rigid for own in self.couplings))),
-            np.zeros((N, len(self.beams))),
-        )
+    @cached_property
+    def inner(self) -> np.ndarray:
+        """Chains that end on bodies between chains."""
+        return np.flatnonzero(self.ends >= 0)
 
     @cached_property
     def beams(self) -> list[tuple[int, int, FiniteSpring]]:
@@ -148,229 +167,277 @@ class LegGroup:
             (c, k, e)
             for c, chain in enumerate(self.chains)
             for k, e in enumerate(chain.elements)
-            if isinstance(e, FiniteSpring) and np.any(e.axial)
+            if isinstance(e, FiniteSpring) and e.bows
         ]
 
     @cached_property
-    def family(self) -> ChainFamily:
-        """Its chains side by side."""
-        return ChainFamily.of((self,))
+    def inner_modes(self) -> np.ndarray:
+        """Which inner modes each beam has (B, 12)."""
+        return self.arrays.bending.b.reshape(-1, 12) != 0
+
+    @cached_property
+    def unloaded(self) -> LegState:
+        """The posture from which they are loaded."""
+        bodies = np.tile(np.eye(3), (len(self.points), 1, 1)), self.points
+        W = np.zeros((len(self.chains), len(self.rows)))
+        x, held, axial = map(np.zeros, (self.first_x[-1], len(self.rigid), len(self.beams)))
+        return LegState(x, W, *bodies, held, axial)
+
+    def owners(self, block: Block) -> list[Owner]:
+        """The first leg of every component; `NOBODY` where springs hold the platform alone."""
+        each = [[self.chains[c].owner for c in own] for own in block.chains]
+        return [min((o for o in own if o != NOBODY), default=NOBODY) for own in each]
 
     def moved(self, state: LegState) -> list[list[BodyPlace]]:
         """Of every chain, where the bodies at its start and behind every element are."""
-        family = self.family
-        R, t = family.arrays.moved(family.coordinates([state]), *family.starting([state]))
-        pairs = zip(family.rows, family.slots, strict=True)
-        return [[BodyPlace(R[rows, k], t[rows, k]) for k in (0, *(own + 1))] for rows, own in pairs]
+        R, t = self.arrays.moved(state.x, *self._starting(state))
+        return [[BodyPlace(R[i], t[i]) for i in own] for own in self.arrays.bodies]
 
     @cached_property
     def sum_rows(self) -> list[np.ndarray]:
-        """Of every coupling: the factors of its sum among the free unknowns (N, m)."""
+        """Of every coupling: the factors of its sum, by unknown (T,)."""
         found = []
         for own in self.couplings:
-            a = np.zeros((self.count, self.free_size))
-            for (c, k), factor in zip(own.terms, own.factors.T, strict=True):
-                a[:, self.coordinates[c].start + self.chains[c].places[k].start] = factor
+            a = np.zeros(self.numbers.total)
+            for (c, k), factor in zip(own.terms, own.factors, strict=True):
+                a[self.numbers.x[self.first_x[c] + self.chains[c].places[k].start]] = factor
             found.append(a)
         return found
 
-    def sums(self, state: LegState) -> list[np.ndarray]:
-        """Of every coupling: its sum (N,) [m or rad]."""
-        x = np.concatenate([np.zeros((self.count, 0)), *state.x], axis=1)
-        return [np.sum(a[:, : x.shape[1]] * x, axis=1) for a in self.sum_rows]
+    def sums(self, state: LegState) -> list[float]:
+        """Of every coupling: its sum [m or rad]."""
+        return [float(a[self.numbers.x] @ state.x) for a in self.sum_rows]
 
-    def add_couplings(
-        self,
-        state: LegState,
-        share: Share,
-        A: np.ndarray,
-        r: np.ndarray,
-        r_factor: np.ndarray,
-    ) -> None:
-        """Add its couplings to the equations: closures ``s = 0`` of rigid ones, else energy.
+    def equations(
+        self, state: LegState, R: np.ndarray, p: np.ndarray, share: Share
+    ) -> LegEquations:
+        """Equilibrium and closure of all legs; axes and point [m] of the platform are R, p."""
+        rows, at = list(self.rows), self.numbers
+        pulls = self.spring_arrays.at(self, state, share.value) if self.springs else None
+        terms = self.terms(state, pulls, share.value)
+        R_end, p_end = self._placed(self.ends, state, R, p)
+        turn = vector_of_rotation(terms.R @ np.swapaxes(R_end, -1, -2))
+        gap = np.concatenate([terms.P - p_end, turn], axis=-1)[:, rows]
+        J, (a, b) = terms.J[:, rows], self.arrays.pairs
+        A = at.summed(
+            at.entries,
+            terms.tangent + terms.bracket,
+            (terms.tangent - terms.bracket)[a != b],
+            J,
+            -J,
+            at.constants,
+        )
+        r, r_factor = np.zeros(at.total), np.zeros(at.total)
+        np.add.at(r, at.columns, terms.gradient)
+        r[at.W] += gap
+        np.add.at(r, at.bodies[self.ends[self.inner]], state.W[self.inner])
+        np.add.at(r_factor, at.columns, terms.by_share * share.rate)
+        blocks = at.as_blocks(A)
+        if self.couplings:
+            self._add_couplings(state, share, A, r, r_factor)
+        if pulls is not None:
+            K = pulls.stiffness
+            for block, own in zip(at.blocks, blocks, strict=True):
+                for each, u in zip(own, block.coordinates, strict=True):
+                    each[: block.free, : block.free] += K[np.ix_(u, u)]
+            r_factor += share.rate * pulls.by_share
+        missing, rate = terms.beams.missing, terms.beams.rate
+        return LegEquations(blocks, r, at.by_twist, r_factor, state, missing, rate, at.beams)
 
-        A, r and r_factor are those of `LegEquations`, changed in place.
-        """
-        m, at = self.free_size, self.size - state.held.shape[1]
-        for own, a, s in zip(self.couplings, self.sum_rows, self.sums(state), strict=True):
-            if own.is_rigid:
-                A[:, at, :m] += a
-                A[:, :m, at] -= a
-                r[:, at] += s
-                r[:, :m] -= a * state.held[:, [at - self.size]]
-                at += 1
-                continue
-            f, k = (
-                np.array([each(i, float(q)) for i, q in enumerate(s)])[:, None]
-                for each in (own.drive.force, own.drive.tangent)
-            )
-            push = own.drive.preload[:, None]
-            A[:, :m, :m] += (k * a)[:, :, None] * a[:, None]
-            r[:, :m] += (f - share.value * push) * a
-            r_factor[:, :m] -= share.rate * push * a
+    def terms(self, state: LegState, pulls: Pulls | None, share: float) -> ChainTerms:
+        """What the chains contribute, of numbers or of entries, with springs between bodies."""
+        W = np.zeros((len(self.chains), 6), dtype=int).astype(state.W.dtype)
+        W[:, list(self.rows)] = state.W
+        forces = None
+        if pulls is not None:
+            forces = 0 * self.arrays.load_force
+            forces[self.arrays.first_anchor :] = self.spring_arrays.on_anchors(pulls.force)
+        start = self._starting(state)
+        return self.arrays.terms(state.x, *start, W, state.axial, share, forces)
 
     @cached_property
-    def spring_arrays(self) -> SpringArrays:
-        """Its springs between bodies side by side."""
-        return SpringArrays.of(self.springs)
+    def starts(self) -> np.ndarray:
+        """Bodies at the starts of all chains (C,), -1 for the base."""
+        return np.array([-1 if c.start is None else c.start for c in self.chains], dtype=int)
 
-    def anchored(self, state: LegState) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Where springs are held on every chain (A, 3) [m], and their velocities (A, 3, m)."""
-        family, found = self.family, []
-        for own in self.chains:
-            points = np.zeros((len(own.anchors), 3), dtype=int).astype(family.arrays.kind)
-            found.append((points, np.tile(points[..., None], self.free_size)))
-        if not family.held:
-            return found
-        x = family.coordinates([state])
-        points, rates = family.arrays.loaded(x, *family.starting([state]))
-        for c, place, load in family.held:
-            found[c][0][place] = points[c, load]
-            to = self.moving_places(c)
-            found[c][1][place][:, to] = rates[c, load][:, family.columns[c]]
-        return found
+    def _starting(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
+        """Axes and points of the bodies at the starts of the chains [m]."""
+        base = np.eye(3, dtype=int), np.zeros(3, dtype=int)
+        return self._placed(self.starts, state, *base)
 
-    def energies(self, state: LegState) -> list[list[np.ndarray]]:
-        """Elastic energy of every element of every chain (N,) [J], preloads left out."""
-        x, axial = self.family.coordinates([state]), self.family.axial([state])
-        found = self.family.arrays.energies(x, axial)
-        pairs = zip(self.family.rows, self.family.slots, strict=True)
-        return [list(found[rows][:, own].T) for rows, own in pairs]
+    def _placed(
+        self, which: np.ndarray, state: LegState, R: np.ndarray, p: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Axes and points of some bodies [m]; those of body -1 are R and p."""
+        kind = self.arrays.kind
+        all_R = np.concatenate([state.R.reshape(-1, 3, 3), R[None]]).astype(kind)
+        return all_R[which], np.concatenate([state.p.reshape(-1, 3), p[None]]).astype(kind)[which]
 
-    def energies_of(self, mode: np.ndarray, i: int) -> list[tuple[str, str, float]]:
-        """Legs and parts of row i, and what they store in a motion of its coordinates [J].
+    def _add_couplings(
+        self, state: LegState, share: Share, A: np.ndarray, r: np.ndarray, r_factor: np.ndarray
+    ) -> None:
+        """Add couplings to the equations: closures ``s = 0`` of rigid ones, else energy.
 
-        Behind these, the motion may have amplitudes of inner modes, see `with_modes`.
+        A is flat, see `Numbers`; it, r and r_factor are changed in place.
         """
-        found = []
-        inside = np.zeros(12 * len(self.beams))
-        inside[self.family.places[0].modes[: len(mode) - self.free_size]] = mode[self.free_size :]
-        for (c, _, beam), own in zip(self.beams, inside.reshape(-1, 12), strict=True):
-            leg = self.chains[c].owners[i].name
-            found.append((leg, beam.names[i], 0.5 * float(own @ own)))
-        for chain, own in zip(self.chains, self.coordinates, strict=True):
-            leg = chain.owners[i].name
-            for element, place in zip(chain.elements, chain.places, strict=True):
-                x = mode[own.start + place.start : own.start + place.stop]
-                energy = 0.5 * float(np.sum(element.stiffness[i] * x * x))
-                found.append((leg, element.names[i], energy))
-        for own, a in zip(self.couplings, self.sum_rows, strict=True):
-            leg = self.chains[own.place[0]].owners[i].name
-            energy = 0.5 * float(own.drive.stiffness[i] * (a[i] @ mode[: self.free_size]) ** 2)
-            found.append((leg, own.drive.names[i], energy))
+        at, rigid = self.numbers, iter(range(len(self.rigid)))
+        for own, a, s in zip(self.couplings, self.sum_rows, self.sums(state), strict=True):
+            x = np.flatnonzero(a)
+            factors, push = a[x], float(own.drive.preload)
+            if own.is_rigid:
+                i = next(rigid)
+                row = at.held[i]
+                A[at.place(row, x)] += factors
+                A[at.place(x, row)] -= factors
+                r[row] += s
+                r[x] -= factors * state.held[i]
+                continue
+            A[at.place(x[:, None], x)] += own.drive.tangent(s) * np.outer(factors, factors)
+            r[x] += (own.drive.force(s) - share.value * push) * factors
+            r_factor[x] -= share.rate * push * factors
+
+    def stepped(self, state: LegState, step: np.ndarray) -> LegState:
+        """The state after a step (T + B,) of its unknowns, and of axial forces of its beams."""
+        at, twists = self.numbers, np.zeros((len(self.points), 6))
+        twists[:, list(self.rows)] = step[at.bodies]
+        return LegState(
+            state.x + step[at.x],
+            state.W + step[at.W],
+            matrix_of_rotation(twists[:, 3:]) @ state.R,
+            state.p + twists[:, :3],
+            state.held + step[at.held],
+            state.axial + step[at.total :],
+        )
+
+    def anchored(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
+        """Where anchors of springs are (A, 3) [m], and their velocities by unknown (A, 3, T)."""
+        points, rates = self.arrays.anchored(state.x, *self._starting(state))
+        found = np.zeros((*rates.shape[:2], self.numbers.total), dtype=int).astype(rates.dtype)
+        for i, column in enumerate(self.numbers.columns):
+            found[:, :, column] = found[:, :, column] + rates[:, :, i]
+        return points, found
+
+    def energies(self, state: LegState) -> list[list[float]]:
+        """Elastic energy of every element of every chain [J], preloads left out."""
+        found = self.arrays.energies(state.x, state.axial)
+        return [found[own[1:]].tolist() for own in self.arrays.bodies]
+
+    def energies_of(self, motion: np.ndarray, inner: np.ndarray) -> list[tuple[str, str, float]]:
+        """Legs and parts, and what they store in a motion of all unknowns (T,) [J].
+
+        `inner` (B, 12) are amplitudes of inner modes of beams, see `with_modes`.
+        """
+        x = motion[self.numbers.x]
+        found = [
+            (self.chains[c].owner.name, beam.name, 0.5 * float(own @ own))
+            for (c, _, beam), own in zip(self.beams, inner, strict=True)
+        ]
+        for chain, first in zip(self.chains, self.first_x, strict=False):
+            for e, place in zip(chain.elements, chain.places, strict=True):
+                own = x[first + place.start : first + place.stop]
+                energy = 0.5 * float(np.sum(e.stiffness * own * own))
+                found.append((chain.owner.name, e.name, energy))
+        for coupling, a in zip(self.couplings, self.sum_rows, strict=True):
+            leg, drive = self.chains[coupling.place[0]].owner.name, coupling.drive
+            found.append((leg, drive.name, 0.5 * float(drive.stiffness * (a @ motion) ** 2)))
         return found
 
-    def with_modes(self, eq: LegEquations) -> np.ndarray:
+    def with_modes(self, block: Block, A: np.ndarray, state: LegState) -> np.ndarray:
         """Curvature by the m free unknowns, and by amplitudes of inner modes of beams behind."""
-        m = self.free_size
-        if not self.beams:
-            return eq.A[:, :m, :m]
-        family, known = self.family, self.family.places[0]
-        found = np.zeros((self.count, *[m + 12 * len(self.beams)] * 2))
-        found[:, :m, :m] = eq.A[:, :m, :m]
-        arrays, x = family.arrays, family.coordinates([eq.state])
-        own = arrays.spring_coordinates(x), family.axial([eq.state]), arrays.along, arrays.axial
-        parts = arrays.bending.with_modes(*own)
-        less, mixed, inside = (by_leg(own, self.count)[:, known.beams] for own in parts)
-        for i, (_, _, beam) in enumerate(self.beams):
-            size, first = beam.size, known.beam_columns[i, 0]
-            at, modes = slice(first, first + size), slice(m + 12 * i, m + 12 * i + 12)
-            found[:, at, at] += less[:, i, :size, :size]
-            found[:, modes, at] = mixed[:, i, :, :size]
-            found[:, at, modes] = np.swapaxes(mixed[:, i, :, :size], -1, -2)
-            found[:, modes, modes] = inside[:, i]
-        kept = np.concatenate([np.arange(m), m + known.modes])
+        m, count = block.free, block.beams.shape[1]
+        if not count:
+            return A[:, :m, :m]
+        found = np.zeros((len(A), *[m + 12 * count] * 2))
+        found[:, :m, :m] = A[:, :m, :m]
+        arrays = self.arrays
+        y = arrays.spring_coordinates(state.x)[arrays.beams]
+        parts = arrays.bending.with_modes(y, state.axial, arrays.along, arrays.axial)
+        for i, first in enumerate(block.beams[0]):
+            less, mixed, inside = (own[block.beams[:, i]] for own in parts)
+            beam, modes = self.beams[first][2], slice(m + 12 * i, m + 12 * i + 12)
+            at = self.numbers.beams[first, : beam.size] - block.at[0, 0]
+            found[:, at[:, None], at] += less[:, : beam.size, : beam.size]
+            found[:, modes, at] = mixed[:, :, : beam.size]
+            found[:, at, modes] = np.swapaxes(mixed[:, :, : beam.size], -1, -2)
+            found[:, modes, modes] = inside
+        kept = m + np.flatnonzero(self.inner_modes[block.beams[0]])
+        kept = np.concatenate([np.arange(m), kept])
         return found[:, kept[:, None], kept]
+
+    def whole_motion(self, block: Block, i: int, mode: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """A motion of component i of a block, as in `with_modes`, as `energies_of` takes them."""
+        motion, inner = np.zeros(self.numbers.total), np.zeros(self.inner_modes.shape)
+        motion[block.coordinates[i]] = mode[: block.free]
+        own = np.zeros((block.beams.shape[1], 12))
+        own[self.inner_modes[block.beams[i]]] = mode[block.free :]
+        inner[block.beams[i]] = own
+        return motion, inner
 
     def load_potential(self, state: LegState, share: float) -> float:
         """Potential of loads on its bodies and of preloads, 0 at the unloaded posture [J]."""
-        total = -sum(
-            float(np.sum(own.drive.preload * s))
-            for own, s in zip(self.couplings, self.sums(state), strict=True)
-        )
-        x, start = self.family.coordinates([state]), self.family.starting([state])
-        return share * (total + float(np.sum(self.family.arrays.load_potential(x, *start))))
+        pushed = zip(self.couplings, self.sums(state), strict=True)
+        total = -sum(float(own.drive.preload) * s for own, s in pushed)
+        return share * (total + self.arrays.load_potential(state.x, *self._starting(state)))
 
-    def twists(self, state: LegState, about: np.ndarray) -> list[np.ndarray]:
-        """Of the body at the start of every chain, and of that behind each of its elements.
+    def twists(self, state: LegState, about: np.ndarray, c: int) -> np.ndarray:
+        """Of the body at the start of a chain, and of that behind each of its elements.
 
-        Arrays (N, K + 1, 6, m) about a point (3,), by coordinates and bodies.
+        (K + 1, 6, T) about a point (3,), by all unknowns.
         """
-        if not self.chains:
-            return []
-        family, found = self.family, []
-        x = family.coordinates([state])
-        by_all = family.arrays.twists(x, *family.starting([state]), about)
-        parts = zip(family.rows, family.slots, family.columns, strict=True)
-        for i, (own, slots, columns) in enumerate(parts):
-            behind = np.append(0, slots + 1)
-            moving = by_all[own][:, None] * family.arrays.moving(behind)[..., None]
-            wide = np.zeros((self.count, len(behind), 6, self.free_size))
-            wide[..., self.moving_places(i)] = np.swapaxes(moving[:, :, columns], -1, -2)
-            found.append(wide)
+        arrays = self.arrays
+        own, bodies = arrays.columns[c], arrays.bodies[c]
+        by_columns = arrays.twists(state.x, *self._starting(state), about)[own]
+        found = np.zeros((len(bodies), 6, self.numbers.total))
+        moving = arrays.moves[own] <= bodies[:, None]
+        found[:, :, self.numbers.columns[own]] = np.swapaxes(by_columns * moving[..., None], 1, 2)
         return found
 
     @cached_property
-    def own_curvature(self) -> np.ndarray:
-        """Curvature of the elastic energy of its parts, unloaded (N, m, m)."""
-        h = np.zeros((self.count, self.free_size, self.free_size))
-        for chain, own in zip(self.chains, self.coordinates, strict=True):
-            for element, place in zip(chain.elements, chain.places, strict=True):
-                here = np.arange(own.start + place.start, own.start + place.stop)
-                h[:, here, here] = element.stiffness.reshape(self.count, -1)
+    def stiffness(self) -> np.ndarray:
+        """Of elastic parts and of drives, by unknown (T,), couplings left out."""
+        found, stiff = np.zeros(self.numbers.total), np.zeros(self.first_x[-1])
+        arrays = self.arrays
+        stiff[arrays.joint_x] = arrays.stiffness
+        stiff[arrays.spring_x] = arrays.mode_stiffness.ravel()[arrays.full]
+        found[self.numbers.x] = stiff
+        return found
+
+    def own_curvature(self, block: Block) -> np.ndarray:
+        """Curvature of the elastic energy of parts and couplings, unloaded (N, m, m)."""
+        u = block.coordinates
+        h = self.stiffness[u][..., None] * np.eye(block.free)
         for own, a in zip(self.couplings, self.sum_rows, strict=True):
-            h += (own.drive.stiffness[:, None] * a)[:, :, None] * a[:, None]
+            h += float(own.drive.stiffness) * a[u][:, :, None] * a[u][:, None]
         return h
 
-    @cached_property
-    def unloaded_curvature(self) -> np.ndarray:
-        """The same by coordinates and bodies, with that of springs between bodies (N, m, m)."""
+    def unloaded_curvature(self, block: Block) -> np.ndarray:
+        """The same with that of springs between bodies (N, m, m)."""
         if not self.springs:
-            return self.own_curvature
-        return self.own_curvature + self.spring_arrays.at(self, self.unloaded(), 0.0).stiffness
+            return self.own_curvature(block)
+        K = self.spring_arrays.at(self, self.unloaded, 0.0).stiffness
+        return self.own_curvature(block) + np.array([K[np.ix_(u, u)] for u in block.coordinates])
 
-    def sizes(self, length: float) -> np.ndarray:
-        """What a unit of each coordinate turns or shifts (N, m), shifts by the robot's length."""
-        of_chains = [e.sizes(length) for chain in self.chains for e in chain.elements]
-        body = np.array([1.0 / length if row < 3 else 1.0 for row in self.rows])
-        of_bodies = [np.broadcast_to(body, (self.count, len(body)))] * len(self.points)
-        return np.concatenate([np.zeros((self.count, 0)), *of_chains, *of_bodies], axis=-1)
+    def units(self, length: float) -> np.ndarray:
+        """What makes unknowns numbers (T,), in robot lengths and radians.
 
-    def closure_sizes(self, length: float) -> np.ndarray:
-        """What makes numbers of the gaps of its closures (c,), in robot lengths and radians."""
-        of_chain = [1.0 / length if row < 3 else 1.0 for row in self.rows]
-        rigid = [own.drive.turns for own in self.couplings if own.is_rigid]
-        of_couplings = [1.0 if turns else 1.0 / length for turns in rigid]
-        return np.array(of_chain * len(self.chains) + of_couplings)
+        Of coordinates and bodies, what a unit turns or shifts; of wrenches, one over the unit of
+        the gap that they close.
+        """
+        at, found = self.numbers, np.ones(self.numbers.total)
+        sizes = [s for chain in self.chains for e in chain.elements for s in e.sizes(length)]
+        found[at.x] = sizes
+        body = [1.0 / length if row < 3 else 1.0 for row in self.rows]
+        found[at.bodies], found[at.W] = body, body
+        found[at.held] = [1.0 if own.drive.turns else 1.0 / length for own in self.rigid]
+        return found
 
-    def stepped(self, state: LegState, step: np.ndarray) -> LegState:
-        """The state after a step (N, n + b) of its unknowns, and of axial forces of its beams."""
-        twists = np.zeros((len(self.points), self.count, 6))
-        for twist, place in zip(twists, self.body_places, strict=True):
-            twist[:, list(self.rows)] = step[:, place]
-        turns = matrix_of_rotation(twists[..., 3:]) if self.points else ()
-        bodies = [
-            MovingBody(R @ body.R, body.p + twist[:, :3])
-            for R, twist, body in zip(turns, twists, state.bodies, strict=True)
-        ]
-        return LegState(
-            tuple(x + step[:, s] for x, s in zip(state.x, self.coordinates, strict=True)),
-            tuple(W + step[:, s] for W, s in zip(state.W, self.wrench_places, strict=True)),
-            tuple(bodies),
-            state.held + step[:, self.size - state.held.shape[1] : self.size],
-            state.axial + step[:, self.size :],
+    def without(self, gone: Sequence[int]) -> Legs:
+        """The legs but for some chains that are a component each, alone."""
+        left = [c for c in range(len(self.chains)) if c not in set(gone)]
+        number = {c: i for i, c in enumerate(left)}
+        return replace(
+            self,
+            chains=tuple(self.chains[c] for c in left),
+            springs=tuple(own.renumbered(number) for own in self.springs),
+            couplings=tuple(own.renumbered(number) for own in self.couplings),
         )
-
-    def moving_places(self, i: int) -> np.ndarray:
-        """Places of the unknowns that move chain i: of the body at its start, then its own."""
-        start, own = self.chains[i].start, self.coordinates[i]
-        return _places(own) if start is None else _places(self.body_places[start], own)
-
-
-def _places(*parts: slice) -> np.ndarray:
-    return np.concatenate([np.arange(own.start, own.stop) for own in parts])
-
-
-def _slices(start: int, sizes: Sequence[int]) -> tuple[slice, ...]:
-    ends = np.cumsum([start, *sizes])
-    return tuple(slice(int(a), int(b)) for a, b in itertools.pairwise(ends))

@@ -1,279 +1,308 @@
 """Chains in finite motion: where their bodies are, velocities, energy, and second derivatives.
 
-All elements of all chains alike are computed at once: a leading axis N counts the chains, K the
-elements. Arrays hold floats, or entries of a record: what is zero there leaves no operation. All
-elastic parts have the same number c of coordinates here, those that they lack being empty columns.
+All elements of all chains of a robot are computed at once. Arrays hold floats, or entries of a
+record: what is zero there leaves no operation.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
-from functools import cached_property
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from robostiff.record import cosine, sine
-from robostiff.statics.chains.bending import Bending
-from robostiff.statics.chains.chain import (
+from robostiff.statics.chains.bending import Bending, BowingTerms
+from robostiff.statics.chains.elements import (
     BodyLoad,
-    ChainTerms,
-    Element,
     FiniteChain,
     FiniteJoint,
-    Law,
+    FiniteSpring,
+    Spot,
 )
 from robostiff.statics.chains.finite_turn import LAST, NEXT, FiniteTurn, crossed, skews
 
+# Columns of the modes of every elastic part; those that it lacks are empty.
+_WIDE = 6
+
+
+@dataclass(frozen=True)
+class ChainTerms:
+    """What C chains contribute to the equations of their legs, by Q columns and P pairs of them.
+
+    Columns are the unknowns that move a chain, chain by chain: the twist of the body at its start,
+    where that moves, then its own coordinates. Pairs are those of columns of one chain, the first
+    not after the second.
+    """
+
+    # (C, 3, 3) and (C, 3): where the body at the end is, as the chain has it, and its point [m]
+    R: np.ndarray
+    P: np.ndarray
+    J: np.ndarray  # (Q, 6): velocity of the end point and angular velocity
+    # (P,): curvature of the energy, less what wrench and loads do in second order, symmetric part;
+    # what moments add to it, antisymmetric
+    tangent: np.ndarray
+    bracket: np.ndarray
+    gradient: np.ndarray  # (Q,): of the energy, less the work of wrench and loads
+    by_share: np.ndarray  # (Q,): derivative of the gradient by the share of loads and preloads
+    turns: np.ndarray  # (S, 1): squares of the turns of elastic parts [rad^2]
+    beams: BowingTerms  # of beams with bowing (B,)
+
 
 class MovingChains:
-    """Elements of chains as arrays: in each slot a chain has an element of its kind, or none.
+    """Elements of chains as arrays: J joints, S elastic parts, and B beams with bowing among these.
 
-    Where it has none, nothing moves: a joint without axis, or an elastic part without modes.
+    Bodies are numbered: those at the starts of the chains, the longest chain first, then those
+    behind the first elements of all chains, behind the second ones, and so on.
 
     Parameters
     ----------
-    kinds : sequence of str
-        Of the slots: ``turn``, ``slide`` or ``spring``.
-    sizes : sequence of int
-        Coordinates in each slot, of the chain that has most.
     chains : sequence of FiniteChain
-    slots : sequence of arrays of int
-        Of their elements.
-    loads : sequence of BodyLoad
-        Behind slots.
-    rows : sequence of slice
-        Of every chain.
-    ends : pair of (N, 3) arrays
-        Points of the bodies at the starts and at the ends, at the unloaded posture [m].
+    points : (bodies, 3) array
+        Of the bodies between chains, at the unloaded posture [m].
+    ends : (C, 3) array
+        Points of the bodies at the ends, about which wrenches are [m].
     body_rows : sequence of int
-        Coordinates of the bodies at the starts, where some of them move.
-    moves : (N,) array of bool
-        Rows whose body at the start moves.
-    """
+        Coordinates of bodies: six in space, three in the plane.
+    anchors : sequence of (Spot, (3,) array)
+        Where springs are held [m].
 
-    count: int
-    size: int
-    slots: int
-    kind: np.dtype[Any]
-    joint_elements: np.ndarray
-    spring_elements: np.ndarray
-    joint_places: np.ndarray
-    spring_places: np.ndarray
-    axis: np.ndarray
-    slide: np.ndarray
-    turning: np.ndarray
-    stiffness: np.ndarray
-    preload: np.ndarray
-    modes: np.ndarray
-    mode_stiffness: np.ndarray
-    axial: np.ndarray
-    bending: Bending
-    axis_skew: np.ndarray
-    axis_skew_squared: np.ndarray
-    #: Which of the c S coordinates there are, and their places in x.
-    full: np.ndarray
-    along: np.ndarray
-    body_rows: list[int]
-    moves: np.ndarray
-    #: Velocity and angular velocity (N, n, 2, 3) by its coordinates, as far as they stay.
-    local: np.ndarray
-    axes: np.ndarray
-    points: np.ndarray
-    #: From each of them to the next, and to the body at the end (N, K + 1, 4, 4), unloaded.
-    frames: np.ndarray
-    load_after: np.ndarray
-    load_point: np.ndarray
-    load_force: np.ndarray
-    load_offset: np.ndarray
-    #: Element that moves by each unknown, counted from the body at the start.
-    order: np.ndarray
-    nearer: np.ndarray
-    same: np.ndarray
-    joint_columns: np.ndarray
-    spring_columns: np.ndarray
-    #: Blocks of the elastic parts, among all pairs of their coordinates.
-    block_pairs: np.ndarray
-    block_places: np.ndarray
+    Attributes
+    ----------
+    bodies : list of arrays of int
+        Of every chain: at its start, and behind each of its elements.
+    columns : list of slice
+        Of every chain.
+    own : (U,) array of int
+        Columns that are coordinates of elements, in order.
+    pairs : pair of (P,) arrays of int
+    """
 
     def __init__(
         self,
-        kinds: Sequence[str],
-        sizes: Sequence[int] | np.ndarray,
         chains: Sequence[FiniteChain],
-        slots: Sequence[np.ndarray],
-        loads: Sequence[BodyLoad],
-        rows: Sequence[slice],
-        ends: tuple[np.ndarray, np.ndarray],
+        points: np.ndarray,
+        ends: np.ndarray,
         body_rows: Sequence[int],
-        moves: np.ndarray,
+        anchors: Sequence[tuple[Spot, np.ndarray]] = (),
     ) -> None:
-        self.slots, self.count = len(kinds), len(moves)
-        N = self.count
-        of_entries = any(own.dtype == object for own in ends)
-        self.kind = np.dtype(object if of_entries else float)
-        starts = np.cumsum([0, *sizes])
-        self.size = int(starts[-1])
-        is_spring = np.array([kind == "spring" for kind in kinds], dtype=bool)
-        self.joint_elements, self.spring_elements = (
-            np.flatnonzero(own) for own in (~is_spring, is_spring)
-        )
-        at = np.where(is_spring, np.cumsum(is_spring), np.cumsum(~is_spring)) - 1
-        J, S = len(self.joint_elements), len(self.spring_elements)
-        self.joint_places = starts[self.joint_elements]
-        self.axis, self.slide = self._zeros(N, J, 3), self._zeros(N, J, 1)
-        self.stiffness, self.preload = self._zeros(2, N, J)
-        #: Row, joint, and law of what is no linear spring.
-        self.laws: list[tuple[int, int, Law]] = []
-        within = [np.arange(int(sizes[k])) for k in self.spring_elements.tolist()]
-        width = max((len(own) for own in within), default=0)
-        self.modes, self.mode_stiffness = self._zeros(N, S, 6, width), self._zeros(N, S, width)
-        self.axial, shapes = self._zeros(N, S), [(width,), (), (2,), (2,)]
-        self.bending = Bending(*(self._zeros(N, S, 6, *own) for own in shapes))
-        for chain, own, here in zip(chains, slots, rows, strict=True):
-            for e, k in zip(chain.elements, own, strict=True):
-                self._put(e, here, int(at[k]))
-        self._set_frames(chains, slots, rows, ends)
-        turns = [int(kinds[k] == "turn") for k in self.joint_elements.tolist()]
-        self.turning = np.array(turns, dtype=int).reshape(J, 1)
-        self.axis_skew = skews(self.axis)
-        self.axis_skew_squared = self.axis_skew @ self.axis_skew
-        none = np.zeros(0, dtype=int)
-        self.full = np.concatenate([none, *(width * i + own for i, own in enumerate(within))])
-        places = zip(starts[self.spring_elements], within, strict=True)
-        self.spring_places = np.concatenate([none, *(k + own for k, own in places)])
-        is_beam = self.axial != 0
-        self.along = self.modes[:, :, 0] * is_beam[..., None].astype(int)
-        self.axial = np.where(is_beam, self.axial, 1)
-        self._set_loads(loads)
-        self.body_rows = list(body_rows)
-        self.moves = moves.astype(int)[:, None, None]
-        self._set_order(starts)
-        self.local = self._zeros(N, self.size, 2, 3)
-        self.local[:, self.joint_places, 0] = self.axis * self.slide
-        self.local[:, self.joint_places, 1] = self.axis * self.turning
-        self.local[:, self.spring_places, 0] = self._columns_of_springs(self.modes[:, :, :3])
+        self.kind, self.count = np.asarray(ends).dtype, len(chains)
+        self._number(chains, body_rows)
+        pairs = zip(chains, self.bodies, strict=True)
+        each = [(b, e) for c, own in pairs for b, e in zip(own[1:], c.elements, strict=True)]
+        firsts = np.cumsum([0, *(e.size for _, e in each)]).tolist()
+        numbered = [(b, i, e) for (b, e), i in zip(each, firsts, strict=False)]
+        joints = [(b, i, e) for b, i, e in numbered if isinstance(e, FiniteJoint)]
+        springs = [(b, i, e) for b, i, e in numbered if isinstance(e, FiniteSpring)]
+        self._set_joints(joints)
+        self._set_springs(springs)
+        self._set_frames(chains, points, ends, springs, each)
+        self._set_loads(chains, anchors)
+        self.local = self._zeros(len(self.own), 2, 3)
+        self.local[self.joint_x, 0] = self.axis * self.slide
+        self.local[self.joint_x, 1] = self.axis * self.turning
+        self.local[self.spring_x, 0] = self._columns_of_springs(self.modes[:, :3])
 
     def _zeros(self, *shape: int) -> np.ndarray:
         return np.zeros(shape, dtype=int).astype(self.kind)
 
-    def _put(self, e: Element, rows: slice, i: int) -> None:
-        """An element of some rows as the i-th joint or elastic part."""
-        if isinstance(e, FiniteJoint):
-            self.axis[rows, i], self.slide[rows, i, 0] = e.axis, e.slide
-            self.stiffness[rows, i], self.preload[rows, i] = e.stiffness, e.preload
-            self.laws += [
-                (rows.start + n, i, law) for n, law in enumerate(e.laws) if law is not None
-            ]
-            return
-        self.modes[rows, i, :, : e.size], self.mode_stiffness[rows, i, : e.size] = (
-            e.modes,
-            e.stiffness,
+    def _array(self, values: Sequence[Any], *shape: int) -> np.ndarray:
+        """Values one behind the other (n, *shape)."""
+        found = self._zeros(len(values), *shape)
+        for i, own in enumerate(values):
+            found[i] = own
+        return found
+
+    def _number(self, chains: Sequence[FiniteChain], body_rows: Sequence[int]) -> None:
+        """Number bodies, columns and pairs."""
+        C, lengths = self.count, np.array([len(c.elements) for c in chains], dtype=int)
+        rank = np.empty(C, dtype=int)
+        rank[np.argsort(-lengths, kind="stable")] = np.arange(C)
+        longer = [int(np.sum(lengths > k)) for k in range(lengths.max(initial=0))]
+        first = np.cumsum([0, C, *longer])
+        self.bodies = [first[: n + 1] + own for n, own in zip(lengths, rank, strict=True)]
+        self.starts, self.last = (
+            np.array([own[i] for own in self.bodies], dtype=int) for i in (0, -1)
         )
-        self.axial[rows, i], self.bending.z[rows, i, :, : e.size] = e.axial, e.bending.z
-        for name in ("s", "b", "l"):
-            getattr(self.bending, name)[rows, i] = getattr(e.bending, name)
+        self.total = int(first[-1])
+        self.chains = np.zeros(self.total, dtype=int)
+        for c, own in enumerate(self.bodies):
+            self.chains[own] = c
+        #: Bodies behind elements, and those before them, step by step outwards.
+        self.levels = [
+            (slice(first[k + 1], first[k + 1] + n), slice(first[k], first[k] + n))
+            for k, n in enumerate(longer)
+        ]
+        self.before = np.zeros(self.total, dtype=int)
+        for here, there in self.levels:
+            self.before[here] = np.arange(there.start, there.stop)
+        moved = [0 if c.start is None else len(body_rows) for c in chains]
+        sizes = [[n, *(e.size for e in c.elements)] for n, c in zip(moved, chains, strict=True)]
+        stops = np.cumsum([0, *map(sum, sizes)]).tolist()
+        none = np.zeros(0, dtype=int)
+        self.columns = list(itertools.starmap(slice, itertools.pairwise(stops)))
+        every = [np.repeat(b, n) for b, n in zip(self.bodies, sizes, strict=True)]
+        #: Body that each column moves, and its chain.
+        self.moves = np.concatenate([none, *every])
+        self.of_chain = np.repeat(np.arange(C), np.diff(stops))
+        self.own = np.flatnonzero(self.moves >= C)
+        self.of_body = np.flatnonzero(self.moves < C)
+        turns = np.tile(np.eye(6, dtype=int)[list(body_rows)], (sum(map(bool, moved)), 1))
+        self.unit = turns.astype(self.kind)
+        upper = [np.array(np.triu_indices(s.stop - s.start)) + s.start for s in self.columns]
+        a, b = self.pairs = np.concatenate([np.zeros((2, 0), dtype=int), *upper], axis=1)
+        same = self.moves[a] == self.moves[b]
+        self.far, self.same = np.flatnonzero(~same), np.flatnonzero(same)
+        self.both_of_body = np.flatnonzero(self.moves[b] < C)
+        width = np.array([s.stop - s.start for s in self.columns], dtype=int)
+        start = np.cumsum([0, *(width * (width + 1) // 2)])[:-1]
+        #: Of each column: its pair with itself; that with the k-th behind it stands k further.
+        i = np.arange(len(self.moves)) - np.array(stops[:-1], dtype=int)[self.of_chain]
+        n = width[self.of_chain]
+        self.diagonal = start[self.of_chain] + i * n - i * (i - 1) // 2
+
+    def _set_joints(self, joints: Sequence[tuple[Any, int, FiniteJoint]]) -> None:
+        self.joint_bodies = np.array([b for b, _, _ in joints], dtype=int)
+        self.joint_x = np.array([i for _, i, _ in joints], dtype=int)
+        every = [e for _, _, e in joints]
+        self.axis = self._array([e.axis for e in every], 3)
+        self.slide = self._array([e.slide for e in every])[:, None]
+        self.stiffness = self._array([e.stiffness for e in every])
+        self.preload = self._array([e.preload for e in every])
+        self.laws = [(i, e.law) for i, e in enumerate(every) if e.law is not None]
+        self.turning = np.array([int(e.turns) for e in every], dtype=int)[:, None]
+        self.axis_skew = skews(self.axis)
+        self.axis_skew_squared = self.axis_skew @ self.axis_skew
+
+    def _set_springs(self, springs: Sequence[tuple[Any, int, FiniteSpring]]) -> None:
+        every, S = [e for _, _, e in springs], len(springs)
+        self.spring_bodies = np.array([b for b, _, _ in springs], dtype=int)
+        self.modes, self.mode_stiffness = self._zeros(S, 6, _WIDE), self._zeros(S, _WIDE)
+        for i, e in enumerate(every):
+            self.modes[i, :, : e.size], self.mode_stiffness[i, : e.size] = e.modes, e.stiffness
+        self.elastic = self.mode_stiffness[..., None] * np.eye(_WIDE, dtype=int)
+        none = np.zeros(0, dtype=int)
+        #: Coordinates of elastic parts: among all that there might be, and among all of chains.
+        self.full = np.concatenate(
+            [none, *(_WIDE * i + np.arange(e.size) for i, e in enumerate(every))]
+        )
+        self.spring_x = np.concatenate([none, *(i + np.arange(e.size) for _, i, e in springs)])
+        part, place = np.divmod(self.full, _WIDE)
+        a, b = np.nonzero((part[:, None] == part) & (place[:, None] <= place))
+        self.block_entries = part[a], place[a], place[b]
+        self.block_pairs = self.diagonal[self.own[self.spring_x[a]]] + place[b] - place[a]
+        beams = [i for i, e in enumerate(every) if e.bows]
+        self.beams = np.array(beams, dtype=int)
+        self.axial = self._array([every[i].axial for i in beams])
+        self.along = self.modes[self.beams, 0]
+        z = self._zeros(len(beams), 6, _WIDE)
+        for at, i in zip(z, beams, strict=True):
+            at[:, : every[i].size] = every[i].bending.z
+        others = [
+            self._array([getattr(every[i].bending, name) for i in beams], *shape)
+            for name, shape in (("s", (6,)), ("b", (6, 2)), ("l", (6, 2)))
+        ]
+        self.bending = Bending(z, *others)
 
     def _set_frames(
         self,
         chains: Sequence[FiniteChain],
-        slots: Sequence[np.ndarray],
-        rows: Sequence[slice],
-        ends: tuple[np.ndarray, np.ndarray],
+        points: np.ndarray,
+        ends: np.ndarray,
+        springs: Sequence[tuple[Any, int, FiniteSpring]],
+        each: Sequence[tuple[Any, Any]],
     ) -> None:
-        """Axes and points of the body at the start and of all elements; frames between them.
+        """Axes and points of all bodies; frames from each to the next, and to those at the ends.
 
-        Joints have the axes of the world; an empty slot is where the element before it is.
+        Bodies behind joints have the axes of the world.
         """
-        N, K = self.count, self.slots
-        axes = np.tile(np.eye(3, dtype=int).astype(self.kind), (N, K + 2, 1, 1))
-        points = self._zeros(N, K + 2, 3)
-        points[:, 0], points[:, -1] = ends
-        last = np.zeros((N, K + 1), dtype=int)
-        for chain, own, here in zip(chains, slots, rows, strict=True):
-            for e, k in zip(chain.elements, own, strict=True):
-                points[here, k + 1], last[here, k + 1] = e.point, k + 1
-                if not isinstance(e, FiniteJoint):
-                    axes[here, k + 1] = e.rotation
-        last = np.maximum.accumulate(last, axis=1)
-        points[:, :-1] = points[np.arange(N)[:, None], last]
-        self.axes, self.points = axes[:, :-1], points[:, :-1]
-        self.frames = self._zeros(N, K + 1, 4, 4)
-        turned = np.swapaxes(self.axes, -1, -2)
-        alike = np.all(self.axes == axes[:, 1:], axis=(-1, -2))[..., None, None]
-        self.frames[..., :3, :3] = np.where(alike, np.eye(3, dtype=int), turned @ axes[:, 1:])
-        self.frames[..., :3, 3:] = turned @ (points[:, 1:] - self.points)[..., None]
-        self.frames[..., 3, 3] = 1
+        self.axes = np.tile(np.eye(3, dtype=int).astype(self.kind), (self.total, 1, 1))
+        self.points = self._zeros(self.total, 3)
+        for chain, own in zip(chains, self.bodies, strict=True):
+            if chain.start is not None:
+                self.points[own[0]] = points[chain.start]
+        for body, e in each:
+            self.points[body] = e.point
+        for body, _, e in springs:
+            self.axes[body] = e.rotation
+        of_world = np.tile(np.eye(3, dtype=int).astype(self.kind), (self.count, 1, 1))
+        self.frames = self._frames(self.before, self.axes, self.points)
+        self.end_frames = self._frames(self.last, of_world, np.asarray(ends))
 
-    def _set_loads(self, loads: Sequence[BodyLoad]) -> None:
-        self.load_after = np.array([load.after for load in loads], dtype=int)
-        self.load_point, self.load_force = self._zeros(2, self.count, len(loads), 3)
-        self.load_offset = self._zeros(self.count, len(loads), 3, 1)
-        for i, load in enumerate(loads):
-            self.load_point[:, i], self.load_force[:, i] = load.point, load.force
-            arm = (load.point - self.points[:, load.after])[..., None]
-            self.load_offset[:, i] = np.swapaxes(self.axes[:, load.after], -1, -2) @ arm
+    def _frames(self, before: np.ndarray, axes: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """From bodies, by number, to axes and points (n, 4, 4)."""
+        R, found = self.axes[before], self._zeros(len(before), 4, 4)
+        turned = np.swapaxes(R, -1, -2)
+        alike = np.all(axes == R, axis=(-1, -2))[..., None, None]
+        found[:, :3, :3] = np.where(alike, np.eye(3, dtype=int), turned @ axes)
+        found[:, :3, 3:] = turned @ (points - self.points[before])[..., None]
+        found[:, 3, 3] = 1
+        return found
 
-    def _set_order(self, starts: np.ndarray) -> None:
-        body = len(self.body_rows)
-        own = np.repeat(np.arange(self.slots), np.diff(starts))
-        self.order = np.concatenate([np.zeros(body, dtype=int), own + bool(body)])
-        self.nearer = self.order[:, None] < self.order[None, :]
-        self.same = self.order[:, None] == self.order[None, :]
-        self.joint_columns = self.joint_places + body
-        self.spring_columns = self.spring_places + body
-        n = len(self.order)
-        width = max(self.modes.shape[-1], 1)
-        a, b = np.nonzero(self.full[:, None] // width == self.full // width)
-        self.block_pairs = width * self.full[a] + self.full[b] % width
-        self.block_places = self.spring_columns[a] * n + self.spring_columns[b]
+    def _set_loads(
+        self, chains: Sequence[FiniteChain], anchors: Sequence[tuple[Spot, np.ndarray]]
+    ) -> None:
+        """Loads, and behind them anchors, which have no force of their own."""
+        loads = [(c, own) for c, chain in enumerate(chains) for own in chain.loads]
+        self.first_anchor = len(loads)
+        loads += [(spot.chain, BodyLoad(spot.after, p, 0 * p)) for spot, p in anchors]
+        self.load_bodies = np.array([self.bodies[c][own.after] for c, own in loads], dtype=int)
+        self.load_point = self._array([own.point for _, own in loads], 3)
+        self.load_force = self._array([own.force for _, own in loads], 3)
+        arms = (self.load_point - self.points[self.load_bodies])[..., None]
+        self.load_offset = np.swapaxes(self.axes[self.load_bodies], -1, -2) @ arms
+        #: Bodies whose motion moves a load, and that load.
+        beyond = [self.bodies[c][chains[c].start is None : own.after + 1] for c, own in loads]
+        self.reach = (
+            np.concatenate([np.zeros(0, dtype=int), *beyond]),
+            np.repeat(np.arange(len(loads)), [len(own) for own in beyond]),
+        )
 
     def moved(self, x: np.ndarray, R: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The bodies at the start and behind every element, at coordinates x (N, size).
+        """All bodies by number, at coordinates x (U,) of the chains.
 
-        The body at the start is at (R, p), (3, 3) and (3,), or (N, 3, 3) and (N, 3). A point X of
-        the unloaded posture is now at ``R X + t``: R (N, K + 1, 3, 3) and t (N, K + 1, 3).
+        Those at the starts are at (R, p), (C, 3, 3) and (C, 3) [m], in the order of the chains. A
+        point X of the unloaded posture is now at ``R X + t``: R (n, 3, 3) and t (n, 3).
         """
         behind = self._placed(x, R, p)[1]
-        R = behind[..., :3, :3] @ np.swapaxes(self.axes, -1, -2)
-        return R, behind[..., :3, 3] - (R @ self.points[..., None])[..., 0]
+        R = behind[:, :3, :3] @ np.swapaxes(self.axes, -1, -2)
+        return R, behind[:, :3, 3] - (R @ self.points[..., None])[..., 0]
 
     def _placed(
         self, x: np.ndarray, R: np.ndarray, p: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, FiniteTurn]:
-        """Frames before and behind the motion of every element, and turns of elastic parts.
+        """Frames of all bodies before and behind the motion of their elements (n, 4, 4).
 
-        The former (N, K + 1, 4, 4) end with that of the body at the end, the latter begin with that
-        of the body at the start.
+        And the turns of elastic parts.
         """
-        N, K = self.count, self.slots
-        q = x[:, self.joint_places][..., None]
+        q = x[self.joint_x][:, None]
         half = (q * (self.turning * 0.5))[..., None]
         s, c = (sine(half), cosine(half)) if x.dtype == object else (np.sin(half), np.cos(half))
         th = (self.modes @ self.spring_coordinates(x)[..., None])[..., 0]
-        turned = FiniteTurn.of(th[..., 3:])
-        own = self._zeros(N, K, 4, 4)
-        own[:, self.joint_elements, :3, :3] = (
+        turned = FiniteTurn.of(th[:, 3:])
+        own, before = self._zeros(2, self.total, 4, 4)
+        joints, springs, starts = self.joint_bodies, self.spring_bodies, self.starts
+        own[joints, :3, :3] = (
             np.eye(3, dtype=int)
             + self.axis_skew * (2 * s * c)
             + self.axis_skew_squared * (2 * s * s)
         )
-        own[:, self.joint_elements, :3, 3:] = (self.axis * self.slide * q)[..., None]
-        own[:, self.spring_elements, :3, :3] = turned.R
-        own[:, self.spring_elements, :3, 3:] = th[..., :3, None]
-        own[..., 3, 3] = 1
-        before, behind = self._zeros(N, K + 1, 4, 4), self._zeros(N, K + 1, 4, 4)
-        behind[:, 0, :3, :3], behind[:, 0, :3, 3], behind[:, 0, 3, 3] = R, p, 1
-        for k in range(K):
-            np.matmul(behind[:, k], self.frames[:, k], out=before[:, k])
-            np.matmul(before[:, k], own[:, k], out=behind[:, k + 1])
-        np.matmul(behind[:, K], self.frames[:, K], out=before[:, K])
+        own[joints, :3, 3] = self.axis * self.slide * q
+        own[springs, :3, :3], own[springs, :3, 3] = turned.R, th[:, :3]
+        own[:, 3, 3] = 1
+        behind = own.copy()
+        behind[starts, :3, :3], behind[starts, :3, 3] = R, p
+        for here, there in self.levels:
+            np.matmul(behind[there], self.frames[here], out=before[here])
+            np.matmul(before[here], own[here], out=behind[here])
         return before, behind, turned
 
     def spring_coordinates(self, x: np.ndarray) -> np.ndarray:
-        """Coordinates of the elastic parts (N, S, c) among those of the chains (N, size)."""
-        y = self._zeros(self.count, self.modes.shape[1] * self.modes.shape[3])
-        y[:, self.full] = x[:, self.spring_places]
+        """Coordinates of the elastic parts (S, 6) among those of the chains (U,)."""
+        y = self._zeros(self.mode_stiffness.size)
+        y[self.full] = x[self.spring_x]
         return y.reshape(self.mode_stiffness.shape)
 
     def terms(
@@ -286,7 +315,7 @@ class MovingChains:
         share: float,
         pulls: np.ndarray | None = None,
     ) -> ChainTerms:
-        """What the chains contribute to the equations of their legs, at coordinates (N, size).
+        """What the chains contribute to the equations of their legs, at coordinates (U,).
 
         With a nearer the base than b, ``d_b v_a = w_a x v_b`` and ``d_b w_a = 0``; with b nearer,
         ``d_b v_a = w_b x v_a`` and ``d_b w_a = w_b x w_a``, the Lie bracket. Within an element,
@@ -298,71 +327,65 @@ class MovingChains:
 
         Parameters
         ----------
-        R, p : (3, 3) and (3,) arrays, or (N, 3, 3) and (N, 3)
-            Axes of the body at the start, and its point, about which its twist is [m].
-        W : (N, 6) array
+        R, p : (C, 3, 3) and (C, 3) arrays
+            Axes of the bodies at the starts, and their points, about which their twists are [m].
+        W : (C, 6) array
             What the body at the end exerts on the chain, about the point where the chain has it [N,
             N m].
-        axial : (N, S) array
-            Axial forces of beams among the elastic parts, 0 of others [N].
-        share, pulls : float, and (N, L, 3) array or None
+        axial : (B,) array
+            Axial forces of beams [N].
+        share, pulls : float, and (L, 3) array or None
             Share of loads and preloads; forces at the points of the loads beside these [N].
         """
         before, behind, turned = self._placed(x, R, p)
         w, v, C = self._columns(before, behind, turned)
-        P, f, m = before[:, -1, None, :3, 3], W[:, None, :3], W[:, None, 3:]
-        order, N = self.order, self.count
-        turning = crossed(w, P - C[:, order])
+        end = behind[self.last] @ self.end_frames
+        P, f, m = end[:, :3, 3], W[:, :3], W[:, 3:]
+        F, M = f[self.of_chain], m[self.of_chain]
+        turning = crossed(w, P[self.of_chain] - C[self.moves])
         moving = v + turning
-        gradient = -(moving * f + w * m).sum(axis=-1)
-        across, within = crossed(moving, f), crossed(turning, f)
-        moment = m + crossed(P - C, f)
-        by_share = self._zeros(*gradient.shape)
-        by_share[:, self.joint_columns] = -self.preload
-        if len(self.load_after):
+        gradient = -(moving * F + w * M).sum(axis=-1)
+        across, within, half = crossed(moving, F), crossed(turning, F), crossed(w, M) * 0.5
+        by_share, columns = self._zeros(len(gradient)), self.own[self.joint_x]
+        by_share[columns] = -self.preload
+        bodies = np.concatenate([self.spring_bodies, self.moves[self.of_body]])
+        chains = self.chains[bodies]
+        moment = m[chains] + crossed(P[chains] - C[bodies], f[chains])
+        if len(self.load_bodies):
             arms = self._arms(behind, C)
-            F, S = self._beyond(arms, self.load_force)
-            by_share -= (v * F[:, order] + w * _axial(S)[:, order]).sum(axis=-1)
+            G, S = self._beyond(arms, self.load_force)
+            by_share -= (v * G[self.moves] + w * _axial(S)[self.moves]).sum(axis=-1)
             acting = self.load_force * share + (0 if pulls is None else pulls)
-            F, S = self._beyond(arms, acting)
-            gradient -= (v * F[:, order] + w * _axial(S)[:, order]).sum(axis=-1)
-            moment = moment + _axial(S)
-            spread = S - np.trace(S, axis1=-2, axis2=-1)[..., None, None] * np.eye(3, dtype=int)
-            turned_forces = (spread[:, order] @ w[..., None])[..., 0]
-            across = across + crossed(v, F[:, order]) + turned_forces
+            G, S = self._beyond(arms, acting)
+            gradient -= (v * G[self.moves] + w * _axial(S)[self.moves]).sum(axis=-1)
+            moment = moment + _axial(S)[bodies]
+            spread = S - np.trace(S, axis1=-2, axis2=-1)[:, None, None] * np.eye(3, dtype=int)
+            turned_forces = (spread[self.moves] @ w[..., None])[..., 0]
+            across = across + crossed(v, G[self.moves]) + turned_forces
             within = within + turned_forces
-        tangent, bracket = self._second_order(w, across, within, m, moment)
-        q = x[:, self.joint_places]
-        columns = self.joint_columns
-        tangent[:, columns, columns] += self.stiffness
-        gradient[:, columns] += self.stiffness * q - self.preload * share
-        for n, i, law in self.laws:
-            column, own, k = columns[i], float(q[n, i]), self.stiffness[n, i]
-            gradient[n, column] += law.at(own) - k * own
-            tangent[n, column, column] += law.tangent(own) - k
+        n = len(self.spring_bodies)
+        tangent, bracket = self._second_order(w, across, within, half, moment[n:])
+        q = x[self.joint_x]
+        tangent[self.diagonal[columns]] += self.stiffness
+        gradient[columns] += self.stiffness * q - self.preload * share
+        for i, law in self.laws:
+            column, own, k = columns[i], float(q[i]), self.stiffness[i]
+            gradient[column] += law.at(own) - k * own
+            tangent[self.diagonal[column]] += law.tangent(own) - k
         y = self.spring_coordinates(x)
-        beams = self.bending.terms(y, axial, self.along, self.axial)
-        if len(self.spring_elements):
-            force = self.mode_stiffness * y + beams.gradient
-            curvature = self._elastic + beams.curvature
-            gradient[:, self.spring_columns] += force.reshape(N, -1)[:, self.full]
-            beyond = moment[:, self.spring_elements + (C.shape[1] - self.slots)]
-            axes = before[:, self.spring_elements, :3, :3]
-            about = (np.swapaxes(axes, -1, -2) @ beyond[..., None])[..., 0]
-            V = self.modes[:, :, 3:]
+        beams = self.bending.terms(y[self.beams], axial, self.along, self.axial)
+        if n:
+            force, curvature = self.mode_stiffness * y, self.elastic.copy()
+            force[self.beams] += beams.gradient
+            curvature[self.beams] += beams.curvature
+            gradient[self.own[self.spring_x]] += force.ravel()[self.full]
+            turned_axes = np.swapaxes(before[self.spring_bodies, :3, :3], -1, -2)
+            about, V = (turned_axes @ moment[:n, :, None])[..., 0], self.modes[:, 3:]
             block = curvature - np.swapaxes(V, -1, -2) @ turned.rate(about) @ V
-            flat = tangent.reshape(N, -1)
-            flat[:, self.block_places] += block.reshape(N, -1)[:, self.block_pairs]
+            tangent[self.block_pairs] += block[self.block_entries]
+        J = np.concatenate([moving, w], axis=-1)
         return ChainTerms(
-            before[:, -1, :3, :3],
-            P[:, 0],
-            np.swapaxes(np.concatenate([moving, w], axis=-1), -1, -2),
-            tangent,
-            bracket,
-            gradient,
-            by_share,
-            turned.square,
-            beams,
+            end[:, :3, :3], P, J, tangent, bracket, gradient, by_share, turned.square, beams
         )
 
     def _second_order(
@@ -370,109 +393,99 @@ class MovingChains:
         w: np.ndarray,
         across: np.ndarray,
         within: np.ndarray,
-        m: np.ndarray,
+        half: np.ndarray,
         moment: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Symmetric and antisymmetric part (N, n, n) of what forces do in second order.
+        """Symmetric and antisymmetric part (P,) of what forces do in second order.
 
-        By each unknown, `across` (N, n, 3) is what the velocities of the points of all forces make
-        of these, ``sum(J x f)``, `within` the part of that which is due to turning. m (N, 1, 3) is
-        the moment of the end wrench, `moment` (N, K, 3) that of all forces about every element.
+        By each column, `across` (Q, 3) is what the velocities of the points of all forces make of
+        these, ``sum(J x f)``, `within` the part of that which is due to turning, `half` is that of
+        the moment of the end wrench, halved; `moment` is that of all forces about the body at the
+        start, of each of its columns.
         """
-        half = crossed(w, m) * 0.5
-        U = w @ np.swapaxes(across + half, -1, -2)
-        bracket = w @ np.swapaxes(half, -1, -2)
-        if self.body_rows:
-            b = slice(len(self.body_rows))
-            of_body = crossed(w[:, b], moment[:, :1]) * 0.5
-            bracket[:, b, b] -= w[:, b] @ np.swapaxes(of_body, -1, -2)
-        H = w @ np.swapaxes(within, -1, -2)
-        H = np.where(self.same, (H + np.swapaxes(H, -1, -2)) * 0.5, np.swapaxes(U, -1, -2))
-        return -np.where(self.nearer, U, H), bracket
+        a, b = self.pairs
+        bracket, tangent = (w[a] * half[b]).sum(axis=-1), self._zeros(len(a))
+        tangent[self.far] = -(w[a] * (across + half)[b]).sum(axis=-1)[self.far]
+        a, b = a[self.same], b[self.same]
+        H = (w[a] * within[b]).sum(axis=-1) + (w[b] * within[a]).sum(axis=-1)
+        tangent[self.same] = H * -0.5
+        if len(self.of_body):
+            turned = self._zeros(len(w), 3)
+            turned[self.of_body] = crossed(w[self.of_body], moment) * 0.5
+            a, b = (own[self.both_of_body] for own in self.pairs)
+            bracket[self.both_of_body] -= (w[a] * turned[b]).sum(axis=-1)
+        return tangent, bracket
 
     def _columns(
         self, before: np.ndarray, behind: np.ndarray, turned: FiniteTurn
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Angular velocities and velocities (N, n, 3) about points of the elements (N, K, 3)."""
-        body = len(self.body_rows)
+        """Angular velocities and velocities (Q, 3) about the points of all bodies (n, 3)."""
         local = self.local.copy()
-        turning = turned.W @ self.modes[:, :, 3:]
-        local[:, self.spring_places, 1] = self._columns_of_springs(turning)
-        axes = before[:, self.order[body:] - bool(body), :3, :3]
-        both = local @ np.swapaxes(axes, -1, -2)
-        v, w, C = both[:, :, 0], both[:, :, 1], behind[:, not body :, :3, 3]
-        if body:
-            unit = self.moves * np.eye(6, dtype=int)[self.body_rows]
-            v = np.concatenate([unit[..., :3], v], axis=1)
-            w = np.concatenate([unit[..., 3:], w], axis=1)
-        return w, v, C
+        local[self.spring_x, 1] = self._columns_of_springs(turned.W @ self.modes[:, 3:])
+        both = local @ np.swapaxes(before[self.moves[self.own], :3, :3], -1, -2)
+        v, w = self._zeros(2, len(self.moves), 3)
+        v[self.own], w[self.own] = both[:, 0], both[:, 1]
+        v[self.of_body], w[self.of_body] = self.unit[:, :3], self.unit[:, 3:]
+        return w, v, behind[:, :3, 3]
 
     def _columns_of_springs(self, by: np.ndarray) -> np.ndarray:
-        """Of matrices (N, S, 3, c) the columns that there are (N, m, 3)."""
-        columns = np.swapaxes(by, -1, -2).reshape(self.count, by.shape[1] * by.shape[3], 3)
-        return columns[:, self.full]
+        """Of matrices (S, 3, 6) the columns that there are (m, 3)."""
+        return np.swapaxes(by, -1, -2).reshape(-1, 3)[self.full]
 
-    @cached_property
-    def _elastic(self) -> np.ndarray:
-        return self.mode_stiffness[..., None] * np.eye(self.modes.shape[-1], dtype=int)
-
-    def loaded(self, x: np.ndarray, R: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Where loads act (N, L, 3) [m], and velocities there by the unknowns (N, L, 3, n)."""
+    def anchored(
+        self, x: np.ndarray, R: np.ndarray, p: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Where anchors are (A, 3) [m], and their velocities by the columns (A, 3, Q)."""
         before, behind, turned = self._placed(x, R, p)
         w, v, C = self._columns(before, behind, turned)
-        arms = np.swapaxes(self._arms(behind, C), 1, 2)[:, :, self.order]
-        reach = self._reach(C.shape[1])[self.order].T[..., None]
-        moving = v[:, None] * reach + crossed(w[:, None], arms)
-        return self._loaded_points(behind), np.swapaxes(moving, -1, -2)
+        points = self._loaded_points(behind)[self.first_anchor :]
+        rates = self._zeros(len(points), 3, len(self.moves))
+        for body, load in zip(*self.reach, strict=True):
+            if load >= self.first_anchor:
+                i, own = load - self.first_anchor, np.flatnonzero(self.moves == body)
+                rates[i, :, own] = v[own] + crossed(w[own], (points[i] - C[body])[None])
+        return points, rates
 
     def twists(self, x: np.ndarray, R: np.ndarray, p: np.ndarray, about: np.ndarray) -> np.ndarray:
-        """Twists (N, n, 6) about a point (3,) of what each unknown moves."""
+        """Twists (Q, 6) about a point (3,) of what each column moves."""
         w, v, C = self._columns(*self._placed(x, R, p))
-        return np.concatenate([v + crossed(w, about - C[:, self.order]), w], axis=-1)
-
-    def moving(self, behind: np.ndarray) -> np.ndarray:
-        """Which unknowns move the bodies behind so many slots (K, n)."""
-        return self.order < behind[:, None] + bool(self.body_rows)
+        return np.concatenate([v + crossed(w, about - C[self.moves]), w], axis=-1)
 
     def _arms(self, behind: np.ndarray, C: np.ndarray) -> np.ndarray:
-        """From points of the elements (N, K, 3) to those of loads beyond them (N, K, L, 3)."""
-        arms = self._loaded_points(behind)[:, None] - C[:, :, None]
-        return arms * self._reach(C.shape[1])[..., None]
+        """From the points of bodies to the loads that they move, as in `reach`."""
+        bodies, loads = self.reach
+        return self._loaded_points(behind)[loads] - C[bodies]
 
     def _beyond(self, arms: np.ndarray, forces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Sums F of the forces (N, L, 3) beyond every element (N, K, 3), and of ``s f^T``."""
-        F = self._reach(arms.shape[1]) @ forces
-        return F, np.swapaxes(arms, -1, -2) @ forces[:, None]
+        """Sums of the forces (L, 3) that each body moves (n, 3), and of ``s f^T`` (n, 3, 3)."""
+        bodies, loads = self.reach
+        F, S = self._zeros(self.total, 3), self._zeros(self.total, 3, 3)
+        np.add.at(F, bodies, forces[loads])
+        np.add.at(S, bodies, arms[:, :, None] * forces[loads][:, None])
+        return F, S
 
     def _loaded_points(self, behind: np.ndarray) -> np.ndarray:
-        """Where loads act (N, L, 3) [m]."""
-        body = behind[:, self.load_after]
-        return (body[..., :3, :3] @ self.load_offset)[..., 0] + body[..., :3, 3]
-
-    def _reach(self, elements: int) -> np.ndarray:
-        """1 where an element, counted from the body at the start, feels a load (K, L), else 0."""
-        after = self.load_after + (elements - self.slots)
-        return (np.arange(elements)[:, None] < after).astype(int)
+        """Where loads act (L, 3) [m]."""
+        body = behind[self.load_bodies]
+        return (body[:, :3, :3] @ self.load_offset)[..., 0] + body[:, :3, 3]
 
     def energies(self, x: np.ndarray, axial: np.ndarray) -> np.ndarray:
-        """Elastic energy in every slot (N, K) [J], preloads left out; axial as for `terms`."""
-        found = np.zeros((self.count, self.slots))
-        found[:, self.joint_elements] = 0.5 * self.stiffness * x[:, self.joint_places] ** 2
-        for n, i, law in self.laws:
-            found[n, self.joint_elements[i]] = law.energy(float(x[n, self.joint_places[i]]))
+        """Elastic energy before every body (n,) [J], preloads left out; axial as for `terms`."""
+        found, q = np.zeros(self.total), x[self.joint_x]
+        found[self.joint_bodies] = 0.5 * self.stiffness * q**2
+        for i, law in self.laws:
+            found[self.joint_bodies[i]] = law.energy(float(q[i]))
         y = self.spring_coordinates(x)
-        linear = 0.5 * np.sum(self.mode_stiffness * y * y, axis=-1)
-        beams = self.bending.terms(y, axial, self.along, self.axial)
-        found[:, self.spring_elements] = linear + beams.energy
+        found[self.spring_bodies] = 0.5 * np.sum(self.mode_stiffness * y * y, axis=-1)
+        beams = self.bending.terms(y[self.beams], axial, self.along, self.axial)
+        found[self.spring_bodies[self.beams]] += beams.energy
         return found
 
-    def load_potential(self, x: np.ndarray, R: np.ndarray, p: np.ndarray) -> np.ndarray:
-        """Potential of whole loads and preloads, 0 at the unloaded posture (N,) [J]."""
-        found = -np.sum(self.preload * x[:, self.joint_places], axis=-1)
-        if len(self.load_after):
-            at = self._loaded_points(self._placed(x, R, p)[1])
-            found -= np.sum(self.load_force * (at - self.load_point), axis=(-1, -2))
-        return found
+    def load_potential(self, x: np.ndarray, R: np.ndarray, p: np.ndarray) -> float:
+        """Potential of whole loads and preloads, 0 at the unloaded posture [J]."""
+        at = self._loaded_points(self._placed(x, R, p)[1])
+        work = np.sum(self.load_force * (at - self.load_point))
+        return -float(np.sum(self.preload * x[self.joint_x]) + work)
 
 
 def _axial(S: np.ndarray) -> np.ndarray:

@@ -252,7 +252,9 @@ def point_at(
         leg = min(key for key in margins if margins[key].value <= least.value + _TOGETHER)
         least = margins[leg]
         g, i = least.at
-        parts = problem.groups[g].energies_of(least.mode, i)
+        parts = problem.legs.energies_of(
+            *problem.legs.whole_motion(problem.blocks[g], i, least.mode)
+        )
         name, part, _ = max(parts, key=lambda own: own[2])
         words = f"leg {name!r} buckles while the platform stays: most in {part!r}"
         return CriticalPoint(found.factor, words, name, np.zeros(problem.size), False, found)
@@ -272,15 +274,17 @@ def point_at(
 
 def _bent_beam(problem: EquilibriumProblem, found: FoundEquilibrium, twist: np.ndarray) -> str:
     """The beam that bends most between its ends in a motion of the platform, if most bends so."""
-    parts, inner = [], []
-    known = found.known
-    for group, eq, by_twist in zip(problem.groups, known.equations, known.by_twist, strict=True):
-        m, Q = group.free_size, group.with_modes(eq)
-        motion = by_twist[:, :m] @ twist
+    known, legs = found.known, problem.legs
+    moved = known.by_twist[: legs.numbers.total] @ twist
+    bent = np.zeros(legs.inner_modes.shape)
+    for block, A in zip(problem.blocks, known.equations.A, strict=True):
+        m, Q = block.free, legs.with_modes(block, A, known.equations.state)
+        motion = moved[block.coordinates]
         bends = -np.linalg.pinv(Q[:, m:, m:]) @ Q[:, m:, :m] @ motion[..., None]
-        for i in range(group.count):
-            parts += group.energies_of(np.append(motion[i], bends[i]), i)
-            inner += group.energies_of(np.append(np.zeros(m), bends[i]), i)
+        for i, own in enumerate(bends[..., 0]):
+            bent += legs.whole_motion(block, i, np.append(motion[i], own))[1]
+    parts = legs.energies_of(moved, bent)
+    inner = parts[: len(bent)]
     if not sum(own[2] for own in inner) > 0.5 * sum(own[2] for own in parts):
         return ""
     leg, part, _ = max(inner, key=lambda own: own[2])

@@ -21,7 +21,6 @@ from robostiff.statics.equations.newton import (
     FoundEquilibrium,
     PathStep,
     equilibrium_at,
-    step_along,
 )
 from robostiff.statics.equations.problem import (
     EquilibriumProblem,
@@ -118,7 +117,7 @@ def path(problem: EquilibriumProblem, loading: LoadCase, largest: float = 0.25) 
                 ahead = _lost_at_corner(problem, loading, here, direction, unit)
             yield from (OnPath(here, is_stable, (point,)) for point in (ahead,) if point)
             return
-        found = step_along(problem, loading, here, direction, h, unit)
+        found = (step := PathStep(here, direction, h, unit, here)).along(problem, loading, h)
         following = _direction(problem, found, direction, unit) if found.converged else direction
         if not found.converged or (h > SHARP and float(following @ direction) < TURNS):
             beyond = None
@@ -130,7 +129,7 @@ def path(problem: EquilibriumProblem, loading: LoadCase, largest: float = 0.25) 
             found, following = beyond, _direction(problem, beyond, None, unit)
         ahead_margin = least_margin(problem, found)[1].value
         remains = ahead_margin >= 0
-        step = PathStep(here, found, direction, h, unit)
+        step = replace(step, found=found)
         point = refined(problem, loading, step) if remains != is_stable else None
         # On a stable branch the load grows: so the determinant of K and of this arc has its sign.
         leapt = isinstance(point, float | int)
@@ -149,7 +148,7 @@ def path(problem: EquilibriumProblem, loading: LoadCase, largest: float = 0.25) 
         direction, here, is_stable = following, found, remains
         margin, slope, before = ahead_margin, (ahead_margin - margin) / h, h
         if found.steps <= _EASILY:
-            h = _next(problem, PathStep(here, found, direction, h, unit), largest)
+            h = _next(problem, replace(step, direction=direction), largest)
 
 
 def _next(problem: EquilibriumProblem, before: PathStep, largest: float) -> float:

@@ -112,59 +112,55 @@ def _ended(
 
 @dataclass(frozen=True)
 class PathStep:
-    """An equilibrium on a path, and the way to it from the one before: direction (r + 1,) and arc.
+    """A step on a path of equilibria.
 
-    `unit` is the shift that counts as much as the whole load [m].
+    Attributes
+    ----------
+    here : FoundEquilibrium
+        Where it begins.
+    direction : (r + 1,) array
+        In scaled twist and load factor.
+    arc : float
+        Its length.
+    unit : float
+        Shift that counts as much as the whole load [m].
+    found : FoundEquilibrium
+        Where it ends.
     """
 
     here: FoundEquilibrium
-    found: FoundEquilibrium
     direction: np.ndarray
     arc: float
     unit: float
+    found: FoundEquilibrium
 
     def along(self, problem: EquilibriumProblem, loading: LoadCase, h: float) -> FoundEquilibrium:
         """The equilibrium a step h along the arc."""
-        return step_along(problem, loading, self.here, self.direction, h, self.unit)
-
-
-def step_along(
-    problem: EquilibriumProblem,
-    loading: LoadCase,
-    here: FoundEquilibrium,
-    direction: np.ndarray,
-    h: float,
-    unit: float,
-) -> FoundEquilibrium:
-    """The equilibrium a step h further along the arc, in a direction (r + 1,).
-
-    `unit` is the shift that counts as much as the whole load [m].
-    """
-    r, scale = problem.size, problem.scale
-    state, factor, known = here.state, here.factor, here.known
-    moved, last = np.zeros(r + 1), np.inf
-    for done in range(1, 13):
-        system = np.zeros((r + 1, r + 1))
-        system[:r, :r] = known.K_total / scale[:, None] / scale * unit
-        system[:r, r] = -known.by_factor / scale
-        system[r] = direction * (np.linalg.norm(system[:r], axis=1).mean() or 1.0)
-        rest = h - float(direction @ moved)
-        b = np.concatenate([known.missing / scale, [rest * (system[r] @ direction)]])
-        try:
-            step = np.linalg.solve(system, b)
-        except np.linalg.LinAlgError:
-            break
-        twist = step[:r] * unit / scale
-        state, size, part = problem.stepped(state, known, twist, float(step[r]), CAP)
-        size = max(size, abs(float(step[r])) / (1.0 + abs(factor)))
-        if not np.isfinite(size) or size > 4.0:
-            break
-        moved = moved + part * step
-        factor += part * float(step[r])
-        if size < _DONE or (size < _NEAR and size > 0.3 * last):
-            if SHARP < abs(h) < TURNS * float(np.linalg.norm(moved)):
+        r, scale, here, direction = problem.size, problem.scale, self.here, self.direction
+        state, factor, known = here.state, here.factor, here.known
+        moved, last = np.zeros(r + 1), np.inf
+        for done in range(1, 13):
+            system = np.zeros((r + 1, r + 1))
+            system[:r, :r] = known.K_total / scale[:, None] / scale * self.unit
+            system[:r, r] = -known.by_factor / scale
+            system[r] = direction * (np.linalg.norm(system[:r], axis=1).mean() or 1.0)
+            rest = h - float(direction @ moved)
+            b = np.concatenate([known.missing / scale, [rest * (system[r] @ direction)]])
+            try:
+                step = np.linalg.solve(system, b)
+            except np.linalg.LinAlgError:
                 break
-            return _ended(problem, loading, factor, state, done)
-        last = size
-        known = problem.linearised(state, loading, factor)
-    return replace(here, converged=False)
+            twist = step[:r] * self.unit / scale
+            state, size, part = problem.stepped(state, known, twist, float(step[r]), CAP)
+            size = max(size, abs(float(step[r])) / (1.0 + abs(factor)))
+            if not np.isfinite(size) or size > 4.0:
+                break
+            moved = moved + part * step
+            factor += part * float(step[r])
+            if size < _DONE or (size < _NEAR and size > 0.3 * last):
+                if SHARP < abs(h) < TURNS * float(np.linalg.norm(moved)):
+                    break
+                return _ended(problem, loading, factor, state, done)
+            last = size
+            known = problem.linearised(state, loading, factor)
+        return replace(here, converged=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -10,8 +10,7 @@ import numpy as np
 
 from robostiff.spatial import skew
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
-from robostiff.statics.chains.chain import NOBODY, LegEquations, LegState, Share, Spot
-from robostiff.statics.chains.chain_family import ChainFamily
+from robostiff.statics.chains.elements import NOBODY, Share, Spot
 from robostiff.statics.chains.equilibrated import (
     Bordered,
     Closure,
@@ -19,7 +18,7 @@ from robostiff.statics.chains.equilibrated import (
     solved,
     unit_free,
 )
-from robostiff.statics.chains.legs import LegGroup
+from robostiff.statics.chains.legs import Block, LegEquations, Legs, LegState
 
 # Of the largest stiffness of the platform, shifts and turns alike: rounding.
 LOST = 1e-14
@@ -77,11 +76,11 @@ class Steady:
 
 @dataclass(frozen=True)
 class State:
-    """Where everything is: the platform, and the coordinates of the legs group by group."""
+    """Where everything is: the platform, and the legs."""
 
     R: np.ndarray
     p: np.ndarray
-    legs: tuple[LegState, ...]
+    legs: LegState
 
 
 @dataclass(frozen=True)
@@ -96,11 +95,12 @@ class Linearised:
     K_total: np.ndarray  # (r, r): less that of the forces that act on the platform
     missing: np.ndarray  # (r,): to be carried more, all legs in closure and equilibrium
     by_factor: np.ndarray  # (r,): how that grows with the load factor
-    # of the unknowns of legs: by themselves (N, n), by the twist (N, n, r), by the factor (N, n)
-    steps: tuple[np.ndarray, ...]
-    by_twist: tuple[np.ndarray, ...]
-    factor_steps: tuple[np.ndarray, ...]
-    equations: tuple[LegEquations, ...]
+    # of the unknowns of legs, and of axial forces behind: by themselves (T + B,), by the twist (T +
+    # B, r), by the factor (T + B,)
+    steps: np.ndarray
+    by_twist: np.ndarray
+    factor_steps: np.ndarray
+    equations: LegEquations
     held: HeldPlatform | None  # what rigid parts hold of the platform, where they do
     regular: bool  # the coordinates of all legs follow from the pose of the platform
 
@@ -114,7 +114,7 @@ class Linearised:
 class EquilibriumProblem:
     """A robot, unloaded at a posture, and the forces on its platform."""
 
-    groups: tuple[LegGroup, ...]
+    legs: Legs
     rows: tuple[int, ...]  # coordinates of the platform: six in space, three in the plane
     point: np.ndarray  # (3,): of the platform, about which wrenches are [m]
     length: float  # characteristic [m]
@@ -124,14 +124,14 @@ class EquilibriumProblem:
     nodes: Mapping[str, Spot | None] = field(default_factory=dict)
 
     @cached_property
-    def family(self) -> ChainFamily:
-        """The chains of all legs side by side."""
-        return self.groups[0].family if len(self.groups) == 1 else ChainFamily.of(self.groups)
-
-    @cached_property
     def unloaded(self) -> State:
         """The posture from which it is loaded."""
-        return State(np.eye(3), self.point, tuple(group.unloaded() for group in self.groups))
+        return State(np.eye(3), self.point, self.legs.unloaded)
+
+    @property
+    def blocks(self) -> tuple[Block, ...]:
+        """Components of the legs, those of one kind side by side."""
+        return self.legs.numbers.blocks
 
     @property
     def size(self) -> int:
@@ -144,9 +144,15 @@ class EquilibriumProblem:
         return np.array([1.0 if row < 3 else self.length for row in self.rows])
 
     @cached_property
-    def leg_sizes(self) -> tuple[np.ndarray, ...]:
-        """What a unit of each free unknown of the legs turns or shifts, group by group."""
-        return tuple(group.sizes(self.length) for group in self.groups)
+    def units(self) -> np.ndarray:
+        """What makes numbers of the unknowns of the legs (T,), see `Legs.units`."""
+        return self.legs.units(self.length)
+
+    @cached_property
+    def free(self) -> np.ndarray:
+        """Coordinates and twists of bodies among the unknowns."""
+        every = [own.coordinates.ravel() for own in self.blocks]
+        return np.concatenate([np.zeros(0, dtype=int), *every])
 
     @cached_property
     def at_rest(self) -> Linearised:
@@ -162,8 +168,8 @@ class EquilibriumProblem:
         if plain.regular:
             return plain, None
         closures = tuple(
-            Closure.of(eq.A, group.closure_sizes(self.length), sizes)
-            for group, eq, sizes in zip(self.groups, plain.equations, self.leg_sizes, strict=True)
+            Closure.of(A, self.units[own.at[0, own.free :]], self.units[own.coordinates])
+            for own, A in zip(self.blocks, plain.equations.A, strict=True)
         )
         if not any(np.any(own.deficits) for own in closures):
             return plain, None
@@ -171,9 +177,9 @@ class EquilibriumProblem:
 
     @property
     def missing(self) -> list[int]:
-        """Directions at most that closures of the legs of each group lack, of rigid parts."""
+        """Directions at most that closures of the legs of each block lack, of rigid parts."""
         _, closures = self._at_rest
-        return [int(c.deficits.max()) for c in closures] if closures else [0] * len(self.groups)
+        return [int(c.deficits.max()) for c in closures] if closures else [0] * len(self.blocks)
 
     def linearised(
         self, state: State, loading: LoadCase, factor: float, refinements: int = 0
@@ -192,34 +198,26 @@ class EquilibriumProblem:
         closures: tuple[Closure, ...] | None,
         rank: int | None,
     ) -> Linearised:
-        share = loading.shares(factor)
-        r = self.size
-        K, missing, by_factor = np.zeros((r, r)), np.zeros(r), np.zeros(r)
-        equations = self.family.equations(state.legs, state.R, state.p, share)
-        every = []
+        eq = self.legs.equations(state.legs, state.R, state.p, loading.shares(factor))
+        wanted = -np.column_stack([eq.r, eq.A_t, eq.r_factor])
+        every, regular = np.zeros(wanted.shape), True
         lacking: dict[int, Bordered] = {}
-        regular = True
-        for g, (group, eq) in enumerate(zip(self.groups, equations, strict=True)):
-            wanted = -np.concatenate([eq.r[..., None], eq.A_t, eq.r_factor[..., None]], axis=-1)
+        for g, (block, A) in enumerate(zip(self.blocks, eq.A, strict=True)):
             if closures is not None and np.any(closures[g].deficits):
-                lacking[g] = closures[g].solve(eq.A, wanted, refinements)
-                regulars, found = lacking[g].regular, lacking[g].found
+                lacking[g] = closures[g].solve(A, wanted[block.at], refinements)
+                regulars, every[block.at] = lacking[g].regular, lacking[g].found
             else:
-                rows = group.closure_sizes(self.length)
-                first = unit_free(eq.A, self.leg_sizes[g], rows)
-                found, regulars = solved(eq.A, wanted, first, refinements)
+                rows = self.units[block.at[0, block.free :]]
+                first = unit_free(A, self.units[block.coordinates], rows)
+                every[block.at], regulars = solved(A, wanted[block.at], first, refinements)
             regular = regular and bool(np.all(regulars))
-            ends = [group.wrench_places[i] for i in group.on_platform]
-            own_ends = [found[:, place] for place in ends]
-            # what only the base holds has no end on the platform
-            carried = sum(own_ends, np.zeros((group.count, r, r + 2)))
-            K += np.sum(carried[..., 1:-1], axis=0)
-            on_legs = [eq.state.W[i] for i in group.on_platform]
-            missing -= np.sum([*on_legs, carried[..., 0]], axis=(0, 1))
-            by_factor -= np.sum(carried[..., -1], axis=0)
-            every.append(found)
+        # what only the base holds has no end on the platform
+        ends = self.legs.on_platform
+        carried = every[self.legs.numbers.W[ends]].sum(axis=0)
+        K = carried[:, 1:-1]
         acting, rate, turning = self._on_platform(state, loading, factor)
-        missing, by_factor, K_total = missing + acting, by_factor + rate, K - turning
+        missing = acting - state.legs.W[ends].sum(axis=0) - carried[:, 0]
+        by_factor, K_total = rate - carried[:, -1], K - turning
         held = None
         if lacking:
             held = HeldPlatform.of(
@@ -229,23 +227,24 @@ class EquilibriumProblem:
             z, at = held.inverse.T @ across, 0
             for g, own in lacking.items():
                 N, d = own.gaps.shape[:2]
-                every[g] = own.found + own.carried @ z[at : at + N * d].reshape(N, d, -1)
+                more = own.carried @ z[at : at + N * d].reshape(N, d, -1)
+                every[self.blocks[g].at] = own.found + more
                 at += N * d
             s = np.outer(self.scale, self.scale)
             missing = held.missing(K_total / s, missing / self.scale) * self.scale
             by_factor = held.free @ (held.free.T @ (by_factor / self.scale)) * self.scale
             K, K_total = held.within(K / s) * s, held.within(K_total / s) * s
             held = held if held.rank else None
-        every = [eq.completed(own) for eq, own in zip(equations, every, strict=True)]
+        every = eq.completed(every)
         return Linearised(
             K=K,
             K_total=K_total,
             missing=missing,
             by_factor=by_factor,
-            steps=tuple(found[..., 0] for found in every),
-            by_twist=tuple(found[..., 1:-1] for found in every),
-            factor_steps=tuple(found[..., -1] for found in every),
-            equations=tuple(equations),
+            steps=every[:, 0],
+            by_twist=every[:, 1:-1],
+            factor_steps=every[:, -1],
+            equations=eq,
             held=held,
             regular=regular,
         )
@@ -253,25 +252,20 @@ class EquilibriumProblem:
     @property
     def loads_platform_alone(self) -> bool:
         """Whether neither preloads, forces nor springs between bodies act on the legs."""
-        if any(group.springs for group in self.groups):
-            return False
-        if any(np.any(own.drive.preload) for g in self.groups for own in g.couplings):
-            return False
-        arrays = self.family.arrays
-        return not (arrays.load_after.size or np.any(arrays.preload))
+        arrays = self.legs.arrays
+        pushed = any(own.drive.preload for own in self.legs.couplings) or np.any(arrays.preload)
+        return not (self.legs.springs or pushed or arrays.load_bodies.size)
 
     @property
     def has_laws(self) -> bool:
         """Whether some joint follows a law of its own, which may change with its coordinate."""
-        drives = [own.drive for group in self.groups for own in group.couplings]
-        return bool(self.family.arrays.laws) or any(
-            law is not None for drive in drives for law in drive.laws
-        )
+        drives = [own.drive for own in self.legs.couplings]
+        return bool(self.legs.arrays.laws) or any(own.law is not None for own in drives)
 
     @property
     def has_corners(self) -> bool:
         """Whether paths may have corners: laws of joints, and cables that become slack."""
-        return self.has_laws or any(own.is_cable for g in self.groups for own in g.springs)
+        return self.has_laws or any(own.is_cable for own in self.legs.springs)
 
     def under_load(self, known: Linearised, loading: LoadCase, factor: float) -> Linearised:
         """The equations at the unloaded posture, from those without load.
@@ -294,22 +288,16 @@ class EquilibriumProblem:
         The platform moves by a twist (r,), the load factor grows by `more`. Returns the state, the
         size of the whole step [rad], and the part of it that was made.
         """
-        wide = [
-            s + by @ twist + f * more
-            for s, by, f in zip(known.steps, known.by_twist, known.factor_steps, strict=True)
-        ]
-        size = self.size_of(twist)
-        for step, own in zip(wide, self.leg_sizes, strict=True):
-            size = max(size, float(np.max(np.abs(step[:, : own.shape[1]]) * own, initial=0.0)))
+        step = known.steps + known.by_twist @ twist + known.factor_steps * more
+        size = max(self.size_of(twist), self.size_of_legs(step))
         part = 1.0 if size <= cap else cap / size
-        return self.moved(state, part * twist, [part * step for step in wide]), size, part
+        return self.moved(state, part * twist, part * step), size, part
 
-    def moved(self, state: State, twist: np.ndarray, steps: Sequence[np.ndarray]) -> State:
-        """A state after a twist (r,) of the platform, and steps (N, n) of all groups of legs."""
+    def moved(self, state: State, twist: np.ndarray, step: np.ndarray) -> State:
+        """A state after a twist (r,) of the platform, and a step (T + B,) of the legs."""
         full = np.zeros(6)
         full[list(self.rows)] = twist
-        parts = zip(self.groups, state.legs, steps, strict=True)
-        legs = tuple(group.stepped(own, step) for group, own, step in parts)
+        legs = self.legs.stepped(state.legs, step)
         return State(matrix_of_rotation(full[3:]) @ state.R, state.p + full[:3], legs)
 
     def displacement(self, state: State) -> np.ndarray:
@@ -318,39 +306,32 @@ class EquilibriumProblem:
         return moved[list(self.rows)]
 
     @cached_property
-    def legs(self) -> dict[int, str]:
+    def leg_names(self) -> dict[int, str]:
         """Names of the legs by their numbers."""
-        chains = (chain for group in self.groups for chain in group.chains)
-        owners = {own for chain in chains for own in chain.owners} - {NOBODY}
+        owners = {chain.owner for chain in self.legs.chains} - {NOBODY}
         return {own.leg: own.name for own in sorted(owners)}
 
-    def by_leg(self, ends: Sequence[Mapping[int, np.ndarray]]) -> tuple[np.ndarray, ...]:
-        """Sums by leg (...) of what chains on the platform have (N, ...), by group and chain."""
-        shape = next((own.shape[1:] for of_group in ends for own in of_group.values()), ())
-        found = {leg: np.zeros(shape) for leg in self.legs}
-        for group, of_group in zip(self.groups, ends, strict=True):
-            for c, own in of_group.items():
-                for owner, value in zip(group.chains[c].owners, own, strict=True):
-                    if owner != NOBODY:
-                        found[owner.leg] = found[owner.leg] + value
+    def by_leg(self, ends: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Sums by leg (...) of what all chains on the platform have (C, ...)."""
+        found = {leg: np.zeros(ends.shape[1:]) for leg in self.leg_names}
+        for c in self.legs.on_platform:
+            owner = self.legs.chains[c].owner
+            if owner != NOBODY:
+                found[owner.leg] = found[owner.leg] + ends[c]
         return tuple(found.values())
-
-    def leg_wrenches(self, state: State) -> tuple[np.ndarray, ...]:
-        """What the platform exerts on each leg about its point (r,)."""
-        pairs = zip(self.groups, state.legs, strict=True)
-        return self.by_leg([{c: own.W[c] for c in group.on_platform} for group, own in pairs])
 
     def size_of(self, twist: np.ndarray) -> float:
         """How much a twist turns or shifts, shifts by the robot's length [rad]."""
         return float(np.max(np.abs(twist * self.scale))) / self.length
 
+    def size_of_legs(self, step: np.ndarray) -> float:
+        """How much a step of the unknowns of legs turns or shifts them [rad], as `size_of`."""
+        return float(np.max(np.abs(step[self.free] * self.units[self.free]), initial=0.0))
+
     def platform_potential(self, state: State, loading: LoadCase, factor: float) -> float:
         """Potential of the forces on platform and legs, the wrench left out [J]."""
         share = loading.shares(factor).value
-        total = sum(
-            group.load_potential(own, share)
-            for group, own in zip(self.groups, state.legs, strict=True)
-        )
+        total = self.legs.load_potential(state.legs, share)
         shift = state.p - self.point
         if self.steady is not None:
             total += self.steady.weights.potential(state.R, shift)

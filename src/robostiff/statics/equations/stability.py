@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robostiff.statics.chains.chain import NOBODY, LegEquations
-from robostiff.statics.chains.legs import LegGroup
+from robostiff.statics.chains.elements import NOBODY
+from robostiff.statics.chains.legs import Block, LegState
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised
 
 # Of the largest eigenvalue: below this there is no stiffness.
@@ -45,7 +45,7 @@ class Margin:
     value: float
     form: np.ndarray  # (k, k): that motion is its eigenvector of the least eigenvalue
     basis: np.ndarray  # (n, k): columns are the motions of which form has the coordinates
-    at: tuple[int, int] = (0, 0)  # of a leg: its group, and its row there
+    at: tuple[int, int] = (0, 0)  # of a leg: its block, and its row there
 
     @property
     def mode(self) -> np.ndarray:
@@ -140,12 +140,12 @@ def platform_margin(problem: EquilibriumProblem, known: Linearised) -> Margin:
 def leg_margins(problem: EquilibriumProblem, known: Linearised) -> dict[int, Margin]:
     """Of each leg with the platform held, by its index; modes are coordinates and bodies."""
     found: dict[int, Margin] = {}
-    each = zip(problem.groups, known.equations, problem.missing, strict=True)
-    for g, (group, eq, missing) in enumerate(each):
-        if group.free_size <= eq.A.shape[1] - group.free_size - missing and not group.beams:
+    each = zip(problem.blocks, known.equations.A, problem.missing, strict=True)
+    for g, (block, A, missing) in enumerate(each):
+        if block.free <= block.closures - missing and not block.beams.size:
             continue  # the platform holds all coordinates
-        own = margins_of(group, eq, problem.length)
-        for row, (owner, one) in enumerate(zip(group.first, own, strict=True)):
+        own = margins_of(problem, block, A, known.equations.state)
+        for row, (owner, one) in enumerate(zip(problem.legs.owners(block), own, strict=True)):
             # A margin of 0 is that of a joint that nothing holds, such as the spin of a rod.
             if one is not None and one.value != 0.0:
                 # legs that are held together have one margin, under the first of them
@@ -155,32 +155,34 @@ def leg_margins(problem: EquilibriumProblem, known: Linearised) -> dict[int, Mar
     return dict(sorted(found.items()))
 
 
-def margins_of(group: LegGroup, eq: LegEquations, length: float) -> list[Margin | None]:
-    """Of legs built alike, inner modes of beams among their motions.
+def margins_of(
+    problem: EquilibriumProblem, block: Block, A: np.ndarray, state: LegState
+) -> list[Margin | None]:
+    """Of components of one kind, with tangents A (N, n, n), inner modes of beams among motions.
 
     None for one that the platform holds.
     """
-    m, A = group.free_size, eq.A
-    Q = group.with_modes(eq)
+    m, legs = block.free, problem.legs
+    Q = legs.with_modes(block, A, state)
     Q0 = np.tile(np.eye(Q.shape[1]), (len(Q), 1, 1))
-    Q0[:, :m, :m] = group.unloaded_curvature
-    C = A[:, m:, :m] * group.closure_sizes(length)[:, None]
+    Q0[:, :m, :m] = legs.unloaded_curvature(block)
+    C = A[:, m:, :m] * problem.units[block.at[0, m:]][:, None]
     # Without springs between bodies: what these add to a passive joint may be rounding.
-    scale = unit_sizes(C, np.diagonal(group.own_curvature, axis1=-2, axis2=-1))
+    scale = unit_sizes(C, np.diagonal(legs.own_curvature(block), axis1=-2, axis2=-1))
     columns = C * scale[:, None]
     rows = np.linalg.norm(columns, axis=2)
     columns = columns / np.where(rows > 0, rows, 1.0)[..., None]
     found: list[Margin | None] = [None] * len(Q)
     inner = Q.shape[1] - m
-    for legs, motions in _left_by(columns):
+    for each, motions in _left_by(columns):
         k = motions.shape[-1]
         if not k + inner:
             continue
-        N = np.zeros((len(legs), m + inner, k + inner))
-        N[:, :m, :k], N[:, m:, k:] = motions * scale[legs, :, None], np.eye(inner)
+        N = np.zeros((len(each), m + inner, k + inner))
+        N[:, :m, :k], N[:, m:, k:] = motions * scale[each, :, None], np.eye(inner)
         across = np.swapaxes(N, -1, -2)
-        pairs = across @ Q[legs] @ N, across @ Q0[legs] @ N
-        for leg, own, least in zip(legs, N, margins(*pairs), strict=True):
+        pairs = across @ Q[each] @ N, across @ Q0[each] @ N
+        for leg, own, least in zip(each, N, margins(*pairs), strict=True):
             found[leg] = least.among(own)
     return found
 
@@ -229,7 +231,7 @@ class Regular:
     @staticmethod
     def of(problem: EquilibriumProblem, known: Linearised) -> Regular:
         """At a posture that is not singular."""
-        G = _closure(problem, known)
+        G = whole_closure(problem, known)
         V, R = np.linalg.qr(G.T)
         size = np.abs(np.diagonal(R))
         if len(size) == len(G) and np.all(size > _INDEPENDENT * np.max(size, initial=0.0)):
@@ -242,7 +244,7 @@ class Regular:
 
     def ratio(self, problem: EquilibriumProblem, known: Linearised) -> float:
         """Determinant of ``U^T G V`` at a posture near by: 1 here, 0 where it is singular."""
-        sign, log = np.linalg.slogdet(self.U.T @ _closure(problem, known) @ self.V)
+        sign, log = np.linalg.slogdet(self.U.T @ whole_closure(problem, known) @ self.V)
         return float(sign * self.sign * np.exp(log - self.log))
 
 
@@ -251,25 +253,22 @@ def may_be_singular(problem: EquilibriumProblem) -> bool:
 
     An open leg of more coordinates keeps its rank, but by coincidence.
     """
-    for group, lacking in zip(problem.groups, problem.missing, strict=True):
-        own = [chain for chain in group.chains if chain.owners[0] != NOBODY]
-        if lacking or len(own) > 1 or (own and own[0].size <= len(group.rows)):
+    chains = problem.legs.chains
+    for block, lacking in zip(problem.blocks, problem.missing, strict=True):
+        own = [chains[c] for c in block.chains[0] if chains[c].owner != NOBODY]
+        if lacking or len(own) > 1 or (own and own[0].size <= problem.size):
             return True
     return False
 
 
-def _closure(problem: EquilibriumProblem, known: Linearised) -> np.ndarray:
+def whole_closure(problem: EquilibriumProblem, known: Linearised) -> np.ndarray:
     """G (c, n): of all legs by their coordinates and by the twist of the platform, as numbers."""
-    L, r = problem.length, problem.size
-    n = sum(group.count * group.free_size for group in problem.groups)
-    blocks, at = [np.zeros((0, n + r))], 0
-    parts = zip(problem.groups, problem.leg_sizes, known.equations, strict=True)
-    for group, sizes, eq in parts:
-        m, rows = group.free_size, group.closure_sizes(L)[:, None]
-        for i in range(group.count):
-            G = np.zeros((len(rows), n + r))
-            G[:, at : at + m] = rows * eq.A[i, m:, :m] / sizes[i]
-            G[:, n:] = rows * eq.A_t[i, m:] * L / problem.scale
-            blocks.append(G)
-            at += m
-    return np.concatenate(blocks)
+    units, eq = problem.units, known.equations
+    G = np.zeros((len(units), len(units) + problem.size))
+    for block, A in zip(problem.blocks, eq.A, strict=True):
+        for at, own in zip(block.at, A, strict=True):
+            G[at[:, None], at[: block.free]] = own[:, : block.free] / units[at[: block.free]]
+    G[:, len(units) :] = eq.A_t * problem.length / problem.scale
+    closures = np.delete(np.arange(len(units)), problem.free)
+    kept = np.append(problem.free, np.arange(len(units), G.shape[1]))
+    return units[closures, None] * G[np.ix_(closures, kept)]

@@ -10,10 +10,9 @@ import numpy as np
 from robostiff.model import PlacedMass, PlacedSpring
 from robostiff.spatial import skew
 from robostiff.statics.chains.beam_bowing import UniformBeam, uniform_beam
-from robostiff.statics.chains.chain import BodyPlace, FiniteJoint, LegState, Spot
-from robostiff.statics.chains.legs import LegGroup
+from robostiff.statics.chains.elements import BodyPlace, FiniteJoint, Spot
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, State
-from robostiff.statics.equations.stability import unit_sizes
+from robostiff.statics.equations.stability import unit_sizes, whole_closure
 
 # Cosine, less than one by this: an elastic part whose own x axis is not along it.
 _ASIDE = 1e-9
@@ -222,34 +221,29 @@ class SmallMotions:
         problem: EquilibriumProblem, masses: CarriedMasses, known: Linearised, state: State
     ) -> SmallMotions:
         """About a state of a problem, where its equations are known."""
-        rows, r = list(problem.rows), problem.size
-        n = sum(g.count * g.free_size for g in problem.groups) + r
-        K, stiff, at = np.zeros((n, n)), np.zeros(n), 0
-        B, closure = [np.zeros((0, n))], []
-        for g, (group, eq, own) in enumerate(
-            zip(problem.groups, known.equations, state.legs, strict=True)
-        ):
-            m = group.free_size
-            own_stiff = np.diagonal(group.unloaded_curvature, axis1=-2, axis2=-1)
-            gaps = group.closure_sizes(problem.length)[:, None]
-            carried = [one for one in masses.on_legs if one.spot.group == g]
-            B.append(_velocities(group, own, carried, state.p, at, n))
-            B.append(_rates_of_drives(group, at, n))
-            for i in range(group.count):
-                here = slice(at, at + m)
-                at += m
-                K[here, here] = eq.A[i, :m, :m]
-                stiff[here] = own_stiff[i]
-                closed = np.zeros((eq.A.shape[1] - m, n))
-                closed[:, here], closed[:, n - r :] = eq.A[i, m:, :m], eq.A_t[i, m:]
-                closure.append(gaps * closed)
+        rows, r, legs = list(problem.rows), problem.size, problem.legs
+        number = np.full(legs.numbers.total, -1)
+        number[problem.free] = np.arange(len(problem.free))
+        n = len(problem.free) + r
+        K, stiff = np.zeros((n, n)), np.zeros(n)
+        for block, A in zip(problem.blocks, known.equations.A, strict=True):
+            m, at = block.free, number[block.coordinates]
+            K[at[:, :, None], at[:, None]] = A[:, :m, :m]
+            stiff[at] = np.diagonal(legs.unloaded_curvature(block), axis1=-2, axis2=-1)
         K[n - r :, n - r :] += known.K_total - known.K
+        B = [np.zeros((0, n)), _rates_of_drives(problem, n)]
+        moved = legs.moved(state.legs) if masses.on_legs else []
+        for one in masses.on_legs:
+            twists = legs.twists(state.legs, state.p, one.spot.chain)
+            own = one.velocities(moved[one.spot.chain], twists, state.p)
+            B.append(np.concatenate([own[:, problem.free], np.zeros((len(own), r))], axis=1))
         for mass in masses.on_platform:
             b = state.R @ (mass.centre - problem.point)
             rate = np.zeros((3, n))
             rate[:, n - r :] = np.concatenate([np.eye(3), -skew(b)], axis=1)[:, rows]
             B.append(np.sqrt(float(mass.value)) * rate)
-        C = np.concatenate(closure)
+        sizes = np.append(problem.units[problem.free], problem.scale / problem.length)
+        C = whole_closure(problem, known) * sizes
         return SmallMotions(0.5 * (K + K.T), np.concatenate(B), C, unit_sizes(C, stiff))
 
     def vibrations(self) -> tuple[np.ndarray, np.ndarray]:
@@ -296,43 +290,17 @@ class SmallMotions:
         return Vt[rank:].T * self.size[:, None]
 
 
-def _rates_of_drives(group: LegGroup, first: int, size: int) -> np.ndarray:
+def _rates_of_drives(problem: EquilibriumProblem, size: int) -> np.ndarray:
     """Rates of coordinates and sums times roots of the inertia of their drives (k, size)."""
-    m, found = group.free_size, [np.zeros((0, size))]
-    pairs = [(own.drive, a) for own, a in zip(group.couplings, group.sum_rows, strict=True)]
-    for chain, own in zip(group.chains, group.coordinates, strict=True):
+    legs = problem.legs
+    pairs = [(own.drive, a) for own, a in zip(legs.couplings, legs.sum_rows, strict=True)]
+    for chain, first in zip(legs.chains, legs.first_x, strict=False):
         for element, place in zip(chain.elements, chain.places, strict=True):
-            if isinstance(element, FiniteJoint) and np.any(element.inertia):
-                unit = np.eye(m)[own.start + place.start]
-                pairs.append((element, np.broadcast_to(unit, (group.count, m))))
-    for drive, rates in pairs:
-        for row in np.flatnonzero(drive.inertia):
-            wide = np.zeros((1, size))
-            wide[0, first + row * m : first + (row + 1) * m] = rates[row]
-            found.append(np.sqrt(drive.inertia[row]) * wide)
-    return np.concatenate(found)
-
-
-def _velocities(
-    group: LegGroup,
-    state: LegState,
-    masses: Sequence[CarriedMass],
-    about: np.ndarray,
-    first: int,
-    size: int,
-) -> np.ndarray:
-    """Velocities times roots of the masses on the legs of a group (k, size).
-
-    The unknowns of its legs begin at `first`, among so many of all.
-    """
-    m, found = group.free_size, [np.zeros((0, size))]
-    twists = group.twists(state, about) if masses else []
-    moved = group.moved(state) if masses else []
-    for one in masses:
-        _, row, c, _ = one.spot
-        bodies = [BodyPlace(place.R[row], place.t[row]) for place in moved[c]]
-        rates = one.velocities(bodies, twists[c][row], about)
-        wide = np.zeros((len(rates), size))
-        wide[:, first + row * m : first + (row + 1) * m] = rates
-        found.append(wide)
-    return np.concatenate(found)
+            if isinstance(element, FiniteJoint) and element.inertia:
+                unit = np.zeros(legs.numbers.total)
+                unit[legs.numbers.x[first + place.start]] = 1.0
+                pairs.append((element, unit))
+    moving = [np.sqrt(drive.inertia) * a[problem.free] for drive, a in pairs if drive.inertia]
+    found = np.zeros((len(moving), size))
+    found[:, : len(problem.free)] = np.array(moving).reshape(-1, len(problem.free))
+    return found

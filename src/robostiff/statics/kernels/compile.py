@@ -26,7 +26,7 @@ from robostiff.statics.kernels.compiled_loading import CompiledLoading
 from robostiff.statics.kernels.elimination import RigidLegError
 from robostiff.statics.kernels.forces_on_bodies import StandingLoads, has_symbols
 from robostiff.statics.kernels.loaded_robot import record_loading
-from robostiff.statics.loading.given_loads import Gravity, Loads
+from robostiff.statics.loading.given_loads import Acting, Gravity, Loads
 from robostiff.statics.loading.loaded_posture import LoadedPosture, Postures, postures_of
 
 _BOWING = Bowing()
@@ -158,7 +158,7 @@ def compile_loaded(
     kernel = Kernel(
         inputs=loading.inputs,
         outputs=(StiffnessMatrix(),),
-        checks=(*loading.checks, "open", "mode"),
+        checks=("flags", "open", "mode"),
         space=robot.space,
         code=ClosedCode.of(loading, loading.arrival, chosen),
     )
@@ -184,8 +184,8 @@ def compile_loaded(
 def _loaded_postures(finder: PostureFinder, standing: StandingLoads) -> list[LoadedPosture]:
     """The robot in numbers at home, and at postures around it that it reaches."""
     robot = finder.robot
-    own = standing.loads, standing.preload, standing.beams, standing.gravity
-    found = [postures_of(robot, None, None).loaded(0, None, *own)]
+    acting = Acting(**standing.given)
+    found = [postures_of(robot, None, None).loaded(0, acting)]
     random = np.random.default_rng(20111)
     if robot.is_posed_by_joints:
         home, moving = robot.legs[0].chain.home, robot.legs[0].chain.free
@@ -201,7 +201,7 @@ def _loaded_postures(finder: PostureFinder, standing: StandingLoads) -> list[Loa
     if posture is None:
         return found
     reached = np.flatnonzero(posture.reached & posture.within_limits)[:_POSTURES]
-    return [*found, *(around.loaded(int(k), None, *own) for k in reached)]
+    return [*found, *(around.loaded(int(k), acting) for k in reached)]
 
 
 def _small_force(robot: Robot, problems: Sequence[EquilibriumProblem]) -> float:

@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.compiled_answer import AtGeneralPoses, checked_results
+from robostiff.analysis.compiled_answer import AtGeneralPoses, decided
 from robostiff.analysis.kernel_inputs import (
     InputRows,
     KernelInputs,
     ParameterValues,
     at_joints,
 )
-from robostiff.compiled import Kernel, unpack
+from robostiff.compiled import Kernel
 from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.codes import chunks_of, in_shares
 from robostiff.compiled.kernel import whole_threads
@@ -198,6 +198,7 @@ class CompiledLoading:
         *,
         hooks: ArrayLike | None = None,
         parameters: Mapping[str, ArrayLike] | None = None,
+        again: bool = True,
         threads: int = 1,
     ) -> LoadedAnswer:
         """Equilibria at many poses; where a check fails, `equilibrium` computes them.
@@ -213,6 +214,8 @@ class CompiledLoading:
             platform axes and world axes [N m]: their levers turn with the platform.
         parameters : mapping of str to a number or (N,) array, optional
             Values of parameters, in SI units; nominal where left out.
+        again : bool
+            Whether what is guarded is computed again; otherwise `guarded` says what not to trust.
         threads : int
 
         Raises
@@ -265,7 +268,7 @@ class CompiledLoading:
                 self._fill(rows, np.hstack([F[own], levers[own]]), own, answer)
 
         in_shares(fill, count, threads)
-        for other, part in values.groups(answer.guarded):
+        for other, part in values.groups(answer.guarded & again):
             some = JointCoordinates(given[part]) if by_joints else given[part]
             try:
                 self._compute_again(other, some, F[part], levers[part], part, answer)
@@ -286,16 +289,18 @@ class CompiledLoading:
 
     def _fill(self, given: InputRows, F: np.ndarray, where: slice, answer: LoadedAnswer) -> None:
         """Results of the kernel at a chunk of poses."""
-        r = self.robot.space.size
         posture, loose = given.rows[:, where], given.loose[where]
         if self.closure is not None:
             found = self.closure.evaluate(posture)
             posture = np.concatenate([found[:-2], posture[len(self.robot.coordinates) :]])
             loose = loose | ~((found[-2] < CLOSED) & (found[-1] > 0))
-        results = self.kernel.evaluate(np.concatenate([posture, F.T]))
-        checked = checked_results(self.kernel, results, given.missed[where], loose, self.general)
-        unpack(checked.rows["K"], answer.K_sym[where])
-        rows = r * (r + 1) // 2
+        inputs, r = np.concatenate([posture, F.T]), self.robot.space.size
+        results = self.kernel.evaluate(inputs)
+        K = np.moveaxis(results[: r * r].reshape(r, r, -1), -1, 0)
+        given = InputRows(inputs, given.missed[where], loose)
+        checked = decided(self.kernel, results, {"K": K}, given, self.general)
+        answer.K_sym[where] = K
+        rows = r * r
         # Equilibrium is only as good as all that it was computed from.
         last = rows + 7 + 9 * self.has_arms
         unsure = ~np.isfinite(results[:last]).all(axis=0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,18 +14,15 @@ from robostiff.record import Entry, is_zero, reciprocal, square_root, usual_size
 from robostiff.spatial import Space, cross
 from robostiff.statics.chains.beam_bowing import elastic_element, in_series
 from robostiff.statics.chains.body_springs import Pulls
-from robostiff.statics.chains.chain import (
+from robostiff.statics.chains.elements import (
     NOBODY,
-    ChainTerms,
     Element,
     FiniteCoupling,
     FiniteJoint,
     FiniteSpring,
-    LegState,
-    MovingBody,
 )
-from robostiff.statics.chains.chain_family import by_leg
-from robostiff.statics.chains.legs import LegGroup
+from robostiff.statics.chains.legs import Legs, LegState
+from robostiff.statics.chains.moving_chain import ChainTerms
 from robostiff.statics.kernels.elimination import SymmetricElimination
 
 # Of the product of two diagonal entries of a compliance: a square beside it that is rounding.
@@ -49,41 +46,32 @@ class RecordedElements:
     space: Space
     length: float
 
-    side_by_side = False
-
     @staticmethod
-    def of(groups: Iterable[LegGroup], space: Space, length: float) -> RecordedElements:
+    def of(legs: Legs, space: Space, length: float) -> RecordedElements:
         """By the legs of a robot in numbers."""
         like: dict[tuple[str, str], list[FiniteSpring]] = {}
-        for chain in (chain for group in groups for chain in group.chains):
-            for row, owner in enumerate(chain.owners):
-                for e in chain.elements:
-                    if isinstance(e, FiniteSpring):
-                        like.setdefault((owner.name, e.names[row]), []).append(e)
+        for chain in legs.chains:
+            for e in chain.elements:
+                if isinstance(e, FiniteSpring):
+                    like.setdefault((chain.owner.name, e.name), []).append(e)
         return RecordedElements(like, space, length)
 
-    def row(self, values: Any) -> np.ndarray:
-        """Values as those of one leg (1, ...)."""
-        if not np.ndim(values):
-            return np.array([values, None], dtype=object)[:1]
-        return np.array([values], dtype=object)
+    def array(self, values: Any) -> np.ndarray:
+        """Values as an array of entries."""
+        return np.array(values, dtype=object)
 
-    def joint(self, freedom: PlacedFreedom, leg: str) -> FiniteJoint:
+    def joint(self, freedom: PlacedFreedom) -> FiniteJoint:
         """A joint, whose drive does not push."""
-        del leg
-        k = freedom.stiffness
-        values = freedom.advance(1), 0 if k is None else k, 0, 0
-        slide, stiffness, push, inertia = map(self.row, values)
-        point, axis = self.row(freedom.point), self.row(freedom.axis)
-        names, laws = (freedom.name,), (None,)
-        return FiniteJoint(names, point, axis, freedom.turns, slide, stiffness, push, laws, inertia)
+        k = 0 if freedom.stiffness is None else freedom.stiffness
+        point, axis = self.array(freedom.point), self.array(freedom.axis)
+        return FiniteJoint(freedom.name, point, axis, freedom.turns, freedom.advance(1), k, 0)
 
     def spring(self, spring: PlacedSpring, leg: str) -> list[Element]:
         """An elastic part as one spring, or a beam as elements."""
         like = self.like[leg, spring.name]
         values = spring.rotation, spring.elasticity.compliance, spring.elasticity.freedoms
-        rotation, C, free = (np.array(own, dtype=object) for own in values)
-        beam = 2 * C[1, 5] / C[5, 5] if np.any(like[0].axial) else None
+        rotation, C, free = map(self.array, values)
+        beam = 2 * C[1, 5] / C[5, 5] if like[0].bows else None
         inner, parts = bool(np.any(like[0].bending.b)), len(like)
         own = elastic_element(
             self.space, rotation, (C, free), beam, parts, self._modes_of, inner=inner
@@ -104,12 +92,12 @@ class RecordedElements:
         return columns, np.array([*stiffness, None], dtype=object)[:-1]
 
 
-def units(element: Element, length: float) -> list[float]:
-    """A unit of motion of each coordinate: a radian, or the length of the robot [m].
+def unit(element: Element, length: float) -> float:
+    """A unit of motion of its coordinates: a radian, or the length of the robot [m].
 
     Coordinates of elastic parts on entries are of about this size themselves.
     """
-    return [length if element.kind == "slide" else 1.0] * element.size
+    return length if isinstance(element, FiniteJoint) and not element.turns else 1.0
 
 
 def _modes(C: np.ndarray) -> list[np.ndarray]:
@@ -129,6 +117,13 @@ def _modes(C: np.ndarray) -> list[np.ndarray]:
                 lost = usual_size(rest) ** 2 <= _LOST * usual_size(C[a, a]) * usual_size(C[b, b])
                 left[a, b] = 0 if lost else rest
     return found
+
+
+class MovingBody(NamedTuple):
+    """A rigid body: its axes (3, 3), and where its own point is (3,) [m]."""
+
+    R: np.ndarray
+    p: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -164,7 +159,7 @@ class MovedBody:
             ],
             dtype=object,
         )
-        return MovingBody(R[None], self.origin + np.array([[x, y, z]], dtype=object))
+        return MovingBody(R, self.origin + np.array([x, y, z], dtype=object))
 
     def stepped(self, values: Mapping[str, Any], twist: np.ndarray) -> dict[str, Any]:
         """Its coordinates after a twist (6,): a Cayley turn, alike to second order."""
@@ -205,15 +200,13 @@ class RecordedCoupling:
         self, elimination: SymmetricElimination, values: Mapping[str, Any], length: float
     ) -> None:
         """Add ``sum(a q) - s = 0`` and what pushes."""
-        (size,) = units(self.own.drive, length)
-        elimination.unknown(self.push, size)
+        elimination.unknown(self.push, unit(self.own.drive, length))
         terms = [*self.terms, *((name, -1) for name in self.motion)]
         for name in self.motion:
             elimination.unknown(name, 1.0)
-            (k,), (preload,) = self.own.drive.stiffness, self.own.drive.preload
+            k = self.own.drive.stiffness
             elimination.add(name, name, k)
-            pull = k * values[name] - preload
-            elimination.add_right(name, -pull)
+            elimination.add_right(name, self.own.drive.preload - k * values[name])
         for name, factor in terms:
             elimination.add(self.push, name, factor)
             elimination.add_right(name, values[self.push] * factor)
@@ -221,82 +214,68 @@ class RecordedCoupling:
 
 
 @dataclass(frozen=True)
-class RecordedGroup:
-    """Legs that are held together (N = 1), whose coordinates and wrenches are unknowns."""
+class RecordedLegs:
+    """Legs whose coordinates and wrenches are unknowns."""
 
-    name: str  # its unknowns begin with it
-    group: LegGroup
+    legs: Legs
     length: float  # of the robot [m]
 
     @cached_property
-    def coordinates(self) -> list[list[str]]:
-        """Names of the coordinates of every chain."""
-        chains = enumerate(self.group.chains)
-        return [[f"{self.name}.{c}.x{i}" for i in range(chain.size)] for c, chain in chains]
-
-    @cached_property
-    def wrenches(self) -> list[list[str]]:
-        """Names of the components of the wrenches of every chain."""
-        size = range(len(self.group.rows))
-        return [
-            [] if chain.owners[0] == NOBODY else [f"{self.name}.{c}.W{i}" for i in size]
-            for c, chain in enumerate(self.group.chains)
-        ]
-
-    @cached_property
-    def bodies(self) -> dict[int, MovedBody]:
-        """The bodies between its chains; what holds springs at the platform is the platform."""
-        held = [chain.start for chain in self.group.chains if chain.owners[0] == NOBODY]
-        points = enumerate(self.group.points)
-        return {b: MovedBody(f"{self.name}.b{b}", p[0]) for b, p in points if b not in held}
-
-    @cached_property
-    def motions(self) -> list[list[str]]:
-        """Names of the components of their twists."""
-        names = [
-            f"{self.bodies[b].name}." if b in self.bodies else ""
-            for b in range(len(self.group.points))
-        ]
-        return [[f"{name}t{row}" for row in self.group.rows] for name in names]
-
-    @cached_property
-    def free(self) -> list[str]:
-        """Names of coordinates and of components of twists, in the order of the group."""
-        return [name for own in (*self.coordinates, *self.motions) for name in own]
-
-    @cached_property
-    def axial(self) -> list[str]:
-        """Names of the axial forces of its beams."""
-        return [f"{self.name}.N{i}" for i in range(len(self.group.beams))]
-
-    @cached_property
-    def couplings(self) -> list[RecordedCoupling]:
-        """Its couplings."""
-        found = []
-        for i, own in enumerate(self.group.couplings):
-            names = [
-                self.coordinates[c][self.group.chains[c].places[k].start] for c, k in own.terms
-            ]
-            terms = list(zip(names, own.factors[0], strict=True))
-            found.append(RecordedCoupling(f"{self.name}.c{i}", terms, own))
+    def names(self) -> list[str]:
+        """Of all unknowns; what holds springs at the platform moves as the platform does."""
+        found = [f"u{u}" for u in range(self.legs.numbers.total)]
+        for chain in self.legs.chains:
+            if chain.owner == NOBODY and chain.start is not None:
+                for row, u in zip(
+                    self.legs.rows, self.legs.numbers.bodies[chain.start], strict=True
+                ):
+                    found[u] = f"t{row}"
         return found
+
+    def named(self, unknowns: Iterable[int]) -> list[str]:
+        """Names of some unknowns."""
+        return [self.names[u] for u in unknowns]
 
     @cached_property
     def sizes(self) -> dict[str, float]:
         """A unit of each coordinate: a radian, or the length of the robot [m]."""
-        return {
-            name: size
-            for chain, names in zip(self.group.chains, self.coordinates, strict=True)
-            for name, size in zip(
-                names, (s for e in chain.elements for s in units(e, self.length)), strict=True
-            )
-        }
+        every = (e for chain in self.legs.chains for e in chain.elements)
+        units = [size for e in every for size in [unit(e, self.length)] * e.size]
+        return dict(zip(self.named(self.legs.numbers.x), units, strict=True))
+
+    @cached_property
+    def wrenches(self) -> dict[int, list[str]]:
+        """Names of the components of the wrenches of chains."""
+        numbers = enumerate(self.legs.numbers.W)
+        return {c: self.named(W) for c, W in numbers if self.legs.chains[c].owner != NOBODY}
+
+    @cached_property
+    def bodies(self) -> dict[int, MovedBody]:
+        """The bodies between its chains; what holds springs at the platform is the platform."""
+        held = [chain.start for chain in self.legs.chains if chain.owner == NOBODY]
+        points = enumerate(self.legs.points)
+        return {b: MovedBody(f"b{b}", p) for b, p in points if b not in held}
+
+    @cached_property
+    def axial(self) -> list[str]:
+        """Names of the axial forces of its beams."""
+        return [f"N{i}" for i in range(len(self.legs.beams))]
+
+    @cached_property
+    def couplings(self) -> list[RecordedCoupling]:
+        """Its couplings."""
+        legs, found = self.legs, []
+        for i, own in enumerate(legs.couplings):
+            places = [legs.first_x[c] + legs.chains[c].places[k].start for c, k in own.terms]
+            names = self.named(legs.numbers.x[places])
+            found.append(RecordedCoupling(f"c{i}", list(zip(names, own.factors, strict=True)), own))
+        return found
 
     @property
     def start(self) -> dict[str, float]:
         """Its unknowns at the unloaded posture."""
-        found: dict[str, float] = {}
-        for names in (*self.coordinates, self.axial, *self.wrenches):
+        found = dict.fromkeys([*self.sizes, *self.axial], 0.0)
+        for names in self.wrenches.values():
             found |= dict.fromkeys(names, 0.0)
         for body in self.bodies.values():
             found |= body.start
@@ -315,14 +294,14 @@ class RecordedGroup:
 
         found: dict[str, Any] = {name: size * small() for name, size in self.sizes.items()}
         found |= {name: 1e3 * force * small() for name in self.axial}
-        for names in filter(None, self.wrenches):
-            for name, row in zip(names, self.group.rows, strict=True):
+        for names in self.wrenches.values():
+            for name, row in zip(names, self.legs.rows, strict=True):
                 found[name] = 1e3 * force * (1.0 if row < 3 else L) * small()
         for body in self.bodies.values():
             x = [*(L * small() for _ in range(3)), np.ones(count)]
             found |= dict(zip(body.coordinates, [*x, *(small() for _ in range(3))], strict=True))
         for own in self.couplings:
-            (size,) = units(own.own.drive, L)
+            size = unit(own.own.drive, L)
             found[own.push] = 1e3 * force * (L / size) * small()
             found |= {name: size * small() for name in own.motion}
         return found
@@ -336,79 +315,88 @@ class RecordedGroup:
         force: float,
         share: int,
     ) -> tuple[np.ndarray, list[Any]]:
-        """Add its equations to those of the platform, and eliminate its unknowns.
+        """Add their equations to those of the platform, and eliminate their unknowns.
 
-        Loads and preloads act, or, at the share 0, do not. Returns the moment that it takes from
-        the platform (3,), and squares of turns of its parts.
+        Loads and preloads act, or, at the share 0, do not. Returns the moment that they take from
+        the platform (3,), and squares of turns of their parts.
         """
-        group, rows = self.group, list(self.group.rows)
-        for b in self.bodies:
-            for name, row in zip(self.motions[b], rows, strict=True):
-                elimination.unknown(name, self.length if row < 3 else 1.0)
+        legs, rows, at = self.legs, list(self.legs.rows), self.legs.numbers
+        moved = {b: body.moved(values) for b, body in self.bodies.items()}
+        places = [moved.get(b, platform) for b in range(len(legs.points))]
+        every = (self.wrenches.get(c) for c in range(len(legs.chains)))
+        wrenches = [[values[name] for name in own] if own else [0] * len(rows) for own in every]
+        state = LegState(
+            _entries([values[name] for name in self.sizes]),
+            _entries([W for own in wrenches for W in own]).reshape(-1, len(rows)),
+            _entries([x for R, _ in places for x in R.flat]).reshape(-1, 3, 3),
+            _entries([x for _, p in places for x in p]).reshape(-1, 3),
+            np.zeros(0),
+            _entries([values[name] for name in self.axial]),
+        )
+        pulls = legs.spring_arrays.at(legs, state, share) if legs.springs else None
+        terms, moment = legs.terms(state, pulls, share), np.zeros(6, dtype=int).astype(object)
         for name in self.sizes:
             elimination.unknown(name, 1.0)
-        none = np.zeros((1, len(rows)), dtype=int).astype(object)
-        state = LegState(
-            tuple(_row(values, names) for names in self.coordinates),
-            tuple(_row(values, names) if names else none for names in self.wrenches),
-            tuple(
-                self.bodies[b].moved(values) if b in self.bodies else platform
-                for b in range(len(self.motions))
-            ),
-            np.zeros((1, 0)),
-            _row(values, self.axial),
-        )
-        pulls = group.spring_arrays.at(group, state, share) if group.springs else None
+        for u in (*at.bodies[[*self.bodies]], *at.W[[*self.wrenches]]):
+            for name, row in zip(self.named(u), rows, strict=True):
+                elimination.unknown(name, self.length if row < 3 else 1.0)
+        a, b = (self.named(at.columns[own]) for own in legs.arrays.pairs)
+        for one, other, value in zip(a, b, terms.tangent, strict=True):
+            elimination.add(one, other, value)
+        for name, value in zip(self.named(at.columns), terms.gradient, strict=True):
+            elimination.add_right(name, -value)
+        for c, chain in enumerate(legs.chains):
+            if c not in self.wrenches:  # what holds springs is the platform itself
+                moment[rows] = moment[rows] + terms.gradient[legs.arrays.columns[c]]
+                continue
+            if chain.end is None:
+                moment[rows] = moment[rows] + state.W[c]
+            end = platform if chain.end is None else places[chain.end]
+            ends = twist if chain.end is None else self.named(at.bodies[chain.end])
+            self._close(elimination, c, ends, terms, end, state.W[c])
+        self._add_beams(elimination, terms)
         if pulls is not None:
             self._add_springs(elimination, pulls)
-        terms = group.family.terms([state], [pulls], share)
-        moment = np.zeros(6, dtype=int).astype(object)
-        elastic, free, multipliers, carried = [], [], [], []
-        left = set(self.bodies)
-        for c, chain in enumerate(group.chains):
-            end, ends = platform, twist
-            if chain.end is not None:
-                end, ends = state.bodies[chain.end], self.motions[chain.end]
-            self._add_chain(elimination, c, terms)
-            if chain.owners[0] == NOBODY:  # what holds springs is the platform itself
-                moment[rows] = moment[rows] + terms.gradient[c, group.family.columns[c]]
-                continue
-            self._close(elimination, c, ends, terms, end, state.W[c][0])
-            stiffness = [k for e in chain.elements for k in e.stiffness.flat]
-            for name, k in zip(self.coordinates[c], stiffness, strict=True):
-                (free if is_zero(k) else elastic).append(name)
-            multipliers += self.wrenches[c]
-            if chain.end in left:
-                left.remove(chain.end)
-                carried += zip(ends, self.wrenches[c], strict=True)
-            if chain.end is None:
-                moment[rows] = moment[rows] + state.W[c][0]
-        self._add_beams(elimination, terms)
         for own in self.couplings:
             own.add_to(elimination, values, self.length)
+        for chains, inner, _ in legs.components:
+            self._eliminate(elimination, chains, inner, force * self.length)
+        return moment[3:], [*terms.turns.flat]
+
+    def _eliminate(
+        self,
+        elimination: SymmetricElimination,
+        chains: Sequence[int],
+        inner: Sequence[int],
+        by_loads: float,
+    ) -> None:
+        """Eliminate a component, of some chains and bodies between them."""
+        legs, at = self.legs, self.legs.numbers
+        elastic, free, left = [], [], [b for b in inner if b in self.bodies]
+        multipliers, carried = [], []
+        for c in (c for c in chains if c in self.wrenches):
+            stiffness = (k for e in legs.chains[c].elements for k in np.ravel(e.stiffness))
+            own = self.named(at.x[legs.first_x[c] : legs.first_x[c + 1]])
+            for name, k in zip(own, stiffness, strict=True):
+                (free if is_zero(k) else elastic).append(name)
+            multipliers += self.wrenches[c]
+            end = legs.chains[c].end
+            if end in left:
+                left.remove(end)
+                carried += zip(self.named(at.bodies[end]), self.wrenches[c], strict=True)
+        for own in (own for own in self.couplings if own.own.place[0] in chains):
             elastic += own.motion
             multipliers.append(own.push)
-        elimination.eliminate(elastic, free, multipliers, carried, force * self.length)
-        return moment[3:], [*terms.turns.flat]
+        elimination.eliminate(elastic, free, multipliers, carried, by_loads)
 
     def _add_springs(self, elimination: SymmetricElimination, pulls: Pulls) -> None:
         """Add the stiffness of springs between bodies."""
         K = pulls.stiffness
-        for i, name in enumerate(self.free):
-            for j in range(i, len(self.free)):
-                elimination.add(name, self.free[j], K[i, j])
-        for spring, length in zip(self.group.springs, pulls.length, strict=True):
+        for u, v in zip(*np.triu_indices(len(K)), strict=True):
+            elimination.add(self.names[u], self.names[v], K[u, v])
+        for spring, length in zip(self.legs.springs, pulls.length, strict=True):
             if spring.constant and isinstance(length, Entry):
                 elimination.pivots.append(length * (1 / usual_size(length)))
-
-    def _add_chain(self, elimination: SymmetricElimination, c: int, terms: ChainTerms) -> None:
-        """Add the energy of a chain, by the unknowns that move it."""
-        columns = self.group.family.columns[c]
-        names = [self.free[k] for k in self.group.moving_places(c)]
-        for b, (name, column) in enumerate(zip(names, columns, strict=True)):
-            elimination.add_right(name, -terms.gradient[c, column])
-            for a in range(b + 1):
-                elimination.add(names[a], name, terms.tangent[c, columns[a], column])
 
     def _close(
         self,
@@ -420,55 +408,46 @@ class RecordedGroup:
         W: np.ndarray,
     ) -> None:
         """Add the closure of a chain, whose end moves by some unknowns."""
-        group, rows = self.group, self.group.rows
-        names = [self.free[k] for k in group.moving_places(c)]
-        to, R = end.R[0], terms.R[c]
+        to, R, columns = end.R, terms.R[c], self.legs.arrays.columns[c]
         D = [[R[i] @ to[j] for j in range(3)] for i in range(3)]
         turn = [(D[i][j] - D[j][i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))]
-        gap = [*(terms.P[c] - end.p[0]), *turn]
+        gap, moving = [*(terms.P[c] - end.p), *turn], self.named(self.legs.numbers.columns[columns])
         # what is left of the gap turns the axes of the multiplier half as far, as steps do
         m = np.zeros(6, dtype=int).astype(object)
-        m[list(rows)] = W
+        m[list(self.legs.rows)] = W
         half = [0, 0, 0, *(cross(m[3:], np.array(turn, dtype=object)) * 0.5)]
-        for i, (name, row) in enumerate(zip(self.wrenches[c], rows, strict=True)):
-            elimination.unknown(name, 1.0 if row >= 3 else self.length)
-            for own, column in zip(names, terms.J[c, row, group.family.columns[c]], strict=True):
-                elimination.add(name, own, column)
+        for i, (name, row) in enumerate(zip(self.wrenches[c], self.legs.rows, strict=True)):
+            for own, rate in zip(moving, terms.J[columns, row], strict=True):
+                elimination.add(name, own, rate)
             elimination.add(name, ends[i], -1)
             elimination.add_right(name, -gap[row])
             elimination.add_right(ends[i], -W[i] - half[row])
 
     def _add_beams(self, elimination: SymmetricElimination, terms: ChainTerms) -> None:
         """Let axial forces of beams follow the coordinates."""
-        known = self.group.family.places[0]
-        missing, rate = (
-            by_leg(own, 1)[0, known.beams] for own in (terms.beams.missing, terms.beams.rate)
-        )
-        for i, (name, (_, _, beam)) in enumerate(zip(self.axial, self.group.beams, strict=True)):
-            names = [self.free[k] for k in known.beam_columns[i, : beam.size]]
-            elimination.follows(name, missing[i], dict(zip(names, rate[i], strict=False)))
-        pivots = terms.beams.pivots.flat
-        elimination.pivots += [own for own in pivots if isinstance(own, Entry)]
+        beams, numbers = terms.beams, self.legs.numbers.beams
+        for i, (name, (_, _, beam)) in enumerate(zip(self.axial, self.legs.beams, strict=True)):
+            rates = zip(self.named(numbers[i, : beam.size]), beams.rate[i], strict=False)
+            elimination.follows(name, beams.missing[i], dict(rates))
+        elimination.pivots += [own for own in beams.pivots.flat if isinstance(own, Entry)]
 
     def stepped(
         self, values: Mapping[str, Any], found: Mapping[str, Any], platform_twist: np.ndarray
     ) -> tuple[dict[str, Any], list[Any]]:
         """Its unknowns after a step; and steps of its coordinates, in radians and lengths."""
-        rows = list(self.group.rows)
+        rows = list(self.legs.rows)
         after: dict[str, Any] = {}
-        twists = {}
+        twists: dict[int | None, np.ndarray] = {None: platform_twist}
         for b, body in self.bodies.items():
             twists[b] = twist = np.zeros(6, dtype=int).astype(object)
-            twist[rows] = [found[name] for name in self.motions[b]]
+            twist[rows] = [found[name] for name in self.named(self.legs.numbers.bodies[b])]
             after |= body.stepped(values, twist)
         after |= {name: values[name] + found[name] for name in (*self.sizes, *self.axial)}
-        for chain, names in zip(self.group.chains, self.wrenches, strict=True):
-            if not names:
-                continue
-            turn = (platform_twist if chain.end is None else twists[chain.end])[3:]
+        for c, names in self.wrenches.items():
             m = np.zeros(6, dtype=int).astype(object)
             m[rows] = [values[name] for name in names]
             # the multiplier's step is that of the wrench in axes that turn half as far
+            turn = twists[self.legs.chains[c].end][3:]
             lag = np.concatenate([np.zeros(3, dtype=int), cross(m[3:], turn) * 0.5])
             for name, row in zip(names, rows, strict=True):
                 after[name] = values[name] - found[name] - lag[row]
@@ -479,6 +458,6 @@ class RecordedGroup:
         return after, [found[name] * (1 / size) for name, size in self.sizes.items()]
 
 
-def _row(values: Mapping[str, Any], names: Sequence[str]) -> np.ndarray:
-    """Values of some unknowns (1, n)."""
-    return np.array([*(values[name] for name in names), None], dtype=object)[None, :-1]
+def _entries(values: Sequence[Any]) -> np.ndarray:
+    """Entries and numbers (n,)."""
+    return np.array([*values, None], dtype=object)[:-1]

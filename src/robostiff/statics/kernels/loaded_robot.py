@@ -23,7 +23,7 @@ from robostiff.record import (
     reciprocal,
     usual_size,
 )
-from robostiff.recorded import RecordedRobot
+from robostiff.recorded import RecordedRobot, flags_of
 from robostiff.recorded.closure import BEFORE_FIRST, LAST, RecordedSteps, contraction, handed_on
 from robostiff.recorded.robot import RobotOnEntries
 from robostiff.spatial import Space, cross
@@ -39,7 +39,7 @@ from robostiff.statics.kernels.forces_on_bodies import (
     placed_springs,
     unmarked,
 )
-from robostiff.statics.kernels.leg import MovedBody, RecordedElements, RecordedGroup
+from robostiff.statics.kernels.leg import MovedBody, RecordedElements, RecordedLegs
 from robostiff.statics.kernels.strut import (
     Buckling,
     RecordedStrut,
@@ -51,7 +51,7 @@ from robostiff.statics.kernels.strut import (
 )
 from robostiff.statics.loading.assembly import of_legs
 from robostiff.statics.loading.given_loads import acting_gravity, given_forces
-from robostiff.statics.loading.groups import loaded_groups
+from robostiff.statics.loading.groups import loaded_legs
 from robostiff.statics.loading.loaded_posture import LoadedPosture
 
 #: Least ratio of stiffness under load to that without it at which an answer is given.
@@ -105,7 +105,7 @@ class LoadedRobot:
     """A robot on entries, placed at its unloaded posture."""
 
     unloaded: RecordedRobot  # its stiffness without load, and the checks of the posture
-    legs: list[RecordedGroup]
+    legs: RecordedLegs
     struts: dict[int, RecordedStrut]  # of the other legs, by their numbers
     buckling: dict[int, Buckling]  # of the struts
     platform: MovedBody
@@ -124,10 +124,7 @@ class LoadedRobot:
     @property
     def start(self) -> dict[str, float]:
         """Its unknowns without load."""
-        found = dict(self.platform.start)
-        for leg in self.legs:
-            found |= leg.start
-        return found
+        return self.platform.start | self.legs.start
 
     def equations(
         self, values: Mapping[str, Any], forces: Sequence[Any] | None = None, share: int = 1
@@ -144,12 +141,8 @@ class LoadedRobot:
         for name, own in zip(twist, self.wrench, strict=True):
             elimination.add_right(name, own)
         body = self.platform.moved(values)
-        moment = np.zeros(3, dtype=int).astype(object)
-        turns, buckling = [], []
-        for leg in self.legs:
-            taken, turned = leg.add_to(elimination, values, body, twist, self.force, share)
-            moment, turns = moment + taken, turns + turned
-        terms = None
+        moment, turns = self.legs.add_to(elimination, values, body, twist, self.force, share)
+        buckling, terms = [], None
         if self.struts:
             terms = strut_terms([*self.struts.values()], body, forces)
             for (i, j), value in terms.K.items():
@@ -161,14 +154,14 @@ class LoadedRobot:
                 buckling += self.buckling[number].checks(t, length, SAFE)
         arms = np.zeros((3, 3), dtype=int).astype(object)
         for arm, force in self.dead if share else ():
-            b = body.R[0] @ arm
+            b = body.R @ arm
             arms = arms + b[:, None] * force[None, :]
             acting = np.concatenate([force, cross(b, force)])
             moment = moment - acting[3:]
             for name, row in zip(twist, rows, strict=True):
                 elimination.add_right(name, acting[row])
         if self.hooks is not None and share:
-            b_f = body.R[0] @ self.hooks
+            b_f = body.R @ self.hooks
             arms = arms + b_f
             turning_moment = [b_f[1, 2] - b_f[2, 1], b_f[2, 0] - b_f[0, 2], b_f[0, 1] - b_f[1, 0]]
             moment = moment - turning_moment
@@ -258,10 +251,9 @@ class LoadedRobot:
         found = at.elimination.solution(dict(zip(names, twist, strict=True)))
         after = self.platform.stepped(values, full)
         moved = self.sizes(twist)
-        for leg in self.legs:
-            own, motion = leg.stepped(values, found, full)
-            after |= own
-            moved += motion
+        own, motion = self.legs.stepped(values, found, full)
+        after |= own
+        moved += motion
         size = reduce(add, (x * x for x in moved if not is_zero(x)))
         (size, margin), part = handed_on(values, size, values[_PART]), HALF**2
         parts = (x * (1 / usual_size(x)) for x in checks if isinstance(x, Entry))
@@ -271,16 +263,14 @@ class LoadedRobot:
             part = least(values[_PART], of_last * FALLS**2 + LITTLE**2)
         return [*(after[name] for name in self.start), size, margin, part]
 
-    def arrival(
-        self, values: Mapping[str, Any], at: _Equations
-    ) -> tuple[list[Any], dict[str, Any]]:
-        """What is computed in equilibrium, and the checks of the unloaded posture.
+    def arrival(self, values: Mapping[str, Any], at: _Equations) -> list[Any]:
+        """What is computed in equilibrium, the flags of the unloaded posture among it.
 
         The step that would be next is taken with what K has more than its share of the stiffness
         without load: where that is positive, the energy of this step is at least that of the other.
         """
         unloaded = self.unloaded.K
-        if any(leg.group.springs for leg in self.legs):
+        if self.legs.legs.springs:
             unloaded = self.equations({**values, **self.start}, share=0).K
         rest = {place: own - unloaded[place] * SAFE for place, own in at.K_total.items()}
         safe_part = Factored.of(rest)
@@ -297,12 +287,12 @@ class LoadedRobot:
             contraction(values),
         ]
         safe = [x for x in safe if isinstance(x, Entry)]
-        K = [at.K[i, j] for i in range(n) for j in range(i, n)]
+        K = [at.K[min(place), max(place)] for place in np.ndindex(n, n)]
         place = [values[name] for name in self.platform.coordinates]
         arms = [*at.arms.flat] if self.has_arms else []
-        checks = self.unloaded.checks
         rates = [] if self.axes is None else self._rates(at)
-        return [*K, *place, *arms, *rates, *checks.values(), gap, reduce(least, safe)], checks
+        flags = flags_of(self.unloaded, rank=True)
+        return [*K, *place, *arms, *rates, flags, gap, reduce(least, safe)]
 
     @property
     def has_arms(self) -> bool:
@@ -336,17 +326,14 @@ class RecordedLoading(RecordedSteps):
     Attributes
     ----------
     arrival : Program
-        To K (symmetric part, upper triangle), the shift and quaternion of the platform, where it
-        has them the arms of dead forces on it (see `LoadedAnswer`), the square of the step that
-        would be next, and a number that is positive where all checks hold.
-    checks : tuple of str
-        Checks of the unloaded posture, whose rows come before the last two.
+        To K (symmetric part), the shift and quaternion of the platform, where it has them the arms
+        of dead forces on it (see `LoadedAnswer`), the flags of the unloaded posture, the square of
+        the step that would be next, and a number that is positive where all checks hold.
     has_arms : bool
     status, rank : Status, int
         Without load, at a general pose.
     """
 
-    checks: tuple[str, ...]
     has_arms: bool
     most_steps: int = 10
     status: Status = Status.OK
@@ -408,8 +395,8 @@ def record_loading(
         masses_of_platform(here) if weigh else (),
         () if snapshot is None else placed_springs(springs, snapshot.springs, frames),
     )
-    elements = RecordedElements.of(loaded_postures[0].problem.groups, robot.space, L)
-    found = loaded_groups(
+    elements = RecordedElements.of(loaded_postures[0].problem.legs, robot.space, L)
+    found = loaded_legs(
         assembly,
         elements,
         np.array(reference, dtype=object),
@@ -429,13 +416,14 @@ def record_loading(
         for own in acting
     ]
     struts: dict[int, RecordedStrut] = {}
-    legs: list[RecordedGroup] = []
-    for i, group in enumerate(found.groups):
-        strut = recorded_strut(group, unloaded.legs[max(group.first[0].leg, 0)], L)
-        if strut is None:
-            legs.append(RecordedGroup(f"g{i}", group, L))
-        else:
-            struts[group.first[0].leg] = strut
+    gone: list[int] = []
+    for chains, *_ in found.legs.components:
+        leg = found.legs.chains[chains[0]].owner.leg
+        strut = recorded_strut(found.legs, chains, unloaded.legs[max(leg, 0)], L)
+        if strut is not None:
+            struts[leg] = strut
+            gone += chains
+    legs = RecordedLegs(found.legs.without(gone), L)
     loaded = LoadedRobot(
         unloaded,
         legs,
@@ -458,22 +446,19 @@ def record_loading(
     lengths = dict.fromkeys(loaded.platform.coordinates[:3], 1e-3 * finder.length)
     for name, size in (lengths | dict.fromkeys(loaded.platform.coordinates[3:], 1e-3)).items():
         record.add_input(name, small(size) if start[name] == 0.0 else start[name])
-    for leg in loaded.legs:
-        for name, sample in leg.samples(shares, force, random).items():
-            record.add_input(name, sample)
+    for name, sample in legs.samples(shares, force, random).items():
+        record.add_input(name, sample)
     for name in HANDED:
         record.add_input(name, 1.0)
     values = {name: record.input(name) for name in record.inputs}
     at = loaded.equations(values)
-    outputs, checks = loaded.arrival(values, at)
     return RecordedLoading(
         inputs=inputs,
         start=start,
         step=Program.of(record, loaded.step(values, at, at.factored.solved(at.right))),
-        arrival=Program.of(record, outputs),
+        arrival=Program.of(record, loaded.arrival(values, at)),
         first_steps=4 if struts else 1,
         first=Program.of(record, loaded.first(values)),
-        checks=tuple(checks),
         has_arms=loaded.has_arms,
         status=unloaded.status,
         rank=unloaded.factors.rank,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 from operator import add
 from typing import Any
@@ -13,18 +13,17 @@ import numpy as np
 from robostiff.record import Entry, reciprocal, square_root, usual_size
 from robostiff.recorded.leg import RecordedLeg
 from robostiff.spatial import cross, move_wrench
-from robostiff.statics.chains.chain import (
+from robostiff.statics.chains.elements import (
     Element,
     FiniteChain,
     FiniteJoint,
     FiniteSpring,
-    LegState,
-    MovingBody,
     Share,
 )
-from robostiff.statics.chains.legs import LegGroup
+from robostiff.statics.chains.legs import Legs
 from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.equations.stability import margins_of
+from robostiff.statics.kernels.leg import MovingBody
 
 _SAME = 1e-9  # of the length, or of a compliance: rounding at the samples
 _DEGREE = 3
@@ -93,7 +92,7 @@ def strut_terms(
     that a long step before it led to, as those of a wrench that is an unknown, comes closer: what
     stretches a strut to second order is no force that holds.
     """
-    R, at = body.R[0], body.p[0]
+    R, at = body
     rates, tensions, lengths, turning = [], [], [], []
     W: list[Any] = [0] * 6
     K: dict[tuple[int, int], Any] = {(i, j): 0 for i in range(6) for j in range(i, 6)}
@@ -132,7 +131,7 @@ def turning_forces(
     the symmetric part of ``(d - c) c^T``; the other part of that is the moment. ``d - c`` is from A
     to the point of the body, which is the same for all, so that s is summed first.
     """
-    R, at = body.R[0], body.p[0]
+    R, at = body
     total, first = 0, struts[0].A
     turning, apart = (
         np.zeros(3, dtype=int).astype(object),
@@ -153,7 +152,9 @@ def turning_forces(
     return K, np.array([G[1, 2] - G[2, 1], G[2, 0] - G[0, 2], G[0, 1] - G[1, 0]], dtype=object)
 
 
-def recorded_strut(group: LegGroup, unloaded: RecordedLeg, length: float) -> RecordedStrut | None:
+def recorded_strut(
+    legs: Legs, chains: Sequence[int], unloaded: RecordedLeg, length: float
+) -> RecordedStrut | None:
     """A leg that carries a force along one line alone, as a spring; None for any other.
 
     It turns freely about two points, about one of them in all directions. What lies between is
@@ -161,25 +162,33 @@ def recorded_strut(group: LegGroup, unloaded: RecordedLeg, length: float) -> Rec
     directions. Whether it stays straight is another question, of its buckling. Without load it
     transmits what `unloaded` does: a strut has its stiffness. `length` is that of the robot [m].
     """
-    chain, *others = group.chains
+    chain = legs.chains[chains[0]]
     elements = chain.elements
-    pushed = any(not _nothing(e.preload[0]) for e in elements if isinstance(e, FiniteJoint))
-    is_acted_on = bool(others or group.springs or group.couplings or chain.loads or pushed)
+    held = [c for own in legs.couplings for c, _ in (own.place, *own.terms)]
+    held += [own.chain for spring in legs.springs for own in spring.spots if own is not None]
+    pushed = any(not _nothing(e.preload) for e in elements if isinstance(e, FiniteJoint))
+    is_acted_on = chain.loads or pushed or chains[0] in held
     turns = [
         (k, e)
         for k, e in enumerate(elements)
-        if isinstance(e, FiniteJoint) and e.turns and _nothing(e.stiffness[0])
+        if isinstance(e, FiniteJoint) and e.turns and _nothing(e.stiffness)
     ]
-    are_turns = len(turns) >= 5 and all(_nothing(e.slide[0]) for _, e in turns)
-    if is_acted_on or len(group.rows) != 6 or not are_turns or len(unloaded.wrenches) != 1:
+    are_turns = len(turns) >= 5 and all(_nothing(e.slide) for _, e in turns)
+    if (
+        chains[1:]
+        or is_acted_on
+        or len(legs.rows) != 6
+        or not are_turns
+        or len(unloaded.wrenches) != 1
+    ):
         return None
-    places = _clusters([e.point[0] for _, e in turns], [e.axis[0] for _, e in turns], length)
+    places = _clusters([e.point for _, e in turns], [e.axis for _, e in turns], length)
     if places is None:
         return None
     first, A, B = places
     kinks = [k for k, _ in turns]
     groups = turns[:first], turns[first:]
-    counts = sorted(_independent([e.axis[0] for _, e in own]) for own in groups)
+    counts = sorted(_independent([e.axis for _, e in own]) for own in groups)
     d = B - A
     along = d * reciprocal(square_root(d @ d))
     compliances = []
@@ -198,7 +207,7 @@ def recorded_strut(group: LegGroup, unloaded: RecordedLeg, length: float) -> Rec
     same = (reduce(add, compliances) - along_line) * (1 / usual_size(along_line))
     if not _zero(np.array([same])):
         return None
-    return RecordedStrut(A, B, group.platform_point, reciprocal(along_line), unloaded)
+    return RecordedStrut(A, B, legs.platform_point, reciprocal(along_line), unloaded)
 
 
 def _square_of_force(wrench: Sequence[Any]) -> Any:
@@ -208,11 +217,11 @@ def _square_of_force(wrench: Sequence[Any]) -> Any:
 
 def _at_end(own: Element, at: np.ndarray, length: float) -> Any:
     """Compliance of a spring at a point, alike in all directions; None of anything else."""
-    if isinstance(own, FiniteJoint) or any(_nothing(k) for k in own.stiffness[0]):
+    if isinstance(own, FiniteJoint) or any(map(_nothing, own.stiffness)):
         return None
     C = _compliance(own)
     size = C[0, 0]
-    if _nothing(size) or not _zero((own.point[0] - at) * (1 / length)):
+    if _nothing(size) or not _zero((own.point - at) * (1 / length)):
         return None
     rest = C.copy()
     for i in range(3):
@@ -222,14 +231,14 @@ def _at_end(own: Element, at: np.ndarray, length: float) -> Any:
 
 def _between(own: Element, along: np.ndarray, A: np.ndarray, length: float) -> Any:
     """Compliance along the line; None where a force along it does more than stretch."""
-    if any(_nothing(k) for k in own.stiffness.flat):
+    if any(map(_nothing, np.ravel(own.stiffness))):
         return None
     if isinstance(own, FiniteJoint):
-        is_slide = not own.turns and _zero(cross(own.axis[0], along))
-        return reciprocal(own.stiffness[0]) if is_slide else None
-    if not _zero(cross(own.point[0] - A, along) * (1 / length)):
+        is_slide = not own.turns and _zero(cross(own.axis, along))
+        return reciprocal(own.stiffness) if is_slide else None
+    if not _zero(cross(own.point - A, along) * (1 / length)):
         return None
-    local = own.rotation[0].T @ along
+    local = own.rotation.T @ along
     twist = _compliance(own)[:, :3] @ local
     size = local @ twist[:3]
     bends = np.concatenate([(twist[:3] - local * size), twist[3:] * length])
@@ -238,7 +247,7 @@ def _between(own: Element, along: np.ndarray, A: np.ndarray, length: float) -> A
 
 def _compliance(own: FiniteSpring) -> np.ndarray:
     found = np.zeros((6, 6), dtype=int).astype(object)
-    for k, column in zip(own.stiffness[0], own.modes[0].T, strict=True):
+    for k, column in zip(own.stiffness, own.modes.T, strict=True):
         found = found + column[:, None] * column[None, :] * reciprocal(k)
     return found
 
@@ -312,53 +321,51 @@ def buckling_of(
     that margins are linear in it.
     """
     seen: dict[int, list[tuple[float, float, float]]] = {k: [] for k in struts}
-    for problem in problems:
-        for group in problem.groups:
-            legs = [own.leg for own in group.first]
-            if not set(legs) & set(struts):
-                continue
-            start = group.unloaded()
+    for problem in problems if struts else ():
+        legs = problem.legs
+        chains = {c: own for c, own in enumerate(legs.chains) if own.owner.leg in seen}
+        x, W, lengths = np.zeros(legs.first_x[-1]), np.zeros((len(legs.chains), 6)), {}
+        for c, chain in chains.items():
             # about which the struts turn
-            free = [e for e in group.chains[0].elements if not np.any(e.stiffness)]
+            free = (e for e in chain.elements if not np.any(e.stiffness))
             turning = [e.point for e in free if isinstance(e, FiniteJoint) and e.turns]
-            ends = np.stack([turning[0], turning[-1]], axis=1)
-            d = ends[:, 1] - ends[:, 0]
-            lengths = np.linalg.norm(d, axis=1)
-            along = d / lengths[:, None]
-            W = np.zeros((group.count, 6))
-            for i in range(group.count):
-                unit = np.concatenate([along[i], np.zeros(3)])
-                W[i] = move_wrench(unit, problem.point - ends[i, 1])
-            x, chain = _stretched(group.chains[0], along), group.chains[0]
-            axial = np.zeros((group.count, len(group.beams)))
-            for i, (_, k, beam) in enumerate(group.beams):
-                axial[:, i] = beam.axial * np.sum(beam.modes[:, 0] * x[:, chain.places[k]], axis=1)
-            rates = []
-            for sign in (1.0, -1.0):
-                moved, exerted, beams = (sign * force * own for own in (x, W, axial))
-                state = LegState((moved,), (exerted,), start.bodies, start.held, beams)
-                (eq,) = group.family.equations([state], np.eye(3), problem.point, Share(0.0, 0.0))
-                found = margins_of(group, eq, problem.length)
-                # nothing is lost where the platform holds all, or something spins
-                lost = [1.0 - own.value if own and own.value else 0.0 for own in found]
-                rates.append([max(0.0, own) / force for own in lost])
-            for i, index in enumerate(legs):
-                if index in seen:
-                    seen[index].append((lengths[i], rates[0][i], rates[1][i]))
+            d = turning[-1] - turning[0]
+            lengths[c] = float(np.linalg.norm(d))
+            unit = np.concatenate([d / lengths[c], np.zeros(3)])
+            W[c] = move_wrench(unit, problem.point - turning[-1])
+            x[legs.first_x[c] : legs.first_x[c + 1]] = _stretched(chain, unit[:3])
+        axial = np.zeros(len(legs.beams))
+        for i, (c, k, beam) in enumerate(legs.beams):
+            place = legs.chains[c].places[k]
+            own = x[legs.first_x[c] + place.start : legs.first_x[c] + place.stop]
+            axial[i] = beam.axial * (beam.modes[0] @ own)
+        rates: dict[int, list[float]] = {c: [] for c in chains}
+        for sign in (1.0, -1.0):
+            loads = (sign * force * own for own in (x, W, axial))
+            moved = replace(legs.unloaded, **dict(zip(("x", "W", "axial"), loads, strict=True)))
+            eq = legs.equations(moved, np.eye(3), problem.point, Share(0.0, 0.0))
+            for block, A in zip(problem.blocks, eq.A, strict=True):
+                if chains.keys().isdisjoint(block.chains[:, 0].tolist()):
+                    continue
+                margins = margins_of(problem, block, A, moved)
+                for (c, *_), own in zip(block.chains.tolist(), margins, strict=True):
+                    # nothing is lost where the platform holds all, or something spins
+                    lost = 1.0 - own.value if own and own.value else 0.0
+                    rates.get(c, []).append(max(0.0, lost) / force)
+        for c, (pull, push) in rates.items():
+            seen[legs.chains[c].owner.leg].append((lengths[c], pull, push))
     return {index: _bounds(np.array(rows)) for index, rows in seen.items()}
 
 
 def _stretched(chain: FiniteChain, along: np.ndarray) -> np.ndarray:
-    """Coordinates (N, n) under a force of one newton along the line."""
-    x = np.zeros((len(along), chain.size))
+    """Coordinates (n,) under a force of one newton along the line."""
+    x = np.zeros(chain.size)
     for element, place in zip(chain.elements, chain.places, strict=True):
         if isinstance(element, FiniteSpring):
-            own = np.einsum("nji,nj->ni", element.rotation, along)
-            force = np.einsum("njm,nj->nm", element.modes[:, :3], own)
-            x[:, place] = force / np.where(element.stiffness > 0, element.stiffness, np.inf)
-        elif np.all(element.stiffness > 0):
-            force = element.slide * np.einsum("ni,ni->n", element.axis, along)
-            x[:, place.start] = force / element.stiffness
+            force = element.modes[:3].T @ (element.rotation.T @ along)
+            x[place] = force / np.where(element.stiffness > 0, element.stiffness, np.inf)
+        elif element.stiffness > 0:
+            x[place] = element.slide * (element.axis @ along) / element.stiffness
     return x
 
 

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from robostiff.analysis import CableStiffness, cable_stiffness
 from robostiff.elastostatics import Status
@@ -15,21 +12,13 @@ from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model.cable import CableRobot
-from robostiff.statics.chains.beam_bowing import Beams
-from robostiff.statics.chains.body_springs import (
-    TO_PLATFORM,
-    Anchor,
-    FiniteBodySpring,
-    held_on_platform,
-)
-from robostiff.statics.chains.chain import NOBODY, FiniteChain
-from robostiff.statics.chains.legs import LegGroup
+from robostiff.statics.chains.body_springs import FiniteBodySpring
+from robostiff.statics.chains.elements import FiniteChain, Spot
+from robostiff.statics.chains.legs import Legs
 from robostiff.statics.equations.problem import DeadForces, EquilibriumProblem, Steady
 from robostiff.statics.equations.vibration import CarriedMasses
 from robostiff.statics.loading.given_loads import (
-    Gravity,
-    Laws,
-    Loads,
+    Acting,
     Masses,
     given_forces,
     given_masses,
@@ -80,18 +69,7 @@ class CablePostures:
         """Shape of its batch, () for one."""
         return self.before.batch_shape
 
-    def loaded(
-        self,
-        i: int,
-        at: ArrayLike | None,
-        loads: Loads | None,
-        preload: Mapping[str, Any] | None,
-        beams: Beams,
-        gravity: Gravity = None,
-        *,
-        masses: Masses | None = None,
-        laws: Laws | None = None,
-    ) -> LoadedPosture:
+    def loaded(self, i: int, acting: Acting, masses: Masses | None = None) -> LoadedPosture:
         """The robot at pose i with its loads and masses, which are on the platform.
 
         Raises
@@ -100,28 +78,27 @@ class CablePostures:
             When they are on anything but the platform, or what a cable robot does not have is
             given.
         """
-        del beams  # there are none
-        others = {"preload": preload, "laws": laws, "gravity": gravity is not None}
-        for name, is_given in others.items():
-            if is_given:
+        others = {"preload": acting.preload, "laws": acting.laws}
+        for name, own in {**others, "gravity": acting.gravity}.items():
+            if own is not None and (name == "gravity" or own):
                 raise InputError(
                     f"{name} of {self.robot.name!r}",
                     expected="none: cables have tensions, and the platform its weight",
                 )
         before = self.before[i] if self.batch else self.before
         placed, space = before.placed, before.space
-        point = point_at(at, placed.reference_point)
+        point = point_at(acting.at, placed.reference_point)
         frame = turn_by_vector(before.pose[3:]), before.pose[:3]
         frame_of = {"platform": frame}.get
-        forces = given_forces(loads, np.zeros(3), space, frame_of)
+        forces = given_forces(acting.loads, np.zeros(3), space, frame_of)
         moving = given_masses(masses or {}, {"platform": point}, frame_of)
-        acting, on_it = forces.pop("platform", ()), tuple(moving.pop("platform", ()))
+        forces_on_it, on_it = forces.pop("platform", ()), tuple(moving.pop("platform", ()))
         for what, others in (("loads", forces), ("masses", moving)):
             for name in others:
                 raise InputError(
                     what, got=name, expected="platform: cables have no weight and carry no loads"
                 )
-        problem = cables_loaded(before, point, on_platform(acting, point))
+        problem = cables_loaded(before, point, on_platform(forces_on_it, point))
         status = before.status & _LASTING
         masses_of = CarriedMasses((), on_it)
         return LoadedPosture(before.name, problem, space, frame, status, self.robot, masses_of)
@@ -139,7 +116,8 @@ def cables_loaded(
     springs = tuple(
         FiniteBodySpring(
             name,
-            (Anchor(placed.exit_points[i]), Anchor(placed.attachments[i], TO_PLATFORM)),
+            np.array([placed.exit_points[i], placed.attachments[i]]),
+            (None, Spot(0, 0)),
             float(before.axial[i]),
             float(placed.lengths[i]),
             float(before.tensions[i] - before.axial[i] * placed.lengths[i]),
@@ -157,8 +135,6 @@ def cables_loaded(
         ),
         np.where(np.arange(6) < 3, 0.0, left)[list(rows)],
     )
-    held, anchors = held_on_platform(springs, 0)
-    chain = FiniteChain(0, None, (), (), anchors, (NOBODY,))
-    group = LegGroup((chain,), (point[None],), point, rows, tuple(held))
+    legs = Legs((FiniteChain(0, None, ()),), point[None], point, rows, springs)
     size = float(placed.characteristic_length)
-    return EquilibriumProblem((group,), rows, point, size, loads, steady)
+    return EquilibriumProblem(legs, rows, point, size, loads, steady)

@@ -15,18 +15,35 @@ from robostiff.model import ForceLaw, Mass, PlacedMass, Robot, Snapshot, gravity
 from robostiff.model.cable import CableRobot, Weight
 from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats
-from robostiff.statics.chains.chain import unknown_name
+from robostiff.statics.chains.beam_bowing import Beams, Bowing
+from robostiff.statics.chains.elements import unknown_name
 from robostiff.statics.equations.problem import DeadForces
 
 Loads = Mapping[str, Any]
 Masses = Mapping[str, Any]
+_BOWING = Bowing()
+Laws = Mapping[str, ForceLaw]
 Gravity = ArrayLike | str | None
 Frame = tuple[np.ndarray, np.ndarray]
 FrameOf = Callable[[str], Frame | None]
 _NONE = np.zeros(3)
-Laws = Mapping[str, ForceLaw]
 # Of the stiffness of a drive: how far that of its law without motion may be off.
 _ALIKE = 1e-6
+
+
+@dataclass(frozen=True)
+class Acting:
+    """What acts beside the wrench about a point, and on what beams; as for `equilibrium`.
+
+    Joints follow the laws of the robot unless `laws` is None.
+    """
+
+    loads: Loads | None = None
+    gravity: Gravity = None
+    preload: Mapping[str, Any] | None = None
+    beams: Beams = _BOWING
+    at: ArrayLike | None = None
+    laws: Laws | None = None
 
 
 @dataclass(frozen=True)
@@ -64,7 +81,7 @@ def acting_gravity(
         When it is given for a robot without masses, or is no vector.
     """
     if gravity is None:
-        own = (robot.in_floats if isinstance(robot, Robot) else robot).gravity
+        own = getattr(robot, "in_floats", robot).gravity
         return _NONE if own is None else own
     pull = gravity_vector("gravity", gravity)
     given = loads.values() if isinstance(loads, Mapping) else ()

@@ -1,11 +1,10 @@
-"""Groups of equal legs from the bodies and members of an assembly, with what acts on them.
+"""Legs from the bodies and members of an assembly, with what acts on them.
 
 Members in series are one chain, from a body at which the assembly branches to the next. Elastic
 parts lead from their first body to their second, so that a series of which some lead the other way
 is several chains. Loops need no tree: each chain closes by itself. Chains begin at the base and end
 at the platform: where one begins at the platform, or ends at the base, is a body between chains,
-and an empty chain holds both together. Chains that meet in other bodies, coupled joints or springs
-between bodies are one component; equal components lie side by side.
+and an empty chain holds both together.
 """
 
 from __future__ import annotations
@@ -24,13 +23,8 @@ from robostiff.kinematics.spanning_tree import branches, connected_parts
 from robostiff.model import PlacedBodySpring, PlacedFreedom, PlacedMass, PlacedSpring
 from robostiff.model.body_spring import BASE, PLATFORM
 from robostiff.record import is_zero
-from robostiff.statics.chains.body_springs import (
-    TO_PLATFORM,
-    Anchor,
-    FiniteBodySpring,
-    held_on_platform,
-)
-from robostiff.statics.chains.chain import (
+from robostiff.statics.chains.body_springs import ON_PLATFORM, FiniteBodySpring
+from robostiff.statics.chains.elements import (
     NOBODY,
     BodyLoad,
     Element,
@@ -41,7 +35,7 @@ from robostiff.statics.chains.chain import (
     Spot,
     unknown_name,
 )
-from robostiff.statics.chains.legs import LegGroup
+from robostiff.statics.chains.legs import Legs
 from robostiff.statics.equations.vibration import CarriedMass, CarriedMasses
 from robostiff.statics.loading.assembly import Assembly, Body, Member, NamedBody, SumOfJoints
 from robostiff.statics.loading.given_loads import DeadForce, Laws
@@ -53,35 +47,30 @@ _Way = list[tuple[int, bool]]
 class Elements(Protocol):
     """What makes elements of parts, of numbers or of entries of a record."""
 
-    @property
-    def side_by_side(self) -> bool:
-        """Whether equal legs are computed together."""
-        ...
-
-    def joint(self, freedom: PlacedFreedom, leg: str) -> FiniteJoint:
-        """A joint of a leg."""
+    def joint(self, freedom: PlacedFreedom) -> FiniteJoint:
+        """A joint."""
         ...
 
     def spring(self, spring: PlacedSpring, leg: str) -> list[Element]:
         """An elastic part of a leg, or the elements of a beam."""
         ...
 
-    def row(self, values: Any) -> np.ndarray:
-        """Values as those of one leg (1, ...)."""
+    def array(self, values: Any) -> np.ndarray:
+        """Values as an array."""
         ...
 
 
 @dataclass(frozen=True)
 class LoadedAssembly:
-    """Groups of legs; forces on the platform; masses; where the bodies are that results list."""
+    """Legs; forces on the platform; masses; where the bodies are that results list."""
 
-    groups: tuple[LegGroup, ...]
+    legs: Legs
     on_platform: list[DeadForce]
     masses: CarriedMasses
     nodes: Mapping[str, Spot | None]  # None of the platform
 
 
-def loaded_groups(
+def loaded_legs(
     assembly: Assembly,
     elements: Elements,
     platform_point: np.ndarray,
@@ -116,14 +105,14 @@ def loaded_groups(
                 on_platform.append(DeadForce(own.force, at))
             else:
                 chains.load(spot, at, own.force)
-    carried: list[tuple[int, CarriedMass]] = []  # by chains
+    carried: list[CarriedMass] = []
     masses: list[PlacedMass] = []
     for mass, place in assembly.masses:
         spot = chains.spot(place, "masses")
         if spot is None:
             masses.append(mass)
         else:
-            carried.append((spot[0], chains.carried(mass, place, spot[1])))
+            carried.append(chains.carried(mass, place, spot))
     if np.any(gravity):
         on_platform += weight([(mass.value, mass.centre) for mass in masses], gravity)
         chains.weigh(carried, gravity)
@@ -132,20 +121,12 @@ def loaded_groups(
         if spot is None:
             masses += several
         else:
-            carried += [(spot[0], CarriedMass(own, Spot(after=spot[1]))) for own in several]
+            carried += [CarriedMass(own, spot) for own in several]
     held = {name: body for name, body in assembly.nodes.items() if chains.is_held(body)}
     nodes = {name: chains.spot(NamedBody(body), "loads") for name, body in held.items()}
     springs = [chains.spring(own) for own in assembly.springs]
-    groups, at = chains.groups(springs, platform_point, rows)
-    return LoadedAssembly(
-        groups,
-        on_platform,
-        CarriedMasses(
-            tuple(replace(own, spot=Spot(*at[c], own.spot.after)) for c, own in carried),
-            tuple(masses),
-        ),
-        {name: None if own is None else Spot(*at[own[0]], own[1]) for name, own in nodes.items()},
-    )
+    legs = chains.legs(springs, platform_point, rows)
+    return LoadedAssembly(legs, on_platform, CarriedMasses(tuple(carried), tuple(masses)), nodes)
 
 
 def weight(masses: Sequence[tuple[Any, Any]], gravity: np.ndarray) -> list[DeadForce]:
@@ -172,7 +153,6 @@ class _Chains:
     elements: list[list[Element]] = field(default_factory=list)
     owners: list[Owner] = field(default_factory=list)
     loads: list[list[BodyLoad]] = field(default_factory=list)
-    anchors: list[list[BodyLoad]] = field(default_factory=list)
     couplings: list[FiniteCoupling] = field(default_factory=list)
     # chain of every member, and how many elements lie before the body behind each of its parts
     behind: dict[int, tuple[int, list[int]]] = field(default_factory=dict)
@@ -213,7 +193,7 @@ class _Chains:
             for part in parts if forward else parts[::-1]:
                 if isinstance(part, PlacedFreedom):
                     joint = part if forward else replace(part, axis=-part.axis)
-                    own.append(self.make.joint(joint, name))
+                    own.append(self.make.joint(joint))
                 else:
                     own += self.make.spring(part, name)
                 counts.append(len(own))
@@ -226,7 +206,6 @@ class _Chains:
         self.elements.append(own)
         self.owners.append(Owner(leg, name, min(k for k, _ in way)))
         self.loads.append([])
-        self.anchors.append([])
 
     def element(self, place: tuple[int, int]) -> tuple[int, int]:
         """Chain, and place in it, of a joint by its member and part."""
@@ -235,10 +214,9 @@ class _Chains:
 
     def couple(self, own: SumOfJoints) -> None:
         """A coupling of joints."""
-        leg = self.assembly.legs[self.assembly.members[own.follows[0]].leg]
         places = tuple(self.element(place) for place, _ in own.terms)
-        factors = self.make.row([factor for _, factor in own.terms])
-        drive, is_rigid = self.make.joint(own.drive, leg), own.drive.stiffness is None
+        factors = self.make.array([factor for _, factor in own.terms])
+        drive, is_rigid = self.make.joint(own.drive), own.drive.stiffness is None
         follows = self.element(own.follows)
         self.couplings.append(FiniteCoupling(drive, is_rigid, follows, places, factors))
 
@@ -251,8 +229,9 @@ class _Chains:
         }
         for name, value in preload.items():
             if name in sums:
-                i = sums[name]
-                self.couplings[i] = self.couplings[i].pushed(value)
+                own = self.couplings[sums[name]]
+                drive = replace(own.drive, preload=own.drive.preload + value)
+                self.couplings[sums[name]] = replace(own, drive=drive)
                 continue
             joints = self.assembly.joints
             if name not in joints and name not in self.assembly.names:
@@ -273,7 +252,7 @@ class _Chains:
         left, known = dict(laws), []
 
         def under(joint: FiniteJoint, owner: Owner) -> FiniteJoint:
-            known.append(f"{owner.name}/{joint.names[0]}")
+            known.append(f"{owner.name}/{joint.name}")
             return joint.under(left.pop(known[-1])) if known[-1] in left else joint
 
         for i, sum_ in enumerate(self.couplings):
@@ -297,11 +276,11 @@ class _Chains:
         body = self.of_body[body]
         return body != self.of_body[self.assembly.base] and (body, None) in self.at
 
-    def spot(self, place: NamedBody, subject: str) -> tuple[int, int] | None:
-        """A chain, and how many of its elements lie before a body; None of the platform itself."""
+    def spot(self, place: NamedBody, subject: str) -> Spot | None:
+        """A body in a chain; None of the platform itself."""
         if place.member in self.behind:
             chain, counts = self.behind[place.member]
-            return chain, counts[place.parts]
+            return Spot(chain, counts[place.parts])
         body = place.body
         if place.member is not None:
             own = self.assembly.members[place.member]
@@ -313,142 +292,100 @@ class _Chains:
         if found is None:
             held = "a body that beams, springs or joints hold"
             raise InputError(subject, got=body, expected=held)
-        return found
+        return Spot(*found)
 
-    def load(self, spot: tuple[int, int], point: Any, force: Any) -> None:
+    def load(self, spot: Spot, point: Any, force: Any) -> None:
         """Add a force at a point of a body."""
-        own = BodyLoad(spot[1], self.make.row(point), self.make.row(force))
-        self.loads[spot[0]].append(own)
+        own = BodyLoad(spot.after, self.make.array(point), self.make.array(force))
+        self.loads[spot.chain].append(own)
 
-    def carried(self, mass: PlacedMass, place: NamedBody, after: int) -> CarriedMass:
+    def carried(self, mass: PlacedMass, place: NamedBody, spot: Spot) -> CarriedMass:
         """A mass; one along an elastic part is carried by the bodies at its ends."""
         if mass.start is not None and place.parts and place.member in self.behind:
             part = self.assembly.members[place.member].parts[place.parts - 1]
             if isinstance(part, PlacedSpring):
                 counts = self.behind[place.member][1]
                 parts = counts[place.parts] - counts[place.parts - 1]
-                return CarriedMass(mass, Spot(after=after), parts, part, np.asarray(part.point))
-        return CarriedMass(mass, Spot(after=after))
+                return CarriedMass(mass, spot, parts, part, np.asarray(part.point))
+        return CarriedMass(mass, spot)
 
-    def weigh(self, carried: Sequence[tuple[int, CarriedMass]], gravity: np.ndarray) -> None:
+    def weigh(self, carried: Sequence[CarriedMass], gravity: np.ndarray) -> None:
         """Add weights: those of one body are one force at their centre."""
         on_bodies = defaultdict(list)
-        for chain, own in carried:
+        for own in carried:
             for point in own.mass.lumped(own.parts, own.end):
-                after = own.spot.after - own.parts + point.after
-                on_bodies[chain, after].append((point.value, point.point))
+                spot = Spot(own.spot.chain, own.spot.after - own.parts + point.after)
+                on_bodies[spot].append((point.value, point.point))
         for spot, several in on_bodies.items():
             for own in weight(several, gravity):
                 self.load(spot, own.point, own.force)
 
     def spring(self, own: PlacedBodySpring) -> FiniteBodySpring:
-        """A spring between bodies, chains by their numbers here; its anchors are added to them.
+        """A spring between bodies, chains by their numbers here.
 
         Raises
         ------
         InputError
             When it names no body.
         """
-        ends = []
-        for name, at in zip(own.bodies, own.points, strict=True):
-            point = self.make.row(at)
+        spots: list[Spot | None] = []
+        for name in own.bodies:
             names, spot = self.assembly.names, None
             if name in names:
                 spot = self.spot(names[name][0], "springs")
             elif name not in (BASE, PLATFORM):
                 known = f"{BASE}, {PLATFORM} or leg/part"
                 raise unknown_name(f"body of spring {own.name!r}", name, names, known)
-            if spot is None:
-                ends.append(Anchor(point[0], None if name == BASE else TO_PLATFORM))
-            else:
-                chain, after = spot
-                ends.append(Anchor(point[0], chain, len(self.anchors[chain])))
-                self.anchors[chain].append(BodyLoad(after, point, 0 * point))
-        return FiniteBodySpring.placed(own, (ends[0], ends[1]))
+            spots.append(None if name == BASE else spot or ON_PLATFORM)
+        return FiniteBodySpring.placed(own, self.make.array(own.points), (spots[0], spots[1]))
 
-    def groups(
+    def legs(
         self, springs: Sequence[FiniteBodySpring], point: np.ndarray, rows: tuple[int, ...]
-    ) -> tuple[tuple[LegGroup, ...], list[tuple[int, int, int]]]:
-        """Groups of equal components; group, row, and number there of every chain."""
+    ) -> Legs:
+        """The chains as legs.
+
+        Where one begins at the platform or holds springs there, or ends at the base, its component
+        has a body of its own that an empty chain joins with that.
+        """
         base, platform = (self.of_body[b] for b in (self.assembly.base, self.assembly.platform))
-        each = ([end.chain for end in own.ends] for own in springs)
-        held = [[c for c in own if c not in (None, TO_PLATFORM)] for own in each]
-        coupled = [[c for c, _ in (own.place, *own.terms)] for own in self.couplings]
-        meeting: list[Sequence[Hashable]] = [*held, *coupled]
+        held = [[at.chain for at in own.spots if at not in (None, ON_PLATFORM)] for own in springs]
+        meeting: list[Sequence[Hashable]] = [own for own in held if own]
+        meeting += [[c for c, _ in (own.place, *own.terms)] for own in self.couplings]
         for c, ends in enumerate(self.ends):
             meeting.append([c, *((b,) for b in ends if b not in (base, platform))])
         nodes = [*range(len(self.ends)), *((b,) for ends in self.ends for b in ends)]
         first = connected_parts(nodes, meeting)
-        components: dict[Hashable, list[int]] = defaultdict(list)
-        for c in range(len(self.ends)):
-            components[first[c]].append(c)
-        alike: dict[Hashable, list[LegGroup]] = {}
-        at = [(0, 0, 0)] * len(self.ends)
-        for key, own in components.items():
-            pairs = zip(springs, held, strict=True)
-            mine = [s for s, chains in pairs if chains and first[chains[0]] == key]
-            sums = [s for s in self.couplings if first[s.place[0]] == key]
-            one = self.component(own, mine, sums, point, rows)
-            is_alone = mine or not self.make.side_by_side
-            kind: Hashable = own[0] if is_alone else one.signature
-            alike.setdefault(kind, []).append(one)
-            for i, c in enumerate(own):
-                at[c] = list(alike).index(kind), len(alike[kind]) - 1, i
-        found = [LegGroup.stacked(own) for own in alike.values()]
-        alone = [own for own, chains in zip(springs, held, strict=True) if not chains]
-        if alone:
-            found.append(self.component([], alone, [], point, rows))
-        return tuple(found), at
-
-    def component(
-        self,
-        chains: Sequence[int],
-        springs: Sequence[FiniteBodySpring],
-        couplings: Sequence[FiniteCoupling],
-        point: np.ndarray,
-        rows: tuple[int, ...],
-    ) -> LegGroup:
-        """Chains that meet in bodies as a group of one."""
-        base, platform = (self.of_body[b] for b in (self.assembly.base, self.assembly.platform))
-        ends = [self.ends[c] for c in chains]
-        inner = dict.fromkeys(b for own in ends for b in own if b not in (base, platform))
-        on_platform = any(end.chain == TO_PLATFORM for own in springs for end in own.ends)
-        if on_platform or any(start == platform for start, _ in ends):
-            inner[platform] = None
-        if any(end == base for _, end in ends):
-            inner[base] = None
-        numbers: dict[Body, int | None] = {body: i for i, body in enumerate(inner)}
-        starts, stops = {**numbers, base: None}, {**numbers, platform: None}
-        found = [
-            FiniteChain(
-                starts[start],
-                stops[end],
-                tuple(self.elements[c]),
-                tuple(self.loads[c]),
-                tuple(self.anchors[c]),
-                (self.owners[c],),
-            )
-            for c, (start, end) in zip(chains, ends, strict=True)
-        ]
-        local = {c: i for i, c in enumerate(chains)}
-        springs = [own.renumbered(local) for own in springs]
-        springs, anchors = held_on_platform(springs, len(found))
-        if platform in inner:
-            own = [self.owners[c] for c in chains if self.ends[c][0] == platform]
-            owner = own[0] if own else NOBODY
-            last = FiniteChain(numbers[platform], None, (), (), anchors, (owner,))
-            found.append(last)
-        if base in inner:
-            own = next(c for c in chains if self.ends[c][1] == base)
-            found.append(FiniteChain(None, numbers[base], (), owners=(self.owners[own],)))
-        return LegGroup(
-            tuple(found),
-            tuple(self.make.row(self.assembly.points.get(body, point)) for body in inner),
-            point,
-            rows,
-            tuple(springs),
-            tuple(own.renumbered(local) for own in couplings),
+        bodies: dict[tuple[Hashable, Body], int] = {}
+        joined: dict[tuple[Hashable, Body], Owner] = {}  # with the platform, and with the base
+        found = []
+        for c, (ends, owner) in enumerate(zip(self.ends, self.owners, strict=True)):
+            numbers: list[int | None] = []
+            for body, beyond, own in zip(ends, (platform, base), (base, platform), strict=True):
+                key = first[c], body
+                numbers.append(None if body == own else bodies.setdefault(key, len(bodies)))
+                if body == beyond:
+                    joined.setdefault(key, owner)
+            parts = (tuple(own[c]) for own in (self.elements, self.loads))
+            found.append(FiniteChain(*numbers, *parts, owner))
+        last: dict[Hashable, int] = {}
+        for own, chains in zip(springs, held, strict=True):
+            key = (first[chains[0]] if chains else None), platform
+            if ON_PLATFORM in own.spots:
+                bodies.setdefault(key, len(bodies))
+                joined.setdefault(key, NOBODY)
+        for (component, body), owner in joined.items():
+            if body == base:
+                found.append(FiniteChain(None, bodies[component, body], (), owner=owner))
+            else:
+                last[component] = len(found)
+                found.append(FiniteChain(bodies[component, body], None, (), owner=owner))
+        numbered = (
+            own.renumbered({ON_PLATFORM.chain: last.get(first[chains[0]] if chains else None, -1)})
+            for own, chains in zip(springs, held, strict=True)
         )
+        points = [self.assembly.points.get(body, point) for _, body in bodies]
+        places = self.make.array([*points, point])[:-1]
+        return Legs(tuple(found), places, point, rows, tuple(numbered), tuple(self.couplings))
 
 
 def _ways(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,17 +22,14 @@ from robostiff.model.cable import CableRobot
 from robostiff.model.mass import one_of
 from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats
-from robostiff.statics.chains.beam_bowing import Beams, ElementsOfParts
-from robostiff.statics.chains.chain import wrench_at
+from robostiff.statics.chains.beam_bowing import ElementsOfParts
+from robostiff.statics.chains.elements import wrench_at
 from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.equations.vibration import CarriedMasses
-from robostiff.statics.loading.assembly import Assembly, assembly_of
+from robostiff.statics.loading.assembly import assembly_of
 from robostiff.statics.loading.given_loads import (
-    DeadForce,
+    Acting,
     Frame,
-    Gravity,
-    Laws,
-    Loads,
     Masses,
     acting_gravity,
     check_own_laws,
@@ -40,7 +37,7 @@ from robostiff.statics.loading.given_loads import (
     given_masses,
     on_platform,
 )
-from robostiff.statics.loading.groups import loaded_groups
+from robostiff.statics.loading.groups import loaded_legs
 
 if TYPE_CHECKING:
     from robostiff.statics.loading.from_cables import CablePostures
@@ -81,7 +78,7 @@ class LoadedPosture:
     @property
     def snapshot(self) -> Snapshot | None:
         """The robot at that posture; None of a network, and of cables."""
-        return self.posed if isinstance(self.posed, Snapshot) else None
+        return as_snapshot(self.posed)
 
     @property
     def has_posture(self) -> bool:
@@ -93,14 +90,9 @@ def one_loaded_posture(
     robot: Robot | Snapshot | Network | Linkage | CableRobot,
     pose: Any,
     wrench: ArrayLike | None,
-    at: ArrayLike | None,
-    loads: Loads | None,
-    preload: Mapping[str, Any] | None,
-    beams: Beams,
     near: Near,
-    gravity: Gravity = None,
+    acting: Acting,
     grows: str = "",
-    laws: Laws | None = None,
 ) -> tuple[LoadedPosture, np.ndarray]:
     """A robot at one posture, and one wrench (r,); not zero where it grows, as an example says."""
     postures = postures_of(robot, pose, near)
@@ -112,7 +104,7 @@ def one_loaded_posture(
             expected="a load that grows",
             hint=f"write {grows}",
         )
-    return postures.loaded(0, at, loads, preload, beams, gravity, laws=laws), given
+    return postures.loaded(0, acting), given
 
 
 def one_wrench(postures: Postures | CablePostures, wrench: ArrayLike | None) -> np.ndarray:
@@ -137,87 +129,70 @@ class Postures:
         Shape of its batch, () for one.
     """
 
-    robot: Robot | Snapshot | Network
+    robot: Any
     posture: Posture | None = None
     batch: tuple[int, ...] = ()
 
-    def loaded(
-        self,
-        i: int,
-        at: ArrayLike | None,
-        loads: Loads | None,
-        preload: Mapping[str, Any] | None,
-        beams: Beams,
-        gravity: Gravity = None,
-        *,
-        masses: Masses | None = None,
-        laws: Laws | None = None,
-    ) -> LoadedPosture:
-        """The robot at posture i with its loads, and what vibrates where masses are given.
-
-        Where there are laws, its joints follow these, or those of the robot.
-        """
-        pull = acting_gravity(self.robot, gravity, loads)
+    def loaded(self, i: int, acting: Acting, masses: Masses | None = None) -> LoadedPosture:
+        """The robot at posture i with its loads, and what vibrates where masses are given."""
+        pull = acting_gravity(self.robot, acting.gravity, acting.loads)
         posed, frame, status = self._posed(i, masses is not None or bool(np.any(pull)))
         assembly = assembly_of(posed)
-        own_laws = getattr(self.robot, "laws", {})
-        if own_laws and isinstance(posed, Snapshot):
-            check_own_laws(own_laws, posed)
-        point = point_at(at, posed.reference_point)
+        laws = getattr(self.robot, "laws", {})
+        if laws:
+            check_own_laws(laws, posed)
+        point = point_at(acting.at, posed.reference_point)
         frames = {**assembly.frames, "platform": frame}
 
         def frame_of(name: str) -> Frame | None:
-            return frames.get(name) or self._frame_of(i if self.batch else 0, name)
+            """Axes and origin of a body by its name; None where they are not known."""
+            if name in frames or self.posture is None:
+                return frames.get(name)
+            bodies, k = bodies_of(self.posture), i if self.batch else 0
+            own = bodies.get(name) or bodies.get(name.partition("[")[0].partition(".beam")[0])
+            return None if own is None else (one_of(own.R, 2, k), one_of(own.p, 1, k))
 
-        forces = given_forces(loads, pull, posed.space, frame_of)
-        given = _given_places(forces, point, assembly)
-        acting = list(forces.pop("platform", ()))
-        pushes = {
-            name: as_float(f"preload of {name!r}", value, "one number [N or N m]")
-            for name, value in (preload or {}).items()
-        }
-        places = {name: at for name, (_, at) in assembly.names.items()} if masses else {}
-        moving = given_masses(masses or {}, {"platform": point, **places}, frame_of)
+        forces = given_forces(acting.loads, pull, posed.space, frame_of)
+        usual = {"platform": point} | {name: at for name, (_, at) in assembly.names.items()}
+        moving = given_masses(masses or {}, usual, frame_of)
         on_it = moving.pop("platform", [])
-        found = loaded_groups(
+        found = loaded_legs(
             assembly,
-            ElementsOfParts(posed.space, beams),
+            ElementsOfParts(posed.space, acting.beams),
             point,
             posed.space.rows,
-            forces,
-            pushes,
+            {name: own for name, own in forces.items() if name != "platform"},
+            {
+                name: as_float(f"preload of {name!r}", value, "one number [N or N m]")
+                for name, value in (acting.preload or {}).items()
+            },
             pull,
             moving,
-            {} if laws is None else {**own_laws, **laws},
+            {} if acting.laws is None else {**laws, **acting.laws},
         )
         carried = replace(found.masses, on_platform=(*found.masses.on_platform, *on_it))
         problem = EquilibriumProblem(
-            found.groups,
+            found.legs,
             posed.space.rows,
             point,
             float(posed.characteristic_length) or 1.0,
-            on_platform([*acting, *found.on_platform], point),
+            on_platform([*forces.get("platform", ()), *found.on_platform], point),
             nodes=found.nodes,
         )
-        _check_all_act(problem, given, posed, pull)
+        wanted = [
+            (usual[name] if own.point is None else own.point, own.force)
+            for name, several in forces.items()
+            for own in several
+        ]
+        if np.any(pull):
+            wanted += [(m.centre, m.value * pull) for m in posed.moving_masses(problem.nodes)]
+        _check_all_act(problem, wanted, posed.name)
         return LoadedPosture(posed.name, problem, posed.space, frame, status, posed, carried)
 
-    def _frame_of(self, k: int, name: str) -> Frame | None:
-        """Axes and origin of a body of a robot at posture k; None where they are not known."""
-        if self.posture is None:
-            return None
-        bodies = bodies_of(self.posture)
-        own = bodies.get(name) or bodies.get(name.partition("[")[0].partition(".beam")[0])
-        return None if own is None else (one_of(own.R, 2, k), one_of(own.p, 1, k))
-
-    def _posed(
-        self, i: int, masses: bool
-    ) -> tuple[Snapshot | Network, tuple[np.ndarray, np.ndarray], Status]:
+    def _posed(self, i: int, masses: bool) -> tuple[Any, tuple[np.ndarray, np.ndarray], Status]:
         """The robot in its posture i, the frame of its platform, and what is to be said of it."""
         own = self.posture
-        if own is None or isinstance(self.robot, Network):
-            if isinstance(self.robot, Robot):
-                raise TypeError("a robot has a posture")
+        if own is None:
             point = np.asarray(self.robot.reference_point, dtype=float)
             return self.robot, (np.eye(3), point), Status.OK
         k = i if self.batch else 0
@@ -235,72 +210,56 @@ class Postures:
         return snapshot, (turn_by_vector(own.pose[k, 3:]), own.pose[k, :3]), status
 
 
-def _given_places(
-    forces: Mapping[str, Sequence[DeadForce]],
-    platform_point: np.ndarray,
-    assembly: Assembly,
-) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Points in the world (3,) and forces (3,) as they are given [m, N]."""
-    found = []
-    for name, several in forces.items():
-        for own in several:
-            if own.point is not None:
-                at = own.point
-            elif name == "platform":
-                at = platform_point
-            else:  # that there is none is told later
-                _, at = assembly.names.get(name, (None, np.zeros(3)))
-            found.append((at, own.force))
-    return found
-
-
 def _check_all_act(
-    problem: EquilibriumProblem,
-    given: list[tuple[np.ndarray, np.ndarray]],
-    posed: Snapshot | Network,
-    pull: np.ndarray,
+    problem: EquilibriumProblem, wanted: list[tuple[np.ndarray, np.ndarray]], name: str
 ) -> None:
     """Raise unless all forces and weights of what moves act, with their moments.
 
-    The forces are as they are given, by their points, and the masses as the robot has them.
+    `wanted` are the forces as they are given, and the masses as the robot has them, by their
+    points.
     """
-    wanted = list(given)
-    if np.any(pull):
-        wanted += [(m.centre, m.value * pull) for m in posed.moving_masses(problem.nodes)]
     dead = problem.dead
     acting = [(problem.point + own, f) for own, f in zip(dead.arms, dead.forces, strict=True)]
-    for load in (load for g in problem.groups for c in g.chains for load in c.loads):
-        acting += zip(load.point, load.force, strict=True)
+    acting += [(load.point, load.force) for c in problem.legs.chains for load in c.loads]
     if not wanted and not acting:
         return
     points, forces = (np.array(own, dtype=float) for own in zip(*wanted, *acting, strict=True))
     each = wrench_at(problem.point, points, forces) / np.repeat([1.0, problem.length], 3)
     each[len(wanted) :] *= -1
     if np.linalg.norm(each.sum(axis=0)) > _MISSED * np.sum(np.linalg.norm(each, axis=1)):
-        raise NoAnswerError(f"no answer of {posed.name!r}: its loads are not those that are given")
+        raise NoAnswerError(f"no answer of {name!r}: its loads are not those that are given")
 
 
+@singledispatch
 def postures_of(robot: Any, pose: Any, near: Near) -> Postures | CablePostures:
     """The unloaded postures of a robot at poses, or of a snapshot, network or linkage."""
-    if isinstance(robot, CableRobot):
-        from robostiff.statics.loading.from_cables import CablePostures
+    raise InputError(
+        "robot of an equilibrium",
+        got=robot,
+        expected="a Robot, a Snapshot, a Network, a Linkage or a CableRobot",
+    )
 
-        return CablePostures.of(robot, pose, near)
-    if isinstance(robot, Linkage):
-        robot, pose = robot.network_at(pose), None
-    if isinstance(robot, Network) and pose is None and near is None:
-        return Postures(robot)
-    if isinstance(robot, Robot):
-        posture = find_posture(robot, pose, near=near)
-        return Postures(robot, posture, posture.batch)
-    if isinstance(robot, Snapshot | Network):
-        check_is_not_posed(robot, near if pose is None else pose)
-    if not isinstance(robot, Snapshot):
-        raise InputError(
-            "robot of an equilibrium",
-            got=robot,
-            expected="a Robot, a Snapshot, a Network, a Linkage or a CableRobot",
-        )
+
+@postures_of.register(Robot)
+def _(robot: Robot, pose: Any, near: Near) -> Postures:
+    posture = find_posture(robot, pose, near=near)
+    return Postures(robot, posture, posture.batch)
+
+
+@postures_of.register(Linkage)
+def _(robot: Linkage, pose: Any, near: Near) -> Postures | CablePostures:
+    return postures_of(robot.network_at(pose), None, near)
+
+
+@postures_of.register(Network)
+def _(robot: Network, pose: Any, near: Near) -> Postures:
+    check_is_not_posed(robot, near if pose is None else pose)
+    return Postures(robot)
+
+
+@postures_of.register(Snapshot)
+def _(robot: Snapshot, pose: Any, near: Near) -> Postures:
+    check_is_not_posed(robot, near if pose is None else pose)
     if robot.reference_point.ndim > 1:
         raise InputError(
             f"equilibrium of snapshot {robot.name!r}",
@@ -308,6 +267,18 @@ def postures_of(robot: Any, pose: Any, near: Near) -> Postures | CablePostures:
             expected="one pose: snapshot.one(i)",
         )
     return Postures(robot)
+
+
+@postures_of.register(CableRobot)
+def _(robot: CableRobot, pose: Any, near: Near) -> CablePostures:
+    from robostiff.statics.loading.from_cables import CablePostures
+
+    return CablePostures.of(robot, pose, near)
+
+
+def as_snapshot(posed: Any) -> Snapshot | None:
+    """A robot of legs at a posture; None of a network, and of cables."""
+    return posed if isinstance(posed, Snapshot) else None
 
 
 def point_at(at: ArrayLike | None, reference: np.ndarray) -> np.ndarray:

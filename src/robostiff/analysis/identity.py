@@ -1,4 +1,4 @@
-"""What a map depends on, as plain data to the last digit, and in what two of them differ."""
+"""What an answer depends on, as plain data to the last digit, and in what two of them differ."""
 
 from __future__ import annotations
 

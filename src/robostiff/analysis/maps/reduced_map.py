@@ -1,0 +1,201 @@
+"""A map of which only reductions are kept, in one file if it is to go on after an interruption."""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import os
+import time
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robostiff.analysis.identity import plain
+from robostiff.analysis.maps.dataset import coordinate_arrays, summary_attributes
+from robostiff.analysis.maps.job import MapJob, MapSummary
+from robostiff.analysis.maps.reduction import Reduction, State, reduced
+from robostiff.analysis.maps.request import MapRequest
+from robostiff.analysis.maps.store import already_there, check_same_map
+from robostiff.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray
+
+_SAVED = 5.0  # s between two states on disk
+_LARGEST = 2**30  # bytes of a file, and of an array in it
+_TYPES = ("<i8", "<f8")
+_FORMAT = "reductions of a map by robostiff"
+
+#: What a worker gives for a block.
+BlockFound = tuple[MapSummary, list[State]]
+
+
+@dataclass(frozen=True)
+class BlockReductions:
+    """Computes blocks of which reductions are left; picklable."""
+
+    job: MapJob
+    reductions: tuple[Reduction, ...]
+
+    def compute(self, index: int) -> BlockFound:
+        """Counts of a block, and what reductions have of it."""
+        arrays, summary = self.job.compute(index)
+        first, _ = self.job.partition.run(index)
+        return summary, reduced(self.reductions, self.job, arrays, first)
+
+
+@dataclass
+class ReducedMap:
+    """What reductions have of the blocks that are done."""
+
+    request: MapRequest
+    work: BlockReductions
+    path: Path | None  # where the state is kept
+    summary: MapSummary = field(default_factory=MapSummary)
+    states: list[State] = field(default_factory=list)
+    done: set[int] = field(default_factory=set)
+
+    @classmethod
+    def begun(
+        cls,
+        request: MapRequest,
+        reductions: tuple[Reduction, ...],
+        path: Path | None,
+        resume: bool,
+    ) -> ReducedMap:
+        """Nothing yet, or the state at a path of an earlier run."""
+        made = cls(request, BlockReductions(request.job, reductions), path)
+        if path is not None and not path.parent.is_dir():
+            raise InputError(
+                "store of a map", got=str(path), expected="a path in an existing folder"
+            )
+        if path is not None and path.exists():
+            if not resume:
+                raise already_there(path)
+            made._read(path)
+        return made
+
+    @property
+    def todo(self) -> Iterator[int]:
+        """Blocks that are not done."""
+        return (k for k in range(len(self.request.job.partition)) if k not in self.done)
+
+    def _read(self, path: Path) -> None:
+        """Go on from the state on disk.
+
+        Raises InputError when it is none, is damaged, or of another map or other reductions.
+        """
+        try:
+            with path.open("rb") as file:
+                content = file.read(_LARGEST + 1)
+            data = json.loads(content)
+            if data["format"] != _FORMAT or len(content) > _LARGEST:
+                raise ValueError(_FORMAT)
+            check = data.pop("checksum")
+            if check != _checksum(data):
+                raise ValueError("checksum")
+            summary = MapSummary.from_data(data["summary"])
+            states = [
+                {name: _read_array(own) for name, own in state.items()} for state in data["states"]
+            ]
+            done = {k for start, stop in data["done"] for k in range(start, stop)}
+        except (OSError, ValueError, TypeError, LookupError, AttributeError, zlib.error) as error:
+            raise InputError(
+                f"file to resume {str(path)!r}",
+                got=f"no state of reductions that is whole ({error})",
+                expected="one that was begun by robostiff",
+                hint="use another path",
+            ) from None
+        check_same_map(path, data["parts"], self._identity)
+        self.summary, self.states, self.done = summary, states, done
+
+    @property
+    def _identity(self) -> dict[str, Any]:
+        return {**self.request.identity(), "reductions": plain(self.work.reductions)}
+
+    def gathered(
+        self, blocks: Iterable[tuple[int, BlockFound]]
+    ) -> Iterator[tuple[int, MapSummary]]:
+        """Add blocks as they are done, in any order, and keep the state now and then."""
+        each = [own for own in self.work.reductions for _ in own.variables(self.work.job)]
+        saved = -math.inf  # the first block shows whether there is room on the disk
+        try:
+            for index, (summary, states) in blocks:
+                pairs = zip(each, self.states or states, states, strict=True)
+                added = [own.added(a, b) for own, a, b in pairs] if self.states else states
+                self.states, self.summary = added, MapSummary.total((self.summary, summary))
+                self.done.add(index)
+                if time.monotonic() - saved > _SAVED:
+                    self._save()
+                    saved = time.monotonic()
+                yield index, summary
+        finally:
+            self._save()
+
+    def _save(self) -> None:
+        """Write the state, whole or not at all."""
+        if self.path is None or not self.done:
+            return
+        ordered = sorted(self.done)
+        starts = [k for k in ordered if k - 1 not in self.done]
+        stops = [k + 1 for k in ordered if k + 1 not in self.done]
+        data: dict[str, Any] = {
+            "format": _FORMAT,
+            "parts": self._identity,
+            "done": list(map(list, zip(starts, stops, strict=True))),
+            "summary": self.summary.as_data(),
+            "states": [{name: _written(own) for name, own in s.items()} for s in self.states],
+        }
+        data["checksum"] = _checksum(data)
+        begun = self.path.with_name(f".{self.path.name}.begun")
+        with begun.open("w", encoding="utf-8") as file:
+            json.dump(data, file)
+            file.flush()
+            os.fsync(file.fileno())
+        begun.replace(self.path)
+
+    def dataset(self) -> xarray.Dataset:
+        """Reductions of all poses, with names, units and words of their variables."""
+        import xarray
+
+        job, states = self.work.job, iter(self.states)
+        arrays: dict[str, Any] = {}
+        coordinates: dict[str, Any] = {}
+        for own in self.work.reductions:
+            for v in own.variables(job):
+                for name, labels, values in own.found(next(states), v.name, job):
+                    coordinates |= {dim: (dim, list(own)) for dim, own in labels.items()}
+                    about = {"long_name": f"{name.removeprefix(v.name)[1:]} of the {v.long_name}"}
+                    if isinstance(v.units, str) and values.dtype.kind == "f":
+                        about["units"] = v.units
+                    shape = (*values.shape[:-1], *v.shape)
+                    arrays[name] = (*labels, *v.dims), values.reshape(shape), about
+        dims = {dim for own, _, _ in arrays.values() for dim in own}
+        known = coordinate_arrays(job).items()
+        coordinates |= {name: array for name, array in known if dims.issuperset(array[0])}
+        attributes = {**self.request.attributes, **summary_attributes(self.summary)}
+        return xarray.Dataset(arrays, coordinates, attributes)
+
+
+def _checksum(data: Mapping[str, Any]) -> int:
+    return zlib.crc32(json.dumps(data, sort_keys=True).encode())
+
+
+def _written(array: np.ndarray) -> list[Any]:
+    kind = "<f8" if array.dtype.kind == "f" else "<i8"
+    content = zlib.compress(np.ascontiguousarray(array, dtype=kind).tobytes(), 1)
+    return [kind, list(array.shape), base64.b64encode(content).decode()]
+
+
+def _read_array(data: list[Any]) -> np.ndarray:
+    kind, shape, text = data
+    size = 8 * int(np.prod(shape, dtype=object))
+    if kind not in _TYPES or not 0 <= size <= _LARGEST:
+        raise ValueError(f"an array of {kind} {shape}")
+    content = zlib.decompressobj().decompress(base64.b64decode(text), size + 1)
+    return np.frombuffer(content, dtype=kind).reshape(shape).copy()

@@ -1,0 +1,346 @@
+"""Where to measure: postures whose readings determine parameters best."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.elastostatics import Status
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.identification.measurements import Measurements
+from robostiff.identification.readings import ReadingModel
+from robostiff.identification.states import FiniteLoads, States
+from robostiff.identification.unknowns import UnknownKind, with_unknowns
+from robostiff.identification.words import identifiability
+from robostiff.kinematics import JointCoordinates, Pose, find_posture
+from robostiff.model import Actuated, Robot
+from robostiff.spatial import as_floats
+
+# Of the information of all candidates: what every choice has, so that few poses can be compared.
+_RIDGE = 1e-10
+# An exchange that makes less of a difference is none; and those of one start.
+_GAIN, _MOST_SWEEPS = 1e-9, 50
+# Standard deviations that a reading moves at least.
+_SEEN = 5.0
+_RANDOM = 200  # choices at random, to compare with
+
+
+@dataclass(frozen=True)
+class DOptimal:
+    """The volume of the errors of all parameters: determinant of their covariance."""
+
+
+@dataclass(frozen=True)
+class AOptimal:
+    """The sum of the squared relative errors of all parameters: trace of their covariance."""
+
+
+@dataclass(frozen=True, eq=False)
+class TestPose:
+    """The error that is left at postures after compensation: trace of ``T C T^T``.
+
+    T are the rates of the loaded point with the parameters, C their covariance.
+
+    Attributes
+    ----------
+    postures : (N, n) array or JointCoordinates
+    wrenches : (r,) or (N, r) array
+        [N, N m].
+    """
+
+    __test__ = False  # it is no test
+
+    postures: Any
+    wrenches: Any
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ChosenPoses:
+    """Postures to measure at.
+
+    Attributes
+    ----------
+    rows : (count,) array of int
+        Among the candidates.
+    postures : JointCoordinates or (count, n) array
+    value : float
+        Of the criterion: a geometric mean of relative standard deviations (`DOptimal`), the root of
+        the mean of their squares (`AOptimal`), or of the errors at test poses [m].
+    random : float
+        The median of that of choices at random.
+    std : dict of str to float
+        Standard deviations of the parameters to be expected.
+    left_out : int
+        Candidates out of reach, beyond limits, near singular, or that hardly move.
+    """
+
+    rows: np.ndarray
+    postures: Any
+    value: float
+    random: float
+    std: dict[str, float]
+    left_out: int
+
+    def __repr__(self) -> str:
+        return (
+            f"<ChosenPoses: {len(self.rows)}, criterion {self.value:.4g}, "
+            f"{self.random:.4g} of a random choice, {self.left_out} candidates left out>"
+        )
+
+
+def random_postures(robot: Robot, count: int, seed: int = 0) -> JointCoordinates | np.ndarray:
+    """Candidates all over the range of a robot: joints within limits, or poses around home.
+
+    Joints without limits turn up to 120 degrees to each side; poses are a tenth of the length of
+    the robot and 0.15 rad around home.
+    """
+    from scipy.stats import qmc
+
+    numeric = robot.numeric
+    if robot.is_posed_by_joints:
+        chain = numeric.legs[0].chain
+        home, width = chain.home, np.where(chain.free, np.pi / 1.5, 0.0)
+        low, high = home - width, home + width
+        for k, role in enumerate(chain.roles):
+            if isinstance(role, Actuated) and role.limits is not None:
+                low[k], high[k] = role.limits
+    else:
+        from robostiff.kinematics import posture_finder
+
+        finder, places = posture_finder(numeric), robot.coordinate_places
+        width = np.where(np.array(places) < 3, 0.1 * finder.length, 0.15)
+        low, high = finder.home_pose[places] - width, finder.home_pose[places] + width
+    u = qmc.Halton(len(low), rng=np.random.default_rng(seed)).random(count)
+    q = low + u * (high - low)
+    return JointCoordinates(q) if robot.is_posed_by_joints else q
+
+
+def choose_poses(
+    robot: Robot,
+    candidates: Pose,
+    count: int,
+    parameters: Sequence[str],
+    markers: Mapping[str, ArrayLike],
+    *,
+    criterion: DOptimal | AOptimal | TestPose = DOptimal(),
+    forces: ArrayLike | None = None,
+    hook: ArrayLike | None = None,
+    sigma: float = 2e-5,
+    fixed: Sequence[str] = (),
+    existing: Measurements | None = None,
+    repeats: bool = False,
+    gravity: ArrayLike | str | None = None,
+    starts: int = 10,
+    seed: int = 0,
+) -> ChosenPoses:
+    """Choose postures at which loads and markers determine parameters best.
+
+    The information of a posture is ``A^T A``, A the rates of its readings over their standard
+    deviation; that of the choice is the sum, places of instrument and markers eliminated. Postures
+    are exchanged, one for another, while the criterion gets better, from several random starts.
+
+    Parameters
+    ----------
+    robot : Robot
+    candidates : (N, n) array or JointCoordinates
+    count : int
+        How many are chosen.
+    parameters, fixed : sequence of str
+        As for `identify`.
+    markers : mapping of str to (3,) array
+        About where they are in the platform frame [m].
+    criterion : DOptimal, AOptimal or TestPose
+    forces : (3,) or (L, 3) array, optional
+        Loads that are hung on at every posture, one after the other [N]; no load is one of them.
+    hook : (3,) array, optional
+        Where, in the platform frame [m]; the reference point when left out.
+    sigma : float
+        Standard deviation of a coordinate that is read [m].
+    existing : Measurements, optional
+        What has been measured already, of markers of the same names.
+    repeats : bool
+        Whether a posture may be chosen several times.
+    gravity : (3,) array or str, optional
+        As for `equilibrium`.
+    starts, seed : int
+
+    Raises
+    ------
+    InputError
+        When there are fewer candidates than postures to choose.
+    NoAnswerError
+        When all candidates together do not determine the parameters; it says which.
+
+    References
+    ----------
+    Fedorov: Theory of Optimal Experiments, Academic Press 1972.
+    """
+    by_joints = isinstance(candidates, JointCoordinates) or robot.is_posed_by_joints
+    changed, unknowns = with_unknowns(robot, parameters, fixed, by_joints=by_joints)
+    loads = _loads(forces)
+    q = getattr(candidates, "values", candidates)
+    q = np.atleast_2d(as_floats("candidates", q, "postures (N, n)"))
+    names = tuple(markers)
+    places = as_floats(
+        "markers", [*markers.values()], "three numbers each [m]", None, (len(names), 3)
+    )
+    kind = JointCoordinates if isinstance(candidates, JointCoordinates) else np.asarray
+    reached = find_posture(robot.numeric, kind(q))
+    rows = np.flatnonzero(reached.reached & reached.within_limits)
+    if len(rows) < count:
+        raise InputError("candidates", got=f"{len(rows)} in reach", expected=f"at least {count}")
+    each = len(loads) * len(names)
+    measured = Measurements(
+        kind(np.repeat(q[rows], each, axis=0)),
+        np.zeros((len(rows) * each, 3)),
+        forces=np.tile(np.repeat(loads, len(names), axis=0), (len(rows), 1)),
+        hooks=hook,
+        markers=list(names) * (len(rows) * len(loads)),
+        sigma=sigma,
+    )
+    statics = FiniteLoads(
+        States.of(changed, measured), changed, tuple(own.name for own in unknowns), gravity
+    )
+    model = ReadingModel(measured, statics, unknowns, None, None, np.eye(3), names)
+    x = np.concatenate([[own.nominal for own in unknowns], np.zeros(6), places.ravel()])
+    scale = np.array([abs(own.nominal) or 1e-3 for own in model.unknowns])
+    J = (model.predicted(x)[1] * scale / sigma).reshape(len(rows), -1, len(x))
+    good = _serve(model, J)
+    rows, J = rows[good], J[good]
+    if len(rows) < (1 if repeats else count):
+        raise InputError("candidates", got=f"{len(rows)} that serve", expected=f"at least {count}")
+    M = np.swapaxes(J, 1, 2) @ J
+    before = np.zeros(M.shape[1:])
+    every = [np.linalg.qr(J.reshape(-1, len(x)), mode="r")]
+    if existing is not None:
+        other = statics.with_states(States.of(changed, existing))
+        own = replace(model, measured=existing, statics=other.checked(x[: len(unknowns)])[0])
+        every.append(own.predicted(x)[1] * scale / own.sigma[:, None])
+        before = every[1].T @ every[1]
+    total = M.sum(axis=0) + before
+    told = identifiability(np.concatenate(every) / scale, model.unknowns)
+    p = len(unknowns)
+    lacking = [s for k, s in zip(told.fixed, told.not_identified, strict=True) if k < p]
+    if lacking:
+        raise NoAnswerError("no choice of these postures determines all: " + "; ".join(lacking))
+    is_test = isinstance(criterion, TestPose)
+    T = _rates_at(criterion, statics, changed, x[:p]) * scale[:p] if is_test else None
+    judge = _Judge(total, before, p, T, criterion)
+    random = np.random.default_rng(seed)
+
+    def drawn() -> np.ndarray:
+        return random.choice(len(rows), count, replace=len(rows) < count)
+
+    found = [_exchanged(M, judge, drawn(), repeats) for _ in range(starts)]
+    best, chosen = min(found, key=lambda own: own[0])
+    others = [judge.of(M[drawn()].sum(axis=0)[None])[0] for _ in range(_RANDOM)]
+    covariance = judge.covariance(M[chosen].sum(axis=0)[None])[0]
+    std = np.sqrt(np.diag(covariance)) * scale[:p]
+    chosen = np.sort(chosen)
+    return ChosenPoses(
+        rows[chosen],
+        kind(q[rows[chosen]]),
+        judge.shown(best),
+        judge.shown(float(np.median(others))),
+        dict(zip((own.name for own in unknowns), std.tolist(), strict=True)),
+        len(q) - len(rows),
+    )
+
+
+def _loads(forces: ArrayLike | None) -> np.ndarray:
+    """No load, and forces (L, 3) that are given."""
+    expected = "(3,) or (L, 3) [N]"
+    given = as_floats("forces", [] if forces is None else forces, expected)
+    if given.shape[-1] not in {0, 3} or given.ndim > 2:
+        raise InputError("forces", got=f"shape {given.shape}", expected=expected)
+    return np.vstack([np.zeros(3), given.reshape(-1, 3)])
+
+
+def _serve(model: ReadingModel, J: np.ndarray) -> np.ndarray:
+    """Candidates (N,) in equilibrium away from singular postures whose readings move."""
+    p = len(model.parameters)
+    codes = model.statics.at(np.array([own.nominal for own in model.parameters])).status_codes
+    lost = (codes & int(Status.UNREACHABLE | Status.NO_EQUILIBRIUM)) != 0
+    lost = lost[model.statics.states.of_readings].reshape(len(J), -1).any(axis=1)
+    good = np.isfinite(J).all(axis=(1, 2)) & ~lost
+    elastic = [k for k in range(p) if model.parameters[k].kind is not UnknownKind.GEOMETRY]
+    if elastic:
+        moved = np.abs(J[:, :, elastic].sum(axis=2)).max(axis=1)
+        good &= np.nan_to_num(moved) >= _SEEN
+    return good
+
+
+def _rates_at(
+    criterion: TestPose, statics: FiniteLoads, robot: Robot, values: np.ndarray
+) -> np.ndarray:
+    """Rates (3 N, p) of loaded points with the parameters."""
+    q = getattr(criterion.postures, "values", criterion.postures)
+    q = np.atleast_2d(as_floats("test poses", q, "postures (N, n)"))
+    by_joints = isinstance(criterion.postures, JointCoordinates)
+    wrenches = np.zeros((len(q), 6))
+    wrenches[:, list(robot.space.rows)] = as_floats("wrenches", criterion.wrenches, "[N, N m]")
+    given = JointCoordinates(q) if by_joints else q
+    states = States.of(robot, Measurements(given, np.zeros((len(q), 3)), wrenches=wrenches))
+    rates = statics.with_states(states).checked(values)[0].at(values).rates[:, :3]
+    if not np.isfinite(rates).all():
+        raise InputError("test poses", got="one near a singular posture", expected="others")
+    return rates.reshape(-1, len(values)) / len(q) ** 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class _Judge:
+    """A criterion of information matrices (..., n, n), small where they are good."""
+
+    total: np.ndarray
+    before: np.ndarray
+    parameters: int
+    T: np.ndarray | None
+    criterion: DOptimal | AOptimal | TestPose
+
+    def covariance(self, M: np.ndarray) -> np.ndarray:
+        """Of the parameters (..., p, p); a little information of all candidates is added."""
+        d = np.sqrt(np.diag(self.total))
+        scaled = (M + self.before + _RIDGE * self.total) / np.outer(d, d)
+        p = self.parameters
+        return np.linalg.inv(scaled)[..., :p, :p] / np.outer(d[:p], d[:p])
+
+    def of(self, M: np.ndarray) -> np.ndarray:
+        """Values (...)."""
+        C = self.covariance(M)
+        if self.T is not None:
+            return np.einsum("ij,...jk,ik->...", self.T, C, self.T)
+        if isinstance(self.criterion, AOptimal):
+            return np.trace(C, axis1=-2, axis2=-1)
+        return np.linalg.slogdet(C)[1]
+
+    def shown(self, value: float) -> float:
+        """A value as a standard deviation."""
+        if self.T is not None:
+            return value**0.5
+        if isinstance(self.criterion, AOptimal):
+            return (value / self.parameters) ** 0.5
+        return float(np.exp(0.5 * value / self.parameters))
+
+
+def _exchanged(
+    M: np.ndarray, judge: _Judge, chosen: np.ndarray, repeats: bool
+) -> tuple[float, np.ndarray]:
+    """The value that no exchange of one posture betters, and the postures."""
+    chosen = chosen.copy()
+    value = float(judge.of(M[chosen].sum(axis=0)[None])[0])
+    for _ in range(_MOST_SWEEPS):
+        start = value
+        for place in range(len(chosen)):
+            rest = np.delete(chosen, place)
+            able = np.arange(len(M)) if repeats else np.setdiff1d(np.arange(len(M)), rest)
+            values = judge.of(M[rest].sum(axis=0) + M[able])
+            best = int(np.argmin(values))
+            if values[best] < value:
+                value, chosen[place] = float(values[best]), able[best]
+        if not start - value > _GAIN * max(abs(value), 1.0 if judge.T is None else 0.0):
+            break
+    return value, chosen

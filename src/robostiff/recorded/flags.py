@@ -1,0 +1,140 @@
+"""What a record says of its own answer at a pose: one number, a sum of flags."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import IntFlag
+from functools import reduce
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robostiff.record import Entry, Operation, Record, greater, least
+from robostiff.recorded.leg import lower_bound
+
+if TYPE_CHECKING:
+    from robostiff.recorded.robot import RecordedRobot
+
+# Loss of a recorded pivot above which a pose is computed again. The record loses about as many
+# digits as a loss has, and several one after the other more: of n losses each may be 1/sqrt(n) of
+# it. Stiffness falls with the square of the wrenches that hold it: of those, at most a hundredth.
+_SAFE = 1e4
+# Part of `reach` below which a pose is looked at again, and below which it is certainly out of
+# reach: the numerical form decides at a miss of 1e-7.
+SHORT = 1e-5
+_OUT_OF_REACH = -1e-3
+# An actuator nearer to a limit than this part of its range is looked at again.
+_AT_LIMIT = 1e-9
+# A gap between eigenvalues, as a part of them, below which their derivatives are rounding.
+_APART = 1e-7
+_FINITE = 1e300
+
+
+class Flag(IntFlag):
+    """What holds at a pose; 0 where the answer of the record is right as it is."""
+
+    BEYOND_LIMITS = 1
+    OUT_OF_REACH = 2
+    DOUBTFUL = 4  # an assumption is close to failing
+    RANK_DOUBTFUL = 8  # the pivots of K do not decide its rank
+    MEETING = 16  # eigenvalues meet, which have no derivatives there
+
+
+def flags_of(robot: RecordedRobot, gaps: Sequence[Any] = (), *, rank: bool) -> Any:
+    """The sum of the flags at a pose, an entry; of the rank only where it is asked for.
+
+    Gaps are those between eigenvalues whose derivatives are computed. Each test is written so that
+    it fails where what it compares is no number.
+    """
+    record = robot.record
+    losses = _entries([x for leg in robot.legs for x in leg.losses])
+    others = _entries(robot.closure_losses)
+    safe = _SAFE / max(len(losses) + len(others), 1) ** 0.5
+    tests = _Tests(record)
+    for loss in losses:
+        tests.add_loss(loss, safe)
+    for loss in others:  # of either sign
+        tests.add(greater(safe**2, loss * loss))
+    for part in _entries(robot.reach):
+        tests.add_above(part, SHORT)
+    nearest = reduce(least, limits) if (limits := _entries(robot.limits)) else None
+    if nearest is not None:
+        tests.add(greater(nearest * nearest, _AT_LIMIT**2))
+    tests.add(greater(_FINITE, sum(robot.K[i, i] for i in range(robot.space.size))))
+    flags = Flag.DOUBTFUL * (1 - tests.all())
+    if rank:
+        of_rank, pivots = _Tests(record), _entries(robot.factors.losses)
+        for loss in pivots:
+            of_rank.add_loss(loss, _SAFE / len(pivots) ** 0.5)
+        flags = flags + Flag.RANK_DOUBTFUL * (1 - of_rank.all())
+    # What is bounded from below is never out of reach.
+    missed = [x for x in _entries(robot.reach) if lower_bound(record, x.step) < _OUT_OF_REACH]
+    if missed:
+        flags = flags + Flag.OUT_OF_REACH * greater(_OUT_OF_REACH, reduce(least, missed))
+    if nearest is not None:
+        flags = flags + Flag.BEYOND_LIMITS * greater(0, nearest)
+    if gaps := _entries(gaps):
+        flags = flags + Flag.MEETING * (1 - greater(reduce(least, gaps), _APART))
+    return flags
+
+
+class _Tests:
+    """Tests that a pose must pass, each 1 or 0, each written once."""
+
+    def __init__(self, record: Record) -> None:
+        self._record = record
+        self._bounds: dict[int, float] = {}  # steps that must be above a number
+        self._others: dict[int, Any] = {}
+
+    def all(self) -> Any:
+        """1 where all of them are passed."""
+        record = self._record
+        bounds = [greater(Entry(record, own), least_) for own, least_ in self._bounds.items()]
+        product: Any = 1
+        for test in (*bounds, *self._others.values()):
+            product = product * test
+        return product
+
+    def add(self, test: Any) -> None:
+        """One that is 1 or 0 already."""
+        if isinstance(test, Entry):
+            self._others[test.step] = test
+
+    def add_loss(self, loss: Entry, most: float) -> None:
+        """A quotient must stay below a number; of positive numbers nothing is divided for that."""
+        record = self._record
+        operation, a, b = record.operations[loss.step]
+        factors = ((a, b), (b, a)) if operation is Operation.MULTIPLY else ()
+        for own, other in factors:
+            inner, below, _ = record.operations[own]
+            above = record.at(other)
+            if inner is Operation.RECIPROCAL and np.all(record.sample(below) > 0):
+                if isinstance(above, Entry):
+                    self.add(greater(Entry(record, below) * most, above))
+                else:
+                    self.add_above(Entry(record, below), float(above) / most)
+                return
+        self.add(greater(most**2, loss * loss))
+
+    def add_above(self, entry: Entry, number: float) -> None:
+        """An entry must be above a number; of equal entries and their roots, the highest counts."""
+        record = self._record
+        entry = record.simplified(entry, abs(float(np.mean(entry.sample))))
+        while isinstance(entry, Entry):
+            operation, a, b = record.operations[entry.step]
+            factor = record.at(b) if operation is Operation.MULTIPLY else None
+            if operation is Operation.MULTIPLY and not isinstance(factor, Entry) and factor > 0:
+                entry, number = record.at(a), number / float(factor)
+            elif operation is Operation.SQUARE_ROOT and number >= 0:
+                entry, number = record.at(a), number**2
+            else:
+                break
+        if isinstance(entry, Entry):
+            self._bounds[entry.step] = max(number, self._bounds.get(entry.step, -np.inf))
+        elif not entry > number:
+            self._others[-1] = 0
+
+
+def _entries(values: Sequence[Any]) -> list[Entry]:
+    """The different ones."""
+    return list({value.step: value for value in values if isinstance(value, Entry)}.values())

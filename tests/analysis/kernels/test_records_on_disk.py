@@ -1,0 +1,198 @@
+"""Records on disk: the same answers to the last bit, and nothing that is damaged or of others."""
+
+import json
+import os
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.analysis import compiled_stiffness, record_file
+from robostiff.analysis.kernel_inputs import KernelInputs
+from robostiff.record import Program, Record, least, sine
+from tests.analysis.kernels.cases import around_home, model
+from tests.linkage.test_maps_of_linkages import FOUR_BAR
+
+
+@pytest.fixture(autouse=True)
+def cache(monkeypatch, tmp_path):
+    folder = tmp_path / "cache"
+    monkeypatch.setenv("ROBOSTIFF_CACHE", str(folder))
+    return folder
+
+
+def compiled(robot, outputs=None, **options):
+    return rs.compile(
+        robot, outputs or [rs.StiffnessMatrix()], backend=rs.Backend.ARRAYS, **options
+    )
+
+
+def must_not_record(monkeypatch):
+    for name in ("_recorded_robot", "_recorded_linkage"):
+        monkeypatch.setattr(compiled_stiffness, name, lambda *_: pytest.fail("recorded again"))
+
+
+@pytest.mark.parametrize("name", ["hexapod", "3-prs", "six-joint-arm", "gough-stewart-a"])
+def test_answers_are_the_same_to_the_last_bit(name, monkeypatch):
+    """In closed form, by steps, of an arm by its joints and poses, near singular poses."""
+    robot = model(name)
+    poses = around_home(robot, 300)
+    first = compiled(robot)
+    must_not_record(monkeypatch)
+    again = compiled(model(name))
+    assert again == first
+    assert again.taken == first.taken
+    one, other = first.evaluate(poses), again.evaluate(poses)
+    np.testing.assert_array_equal(one.matrix, other.matrix)
+    np.testing.assert_array_equal(one.status_codes, other.status_codes)
+    np.testing.assert_array_equal(one.rank, other.rank)
+
+
+def test_linkages_and_other_outputs_are_kept_too(monkeypatch):
+    linkage = rs.load_linkage(FOUR_BAR)
+    outputs = [rs.PrincipalStiffness(), rs.TotalMass()]
+    legs = rs.load("gough-stewart-b", symbols=("R",))
+    rates = [rs.Derivative(rs.StiffnessMatrix(), "R"), rs.DeflectionUnder([1, 2, 3, 4, 5, 6])]
+    first = compiled(linkage)
+    others = compiled(model("hexapod"), outputs), compiled(legs, rates, parameters=("R",))
+    must_not_record(monkeypatch)
+    again = compiled(rs.load_linkage(FOUR_BAR))
+    drives = np.full((2, len(first.inputs)), [[0.1], [0.2]])
+    np.testing.assert_array_equal(first.evaluate(drives).matrix, again.evaluate(drives).matrix)
+    assert compiled(model("hexapod"), outputs).kernel == others[0].kernel
+    assert compiled(legs, rates, parameters=("R",)).kernel == others[1].kernel
+
+
+def test_another_robot_or_output_is_recorded_for_itself(cache):
+    robot = model("3-rpr")
+    compiled(robot)
+    compiled(robot, [rs.PrincipalStiffness()])
+    compiled(robot, [rs.DeflectionUnder([1, 2, 3])])
+    compiled(robot, [rs.DeflectionUnder([1, 2, 4])])
+    compiled(replace(robot, reference_point=np.array([0.0, 0.01, 0.0])))
+    assert len(list(cache.iterdir())) == 5
+
+
+def test_the_cache_can_be_off_and_outputs_of_others_are_not_kept(cache, monkeypatch):
+    class Stiffest(rs.StiffnessMatrix):
+        name = "stiffest"
+
+    compiled(model("3-rpr"), [Stiffest()])
+    compiled(model("3-rpr"), [rs.EntryOf(Stiffest(), (0, 0))])
+    monkeypatch.setenv("ROBOSTIFF_CACHE", "off")
+    compiled(model("3-rpr"))
+    assert not cache.exists()
+
+
+def _shorter(path):
+    path.write_bytes(path.read_bytes()[:-20])
+
+
+def _other_number(path):
+    content = path.read_bytes()
+    path.write_bytes(content.replace(b'"rank": 3', b'"rank": 2'))
+
+
+def _with_another_record(path):
+    """A whole file of another program, with a checksum that agrees."""
+    body = json.dumps({"rank": 2}).encode()
+    path.write_bytes(record_file._head(body) + body)
+
+
+def _nothing(path):
+    path.write_bytes(b"")
+
+
+def _writable_for_others(path):
+    path.chmod(0o666)
+
+
+def _folder_writable_for_others(path):
+    path.parent.chmod(0o777)
+
+
+def _link(path):
+    other = path.parent.parent / "other"
+    path.rename(other)
+    path.symlink_to(other)
+
+
+@pytest.mark.parametrize(
+    "harm",
+    [
+        *(_shorter, _other_number, _with_another_record, _nothing),
+        *(
+            pytest.param(own, marks=pytest.mark.skipif(os.name == "nt", reason="POSIX"))
+            for own in (_writable_for_others, _folder_writable_for_others, _link)
+        ),
+    ],
+)
+def test_what_is_damaged_or_of_others_is_recorded_again(harm, cache, monkeypatch):
+    robot, made = model("3-rpr"), []
+    first = compiled(robot)
+    (path,) = cache.iterdir()
+    harm(path)
+    record = compiled_stiffness._recorded_robot
+    monkeypatch.setattr(
+        compiled_stiffness, "_recorded_robot", lambda *own: made.append(own) or record(*own)
+    )
+    again = compiled(robot)
+    assert len(made) == 1
+    assert again == first
+    assert first.rank == 3
+
+
+def test_a_folder_that_takes_nothing_is_no_error(monkeypatch, tmp_path):
+    (tmp_path / "file").write_text("no folder")
+    monkeypatch.setenv("ROBOSTIFF_CACHE", str(tmp_path / "file" / "cache"))
+    assert compiled(model("3-rpr")).rank == 3
+
+
+def test_the_oldest_files_go(cache, monkeypatch):
+    monkeypatch.setattr(record_file, "_MOST_FILES", 2)
+    robot = model("3-rpr")
+    compiled(robot)
+    (first,) = cache.iterdir()
+    os.utime(first, (1, 1))
+    for load in (1, 2):
+        compiled(robot, [rs.DeflectionUnder([1, 2, load])])
+    assert len(list(cache.iterdir())) == 2
+    assert not first.exists()
+
+
+def _program():
+    record = Record({"x": [0.3], "y": [0.6]})
+    x, y = record.input("x"), record.input("y")
+    product = (x * y).named("xy")
+    return Program.of(record, [product + sine(x), least(-x, product), 2.5])
+
+
+def test_programs_are_read_as_they_were_written():
+    program = _program()
+    assert Program.from_data(json.loads(json.dumps(program.as_data()))) == program
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "value"),
+    [
+        *(("a", 2, 2), ("a", 2, 99), ("a", 2, -1), ("a", 0, 1), ("b", 2, 7), ("b", 2, -1)),
+        *(("b", 3, 0), ("a", 2, 2**70), ("outputs", 0, -1), ("outputs", 0, 50)),
+    ],
+)
+def test_a_step_works_only_on_steps_before_it(name, place, value):
+    data = _program().as_data()
+    data[name] = [value if k == place else own for k, own in enumerate(data[name])]
+    with pytest.raises((ValueError, OverflowError)):
+        Program.from_data(data)
+
+
+def test_kernels_of_other_outputs_are_refused():
+    made = compiled(model("3-rpr"))
+    with pytest.raises(ValueError, match="other outputs"):
+        type(made).from_data(
+            made.as_data(),
+            lambda joints: KernelInputs(made.subject, joints),
+            [rs.PrincipalStiffness()],
+            rs.Backend.ARRAYS,
+        )

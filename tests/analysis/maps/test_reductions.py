@@ -1,0 +1,202 @@
+"""Reductions against the whole map, in any blocks, by threads and processes, and after an end."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+
+import robostiff as rs
+from robostiff import Quantity, Threads
+from tests.analysis.maps.robots import loaded
+from tests.analysis.maps.test_stores import Interruption, interrupted_after
+
+POSES = rs.RandomPoses(30_000, {"x": (-0.4, 0.4), "y": (-0.4, 0.4), "rz": (-0.5, 0.5)}, seed=3)
+QUANTITIES = [Quantity.PRINCIPAL_STIFFNESS, Quantity.WORST_DEFLECTION, Quantity.STIFFNESS]
+LIMITS = np.array([1e4, 1e6])
+ALL = [
+    rs.Extremes(),
+    rs.Quantiles(shares=[0, 0.01, 0.5, 0.99, 1]),
+    rs.Histogram("translational_stiffness", np.geomspace(1e3, 1e7, 9)),
+    rs.ShareAbove("rotational_stiffness", LIMITS),
+]
+
+
+@pytest.fixture(scope="module")
+def whole() -> xarray.Dataset:
+    return rs.stiffness_map(loaded("3-rpr"), POSES, QUANTITIES).load()
+
+
+@pytest.fixture(scope="module")
+def found() -> xarray.Dataset:
+    return rs.stiffness_map(loaded("3-rpr"), POSES, QUANTITIES, reduce=ALL)
+
+
+def test_statuses_are_those_of_the_map(whole, found):
+    for name in ("statuses", "poses", "poses_computed", "poses_reachable", "robot", "method"):
+        assert found.attrs[name] == whole.attrs[name]
+    assert not {"status", "rank", "K"} & set(found.data_vars)
+
+
+@pytest.mark.parametrize("name", ["translational_stiffness", "worst_deflection", "K"])
+def test_extremes_and_where_they_are(name, whole, found):
+    values, poses = whole[name], np.array([whole[own] for own in ("x", "y", "rz")])
+    for end, place in (("least", values.argmin("pose")), ("greatest", values.argmax("pose"))):
+        np.testing.assert_array_equal(
+            found[f"{name}_extreme"].sel(extreme=end), values.isel(pose=place)
+        )
+        at = found[f"{name}_at"].sel(extreme=end)
+        assert at.coordinate.values.tolist() == ["x", "y", "rz"]
+        np.testing.assert_array_equal(at, poses[:, place.values])
+    if name != "K":
+        assert found[f"{name}_extreme"].attrs["units"] == whole[name].attrs["units"]
+    else:
+        np.testing.assert_array_equal(found.K_units, whole.K_units)
+
+
+@pytest.mark.parametrize("name", ["translational_stiffness", "worst_deflection", "K"])
+def test_quantiles_within_half_a_percent(name, whole, found):
+    values = whole[name].dropna("pose").transpose("pose", ...).values
+    exact = np.quantile(values, [0, 0.01, 0.5, 0.99, 1], axis=0, method="inverted_cdf")
+    np.testing.assert_allclose(found[f"{name}_quantile"], exact, rtol=0.004)
+
+
+def test_counts_and_shares(whole, found):
+    edges = np.geomspace(1e3, 1e7, 9)
+    values = whole.translational_stiffness.dropna("pose").values.astype(float)
+    for k in range(2):
+        expected = np.histogram(values[:, k], edges)[0]
+        np.testing.assert_array_equal(found.translational_stiffness_count[:, k], expected)
+    np.testing.assert_array_equal(found.translational_stiffness_from, edges[:-1])
+    turning = whole.rotational_stiffness.dropna("pose").values
+    expected = np.mean(turning[:, None, :] >= LIMITS[:, None], axis=0)
+    np.testing.assert_allclose(found.rotational_stiffness_share_above, expected, rtol=1e-14)
+
+
+@pytest.mark.parametrize("scheduler", [Threads(1), Threads(3)])
+def test_blocks_in_any_order_give_the_same(scheduler, found, monkeypatch):
+    monkeypatch.setattr("robostiff.analysis.maps.job._BLOCK_BYTES", 2**16)
+    again = rs.stiffness_map(loaded("3-rpr"), POSES, QUANTITIES, reduce=ALL, scheduler=scheduler)
+    xarray.testing.assert_identical(again, found)
+
+
+def test_processes_give_the_same(found):
+    again = rs.stiffness_map(loaded("3-rpr"), POSES, QUANTITIES, reduce=ALL, workers=2)
+    xarray.testing.assert_identical(again, found)
+
+
+@pytest.fixture
+def begun(tmp_path, monkeypatch) -> Path:
+    monkeypatch.setattr("robostiff.analysis.maps.job._BLOCK_BYTES", 2**19)
+    path = tmp_path / "map.json"
+    with pytest.raises(Interruption):
+        rs.stiffness_map(
+            loaded("3-rpr"), POSES, QUANTITIES, reduce=ALL, store=path,
+            scheduler=Threads(1), progress=interrupted_after(2),
+        )  # fmt: skip
+    return path
+
+
+def test_what_was_interrupted_goes_on(begun, found):
+    assert 0 < len(json.loads(begun.read_text())["done"])
+    reported = []
+    question = (loaded("3-rpr"), POSES, QUANTITIES)
+    again = rs.stiffness_map(
+        *question, reduce=ALL, store=begun, resume=True, progress=reported.append
+    )
+    assert 0 < reported[0].resumed < reported[0].done
+    assert reported[-1].done == POSES.count
+    xarray.testing.assert_identical(again, found)
+    finished = rs.stiffness_map(*question, reduce=ALL, store=begun, resume=True)
+    xarray.testing.assert_identical(finished, found)
+    assert [own.name for own in begun.parent.iterdir()] == ["map.json"]
+
+
+@pytest.mark.parametrize("harm", ["cut", "flipped", "empty", "other"])
+def test_a_damaged_state_is_refused(harm, begun):
+    content = begun.read_text()
+    data = json.loads(content)
+    data["summary"]["poses"] += 1
+    begun.write_text(
+        {"cut": content[:-9], "flipped": json.dumps(data), "empty": "", "other": "{}"}[harm]
+    )
+    with pytest.raises(rs.InputError, match="begun by robostiff"):
+        rs.stiffness_map(loaded("3-rpr"), POSES, QUANTITIES, reduce=ALL, store=begun, resume=True)
+
+
+def test_another_question_is_refused_and_nothing_overwritten(begun):
+    question = (loaded("3-rpr"), POSES, QUANTITIES)
+    with pytest.raises(rs.InputError, match="other reductions"):
+        rs.stiffness_map(*question, reduce=[rs.Extremes()], store=begun, resume=True)
+    with pytest.raises(rs.InputError, match="other robot"):
+        rs.stiffness_map(
+            loaded("3-rpr-beams"), POSES, QUANTITIES, reduce=ALL, store=begun, resume=True
+        )
+    with pytest.raises(rs.InputError, match="where nothing is yet"):
+        rs.stiffness_map(*question, reduce=ALL, store=begun)
+
+
+def test_poses_without_an_answer_count_for_nothing():
+    grid = rs.Grid(x=rs.Axis(5, 6, 7))  # none is reached
+    found = rs.stiffness_map(loaded("3-puu"), grid, reduce=[
+        rs.Extremes(), rs.Quantiles(), rs.ShareAbove("rotational_stiffness", 1.0)
+    ])  # fmt: skip
+    for name in ("extreme", "at", "quantile", "share_above"):
+        assert np.isnan(found[f"rotational_stiffness_{name}"]).all()
+    assert found.attrs["poses_reachable"] == 0
+
+
+def test_the_first_of_equal_values_counts():
+    poses = rs.PoseList(["x"], [[0.1], [-0.1], [0.1], [-0.1]])
+    found = rs.stiffness_map(loaded("gough-stewart-b"), poses, reduce=rs.Extremes())
+    assert set(np.unique(found.translational_stiffness_at.sel(coordinate="x"))) <= {-0.1, 0.1}
+
+
+def test_negative_values_are_in_order():
+    values = np.array([[-3.0, -0.5, np.nan, 0.0, 2.0, 7.0]])
+    own = rs.Quantiles(shares=[0, 0.4, 0.6, 1])
+    ((_, labels, found),) = own.found(own.of_block(values, 0), "", None)
+    assert labels == {"share": (0.0, 0.4, 0.6, 1.0)}
+    np.testing.assert_allclose(found[:, 0], [-3.0, -0.5, 0.0, 7.0], rtol=0.004, atol=1e-38)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: rs.Quantiles(shares=[0.5, 1.5]),
+        lambda: rs.Quantiles(shares=[]),
+        lambda: rs.Histogram("K", [1.0]),
+        lambda: rs.Histogram("K", [2.0, 1.0]),
+        lambda: rs.ShareAbove("K", "much"),
+    ],
+)
+def test_reductions_that_are_none(make):
+    with pytest.raises(rs.InputError):
+        make()
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ([rs.Extremes("stiffness")], "translational_stiffness"),
+        ([rs.Extremes(), rs.Extremes("rotational_stiffness")], "twice"),
+        (["extremes"], "reduction of a map"),
+    ],
+)
+def test_reductions_of_nothing_are_refused(given, words):
+    with pytest.raises(rs.InputError, match=words):
+        rs.stiffness_map(loaded("3-rpr"), rs.Grid(x=rs.Axis(0, 0.1, 2)), reduce=given)
+
+
+def test_no_room_is_asked_for():
+    """A map of 10^11 poses fits into no memory; its reductions do."""
+    poses = rs.RandomPoses(10**11, {"x": (-0.1, 0.1)})
+    question = (loaded("3-rpr"), poses, [Quantity.STIFFNESS])
+    with pytest.raises(rs.InputError, match="map in memory"):
+        rs.stiffness_map(*question)
+    with pytest.raises(Interruption):
+        rs.stiffness_map(
+            *question, reduce=[rs.Extremes()], method=rs.Batched(),
+            scheduler=Threads(1), progress=interrupted_after(1),
+        )  # fmt: skip

@@ -1,0 +1,80 @@
+"""The commands ``identify`` and ``plan``, and the files that they write."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import robostiff as rs
+from robostiff.cli.main import app
+
+ROOT = Path(__file__).parents[2]
+ARM, CAMPAIGN = ROOT / "examples" / "loaded-arm.yaml", ROOT / "examples" / "campaign.csv"
+ZEROS = ("--parameters", "arm/joint*", "--parameters", "arm/joint[2345].zero")
+
+
+def run(*words: object):
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+def test_the_campaign_of_the_examples(tmp_path):
+    """The simulated machine has these compliances; the fit finds them, and says how well."""
+    picture = tmp_path / "residuals.svg"
+    done = run("identify", ARM, CAMPAIGN, *ZEROS, "--json", "--plot", picture)
+    assert done.exit_code == 0, done.output
+    found = json.loads(done.output)
+    truth = {
+        **{"arm/joint1": 2.13e-6, "arm/joint2": 1.62e-6, "arm/joint3": 3.72e-6},
+        **{"arm/joint4": 1.97e-5, "arm/joint5": 1.88e-5, "arm/joint6": 3.55e-5},
+        **{"arm/joint2.zero": 4e-4, "arm/joint3.zero": -7e-4},
+        **{"arm/joint4.zero": 3e-4, "arm/joint5.zero": -5e-4},
+    }
+    for name, value in truth.items():
+        assert abs(found["values"][name] - value) < 3 * found["std"][name]
+    assert found["status"] == "ok"
+    assert picture.stat().st_size > 1000
+
+
+def test_a_model_file_with_the_values(tmp_path):
+    """Comments and order stay; the file is the robot that was found."""
+    output = tmp_path / "identified.yaml"
+    done = run("identify", ARM, CAMPAIGN, "--parameters", "arm/joint*", "-o", output)
+    assert done.exit_code == 1
+    assert "does-not-fit" in done.output
+    text, before = output.read_text().splitlines(), ARM.read_text().splitlines()
+    assert len(text) == len(before)
+    changed = [k for k, pair in enumerate(zip(text, before, strict=True)) if pair[0] != pair[1]]
+    assert all("# +-" in text[k] and "from campaign.csv, 108 readings" in text[k] for k in changed)
+    assert len(changed) == 6
+    found = rs.identify(rs.load(ARM), rs.Measurements.read(CAMPAIGN, rs.load(ARM)), ["arm/joint*"])
+    stiffness = [role.stiffness for role in rs.load(output).legs[0].chain.roles]
+    for k, value in enumerate(stiffness, 1):
+        assert 1 / value == pytest.approx(found.values[f"arm/joint{k}"], rel=1e-9)
+
+
+def test_a_value_without_a_place_of_its_own(tmp_path):
+    output = tmp_path / "identified.yaml"
+    done = run("identify", ARM, CAMPAIGN, *ZEROS, "-o", output)
+    assert done.exit_code == 2
+    assert "place of 'arm/joint2.zero'" in done.output
+    assert not output.exists()
+
+
+def test_a_plan(tmp_path):
+    output = tmp_path / "plan.csv"
+    marks = ("--marker", "m1=0.08 0.1 0", "--marker", "m2=0.05 -0.09 0.08",
+             "--marker", "m3=0.05 -0.05 -0.1")  # fmt: skip
+    done = run(
+        *("plan", ARM, "--parameters", "arm/joint*", "--count", 6, "--candidates", 40, *marks),
+        *("--force", "600 N -300 N -900 N", "--hook", "0.12 0.15 0.05", "--json", "-o", output),
+        *("--criterion", "test-pose", "--wrench", "0 0 -1000 N 0 0 0"),
+    )
+    assert done.exit_code == 0, done.output
+    found = json.loads(done.output)
+    assert found["value"] < found["random"]
+    lines = output.read_text().splitlines()
+    assert lines[0].startswith("posture,joint1 [deg]")
+    assert len(lines) == 7

@@ -1,0 +1,70 @@
+"""Identification does not depend on units, on order, or on where the world is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import robostiff as rs
+from tests.identification.campaigns import arm_campaign, model_file
+
+HEADER = "joint1 [deg],joint2 [deg],joint3 [deg],joint4 [deg],joint5 [deg],joint6 [deg],"
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory):
+    return rs.load(model_file("arm", tmp_path_factory.mktemp("models")))
+
+
+@pytest.fixture(scope="module")
+def found(arm):
+    return rs.identify(arm, arm_campaign(), ["arm/joint*"])
+
+
+def _alike(one: rs.Identified, other: rs.Identified, part: float = 1e-6) -> None:
+    for name, value in one.values.items():
+        if name.startswith("arm"):
+            assert abs(other.values[name] - value) < part * one.std[name]
+            assert other.std[name] == pytest.approx(one.std[name], rel=1e-6)
+
+
+def test_order_of_rows_and_parameters(arm, found):
+    order = np.random.default_rng(4).permutation(36)
+    names = [f"arm/joint{k}" for k in (3, 1, 6, 2, 5, 4)]
+    other = rs.identify(arm, arm_campaign().chosen(order), names)
+    assert other.names[:6] == tuple(names)
+    _alike(found, other)
+
+
+def test_units_of_the_file(arm, found, tmp_path):
+    measured = arm_campaign()
+    for unit, factor, angle in (("mm", 1e3, "deg"), ("m", 1.0, "rad")):
+        file = tmp_path / f"{unit}.csv"
+        turn = 180 / np.pi if angle == "deg" else 1.0
+        lines = [
+            HEADER.replace("deg", angle)
+            + "Fx [kN],Fy [kN],Fz [kN],at_x [cm],at_y [cm],at_z [cm],marker,"
+            + ",".join(f"{a} [{unit}]" for a in "xyz")
+            + f",sigma [{unit}]"
+        ]
+        for k in range(36):
+            q, f = measured.coordinates[k] * turn, measured.forces[k] * 1e-3
+            numbers = [*q, *f, *(100 * measured.hooks[k])]
+            y = [*(factor * measured.values[k]), factor * 2e-5]
+            each = [*map(repr, map(float, numbers)), measured.markers[k], *map(repr, map(float, y))]
+            lines.append(",".join(each))
+        file.write_text("\n".join(lines))
+        _alike(found, rs.identify(arm, rs.Measurements.read(file, arm), ["arm/joint*"]), 1e-5)
+
+
+def test_an_instrument_elsewhere(arm, found):
+    """The same readings from another place and under another rotation."""
+    R, b = Rotation.from_rotvec([0.4, -1.1, 2.0]).as_matrix(), np.array([3.0, -2.0, 1.0])
+    measured = arm_campaign()
+    moved = replace(measured, values=(measured.values - b) @ R.T)
+    other = rs.identify(arm, moved, ["arm/joint*"])
+    _alike(found, other, 1e-5)
+    assert other.chi_square == pytest.approx(found.chi_square, rel=1e-8)

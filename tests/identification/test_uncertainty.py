@@ -1,0 +1,135 @@
+"""Standard deviations and intervals hold what they say; outliers are found."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.identification.identify import fitted
+from robostiff.identification.states import States
+from tests.identification.campaigns import (
+    arm_campaign,
+    arm_frames,
+    column,
+    hexapod_campaign,
+    hexapod_frames,
+    model_file,
+    with_values,
+)
+
+CAMPAIGNS = 200
+
+
+@pytest.fixture(scope="module")
+def hexapod(tmp_path_factory):
+    robot = rs.load(model_file("hexapod", tmp_path_factory.mktemp("models")))
+    return rs.identify(robot, hexapod_campaign(), ["leg*/strut"], frames=hexapod_frames())
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory):
+    robot = rs.load(model_file("arm", tmp_path_factory.mktemp("models")))
+    return rs.identify(robot, arm_campaign(), ["arm/joint*"], frames=arm_frames())
+
+
+@pytest.mark.parametrize("is_known", [True, False], ids=["sigma", "estimated sigma"])
+def test_intervals_cover_the_truth(hexapod, is_known):
+    """Of six compliances in 200 campaigns 95 % lie in their intervals, within three errors."""
+    # Few numbers, so that the normal distribution would be too narrow where sigma is estimated.
+    few = hexapod.measured.chosen(range(5))
+    sigma = 1.5e-6
+    measured = replace(few, sigma=np.full((5, 3), sigma if is_known else np.nan))
+    truth, random = hexapod.fit.x, np.random.default_rng(5)
+    statics = hexapod.model.statics
+    statics = statics.with_states(States.of(statics.robot, measured))
+    model = replace(hexapod.model, measured=measured, statics=statics)
+    exact = model.predicted(truth)[0].reshape(-1, 3)
+    inside = 0
+    for _ in range(CAMPAIGNS):
+        read = with_values(measured, exact + sigma * random.standard_normal(exact.shape))
+        found = fitted(replace(model, measured=read), truth, hexapod.fit.bounds, rs.Squares())
+        intervals = found.interval(0.95)
+        inside += sum(
+            low <= x <= high for x, (low, high) in zip(truth, intervals.values(), strict=True)
+        )
+    share = inside / (6 * CAMPAIGNS)
+    # the six of one campaign are not independent: the error of their mean is that of 200 to 1200
+    assert abs(share - 0.95) < 3 * (0.95 * 0.05 / CAMPAIGNS) ** 0.5 / 2
+
+
+def test_twice_the_same_campaign(arm):
+    both = rs.Measurements(
+        rs.JointCoordinates(np.tile(arm.measured.coordinates, (2, 1))),
+        np.tile(arm.measured.values, (2, 1)),
+        forces=np.tile(arm.measured.forces, (2, 1)),
+        hooks=column("arm", "hook_platform"),
+        markers=arm.measured.markers * 2,
+        sigma=2e-5,
+    )
+    statics = arm.model.statics
+    model = replace(
+        arm.model, measured=both, statics=statics.with_states(States.of(statics.robot, both))
+    )
+    twice = fitted(model, arm.fit.start, arm.fit.bounds, rs.Squares())
+    np.testing.assert_allclose(twice.fit.x, arm.fit.x, rtol=1e-9)
+    ratio = np.array([*twice.std.values()]) / np.array([*arm.std.values()])
+    np.testing.assert_allclose(ratio, 0.5**0.5, rtol=1e-8)
+
+
+def _with_outlier(arm, number, loss):
+    values = arm.measured.values.copy()
+    values[number // 3, number % 3] += 1e-3
+    model = replace(arm.model, measured=with_values(arm.measured, values))
+    return fitted(model, arm.fit.start, arm.fit.bounds, loss)
+
+
+def test_an_outlier_is_found_by_leaving_it_out(arm):
+    """One coordinate 1 mm off among 108 of 20 um, where it does most."""
+    assert arm.outliers == ()
+    std = np.array([*arm.std.values()])
+    _, J = arm.model.predicted(arm.fit.x)
+    influence = np.abs(arm.covariance @ (J / 2e-5**2).T * 1e-3) / std[:, None]
+    unknown, number = np.unravel_index(np.argmax(influence), influence.shape)
+    squares = _with_outlier(arm, number, rs.Squares())
+    off = np.abs(squares.fit.x - arm.fit.x) / std
+    assert off[unknown] == pytest.approx(influence[unknown, number], rel=0.02)
+    assert off[unknown] > 8
+    assert squares.outliers[0] == number // 3
+    assert rs.FitStatus.OUTLIERS in squares.status
+    assert f"reading {number // 3 + 1}" in " ".join(squares.advice)
+    robust = _with_outlier(arm, number, rs.Robust())
+    assert (np.abs(robust.fit.x - arm.fit.x) / std).max() < 0.4 * off[unknown]
+    assert robust.outliers[0] == number // 3
+
+
+def test_leaving_one_out_is_what_it_says(arm):
+    """The sum of squares without a reading is that of a fit without it, to second order."""
+    k = 7
+    rest = arm.measured.chosen([i for i in range(36) if i != k])
+    statics = arm.model.statics
+    model = replace(
+        arm.model, measured=rest, statics=statics.with_states(States.of(statics.robot, rest))
+    )
+    without = fitted(model, arm.fit.x, arm.fit.bounds, rs.Squares())
+    less = arm._left_out[1][k]
+    assert arm.chi_square - less == pytest.approx(without.chi_square, rel=1e-4)
+    assert arm.leverage.sum() == pytest.approx(6)
+
+
+def test_postures_that_were_not_seen(arm):
+    crossed = arm.cross_validated(4)
+    assert crossed.errors.shape == (36, 3)
+    assert arm.residuals.std() < crossed.rms < 4 * arm.residuals.std()
+    assert crossed.rms_of_fit == pytest.approx(np.sqrt(np.mean(arm.residuals**2)))
+    predicted, sd = arm.predict(arm.measured)
+    np.testing.assert_allclose(arm.measured.values - predicted, arm.residuals, atol=1e-12)
+    assert np.all((sd > 0) & (sd < 2e-5))
+
+
+def test_the_robot_is_that_of_the_values(arm):
+    names = [f"arm/joint{k}" for k in range(1, 7)]
+    stiffness = [role.stiffness for role in arm.robot.legs[0].chain.roles]
+    np.testing.assert_allclose(1 / np.array(stiffness), [arm.values[n] for n in names])
