@@ -10,7 +10,7 @@ from robostiff.errors import FileError
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
 from robostiff.kinematics import PostureFinder
-from robostiff.kinematics.mobility import fitting_coordinates, platform_mobility
+from robostiff.kinematics.closure.loops import fitting_coordinates, platform_mobility
 from robostiff.model import Joint, Link, Rigid
 from robostiff.robots import robot_file
 from robostiff.spatial import Frame

@@ -42,7 +42,7 @@ from robostiff.compiled import (
 )
 from robostiff.compiled.kernel import code_of
 from robostiff.elastostatics import Status
-from robostiff.errors import DisagreementError, InputError, OpenAtHomeError
+from robostiff.errors import DisagreementError, InputError, NoAnswerError, OpenAtHomeError
 from robostiff.kinematics import JointCoordinates, posture_finder
 from robostiff.linkage import DrivenLinkage, Linkage
 from robostiff.linkage.driven import coordinate_names
@@ -396,6 +396,8 @@ def compile_robot(
 def _recorded_robot(
     robot: Robot, outputs: tuple[Output, ...], backend: Backend, most: int | None
 ) -> CompiledStiffness:
+    if most == 0:  # none is so short
+        raise NoAnswerError(f"no record of {robot.name!r} on disk")
     finder = posture_finder(robot.numeric)
     recorded = record_robot(robot, finder, most)
     if depends_on_what_is_held(recorded, robot, finder):

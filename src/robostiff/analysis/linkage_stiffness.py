@@ -53,9 +53,9 @@ def network_details(network: Network, tolerance: Tolerance) -> Details:
     )
 
 
-# Recording takes as long as the direct form at some 120 configurations of a batch, or in 17 calls
+# Recording takes as long as the direct form at some 340 configurations of a batch, or in 20 calls
 # (double pantograph), and machine code as long to make as NumPy at some 10^5 poses.
-_COSTS = 6, 120, 2**17
+_COSTS = 17, 340, 2**17
 
 
 @kept
@@ -64,11 +64,11 @@ def record_of_linkage(linkage: Linkage, joints: tuple[str, ...] | None) -> KeptR
     return KeptRecord(partial(_compiled, driven_by(linkage, joints)), *_COSTS)
 
 
-def _compiled(driven: DrivenLinkage) -> CompiledStiffness | None:
+def _compiled(driven: DrivenLinkage, may_record: bool) -> CompiledStiffness | None:
     from robostiff.analysis.compiled_stiffness import compile_linkage
     from robostiff.compiled import Backend
 
-    if not (driven.drives and driven.home.is_closed):
+    if not (may_record and driven.drives and driven.home.is_closed):
         return None
     return compile_linkage(driven, backend=Backend.ARRAYS)
 
@@ -138,8 +138,8 @@ class ConfigurationsOfLinkage(Question):
     def reference_points(self, rows: np.ndarray) -> np.ndarray:
         """Of the platform in the world (..., 3) [m]."""
         part = self.driven.part
-        frames = [found.frames[part.platform] for found in self._at(rows)]
-        points = [frame.p + frame.R @ part.reference_point for frame in frames]
+        places = [found.places[part.platform] for found in self._at(rows)]
+        points = [p + R @ part.reference_point for R, p in places]
         return np.array(points).reshape(*rows.shape, 3)
 
     def complaints(self, rows: np.ndarray, status: Status) -> tuple[str, ...]:
@@ -175,11 +175,11 @@ class ConfigurationsOfLinkage(Question):
         closed = np.array([one.is_closed for one in every], dtype=bool)
         lost = self._lost_digits(every, found) * np.uint16(Status.ILL_CONDITIONED)
         status = np.where(closed, found.status_codes | lost, np.uint16(Status.UNREACHABLE))
-        frames = [one.frames[part.platform] for one in every]
+        R, p = map(np.array, zip(*(one.places[part.platform] for one in every), strict=True))
         whole = replace(
             found,
             whole=replace(found.whole, status_codes=np.asarray(status, dtype=np.uint16)),
-            pose=np.array([six_coordinates(own.R, own.p) for own in frames]),
+            pose=six_coordinates(R, p),
             joint_coordinates={
                 joint.name: np.array([one.coordinates[joint.name] for one in every]).reshape(
                     len(every), joint.size
@@ -199,12 +199,12 @@ class ConfigurationsOfLinkage(Question):
     def _lost_digits(self, every: Sequence[Configuration], found: Details) -> np.ndarray:
         """Where loops near a singular configuration leave K too few digits (N,)."""
         drives, part = frozenset(self.driven.drives), self.driven.part
-        near = [as_rounded(part, one, drives) if one.is_closed else one for one in every]
-        lost = np.zeros(len(every), dtype=bool)
-        moved = [i for i, (one, own) in enumerate(zip(near, every, strict=True)) if one is not own]
+        closed = [i for i, one in enumerate(every) if one.is_closed]
+        near = as_rounded(part, [every[i] for i in closed], drives)
+        moved, lost = [closed[k] for k in near], np.zeros(len(every), dtype=bool)
         if not moved:
             return lost
-        here, there = found[moved], self._of_branches([near[i] for i in moved])
+        here, there = found[moved], self._of_branches([*near.values()])
         there = replace(there, reference_point=here.reference_point)
         for k, i in enumerate(moved):  # what is soft is not free
             free = 0.0 if int(here.whole.rank[k]) == self.space.size else self.free

@@ -37,18 +37,6 @@ class NoMachineCodeWarning(RuntimeWarning):
     """The compiler of machine code is not installed: NumPy is used, some ten times slower."""
 
 
-class Checks(Enum):
-    """What a kernel checks at every pose beside its outputs.
-
-    ``RANK``: matrix and rank. ``MATRIX``: the matrix alone; it is as right without its rank.
-    ``NONE``: nothing, for poses that are known to be harmless.
-    """
-
-    NONE = "none"
-    MATRIX = "matrix"
-    RANK = "rank"
-
-
 @dataclass(frozen=True)
 class Kernel:
     """Computes outputs at many poses from the record of one robot; picklable.
@@ -197,7 +185,7 @@ def kernel_of(
     outputs: Sequence[Output],
     backend: Backend = Backend.BEST,
     *,
-    checks: Checks = Checks.RANK,
+    has_flags: bool = True,
 ) -> Kernel:
     """The kernel of a recorded robot.
 
@@ -206,8 +194,8 @@ def kernel_of(
     recorded : RecordedRobot
     outputs : sequence of Output
     backend : Backend
-    checks : Checks
-        What the kernel checks beside its outputs.
+    has_flags : bool
+        Whether it also says where its results are right; False for poses known to be harmless.
 
     Raises
     ------
@@ -218,9 +206,9 @@ def kernel_of(
     """
     entries = [entry for output in outputs for entry in output.recorded(recorded)]
     names: tuple[str, ...] = ()
-    if checks is not Checks.NONE:
+    if has_flags:
         gaps = [gap for x in outputs if isinstance(x, Rates) for gap in x.gaps(recorded)]
-        entries.append(flags_of(recorded, gaps, rank=checks is Checks.RANK))
+        entries.append(flags_of(recorded, gaps))
         names = ("flags",)
     program = Program.of(recorded.record, entries)
     inputs, closure, code = recorded.record.inputs, recorded.closure, code_of(backend)

@@ -139,7 +139,8 @@ class Way:
     place: int = 0  # of the next coordinate
     loops: list[Loop] = field(default_factory=list)
     last: str | None = None  # the part that has been placed last, of a block in its first branch
-    # Frames of bodies, and the part before each, where they are asked for
+    # Frames in which bodies are given, by parts: where a part begins, of a joint behind it; and the
+    # part that has been placed last
     bodies: dict[str, tuple[np.ndarray, np.ndarray, str | None]] = field(default_factory=dict)
 
     @classmethod
@@ -178,6 +179,7 @@ class ChainWalk:
 
     def over(self, element: Element) -> None:
         """Walk over one element."""
+        start = self.R, self.p
         if isinstance(element, Rigid):
             self.go(element.transform.p, element.transform.R)
         elif isinstance(element, Link):
@@ -189,6 +191,9 @@ class ChainWalk:
             self.block(element)
         else:
             self.telescope(element, self.coordinates(1)[..., 0])
+        if isinstance(element, Joint | ParallelBlock):
+            start = self.R, self.p
+        self.way.bodies[self.prefix + element.name] = (*start, self.way.last)
 
     def leg(self, name: str) -> PlacedLeg:
         """What has been walked along, as a leg or branch."""

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
-from robostiff.kinematics.frames import place_chain
-from robostiff.kinematics.mobility import (
+from robostiff.kinematics.closure.loops import (
     determine_pose,
     fitting_coordinates,
     platform_mobility,
 )
+from robostiff.kinematics.frames import place_chain
 from robostiff.kinematics.posture_finder import posture_finder
 from robostiff.model import (
     Branch,

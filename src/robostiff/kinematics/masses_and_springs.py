@@ -18,10 +18,8 @@ from robostiff.model import (
     BodyPoint,
     Chain,
     Element,
-    Joint,
     Link,
     Mass,
-    ParallelBlock,
     PlacedBodySpring,
     PlacedLeg,
     PlacedMass,
@@ -204,7 +202,7 @@ def bodies_of(posture: Posture) -> dict[str, PlacedBody]:
     }
     for leg, q in zip(posture.robot.in_floats.legs, posture.coordinates, strict=True):
         way = Way.of(leg.chain, q)
-        _BodyWalk(leg.base.R, leg.base.p, way).along(leg.chain)
+        ChainWalk(leg.base.R, leg.base.p, way).along(leg.chain)
         for name, (R, p, part) in way.bodies.items():
             own = BASE if part is None else f"{leg.name}/{part}"
             found[f"{leg.name}/{name}"] = PlacedBody(own, R, p)
@@ -223,14 +221,3 @@ def _placed(bodies: dict[str, PlacedBody], end: BodyPoint, spring: str) -> tuple
         )
     p = body.p + np.einsum("...ij,j->...i", body.R, np.asarray(end.at, dtype=float))
     return body.name, p
-
-
-class _BodyWalk(ChainWalk):
-    """The way along a chain, with the frames of the bodies behind its parts."""
-
-    def over(self, element: Element) -> None:
-        R, p = self.R, self.p
-        super().over(element)
-        if isinstance(element, Joint | ParallelBlock):
-            R, p = self.R, self.p
-        self.way.bodies[self.prefix + element.name] = (R, p, self.way.last)

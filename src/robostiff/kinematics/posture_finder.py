@@ -20,7 +20,7 @@ from robostiff.kinematics.closure import (
     loops_of_legs,
 )
 from robostiff.kinematics.closure.assembly import RootSigns
-from robostiff.kinematics.closure.skeleton import rounding_of
+from robostiff.kinematics.closure.leg_forms import rounding_of
 from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose
 from robostiff.kinematics.pose import (

@@ -14,13 +14,13 @@ from robostiff.kept import kept
 from robostiff.kinematics.closure import Loops, closed_near, follow, loops_of_legs
 from robostiff.kinematics.closure.assembly import on_turn_of_home
 from robostiff.kinematics.closure.assembly_mode import Followed
+from robostiff.kinematics.closure.loops import platform_mobility
 from robostiff.kinematics.machine_pose import (
     ActuatorCoordinates,
     ToolPose,
     actuator_names,
     actuator_places,
 )
-from robostiff.kinematics.mobility import platform_mobility
 from robostiff.kinematics.pose import (
     FoundPoses,
     NearLegs,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -39,8 +40,8 @@ class Configuration:
     ----------
     coordinates : mapping of str to (size,) arrays
         Of every joint [m, rad].
-    frames : mapping of str to Frame
-        Of every body, in the world.
+    places : mapping of str to ((3, 3) array, (3,) array)
+        Axes and origin of every body, in the world [m].
     gaps : mapping of str to (float, float)
         For each connection that closes a loop: by how much it misses, as a shift [m] and a turn
         [rad].
@@ -53,11 +54,16 @@ class Configuration:
     """
 
     coordinates: Mapping[str, np.ndarray]
-    frames: Mapping[str, Frame]
+    places: Mapping[str, tuple[np.ndarray, np.ndarray]]
     gaps: Mapping[str, tuple[float, float]]
     length: float
     elsewhere: bool = False
     closes_at_home: bool = False
+
+    @cached_property
+    def frames(self) -> dict[str, Frame]:
+        """The same as frames."""
+        return {name: Frame(*place) for name, place in self.places.items()}
 
     @property
     def is_closed(self) -> bool:
@@ -158,22 +164,29 @@ class PathsFromHome:
         return LoopsOfLinkage.of(self.linkage, self.home.coordinates, moving)
 
 
-def as_rounded(linkage: Linkage, found: Configuration, given: frozenset[str]) -> Configuration:
-    """A closed configuration moved by rounding along the motion that its loops hold least.
+def as_rounded(
+    linkage: Linkage, found: Sequence[Configuration], given: frozenset[str]
+) -> dict[int, Configuration]:
+    """Closed configurations moved by rounding along the motion that their loops hold least.
 
     Loops near a singular configuration do not decide all coordinates to their last digits.
-    Motions that they leave free, as the spin of a rod, are no such. The configuration itself where
-    its loops are regular.
+    Motions that they leave free, as the spin of a rod, are no such. By number, without those whose
+    loops are regular.
     """
+    if not found:
+        return {}
     passive, _ = _movable(linkage, given)
-    closing = LoopsOfLinkage.of(linkage, found.coordinates, passive)
-    x = closing.loops.start[None]
-    _, values, Vt = np.linalg.svd(closing.loops.rates(x)[0])
-    held = np.flatnonzero(values > _FREE * values.max(initial=0.0))
-    if not held.size or values[held[-1]] > _REGULAR * values[0]:
-        return found
-    step = Vt[held[-1]] * _ROUNDING / values[held[-1]]
-    return closing.configurations(closing.loops.moved(x, step[None]))[0]
+    closing = LoopsOfLinkage.of(linkage, found[0].coordinates, passive)
+    x = np.array([moved_bodies(linkage).row(one.coordinates) for one in found])
+    _, values, Vt = np.linalg.svd(closing.loops.rates(x))
+    held = np.count_nonzero(values > _FREE * values.max(axis=-1, initial=0.0)[:, None], axis=-1) - 1
+    each = range(len(found))
+    rows = [k for k in each if held[k] >= 0 and values[k, held[k]] <= _REGULAR * values[k, 0]]
+    steps = [Vt[k, held[k]] * _ROUNDING / values[k, held[k]] for k in rows]
+    if not rows:
+        return {}
+    moved = closing.configurations(closing.loops.moved(x[rows], np.array(steps)))
+    return dict(zip(rows, moved, strict=True))
 
 
 def _movable(
@@ -330,7 +343,7 @@ class LoopsOfLinkage:
         found = []
         for i, row in enumerate(x):
             moved = {name: sign * row[own] for name, (own, sign) in bodies.places.items()}
-            there = {name: Frame(R[i], p[i]) for name, (R, p) in frames.items()}
+            there = {name: (R[i], p[i]) for name, (R, p) in frames.items()}
             gaps = {c.name: (float(shift[i, k]), float(turn[i, k])) for k, c in enumerate(cuts)}
             found.append(Configuration({**self.start, **moved}, there, gaps, self.loops.length))
         return found

@@ -225,8 +225,8 @@ def branches_of_linkage(
     """
 
     def frame_of(body: str) -> tuple[np.ndarray, np.ndarray]:
-        frames = [one.frames[body] for one in every]
-        return np.array([own.R for own in frames]), np.array([own.p for own in frames])
+        R, p = zip(*(one.places[body] for one in every), strict=True)
+        return np.array(R), np.array(p)
 
     def start_of(c: Connection) -> tuple[np.ndarray, np.ndarray]:
         R, p = frame_of(c.a)

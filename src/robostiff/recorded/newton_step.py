@@ -34,6 +34,7 @@ class LinearEquation:
 
     rates: dict[str, Any]  # without zeros
     right: Any
+    weight: float = 1.0  # of its numbers, where they are compared with those of others
 
 
 @dataclass
@@ -81,7 +82,7 @@ class SparseElimination:
                     factor = equation.rates.pop(name)
                     for other, rate in own.rates.items():
                         value = equation.rates.pop(other, 0) - factor * rate
-                        if self._size(value)[1] > _LOST:
+                        if self._size(value)[1] * equation.weight > _LOST:
                             equation.rates[other] = value
                     equation.right = equation.right - factor * own.right
         self.pivots.append(pivots)
@@ -112,7 +113,8 @@ class SparseElimination:
         for equation in equations:
             for name in open_ & equation.rates.keys():
                 counts[name] += 1
-                largest[name] = max(largest[name], self._size(equation.rates[name])[1])
+                size = self._size(equation.rates[name])[1] * equation.weight
+                largest[name] = max(largest[name], size)
         best: tuple[Any, ...] = ()
         for number, equation in enumerate(equations):
             own = [name for name in unknowns if name in equation.rates]
@@ -121,7 +123,7 @@ class SparseElimination:
             for name in own:
                 rate = equation.rates[name]
                 least, usual = self._size(rate)
-                part = least / largest[name]
+                part = least * equation.weight / largest[name]
                 safe = part > _OF_COLUMN and least > _OF_ITSELF * usual
                 fill = (len(equation.rates) - 1) * (counts[name] - 1) + (not is_number(rate))
                 order = (0, fill, entries) if safe else (1, 0, 0)
@@ -236,13 +238,14 @@ def newton_step(
 class Opening:
     """What is open in a loop: by how much, and the twists by which unknowns close it.
 
-    Shifts are parts of the length, turns D as vee(D - D^T)/2.
+    Turns D are vee(D - D^T)/2; unknowns that slide are parts of the length.
     """
 
-    shift: np.ndarray  # (3,)
+    shift: np.ndarray  # (3,) [m]
     turn: np.ndarray  # (3,), or none of it
     rates: dict[str, np.ndarray]  # twists (6,)
-    squares: Sequence[Any]  # vanish where the loop is closed, and only there
+    gaps: np.ndarray  # (3,) [m], and
+    chords: np.ndarray  # (9,), or none of them: vanish where the loop is closed, and only there
     outer: int  # number of the loop that surrounds it, or its own
     center: np.ndarray  # (3,): where it is to be closed [m]
     ball: int | None  # the joint there that follows, by its first place
@@ -266,7 +269,7 @@ def openings(
     path to the platform, branches end where the platform has them: their paths are closed with the
     platform as well, without the first branch.
     """
-    shifts = (placed.p_wanted - placed.p) * (1 / length)
+    shifts = placed.p_wanted - placed.p
     for k, end in enumerate(tree.ends):
         way, path = [k], list(end.moving)
         while met := [ball for ball in balls if ball in tree.ends[way[-1]].leading]:
@@ -276,22 +279,21 @@ def openings(
         ball = next((ball for ball in balls if ball in end.moving), None)
         center = placed.p[k] if ball is None else placed.points[ball]
         shift = reduce(add, [shifts[i] for i in way])
-        turn, squares = np.zeros(0), [*shifts[k]]
+        turn = chords = np.zeros(0)
         if ball is None:
             D = placed.R_wanted[k] @ placed.R[k].T
             turn = np.array([(D[i, j] - D[j, i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))])
-            squares += [*(placed.R_wanted[k] - placed.R[k]).reshape(-1)]
-        found = Opening(shift, turn, {}, squares, way[-1], center, ball)
+            chords = (placed.R_wanted[k] - placed.R[k]).reshape(-1)
+        found = Opening(shift, turn, {}, shifts[k], chords, way[-1], center, ball)
         wanted = placed.p_wanted[k] - (placed.p[k] - center)
         for sign, at, places in ((1, center, path), (-1, wanted, tree.ends[way[-1]].leading)):
             for i in places:
                 if i not in moving:
                     continue
                 screw = Screw(placed.axes[i], placed.points[i], tree.screws[i].pitch)
-                twist = screw.twist(at)
+                twist = screw.twist(at) * (sign if screw.turns else sign * length)
                 for name, factor in moving[i].items():
-                    own = twist * (sign * factor)
-                    found.add(name, per_turn(own, length) if screw.turns else own)
+                    found.add(name, twist * factor)
         yield found
 
 
@@ -314,10 +316,12 @@ def step_of_groups(
     """
     elimination = SparseElimination()
     left: list[LinearEquation] = []
-    squares: list[Any] = []
+    shifts: list[Any] = []
+    chords: list[Any] = []
     for openings, unknowns in groups:
-        squares += (x * x for own in openings for x in own.squares if not is_zero(x))
-        equations = [one for own in openings for one in _equations(own)]
+        shifts += (x * x for own in openings for x in own.gaps if not is_zero(x))
+        chords += (x * x for own in openings for x in own.chords if not is_zero(x))
+        equations = [one for own in openings for one in _equations(own, length)]
         left += elimination.eliminate(equations, unknowns)
     elimination.eliminate(left, shared)
     found = elimination.solution()
@@ -334,7 +338,7 @@ def step_of_groups(
     return NewtonStep(
         steps=steps,
         size=reduce(add, (x * x for x in moved), 0),
-        gap=reduce(add, squares, 0),
+        gap=reduce(add, [*chords, reduce(add, shifts, 0) * (1 / length**2)]),
         determinants=[x for x in elimination.determinants() if isinstance(x, Entry)],
         undetermined=elimination.undetermined,
     )
@@ -366,15 +370,16 @@ def _openings(
     return found, turns
 
 
-def _equations(opening: Opening) -> list[LinearEquation]:
+def _equations(opening: Opening, length: float) -> list[LinearEquation]:
     """What closes a loop, shifts before turns; rows in which nothing moves are left out."""
     found = []
     for row, missing in enumerate((*opening.shift, *opening.turn)):
         rates = {name: rate[row] for name, rate in opening.rates.items()}
         least = {n: _STILL if isinstance(x, Entry) else _NO_NUMBER for n, x in rates.items()}
-        own = {name: x for name, x in rates.items() if most_size(x) > least[name]}
+        weight = 1 / length if row < 3 else 1.0
+        own = {name: x for name, x in rates.items() if most_size(x) * weight > least[name]}
         if own:
-            found.append(LinearEquation(own, missing))
+            found.append(LinearEquation(own, missing, weight))
     return found
 
 
@@ -387,18 +392,12 @@ def _rates_of_pose(
     for k, name in open_.items():
         twist = np.zeros(6, dtype=int).astype(object)
         if k < 3:
-            twist[:3] = R_base[k]
+            twist[:3] = R_base[k] * length
         elif turning is not None:
             w = R_base.T @ turning[:, k - 3]
             twist[:3], twist[3:] = cross(w, arm), w
-            twist = per_turn(twist, length)
         rates[name] = twist * -1
     return rates
-
-
-def per_turn(twist: np.ndarray, length: float) -> np.ndarray:
-    """A twist per radian, its shift as a part of the length."""
-    return np.concatenate([twist[:3] * (1 / length), twist[3:]])
 
 
 def _vector_rate(r: np.ndarray) -> np.ndarray:

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any, cast, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis import ActuatorLoad, Deflection, JointReaction
+from robostiff.analysis import ActuatorLoad, Deflection, DeflectionsOfPoses, JointReaction
 from robostiff.analysis import deflection as deflection_under_wrench
 from robostiff.analysis.deflection_under_load import deflection_at
 from robostiff.analysis.leg_loads import leg_loads
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
+from robostiff.kinematics.pose import OnePose
 from robostiff.linkage import DriveValues, Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.network import Network, NodeForce
@@ -41,6 +42,19 @@ _DRIVEN = 1e-6
 _FREE, _PULLS = 1e-12, 1e-9
 
 
+@overload
+def deflection(
+    robot: Robot | Snapshot | Network | Linkage,
+    pose: OnePose = None,
+    wrench: ArrayLike | None = None,
+    *,
+    loads: Loads | None = None,
+    gravity: Gravity = None,
+    at: ArrayLike | None = None,
+    near: Near = None,
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
+) -> Deflection: ...
+@overload
 def deflection(
     robot: Robot | Snapshot | Network | Linkage,
     pose: Pose | DriveValues = None,
@@ -51,7 +65,18 @@ def deflection(
     at: ArrayLike | None = None,
     near: Near = None,
     tolerance: Tolerance = DEFAULT_TOLERANCE,
-) -> Any:
+) -> Deflection | DeflectionsOfPoses: ...
+def deflection(
+    robot: Robot | Snapshot | Network | Linkage,
+    pose: Pose | DriveValues = None,
+    wrench: ArrayLike | None = None,
+    *,
+    loads: Loads | None = None,
+    gravity: Gravity = None,
+    at: ArrayLike | None = None,
+    near: Near = None,
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
+) -> Deflection | DeflectionsOfPoses:
     """Deflection of the platform under small loads, and how the parts of the robot share in it.
 
     The loads are so small that the geometry does not change, and all is proportional to them. It

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -47,9 +47,11 @@ from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, scaling
 from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
+from robostiff.kinematics.pose import OnePose
 from robostiff.linkage import DriveValues, Linkage
 from robostiff.markup import InNotebooks
 from robostiff.model import Robot, Snapshot
+from robostiff.model.subject import Subject
 from robostiff.network import Network
 
 
@@ -260,6 +262,16 @@ class IndicesOfPoses(StatusOfPoses):
         return indices(self.result[index], length=self.length)
 
 
+@overload
+def indices(
+    robot: Robot | Snapshot | Network | Linkage,
+    pose: OnePose = None,
+    *,
+    length: float | None = None,
+    at: ArrayLike | None = None,
+    near: Near = None,
+) -> StiffnessIndices: ...
+@overload
 def indices(
     robot: Stiffness | Robot | Snapshot | Network | Linkage,
     pose: Pose | DriveValues = None,
@@ -267,7 +279,15 @@ def indices(
     length: float | None = None,
     at: ArrayLike | None = None,
     near: Near = None,
-) -> Any:
+) -> StiffnessIndices | IndicesOfPoses: ...
+def indices(
+    robot: Stiffness | Robot | Snapshot | Network | Linkage,
+    pose: Pose | DriveValues = None,
+    *,
+    length: float | None = None,
+    at: ArrayLike | None = None,
+    near: Near = None,
+) -> StiffnessIndices | IndicesOfPoses:
     """All stiffness indices of a robot.
 
     Parameters
@@ -306,7 +326,7 @@ def indices(
     >>> print(found.each(lambda one: one.centre_of_stiffness.point[2]).round(2))
     [0.64 0.83]
     """
-    if isinstance(robot, Robot | Snapshot | Network | Linkage):
+    if isinstance(robot, Subject):
         question = question_of(robot, pose, DEFAULT_METHOD, near, DEFAULT_TOLERANCE)
         result = Stiffness.of(question, at, by_record=bool(question.rows.shape))
     elif pose is None and at is None and near is None:

@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.maps.dataset import MapArrays
 from robostiff.analysis.maps.job import MapJob, MapSummary, Selection
-from robostiff.analysis.maps.pose_columns import Mapped, PoseSource
+from robostiff.analysis.maps.pose_columns import Mapped
+from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.reduced_map import ReducedMap
 from robostiff.analysis.maps.reduction import Reduction, check_reductions
 from robostiff.analysis.maps.request import (
@@ -113,7 +114,7 @@ def stiffness_map(
     reduce : iterable of Reduction, optional
         ``Extremes``, ``Quantiles``, ``Histogram``, ``ShareAbove``: what becomes of the quantities,
         which are not kept themselves. So much memory serves for any number of poses; with `store`,
-        a file such as ``map.json``, an interrupted map goes on.
+        a file such as ``map.npz``, an interrupted map goes on.
 
     Returns
     -------

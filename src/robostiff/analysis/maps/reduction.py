@@ -23,8 +23,9 @@ if TYPE_CHECKING:
 
 #: What a reduction has of some poses: arrays by name, with the entries of a variable first.
 State = dict[str, np.ndarray]
-#: A result: its name, labels of its first dimensions, and values (..., entries of the variable).
-Found = tuple[str, dict[str, Sequence[Any]], np.ndarray]
+#: A result: its name, labels of its first dimensions, values (..., entries of the variable), and
+#: whether they have the unit of the variable.
+Found = tuple[str, Mapping[str, Sequence[Any]], np.ndarray, bool]
 # The upper halves of numbers of 32 bits: sign, exponent and seven bits of the digits.
 _BINS = 2**16
 _SIGN = 2**15
@@ -64,7 +65,7 @@ class Reduction(ABC):
 
     @abstractmethod
     def found(self, state: State, name: str, job: MapJob) -> Iterator[Found]:
-        """Names, labels of dimensions before those of the variable, and values (..., entries)."""
+        """Its results at all poses."""
 
 
 @dataclass(frozen=True)
@@ -100,12 +101,12 @@ class Extremes(Reduction):
     def found(self, state: State, name: str, job: MapJob) -> Iterator[Found]:
         """Values and coordinates [m, rad] are none where no pose has an answer."""
         ends = {"extreme": ["least", "greatest"]}
-        yield f"{name}_extreme", ends, state["ends"].T
+        yield f"{name}_extreme", ends, state["ends"].T, True
         poses = np.full((*state["at"].shape, len(job.columns.names)), np.nan)
         for place in np.argwhere(state["at"] >= 0):
             poses[tuple(place)] = job.pose(int(state["at"][tuple(place)]))
         where = {"coordinate": job.columns.names, **ends}
-        yield f"{name}_at", where, poses.transpose(2, 1, 0)
+        yield f"{name}_at", where, poses.transpose(2, 1, 0), False
 
 
 @dataclass(frozen=True)
@@ -168,7 +169,7 @@ class Quantiles(Reduction):
             if below[-1]:
                 least = np.maximum(np.ceil(np.array(self.shares) * below[-1]), 1)
                 quantiles[:, entry] = middles[np.searchsorted(below, least)]
-        yield f"{name}_quantile", {"share": self.shares}, quantiles
+        yield f"{name}_quantile", {"share": self.shares}, quantiles, True
 
 
 @dataclass(frozen=True)
@@ -218,7 +219,7 @@ class Histogram(_Counts):
 
     def found(self, state: State, name: str, job: MapJob) -> Iterator[Found]:
         """Counts from each edge to the next; values beyond the edges are left out."""
-        yield f"{name}_count", {f"{name}_from": self.edges[:-1]}, state["counts"].T[1:-1]
+        yield f"{name}_count", {f"{name}_from": self.edges[:-1]}, state["counts"].T[1:-1], False
 
 
 @dataclass(frozen=True, init=False)
@@ -253,7 +254,7 @@ class ShareAbove(_Counts):
         above = np.cumsum(counts[:0:-1], axis=0)[::-1]
         with np.errstate(invalid="ignore"):
             shares = above / counts.sum(axis=0)
-        yield f"{name}_share_above", {f"{name}_limit": self.edges}, shares
+        yield f"{name}_share_above", {f"{name}_limit": self.edges}, shares, False
 
 
 def check_reductions(reductions: Sequence[Reduction], job: MapJob) -> None:
@@ -273,14 +274,3 @@ def check_reductions(reductions: Sequence[Reduction], job: MapJob) -> None:
         raise InputError("reductions of a map", got=got, expected="each once")
     if len({own.shares for own in reductions if isinstance(own, Quantiles)}) > 1:
         raise InputError("shares of quantiles", expected="the same ones for all variables")
-
-
-def reduced(
-    reductions: Sequence[Reduction], job: MapJob, arrays: Mapping[str, np.ndarray], first: int
-) -> list[State]:
-    """What reductions have of the arrays (..., N) of a block, for each of their variables."""
-    return [
-        own.of_block(arrays[v.name].reshape(-1, arrays[v.name].shape[-1]), first)
-        for own in reductions
-        for v in own.variables(job)
-    ]

@@ -185,16 +185,16 @@ def nomenclature_of(
 
 
 def meanings_of_robot(
-    derivation: RobotDerivation, names: EntryNames, *, alone: bool
+    derivation: RobotDerivation, names: EntryNames, *, alone: bool, in_names: bool
 ) -> list[Meaning]:
     """Of wrenches and compliances, and of vectors.
 
-    `alone`: whether one leg, the table and the sum are all.
+    `alone`: whether one leg, the table and the sum are all; `in_names`: whether there are none.
     """
     form, steps = derivation.at_vector_level, () if alone else derivation.definitions
     defined = {d.symbol.name.partition("_")[0] for d in steps}
     own: list[Meaning] = [((x,), words) for x, words in _OF_NAMES.items() if x in defined]
-    if form is None:
+    if form is None or in_names:
         return [*_meanings_of_wrenches(derivation, names), *own]
     return meanings_in_vectors(form, names, own)
 

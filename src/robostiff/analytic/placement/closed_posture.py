@@ -28,8 +28,8 @@ from robostiff.analytic.placement.robot_pose import (
 from robostiff.errors import InputError
 from robostiff.kinematics import PostureFinder, posture_finder
 from robostiff.kinematics.closure.body import tidied, tidied_point
+from robostiff.kinematics.closure.leg_forms import Cluster, Slide, skeleton_of
 from robostiff.kinematics.closure.leg_solver import LegSolver
-from robostiff.kinematics.closure.skeleton import Cluster, Slide, skeleton_of
 from robostiff.kinematics.formula import PlacedFormula, place_leg_at_joints
 from robostiff.kinematics.frames import place_chain
 from robostiff.model import Coordinate, Joint, JointKind, Leg, Robot

@@ -12,7 +12,11 @@ from robostiff.io.model_file.joints import WrittenLaw, build_law
 from robostiff.io.model_file.place import Place
 from robostiff.io.suggest import Words
 from robostiff.kinematics import find_posture, place_chain, posture_finder, with_body_springs
-from robostiff.kinematics.mobility import determine_pose, fitting_coordinates, platform_mobility
+from robostiff.kinematics.closure.loops import (
+    determine_pose,
+    fitting_coordinates,
+    platform_mobility,
+)
 from robostiff.model import Chain, ForceLaw, Leg, Robot, pose_coordinates
 from robostiff.model.checks import check_in_plane
 from robostiff.spatial import Space

@@ -17,9 +17,8 @@ from robostiff.kinematics.closure.body import (
     rest_of_directions,
     root,
 )
-from robostiff.kinematics.closure.leg_forms import LegForm
+from robostiff.kinematics.closure.leg_forms import Cluster, LegForm, Skeleton
 from robostiff.kinematics.closure.rod_ends import Circle, aim, circle_of, driven_by_crank
-from robostiff.kinematics.closure.skeleton import Cluster, Skeleton
 from robostiff.kinematics.turn import turn_about
 from robostiff.spatial import cross
 

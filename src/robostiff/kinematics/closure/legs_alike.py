@@ -11,7 +11,7 @@ from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kept import kept
 from robostiff.kinematics.closure.arm import Arm, recognise_arm
 from robostiff.kinematics.closure.assembly import nearest, on_turn_of_home
-from robostiff.kinematics.closure.leg_forms import recognise_post
+from robostiff.kinematics.closure.leg_forms import copied_places, recognise_post, skeleton_of
 from robostiff.kinematics.closure.leg_solver import CLOSED, ClosedForm, LegSolver
 from robostiff.kinematics.closure.rods import (
     Rod,
@@ -19,7 +19,6 @@ from robostiff.kinematics.closure.rods import (
     recognise_sliding_rod,
     recognise_strut,
 )
-from robostiff.kinematics.closure.skeleton import copied_places, skeleton_of
 from robostiff.kinematics.legs_together import in_groups
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Chain, Elbow, Leg

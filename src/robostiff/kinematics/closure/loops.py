@@ -23,12 +23,22 @@ from robostiff.kinematics.closure.motion_tree import (
 )
 from robostiff.kinematics.frames import Loop, PlacedChain
 from robostiff.kinematics.turn import rotvec_rate
-from robostiff.model import Chain, Leg, Passive, prismatic, spherical
+from robostiff.model import (
+    ALL_COORDINATES,
+    Chain,
+    Coordinate,
+    Leg,
+    Passive,
+    Robot,
+    prismatic,
+    spherical,
+)
 from robostiff.spatial.batch import product, transposed
 from robostiff.spatial.rotation import vector_of_rotation
 
 _COAXIAL = 1e-9  # sine, and part of the length
 _SEED = 3  # of the postures at which axes are compared
+_INDEPENDENT = 1e-6  # of rates: motions of the platform that the legs leave free
 
 
 @dataclass(frozen=True)
@@ -254,6 +264,48 @@ def loops_of_legs(
         summed=slice(3, 6),
         ends=tuple(ends.tolist()),
     )
+
+
+def platform_mobility(
+    robot: Robot,
+    pose: np.ndarray,
+    q: Sequence[np.ndarray],
+    length: float,
+    held: Sequence[np.ndarray] = (),
+) -> np.ndarray:
+    """Rates of the pose coordinates (6,) that the legs leave free at coordinates q of each.
+
+    They are the pose part of what keeps all loops closed. Orthonormal columns (6, f), rotations
+    multiplied by the length [m]. Of each leg coordinates at some places may be held.
+    """
+    loops = loops_of_legs(robot.legs, range(6), length, held)
+    _, values, V_T = np.linalg.svd(loops.rates(np.concatenate([pose, *q])[None])[0])
+    free = V_T[np.count_nonzero(values > _INDEPENDENT) :, -6:].T
+    U, values, _ = np.linalg.svd(free)
+    return U[:, : np.count_nonzero(values > _INDEPENDENT)]
+
+
+def fitting_coordinates(mobility: np.ndarray) -> tuple[Coordinate, ...]:
+    """Pose coordinates that determine the pose, the ones that move most (f of them)."""
+    rest = mobility.copy()
+    chosen: list[int] = []
+    for _ in range(mobility.shape[1]):
+        sizes = np.linalg.norm(rest, axis=-1)
+        sizes[chosen] = -1.0
+        # The first that is nearly as large as the largest keeps x before y before z.
+        best = int(np.argmax(sizes > 0.9 * sizes.max()))
+        chosen.append(best)
+        rest = rest - np.outer(rest @ rest[best], rest[best]) / (rest[best] @ rest[best])
+    return tuple(ALL_COORDINATES[k] for k in sorted(chosen))
+
+
+def determine_pose(mobility: np.ndarray, coordinates: Sequence[Coordinate]) -> bool:
+    """Whether as many coordinates as freedoms are chosen, and they are independent."""
+    if len(coordinates) != mobility.shape[1]:
+        return False
+    rows = [ALL_COORDINATES.index(coordinate) for coordinate in coordinates]
+    values = np.linalg.svd(mobility[rows], compute_uv=False)
+    return bool(np.all(values > _INDEPENDENT))
 
 
 def tree_of_leg(leg: Leg, R_base: np.ndarray) -> MotionTree:

@@ -19,7 +19,7 @@ from robostiff.kinematics.closure.body import (
     tidied,
     tidied_point,
 )
-from robostiff.kinematics.closure.skeleton import Cluster, Slide
+from robostiff.kinematics.closure.leg_forms import Cluster, Slide
 from robostiff.record import Entry, is_zero, least, square_root
 
 # Square of the sum of two unit vectors that counts as none.

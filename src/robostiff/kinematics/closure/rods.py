@@ -28,7 +28,7 @@ from robostiff.kinematics.closure.body import (
     tidied,
     tidied_point,
 )
-from robostiff.kinematics.closure.leg_forms import LegForm
+from robostiff.kinematics.closure.leg_forms import Cluster, LegForm, Skeleton, Slide
 from robostiff.kinematics.closure.rod_ends import (
     Circle,
     aim,
@@ -38,7 +38,6 @@ from robostiff.kinematics.closure.rod_ends import (
     driven_by_slide,
     shortest_turn_of,
 )
-from robostiff.kinematics.closure.skeleton import Cluster, Skeleton, Slide
 from robostiff.kinematics.turn import turn_by_vector_of_entries
 from robostiff.record import is_zero, square_root
 from robostiff.spatial import cross as cross_of_entries

@@ -21,10 +21,9 @@ from robostiff.kinematics.closure.body import (
     tidied,
     tidied_point,
 )
-from robostiff.kinematics.closure.leg_forms import Post
+from robostiff.kinematics.closure.leg_forms import Cluster, Post, Slide
 from robostiff.kinematics.closure.leg_solver import LegSolver, RecordedForm
 from robostiff.kinematics.closure.rods import Strut
-from robostiff.kinematics.closure.skeleton import Cluster, Slide
 from robostiff.kinematics.frames import (
     Loop,
     PlacedChain,

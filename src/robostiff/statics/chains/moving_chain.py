@@ -26,6 +26,8 @@ from robostiff.statics.chains.finite_turn import LAST, NEXT, FiniteTurn, crossed
 
 # Columns of the modes of every elastic part; those that it lacks are empty.
 _WIDE = 6
+# Columns of chains beyond which products of all of them take longer than those that are wanted.
+_MANY = 500
 
 
 @dataclass(frozen=True)
@@ -154,7 +156,7 @@ class MovingChains:
         upper = [np.array(np.triu_indices(s.stop - s.start)) + s.start for s in self.columns]
         a, b = self.pairs = np.concatenate([np.zeros((2, 0), dtype=int), *upper], axis=1)
         same = self.moves[a] == self.moves[b]
-        self.far, self.same = np.flatnonzero(~same), np.flatnonzero(same)
+        self.same = np.flatnonzero(same)
         self.both_of_body = np.flatnonzero(self.moves[b] < C)
         width = np.array([s.stop - s.start for s in self.columns], dtype=int)
         start = np.cumsum([0, *(width * (width + 1) // 2)])[:-1]
@@ -404,8 +406,11 @@ class MovingChains:
         start, of each of its columns.
         """
         a, b = self.pairs
-        bracket, tangent = (w[a] * half[b]).sum(axis=-1), self._zeros(len(a))
-        tangent[self.far] = -(w[a] * (across + half)[b]).sum(axis=-1)[self.far]
+        if w.dtype == object or len(w) > _MANY:
+            bracket = (w[a] * half[b]).sum(axis=-1)
+            tangent = -(w[a] * (across + half)[b]).sum(axis=-1)
+        else:  # faster than to gather the vectors
+            bracket, tangent = (w @ half.T)[a, b], (w @ -(across + half).T)[a, b]
         a, b = a[self.same], b[self.same]
         H = (w[a] * within[b]).sum(axis=-1) + (w[b] * within[a]).sum(axis=-1)
         tangent[self.same] = H * -0.5

@@ -266,8 +266,7 @@ class RecordedLegs:
         """Its couplings."""
         legs, found = self.legs, []
         for i, own in enumerate(legs.couplings):
-            places = [legs.first_x[c] + legs.chains[c].places[k].start for c, k in own.terms]
-            names = self.named(legs.numbers.x[places])
+            names = [self.named(legs.numbers.x[legs.places[at]])[0] for at in own.terms]
             found.append(RecordedCoupling(f"c{i}", list(zip(names, own.factors, strict=True)), own))
         return found
 
@@ -376,7 +375,7 @@ class RecordedLegs:
         multipliers, carried = [], []
         for c in (c for c in chains if c in self.wrenches):
             stiffness = (k for e in legs.chains[c].elements for k in np.ravel(e.stiffness))
-            own = self.named(at.x[legs.first_x[c] : legs.first_x[c + 1]])
+            own = self.named(at.x[legs.coordinates[c]])
             for name, k in zip(own, stiffness, strict=True):
                 (free if is_zero(k) else elastic).append(name)
             multipliers += self.wrenches[c]
