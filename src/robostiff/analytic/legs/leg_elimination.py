@@ -37,7 +37,7 @@ from robostiff.analytic.placement.robot_pose import AtHome, PoseFormula
 from robostiff.analytic.questions.rank import matrix_by_entries
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.vectors.forms import inverse_in_steps, transport
-from robostiff.elastostatics.recursive import eliminate_joint
+from robostiff.elastostatics.forms import eliminate_joint
 from robostiff.errors import DisagreementError, InputError
 from robostiff.model import Robot
 from robostiff.spatial import Space
