@@ -56,6 +56,18 @@ def deflection(
 @overload
 def deflection(
     robot: Robot | Snapshot | Network | Linkage,
+    pose: Sequence[Sequence[float]],
+    wrench: ArrayLike | None = None,
+    *,
+    loads: Loads | None = None,
+    gravity: Gravity = None,
+    at: ArrayLike | None = None,
+    near: Near = None,
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
+) -> DeflectionsOfPoses: ...
+@overload
+def deflection(
+    robot: Robot | Snapshot | Network | Linkage,
     pose: Pose | DriveValues = None,
     wrench: ArrayLike | None = None,
     *,
@@ -64,7 +76,7 @@ def deflection(
     at: ArrayLike | None = None,
     near: Near = None,
     tolerance: Tolerance = DEFAULT_TOLERANCE,
-) -> Deflection | DeflectionsOfPoses: ...
+) -> Any: ...
 def deflection(
     robot: Robot | Snapshot | Network | Linkage,
     pose: Pose | DriveValues = None,
