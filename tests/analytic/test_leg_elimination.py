@@ -137,6 +137,14 @@ def test_values_put_in_leave_no_name_without_its_definition():
     assert put.lambdify()(**others) == pytest.approx(leg.lambdify()(**values), rel=1e-12)
 
 
+def test_entries_that_differ_by_their_sign_have_one_name():
+    """C_35 of a strut was written out beside C_26, and K_0 with both."""
+    leg = rs.derive("hexapod", leg="leg1")
+    assert leg.C[2, 4] == -leg.C[1, 5]
+    assert leg.K0[2, 4] == -leg.K0[1, 5]
+    assert "C_35" not in derivation_text(leg)
+
+
 def test_lengths_and_axes_of_a_leg_are_in_sums_of_angles():
     """L_a had sin(alpha)*cos(alpha) and cos(alpha)**2 where the vector form has a phase."""
     leg = rs.derive("hexapod", leg="leg1")

@@ -32,11 +32,7 @@ from robostiff.spatial import Space
 
 def rule_in_words(J: Any, *, redundant: bool) -> str:
     """Name the rule by which a joint is eliminated, eq. (15), (18)-(20)."""
-    motion, kind = _motion_and_rule(list(J))
-    return f"{motion}: redundant, mu = 0, nothing changes" if redundant else f"{motion}: {kind}"
-
-
-def _motion_and_rule(entries: list[Any]) -> tuple[str, str]:
+    entries = list(J)
     space = Space.of_size(len(entries))
     t = space.translations
     axes = [name[-1] for name in space.twist_order]
@@ -46,16 +42,18 @@ def _motion_and_rule(entries: list[Any]) -> tuple[str, str]:
         (p,) = (*moves, *turns)
         about = f"rotation about {axes[p]} at the reference point"
         motion = about if turns else f"translation along {axes[p]}"
-        return motion, f"trivial joint (19), row and column {p + 1} vanish"
-    both = [p for p in moves if p + t in turns]
-    slides = space.size == 6 and sp.expand(sum(entries[p] * entries[p + t] for p in both)) != 0
-    if len(turns) == 1:
-        where = "at" if slides and len(moves) == 1 else "away from"
-        kind = "screw motion" if slides else "rotation"
-        motion = f"{kind} about {axes[turns[0]]} {where} the reference point"
-        return motion, "quasi-trivial joint (18)"
-    motion = "screw motion" if slides else "rotation" if turns else "translation"
-    return f"oblique {motion}", "recursion (15)"
+        rule = f"trivial joint (19), row and column {p + 1} vanish"
+    else:
+        both = [p for p in moves if p + t in turns]
+        slides = space.size == 6 and sp.expand(sum(entries[p] * entries[p + t] for p in both)) != 0
+        motion = "screw motion" if slides else "rotation" if turns else "translation"
+        motion, rule = f"oblique {motion}", "recursion (15)"
+        if len(turns) == 1:
+            where = "at" if slides and len(moves) == 1 else "away from"
+            motion = motion.removeprefix("oblique ")
+            motion += f" about {axes[turns[0]]} {where} the reference point"
+            rule = "quasi-trivial joint (18)"
+    return f"{motion}: {'redundant, mu = 0, nothing changes' if redundant else rule}"
 
 
 def eliminate_by_name(K: Any, J: Any, stage: int) -> tuple[Any, Any, Any, tuple[Definition, ...]]:
