@@ -10,6 +10,7 @@ import sympy as sp
 import robostiff as rs
 from robostiff.analytic import AtSymbols, Steps, derive_leg
 from robostiff.analytic.exact.exact_points import matrix_value
+from robostiff.analytic.exact.operation_count import count_of
 from robostiff.analytic.export import derivation_text
 from robostiff.analytic.legs.leg_elimination import check_leg
 from robostiff.analytic.placement.robot_placement import place_robot
@@ -142,3 +143,11 @@ def test_entries_that_differ_by_their_sign_have_one_name():
     assert leg.C[2, 4] == -leg.C[1, 5]
     assert leg.K0[2, 4] == -leg.K0[1, 5]
     assert "C_35" not in derivation_text(leg)
+
+
+def test_lengths_and_axes_of_a_leg_are_in_sums_of_angles():
+    """L_a had sin(alpha)*cos(alpha) and cos(alpha)**2 where the vector form has a phase."""
+    leg = rs.derive("hexapod", leg="leg1")
+    length = next(d.expression for d in leg.definitions if d.symbol.name == "L_a")
+    assert str(length) == "sqrt(R**2 - 2*R*r*sin(2*alpha + pi/6) + h**2 + r**2)"
+    assert sum(map(count_of, leg.axes)) < 120  # of 173

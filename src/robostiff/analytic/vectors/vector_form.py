@@ -105,7 +105,7 @@ def _average_of(found: VectorForm, placed: PlacedRobot) -> sp.ImmutableMatrix | 
     symbols: Any = sp.symbols(COMPONENTS, real=True)
     own = [sp.Integer(0) if x else name for x, name in zip(is_nothing, symbols, strict=True)]
     products = averages({0: own}, orbits)
-    c_of_all = sp.Symbol("c_1", positive=True)
+    c_of_all = sp.Symbol("c_1", real=True)
 
     def entry(i: int, j: int) -> Any:
         terms = products[min(i, j), max(i, j)]

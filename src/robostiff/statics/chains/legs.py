@@ -165,7 +165,7 @@ class Legs:
         return np.array([-1 if c.end is None else c.end for c in self.chains], dtype=int)
 
     @cached_property
-    def inner(self) -> np.ndarray:
+    def inner_chains(self) -> np.ndarray:
         """Chains that end on bodies between chains."""
         return np.flatnonzero(self.ends >= 0)
 
@@ -189,7 +189,7 @@ class Legs:
         """The posture from which they are loaded."""
         bodies = np.tile(np.eye(3), (len(self.points), 1, 1)), self.points
         W = np.zeros((len(self.chains), len(self.rows)))
-        sizes = len(self.arrays.own), len(self.rigid), len(self.beams)
+        sizes = len(self.arrays.coordinates), len(self.rigid), len(self.beams)
         x, held, axial = map(np.zeros, sizes)
         return LegState(x, W, *bodies, held, axial)
 
@@ -240,7 +240,7 @@ class Legs:
         r = np.bincount(at.columns, terms.gradient, at.total)
         r_factor = np.bincount(at.columns, terms.by_share * share.rate, at.total)
         r[at.W] += gap
-        np.add.at(r, at.bodies[self.ends[self.inner]], state.W[self.inner])
+        np.add.at(r, at.bodies[self.ends[self.inner_chains]], state.W[self.inner_chains])
         blocks = at.as_blocks(A)
         if self.couplings:
             self._add_couplings(state, share, A, r, r_factor)
@@ -395,14 +395,14 @@ class Legs:
         own, bodies = arrays.columns[c], arrays.bodies[c]
         by_columns = arrays.twists(state.x, *self._starting(state), about)[own]
         found = np.zeros((len(bodies), 6, self.numbers.total))
-        moving = arrays.moves[own] <= bodies[:, None]
+        moving = arrays.body[own] <= bodies[:, None]
         found[:, :, self.numbers.columns[own]] = np.swapaxes(by_columns * moving[..., None], 1, 2)
         return found
 
     @cached_property
     def stiffness(self) -> np.ndarray:
         """Of elastic parts and of drives, by unknown (T,), couplings left out."""
-        found, stiff = np.zeros(self.numbers.total), np.zeros(len(self.arrays.own))
+        found, stiff = np.zeros(self.numbers.total), np.zeros(len(self.arrays.coordinates))
         arrays = self.arrays
         stiff[arrays.joint_x] = arrays.stiffness
         stiff[arrays.spring_x] = arrays.mode_stiffness.ravel()[arrays.full]
