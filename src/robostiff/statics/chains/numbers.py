@@ -26,7 +26,7 @@ class Component(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Block:
+class ComponentBlock:
     """N components of one kind."""
 
     at: np.ndarray  # (N, n): their unknowns
@@ -53,7 +53,7 @@ class Numbers:
     """
 
     total: int
-    blocks: tuple[Block, ...]
+    blocks: tuple[ComponentBlock, ...]
     x: np.ndarray  # (U,): coordinates of all chains
     bodies: np.ndarray  # (bodies, r): twists of the bodies between them
     W: np.ndarray  # (C, r): their wrenches
@@ -99,7 +99,7 @@ class Numbers:
                 total, entries = total + n, entries + n * n
             beams = [[beam for c in own for beam in of_chain[c]] for own, *_ in each]
             blocks.append(
-                Block(
+                ComponentBlock(
                     np.array(at),
                     free,
                     np.array([own for own, *_ in each]),
