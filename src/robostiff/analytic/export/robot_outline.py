@@ -344,8 +344,10 @@ def _kind_of_leg(
     of_wrench = [e.name.startswith(("w_", "c_", "o_")) for e in leg]
     first = [e for e, is_later in zip(leg, of_wrench, strict=True) if not is_later]
     rest = [e for e, is_later in zip(leg, of_wrench, strict=True) if is_later]
+    J: Any = Rows((tuple(map(Vector, found.passive)),))
+    twists = (Equation("J_i", J),) * bool(found.passive)
     blocks: list[Block] = [
-        EquationRows((*pose, *first)),
+        EquationRows((*pose, *first, *twists)),
         equations(names),
         EquationRows(tuple(rest)),
     ]
@@ -365,8 +367,7 @@ def _kind_of_leg(
         same = "; ".join(", ".join(group) for group in found.turned)
         blocks.append(Sentences(f"Legs that are turns of one another about z: {same}."))
     if found.passive:
-        J: Any = Rows((tuple(map(Vector, found.passive)),))
-        return [*blocks, *_tables_of_springs(found, taken), EquationRows((Equation("J_i", J),))]
+        return [*blocks, *_tables_of_springs(found, taken)]
     terms: list[Any] = [share(w, c) for w, c in found.wrenches]
     if found.rods:
         couple, compliance = in_names(found.of_rod)
@@ -407,8 +408,7 @@ def _sum_of_legs(found: VectorForm, result: str, taken: set[str]) -> list[Block]
     at_joints = {"p_i", "R_i"} <= {e.name for e in found.leg}
     names = (W, J, Vector("p_i"), Vector("R_i")) if at_joints else (W, J)
     return [
-        *_compliance_of_springs(found, "C_i", taken),
-        equation("K_i", held),
+        *_compliance_of_springs(found, "C_i", taken, Equation("K_i", held)),
         Sentences(words + closing * (len(names) > 2), names),
         equation(result, Total("i", K)),
     ]
@@ -463,8 +463,10 @@ def _letters_of_beam(taken: set[str]) -> list[str]:
     return [x + "'" * (x in taken) for x in ("L", "EA", "EI_y", "EI_z", "GJ")]
 
 
-def _compliance_of_springs(found: VectorForm, name: str, taken: set[str]) -> list[Block]:
-    """The compliance as a sum over drives and beams."""
+def _compliance_of_springs(
+    found: VectorForm, name: str, taken: set[str], *after: Equation
+) -> list[Block]:
+    """The compliance as a sum over drives and beams, and the equations after it."""
     t, m, Q, T, D = map(Vector, "tmQTD")
     blocks: list[Block] = []
     terms: list[tuple[int, Any]] = []
@@ -478,7 +480,7 @@ def _compliance_of_springs(found: VectorForm, name: str, taken: set[str]) -> lis
         terms.append((1, Total("", Outer(T, D))))
         rows.append(Equation("T", moved))
         blocks.append(MatrixEquation("D", sp.ImmutableMatrix(sp.diag(*own))))
-    return [*blocks, EquationRows((Equation(name, Sum(tuple(terms))), *rows))]
+    return [*blocks, EquationRows((Equation(name, Sum(tuple(terms))), *rows, *after))]
 
 
 def _in_known_names(
