@@ -386,6 +386,7 @@ ANSWERS = {
     ),
     *(rs.CompiledLoading, rs.CriticalLoad, rs.Deflection, rs.DeflectionsOfPoses),
     *(rs.Equilibria, rs.Equilibrium, rs.IndicesOfPoses, rs.LoadedAnswer, rs.Mode, rs.Modes),
+    rs.ModesOfPoses,
     *(rs.RobotDerivation, rs.Stiffness, rs.StiffnessIndices),
     *(rs.Compensation, rs.Optimum, rs.Tolerances, rs.Identified, rs.ChosenPoses),
 }

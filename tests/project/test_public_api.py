@@ -95,6 +95,7 @@ PUBLIC = [
     "Mirror",
     "Mode",
     "Modes",
+    "ModesOfPoses",
     "Module",
     "NearestTensions",
     "Network",

@@ -277,7 +277,7 @@ def test_misuse():
     with pytest.raises(rs.InputError, match="expected what moves"):
         rs.modes(model_arm(weightless))
     with pytest.raises(rs.InputError, match="masses: got 10, expected masses by names"):
-        rs.modes(robot, masses=10)  # pyright: ignore[reportArgumentType]
+        rs.modes(robot, masses=10)  # pyright: ignore[reportArgumentType, reportCallIssue]
     with pytest.raises(rs.InputError, match="more than zero"):
         rs.modes(robot, masses={"platform": -1.0})
     with pytest.raises(rs.InputError, match=r"masses: got 'leg1/strutt', .* such as 'leg1/strut"):
@@ -393,3 +393,20 @@ def test_a_free_motion_without_mass_leaves_the_others_as_they_are(mass: float):
     assert found.status == 0
     expected = np.sqrt(np.sort(squares)) / (2 * np.pi)
     assert np.allclose(found.frequencies, expected, rtol=1e-9)
+
+
+def test_modes_of_many_poses_are_those_of_each():
+    robot = rs.load("gough-stewart-b")
+    poses = [[0, 0, 0.8, 0, 0, 0], [0, 0, 0.7, 0.1, 0, 0], [0.1, 0, 0.9, 0, 0, 0.1]]
+    mass, F = {"platform": rs.Mass(20, inertia=[1, 1, 2])}, np.diag([-50.0, 80, -90, 1, 2, 3])[:3]
+    found = rs.modes(robot, poses, mass, wrench=F)
+    assert found.frequencies.shape == (3, len(found[0]))
+    assert found.answered.all()
+    for i, pose in enumerate(poses):
+        alone = rs.modes(robot, pose, mass, wrench=F[i])
+        np.testing.assert_allclose(found.frequencies[i], alone.frequencies, rtol=1e-9)
+        assert (found.status_codes[i], str(found[i][0])) == (int(alone.status), str(alone[0]))
+    with pytest.raises(rs.InputError, match="one wrench or as many"):
+        rs.modes(robot, poses, mass, wrench=F[:2])
+    with pytest.raises(rs.InputError, match="poses along one axis"):
+        rs.modes(robot, [poses], mass)

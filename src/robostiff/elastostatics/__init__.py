@@ -1,26 +1,32 @@
 """The stiffness matrix K_C of a chain with passive joints, and of chains in parallel.
 
 Functions of matrices, independent of robots, so that the forms can be read beside the
-paper and used with anybody's Jacobians. One file a form: eq. (7) ``saddle_point``, (9) ``block``,
-(10) and (15) ``recursive``, (18)-(20) ``index_rules``, and ``wrench_basis``, the default. Legs are
-summed by ``aggregation``, eq. (12). Ranks are decided in ``tolerance`` alone.
+paper and used with anybody's Jacobians. ``forms`` has the wrench basis form, which is the default,
+and eq. (7), (9), (10), (15), (18)-(20). Legs are summed by ``aggregation``, eq. (12). Ranks are
+decided in ``tolerance`` alone.
 """
 
 from robostiff.elastostatics.aggregation import aggregate, aggregate_matrices
-from robostiff.elastostatics.block import Block, eliminate_block
 from robostiff.elastostatics.chain import chain_stiffness, solve_chain
 from robostiff.elastostatics.chain_problem import Form
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, LeastEnergy, least_energy
-from robostiff.elastostatics.index_rules import IndexRules, eliminate_index, eliminate_quasi_trivial
-from robostiff.elastostatics.leg import LegWrenches, leg_wrenches, solved_leg
-from robostiff.elastostatics.parallel_block import BlockCompliance, block_compliance
-from robostiff.elastostatics.recursive import Recursive, eliminate_joint
-from robostiff.elastostatics.result import CartesianStiffness
-from robostiff.elastostatics.saddle_point import (
+from robostiff.elastostatics.forms import (
+    Block,
+    IndexRules,
+    Recursive,
     SaddlePoint,
+    WrenchBasis,
+    eliminate_block,
+    eliminate_index,
+    eliminate_joint,
+    eliminate_quasi_trivial,
     saddle_point_matrix,
     saddle_point_stiffness,
+    wrench_basis_stiffness,
 )
+from robostiff.elastostatics.leg import LegWrenches, leg_wrenches, solved_leg
+from robostiff.elastostatics.parallel_block import BlockCompliance, block_compliance
+from robostiff.elastostatics.result import CartesianStiffness
 from robostiff.elastostatics.status import Status
 from robostiff.elastostatics.tolerance import (
     DEFAULT_TOLERANCE,
@@ -30,7 +36,6 @@ from robostiff.elastostatics.tolerance import (
     scaling,
 )
 from robostiff.elastostatics.transmitted_wrenches import transmitted_wrenches
-from robostiff.elastostatics.wrench_basis import WrenchBasis, wrench_basis_stiffness
 
 __all__ = [
     "DEFAULT_TOLERANCE",

@@ -7,7 +7,7 @@ from robostiff.statics.kernels.compile import compile_loaded
 from robostiff.statics.kernels.compiled_loading import CompiledLoading, LoadedAnswer
 from robostiff.statics.loaded_parts import BodyPlaces, LoadedPart
 from robostiff.statics.loading.given_loads import DeadForce, has_masses
-from robostiff.statics.modes import Mode, Modes, modes
+from robostiff.statics.modes import Mode, Modes, ModesOfPoses, modes
 from robostiff.statics.result import Equilibria, Equilibrium
 from robostiff.statics.small_loads import deflection
 
@@ -25,6 +25,7 @@ __all__ = [
     "LoadedPart",
     "Mode",
     "Modes",
+    "ModesOfPoses",
     "cable_response",
     "compile_loaded",
     "critical_load",

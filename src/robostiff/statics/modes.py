@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from functools import cached_property
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,8 +13,10 @@ from numpy.typing import ArrayLike
 from robostiff.analysis import PartShare
 from robostiff.analysis.free_motion import free_motions_in_words
 from robostiff.elastostatics import Status
+from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Pose
+from robostiff.kinematics.pose import OnePose
 from robostiff.linkage import DriveValues, Linkage
 from robostiff.markup import InNotebooks
 from robostiff.model import Robot, Snapshot
@@ -29,8 +32,8 @@ from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads, 
 from robostiff.statics.loading.loaded_posture import (
     LoadedPosture,
     as_snapshot,
-    one_wrench,
     postures_of,
+    wrenches_of,
 )
 
 # So that beams have modes of their own, the first of them within some percent.
@@ -41,6 +44,19 @@ _STAYS = 1e-6
 _TURNS = 1e-2
 # Of a mode, by which bodies are moved to find how they move [rad].
 _PART = 1e-3
+
+
+@dataclass(frozen=True)
+class _Equilibrium:
+    """What vibrates, and where it is at rest."""
+
+    problem: EquilibriumProblem
+    state: State
+
+    @cached_property
+    def places(self) -> BodyPlaces:
+        """Where the bodies are."""
+        return body_places(self.problem, self.state)
 
 
 @dataclass(frozen=True)
@@ -56,22 +72,51 @@ class Mode:
     twist : (r,) array
         Of the platform about its point, world axes, at the amplitude at which the velocity one
         second^-1 has the kinetic energy of half a joule [m, rad].
-    shares : tuple of PartShare
-        Elastic energy of the parts, largest first.
-    words : str
-        How the platform moves, a translation where its rotation times the length of the robot is
-        less than 1 % of it; or the leg that vibrates while it stays.
-    motion : BodyPlaces
-        By how much all bodies have moved from the equilibrium, so that none has turned, or moved by
-        the length of the robot, by more than a thousandth [rad].
     """
 
     frequency: float
     growth: float
     twist: np.ndarray
-    shares: tuple[PartShare, ...]
-    words: str
-    motion: BodyPlaces = field(repr=False, compare=False)
+    equilibrium: _Equilibrium = field(repr=False, compare=False)
+    shape: np.ndarray = field(repr=False, compare=False)
+
+    @cached_property
+    def shares(self) -> tuple[PartShare, ...]:
+        """Elastic energy of the parts, largest first."""
+        problem = self.equilibrium.problem
+        motion = _of_legs(problem, self.shape)[: problem.legs.numbers.total]
+        stored = problem.legs.energies_of(motion, np.zeros(problem.legs.inner_modes.shape))
+        return tuple(own for own in shares(stored) if own.energy > 0)
+
+    @cached_property
+    def words(self) -> str:
+        """How the platform moves, or the leg that vibrates while it stays.
+
+        A translation where its rotation times the length of the robot is less than 1 % of it.
+        """
+        problem, twist = self.equilibrium.problem, self.twist
+        if problem.size_of(twist) < _STAYS * problem.size_of_legs(_of_legs(problem, self.shape)):
+            most = self.shares[0] if self.shares else None
+            return "the platform stays" + (f": most in {most.name!r}" if most else "")
+        size = np.linalg.norm(twist * problem.scale)
+        turning = np.arange(len(twist)) >= Space.of_size(len(twist)).translations
+        if np.linalg.norm((twist * problem.scale)[turning]) < _TURNS * size:
+            twist = np.where(turning, 0.0, twist)
+        point = self.equilibrium.state.p
+        motion = free_motions_in_words(twist[None] / size, point, problem.length)[0]
+        return f"the platform moves: {motion}"
+
+    @cached_property
+    def motion(self) -> BodyPlaces:
+        """By how much all bodies have moved from the equilibrium.
+
+        By so little that none has turned, or moved by the length of the robot, by more than a
+        thousandth [rad].
+        """
+        own, step = self.equilibrium, _of_legs(self.equilibrium.problem, self.shape)
+        part = _PART / max(own.problem.size_of_legs(step), own.problem.size_of(self.twist))
+        moved = own.problem.moved(own.state, part * self.twist, part * step)
+        return body_places(own.problem, moved).since(own.places)
 
     def __str__(self) -> str:
         rate = f"{self.frequency:.4g} Hz" if self.growth == 0 else f"grows by {self.growth:.4g} /s"
@@ -136,6 +181,65 @@ class Modes(InNotebooks):
         return f"<{len(self.each)} modes of {self.name!r}, status {self.status}: {first}>"
 
 
+@dataclass(frozen=True, repr=False)
+class ModesOfPoses(StatusOfPoses):
+    """Natural vibrations of a robot at a batch of poses, one a row.
+
+    Attributes
+    ----------
+    each : tuple of Modes
+    """
+
+    each: tuple[Modes, ...]
+
+    @property
+    def status_codes(self) -> np.ndarray:
+        """Status of the equilibrium at each pose (N,) as uint16."""
+        return np.array([int(one.status) for one in self.each], dtype=np.uint16)
+
+    @property
+    def answered(self) -> np.ndarray:
+        """Which poses have modes (N,)."""
+        return np.array([len(one) > 0 for one in self.each], dtype=bool)
+
+    @property
+    def frequencies(self) -> np.ma.MaskedArray:
+        """Of all modes (N, k) [Hz], slowest first; masked where there are none, or fewer."""
+        found = np.ma.masked_all((len(self.each), max((len(one) for one in self.each), default=0)))
+        for row, one in zip(found, self.each, strict=True):
+            row[: len(one)] = [mode.frequency for mode in one]
+        return found
+
+    def __len__(self) -> int:
+        return len(self.each)
+
+    def __getitem__(self, i: int) -> Modes:
+        return self.each[i]
+
+    def __iter__(self) -> Iterator[Modes]:
+        return iter(self.each)
+
+    def __repr__(self) -> str:
+        answered = int(np.count_nonzero(self.answered))
+        return f"<ModesOfPoses of {len(self.each)} poses, {answered} with modes>"
+
+
+@overload
+def modes(
+    robot: Robot | Snapshot | Network | Linkage | CableRobot,
+    pose: OnePose = None,
+    masses: Masses | None = None,
+    *,
+    wrench: ArrayLike | None = None,
+    at: ArrayLike | None = None,
+    loads: Loads | None = None,
+    gravity: Gravity = None,
+    preload: Mapping[str, Any] | None = None,
+    laws: Laws | None = None,
+    beams: Beams = _HALVES,
+    near: Near = None,
+) -> Modes: ...
+@overload
 def modes(
     robot: Robot | Snapshot | Network | Linkage | CableRobot,
     pose: Pose | DriveValues = None,
@@ -149,7 +253,21 @@ def modes(
     laws: Laws | None = None,
     beams: Beams = _HALVES,
     near: Near = None,
-) -> Modes:
+) -> Any: ...
+def modes(
+    robot: Robot | Snapshot | Network | Linkage | CableRobot,
+    pose: Pose | DriveValues = None,
+    masses: Masses | None = None,
+    *,
+    wrench: ArrayLike | None = None,
+    at: ArrayLike | None = None,
+    loads: Loads | None = None,
+    gravity: Gravity = None,
+    preload: Mapping[str, Any] | None = None,
+    laws: Laws | None = None,
+    beams: Beams = _HALVES,
+    near: Near = None,
+) -> Any:
     """Natural frequencies and mode shapes of a robot at a pose, without load or under one.
 
     Small motions x about the equilibrium obey ``M x'' + K x = 0``, with K the second variation of
@@ -160,7 +278,7 @@ def modes(
     Parameters
     ----------
     robot, pose, wrench, at, loads, gravity, preload, laws, near
-        As for `equilibrium`.
+        As for `equilibrium`; poses along one axis, with one wrench for all or one a pose.
     masses : mapping of str to float, Mass or a sequence of them, optional
         What moves beside the masses of the model, by the name of the part before the body that
         carries it, ``leg/part``, of the node of a network, or ``platform`` [kg]. A mass without a
@@ -173,7 +291,8 @@ def modes(
 
     Returns
     -------
-    Modes
+    Modes or ModesOfPoses
+        The latter of a batch.
 
     Raises
     ------
@@ -189,18 +308,33 @@ def modes(
     (180, array([48.8, 48.8]))
     """
     postures = postures_of(robot, pose, near)
-    given = one_wrench(postures, wrench)
+    given = wrenches_of("wrench", wrench, postures.robot.space)
     acting = Acting(loads, gravity, preload, beams, at, laws or {})
-    loaded = postures.loaded(0, acting, {} if masses is None else masses)
+    if not postures.batch:
+        if given.ndim > 1:
+            raise InputError("wrench", got=wrench, expected="one wrench")
+        return _modes_of(postures.loaded(0, acting, masses or {}), given)
+    if len(postures.batch) > 1 or given.shape[:-1] not in ((), postures.batch):
+        raise InputError(
+            "batch of modes",
+            got=f"poses {postures.batch}, wrenches {given.shape[:-1]}",
+            expected="poses along one axis, with one wrench or as many",
+        )
+    given = np.broadcast_to(given, (*postures.batch, given.shape[-1]))
+    loaded = (postures.loaded(i, acting, masses or {}) for i in range(len(given)))
+    return ModesOfPoses(tuple(_modes_of(one, F) for one, F in zip(loaded, given, strict=True)))
+
+
+def _modes_of(loaded: LoadedPosture, wrench: np.ndarray) -> Modes:
     if not loaded.has_posture:
         return Modes(loaded.name, loaded.space, loaded.status)
-    problem, known, state, status = _about(loaded, given)
+    problem, known, state, status = _about(loaded, wrench)
     if known is None or state is None:
         return Modes(loaded.name, loaded.space, status)
     each = _vibrating(problem, loaded.masses, known, state)
     if not each:
         raise InputError(
-            f"masses of {robot.name!r}",
+            f"masses of {loaded.name!r}",
             expected="what moves, by name [kg]",
             hint='write masses={"platform": 150}, rs.Mass(12, inertia=...) in place of a number; '
             '--mass "platform=150 kg"; or mass: in the model file',
@@ -227,31 +361,12 @@ def _vibrating(
     problem: EquilibriumProblem, masses: CarriedMasses, known: Linearised, state: State
 ) -> tuple[Mode, ...]:
     squares, shapes = SmallMotions.of(problem, masses, known, state).vibrations()
-    each, rest = [], body_places(problem, state)
+    rest, each = _Equilibrium(problem, state), []
     for square, shape in zip(squares, shapes, strict=True):
-        rate = np.sqrt(abs(square))
-        twist = shape[len(shape) - problem.size :]
-        motion = _of_legs(problem, shape)[: problem.legs.numbers.total]
-        stored = problem.legs.energies_of(motion, np.zeros(problem.legs.inner_modes.shape))
-        parts = tuple(own for own in shares(stored) if own.energy > 0)
-        each.append(
-            Mode(
-                float(rate) / (2 * np.pi) if square >= 0 else 0.0,
-                float(rate) if square < 0 else 0.0,
-                twist,
-                parts,
-                _words(problem, state, shape, twist, parts),
-                _moved(problem, state, shape).since(rest),
-            )
-        )
+        rate, twist = float(np.sqrt(abs(square))), shape[len(shape) - problem.size :]
+        frequency, growth = (rate / (2 * np.pi), 0.0) if square >= 0 else (0.0, rate)
+        each.append(Mode(frequency, growth, twist, rest, shape))
     return tuple(each)
-
-
-def _moved(problem: EquilibriumProblem, state: State, shape: np.ndarray) -> BodyPlaces:
-    """Where bodies are after a small part of a mode."""
-    step, twist = _of_legs(problem, shape), shape[-problem.size :]
-    part = _PART / max(problem.size_of_legs(step), problem.size_of(twist))
-    return body_places(problem, problem.moved(state, part * twist, part * step))
 
 
 def _of_legs(problem: EquilibriumProblem, shape: np.ndarray) -> np.ndarray:
@@ -259,21 +374,3 @@ def _of_legs(problem: EquilibriumProblem, shape: np.ndarray) -> np.ndarray:
     step = np.zeros(problem.legs.numbers.total + len(problem.legs.beams))
     step[problem.free] = shape[: -problem.size]
     return step
-
-
-def _words(
-    problem: EquilibriumProblem,
-    state: State,
-    shape: np.ndarray,
-    twist: np.ndarray,
-    shares: tuple[PartShare, ...],
-) -> str:
-    if problem.size_of(twist) < _STAYS * problem.size_of_legs(_of_legs(problem, shape)):
-        most = shares[0] if shares else None
-        return "the platform stays" + (f": most in {most.name!r}" if most else "")
-    size = np.linalg.norm(twist * problem.scale)
-    turning = np.arange(len(twist)) >= Space.of_size(len(twist)).translations
-    if np.linalg.norm((twist * problem.scale)[turning]) < _TURNS * size:
-        twist = np.where(turning, 0.0, twist)
-    motion = free_motions_in_words(twist[None] / size, state.p, problem.length)[0]
-    return f"the platform moves: {motion}"

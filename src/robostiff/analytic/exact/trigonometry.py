@@ -14,31 +14,33 @@ from robostiff.analytic.exact.operation_count import count_of
 
 # Degree in sine and cosine, and operations, beyond which no shorter form is looked for.
 _DEGREE = 4
-_LONGEST = 100
+_LONGEST = 60
 # Phases are multiples of this part of a turn about pi: 15 degrees.
 _PARTS = 12
 # What stands for the sine and cosine of one angle.
 _SINE, _COSINE = sp.Dummy("s"), sp.Dummy("c")
 
 
-def shortest_trigonometry(expression: Any) -> Any:
+def shortest_trigonometry(expression: Any, longest: int = _LONGEST) -> Any:
     """An expression or matrix with sines and cosines in their shortest form.
 
     Sums over multiples of one angle become sines and cosines with a phase,
     ``a sin x + b cos x = sqrt(a^2 + b^2) sin(x + phi)``, where the phase is a multiple of 15
-    degrees; ``cos a cos b - sin a sin b`` becomes ``cos(a + b)``. What would be longer stays.
+    degrees; ``cos a cos b - sin a sin b`` becomes ``cos(a + b)``. What would be longer stays, and
+    so do sums with more than the `longest` operations.
     """
     if isinstance(expression, sp.MatrixBase):
-        return sp.ImmutableMatrix(*expression.shape, [_shortest(x) for x in expression.flat()])
-    return _shortest(expression)
+        entries = [_shortest(x, longest) for x in expression.flat()]
+        return sp.ImmutableMatrix(*expression.shape, entries)
+    return _shortest(expression, longest)
 
 
 @cacheit
-def _shortest(expression: Any) -> Any:
+def _shortest(expression: Any, longest: int) -> Any:
     if not expression.has(sp.sin, sp.cos):
         return expression
     expression = _with_sums_of_angles(expression)
-    if count_of(expression) > _LONGEST:
+    if count_of(expression) > longest:
         return expression
     found = _with_sums_of_angles(sp.factor_terms(_walked(expression)))
     return _first_shortest([expression, found])

@@ -37,7 +37,7 @@ from robostiff.analytic.placement.robot_pose import AtHome, PoseFormula
 from robostiff.analytic.questions.rank import matrix_by_entries
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.vectors.forms import inverse_in_steps, transport
-from robostiff.elastostatics.recursive import eliminate_joint
+from robostiff.elastostatics.forms import eliminate_joint
 from robostiff.errors import DisagreementError, InputError
 from robostiff.model import Robot
 from robostiff.spatial import Space
@@ -46,6 +46,7 @@ _WRITTEN_OUT = 3  # coupled directions of a compliance whose inverse is written 
 _SHORT = 2  # operations of an entry of C that needs no name, such as 1/k
 _SHARE = 0.25  # of the budget, for names and for steps of the geometry each
 _QUESTION = "stiffness of a leg"
+_LONGEST_AXIS = 100  # operations of an entry whose sines are made sums of angles
 _READABLE = 500  # terms of an entry, beyond which a leg is derived in steps
 
 
@@ -196,7 +197,8 @@ def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimi
             key=lambda joint: sum(x != 0 for x in joint[1]),
         )
     )
-    axes = shortest_trigonometry(sp.Matrix(3, 3, [read(x) for x in geometry.frame.R.flat]))
+    R = sp.Matrix(3, 3, [read(x) for x in geometry.frame.R.flat])
+    axes = shortest_trigonometry(R, _LONGEST_AXIS)
     arm = shortest_trigonometry(sp.Matrix([read(x) for x in geometry.arm]))
     C, before = sp.ImmutableMatrix(found), tuple(read.definitions)
     if any(entry.is_Add for entry in C.flat()):  # a single beam needs no names
