@@ -122,7 +122,7 @@ class Machine:
 
     @property
     def homes(self) -> np.ndarray:
-        return np.concatenate([np.atleast_1d(m.home) for m in self.motions])
+        return np.concatenate([np.zeros(0), *(np.atleast_1d(m.home) for m in self.motions)])
 
     # -- where everything is
 

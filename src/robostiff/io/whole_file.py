@@ -15,6 +15,7 @@ from robostiff.errors import FileError, InputError, Location
 from robostiff.io.suggest import Words
 
 _LONGEST_ENDING = 20
+_PART = 2**24  # bytes
 
 
 @contextmanager
@@ -52,7 +53,9 @@ def bounded_bytes(source: str | os.PathLike[str], most: int, what: str) -> bytes
         if status.st_size > most:
             raise too_large(place, status.st_size, most)
         with open(source, "rb") as stream:
-            content = stream.read(most + 1)
+            content = bytearray()  # grown as there is something to read
+            while len(content) <= most and (part := stream.read(min(most + 1, _PART))):
+                content += part
     except FileError:
         raise
     except (OSError, ValueError) as error:
@@ -64,7 +67,7 @@ def bounded_bytes(source: str | os.PathLike[str], most: int, what: str) -> bytes
         raise too_large(place, len(content), most)
     if (files := _READ.get()) is not None:
         files[os.path.realpath(source)] = hashlib.sha256(content).hexdigest()
-    return content
+    return bytes(content)
 
 
 _READ: ContextVar[dict[str, str] | None] = ContextVar("files that are read", default=None)
