@@ -292,10 +292,7 @@ def problems() -> list[Problem]:
     routes = (platform_in_expressions, platform_in_a_ring)
     found = [
         Problem(
-            "platform (28) at home",
-            lambda: derived(stewart, rs.AtHome()),
-            routes,
-            stewart.nominal,
+            "platform (28) at home", lambda: derived(stewart, rs.AtHome()), routes, stewart.nominal
         ),
         Problem(
             "platform (28) at a general pose",

@@ -48,12 +48,7 @@ from timed_rows import Row, kernel_run, timed
 import robostiff as rs
 from robostiff.analysis.compiled_stiffness import compile_stiffness
 from robostiff.analysis.posed_stiffness import direct_stiffness
-from robostiff.compiled import (
-    Backend,
-    StiffnessMatrix,
-    kernel_of,
-    machine_code_is_available,
-)
+from robostiff.compiled import Backend, StiffnessMatrix, kernel_of, machine_code_is_available
 from robostiff.kinematics import PostureFinder
 from robostiff.recorded import record_at_pose
 

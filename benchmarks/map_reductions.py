@@ -18,7 +18,7 @@ NAME = "translational_stiffness"
 REDUCTIONS = {
     "extremes": [rs.Extremes()],
     "extremes, quantiles and a share": [
-        *(rs.Extremes(), rs.Quantiles(), rs.ShareAbove(NAME, [1e7, 1e8])),
+        *(rs.Extremes(), rs.Quantiles(), rs.ShareAbove(NAME, [1e7, 1e8]))
     ],
 }
 

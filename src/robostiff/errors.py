@@ -67,12 +67,7 @@ class InputError(RobostiffError, ValueError):
     """
 
     def __init__(
-        self,
-        subject: str,
-        *,
-        got: Any = None,
-        expected: str | None = None,
-        hint: str | None = None,
+        self, subject: str, *, got: Any = None, expected: str | None = None, hint: str | None = None
     ) -> None:
         self.subject = subject
         self.got = got

@@ -37,10 +37,7 @@ CASES = [
         [turn([1, 0, 0], [0, 0, 2]), turn([0, 1, 0], [0, 0, 2]), turn([0, 0, 1], [0, 0, 2])],
         {f"rotation about {axis} through (0, 0, 2) m" for axis in "xyz"},
     ),
-    (
-        [slide([1, 0, 0]), slide([0, 1, 0])],
-        {"translation along x", "translation along y"},
-    ),
+    ([slide([1, 0, 0]), slide([0, 1, 0])], {"translation along x", "translation along y"}),
     (
         [turn([1, 0, 0], [0, 0, 1]), turn([0, 1, 0], [0, 0, 3])],
         {"rotation about x through (0, 0, 1) m", "rotation about y through (0, 0, 3) m"},

@@ -8,14 +8,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.elastostatics import Status
-from robostiff.model import (
-    Actuated,
-    PlacedBlock,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedSpring,
-    Snapshot,
-)
+from robostiff.model import Actuated, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 
 HERE = Path(__file__).parent
 

@@ -5,14 +5,7 @@ import sympy as sp
 
 from robostiff.analytic import canonical, sum_of_legs
 from robostiff.elasticity import Elasticity, cantilever_compliance
-from robostiff.model import (
-    Actuated,
-    Passive,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedSpring,
-    Snapshot,
-)
+from robostiff.model import Actuated, Passive, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.spatial import rotate_stiffness
 
 R, r, h, K11 = sp.symbols("R r h K11", positive=True)

@@ -59,8 +59,7 @@ def test_either_stiffness_or_compliance():
 
 
 @pytest.mark.parametrize(
-    ("name", "pose"),
-    [("3-rpr", rs.AtSymbols()), ("3-rrr", rs.AtHome()), ("3-prs", rs.AtSymbols())],
+    ("name", "pose"), [("3-rpr", rs.AtSymbols()), ("3-rrr", rs.AtHome()), ("3-prs", rs.AtSymbols())]
 )
 def test_compliance_in_steps_is_the_inverse_at_random_parameters_and_poses(name, pose):
     robot = rs.load(name, symbols=rs.ALL_PARAMETERS)

@@ -53,10 +53,7 @@ def test_parts_that_do_not_exist_are_refused(case, tmp_path):
     names = [s.name for s in formula.symbols]
     usual = {name: robot.nominal[name] for name in names}
     wrong = {**usual, **{name: float(x) for name, x in bad.items()}}
-    for refused in (
-        lambda: rs.load(path, bad),
-        lambda: robot.substituted({**usual, **bad}),
-    ):
+    for refused in (lambda: rs.load(path, bad), lambda: robot.substituted({**usual, **bad})):
         with pytest.raises(rs.InputError):
             refused()
     leg = rs.derive(robot, leg="arm")

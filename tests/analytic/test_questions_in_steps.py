@@ -21,11 +21,7 @@ from robostiff.analytic.exact.exact_points import matrix_value
 from tests.project.shown_output import ROOT
 
 sys.path.insert(0, str(ROOT / "benchmarks"))
-from derivations_of_robots import (  # pyright: ignore[reportMissingImports]
-    hidden_zeros,
-    row_of_robot,
-    wasted,
-)
+from derivations_of_robots import hidden_zeros, row_of_robot, wasted  # pyright: ignore[reportMissingImports]
 
 k, x, a = sp.symbols("k x a", positive=True)
 

@@ -24,11 +24,7 @@ from robostiff.analytic import (
     snapshot_formula,
 )
 from robostiff.analytic.chain import check_chain
-from robostiff.analytic.export import (
-    c_function,
-    derivation_text,
-    python_function,
-)
+from robostiff.analytic.export import c_function, derivation_text, python_function
 from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.errors import DisagreementError, InputError

@@ -9,24 +9,9 @@ from robostiff.analytic import canonical, rank_formula, snapshot_formula
 from robostiff.analytic.export import derivation_text
 from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
-from robostiff.model import (
-    Actuated,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedSpring,
-    Snapshot,
-)
+from robostiff.model import Actuated, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.spatial import Space
-from tests.analytic.formulas import (
-    X,
-    Z,
-    cubic_platform,
-    sliding,
-    three_puu,
-    turning,
-    unit,
-    vector,
-)
+from tests.analytic.formulas import X, Z, cubic_platform, sliding, three_puu, turning, unit, vector
 
 
 def at_numbers(snapshot, values):
@@ -75,11 +60,7 @@ def test_planar_3_rpr_at_a_general_pose():
     for i, ((X0, Y0), (u, v)) in enumerate(zip(bases, corners, strict=True)):
         A = vector(X0, Y0, 0)
         B = vector(x + c * u - s * v, y + s * u + c * v, 0)
-        elements = (
-            turning("A", A, Z),
-            sliding("slide", A, unit(B - A), k),
-            turning("B", B, Z),
-        )
+        elements = (turning("A", A, Z), sliding("slide", A, unit(B - A), k), turning("B", B, Z))
         legs.append(PlacedLeg(f"leg{i}", elements, B))
     robot = Snapshot("3-RPR", tuple(legs), vector(x, y, 0), Space.PLANAR)
     values = {x: 0.45, y: 0.35, sp.Symbol("t"): 0.3, a: 1.0, b: 0.12, k: 1e6}

@@ -52,10 +52,7 @@ def test_a_platform_is_one_leg_and_the_angles_of_eq_26(platform):
         name: [int(x * 180 / sp.pi) for x in column] for name, column in platform.columns.items()
     }
     # 360 degrees of the paper's last leg are 0.
-    assert degrees == {
-        "phi_i": [0, 120, 120, 240, 240, 0],
-        "psi_i": [60, 60, 180, 180, 300, 300],
-    }
+    assert degrees == {"phi_i": [0, 120, 120, 240, 240, 0], "psi_i": [60, 60, 180, 180, 300, 300]}
     assert platform.turned == (("leg1", "leg3", "leg5"), ("leg2", "leg4", "leg6"))
 
 

@@ -23,11 +23,7 @@ def of_rank(C: np.ndarray, U: np.ndarray, soft: np.ndarray) -> arb_mat:
 
 def cross(a: list[arb], b: list[arb]) -> list[arb]:
     """Cross product of two vectors."""
-    return [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 
 def put(matrix: arb_mat, part: arb_mat, row: int, column: int) -> None:

@@ -126,10 +126,7 @@ class ByDefinition:
         self.S = S
         tt, tr, rr = K[:d, :d], K[:d, d:], K[d:, d:]
         self.held = tt, rr
-        self.free = (
-            tt - tr * pseudo_inverse(rr) * tr.T,
-            rr - tr.T * pseudo_inverse(tt) * tr,
-        )
+        self.free = (tt - tr * pseudo_inverse(rr) * tr.T, rr - tr.T * pseudo_inverse(tt) * tr)
         inverse = S**-1
         self.scaled = eigen(inverse * K * inverse)[0]
         self.rank = sum(1 for v in self.scaled if v)

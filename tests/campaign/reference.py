@@ -17,14 +17,7 @@ import numpy as np
 from flint import arb, arb_mat, ctx
 from scipy.linalg import null_space
 
-from robostiff.model import (
-    Passive,
-    PlacedBlock,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedSpring,
-    Snapshot,
-)
+from robostiff.model import Passive, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.spatial import Space
 from tests.campaign.balls import certain, cross, cut, floats, of_rank, put, stacked
 

@@ -44,10 +44,7 @@ def distance(A: np.ndarray, B: np.ndarray, length: float) -> float:
 
 
 def compared(
-    path: Path,
-    rng: np.random.Generator,
-    poses: int = 3,
-    given: dict[str, str] | None = None,
+    path: Path, rng: np.random.Generator, poses: int = 3, given: dict[str, str] | None = None
 ) -> Iterator[dict[str, Any]]:
     """Status, and how far K and the pose are from those that are found anew, at home first.
 

@@ -10,16 +10,7 @@ import numpy as np
 
 import robostiff as rs
 from robostiff.elasticity import Elasticity
-from robostiff.model import (
-    Chain,
-    Element,
-    Leg,
-    Link,
-    PlacedFreedom,
-    PlacedSpring,
-    Rigid,
-    Snapshot,
-)
+from robostiff.model import Chain, Element, Leg, Link, PlacedFreedom, PlacedSpring, Rigid, Snapshot
 from robostiff.robots import load
 from robostiff.spatial import Frame
 from tests.campaign.answers import Answer

@@ -58,10 +58,7 @@ def originals(folder: Path) -> Originals:
     # As another program would have written it, without a checksum of the whole.
     grid.to_netcdf(folder / "other.nc", engine="h5netcdf")
     rs.stiffness_map(
-        robot,
-        GRID,
-        [Quantity.STIFFNESS, Quantity.WORST_DEFLECTION],
-        store=folder / "map.zarr",
+        robot, GRID, [Quantity.STIFFNESS, Quantity.WORST_DEFLECTION], store=folder / "map.zarr"
     )
 
     def stop(_: Any) -> None:

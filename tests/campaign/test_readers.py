@@ -36,8 +36,7 @@ def _fail(*_, **__):
 
 
 @pytest.mark.parametrize(
-    ("load", "key"),
-    [(_spin, "over 0.2 s"), (_fill, "MemoryError"), (_fail, "KeyError")],
+    ("load", "key"), [(_spin, "over 0.2 s"), (_fill, "MemoryError"), (_fail, "KeyError")]
 )
 def test_defects_are_found_shrunk_and_saved(load, key, tmp_path, monkeypatch):
     monkeypatch.setattr(rs, "load", load)

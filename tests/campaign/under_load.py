@@ -410,11 +410,7 @@ def _hybrid(rng: np.random.Generator) -> Robot:
 
 
 def _beside(
-    rng: np.random.Generator,
-    robot: Robot | Snapshot,
-    snapshot: Any,
-    length: float,
-    force: float,
+    rng: np.random.Generator, robot: Robot | Snapshot, snapshot: Any, length: float, force: float
 ) -> dict[str, Any]:
     """Dead forces at bodies, preloads of drives, weights: as large as the wrench, or smaller."""
     in_space = np.isin(np.arange(3), [row for row in robot.space.rows if row < 3])

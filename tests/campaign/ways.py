@@ -272,12 +272,7 @@ def _bad_compliance(snapshot: Snapshot, rng: np.random.Generator, known: Known) 
     return Answer("compliance in bad company", None, Status.FORM_DOES_NOT_HOLD)
 
 
-FORMS: tuple[Form, ...] = (
-    rs.SaddlePoint(),
-    rs.Block(),
-    rs.Recursive(),
-    rs.IndexRules(),
-)
+FORMS: tuple[Form, ...] = (rs.SaddlePoint(), rs.Block(), rs.Recursive(), rs.IndexRules())
 # The dearer, the rarer: each costs about half of what the default way does, the network more.
 WAYS = (
     *(Way(form.name, _form(form), 2) for form in FORMS),

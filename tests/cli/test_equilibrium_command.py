@@ -25,11 +25,7 @@ def test_json_is_the_answer_of_python():
     options = {
         "at": [0, 0, 1],
         "gravity": "-z",
-        "loads": {
-            "leg1/strut": rs.Mass(12.0),
-            "platform": rs.Mass(80.0),
-            "leg2/strut": [0, 10, 0],
-        },
+        "loads": {"leg1/strut": rs.Mass(12.0), "platform": rs.Mass(80.0), "leg2/strut": [0, 10, 0]},
         "preload": {"leg3/strut": 2000.0},
     }
     F = [0, 0, -5e4, 0, 0, 0]

@@ -53,10 +53,7 @@ def test_what_is_rounding_is_shown_as_none():
         ([PORTAL, "--load", "corner=1 kN 0"], "expected 3 numbers (Fx Fy Fz) or 6 (Fx Fy Fz Mx"),
         ([PORTAL, "--load", "corner=1 m 0 0"], "item 1 (Fx): got '1 m', expected a force"),
         ([PORTAL, "--load", "corner"], "expected NAME=NUMBERS"),
-        (
-            [PORTAL, "--along", "beam=1 N 0 0"],
-            "(qx): got '1 N', expected a force per length",
-        ),
+        ([PORTAL, "--along", "beam=1 N 0 0"], "(qx): got '1 N', expected a force per length"),
         ([PORTAL, "--along", "boom=1 N/m 0 0"], "expected one of beam, left post, right post"),
         ([PORTAL, "--settle", "top=0 0 0 0 0 0"], "expected a fixed node: left foot, right foot"),
         ([PORTAL, "--load", "top=0 0 1", "--load", "top=0 0 1"], "expected one value for top"),

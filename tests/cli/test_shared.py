@@ -270,11 +270,7 @@ def test_completion_in_bash(words, expected):
     }
     script = "import sys; sys.argv[0] = 'robostiff'; from robostiff.cli.main import main; main()"
     found = subprocess.run(
-        [sys.executable, "-c", script],
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
+        [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=False
     ).stdout.split()
     found = [item.removeprefix("plain,") for item in found if item != "file,"]
     assert set(expected) <= set(found)

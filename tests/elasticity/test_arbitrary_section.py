@@ -2,13 +2,7 @@
 
 import pytest
 
-from robostiff.elasticity import (
-    circle,
-    i_section,
-    rectangle,
-    section_from_sectionproperties,
-    tube,
-)
+from robostiff.elasticity import circle, i_section, rectangle, section_from_sectionproperties, tube
 from robostiff.errors import InputError
 
 pytestmark = pytest.mark.needs("sectionproperties")

@@ -159,12 +159,7 @@ def _thin_walled_factor_by_energy(strips):
 def test_box_factor_is_the_one_of_its_shear_flow(b, h):
     t = 1e-7
     half_flange = (t, lambda s: t * h / 2 * s, lambda s: h / 2 + 0 * s, b / 2)
-    half_web = (
-        t,
-        lambda s: t * (h / 2 * b / 2 + s * (h - s) / 2),
-        lambda s: h / 2 - s,
-        h / 2,
-    )
+    half_web = (t, lambda s: t * (h / 2 * b / 2 + s * (h - s) / 2), lambda s: h / 2 - s, h / 2)
     energy = _thin_walled_factor_by_energy([half_flange, half_web])
     section = box(b + t, h + t, t, poisson_ratio=0)
     assert section.shear_factor_z == pytest.approx(energy, rel=1e-6)
@@ -175,12 +170,7 @@ def test_box_factor_is_the_one_of_its_shear_flow(b, h):
 def test_i_factor_is_the_one_of_its_shear_flow(b, h, w, f):
     # Half of the I; the flange twice, for its two outstands.
     outstand = (f, lambda s: f * h / 2 * s, lambda s: h / 2 + 0 * s, b / 2)
-    half_web = (
-        w,
-        lambda s: f * b * h / 2 + w * s * (h - s) / 2,
-        lambda s: h / 2 - s,
-        h / 2,
-    )
+    half_web = (w, lambda s: f * b * h / 2 + w * s * (h - s) / 2, lambda s: h / 2 - s, h / 2)
     energy = _thin_walled_factor_by_energy([outstand, outstand, half_web])
     section = i_section(b, h + f, w, f, poisson_ratio=0)
     assert section.shear_factor_z == pytest.approx(energy, rel=1e-5)

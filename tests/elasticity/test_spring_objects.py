@@ -6,11 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from robostiff.elasticity import (
-    Elasticity,
-    rotational_spring,
-    translational_spring,
-)
+from robostiff.elasticity import Elasticity, rotational_spring, translational_spring
 from robostiff.errors import InputError
 
 
@@ -107,10 +103,7 @@ def test_springs_along_one_axis(make, block):
 
 @pytest.mark.parametrize(
     ("make", "words", "unit"),
-    [
-        (translational_spring, "translational", "N/m"),
-        (rotational_spring, "rotational", "N m/rad"),
-    ],
+    [(translational_spring, "translational", "N/m"), (rotational_spring, "rotational", "N m/rad")],
 )
 def test_messages_of_springs_along_one_axis(make, words, unit):
     with pytest.raises(InputError) as error:

@@ -176,11 +176,7 @@ def test_nearly_redundant_joints(angle: float, status: Status):
 
 @pytest.mark.parametrize(
     ("ratio", "status"),
-    [
-        (1e-9, Status.OK),
-        (1e-13, Status.ILL_CONDITIONED),
-        (1e-16, Status.RIGID_DIRECTION),
-    ],
+    [(1e-9, Status.OK), (1e-13, Status.ILL_CONDITIONED), (1e-16, Status.RIGID_DIRECTION)],
 )
 def test_springs_of_too_different_size(ratio: float, status: Status):
     result = chain_stiffness(np.diag([1.0, 1, 1, 1, 1, ratio]), NO_JOINTS)
@@ -188,8 +184,7 @@ def test_springs_of_too_different_size(ratio: float, status: Status):
 
 
 @pytest.mark.parametrize(
-    ("angle", "rank", "ill"),
-    [(1e-3, 6, False), (1e-7, 6, True), (1e-10, 5, True), (0.0, 5, False)],
+    ("angle", "rank", "ill"), [(1e-3, 6, False), (1e-7, 6, True), (1e-10, 5, True), (0.0, 5, False)]
 )
 def test_near_a_singular_pose_of_a_robot(angle: float, rank: int, ill: bool):
     """Six single wrenches, of which two come together."""

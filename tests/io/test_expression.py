@@ -10,13 +10,7 @@ from hypothesis import strategies as st
 
 from robostiff.errors import InputError
 from robostiff.io.expression import Mathematics, ParameterError, parameter_values, parse
-from robostiff.io.units import (
-    UNIT_WORDS,
-    Dimension,
-    make_quantity,
-    parse_quantity,
-    to_si,
-)
+from robostiff.io.units import UNIT_WORDS, Dimension, make_quantity, parse_quantity, to_si
 
 ENVIRONMENT = {
     name: parse_quantity(text)

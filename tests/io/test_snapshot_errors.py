@@ -282,11 +282,7 @@ WRONG = {
         "4:12: legs[0].chain: leg left without compliance: expected at least one beam, spring or "
         "spring6; a leg of rigid parts and passive joints alone has no stiffness matrix",
     ),
-    "graph": (
-        '"legs"',
-        '"graph"',
-        "3:2: graph: a graph, and not legs; read it with load",
-    ),
+    "graph": ('"legs"', '"graph"', "3:2: graph: a graph, and not legs; read it with load"),
     "graph and legs": (
         '"legs"',
         '"graph": {}, "legs"',

@@ -6,15 +6,7 @@ from enum import Enum
 from typing import Annotated, Literal
 
 import pytest
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Discriminator,
-    Field,
-    RootModel,
-    Tag,
-    field_validator,
-)
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, RootModel, Tag, field_validator
 
 from robostiff.errors import FileError, InputError, Location
 from robostiff.io.document import parse_document
@@ -174,10 +166,7 @@ ONE_BAR = "shape: bar, width: 1"
             "chosen: {shape: bar, width: 1, count: 9}",
             "1:39: chosen.count: wrong value: got 9, expected a number of at most 4",
         ),
-        (
-            "chosen: {pair: 2}",
-            "1:16: chosen.pair: wrong value: got 2, expected a list",
-        ),
+        ("chosen: {pair: 2}", "1:16: chosen.pair: wrong value: got 2, expected a list"),
     ],
 )
 def test_message_and_place(text, message):

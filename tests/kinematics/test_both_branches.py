@@ -9,16 +9,7 @@ from scipy.spatial.transform import RigidTransform
 
 import robostiff as rs
 from robostiff.kinematics import place_chain
-from robostiff.model import (
-    Actuated,
-    Chain,
-    Leg,
-    Passive,
-    Rigid,
-    Robot,
-    prismatic,
-    universal,
-)
+from robostiff.model import Actuated, Chain, Leg, Passive, Rigid, Robot, prismatic, universal
 from robostiff.spatial import Frame
 
 ROD = Rigid(Frame(np.eye(3), np.array([0, 0, 0.5])), "rod")

@@ -48,9 +48,7 @@ SLIDING_SPRING = Link(
     np.eye(3),
 )
 TILTED_SPRING = Link(
-    np.zeros(3),
-    Elasticity(np.zeros((6, 6)), np.array([[1.0, 0, 1.0, 0, 0, 0]]).T),
-    np.eye(3),
+    np.zeros(3), Elasticity(np.zeros((6, 6)), np.array([[1.0, 0, 1.0, 0, 0, 0]]).T), np.eye(3)
 )
 HINGE_ACROSS = revolute([1, 0, 0], Locked(1e4))
 HINGE_OBLIQUE = revolute([1, 0, 1], Locked(1e4))

@@ -169,9 +169,7 @@ def test_a_response_whose_reactions_lack_a_moment_has_no_answer(
         rs.network_response(network, loads)
 
 
-def test_a_deflection_whose_reactions_lack_a_moment_has_no_answer(
-    monkeypatch: pytest.MonkeyPatch,
-):
+def test_a_deflection_whose_reactions_lack_a_moment_has_no_answer(monkeypatch: pytest.MonkeyPatch):
     network, right = overhang(), pkgutil.resolve_name(SUPPORTS)
     asked: tuple[dict[str, Any], ...] = (
         {"wrench": [0, 0, -10.0, 0, 0, 0]},
@@ -190,9 +188,7 @@ def test_a_deflection_whose_reactions_lack_a_moment_has_no_answer(
         assert answer.status & rs.Status.ILL_CONDITIONED
 
 
-def test_legs_that_do_not_carry_the_whole_load_have_no_deflection(
-    monkeypatch: pytest.MonkeyPatch,
-):
+def test_legs_that_do_not_carry_the_whole_load_have_no_deflection(monkeypatch: pytest.MonkeyPatch):
     robot, wrench = rs.load("hexapod"), [0, 0, -100.0, 0, 0, 0]
     right = pkgutil.resolve_name(LEGS)
 

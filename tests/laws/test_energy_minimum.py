@@ -24,10 +24,7 @@ def least_energy(J_theta: np.ndarray, K_theta: np.ndarray, J_q: np.ndarray, t: n
     return 0.5 * unit * float(x[:m] @ x[:m])
 
 
-@given(
-    st.one_of(chains(), planar_chains(), chains(regular=False)),
-    st.integers(0, 2**32 - 1),
-)
+@given(st.one_of(chains(), planar_chains(), chains(regular=False)), st.integers(0, 2**32 - 1))
 def test_energy_is_the_minimum_over_internal_coordinates(chain: FreeChain, seed: int):
     C, J_q = chain.matrices()
     result = chain_stiffness(C, J_q)

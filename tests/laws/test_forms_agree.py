@@ -21,11 +21,7 @@ from tests.generators.chains import FreeChain, chains, joint_rank, planar_chains
 from tests.generators.metric import distance
 
 # What each form needs: independent joints, and a compliance that can be inverted.
-FORMS = [
-    (SaddlePoint(), True, False),
-    (Block(), True, True),
-    (Recursive(), False, True),
-]
+FORMS = [(SaddlePoint(), True, False), (Block(), True, True), (Recursive(), False, True)]
 
 
 @pytest.mark.parametrize(("form", "needs_independent", "needs_regular"), FORMS)

@@ -13,13 +13,7 @@ from robostiff import compliance, deflection, stiffness
 from robostiff.elasticity import Elasticity
 from robostiff.elastostatics import Status
 from robostiff.model import Actuated, Passive, PlacedElement, PlacedFreedom, PlacedSpring, Snapshot
-from tests.generators.leg_wrenches import (
-    drive,
-    exact_statics,
-    passive_joint,
-    random_beam,
-    robot_of,
-)
+from tests.generators.leg_wrenches import drive, exact_statics, passive_joint, random_beam, robot_of
 from tests.generators.metric import distance
 
 RIGHT = 1e-12

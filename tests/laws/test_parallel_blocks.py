@@ -6,14 +6,7 @@ from hypothesis import given, settings
 
 from robostiff.analysis import deflection, stiffness
 from robostiff.analysis.verification import matrix_distance
-from robostiff.elastostatics import (
-    Block,
-    Form,
-    Recursive,
-    SaddlePoint,
-    Status,
-    WrenchBasis,
-)
+from robostiff.elastostatics import Block, Form, Recursive, SaddlePoint, Status, WrenchBasis
 from robostiff.errors import NoAnswerError
 from robostiff.model import PlacedBlock, PlacedLeg, Snapshot
 from robostiff.network import network_of_snapshot

@@ -50,9 +50,7 @@ def _on_simple_ways(edges, base, platform):
 
 
 @settings(max_examples=300, deadline=None)
-@given(
-    st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=1, max_size=11),
-)
+@given(st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=1, max_size=11))
 def test_kept_is_what_lies_on_ways_that_pass_no_body_twice(pairs):
     edges = [(f"e{i}", f"b{a}", f"b{b}") for i, (a, b) in enumerate(pairs) if a != b]
     bodies = {body for _, a, b in edges for body in (a, b)}

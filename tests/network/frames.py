@@ -13,14 +13,7 @@ import numpy as np
 from robostiff import load
 from robostiff.elasticity import CrossSection, Elasticity, material
 from robostiff.model import Actuated, Passive, PlacedFreedom
-from robostiff.network import (
-    BeamElement,
-    JointElement,
-    Network,
-    Node,
-    SpringElement,
-    beam_between,
-)
+from robostiff.network import BeamElement, JointElement, Network, Node, SpringElement, beam_between
 
 STEEL = material("steel")
 BAR = CrossSection(4e-4, 1.2e-8, 3.1e-8, 2.5e-8, 0.85, 0.7)

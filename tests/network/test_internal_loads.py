@@ -20,8 +20,7 @@ STAR = str(Path(__file__).parents[1] / "model" / "star-platform.yaml")
 
 
 @pytest.mark.parametrize(
-    "name",
-    ["hexapod", "3-puu", "six-joint-arm", "3-rrr", pytest.param(STAR, id="star-platform")],
+    "name", ["hexapod", "3-puu", "six-joint-arm", "3-rrr", pytest.param(STAR, id="star-platform")]
 )
 def test_robots_bend_like_their_networks(name):
     robot = load(name)

@@ -11,13 +11,7 @@ from matplotlib.testing.compare import compare_images
 
 import robostiff as rs
 from robostiff.plot import Matplotlib, Theme, Width
-from tests.plot.machines import (
-    POSE,
-    hexapod_deflection,
-    hexapod_stiffness,
-    robot,
-    tripod_map,
-)
+from tests.plot.machines import POSE, hexapod_deflection, hexapod_stiffness, robot, tripod_map
 
 BASELINE = Path(__file__).parent / "baseline"
 NARROW = Matplotlib(width=Width.HALF)

@@ -10,10 +10,7 @@ from robostiff.plot.energy_bars import Measure
 from robostiff.plot.geometry.ellipsoid import Quality
 from robostiff.plot.picture import Arrow, Face, Marks, Mesh, Path, Scene
 from robostiff.plot.posed_robot import Colouring, picture_of_posed
-from robostiff.plot.stiffness_pictures import (
-    Kind,
-    Shade,
-)
+from robostiff.plot.stiffness_pictures import Kind, Shade
 from tests.plot.machines import (
     HERE,
     LOAD,

@@ -13,13 +13,7 @@ from robostiff.plot.backend import plotly_figure
 from robostiff.plot.picture import Mesh, Path, PlainColour, Scene
 from robostiff.plot.posed_robot import picture_of_posed
 from robostiff.plot.theme import named_colours
-from tests.plot.machines import (
-    POSE,
-    all_scenes,
-    hexapod_deflection,
-    robot,
-    tripod_map,
-)
+from tests.plot.machines import POSE, all_scenes, hexapod_deflection, robot, tripod_map
 
 PLOTLY: Any = Plotly()
 

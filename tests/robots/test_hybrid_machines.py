@@ -217,11 +217,7 @@ STAR = Path(ROOT / "docs/star-platform.yaml")
 
 @pytest.mark.parametrize(
     ("modules", "words"),
-    [
-        ([], "at least one"),
-        (["hexapod"], "a Module"),
-        ([feet(), feet()], "each name once"),
-    ],
+    [([], "at least one"), (["hexapod"], "a Module"), ([feet(), feet()], "each name once")],
     ids=["none", "a name", "twice"],
 )
 def test_modules_that_are_none_are_refused(modules, words: str):

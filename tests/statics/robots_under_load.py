@@ -14,14 +14,7 @@ from scipy.spatial.transform import Rotation
 import robostiff as rs
 from robostiff.elasticity import Elasticity
 from robostiff.elasticity.cantilever import cantilever_compliance
-from robostiff.model import (
-    Actuated,
-    Passive,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedSpring,
-    Snapshot,
-)
+from robostiff.model import Actuated, Passive, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.spatial import Space
 
 DATA = Path(__file__).parent / "data"

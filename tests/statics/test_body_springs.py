@@ -301,11 +301,7 @@ def test_drives_that_are_rigid_hold_springs_and_loads_before_and_behind_blocks(
         )
         for i, x in enumerate((-0.3, 0.2))
     )
-    elements = (
-        rigid("slide", np.zeros(3)),
-        PlacedBlock("block", branches),
-        rigid("lock", tip),
-    )
+    elements = (rigid("slide", np.zeros(3)), PlacedBlock("block", branches), rigid("lock", tip))
     robot = Snapshot("A frame", (PlacedLeg("leg", elements, tip),), tip, Space.PLANAR)
     wrench = [100.0, -300, 5]
     other = "platform" if body == "base" else "base"

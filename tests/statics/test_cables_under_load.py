@@ -80,12 +80,7 @@ def test_equilibrium_is_a_minimum_of_an_energy_of_ours(seed: int, size: float):
     np.testing.assert_allclose(found.x, x, atol=2e-5)
     stored = sum(own.tension**2 / (2 * k) for own, k in zip(loaded.springs, energy.k, strict=True))
     assert np.isclose(loaded.energy, stored, rtol=1e-9)
-    assert np.isclose(
-        loaded.potential - F @ x[:3],
-        energy(x),
-        rtol=1e-9,
-        atol=1e-9 * loaded.energy,
-    )
+    assert np.isclose(loaded.potential - F @ x[:3], energy(x), rtol=1e-9, atol=1e-9 * loaded.energy)
     slack = any(own.tension == 0 for own in loaded.springs)
     assert bool(loaded.status & rs.Status.SLACK) == slack
 

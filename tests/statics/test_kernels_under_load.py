@@ -343,10 +343,7 @@ def test_a_mass_may_be_a_parameter_and_what_is_guarded_has_its_weight():
     m = sp.Symbol("m")
     plain = rs.load("gough-stewart-b")
     robot = replace(
-        plain,
-        platform_masses=(rs.Mass(m, [0.2, 0.0, 1.5]),),
-        gravity="-z",
-        nominal={"m": 3e5},
+        plain, platform_masses=(rs.Mass(m, [0.2, 0.0, 1.5]),), gravity="-z", nominal={"m": 3e5}
     )
     fast = rs.compile_loaded(robot, parameters=["m"], backend=rs.Backend.ARRAYS)
     home = posture_finder(plain).home_pose
@@ -365,9 +362,7 @@ def test_a_mass_may_be_a_parameter_and_what_is_guarded_has_its_weight():
 def test_a_weight_at_the_reference_point_is_a_wrench():
     home = posture_finder(rs.load("gough-stewart-b")).home_pose[None]
     weight = rs.compile_loaded(
-        rs.load("gough-stewart-b"),
-        loads={"platform": [1e6, -2e6, -2e7]},
-        backend=rs.Backend.ARRAYS,
+        rs.load("gough-stewart-b"), loads={"platform": [1e6, -2e6, -2e7]}, backend=rs.Backend.ARRAYS
     ).evaluate(home, np.zeros(6))
     wrench = compiled("gough-stewart-b").evaluate(home, [1e6, -2e6, -2e7, 0, 0, 0])
     size = np.abs(wrench.K).max()

@@ -22,8 +22,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 @pytest.mark.parametrize(
-    "name",
-    ["six-joint-arm", "3-puu", "gough-stewart-b-beams", "tricept.yaml", "exechon.yaml"],
+    "name", ["six-joint-arm", "3-puu", "gough-stewart-b-beams", "tricept.yaml", "exechon.yaml"]
 )
 def test_a_robot_and_its_network_are_the_same_far_from_rest(name: str):
     """Legs, parts in series, and every part between bodies of its own; hinged beams alike."""

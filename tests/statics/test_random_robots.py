@@ -118,11 +118,7 @@ class Drawn:
             return (
                 Actuated(k),
                 None,
-                lambda q: (
-                    k * q * q / 2 + c * q**4 / 4,
-                    k * q + c * q**3,
-                    k + 3 * c * q * q,
-                ),
+                lambda q: (k * q * q / 2 + c * q**4 / 4, k * q + c * q**3, k + 3 * c * q * q),
             )
         x0, own = 0.3, k / (2 + X) * Q**2 / 2
         by_q = [sp.lambdify(Q, sp.diff(own.subs(X, x0 + Q), Q, i)) for i in range(3)]

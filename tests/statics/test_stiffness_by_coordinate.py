@@ -8,14 +8,7 @@ import pytest
 import sympy as sp
 
 import robostiff as rs
-from robostiff.model import (
-    Actuated,
-    PlacedBlock,
-    PlacedFreedom,
-    PlacedLeg,
-    Snapshot,
-    StiffnessLaw,
-)
+from robostiff.model import Actuated, PlacedBlock, PlacedFreedom, PlacedLeg, Snapshot, StiffnessLaw
 from robostiff.robots import robot_file
 from tests.statics.robots_under_load import loaded, number, root
 

@@ -31,14 +31,7 @@ from robostiff.analysis.kernel_inputs import (
 from robostiff.analysis.record_file import kept_on_disk
 from robostiff.analysis.record_trust import NEARER, depends_on_what_is_held, is_trusted
 from robostiff.analysis.result import Stiffness
-from robostiff.compiled import (
-    Backend,
-    Kernel,
-    Output,
-    Rates,
-    StiffnessMatrix,
-    kernel_of,
-)
+from robostiff.compiled import Backend, Kernel, Output, Rates, StiffnessMatrix, kernel_of
 from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError, NoAnswerError, OpenAtHomeError
 from robostiff.kinematics import JointCoordinates, posture_finder
@@ -46,12 +39,7 @@ from robostiff.linkage import DrivenLinkage, Linkage
 from robostiff.linkage.driven import coordinate_names
 from robostiff.linkage.recorded_stiffness import record_linkage
 from robostiff.model import ALL_COORDINATES, Robot
-from robostiff.recorded import (
-    RecordedRobot,
-    record_at_joints,
-    record_robot,
-    sample_postures,
-)
+from robostiff.recorded import RecordedRobot, record_at_joints, record_robot, sample_postures
 
 # Ranks are decided about a reference point that is nearer to the robot than so many lengths.
 _NEAR = 5.0
@@ -456,9 +444,7 @@ def _recorded_linkage(
     return CompiledStiffness(recorded.factors.rank, recorded.status, verified, kernel, taken)
 
 
-def _record_of(
-    driven: DrivenLinkage,
-) -> tuple[RecordedRobot, tuple[str, ...], int]:
+def _record_of(driven: DrivenLinkage) -> tuple[RecordedRobot, tuple[str, ...], int]:
     """The record, joints left undetermined, and how near to home the samples are.
 
     They are as near as home's surroundings are regular.

@@ -156,11 +156,7 @@ class KernelInputs:
         return at_joints(self.robot, pose)
 
     def question(
-        self,
-        robot: Robot,
-        pose: Pose,
-        given: np.ndarray,
-        tolerance: Tolerance = DEFAULT_TOLERANCE,
+        self, robot: Robot, pose: Pose, given: np.ndarray, tolerance: Tolerance = DEFAULT_TOLERANCE
     ) -> Question:
         """What is asked of a robot of numbers at some coordinates of the kind of `pose`."""
         some = JointCoordinates(given) if isinstance(pose, JointCoordinates) else given

@@ -25,9 +25,7 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 
 
-def parts_at_home(
-    robot: Any,
-) -> dict[str, list[dict[str, Any]]]:
+def parts_at_home(robot: Any) -> dict[str, list[dict[str, Any]]]:
     """The joints and elastic parts of each leg, from base to platform, as plain data.
 
     Those of a network, and cables, are one list.

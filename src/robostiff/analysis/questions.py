@@ -290,11 +290,7 @@ def _advice_on(posture: Posture, finder: PostureFinder, tolerance: Tolerance) ->
 
 
 def _matters(
-    finder: PostureFinder,
-    solver: LegSolver,
-    pose: np.ndarray,
-    q: np.ndarray,
-    tolerance: Tolerance,
+    finder: PostureFinder, solver: LegSolver, pose: np.ndarray, q: np.ndarray, tolerance: Tolerance
 ) -> bool:
     others = solver.alternatives(pose)
     if not len(others):

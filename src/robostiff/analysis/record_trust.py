@@ -45,13 +45,7 @@ def is_trusted(
     return all(at)
 
 
-def _agrees(
-    kernel: Kernel,
-    general: AtGeneralPoses,
-    taken: Any,
-    seed: int,
-    first: int,
-) -> bool:
+def _agrees(kernel: Kernel, general: AtGeneralPoses, taken: Any, seed: int, first: int) -> bool:
     """Whether a kernel gives what the direct form gives, and nothing is in doubt."""
     subject: Any = taken.subject
     for nearer in range(first, NEARER):

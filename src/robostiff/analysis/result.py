@@ -12,11 +12,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.details import Details, Question, StructuralAnalysis
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
-from robostiff.elastostatics import (
-    Form,
-    RankDecision,
-    Status,
-)
+from robostiff.elastostatics import Form, RankDecision, Status
 from robostiff.elastostatics.result import definite_inverse
 from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError

@@ -182,9 +182,7 @@ _FAR = 10.0
 _TOOL = "platform"
 
 
-def branches_of(
-    snapshot: Snapshot,
-) -> tuple[tuple[PlacedLeg, ...], list[tuple[int, int]] | None]:
+def branches_of(snapshot: Snapshot) -> tuple[tuple[PlacedLeg, ...], list[tuple[int, int]] | None]:
     """Series paths of legs and parts of a flexible platform, and the bodies between which they are.
 
     Those with the legs come first; 0 is the ground, 1 the tool. Without the bodies, which are then

@@ -42,11 +42,7 @@ from robostiff.analytic.placement.robot_pose import (
     is_short_in_angles,
 )
 from robostiff.analytic.reading.record_reading import ClosedReading, StepReading, written_size
-from robostiff.analytic.robot_derivation import (
-    InNames,
-    LegDerivation,
-    RobotDerivation,
-)
+from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.analytic.series_form import is_arm, series_form
 from robostiff.analytic.springs.sum_of_springs import SpringLeg, sum_of_springs
 from robostiff.analytic.vectors.forms import InSeries, VectorForm
@@ -162,10 +158,7 @@ def derive_robot(
             pass  # too long, or with the size of a length of either sign
     # On a record of its own: this one has steps of the elimination, longer for the same values.
     return _in_steps(
-        placed,
-        lambda: _at_vector_level(place_robot(robot, pose)),
-        remark,
-        asked=asked,
+        placed, lambda: _at_vector_level(place_robot(robot, pose)), remark, asked=asked
     )
 
 
@@ -276,13 +269,7 @@ def _in_steps(
         c = tuple(reading(mu) for mu in leg.mu)
         legs.append(LegDerivation(**facts, wrenches=w, compliances=c, definitions=own, K=None))
     return _derivation(
-        placed,
-        K,
-        legs,
-        reading.definitions,
-        remark=remark,
-        level=level,
-        steps_asked=asked,
+        placed, K, legs, reading.definitions, remark=remark, level=level, steps_asked=asked
     )
 
 

@@ -341,10 +341,7 @@ def _how_to_go_on(output: Path | None) -> str:
 def _facts(
     found: xarray.Dataset, output: Path | None, bar: MapBar, seconds: float
 ) -> dict[str, Any]:
-    facts: dict[str, Any] = {
-        "output": str(output),
-        "robot": found.attrs["robot"],
-    }
+    facts: dict[str, Any] = {"output": str(output), "robot": found.attrs["robot"]}
     if "status" in found:
         facts["dimensions"] = {str(dim): int(found.sizes[dim]) for dim in found["status"].dims}
     for name in ("poses", "poses_computed", "poses_reachable", "poses_guarded"):

@@ -144,11 +144,7 @@ class Compensate(Command, name="compensate", run="commands_compensate:write_comm
         help="Order of Euler angles in the columns rx, ry, rz: zyx about axes that stay, ZYX about "
         "axes that move along. By default they are a rotation vector.",
     )
-    gravity: str | None = option(
-        "--gravity",
-        metavar="AXIS",
-        help=_GRAVITY,
-    )
+    gravity: str | None = option("--gravity", metavar="AXIS", help=_GRAVITY)
     output: str | None = output_option("The path with commands, a new file.", None)
     plot: str | None = plot_option("Draw how far the path is off", ".png, .svg or .pdf")
     answer: Answer = group(Answer)

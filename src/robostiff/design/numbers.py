@@ -12,13 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.compiled_stiffness import CompiledStiffness, compile_stiffness
-from robostiff.compiled import (
-    ComplianceMatrix,
-    EntryOf,
-    Gradient,
-    Output,
-    WorstDeflection,
-)
+from robostiff.compiled import ComplianceMatrix, EntryOf, Gradient, Output, WorstDeflection
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, find_posture
 from robostiff.model import Robot

@@ -18,11 +18,7 @@ from robostiff.elasticity.beam import (
 from robostiff.elasticity.cantilever import cantilever_compliance, cantilever_stiffness
 from robostiff.elasticity.material import MATERIALS, Material, material
 from robostiff.elasticity.shapes import CrossSection, box, circle, i_section, rectangle, tube
-from robostiff.elasticity.spring import (
-    Elasticity,
-    rotational_spring,
-    translational_spring,
-)
+from robostiff.elasticity.spring import Elasticity, rotational_spring, translational_spring
 from robostiff.elasticity.spring_from_matrix import (
     elasticity_from_compliance,
     elasticity_from_stiffness,

@@ -161,6 +161,5 @@ WELL_APART = Need(
     "a passive joint is so nearly redundant that stiffness along it is rounding",
 )
 COMPLIANT = Need(
-    lambda chain: chain.rigid,
-    "a transmitted wrench meets no compliance, so its matrix is singular",
+    lambda chain: chain.rigid, "a transmitted wrench meets no compliance, so its matrix is singular"
 )

@@ -42,9 +42,7 @@ def smallest_compliance(
     return np.where(trace > 0, ratio, np.where(idle.any((-1, -2)), ratio, 0.0))
 
 
-def smallest_singular_value(
-    W: Float[np.ndarray, "*batch n m"],
-) -> Float[np.ndarray, "*batch"]:
+def smallest_singular_value(W: Float[np.ndarray, "*batch n m"]) -> Float[np.ndarray, "*batch"]:
     """Lower bound, sharp where it is small, of the smallest singular value of W (n x m, m >= n).
 
     Examples

@@ -9,11 +9,7 @@ import numpy as np
 
 from robostiff.elastostatics.batched import PoseBatch
 from robostiff.elastostatics.conditioning import smallest_held_stiffness
-from robostiff.elastostatics.conjugate_wrenches import (
-    ConjugateWrenches,
-    LeastEnergy,
-    least_energy,
-)
+from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, LeastEnergy, least_energy
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status, StatusOfPoses
 from robostiff.elastostatics.tolerance import RankDecision, Tolerance, scaling
 from robostiff.errors import NoAnswerError

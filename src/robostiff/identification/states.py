@@ -129,11 +129,7 @@ class FiniteLoads:
         many = len(self.states.coordinates) >= _MANY
         backend = Backend.BEST if many else Backend.ARRAYS
         return compile_loaded(
-            self.robot,
-            parameters=self.names,
-            gravity=self.gravity,
-            platforms=True,
-            backend=backend,
+            self.robot, parameters=self.names, gravity=self.gravity, platforms=True, backend=backend
         )
 
     def with_states(self, states: States) -> FiniteLoads:

@@ -1,9 +1,4 @@
-from robostiff.kinematics.formula import (
-    FormulaPose,
-    PlacedFormula,
-    place_leg,
-    place_leg_at_joints,
-)
+from robostiff.kinematics.formula import FormulaPose, PlacedFormula, place_leg, place_leg_at_joints
 from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.kinematics.hybrid_machine import Module, hybrid_machine
 from robostiff.kinematics.jacobians import (

@@ -145,10 +145,7 @@ class Way:
 
     @classmethod
     def of(
-        cls,
-        chain: Chain,
-        coordinates: np.ndarray,
-        turned: Mapping[int, np.ndarray] | None = None,
+        cls, chain: Chain, coordinates: np.ndarray, turned: Mapping[int, np.ndarray] | None = None
     ) -> Self:
         """The way along a whole chain at its coordinates."""
         return cls(chain.joint_coordinates(coordinates), coordinates, turned or {})

@@ -15,17 +15,7 @@ from robostiff.errors import InputError, warn_of_slip
 from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import (
-    ALL_COORDINATES,
-    Chain,
-    Coupling,
-    Joint,
-    Leg,
-    Link,
-    Locked,
-    Rigid,
-    Robot,
-)
+from robostiff.model import ALL_COORDINATES, Chain, Coupling, Joint, Leg, Link, Locked, Rigid, Robot
 from robostiff.model.checks import FARTHEST, FULL_TURN
 from robostiff.spatial import Frame, Space, as_floats, holds_quantities
 from robostiff.spatial.batch import poses_side_by_side

@@ -8,15 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.model import (
-    Actuated,
-    Leg,
-    Passive,
-    Robot,
-    Snapshot,
-    StiffnessLaw,
-    Telescope,
-)
+from robostiff.model import Actuated, Leg, Passive, Robot, Snapshot, StiffnessLaw, Telescope
 
 _REACHED = 1e-7
 

@@ -14,12 +14,7 @@ import numpy as np
 
 from robostiff.elastostatics import scaling
 from robostiff.linkage.closure import Configuration, moved_bodies
-from robostiff.linkage.driven import (
-    DrivenLinkage,
-    coordinates,
-    record_linkage_closure,
-    sampled,
-)
+from robostiff.linkage.driven import DrivenLinkage, coordinates, record_linkage_closure, sampled
 from robostiff.linkage.essential import network_of, placed_branches
 from robostiff.linkage.linkage import Connection
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring

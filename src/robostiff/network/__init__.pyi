@@ -1,8 +1,4 @@
-from robostiff.network.condensation import (
-    NetworkStiffness,
-    compliance_between,
-    condense,
-)
+from robostiff.network.condensation import NetworkStiffness, compliance_between, condense
 from robostiff.network.elements import (
     BeamElement,
     DistributedForce,

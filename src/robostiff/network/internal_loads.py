@@ -15,12 +15,7 @@ from robostiff.network.elements import JointElement, NodeForce
 from robostiff.network.equations import Equations, RelativeMotion, equations_of
 from robostiff.network.mobility import Mobility
 from robostiff.network.network import Network
-from robostiff.network.saddle_point import (
-    CONVERGED,
-    SaddlePointSystem,
-    driven_mechanism,
-    system_of,
-)
+from robostiff.network.saddle_point import CONVERGED, SaddlePointSystem, driven_mechanism, system_of
 from robostiff.spatial import move_wrench
 
 # Of the loads and reactions: what they lack for equilibrium that is no rounding.

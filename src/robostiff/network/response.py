@@ -23,12 +23,7 @@ from robostiff.network.internal_loads import (
 )
 from robostiff.network.mobility import Mobility
 from robostiff.network.network import Network
-from robostiff.network.saddle_point import (
-    CONVERGED,
-    SaddlePointSystem,
-    driven_mechanism,
-    system_of,
-)
+from robostiff.network.saddle_point import CONVERGED, SaddlePointSystem, driven_mechanism, system_of
 from robostiff.spatial import as_float, as_floats, block_rotation, move_wrench
 
 Loads = Mapping[str, Any]

@@ -40,9 +40,7 @@ _COORDINATES = 1e-15  # of the size: so far apart may be what rests in one place
 
 
 def equilibrium_page(
-    result: Equilibrium,
-    critical: CriticalLoad | None = None,
-    curve: xarray.Dataset | None = None,
+    result: Equilibrium, critical: CriticalLoad | None = None, curve: xarray.Dataset | None = None
 ) -> Page:
     """An equilibrium, with the critical load of its wrench and a curve of `load_path`."""
     known = result.has_answer

@@ -15,14 +15,7 @@ from robostiff.model.cable import CableRobot
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
 from robostiff.plot.geometry.displacement import finite_motions, spatial
 from robostiff.plot.outline import of_cables, outline_of
-from robostiff.plot.picture import (
-    Category,
-    Curve,
-    Curves,
-    Item,
-    LineWeight,
-    Path,
-)
+from robostiff.plot.picture import Category, Curve, Curves, Item, LineWeight, Path
 from robostiff.plot.posed_robot import Colouring, loaded_sketch
 from robostiff.plot.prefix import prefixed, short
 from robostiff.plot.sketch import Sketch, exaggeration_note
@@ -117,11 +110,7 @@ def _sketch(
 
 
 def mode(
-    modes: Modes,
-    number: int = 1,
-    side: float = 1.0,
-    *,
-    backend: PlotBackend[Drawn] = PAPER,
+    modes: Modes, number: int = 1, side: float = 1.0, *, backend: PlotBackend[Drawn] = PAPER
 ) -> Drawn:
     """Draw a robot in one of its modes, at one end of the vibration, and at rest in dashed lines.
 
@@ -288,9 +277,5 @@ def compensation_picture(found: Compensation) -> Curves:
         moved = 1e6 * np.linalg.norm(each[:, :3], axis=1)
         curves.append(Curve(name, points, np.maximum(moved, _LEAST), Category(k)))
     return Curves(
-        f"{found.robot.name} along a path",
-        "point",
-        "off the path [um]",
-        tuple(curves),
-        is_log=True,
+        f"{found.robot.name} along a path", "point", "off the path [um]", tuple(curves), is_log=True
     )

@@ -11,14 +11,7 @@ import numpy as np
 
 from robostiff.analysis import CableStiffness
 from robostiff.kept import kept
-from robostiff.model import (
-    PlacedBlock,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedSpring,
-    Role,
-    Snapshot,
-)
+from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Role, Snapshot
 from robostiff.network import Network, SpringElement
 from robostiff.plot.geometry.displacement import PLATFORM, end_key, node_key
 from robostiff.plot.geometry.surfaces import plate

@@ -84,9 +84,7 @@ def single_stiffness(result: object, what: str) -> AnyStiffness:
     """The stiffness at one pose; other values and several poses are an `InputError`."""
     if not isinstance(result, AnyStiffness):
         raise InputError(
-            f"stiffness for {what}",
-            got=result,
-            expected="a result of rs.stiffness(robot, pose)",
+            f"stiffness for {what}", got=result, expected="a result of rs.stiffness(robot, pose)"
         )
     if result.batch_shape:
         raise InputError(

@@ -353,10 +353,7 @@ def wrench_items(point: np.ndarray, size: float, F: np.ndarray, is_flat: bool) -
     """Arrows of a wrench (6,) at a point (3,) of a robot of some size, both as drawn."""
     length = _ARROW * size
     items: list[Item] = []
-    for name, unit, row, vector in (
-        ("force", "N", 1, F[:3]),
-        ("moment", "N m", 4, F[3:]),
-    ):
+    for name, unit, row, vector in (("force", "N", 1, F[:3]), ("moment", "N m", 4, F[3:])):
         size = float(np.linalg.norm(vector))
         if size > 0:
             times, shown = prefixed(size, unit)

@@ -35,11 +35,7 @@ from robostiff.plot.picture import (
     Ramp,
     Shape,
 )
-from robostiff.plot.posture import (
-    Machine,
-    single_stiffness,
-    surroundings,
-)
+from robostiff.plot.posture import Machine, single_stiffness, surroundings
 from robostiff.plot.prefix import prefixed, short
 from robostiff.plot.sketch import robot_scene, turning_arrow, unit_of
 
@@ -111,11 +107,7 @@ def ellipsoid(
 
 
 def ellipsoid_items(
-    axes: PrincipalAxes,
-    quality: Quality,
-    centre: np.ndarray,
-    size: float,
-    shown: tuple[float, str],
+    axes: PrincipalAxes, quality: Quality, centre: np.ndarray, size: float, shown: tuple[float, str]
 ) -> list[Item]:
     """Surface and semi-axes, `size` metres to a unit of the quality; `shown` as by `prefixed`."""
     times, unit = shown
@@ -172,10 +164,7 @@ _PART = 0.3  # of the robot: half an axis
 
 
 def free_motions(
-    result: AnyStiffness,
-    *,
-    within: Machine | None = None,
-    backend: PlotBackend[Drawn] = PAPER,
+    result: AnyStiffness, *, within: Machine | None = None, backend: PlotBackend[Drawn] = PAPER
 ) -> Drawn:
     """Draw the free motions of a platform: rotation axes, helices, arrows.
 

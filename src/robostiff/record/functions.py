@@ -10,15 +10,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.record.record import (
-    OPERATORS,
-    Entry,
-    Operation,
-    Record,
-    is_exact,
-    is_zero,
-    step_of,
-)
+from robostiff.record.record import OPERATORS, Entry, Operation, Record, is_exact, is_zero, step_of
 
 _LONGEST = 40  # characters of an exact root
 _BITS = int(_LONGEST * 3.33)  # of a fraction that takes as many

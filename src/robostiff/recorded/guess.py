@@ -12,21 +12,11 @@ from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.closure.body import tidied
 from robostiff.kinematics.closure.loops import tree_of_leg
 from robostiff.kinematics.formula import FormulaPose
-from robostiff.model import (
-    ALL_COORDINATES,
-    Joint,
-    JointKind,
-    Leg,
-    Passive,
-    Robot,
-)
+from robostiff.model import ALL_COORDINATES, Joint, JointKind, Leg, Passive, Robot
 from robostiff.model.entries import Symbolic
 from robostiff.record import Entry, Operation, Record, angle_of
 from robostiff.recorded.newton_step import LegAtGuess
-from robostiff.recorded.parameters import (
-    coordinates_at_home,
-    parameter_samples,
-)
+from robostiff.recorded.parameters import coordinates_at_home, parameter_samples
 
 #: Of the pose coordinates.
 NAMES = [coordinate.value for coordinate in ALL_COORDINATES]

@@ -12,12 +12,7 @@ import numpy as np
 from robostiff.elastostatics import Status
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.closure.body import tidied
-from robostiff.kinematics.formula import (
-    FormulaPose,
-    PlacedFormula,
-    place_leg,
-    place_leg_at_joints,
-)
+from robostiff.kinematics.formula import FormulaPose, PlacedFormula, place_leg, place_leg_at_joints
 from robostiff.model import ALL_COORDINATES, Actuated, Leg, ParallelBlock, Robot
 from robostiff.record import Entry, Operation, Record, usual_size
 from robostiff.recorded.circulation import legs_on_platform
@@ -223,11 +218,7 @@ def record_with_closure(
 
 
 def assembled(
-    robot: Robot,
-    record: Record,
-    pose: FormulaPose,
-    placed: Sequence[PlacedFormula],
-    length: float,
+    robot: Robot, record: Record, pose: FormulaPose, placed: Sequence[PlacedFormula], length: float
 ) -> RecordedRobot:
     """The stiffness of placed legs; those on a flexible platform are recorded as one."""
     reference = pose.p + pose.R @ np.array(robot.reference_point, dtype=object)

@@ -231,12 +231,7 @@ def _of_cables(
     require_one_pose("a report", result.batch_shape, "write one pose")
     bent = None if wrench is None else cable_response(robot, pose, wrench)
     return ReportContents(
-        robot=robot,
-        posed=result,
-        stiffness=result.about(at),
-        deflection=bent,
-        found=found,
-        **own,
+        robot=robot, posed=result, stiffness=result.about(at), deflection=bent, found=found, **own
     )
 
 
@@ -261,11 +256,7 @@ def _other_design(
 
 
 def _under_load(
-    robot: Robot | Snapshot | Network,
-    pose: Pose,
-    wrench: Any,
-    at: ArrayLike | None,
-    near: Near,
+    robot: Robot | Snapshot | Network, pose: Pose, wrench: Any, at: ArrayLike | None, near: Near
 ) -> AnswersUnderLoad:
     options: dict[str, Any] = {"at": at, "near": near}
     found = equilibrium(robot, pose, wrench, **options)

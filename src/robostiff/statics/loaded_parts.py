@@ -232,10 +232,7 @@ def is_balanced(
 
 
 def _acting(
-    problem: EquilibriumProblem,
-    state: State,
-    share: float,
-    pulls: np.ndarray | None = None,
+    problem: EquilibriumProblem, state: State, share: float, pulls: np.ndarray | None = None
 ) -> list[list[BodyLoad]]:
     """Forces on the bodies of each chain, those of springs between bodies among them."""
     legs = problem.legs

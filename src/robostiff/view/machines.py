@@ -32,14 +32,7 @@ from robostiff.plot.sketch import Sketch, colours_of_parts
 from robostiff.plot.stiffness_pictures import free_motion_items
 from robostiff.spatial import Space
 from robostiff.statics import cable_response, deflection
-from robostiff.view.answer import (
-    UNDER_LOAD,
-    Ellipsoids,
-    Look,
-    ShownAnswer,
-    answer_of,
-    kind_of,
-)
+from robostiff.view.answer import UNDER_LOAD, Ellipsoids, Look, ShownAnswer, answer_of, kind_of
 from robostiff.view.sliders import (
     Slider,
     coordinate_sliders,
@@ -112,11 +105,7 @@ class Machine:
         return answer_of(bent, *self._layers(sketch, bent.stiffness, load, look), colours)
 
     def _layers(
-        self,
-        sketch: Sketch,
-        result: AnyStiffness,
-        load: tuple[np.ndarray, np.ndarray],
-        look: Look,
+        self, sketch: Sketch, result: AnyStiffness, load: tuple[np.ndarray, np.ndarray], look: Look
     ) -> tuple[dict[str, Sequence[Item]], list[str]]:
         """Layers that are wanted, and what they mean; a load is a point and a wrench (6,)."""
         drawn: dict[str, Callable[[], list[Item]]]

@@ -163,10 +163,7 @@ legs:
 
 @pytest.mark.parametrize(
     "backend",
-    [
-        rs.Backend.ARRAYS,
-        pytest.param(rs.Backend.MACHINE, marks=pytest.mark.needs("llvmlite")),
-    ],
+    [rs.Backend.ARRAYS, pytest.param(rs.Backend.MACHINE, marks=pytest.mark.needs("llvmlite"))],
 )
 def test_a_structure_has_one_pose_and_as_many_values_as_wanted(backend, tmp_path):
     file = tmp_path / "frame.yaml"

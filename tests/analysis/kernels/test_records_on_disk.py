@@ -192,8 +192,5 @@ def test_kernels_of_other_outputs_are_refused():
     made = compiled(model("3-rpr"))
     with pytest.raises(ValueError, match="other outputs"):
         type(made).from_data(
-            made.as_data(),
-            lambda _: made.taken,
-            [rs.PrincipalStiffness()],
-            rs.Backend.ARRAYS,
+            made.as_data(), lambda _: made.taken, [rs.PrincipalStiffness()], rs.Backend.ARRAYS
         )

@@ -4,13 +4,7 @@ import pytest
 import sympy as sp
 
 import robostiff as rs
-from robostiff.analytic import (
-    Derivation,
-    Steps,
-    compliance_steps,
-    derive_chain,
-    differentiate,
-)
+from robostiff.analytic import Derivation, Steps, compliance_steps, derive_chain, differentiate
 from robostiff.analytic.export import derivation_text
 from robostiff.analytic.export.blocks import (
     EquationRows,

@@ -149,11 +149,7 @@ def test_an_xml_file_may_be_a_urdf(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("module", "name", "extra"),
-    [
-        ("xacrodoc", "arm.xacro", "urdf"),
-        ("mujoco", "m.xml", "mjcf"),
-    ],
+    ("module", "name", "extra"), [("xacrodoc", "arm.xacro", "urdf"), ("mujoco", "m.xml", "mjcf")]
 )
 def test_a_missing_extra_is_named(module, name, extra, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, module, None)

@@ -207,10 +207,7 @@ class MapEvaluator:
         return out
 
     def _by_kernel(
-        self,
-        kernel: CompiledStiffness,
-        poses: np.ndarray,
-        out: Mapping[str, np.ndarray],
+        self, kernel: CompiledStiffness, poses: np.ndarray, out: Mapping[str, np.ndarray]
     ) -> Mapping[str, np.ndarray]:
         guarded = np.empty(len(poses), dtype=bool)
         wanted, d = set(self.quantities), self.robot.space.translations

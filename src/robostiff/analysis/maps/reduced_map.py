@@ -65,11 +65,7 @@ class ReducedMap:
 
     @classmethod
     def begun(
-        cls,
-        request: MapRequest,
-        reductions: tuple[Reduction, ...],
-        path: Path | None,
-        resume: bool,
+        cls, request: MapRequest, reductions: tuple[Reduction, ...], path: Path | None, resume: bool
     ) -> ReducedMap:
         """Nothing yet, or the state at a path of an earlier run.
 

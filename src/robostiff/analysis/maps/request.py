@@ -16,11 +16,7 @@ from robostiff.analysis.identity import plain
 from robostiff.analysis.maps.dataset import coordinate_arrays, map_attributes
 from robostiff.analysis.maps.evaluator import Evaluator, MapEvaluator
 from robostiff.analysis.maps.job import MapJob, Selection
-from robostiff.analysis.maps.pose_columns import (
-    Mapped,
-    columns_under_load,
-    pose_columns,
-)
+from robostiff.analysis.maps.pose_columns import Mapped, columns_under_load, pose_columns
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.stored import MOST_POSES
 from robostiff.analysis.maps.variables import Quantity
@@ -188,9 +184,7 @@ def check_memory(job: MapJob) -> None:
         )
 
 
-def _by_load(
-    method: Method | LoadedMethod | None,
-) -> tuple[LoadedMethod | None, Method | None]:
+def _by_load(method: Method | LoadedMethod | None) -> tuple[LoadedMethod | None, Method | None]:
     """A method under load or one without."""
     if method is None or isinstance(method, Compiled | Batched):
         return None, method
@@ -231,10 +225,7 @@ def _quantities(quantities: Iterable[Quantity]) -> tuple[Quantity, ...]:
 
 
 def _wrench(
-    robot: Mapped,
-    quantities: tuple[Quantity, ...],
-    wrench: ArrayLike | None,
-    acts: bool,
+    robot: Mapped, quantities: tuple[Quantity, ...], wrench: ArrayLike | None, acts: bool
 ) -> tuple[float, ...]:
     asked = [quantity.value for quantity in quantities if quantity.needs_wrench]
     if wrench is None and (acts or not asked):

@@ -98,10 +98,7 @@ def _fill_with_nothing(
         encoding[variable.name] = {
             "chunks": (*partition.block, *variable.shape),
             "filters": (TransposeCodec(order=order),) if own else (),
-            "compressors": (
-                BloscCodec(cname="lz4", clevel=1, shuffle="shuffle"),
-                Crc32cCodec(),
-            ),
+            "compressors": (BloscCodec(cname="lz4", clevel=1, shuffle="shuffle"), Crc32cCodec()),
             # 0 would make a place that was not written look like an answer.
             "fill_value": variable.missing,
             "_FillValue": None,

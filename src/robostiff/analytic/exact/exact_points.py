@@ -228,9 +228,7 @@ def values_of(
 
 
 def balls_of(
-    expressions: Iterable[Any],
-    values: Mapping[Any, Any],
-    definitions: Iterable[Definition] = (),
+    expressions: Iterable[Any], values: Mapping[Any, Any], definitions: Iterable[Definition] = ()
 ) -> list[Any]:
     """Values as balls of FLINT that contain them, at its precision; given values are exact."""
     known = {symbol: _ball(value) for symbol, value in values.items()}

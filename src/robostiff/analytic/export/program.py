@@ -220,10 +220,7 @@ def plain_program(derivation: Formula) -> FormulaProgram:
 
 
 def _in_order(
-    derivation: Formula,
-    matrix: Any,
-    definitions: tuple[Definition, ...],
-    share: Callable[..., Any],
+    derivation: Formula, matrix: Any, definitions: tuple[Definition, ...], share: Callable[..., Any]
 ) -> FormulaProgram:
     conditions = in_programs(derivation)
     arguments = derivation.symbols

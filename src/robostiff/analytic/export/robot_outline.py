@@ -71,7 +71,8 @@ def robot_outline(derivation: RobotDerivation) -> list[Block]:
     named = _named(derivation, names)
     definitions = list(named.definitions)
     form, alone, taken = derivation.vectors, is_vectors_alone(derivation), set(names.given)
-    in_names = _is_shorter_in_names(derivation, alone=alone)
+    # Wrenches in names are shorter than one leg by its springs.
+    in_names = bool(form and form.passive) and not alone and derivation.named is not None
     form = None if in_names else form
     if form is not None:
         if derivation.is_closed or not alone:
@@ -127,12 +128,6 @@ def is_vectors_alone(derivation: RobotDerivation) -> bool:
     return len(entries) + len(used) > _MOST_LINES
 
 
-def _is_shorter_in_names(derivation: RobotDerivation, *, alone: bool) -> bool:
-    """Whether wrenches in names are shorter than one leg by its springs."""
-    form = derivation.vectors
-    return form is not None and bool(form.passive) and not alone and derivation.named is not None
-
-
 def _named(derivation: RobotDerivation, names: EntryNames) -> InNames:
     """Names for K and the wrenches together, so that a name has one meaning; none in steps."""
     K, legs = derivation.K, derivation.legs
@@ -164,18 +159,17 @@ def _summary(derivation: RobotDerivation, names: EntryNames) -> Sentences:
             f"{start}. No joint is passive: the stiffness is the inverse of the compliance, to "
             "which each spring adds what it feels of a unit wrench."
         )
+    count = len(derivation.legs)
     form = "in closed form" if derivation.is_closed else "in named steps"
     share_of_leg = "made conjugate to one another; each has a compliance {}"
     if is_vectors_alone(derivation):
         form = "leg by leg"
         if derivation.vectors and derivation.vectors.passive:
-            count = len(derivation.legs)
             return Sentences(
                 f"{start}, {form}. The stiffness is a sum over {count} legs, eq. (12)."
             )
         if derivation.vectors and derivation.vectors.coupled:
             share_of_leg = "and which share the compliances {}"
-    count = len(derivation.legs)
     legs = "one leg" if count == 1 else f"{count} legs"
     return Sentences(
         f"{start}, {form}. Passive joints leave each chain the wrenches {{}} that they transmit, "

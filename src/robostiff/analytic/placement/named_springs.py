@@ -23,13 +23,7 @@ from robostiff.elasticity import (
     SlenderBeam,
     cantilever_compliance,
 )
-from robostiff.model import (
-    Chain,
-    ParallelBlock,
-    Robot,
-    StiffnessLaw,
-    TelescopicBeam,
-)
+from robostiff.model import Chain, ParallelBlock, Robot, StiffnessLaw, TelescopicBeam
 from robostiff.spatial import Screw, exact_number
 
 _SHORT = 1  # operations of a stiffness that needs no name, such as E*A

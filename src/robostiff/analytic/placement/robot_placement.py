@@ -35,12 +35,7 @@ from robostiff.analytic.placement.robot_pose import (
 from robostiff.errors import InputError
 from robostiff.kinematics import PostureFinder, posture_finder
 from robostiff.kinematics.closure.leg_solver import LegSolver
-from robostiff.kinematics.formula import (
-    FormulaPose,
-    PlacedFormula,
-    place_leg,
-    place_leg_at_joints,
-)
+from robostiff.kinematics.formula import FormulaPose, PlacedFormula, place_leg, place_leg_at_joints
 from robostiff.kinematics.pose import six_coordinates
 from robostiff.model import Leg, Robot, with_entries
 from robostiff.model.entries import as_meant

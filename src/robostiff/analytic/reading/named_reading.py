@@ -14,12 +14,7 @@ from robostiff.analytic.exact.closed import factored_fraction, fraction_in_facto
 from robostiff.analytic.exact.definition import Definition, in_given_symbols
 from robostiff.analytic.exact.element import above_and_below, root_of
 from robostiff.analytic.exact.exact_points import values_of
-from robostiff.analytic.exact.factors import (
-    bound_of_terms,
-    by_powers,
-    completed_squares,
-    factored,
-)
+from robostiff.analytic.exact.factors import bound_of_terms, by_powers, completed_squares, factored
 from robostiff.analytic.exact.field import ExactField, shared_field
 from robostiff.analytic.exact.operation_count import count_of, parts_of, symbols_in
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
@@ -63,10 +58,7 @@ class NamedReading:
     """
 
     def __init__(
-        self,
-        record: Record,
-        symbols: dict[str, sp.Symbol],
-        springs: Iterable[Definition] = (),
+        self, record: Record, symbols: dict[str, sp.Symbol], springs: Iterable[Definition] = ()
     ) -> None:
         self.record = record
         self.definitions: list[Definition] = list(springs)

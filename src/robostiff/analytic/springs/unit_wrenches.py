@@ -248,9 +248,8 @@ class WrenchSearch:
         each = [w.about(self.reference, self.record, self.length) for w in wrenches]
         W = np.stack([at_samples(w, count) / self.scale for w in each], axis=1)
         W = W[:, :, self.space.rows]
-        if own.J.size and np.max(np.abs(W @ own.J)) > IDLE * np.max(np.abs(W)):
-            return None
-        if np.min(np.linalg.svd(W, compute_uv=False)) < _INDEPENDENT:
+        is_felt = own.J.size and np.max(np.abs(W @ own.J)) > IDLE * np.max(np.abs(W))
+        if is_felt or np.min(np.linalg.svd(W, compute_uv=False)) < _INDEPENDENT:
             return None
         return Basis(wrenches, W @ own.C @ np.swapaxes(W, 1, 2))
 
@@ -281,8 +280,7 @@ class WrenchSearch:
         for i, j in np.argwhere(fits):
             point = points[j - 1][0] if j else None
             one = _PlacedWrench(UnitWrench(directions[i][0], point), scaled[i, j], sizes[i, j])
-            known = seen.first_alike(one.scaled)
-            if known is None:
+            if (known := seen.first_alike(one.scaled)) is None:
                 seen.add(one.scaled)
                 found.append([one])
             else:

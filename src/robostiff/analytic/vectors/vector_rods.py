@@ -182,10 +182,7 @@ def closure_of(rods: list[Bar], table: LegTable, write: Callable[[Any], Any]) ->
     """Equations from d_i to u_i, the same for all legs but for what the table has."""
     carrier = rods[0].carrier
     if carrier is Carrier.NOTHING:
-        return [
-            Equation("L_i", Norm(_D), is_vector=False),
-            Equation("u_i", Over(_D, _LENGTH)),
-        ]
+        return [Equation("L_i", Norm(_D), is_vector=False), Equation("u_i", Over(_D, _LENGTH))]
     side = table.scalar("sigma_i", [sp.Integer(rod.side) for rod in rods])
     length = table.scalar("l_i", [write(rod.length) for rod in rods])
     y = Equation("y_i", Norm(Cross(_E, _D)), is_vector=False)

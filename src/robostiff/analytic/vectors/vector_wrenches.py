@@ -21,11 +21,7 @@ from robostiff.analytic.exact.operation_count import count_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import ClosedReading
-from robostiff.analytic.springs.contributions import (
-    Contribution,
-    recognised_beam,
-    summed,
-)
+from robostiff.analytic.springs.contributions import Contribution, recognised_beam, summed
 from robostiff.analytic.springs.leg_springs import LegReader
 from robostiff.analytic.springs.unit_wrenches import Basis, UnitWrench
 from robostiff.analytic.vectors.vector_expressions import (
@@ -162,11 +158,7 @@ class WrenchWriter:
         return self._in_scalars(own, written, basis, bars)
 
     def _in_scalars(
-        self,
-        own: PlacedLeg,
-        written: list[_Written],
-        basis: Basis,
-        bars: ParallelBars | None,
+        self, own: PlacedLeg, written: list[_Written], basis: Basis, bars: ParallelBars | None
     ) -> LegInVectors:
         """What the wrenches meet and share; the couple that comes with a force is the last."""
         pairs, places = basis.coupled, [place for place, _, _ in written]

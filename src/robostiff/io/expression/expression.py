@@ -12,14 +12,7 @@ from robostiff.errors import InputError
 from robostiff.io.expression import functions
 from robostiff.io.expression.functions import CONSTANTS, FLOATS, RULES, Mathematics, Refusal
 from robostiff.io.suggest import Words, did_you_mean, listing, nearest
-from robostiff.io.units import (
-    UNIT_WORDS,
-    SIQuantity,
-    Unit,
-    is_unit_word,
-    make_quantity,
-    read_unit,
-)
+from robostiff.io.units import UNIT_WORDS, SIQuantity, Unit, is_unit_word, make_quantity, read_unit
 from robostiff.io.units.unit import NUMBER, after_space
 
 

@@ -15,12 +15,7 @@ from robostiff.errors import InputError, warn_of_slip
 from robostiff.io.expression.expression import Expression, known_names, parse
 from robostiff.io.expression.functions import CONSTANTS, FLOATS, RULES, Mathematics
 from robostiff.io.suggest import Words, did_you_mean
-from robostiff.io.units import (
-    SIQuantity,
-    is_unit_word,
-    make_quantity,
-    own_quantity,
-)
+from robostiff.io.units import SIQuantity, is_unit_word, make_quantity, own_quantity
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 _MOST = 4000
@@ -187,9 +182,7 @@ def _in_order(expressions: Mapping[str, Expression | SIQuantity]) -> tuple[str, 
         words = " -> ".join(circle)
         words = words if len(words) <= _LONGEST_SHOWN else words[: _LONGEST_SHOWN - 1] + "…"
         raise ParameterError(
-            circle[0],
-            got=Words(words),
-            expected="parameters that do not depend on themselves",
+            circle[0], got=Words(words), expected="parameters that do not depend on themselves"
         ) from None
 
 

@@ -401,9 +401,7 @@ def _from_data(data: dict[str, Any], place: Location) -> CompiledModel:
     warn_of_parts_not_read(unread, "bodies have those of other shapes")
     arrays = {key: _array(key, values, place) for key, values in data.items()}
     return CompiledModel(
-        name,
-        **{key: tuple(map(str, listed)) for key, listed in names.items()},
-        arrays=arrays,
+        name, **{key: tuple(map(str, listed)) for key, listed in names.items()}, arrays=arrays
     )
 
 

@@ -48,10 +48,7 @@ def coordinate_dimension(freedom: Screw) -> Dimension:
     return Dimension.ANGLE if freedom.turns else Dimension.LENGTH
 
 
-INERTIA_OF = {
-    Dimension.ANGLE: Dimension.MOMENT_OF_INERTIA,
-    Dimension.LENGTH: Dimension.MASS,
-}
+INERTIA_OF = {Dimension.ANGLE: Dimension.MOMENT_OF_INERTIA, Dimension.LENGTH: Dimension.MASS}
 STIFFNESS_OF = {
     Dimension.ANGLE: Dimension.ROTATIONAL_STIFFNESS,
     Dimension.LENGTH: Dimension.TRANSLATIONAL_STIFFNESS,

@@ -51,15 +51,7 @@ from robostiff.io.model_file.place import (
 )
 from robostiff.io.suggest import Words, values
 from robostiff.io.units import Dimension
-from robostiff.model import (
-    Link,
-    Mass,
-    Rigid,
-    Telescope,
-    TelescopicBeam,
-    beam_axes,
-    beam_link,
-)
+from robostiff.model import Link, Mass, Rigid, Telescope, TelescopicBeam, beam_axes, beam_link
 from robostiff.model.link import beam_mass, section_is_isotropic
 from robostiff.spatial import Frame
 from robostiff.spatial.formula import is_above, length_of

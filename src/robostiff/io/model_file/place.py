@@ -26,11 +26,7 @@ from robostiff.io.document import Document, DocumentPlace
 from robostiff.io.expression import FLOATS, Mathematics, ParameterError, parameter_values, parse
 from robostiff.io.plausibility import question
 from robostiff.io.suggest import Words, shown
-from robostiff.io.units import (
-    Dimension,
-    SIQuantity,
-    to_si,
-)
+from robostiff.io.units import Dimension, SIQuantity, to_si
 from robostiff.io.validation import plain
 from robostiff.model import Mass, gravity_vector
 from robostiff.model.checks import rotation_matrix, unit_vector
@@ -239,15 +235,13 @@ Pair = Annotated[list[Value], MinLen(2), MaxLen(2)]
 
 Mapped = TypeVar("Mapped", bound=WrittenMapping)
 WordOr = Annotated[
-    Annotated[Text, Tag("word")] | Annotated[Mapped, Tag("mapping")],
-    either(str, "word", "mapping"),
+    Annotated[Text, Tag("word")] | Annotated[Mapped, Tag("mapping")], either(str, "word", "mapping")
 ]
 """A name, or what it would stand for."""
 
 _Axis = Literal["x", "y", "z", "-x", "-y", "-z"]
 Direction = Annotated[
-    Annotated[_Axis, Tag("word")] | Annotated[Vector, Tag("vector")],
-    either(str, "word", "vector"),
+    Annotated[_Axis, Tag("word")] | Annotated[Vector, Tag("vector")], either(str, "word", "vector")
 ]
 """An axis of the present frame by name, or three numbers; its length does not matter."""
 

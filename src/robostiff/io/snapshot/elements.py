@@ -204,12 +204,7 @@ class BeamData(FilePart):
         theory: BeamTheory = EulerBernoulli() if self.shear_factor_y is None else Timoshenko()
         with place.complaints():
             section = CrossSection(
-                self.A,
-                self.Iy,
-                self.Iz,
-                self.J,
-                self.shear_factor_y,
-                self.shear_factor_z,
+                self.A, self.Iy, self.Iz, self.J, self.shear_factor_y, self.shear_factor_z
             )
             material = Material(name, self.E, self.G)
             compliance = beam_compliance(length, material, section, theory)

@@ -6,12 +6,7 @@ from geometry alone, for poses in numbers and for records; Newton's method from 
 configuration, in its assembly mode, for the rest.
 """
 
-from robostiff.kinematics.closure.assembly_mode import (
-    AssemblyMode,
-    closed_near,
-    follow,
-    nearest,
-)
+from robostiff.kinematics.closure.assembly_mode import AssemblyMode, closed_near, follow, nearest
 from robostiff.kinematics.closure.leg_forms import Post
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.closure.legs_alike import leg_solvers, legs_alike

@@ -86,11 +86,7 @@ def nearest(
     if not given[leading] and isinstance(role, Actuated) and role.limits is not None:
         low, high = role.limits
         outside = (q[..., leading] < low) | (q[..., leading] > high)
-    keys = (
-        np.sum(apart, axis=-1),
-        apart[..., leading],
-        np.sum(apart[..., given], axis=-1),
-    )
+    keys = (np.sum(apart, axis=-1), apart[..., leading], np.sum(apart[..., given], axis=-1))
     rounded = [np.round(key, _DIGITS) for key in keys]
     # The last key is the first to decide; equal ones keep their order.
     return np.lexsort((*rounded, outside, shortened(chain, q), ~closed), axis=0)[0]

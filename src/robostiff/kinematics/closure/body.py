@@ -216,8 +216,7 @@ def rest_of_directions(x: np.ndarray, u: np.ndarray, v: np.ndarray) -> tuple[Res
 
 
 def body_of_directions(
-    zero: tuple[np.ndarray, np.ndarray, np.ndarray],
-    now: tuple[np.ndarray, np.ndarray, np.ndarray],
+    zero: tuple[np.ndarray, np.ndarray, np.ndarray], now: tuple[np.ndarray, np.ndarray, np.ndarray]
 ) -> LegBody:
     """The body that carries a point and two directions at a constant angle.
 

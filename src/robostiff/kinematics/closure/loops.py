@@ -214,10 +214,7 @@ _FREE_BODY = Chain(
 
 
 def loops_of_legs(
-    legs: Sequence[Leg],
-    open_: Sequence[int],
-    length: float,
-    drives: Sequence[np.ndarray] = (),
+    legs: Sequence[Leg], open_: Sequence[int], length: float, drives: Sequence[np.ndarray] = ()
 ) -> Loops:
     """Legs to close together with a platform, and the platform coordinates that they determine.
 

@@ -15,14 +15,7 @@ import numpy as np
 
 from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.turn import turn_about, turn_by_vector
-from robostiff.model import (
-    Chain,
-    Joint,
-    JointKind,
-    ParallelBlock,
-    Rigid,
-    Telescope,
-)
+from robostiff.model import Chain, Joint, JointKind, ParallelBlock, Rigid, Telescope
 from robostiff.spatial import Screw, skew
 from robostiff.spatial.batch import product, transposed
 from robostiff.spatial.rotation import vector_of_rotation

@@ -176,11 +176,7 @@ def finite_motions(posed: Any, places: BodyPlaces) -> Motions:
 
 
 def _along(
-    leg: PlacedLeg,
-    prefix: str,
-    body: BodyMotion,
-    known: Motions,
-    found: dict[str, BodyMotion],
+    leg: PlacedLeg, prefix: str, body: BodyMotion, known: Motions, found: dict[str, BodyMotion]
 ) -> BodyMotion:
     """Find the bodies of a leg from its first; the last one."""
     for element in leg.elements:

@@ -15,13 +15,7 @@ import numpy as np
 
 from robostiff.record import cosine, sine
 from robostiff.statics.chains.bending import Bending, BowingTerms
-from robostiff.statics.chains.elements import (
-    BodyLoad,
-    FiniteChain,
-    FiniteJoint,
-    FiniteSpring,
-    Spot,
-)
+from robostiff.statics.chains.elements import BodyLoad, FiniteChain, FiniteJoint, FiniteSpring, Spot
 from robostiff.statics.chains.finite_turn import LAST, NEXT, FiniteTurn, crossed, skews
 
 # Columns of the modes of every elastic part; those that it lacks are empty.

@@ -66,9 +66,7 @@ class CriticalPoint:
 
 
 def refined(
-    problem: EquilibriumProblem,
-    loading: LoadCase,
-    step: PathStep,
+    problem: EquilibriumProblem, loading: LoadCase, step: PathStep
 ) -> CriticalPoint | float:
     """Where the margin vanishes between a stable and an unstable equilibrium, in either order.
 
@@ -127,11 +125,7 @@ def refined(
 
 
 def _on_a_smooth_way(
-    problem: EquilibriumProblem,
-    loading: LoadCase,
-    step: PathStep,
-    at_left: float,
-    at_right: float,
+    problem: EquilibriumProblem, loading: LoadCase, step: PathStep, at_left: float, at_right: float
 ) -> CriticalPoint | None:
     """Where the margin vanishes, by polynomials through equilibria around it; None without them.
 

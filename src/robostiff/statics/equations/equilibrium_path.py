@@ -22,11 +22,7 @@ from robostiff.statics.equations.newton import (
     PathStep,
     equilibrium_at,
 )
-from robostiff.statics.equations.problem import (
-    EquilibriumProblem,
-    LoadCase,
-    solve_least,
-)
+from robostiff.statics.equations.problem import EquilibriumProblem, LoadCase, solve_least
 from robostiff.statics.equations.stability import may_be_singular, meets_stiffness
 
 #: A margin above which Newton's method has not passed a critical load, if its steps were direct.
@@ -192,10 +188,7 @@ def _start(
 
 
 def _beyond_corner(
-    problem: EquilibriumProblem,
-    loading: LoadCase,
-    here: FoundEquilibrium,
-    more: float,
+    problem: EquilibriumProblem, loading: LoadCase, here: FoundEquilibrium, more: float
 ) -> FoundEquilibrium | None:
     """The stable equilibrium near by, under so much more of the load; None without one.
 

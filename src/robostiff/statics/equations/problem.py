@@ -11,13 +11,7 @@ import numpy as np
 from robostiff.spatial import skew
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 from robostiff.statics.chains.elements import NOBODY, Share, Spot
-from robostiff.statics.chains.equilibrated import (
-    Bordered,
-    Closure,
-    HeldPlatform,
-    solved,
-    unit_free,
-)
+from robostiff.statics.chains.equilibrated import Bordered, Closure, HeldPlatform, solved, unit_free
 from robostiff.statics.chains.legs import LegEquations, Legs, LegState
 from robostiff.statics.chains.numbers import ComponentBlock
 

@@ -9,12 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.compiled_answer import AtGeneralPoses, decided
-from robostiff.analysis.kernel_inputs import (
-    InputRows,
-    KernelInputs,
-    ParameterValues,
-    at_joints,
-)
+from robostiff.analysis.kernel_inputs import InputRows, KernelInputs, ParameterValues, at_joints
 from robostiff.compiled import Kernel
 from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.codes import chunks_of, in_shares

@@ -13,12 +13,7 @@ import numpy as np
 from robostiff.record import Entry, reciprocal, square_root, usual_size
 from robostiff.recorded.leg import RecordedLeg
 from robostiff.spatial import cross
-from robostiff.statics.chains.elements import (
-    Element,
-    FiniteJoint,
-    FiniteSpring,
-    Share,
-)
+from robostiff.statics.chains.elements import Element, FiniteJoint, FiniteSpring, Share
 from robostiff.statics.chains.legs import Legs
 from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.equations.stability import margins_of
