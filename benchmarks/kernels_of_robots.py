@@ -15,7 +15,7 @@ from timed_rows import Row, kernel_run, timed
 import robostiff as rs
 from robostiff.analysis.compiled_stiffness import compile_stiffness
 from robostiff.analysis.posed_stiffness import direct_stiffness
-from robostiff.compiled import Checks, StiffnessMatrix, kernel_of
+from robostiff.compiled import StiffnessMatrix, kernel_of
 from robostiff.kinematics import JointCoordinates, PostureFinder
 from robostiff.model import Chain, Coordinate, Passive, Robot, universal
 from robostiff.recorded import record_at_joints, record_at_pose
@@ -66,8 +66,8 @@ def robots_table(count: int, turns: int) -> None:
         samples = np.array([base.input(x).sample for x in base.inputs])
         inputs = np.ascontiguousarray(np.tile(samples, -(-count // samples.shape[1])))
         kernels = [
-            kernel_of(recorded, [StiffnessMatrix()], checks=checks)
-            for checks in (Checks.NONE, Checks.RANK)
+            kernel_of(recorded, [StiffnessMatrix()], has_flags=has_flags)
+            for has_flags in (False, True)
         ]
         start = time.perf_counter()
         kernels[0].evaluate(samples)

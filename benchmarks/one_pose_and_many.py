@@ -3,7 +3,8 @@
 The first table is the time of K, rank and status of many poses, from platform poses to matrices
 (N, 6, 6), in one thread, as a multiple of the kernel alone, which writes 36 rows of numbers and its
 checks into given arrays. A robot is asked often before: its record is made, and machine code where
-there is any. The second table is one call at one pose with the robot loaded, K, rank and status.
+there is any. The second table is what else is asked of many poses, by the record and by the direct
+form. The third table is one call at one pose with the robot loaded, K, rank and status.
 Ways are run in turns, and the fastest run of each counts.
 
     python benchmarks/one_pose_and_many.py            a minute
@@ -24,7 +25,7 @@ import numpy as np
 from timed_rows import Row, kernel_run, timed
 
 import robostiff as rs
-from robostiff.analysis import robot_record
+from robostiff.analysis import DeflectionsOfPoses, robot_record
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.compiled import machine_code_is_available
 from robostiff.kinematics import posture_finder
@@ -84,6 +85,34 @@ def many(name: str, backend: rs.Backend, count: int, turns: int) -> Times:
     return Times(*(row.microseconds for row in rows), float(apart))
 
 
+def questions(name: str, count: int, turns: int) -> list[tuple[str, float, float]]:
+    """Microseconds a pose of questions beside K, by `rs` and from a result of the direct form."""
+    robot: Any = rs.load(name)
+    poses, F = poses_of(robot, count), np.arange(1.0, robot.space.size + 1)
+    few = poses[: count // 20]
+
+    def of(found: rs.IndicesOfPoses) -> Any:
+        return found.principal_stiffness, found.collinear_stiffness, found.anisotropy
+
+    def direct() -> rs.Stiffness:
+        return direct_stiffness(robot, few)
+
+    pairs: dict[str, tuple[Any, Any]] = {
+        "compliance": (lambda: rs.compliance(robot, poses), lambda: direct().compliances),
+        "deflection": (
+            lambda: rs.deflection(robot, poses, F).twist,
+            lambda: DeflectionsOfPoses(np.tile(F, (len(few), 1)), direct()).twist,
+        ),
+        "indices": (lambda: of(rs.indices(robot, poses)), lambda: of(rs.indices(direct()))),
+    }
+    found = []
+    for question, (by_record, by_direct) in pairs.items():
+        rows = [Row("", count, by_record), Row("", len(few), by_direct)]
+        timed(rows, turns)
+        found.append((question, rows[0].microseconds, rows[1].microseconds))
+    return found
+
+
 def one(name: str, turns: int) -> tuple[float, float]:
     """Milliseconds of a call of the careful form, and of `rs.stiffness`."""
     robot: Any = rs.load(name)
@@ -118,6 +147,11 @@ def main() -> None:
                 f"{own.careful:14.2f}{own.stiffness / own.kernel:10.1f}"
                 f"{own.careful / own.kernel:10.0f}{own.apart:9.0e}"
             )
+    print(f"\n{count // 10} poses, us a pose")
+    print(f"{'':18}{'':>12}{'by record':>12}{'direct':>12}{'ratio':>10}")
+    for name in ("hexapod", "3-puu"):
+        for question, now, before in questions(name, count // 10, turns):
+            print(f"{name:18}{question:>12}{now:12.2f}{before:12.1f}{before / now:10.1f}")
     print("\none pose, K, rank and status, ms a call")
     print(f"{'':24}{'careful form':>12}{'rs.stiffness':>14}{'ratio':>10}")
     for name in ("hexapod", "3-prs") if options.quick else rs.shipped_robots():

@@ -276,6 +276,22 @@ def test_the_record_waits_until_it_pays(asked_of_direct_form):
     assert_same(one.K, few.K[0])
 
 
+def test_a_record_on_disk_answers_the_first_call(asked_of_direct_form, monkeypatch, tmp_path):
+    monkeypatch.setenv("ROBOSTIFF_CACHE", str(tmp_path / "records"))
+    robot: Any = rs.load("3-rpr")
+    poses = posed(robot, 6, 0.05)
+    rs.compile(robot, backend=rs.Backend.ARRAYS)  # puts it there
+    again: Any = rs.load("3-rpr")
+    asked_of_direct_form.clear()
+    found = rs.stiffness(again, poses[1])
+    assert asked_of_direct_form == []
+    assert_same(found.K, direct_stiffness(robot, poses[1]).K)
+    monkeypatch.setenv("ROBOSTIFF_CACHE", "off")
+    asked_of_direct_form.clear()
+    _ = rs.stiffness(rs.load("3-rpr"), poses[1])
+    assert asked_of_direct_form == [1]
+
+
 @pytest.mark.parametrize(
     "options",
     [

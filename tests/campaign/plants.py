@@ -396,7 +396,7 @@ def _value_exchanged(patch: Patch) -> None:
 
 
 def _preload_sign(patch: Patch) -> None:
-    from robostiff.statics.loading.groups import _Chains
+    from robostiff.statics.loading.legs import _Chains
 
     def changed(of: Any) -> Any:
         return lambda self, preload: of(self, {n: -v for n, v in preload.items()})

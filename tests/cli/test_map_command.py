@@ -262,3 +262,48 @@ def test_without_the_extra_the_message_names_it():
     finished = subprocess.run(command, capture_output=True, text=True, check=False)
     assert finished.returncode == 2
     assert "pip install 'robostiff[maps]'" in finished.stderr
+
+
+REDUCED = (
+    *("3-rpr", "--random", "2000", "--x", "-0.1 0.1", "--rz", "-0.2 0.2"),
+    *("--reduce", "extremes", "--reduce", "quantiles 0.05 0.5"),
+    *("--reduce", "above translational_stiffness 1e5 1e6"),
+    *("--reduce", "histogram rotational_stiffness 0 1e4 1e6"),
+)
+
+
+def test_reductions_are_printed_and_can_go_on():
+    outcome = run(*REDUCED, "-o", "map.npz", "--json")
+    assert outcome.exit_code == 0, outcome.stderr
+    facts = json.loads(outcome.stdout)
+    poses = rs.RandomPoses(2000, {"x": (-0.1, 0.1), "rz": (-0.2, 0.2)})
+    whole = rs.stiffness_map(rs.load("3-rpr"), poses)
+    found = facts["reductions"]
+    extremes = found["translational_stiffness_extreme"]
+    assert extremes["labels"][0] == ["least", "greatest"]
+    assert extremes["units"] == "N/m"
+    assert extremes["values"][0] == whole.translational_stiffness.min("pose").values.tolist()
+    assert sum(row[0] for row in found["rotational_stiffness_count"]["values"]) == 2000
+    again = run(*REDUCED, "-o", "map.npz", "--resume")
+    assert again.exit_code == 0, again.stderr
+    assert "translational_stiffness_extreme [N/m]" in again.stdout
+    assert [path.name for path in Path().iterdir()] == ["map.npz"]
+    assert run(*REDUCED, "-o", "-").stdout == again.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--reduce", "mean", "-o", "-"), "extremes, quantiles 0.05"),
+        (("--reduce", "above 1e6", "-o", "-"), "VARIABLE"),
+        (("--reduce", "histogram rotational_stiffness", "-o", "-"), "EDGES"),
+        (("--reduce", "quantiles 1 much", "-o", "-"), "extremes, quantiles"),
+        (("--reduce", "extremes", "-o", "map.nc"), ".npz"),
+        (("-o", "map.npz"), ".zarr, .nc, .csv"),
+        (("--reduce", "extremes", "-o", "-", "--plot", "a.svg"), "keeps no map"),
+    ],
+)
+def test_reductions_that_are_none(arguments, words):
+    outcome = run(*GRID, *arguments)
+    assert outcome.exit_code == 2
+    assert words in outcome.stderr

@@ -10,6 +10,8 @@ from click.testing import CliRunner
 
 import robostiff as rs
 from robostiff.cli.main import app
+from robostiff.robots import robot_file
+from tests.identification.campaigns import hexapod_campaign, hexapod_frames
 
 ROOT = Path(__file__).parents[2]
 ARM, CAMPAIGN = ROOT / "examples" / "loaded-arm.yaml", ROOT / "examples" / "campaign.csv"
@@ -78,3 +80,18 @@ def test_a_plan(tmp_path):
     lines = output.read_text().splitlines()
     assert lines[0].startswith("posture,joint1 [deg]")
     assert len(lines) == 7
+
+
+def test_one_value_for_six_legs_that_are_written_once(tmp_path):
+    """Six values have no place in the pattern of a leg; one that they share has."""
+    robot, output = rs.load("hexapod"), tmp_path / "identified.yaml"
+    given = {"frames": hexapod_frames(), "measured": hexapod_campaign()}
+    six = rs.identify(robot, parameters=["leg*/strut"], **given)
+    with pytest.raises(rs.InputError, match=r"place of 'leg2/strut': got .none of its own"):
+        six.write(output, robot_file("hexapod"))
+    assert not output.exists()
+    one = rs.identify(robot, parameters=["leg*/strut"], shared=True, **given)
+    one.write(output, robot_file("hexapod"))
+    for leg in rs.load(output).legs:
+        (strut,) = [own for own in leg.chain.elements if own.name == "strut"]
+        assert 1 / strut.role.stiffness == pytest.approx(one.values["leg*/strut"], rel=1e-9)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from tests.identification.campaigns import (
@@ -89,8 +90,6 @@ def test_finite_loads_of_the_hexapod_give_almost_the_same(tmp_path):
     loaded = rs.equilibrium(truth, column("hexapod", "poses"), column("hexapod", "wrenches"))
     poses = np.asarray(loaded.pose)
     marks = np.array(case("hexapod")["marks_platform"])
-    from scipy.spatial.transform import Rotation
-
     R = Rotation.from_rotvec(poses[:, 3:]).as_matrix()
     points = poses[:, None, :3] + np.einsum("nij,kj->nki", R, marks)
     measured = rs.Measurements(
@@ -106,3 +105,23 @@ def test_finite_loads_of_the_hexapod_give_almost_the_same(tmp_path):
         std.min()
     )
     assert found.chi_square < 1e-8
+
+
+def test_displacements_are_those_of_the_compliance_matrix(tmp_path):
+    """``J c = y`` at nominal compliances, and y the deflection; J by differences."""
+    robot = rs.load(model_file("hexapod", tmp_path))
+    found = rs.identify(robot, hexapod_campaign(), ["leg*/strut"], frames=hexapod_frames())
+    c = found.fit.start
+    y, J = found.model.predicted(c)
+    np.testing.assert_allclose(J @ c, y, atol=1e-12 * np.abs(y).max())
+    marks = np.array(case("hexapod")["marks_platform"])
+    poses, wrenches = column("hexapod", "poses"), column("hexapod", "wrenches")
+    for k, (pose, wrench) in enumerate(zip(poses, wrenches, strict=True)):
+        t = np.asarray(rs.deflection(robot, pose, wrench=wrench).twist)
+        R = Rotation.from_rotvec(pose[3:]).as_matrix()
+        moved = t[:3] + np.cross(t[3:], marks @ R.T)
+        np.testing.assert_allclose(y.reshape(-1, 3, 3)[k], moved, atol=1e-12 * np.abs(t).max())
+    step = 1e-4 * c[2]
+    shift = np.eye(6)[2] * step
+    by_differences = (found.model.predicted(c + shift)[0] - y) / step
+    np.testing.assert_allclose(J[:, 2], by_differences, atol=1e-8 * np.abs(J[:, 2]).max())

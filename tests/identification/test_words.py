@@ -146,3 +146,32 @@ def test_lengths_need_joints(tmp_path):
     robot = rs.load(model_file("hexapod", tmp_path), symbols=["bx1"])
     with pytest.raises(rs.InputError, match=r"'bx1'.*got 'a length or an angle, with poses"):
         rs.identify(robot, hexapod_campaign(), ["bx1"], frames=hexapod_frames())
+
+
+def test_a_factor_of_a_link_is_one_of_its_compliance():
+    """Of a beam all entries grow alike; its moduli shrink."""
+    from robostiff.identification.unknowns import with_unknowns
+
+    robot = rs.load("six-joint-arm")
+    changed, unknowns = with_unknowns(robot, ["arm/forearm.factor"])
+    assert [own.nominal for own in unknowns] == [1.0]
+    other = changed.substituted({"arm/forearm.factor": 1.3})
+    for before, after in zip(
+        robot.legs[0].chain.elements, other.legs[0].chain.elements, strict=True
+    ):
+        if isinstance(before, rs.Link):
+            factor = 1.3 if before.name == "forearm" else 1.0
+            expected = factor * before.elasticity.compliance
+            np.testing.assert_allclose(after.elasticity.compliance, expected, rtol=1e-14)
+            assert float(after.elasticity.beam.E) == pytest.approx(
+                before.elasticity.beam.E / factor
+            )
+
+
+def test_loads_out_of_the_plane_of_a_planar_robot():
+    robot = rs.load("3-rpr")
+    measured = rs.Measurements(
+        [[0.0, 0, 0]], [[0.0, 0, 0]], wrenches=[0, 0, -5.0, 0, 0, 0], kinds=rs.Reading.DISPLACEMENT
+    )
+    with pytest.raises(rs.InputError, match=r"load of reading 1.*of a planar robot"):
+        rs.identify(robot, measured, ["leg1/*"], frames=rs.KnownFrames({"marker": [0, 0, 0]}))

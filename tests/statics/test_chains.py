@@ -23,7 +23,7 @@ from robostiff.statics.chains.elements import (
     Owner,
 )
 from robostiff.statics.chains.finite_turn import FURTHEST_TURN, FiniteTurn
-from robostiff.statics.chains.moving_chain import MovingChains
+from robostiff.statics.chains.legs import Legs
 
 
 def _joint(random: np.random.Generator, *, turns: bool, slide: float) -> FiniteJoint:
@@ -129,7 +129,8 @@ def test_gradient_and_second_derivatives_are_those_of_the_potential(on_entries: 
     gradient, Q = gradient[:n] + Q[:n, n:] @ missing, Q[:n, :n] + Q[:n, n:] @ rate
 
     kind = object if on_entries else float
-    arrays = MovingChains((chain,), np.zeros((0, 3)), end[None].astype(kind), tuple(range(6)))
+    points = np.zeros((0, 3)).astype(kind)
+    arrays = Legs((chain,), points, end.astype(kind), tuple(range(6))).arrays
     start = np.eye(3)[None].astype(kind), np.zeros((1, 3)).astype(kind)
     given = (x, axial) if on_entries else (at, N)
     terms = arrays.terms(given[0], *start, W[None], given[1], 1.0)

@@ -79,9 +79,7 @@ class Energy:
         assert answer.snapshot is not None
         legs, x = answer.problem.legs, answer.found.state.legs.x
         self.parts: list[tuple[Any, np.ndarray]] = [
-            (element, x[first:][place])
-            for chain, first in zip(legs.chains, legs.first_x, strict=False)
-            for element, place in zip(chain.elements, chain.places, strict=True)
+            (legs.chains[c].elements[k], x[place]) for (c, k), place in legs.places.items()
         ]
         self.z = np.concatenate([x for _, x in self.parts])
         sizes = [np.ones(1) if e.size == 1 else 1 / np.abs(e.modes).max(0) for e, _ in self.parts]

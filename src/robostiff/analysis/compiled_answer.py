@@ -15,7 +15,6 @@ from robostiff.analysis.measures import values_of
 from robostiff.analysis.result import Stiffness
 from robostiff.compiled import (
     Backend,
-    Checks,
     Kernel,
     Output,
     Rates,
@@ -59,7 +58,7 @@ class RecordedRanks:
     def of(cls, recorded: RecordedRobot) -> RecordedRanks:
         """The ranks of a record that needs no closure."""
         counts = tuple(len(leg.basis) for leg in recorded.legs)
-        kernel = kernel_of(recorded, [_Wrenches(sum(counts))], Backend.ARRAYS, checks=Checks.NONE)
+        kernel = kernel_of(recorded, [_Wrenches(sum(counts))], Backend.ARRAYS, has_flags=False)
         return cls(kernel, counts, recorded.space, recorded.length)
 
     def as_data(self) -> dict[str, Any]:
@@ -254,7 +253,7 @@ def attempted(
     kernel: Kernel,
     inputs: InputRows,
     general: AtGeneralPoses,
-    threads: int,
+    threads: int | None,
     out: Mapping[str, np.ndarray] = MappingProxyType({}),
 ) -> CompiledAnswer:
     """What a kernel answers at rows of inputs; ``guarded`` poses are to be computed again.

@@ -29,7 +29,6 @@ from robostiff.model import (
     Robot,
     Snapshot,
 )
-from robostiff.model.cable import CableRobot
 from robostiff.network import Network, NodeForce, network_under_loads
 from robostiff.spatial import move_twist, move_wrench
 
@@ -204,8 +203,8 @@ def deflection_at(
     if not loads_known(answer):
         few = Status.ILL_CONDITIONED if answer.status.has_stiffness else Status.OK
         return replace(none, status=answer.status | few)
-    placed = answer.placed()
-    if isinstance(placed, Network):
+    placed: Any = answer.placed()
+    if placed.kind == "network":
         at_own = placed.reference_point - answer.reference_point
         v = at_own[: placed.space.translations]
         tolerance = answer.details().whole.tolerance
@@ -410,7 +409,7 @@ def deflection(
     InputError
         When the wrench or the pose does not fit.
     """
-    if isinstance(robot, CableRobot):
+    if getattr(robot, "kind", None) == "cable robot":
         raise InputError(
             "robot of a deflection",
             got=f"cable robot {robot.name!r}",

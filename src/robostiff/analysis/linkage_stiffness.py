@@ -64,11 +64,11 @@ def record_of_linkage(linkage: Linkage, joints: tuple[str, ...] | None) -> KeptR
     return KeptRecord(partial(_compiled, driven_by(linkage, joints)), *_COSTS)
 
 
-def _compiled(driven: DrivenLinkage) -> CompiledStiffness | None:
+def _compiled(driven: DrivenLinkage, may_record: bool) -> CompiledStiffness | None:
     from robostiff.analysis.compiled_stiffness import compile_linkage
     from robostiff.compiled import Backend
 
-    if not (driven.drives and driven.home.is_closed):
+    if not (may_record and driven.drives and driven.home.is_closed):
         return None
     return compile_linkage(driven, backend=Backend.ARRAYS)
 

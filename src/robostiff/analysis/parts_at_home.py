@@ -20,24 +20,23 @@ from robostiff.model import (
     PlacedFreedom,
     PlacedSpring,
     Robot,
-    Snapshot,
 )
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 
 
 def parts_at_home(
-    robot: Robot | Snapshot | Network | CableRobot,
+    robot: Any,
 ) -> dict[str, list[dict[str, Any]]]:
     """The joints and elastic parts of each leg, from base to platform, as plain data.
 
     Those of a network, and cables, are one list.
     """
-    if isinstance(robot, CableRobot):
+    if robot.kind == "cable robot":
         return {"cables": list(_cables(robot))}
-    if isinstance(robot, Network):
+    if robot.kind == "network":
         return {"network": list(_of_network(robot))}
-    if isinstance(robot, Snapshot):
+    if robot.kind == "snapshot":
         return {leg.name: [_part(part, {}, {}) for part in leg.parts] for leg in robot.legs}
     posture = find_posture(robot)
     found = {}

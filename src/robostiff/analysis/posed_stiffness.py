@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, cast, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,43 +25,35 @@ if TYPE_CHECKING:
 
 
 def question_of(
-    machine: Robot | Snapshot | Network | Linkage,
-    pose: Any,
-    method: Form,
-    near: Near,
-    tolerance: Tolerance,
+    machine: Any, pose: Any, method: Form, near: Near, tolerance: Tolerance
 ) -> Question:
     """What is asked for by arguments of `stiffness`, which are checked."""
-    _check_options(method, tolerance)
-    if isinstance(machine, Robot):
+    kind = getattr(machine, "kind", None)
+    _check_options(machine, kind, method, near, tolerance)
+    if kind == "robot":
         machine.check_has_no_springs("stiffness without load")
         return PosesOfRobot(machine, pose, method, near, tolerance)
-    if isinstance(machine, Snapshot):
-        machine.check_has_no_springs("stiffness without load")
-        _check_is_default(DEFAULT_METHOD, near, "snapshot", machine.name)
-        check_is_not_posed(machine, pose)
-        return OwnPose(machine, method, tolerance, solve_snapshot(machine, method, tolerance))
-    from robostiff.analysis.linkage_stiffness import ConfigurationsOfLinkage, network_details
-    from robostiff.linkage import Linkage
-    from robostiff.network import Network
+    if kind == "linkage":
+        from robostiff.analysis.linkage_stiffness import ConfigurationsOfLinkage
 
-    if isinstance(machine, Linkage):
-        _check_is_default(method, near, "linkage", machine.name)
         return ConfigurationsOfLinkage.of(machine, pose, tolerance)
-    if isinstance(machine, Network):
-        _check_is_default(method, near, "network", machine.name)
-        check_is_not_posed(machine, pose)
-        found = network_details(machine, tolerance)
-        return OwnPose(machine, StructuralAnalysis(), tolerance, found)
-    raise InputError(
-        "robot",
-        got=machine,
-        expected="a Robot, a Snapshot, a Network, a Linkage or a CableRobot",
-        hint='write load("hexapod")',
-    )
+    if kind not in ("snapshot", "network"):
+        raise InputError(
+            "robot",
+            got=machine,
+            expected="a Robot, a Snapshot, a Network, a Linkage or a CableRobot",
+            hint='write load("hexapod")',
+        )
+    check_is_not_posed(machine, pose)
+    if kind == "snapshot":
+        machine.check_has_no_springs("stiffness without load")
+        return OwnPose(machine, method, tolerance, solve_snapshot(machine, method, tolerance))
+    from robostiff.analysis.linkage_stiffness import network_details
+
+    return OwnPose(machine, StructuralAnalysis(), tolerance, network_details(machine, tolerance))
 
 
-def _check_options(method: Any, tolerance: Any) -> None:
+def _check_options(machine: Any, kind: str | None, method: Any, near: Near, tolerance: Any) -> None:
     if isinstance(method, type) or not isinstance(method, Form):
         name = method.__name__ if isinstance(method, type) else "WrenchBasis"
         raise InputError(
@@ -74,19 +66,15 @@ def _check_options(method: Any, tolerance: Any) -> None:
             expected="a Tolerance",
             hint="write tolerance=Tolerance(independence=1e-9)",
         )
-
-
-def _check_is_default(method: Form, near: Near, kind: str, name: str) -> None:
-    """Raise for a form of K_C, or a posture to choose, where there are no legs."""
-    if method != DEFAULT_METHOD:
+    if method != DEFAULT_METHOD and kind in ("linkage", "network", "cable robot"):
         raise InputError(
-            f"method for {kind} {name!r}",
+            f"method for {kind} {machine.name!r}",
             got=method.name,
             expected=f"none: forms of K_C are of legs, and a {kind} is solved as a whole",
         )
-    if near is not None:
+    if near is not None and kind not in ("robot", None):
         raise InputError(
-            f"near of {name!r}",
+            f"near of {machine.name!r}",
             got=near,
             expected="none: only a robot of joints and legs has postures to choose from",
         )
@@ -183,35 +171,18 @@ def stiffness(
     >>> rs.stiffness(linkage, {"screw": [-0.1, 0, 0.2]}).rank
     array([ 6,  6, -1])
     """
-    return _answered(robot, pose, at, method, near, tolerance, by_record=True)
-
-
-def _answered(
-    robot: Any,
-    pose: Any,
-    at: ArrayLike | None,
-    method: Form,
-    near: Near,
-    tolerance: Tolerance,
-    *,
-    by_record: bool = False,
-) -> Any:
-    if not isinstance(robot, Robot | Snapshot):
-        from robostiff.model.cable import CableRobot
-
-        if isinstance(robot, CableRobot):
-            _check_options(method, tolerance)
-            _check_is_default(method, near, "cable robot", robot.name)
-            from robostiff.analysis.cable_stiffness import cable_stiffness
-
-            return cable_stiffness(robot, pose, at=at, tolerance=tolerance)
     plain = method is DEFAULT_METHOD and tolerance is DEFAULT_TOLERANCE and near is None
-    if by_record and plain and type(robot) is Robot:
+    if plain and type(robot) is Robot:
         one = PosesOfRobot.recorded_at_one(robot, pose)
         if one is not None:
             return Stiffness(one, one.rows).about(at)
+    if getattr(robot, "kind", None) == "cable robot":
+        _check_options(robot, robot.kind, method, near, tolerance)
+        from robostiff.analysis.cable_stiffness import cable_stiffness
+
+        return cable_stiffness(cast("Any", robot), cast("Any", pose), at=at, tolerance=tolerance)
     question = question_of(robot, pose, method, near, tolerance)
-    return Stiffness.of(question, at, by_record=by_record)
+    return Stiffness.of(question, at, by_record=True)
 
 
 def compliance(
@@ -246,5 +217,6 @@ def compliance(
     >>> C.shape
     (6, 6)
     """
-    found = _answered(robot, pose, at, DEFAULT_METHOD, near, tolerance, by_record=True)
+    machine: Any = robot
+    found = stiffness(machine, pose, at=at, near=near, tolerance=tolerance)
     return found.required_compliance()

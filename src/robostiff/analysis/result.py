@@ -45,8 +45,9 @@ if TYPE_CHECKING:
 class Stiffness(StatusOfPoses, InNotebooks):
     """K_C of a machine about a point, in world axes, with rank and status, at one pose or many.
 
-    Matrix, rank and status are those of the record of the machine where it has one. All else is
-    worked out by the direct form at the poses of which it is asked; both must agree.
+    Matrix, rank and status are those of the record of the machine where it has one, and compliance
+    is the inverse of that matrix where no digits are lost. All else is worked out by the direct
+    form at the poses of which it is asked; both must agree.
 
     Attributes
     ----------
@@ -349,8 +350,8 @@ class Stiffness(StatusOfPoses, InNotebooks):
 
     def snapshot(self) -> Snapshot:
         """The robot in the world at a single pose."""
-        found = self.placed()
-        if not isinstance(found, Snapshot):
+        found: Any = self.placed()
+        if found.kind != "snapshot":
             raise InputError(
                 f"snapshot of {self.name!r}",
                 got="bodies in any arrangement",

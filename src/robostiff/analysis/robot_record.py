@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -29,22 +30,25 @@ _MOST_OPERATIONS = 100_000
 # Machine code is some 0.5 us a pose faster than NumPy, and takes 0.1 s to compile after 0.5 s to
 # load the compiler: below a million poses NumPy is done before. A call counts as `_A_CALL` poses.
 _MACHINE_CODE_PAYS = 2**20
+_READER = "robostiff.analysis.compiled_stiffness"
 
 
 @dataclass
 class KeptRecord:
     """The record of one robot or linkage, which `make` compiles on NumPy once it pays.
 
-    It pays as poses of a batch are computed without it.
+    It pays as poses of a batch are computed without it. One that is on disk is taken at once where
+    its reader is loaded: `make` is told whether it may record.
     """
 
-    make: Callable[[], CompiledStiffness | None]
+    make: Callable[[bool], CompiledStiffness | None]
     a_call: int  # poses that take as long as what each call begins with
     pays: int  # and as recording
     machine_code_pays: int  # how many poses it serves on NumPy before it is compiled
     asked: int = 0
     served: int = 0
     compiled: Any = None
+    is_sought: bool = False  # on disk
     is_tried: bool = False
     is_machine_code: bool = False
 
@@ -64,12 +68,14 @@ class KeptRecord:
         """What computes that many poses; None where it does not pay yet, or there is no record."""
         if not self.is_tried:
             self.asked += self.a_call + count
-            if self.asked < self.pays:
+            pays = self.asked >= self.pays
+            if not pays and (self.is_sought or _READER not in sys.modules):
                 return None
+            self.is_sought = True
             with suppress(InputError, NoAnswerError):
-                made = self.make()
+                made = self.make(pays)
                 self.compiled = made if made is not None and made.verified else None
-            self.is_tried = True
+            self.is_tried = pays or self.compiled is not None
         if self.compiled is None:
             return None
         from robostiff.compiled import machine_code_is_available
@@ -88,7 +94,7 @@ def record_of(robot: Robot) -> KeptRecord:
     return KeptRecord(partial(_compiled, robot), _A_CALL, _PAYS, _MACHINE_CODE_PAYS)
 
 
-def _compiled(robot: Robot) -> CompiledStiffness:
+def _compiled(robot: Robot, may_record: bool) -> CompiledStiffness:
     """The robot's kernel on NumPy.
 
     Raises NoAnswerError where its record would be longer than what it can ever pay for.
@@ -96,4 +102,5 @@ def _compiled(robot: Robot) -> CompiledStiffness:
     from robostiff.analysis.compiled_stiffness import compile_robot
     from robostiff.compiled import Backend, StiffnessMatrix
 
-    return compile_robot(robot.numeric, (StiffnessMatrix(),), (), Backend.ARRAYS, _MOST_OPERATIONS)
+    most = _MOST_OPERATIONS if may_record else 0
+    return compile_robot(robot.numeric, (StiffnessMatrix(),), (), Backend.ARRAYS, most)

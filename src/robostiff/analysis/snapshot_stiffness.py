@@ -81,36 +81,35 @@ class LegMatrices:
             np.concatenate([sizes, *(size for _, size in of_blocks)], axis=-1),
         )
 
-    @property
-    def reported_names(self) -> tuple[str, ...]:
-        """What is reported where it is redundant: joints, blocks, and what is inside those."""
-        joints = self.names[: self._joints]
-        blocks = tuple(block.placed.name for block in self.blocks)
-        return (*joints, *blocks, *(name for block in self.blocks for name in block.reported_names))
+    def reported(self, redundant: np.ndarray) -> tuple[tuple[str, ...], np.ndarray]:
+        """What may be redundant, joints, blocks and what is inside those, and what is (..., r).
 
-    def reported(self, redundant: np.ndarray) -> np.ndarray:
-        """Which of these are redundant (..., r), from the columns of J_q that are.
-
-        A block is where any of its freedoms is: how many it has may change from pose to pose.
+        From the columns (..., q) of J_q that are. A block is where any of its freedoms is: how many
+        it has may change from pose to pose.
         """
-        start = self._joints
-        parts = [redundant[..., :start]]
+        freedoms = [block.whole.J_q.shape[-1] for block in self.blocks]
+        joints = len(self.names) - sum(freedoms)
+        *of_blocks, _ = np.split(redundant, np.cumsum([joints, *freedoms]), axis=-1)
+        names, parts = self.names[:joints], [of_blocks.pop(0)]
+        names += tuple(block.placed.name for block in self.blocks)
+        parts += [np.any(own, axis=-1, keepdims=True) for own in of_blocks]
         for block in self.blocks:
-            stop = start + block.whole.J_q.shape[-1]
-            parts.append(np.any(redundant[..., start:stop], axis=-1, keepdims=True))
-            start = stop
-        return np.concatenate([*parts, *(block.reported for block in self.blocks)], axis=-1)
-
-    @property
-    def _joints(self) -> int:
-        """Number of its columns that are joints, not freedoms of blocks."""
-        return len(self.names) - sum(block.whole.J_q.shape[-1] for block in self.blocks)
+            ends = np.cumsum([branch.J_q.shape[-1] for branch in block.branches])
+            *of_branches, _ = np.split(block.whole.redundant, ends, axis=-1)
+            for branch, own in zip(block.branches, of_branches, strict=True):
+                inner, flags = branch.reported(own)
+                names, parts = names + inner, [*parts, flags]
+        return names, np.concatenate(parts, axis=-1)
 
     @property
     def doubtful(self) -> np.ndarray:
-        """Where rounding blurs which motions a block leaves free (...)."""
-        none = np.zeros(self.J_q.shape[:-2], dtype=bool)
-        return np.logical_or.reduce([none, *(block.doubtful for block in self.blocks)])
+        """Where rounding blurs which motions a block leaves free (...), or one further inside."""
+        found = np.zeros(self.J_q.shape[:-2], dtype=bool)
+        for block in self.blocks:
+            found = np.logical_or.reduce(
+                [found, *(x.doubtful for x in (block.whole, *block.branches))]
+            )
+        return found
 
 
 @dataclass(frozen=True)
@@ -120,26 +119,6 @@ class SolvedBlock:
     placed: PlacedBlock
     whole: BlockCompliance
     branches: tuple[LegMatrices, ...]
-
-    @property
-    def reported_names(self) -> tuple[str, ...]:
-        """What is reported where it is redundant, branch by branch."""
-        return tuple(name for branch in self.branches for name in branch.reported_names)
-
-    @property
-    def reported(self) -> np.ndarray:
-        """Which of these are redundant (..., r)."""
-        parts, start = [], 0
-        for branch in self.branches:
-            stop = start + branch.J_q.shape[-1]
-            parts.append(branch.reported(self.whole.redundant[..., start:stop]))
-            start = stop
-        return np.concatenate(parts, axis=-1)
-
-    @property
-    def doubtful(self) -> np.ndarray:
-        """Where rounding blurs which motions are free, here or further inside (...)."""
-        return np.logical_or.reduce([self.whole.doubtful, *(b.doubtful for b in self.branches)])
 
 
 def leg_matrices(
@@ -299,20 +278,18 @@ def _solved_together(
         of_springs = np.where(of_springs > arms, of_springs, 1.0)
         length = np.where(length > 0, length, of_springs)
         problems = matrices(length)
-    reported = {
-        i: one.reported_names
-        for own, one in zip(together, problems, strict=True)
-        for i in own.places
-    }
-    names = [
-        "/".join(name_of_part(leg, name)) for i, leg in enumerate(paths) for name in reported[i]
-    ]
     of_legs = range(len(snapshot.legs))  # parts between nodes of a platform have one form alone
     solved = [
         _solved(one, method if own.places[0] in of_legs else DEFAULT_METHOD, tolerance)
         for own, one in zip(together, problems, strict=True)
     ]
-    legs, shares = tuple(in_order(together, solved)), None
+    legs, shares = tuple(in_order(together, [own for own, _ in solved])), None
+    reported = {
+        i: names for own, (_, names) in zip(together, solved, strict=True) for i in own.places
+    }
+    names = [
+        "/".join(name_of_part(leg, name)) for i, leg in enumerate(paths) for name in reported[i]
+    ]
     if ends is None:
         whole = aggregate(legs)
     else:
@@ -410,22 +387,25 @@ def _idle_freedoms(
     return found
 
 
-def _solved(leg: LegMatrices, method: Form, tolerance: Tolerance) -> CartesianStiffness:
-    """Stiffness of a leg, with the status of its blocks."""
+def _solved(
+    leg: LegMatrices, method: Form, tolerance: Tolerance
+) -> tuple[CartesianStiffness, tuple[str, ...]]:
+    """Stiffness of a leg with the status of its blocks, and names of what may be redundant."""
     length = leg.length
     if method == DEFAULT_METHOD:
         solved = solved_leg(leg.wrenches(length, tolerance), length, tolerance)
     else:
         solved = solve_chain(leg.C, leg.J_q, method, length, tolerance, leg.present)
     if not leg.blocks:
-        return solved
-    redundant = leg.reported(solved.redundant)
+        return solved, leg.names
+    names, redundant = leg.reported(solved.redundant)
     status = (
         solved.status_codes
         | np.any(redundant, axis=-1) * np.uint16(Status.REDUNDANT_JOINTS)
         | leg.doubtful * np.uint16(Status.ILL_CONDITIONED)
     )
-    return replace(solved, redundant=redundant, status_codes=np.asarray(status, dtype=np.uint16))
+    codes = np.asarray(status, dtype=np.uint16)
+    return replace(solved, redundant=redundant, status_codes=codes), names
 
 
 def _length_of_parts(leg: PlacedLeg, at_poses: np.ndarray) -> np.ndarray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +26,6 @@ from robostiff.kinematics import Near, Pose
 from robostiff.linkage import DriveValues, Linkage
 from robostiff.markup import InNotebooks
 from robostiff.model import Robot, Snapshot
-from robostiff.model.cable import CableRobot
 from robostiff.network import Network, energy_stiffness, network_of_snapshot
 from robostiff.spatial import Space
 
@@ -170,7 +170,7 @@ def verify(
     """
     if not 0 < agreement < 1:
         raise InputError("agreement", got=agreement, expected="a number between 0 and 1")
-    if isinstance(robot, CableRobot):
+    if getattr(robot, "kind", None) == "cable robot":
         raise InputError(
             "robot of a verification",
             got=f"cable robot {robot.name!r}",
@@ -180,9 +180,10 @@ def verify(
     require_one_pose("a verification", reference.batch_shape)
     if Status.UNREACHABLE in reference.status:
         raise NoAnswerError(f"nothing to verify: {'; '.join(reference.advice)}")
-    network, others = reference.placed(), []
-    if isinstance(network, Snapshot):
-        network = network_of_snapshot(network)
+    placed: Any = reference.placed()
+    network, others = placed, []
+    if placed.kind == "snapshot":
+        network = network_of_snapshot(placed)
         others = [
             direct_stiffness(robot, pose, method=form, near=near, tolerance=tolerance)
             for form in _FORMS

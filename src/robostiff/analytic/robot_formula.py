@@ -355,7 +355,7 @@ def _derivation(
     }
 
     def in_vectors() -> Any:
-        form = level() if level else _at_vector_level(placed, are_named=named is not None)
+        form = level() if level else _at_vector_level(placed)
         return form and replace(form, **own)
 
     return RobotDerivation(
@@ -375,14 +375,10 @@ def _derivation(
     )
 
 
-def _at_vector_level(
-    placed: PlacedRobot, *, are_named: bool = False
-) -> VectorForm | InSeries | None:
+def _at_vector_level(placed: PlacedRobot) -> VectorForm | InSeries | None:
     if placed.robot.platform is not None:
         return None
-    found = vector_form(placed)
-    # Wrenches in names are shorter than the springs of passive joints.
-    return found or (series_form(placed) if is_arm(placed) or not are_named else None)
+    return vector_form(placed) or series_form(placed)
 
 
 def _check_platform(robot: Robot) -> None:

@@ -30,6 +30,7 @@ from robostiff.kinematics import ActuatorCoordinates, JointCoordinates, find_pos
 from robostiff.kinematics.pose import joint_units
 from robostiff.model import Robot
 from robostiff.page.identification import chosen_poses_page, identification_page
+from robostiff.robots.shipped import robot_file, shipped_names
 
 _POSE = (*(Dimension.LENGTH,) * 3, *(Dimension.ANGLE,) * 3)
 
@@ -60,7 +61,8 @@ def identify_robot(asked: Identify) -> int:
         gravity=gravity_from(asked.gravity),
     )
     if output is not None:
-        found.write(output, asked.model.source)
+        source = asked.model.source
+        found.write(output, robot_file(source) if source in shipped_names() else source)
     if picture is not None:
         from robostiff.plot.residuals import residuals_picture
 

@@ -6,7 +6,7 @@ import json
 import shlex
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,14 +26,20 @@ from rich.progress import (
 from robostiff.analysis.maps import (
     Axis,
     Batched,
+    Extremes,
     Grid,
+    Histogram,
+    Quantiles,
     Quantity,
     RandomPoses,
+    Reduction,
+    ShareAbove,
     Threads,
     stiffness_map,
 )
 from robostiff.analysis.maps import Progress as Done
-from robostiff.analysis.maps.pose_columns import FACTOR, SIX, Mapped, PoseSource, coordinate_units
+from robostiff.analysis.maps.pose_columns import FACTOR, SIX, Mapped, coordinate_units
+from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.store import already_there
 from robostiff.cli.command import BAD_STATUS, INTERRUPTED
 from robostiff.cli.options_of_pictures import MakeMap
@@ -162,8 +168,43 @@ class MapBar(Progress):
         )
 
 
+_REDUCTIONS: dict[str, Callable[[list[str], list[float]], Reduction]] = {
+    "extremes": lambda names, numbers: Extremes(*names),
+    "quantiles": lambda names, numbers: Quantiles(
+        *names, **({"shares": numbers} if numbers else {})
+    ),
+    "histogram": lambda names, numbers: Histogram(names[0], numbers),
+    "above": lambda names, numbers: ShareAbove(names[0], numbers),
+}
+
+
+def _reduction(text: str) -> Reduction:
+    """Such as ``above translational_stiffness 1e6``: a name, perhaps a variable, then numbers."""
+    kind, *words = text.split() or [""]
+    variable = words[:1] if words and not _is_number(words[0]) else []
+    numbers = words[len(variable) :]
+    needs_both = kind in ("histogram", "above")
+    fits = kind in _REDUCTIONS and all(map(_is_number, numbers))
+    if not fits or (needs_both and not (variable and numbers)):
+        raise InputError(
+            "--reduce",
+            got=text,
+            expected="extremes, quantiles 0.05 0.5, histogram VARIABLE EDGES or above VARIABLE "
+            "LIMITS, in SI units",
+            hint='write --reduce "above translational_stiffness 1e6"',
+        )
+    return _REDUCTIONS[kind](variable, [float(word) for word in numbers])
+
+
+def _is_number(word: str) -> bool:
+    try:
+        return bool(np.isfinite(float(word)))
+    except ValueError:
+        return False
+
+
 _WRITERS = {".zarr": None, ".nc": write_map_netcdf, ".csv": write_map_csv}
-_SUFFIXES = ", ".join(_WRITERS)
+_STORES = (".zarr", ".npz")  # what can be resumed
 _QUANTITIES = {quantity.value: quantity for quantity in Quantity}
 
 
@@ -182,13 +223,18 @@ def make_map(asked: MakeMap) -> int:
     """Compute a map, write it, and print a summary."""
     output = _checked_output(asked)
     picture = picture_beside(asked.plot, asked.answer, is_scene=False)
+    if picture is not None and asked.reductions:
+        raise InputError(
+            "--plot", got=asked.plot, expected="none beside --reduce, which keeps no map"
+        )
     robot = loaded(asked.model, by_joints=bool(asked.joints))
     if not isinstance(robot, Mapped):
         hint = "a snapshot is frozen at its own pose"
         expected = "a model or a linkage, which has a pose for every point of a map"
         raise InputError("robot of a map", got=asked.model.source, expected=expected, hint=hint)
     poses = read_asked_poses(robot, asked)
-    in_store = output is not None and output.suffix == ".zarr"
+    reductions = [_reduction(text) for text in asked.reductions]
+    in_store = output is not None and output.suffix in _STORES
     method: Any = _under_load(asked)
     if asked.batched:
         method = Batched() if method is None else replace(method, by=Batched())
@@ -211,11 +257,12 @@ def make_map(asked: MakeMap) -> int:
                 workers=asked.workers,
                 scheduler=scheduler,
                 progress=bar.show,
+                reduce=reductions,
             )
-        if output is None:
+        if output is None and not reductions:
             for line in map_csv_lines(found):
                 click.echo(line)
-        elif (writer := _WRITERS[output.suffix]) is not None:
+        elif output is not None and (writer := _WRITERS.get(output.suffix)) is not None:
             writer(found, output)
         if picture is not None:
             from robostiff import plot
@@ -228,7 +275,7 @@ def make_map(asked: MakeMap) -> int:
         click.echo(f"robostiff: error: {error}", err=True)
         return BAD_STATUS
     facts = _facts(found, output, bar, time.monotonic() - started)
-    if output is None:
+    if output is None and not reductions:
         return 0 if facts["poses_reachable"] else BAD_STATUS
     show(facts if asked.answer.as_json else _facts_text(facts))
     if bar.rate and not asked.answer.as_json:
@@ -245,26 +292,28 @@ def _checked_output(run: MakeMap) -> Path | None:
     if run.threads is not None and (run.scheduler is not None or run.workers is not None):
         raise InputError("--threads, --workers and --scheduler", expected="one of them")
     if run.output == "-" and not run.resume:
-        if run.answer.as_json:
+        if run.answer.as_json and not run.reductions:
             expected = "a file: standard output has the map as CSV, or the summary"
             raise InputError("--output beside --json", got="-", expected=expected)
         return None
-    if output.suffix not in _WRITERS:
+    suffixes = [".npz"] if run.reductions else [*_WRITERS]
+    if output.suffix not in suffixes:
         raise InputError(
             "--output",
             got=run.output,
-            expected=f"a name that ends in {_SUFFIXES}, or - for CSV on standard output",
-            hint="write -o map.zarr",
+            expected=f"a name that ends in {', '.join(suffixes)}, or - for "
+            f"{'standard output' if run.reductions else 'CSV on standard output'}",
+            hint="write -o map.npz" if run.reductions else "write -o map.zarr",
         )
     if output.suffix == ".nc":
         check_netcdf()
-    if run.resume and output.suffix != ".zarr":
+    if run.resume and output.suffix not in _STORES:
         raise InputError(
             "--resume",
             got=run.output,
             expected="an output that ends in .zarr: no other can be resumed",
         )
-    if output.suffix == ".zarr":
+    if output.suffix in _STORES:
         if run.answer.overwrite:
             raise InputError(
                 "--overwrite",
@@ -282,7 +331,7 @@ def _checked_output(run: MakeMap) -> Path | None:
 
 
 def _how_to_go_on(output: Path | None) -> str:
-    if output is not None and output.suffix == ".zarr" and output.exists():
+    if output is not None and output.suffix in _STORES and output.exists():
         arguments = [word for word in sys.argv[1:] if word != "--resume"]
         command = shlex.join(["robostiff", *arguments, "--resume"])
         return f"the finished blocks are stored in {output}; continue with\n  {command}"
@@ -295,8 +344,9 @@ def _facts(
     facts: dict[str, Any] = {
         "output": str(output),
         "robot": found.attrs["robot"],
-        "dimensions": {str(name): int(found.sizes[name]) for name in found["status"].dims},
     }
+    if "status" in found:
+        facts["dimensions"] = {str(dim): int(found.sizes[dim]) for dim in found["status"].dims}
     for name in ("poses", "poses_computed", "poses_reachable", "poses_guarded"):
         facts[name] = int(found.attrs[name])
     facts["statuses"] = json.loads(found.attrs["statuses"])
@@ -305,7 +355,19 @@ def _facts(
         for name, array in found.data_vars.items()
         if "actual_range" in array.attrs
     }
-    if output is None or output.suffix != ".zarr":  # a store may be larger than memory
+    if "status" not in found:
+        facts["reductions"] = {
+            str(name): {
+                "units": own.attrs.get("units", "1"),
+                "dimensions": list(map(str, own.dims)),
+                "labels": [
+                    found[d].values.tolist() if d in found.coords else None for d in own.dims
+                ],
+                "values": own.values.tolist(),
+            }
+            for name, own in found.data_vars.items()
+        }
+    elif output is None or output.suffix != ".zarr":  # a store may be larger than memory
         facts["extremes"] = {str(name): _extremes(found, str(name)) for name in facts["ranges"]}
     facts["seconds"] = seconds
     facts["poses_a_second"] = bar.rate
@@ -330,9 +392,10 @@ def _extremes(found: xarray.Dataset, name: str) -> dict[str, Any]:
 
 
 def _facts_text(facts: Mapping[str, Any]) -> str:
-    shape = " x ".join(f"{name} {size}" for name, size in facts["dimensions"].items())
+    shape = " x ".join(f"{name} {size}" for name, size in facts.get("dimensions", {}).items())
     computed = facts["poses_computed"]
-    lines = [f"{facts['robot']}: {facts['poses']} poses ({shape}) in {facts['output']}"]
+    lines = [f"{facts['robot']}: {facts['poses']} poses"]
+    lines[0] += f" ({shape}) in {facts['output']}" if shape else ""
     if computed < facts["poses"]:
         lines.append(f"computed: {computed}")
     share = facts["poses_reachable"] / computed if computed else 0.0
@@ -346,6 +409,14 @@ def _facts_text(facts: Mapping[str, Any]) -> str:
             at = ", ".join(f"{n} {number(x)}" for n, x in own["pose"].items())
             of = f" of {own['of']}" if "of" in own else ""
             lines.append(f"  {end}{of} at {at} (m, rad): {own['status']}")
+    for name, own in facts.get("reductions", {}).items():
+        unit = "" if own["units"] == "1" else f" [{own['units']}]"
+        lines.append(f"{name}{unit}")
+        values = np.array(own["values"])
+        first = own["labels"][0] or range(len(values))
+        for label, row in zip(first, values.reshape(len(values), -1), strict=True):
+            shown = " ".join(f"{x:.5g}" for x in row.tolist())
+            lines.append(f"  {label if isinstance(label, str) else f'{label:.5g}'}: {shown}")
     if facts["poses_guarded"]:
         share = facts["poses_guarded"] / computed
         lines.append(f"recomputed by the batched form: {100 * share:.3g} %")

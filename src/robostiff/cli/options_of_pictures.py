@@ -132,6 +132,8 @@ class MakeMap(Command, name="map", run="commands_map:make_map"):
     $ map hexapod --x "-0.1 0.1 5" --wrench "0 0 -1 MN 0 0 0" --under-load --factor "0 5 6"
       -o loaded.nc
     $ map hexapod --random 1000000 --x "-0.1 0.1" --y "-0.1 0.1" -o map.zarr --resume
+    $ map hexapod --random 100000000 --x "-0.1 0.1" --y "-0.1 0.1" --reduce extremes
+      --reduce "quantiles 0.01 0.5" -o map.npz
 
     Exit status: 0 for a map, 1 when no pose can be reached, 2 for bad input, 130 when interrupted.
     """
@@ -169,6 +171,12 @@ class MakeMap(Command, name="map", run="commands_map:make_map"):
         "stiffness, principal-stiffness (when left out), worst-deflection, indices, deflection, "
         "actuator-forces, or tensions of cables; always with rank and status",
     )
+    reductions: tuple[str, ...] = repeatable(
+        "--reduce",
+        '"NAME ..."',
+        "Keep no map, but extremes, quantiles 0.05 0.5, histogram VARIABLE EDGES or above VARIABLE "
+        "LIMITS (SI units), in little memory",
+    )
     wrench: str | None = wrench_option(
         "Load about the reference point, for deflection and actuator-forces, and for --under-load"
     )
@@ -187,9 +195,9 @@ class MakeMap(Command, name="map", run="commands_map:make_map"):
     place: Posing = group(Posing, "near")
     output: str = output_option(
         "FILE.zarr (of any size, can be resumed), FILE.nc (NetCDF), FILE.csv, or - for CSV on "
-        "standard output."
+        "standard output; with --reduce FILE.npz (can be resumed), or -."
     )
-    resume: bool = option("--resume", help="Continue an interrupted map in FILE.zarr.")
+    resume: bool = option("--resume", help="Continue an interrupted map in FILE.zarr or FILE.npz.")
     plot: str | None = plot_option(
         "Draw the first quantity over the first two coordinates ('robostiff plot FILE.nc' draws "
         "others)",

@@ -3,7 +3,6 @@
 from robostiff.compiled.codes import ArrayCode, MachineCode, room_for
 from robostiff.compiled.kernel import (
     Backend,
-    Checks,
     Kernel,
     NoMachineCodeWarning,
     kernel_of,
@@ -26,7 +25,6 @@ from robostiff.compiled.rates import Derivative, Gradient, Rates
 __all__ = [
     "ArrayCode",
     "Backend",
-    "Checks",
     "ComplianceMatrix",
     "DeflectionUnder",
     "Derivative",

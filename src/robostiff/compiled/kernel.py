@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -21,6 +22,8 @@ from robostiff.record import Program
 from robostiff.recorded import RecordedRobot, flags_of
 from robostiff.spatial import Space
 
+_POSES_A_THREAD = 100_000  # below, starting a thread takes as long as what it saves
+
 
 class Backend(Enum):
     """How a record is run: by ``MACHINE`` code, by NumPy on ``ARRAYS``, or the ``BEST`` available.
@@ -35,18 +38,6 @@ class Backend(Enum):
 
 class NoMachineCodeWarning(RuntimeWarning):
     """The compiler of machine code is not installed: NumPy is used, some ten times slower."""
-
-
-class Checks(Enum):
-    """What a kernel checks at every pose beside its outputs.
-
-    ``RANK``: matrix and rank. ``MATRIX``: the matrix alone; it is as right without its rank.
-    ``NONE``: nothing, for poses that are known to be harmless.
-    """
-
-    NONE = "none"
-    MATRIX = "matrix"
-    RANK = "rank"
 
 
 @dataclass(frozen=True)
@@ -109,7 +100,7 @@ class Kernel:
         self.fill(inputs, out, threads=threads)
         return out
 
-    def fill(self, inputs: np.ndarray, out: Rows, *, threads: int = 1) -> None:
+    def fill(self, inputs: np.ndarray, out: Rows, *, threads: int | None = 1) -> None:
         """Write rows of results, each where it is wanted.
 
         Parameters
@@ -118,14 +109,14 @@ class Kernel:
             Rows of float64 with poses side by side are read where they are.
         out : rows of (N,) arrays
             Of float64, poses side by side in each row. Rows a power of two apart are slow.
-        threads : int
+        threads : int or None
+            None for one for each 10^5 poses, at most as many as processors.
 
         Raises
         ------
         InputError
             When an array has another shape, order or type.
         """
-        threads = whole_threads(threads)
         expected = f"an array ({len(self.inputs)}, N)"
         if not isinstance(inputs, np.ndarray):
             got = type(inputs).__name__
@@ -137,7 +128,10 @@ class Kernel:
         count = inputs.shape[1]
         each = out[:1] if isinstance(out, np.ndarray) else out
         fits = len(out) == self.rows and all(
-            row.shape == (count,) and row.dtype == np.float64 and (count < 2 or row.strides == (8,))
+            row.shape == (count,)
+            and row.dtype == np.float64
+            and (count < 2 or row.strides == (8,))
+            and row.flags.writeable
             for row in each
         )
         if not fits:
@@ -147,7 +141,11 @@ class Kernel:
                 got=f"{len(out)} rows, of shape, strides and type {got}",
                 expected=f"{self.rows} rows ({count},) of float64, poses side by side",
             )
-        self.code.evaluate(inputs, out, threads)
+        if threads is None:
+            are_left = hasattr(os, "sched_getaffinity")
+            most = len(os.sched_getaffinity(0)) if are_left else os.cpu_count() or 1
+            threads = max(1, min(most, count // _POSES_A_THREAD))
+        self.code.evaluate(inputs, out, whole_threads(threads))
 
     def in_machine_code(self) -> Kernel:
         """The same kernel in machine code."""
@@ -197,7 +195,7 @@ def kernel_of(
     outputs: Sequence[Output],
     backend: Backend = Backend.BEST,
     *,
-    checks: Checks = Checks.RANK,
+    has_flags: bool = True,
 ) -> Kernel:
     """The kernel of a recorded robot.
 
@@ -206,8 +204,8 @@ def kernel_of(
     recorded : RecordedRobot
     outputs : sequence of Output
     backend : Backend
-    checks : Checks
-        What the kernel checks beside its outputs.
+    has_flags : bool
+        Whether it also says where its results are right; False for poses known to be harmless.
 
     Raises
     ------
@@ -218,9 +216,9 @@ def kernel_of(
     """
     entries = [entry for output in outputs for entry in output.recorded(recorded)]
     names: tuple[str, ...] = ()
-    if checks is not Checks.NONE:
+    if has_flags:
         gaps = [gap for x in outputs if isinstance(x, Rates) for gap in x.gaps(recorded)]
-        entries.append(flags_of(recorded, gaps, rank=checks is Checks.RANK))
+        entries.append(flags_of(recorded, gaps))
         names = ("flags",)
     program = Program.of(recorded.record, entries)
     inputs, closure, code = recorded.record.inputs, recorded.closure, code_of(backend)

@@ -18,6 +18,7 @@ from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status, StatusOfPo
 from robostiff.elastostatics.tolerance import RankDecision, Tolerance, scaling
 from robostiff.errors import NoAnswerError
 from robostiff.spatial import Space, move_stiffness
+from robostiff.spatial.batch import empty_batch
 
 
 def scaled_inverse(K: np.ndarray, length: np.ndarray) -> np.ndarray:
@@ -36,6 +37,7 @@ def scaled_inverse(K: np.ndarray, length: np.ndarray) -> np.ndarray:
 
 # Diagonal entry over pivot: with less, an inverse has nine digits of matrices that have twelve.
 _FEW_LOST = 1e3
+_AT_ONCE = 2048  # poses: few enough for the cache
 
 
 def definite_inverse(K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -55,17 +57,22 @@ def definite_inverse(K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     >>> C.tolist(), bool(certain), bool(definite_inverse(np.ones((2, 2)))[1])
     ([[1.0, -1.0], [-1.0, 2.0]], True, False)
     """
-    A = np.moveaxis(K, (-2, -1), (0, 1)).copy()
-    certain = np.ones(K.shape[:-2], dtype=bool)
-    with np.errstate(all="ignore"):
-        for k in range(len(A)):
-            pivot = A[k, k].copy()
-            certain &= pivot * _FEW_LOST > K[..., k, k]
-            row = A[k] / pivot
-            A -= A[:, k, None] * row
-            A[k] = A[:, k] = row
-            A[k, k] = -1 / pivot
-    return np.moveaxis(-A, (0, 1), (-2, -1)), certain
+    n = K.shape[-1]
+    given = K.reshape(-1, n, n)
+    C, certain = empty_batch((len(given),), (n, n)), np.ones(len(given), dtype=bool)
+    for start in range(0, len(given), _AT_ONCE):
+        own = slice(start, start + _AT_ONCE)
+        A = np.moveaxis(given[own], 0, -1).copy()
+        with np.errstate(all="ignore"):
+            for k in range(n):
+                pivot = A[k, k].copy()
+                certain[own] &= pivot * _FEW_LOST > given[own, k, k]
+                row = A[k] / pivot
+                A -= A[:, k, None] * row
+                A[k] = A[:, k] = row
+                A[k, k] = -1 / pivot
+        np.negative(A, out=np.moveaxis(C[own], 0, -1))
+    return C.reshape(K.shape), certain.reshape(K.shape[:-2])
 
 
 @dataclass(frozen=True)

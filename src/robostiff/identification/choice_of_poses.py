@@ -215,7 +215,7 @@ def choose_poses(
         raise InputError("candidates", got=f"{len(rows)} that serve", expected=f"at least {count}")
     M = np.swapaxes(J, 1, 2) @ J
     before = np.zeros(M.shape[1:])
-    every = [np.linalg.qr(J.reshape(-1, len(x)), mode="r")]
+    every = [np.asarray(np.linalg.qr(J.reshape(-1, len(x)), mode="r"))]
     if existing is not None:
         other = statics.with_states(States.of(changed, existing))
         own = replace(model, measured=existing, statics=other.checked(x[: len(unknowns)])[0])

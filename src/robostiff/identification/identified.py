@@ -16,6 +16,7 @@ from robostiff.identification.readings import ReadingModel
 from robostiff.identification.states import States
 from robostiff.identification.unknowns import Unknown
 from robostiff.identification.words import Identifiability
+from robostiff.markup import InNotebooks
 from robostiff.model import Robot
 from robostiff.spatial.rotation import vector_of_rotation
 
@@ -84,7 +85,7 @@ class CrossValidation:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Identified:
+class Identified(InNotebooks):
     """What `identify` found.
 
     Attributes
@@ -138,7 +139,7 @@ class Identified:
         known, sigma = self.fit.known, self.model.sigma
         y, J = self._predicted
         r = (self.model.values - y)[known] / sigma[known]
-        A = J[np.ix_(known, self._found)] / sigma[known][:, None]
+        A = J[known][:, self._found] / sigma[known][:, None]
         scale = getattr(self.fit.loss, "scale", None)
         if scale is not None:
             size = 1.0 if self.measured.has_sigma else 1.4826 * float(np.median(np.abs(r)))

@@ -117,12 +117,13 @@ def identify(
     changed, unknowns = with_unknowns(robot, parameters, fixed, shared=shared, by_joints=by_joints)
     model, start = model_of(changed, measured, unknowns, frames, gravity)
     names = [own.name for own in model.unknowns]
-    numbers = len(model.values)
-    if numbers < len(names):
+    numbers, least = len(model.values), len(names) + (not measured.has_sigma)
+    if numbers < least:
+        more = "" if measured.has_sigma else ", and one for their standard deviation"
         raise InputError(
             "numbers that were read",
             got=numbers,
-            expected=f"at least {len(names)}, one for each unknown: {', '.join(names)}",
+            expected=f"at least {least}, one for each unknown{more}: {', '.join(names)}",
         )
     low = np.array([own.least for own in model.unknowns])
     high = np.full(len(names), np.inf)
@@ -220,7 +221,7 @@ def _searched(
         found = least_squares(
             lambda own: at(own)[0],
             np.clip(z, low, high),
-            jac=lambda own: at(own)[1],
+            jac=lambda own: at(own)[1],  # pyright: ignore[reportArgumentType]
             bounds=(low, high),
             x_scale=1 / np.where(length > 0, length, 1.0),
             loss="soft_l1" if robust else "linear",

@@ -12,7 +12,7 @@ import numpy as np
 
 from robostiff.analysis.maps.pose_columns import POSE_UNITS, coordinate_units
 from robostiff.errors import FileError, InputError, Location
-from robostiff.identification.measurements import Measurements, Reading
+from robostiff.identification.measurements import Measurements, Reading, coordinates_of
 from robostiff.io.csv_table import read_table
 from robostiff.io.units import Dimension, parse_quantity, to_si
 from robostiff.io.whole_file import bounded_bytes
@@ -68,7 +68,7 @@ def read_measurements(
             expected = "a tracker export, with X [mm], Y [mm], Z [mm] and U(95) in its first line"
             raise FileError(Location(str(path), 1), "points of a tracker", expected=expected)
         table = _Table.read(robot, path, readings=True)
-        return table.measurements({}, range(len(table.lines)), table.lines)
+        return table.measurements({}, [*range(len(table.lines))], table.lines)
     if joints is None:
         raise FileError(
             Location(str(path), 1),
@@ -85,7 +85,7 @@ def read_measurements(
             got=f"{len(table.lines)} lines",
             expected=f"{len(export.kept)}, one for each point of {path}",
         )
-    rows = np.flatnonzero(export.kept)
+    rows = np.flatnonzero(export.kept).tolist()
     return table.measurements(export.si, rows, export.lines, str(path))
 
 
@@ -176,7 +176,7 @@ class _Table:
     def measurements(
         self,
         points: Mapping[str, np.ndarray],
-        rows: range | np.ndarray,
+        rows: list[int],
         lines: tuple[int, ...],
         source: str = "",
     ) -> Measurements:
@@ -187,31 +187,34 @@ class _Table:
 
         def columns(names: tuple[str, ...], default: float = np.nan) -> np.ndarray:
             each = np.array([si.get(name, none) for name in names]).T
-            return np.where(np.isnan(each), default, each)
+            each[np.isnan(each)] = default
+            return each
 
         load = columns(_WRENCH, 0.0)
         hooks = columns(tuple(f"at_{a}" for a in _AXES))
         at_hooks = np.isfinite(hooks).all(axis=1)
-        for row in np.flatnonzero(np.isfinite(hooks).any(axis=1) & ~at_hooks):
+        for row in np.flatnonzero(np.isfinite(hooks).any(axis=1) & ~at_hooks).tolist():
             raise FileError(self.at(row), "hook", got="a part of it", expected="at_x, at_y, at_z")
-        forces = np.where(at_hooks[:, None], load[:, :3], 0.0)
+        forces = load[:, :3] * at_hooks[:, None]
         mass = columns(("mass",), 0.0)[:, 0]
         if mass.any():
             own = self.robot.numeric.gravity
             down = gravity_vector("gravity", "-z") if own is None or not np.any(own) else own
             forces = forces + mass[:, None] * down
-        load[:, :3] = np.where(at_hooks[:, None], 0.0, load[:, :3])
+        load[:, :3] *= ~at_hooks[:, None]
         sigma = columns(tuple(f"sigma_{a}" for a in _AXES))
         sigma = np.where(np.isnan(sigma), si.get("sigma", none)[:, None], sigma)
         values, kinds = np.full((count, 3), np.nan), [Reading.POINT] * count
         toward = np.full((count, 3), np.nan)
+        asked = set(rows)
         for row in range(count):
             read = {k: [si[n][row] for n in names if n in si] for k, names in _READINGS.items()}
             kind = [k for k, own in read.items() if np.isfinite(own).any()]
-            if len(kind) != 1 and row in rows:
+            if len(kind) != 1 and row in asked:
                 got = " and ".join(k.value for k in kind) or "nothing"
                 raise FileError(self.at(row), "reading", got=got, expected="one kind of value")
             if len(kind) != 1:
+                values[row] = 0.0  # it is left out
                 continue
             kinds[row] = kind[0]
             for place, name in enumerate(_READINGS[kind[0]]):
@@ -222,9 +225,7 @@ class _Table:
                 sigma[row] = sigma[row, 0]
         postures = self.postures()
         markers = self.words.get("marker", ("marker",) * count)
-        whole = np.column_stack(
-            [getattr(postures, "values", postures), load, forces, hooks, values]
-        )
+        whole = np.column_stack([coordinates_of(postures), load, forces, hooks, values])
         seen: dict[tuple[object, ...], int] = {}
         for row in rows:
             key = (markers[row], whole[row].tobytes())
@@ -236,10 +237,10 @@ class _Table:
                     expected="another one",
                     hint="remove one of them: it would count twice",
                 )
-            seen[key] = int(row)
+            seen[key] = row
         found = Measurements(
             postures=postures,
-            values=np.where(np.isnan(values).all(axis=1)[:, None], 0.0, values),
+            values=values,
             wrenches=load,
             forces=forces,
             hooks=hooks,
@@ -251,7 +252,7 @@ class _Table:
             lines=lines,
             source=source or self.path,
         )
-        return found if len(rows) == count else found.chosen(np.asarray(rows))
+        return found if len(rows) == count else found.chosen(rows)
 
     def _references(self) -> list[int]:
         """Rows of references; -1 where there is none."""

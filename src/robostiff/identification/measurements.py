@@ -101,34 +101,24 @@ class Measurements:
         given = self.postures.values if by_joints else self.postures
         q = np.atleast_2d(as_floats("postures", given, "coordinates (N, n), a reading a row"))
         count = len(q)
-        values = _rows("values", self.values, count, may_miss=True)
-        wrenches = _rows("wrenches", 0.0 if self.wrenches is None else self.wrenches, count, 6)
-        forces = _rows("forces", 0.0 if self.forces is None else self.forces, count)
-        hooks = np.full((count, 3), np.nan)
-        if self.hooks is not None:
-            hooks = _rows("hooks", self.hooks, count, may_miss=True)
-        sigma = np.full((count, 3), np.nan)
-        if self.sigma is not None:
-            sigma = _rows("sigma", self.sigma, count, may_miss=True)
-        toward = np.full((count, 3), np.nan)
-        if self.toward is not None:
-            toward = _rows("toward", self.toward, count, may_miss=True)
-        kinds = _each("kinds", self.kinds, count, Reading)
-        markers = _each("markers", self.markers, count, str)
+        changed: dict[str, Any] = {
+            "postures": JointCoordinates(q) if by_joints else q,
+            "kinds": _each("kinds", self.kinds, count, Reading),
+            "markers": _each("markers", self.markers, count, str),
+        }
+        for name in ("values", "hooks", "sigma", "toward"):
+            own = getattr(self, name)
+            changed[name] = _rows(name, np.nan if own is None else own, count, may_miss=True)
+        for name, size in (("wrenches", 6), ("forces", 3)):
+            own = getattr(self, name)
+            changed[name] = _rows(name, 0.0 if own is None else own, count, size)
         references = (-1,) * count if self.references is None else tuple(self.references)
         if len(references) != count or not all(-1 <= k < count for k in references):
-            raise InputError(
-                "references",
-                got=self.references,
-                expected=f"{count} numbers from -1 to {count - 1}",
-            )
-        for name, own in (
-            *(("postures", JointCoordinates(q) if by_joints else q), ("values", values)),
-            *(("wrenches", wrenches), ("forces", forces), ("hooks", hooks), ("sigma", sigma)),
-            *(("toward", toward), ("kinds", kinds), ("markers", markers)),
-            *(("references", references),),
-        ):
+            expected = f"{count} numbers from -1 to {count - 1}"
+            raise InputError("references", got=self.references, expected=expected)
+        for name, own in (changed | {"references": references}).items():
             object.__setattr__(self, name, own)
+        sigma = self.sigma
         read = self.is_read
         if not read.any(axis=1).all():
             k = int(np.argmin(read.any(axis=1)))
@@ -140,8 +130,10 @@ class Measurements:
             raise InputError(f"sigma of {self.place(k)}", got="none", expected=expected)
         if not np.all(sigma[read & np.isfinite(sigma)] > 0):
             raise InputError("sigma", got="zero or less", expected="more than zero [m]")
-        for k, kind in enumerate(kinds):
-            if kind.size == 1 and not np.isfinite(toward[k]).all():
+        for k, kind in enumerate(self.kinds):
+            own = self.toward[k]
+            bad = not np.isfinite(own).all() or (kind is Reading.ALONG and not own.any())
+            if kind.size == 1 and bad:
                 what = "a direction" if kind is Reading.ALONG else "a fixed point"
                 raise InputError(f"toward of {self.place(k)}", got="none", expected=what)
 
@@ -167,7 +159,7 @@ class Measurements:
     @property
     def coordinates(self) -> np.ndarray:
         """Postures (N, n) in joints, or as poses."""
-        return getattr(self.postures, "values", self.postures)
+        return coordinates_of(self.postures)
 
     @property
     def marker_names(self) -> tuple[str, ...]:
@@ -221,6 +213,11 @@ class Measurements:
             f"<Measurements: {several(len(self), 'reading')} of "
             f"{several(len(self.marker_names), 'marker')} at {several(postures, 'posture')}>"
         )
+
+
+def coordinates_of(pose: Any) -> np.ndarray:
+    """Numbers (N, n) of joints or poses."""
+    return np.asarray(getattr(pose, "values", pose))
 
 
 def _rows(

@@ -118,22 +118,22 @@ class ReadingModel:
         names, marker = self.names, self.marker_places
         arms = m[marker] - self.statics.robot.numeric.reference_point
 
-        def in_world(state: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-            """Markers, their rates with parameters, and with their places in the platform."""
+        def in_world(state: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+            """Markers before and by small displacements; rates with parameters and own places."""
             A = places.axes[state]
             own, t = np.einsum("nij,nj->ni", A, arms), places.twists[state]
-            at = places.points[state] + own + t[:, :3] + np.cross(t[:, 3:], own)
+            small = t[:, :3] + np.cross(t[:, 3:], own)
             rates = places.rates[state]
             moved = rates[:, :3] - skew(own) @ rates[:, 3:]
-            return at, moved, A + skew(t[:, 3:]) @ A
+            return places.points[state] + own, small, moved, A + skew(t[:, 3:]) @ A
 
-        at, by_parameters, by_marker = in_world(states.of_readings)
+        at, small, by_parameters, by_marker = in_world(states.of_readings)
         is_motion = self.is_motion
         by_place = np.broadcast_to(-np.eye(3), (count, 3, 3)).copy()
-        v = at - b
+        v = at - b + small
         if is_motion.any():
-            then, rates, axes = in_world(states.of_references)
-            v[is_motion] = (at - then)[is_motion]
+            then, small_then, rates, axes = in_world(states.of_references)
+            v[is_motion] = (at - then + (small - small_then))[is_motion]
             by_parameters[is_motion] -= rates[is_motion]
             by_marker = np.where(is_motion[:, None, None], by_marker - axes, by_marker)
             by_place[is_motion] = 0.0
@@ -223,7 +223,7 @@ def model_of(
     if instrument is None:
         x += [b, np.zeros(3)]
     if markers is None:
-        x.append(np.ravel(m))
+        x.append(np.array(m, dtype=float).ravel())
     start = np.concatenate(x)
     length = max(float(np.ptp(places.points, axis=0).max()), 1e-3)
     length = max(length, float(np.abs(places.points).max()))

@@ -11,13 +11,13 @@ from numpy.typing import ArrayLike
 
 from robostiff.compiled import Backend
 from robostiff.errors import InputError
-from robostiff.identification.measurements import Measurements, Reading
+from robostiff.identification.measurements import Measurements, Reading, coordinates_of
 from robostiff.kinematics import JointCoordinates, find_posture
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Robot
 
 if TYPE_CHECKING:
-    from robostiff.statics.kernels.compiled_loading import LoadedAnswer
+    from robostiff.statics.kernels.compiled_loading import LoadedAnswer, Platforms
 
 # [m] and of 1: as near as a kernel has to be to an equilibrium.
 _AGREES = 1e-9
@@ -77,6 +77,13 @@ class States:
         levers = hooks[:, :, None] * measured.forces[:, None, :]
         wrenches = measured.wrenches.copy()
         wrenches[:, :3] += measured.forces
+        across = [k for k in range(6) if k not in robot.space.rows]
+        for k in np.flatnonzero(np.any(wrenches[:, across], axis=1)):
+            raise InputError(
+                f"load of {measured.place(int(k))}",
+                got=wrenches[k].tolist(),
+                expected=f"{', '.join(robot.space.wrench_order)} alone, of a planar robot",
+            )
         moved = [k for k, kind in enumerate(measured.kinds) if kind in MOTIONS]
         from_ = np.array([measured.references[k] for k in moved], dtype=int)
         known = (from_ >= 0)[:, None]
@@ -135,25 +142,29 @@ class FiniteLoads:
         vars(found)["compiled"] = self.compiled
         return found
 
-    def _answer(self, values: np.ndarray, rows: np.ndarray, *, again: bool) -> LoadedAnswer:
+    def _answer(
+        self, values: np.ndarray, rows: np.ndarray | slice, *, again: bool
+    ) -> tuple[LoadedAnswer, Platforms]:
+        """Of some states."""
         own = replace(
             self.states,
             coordinates=self.states.coordinates[rows],
             wrenches=self.states.wrenches[rows],
             levers=self.states.levers[rows],
         )
-        return self.compiled.evaluate(
+        found = self.compiled.evaluate(
             own.pose,
             own.wrenches[:, list(self.robot.space.rows)],
             hooks=own.levers,
             parameters=dict(zip(self.names, values.tolist(), strict=True)),
             again=again,
         )
+        assert found.platforms is not None  # noqa: S101 - it was compiled with them
+        return found, found.platforms
 
     def at(self, values: np.ndarray) -> PlacesInStates:
         """Places at values (n,) of the parameters; no rates in lost states."""
-        answer = self._answer(values, np.arange(len(self.states.coordinates)), again=False)
-        own = answer.platforms
+        answer, own = self._answer(values, slice(None), again=False)
         order = [self.compiled.parameters.index(name) for name in self.names]
         rates = own.rates[:, :, order]
         rates[answer.guarded if self.lost is None else self.lost] = np.nan
@@ -165,13 +176,13 @@ class FiniteLoads:
 
         And status codes (S,). Without it all states that the kernel guards are lost.
         """
-        every = self._answer(values, np.arange(len(self.states.coordinates)), again=False)
+        every, places = self._answer(values, slice(None), again=False)
         lost, codes = every.guarded.copy(), every.status_codes
         rows = np.flatnonzero(lost)
         if rows.size:
-            sure = self._answer(values, rows, again=True)
-            shift = np.abs(sure.platforms.points - every.platforms.points[rows]).max(axis=1)
-            turn = np.abs(sure.platforms.axes - every.platforms.axes[rows]).max(axis=(1, 2))
+            sure, other = self._answer(values, rows, again=True)
+            shift = np.abs(other.points - places.points[rows]).max(axis=1)
+            turn = np.abs(other.axes - places.axes[rows]).max(axis=(1, 2))
             lost[rows] = ~((shift <= _AGREES) & (turn <= _AGREES))
             codes[rows] = sure.status_codes
         found = replace(self, lost=lost)
@@ -209,7 +220,7 @@ class SmallLoads:
         from robostiff.compiled import ComplianceMatrix, Derivative
 
         C = ComplianceMatrix()
-        many = len(getattr(self._postures[0], "values", self._postures[0])) >= _MANY
+        many = len(coordinates_of(self._postures[0])) >= _MANY
         backend = Backend.BEST if many else Backend.ARRAYS
         outputs = [C, *(Derivative(C, name) for name in self.names)]
         return compile_stiffness(self.robot, outputs, parameters=self.names, backend=backend)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from fnmatch import fnmatchcase
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -75,7 +76,7 @@ class _Candidate:
     kind: UnknownKind
     nominal: float
     unit: str
-    replaced: Callable[[Element, Any], tuple[Element, ...]]
+    replaced: Callable[[Any, Any], tuple[Element, ...]]
 
 
 def with_unknowns(
@@ -119,7 +120,7 @@ def with_unknowns(
     for group, names in groups.items():
         if names[0] in symbols:
             for name in names:
-                robot, own = _of_symbol(robot, name, by_joints)
+                robot, own = _of_symbol(robot, name)
                 unknowns.append(own)
                 nominal = {**nominal, own.name: own.nominal}
             continue
@@ -206,7 +207,15 @@ def _of_chain(chain: Chain, prefix: str) -> Iterator[tuple[str, _Candidate]]:
             turns = all(screw.turns for screw in element.freedoms)
             if isinstance(k, int | float | np.number):
                 unit = "rad/(N m)" if turns else "m/N"
-                yield name, _Candidate(UnknownKind.COMPLIANCE, 1 / float(k), unit, _with_drive)
+                yield (
+                    name,
+                    _Candidate(
+                        UnknownKind.COMPLIANCE,
+                        1 / float(k),
+                        unit,
+                        lambda own, c: (replace(own, role=replace(own.role, stiffness=1 / c)),),
+                    ),
+                )
             kind = JointKind.PRISMATIC if isinstance(element, Telescope) else element.kind
             if kind in (JointKind.REVOLUTE, JointKind.PRISMATIC):
                 unit = "rad" if turns else "m"
@@ -217,26 +226,18 @@ def _of_chain(chain: Chain, prefix: str) -> Iterator[tuple[str, _Candidate]]:
             for part, unit in ((slice(0, 3), "m/N"), (slice(3, 6), "rad/(N m)")):
                 size = float(np.trace(C[part, part]))
                 if size and np.isclose(size, np.trace(C)) and np.linalg.matrix_rank(C) == 1:
-                    made = _with_factor_of(size)
+                    made = partial(_with_factor, size=size)
                     yield name, _Candidate(UnknownKind.COMPLIANCE, size, unit, made)
 
 
-def _with_drive(element: Element, c: Any) -> tuple[Element, ...]:
-    return (replace(element, role=replace(element.role, stiffness=1 / c)),)  # pyright: ignore
-
-
-def _with_factor(element: Element, factor: Any) -> tuple[Element, ...]:
-    """A link whose compliance is so many times its own: of a beam by its moduli."""
+def _with_factor(element: Element, factor: Any, size: float = 1.0) -> tuple[Element, ...]:
+    """A link whose compliance is ``factor / size`` times its own: of a beam by its moduli."""
     assert isinstance(element, Link)  # noqa: S101
-    own, beam = element.elasticity, element.elasticity.beam
+    own, beam, factor = element.elasticity, element.elasticity.beam, factor / size
     if beam is not None:
         beam = replace(beam, E=beam.E / factor, G=beam.G / factor)
     compliance = own.compliance.astype(object) * factor
     return (replace(element, elasticity=Elasticity(compliance, own.freedoms, own.bounds, beam)),)
-
-
-def _with_factor_of(size: float) -> Callable[[Element, Any], tuple[Element, ...]]:
-    return lambda element, c: _with_factor(element, c / size)
 
 
 def _with_zero(element: Element, zero: Any) -> tuple[Element, ...]:
@@ -244,7 +245,12 @@ def _with_zero(element: Element, zero: Any) -> tuple[Element, ...]:
     import sympy as sp
 
     assert isinstance(element, Joint | Telescope)  # noqa: S101
-    n = np.array([sp.nsimplify(x) if x == round(x) else x for x in element.freedoms[0].axis])
+    n = np.array(
+        [
+            sp.nsimplify(x) if not is_formula(x) and x == round(x) else x
+            for x in element.freedoms[0].axis
+        ]
+    )
     frame = Frame(np.eye(3), n * zero)
     if element.freedoms[0].turns:
         X = skew(n)
@@ -279,14 +285,15 @@ def _changed(
     return replace(chain, elements=tuple(elements))
 
 
-def _of_symbol(robot: Robot, name: str, by_joints: bool) -> tuple[Robot, Unknown]:
+def _of_symbol(robot: Robot, name: str) -> tuple[Robot, Unknown]:
     """A parameter of the model: the compliance whose stiffness it is, or it itself."""
     value = robot.nominal[name]
-    stiffnesses = [
-        (role.stiffness, screw.turns)
+    stiffnesses: list[tuple[Any, bool]] = [
+        (k, screw.turns)
         for leg in robot.legs
         for role, screw in zip(leg.chain.roles, leg.chain.freedoms, strict=True)
-        if is_formula(getattr(role, "stiffness", None)) and name in map(str, _symbols_of(role))
+        for k in [getattr(role, "stiffness", None)]
+        if is_formula(k) and name in map(str, k.free_symbols)
     ]
     symbol = next(own for own in robot.symbols if str(own) == name)
     unit = "rad/(N m)" if stiffnesses and stiffnesses[0][1] else "m/N"
@@ -298,9 +305,9 @@ def _of_symbol(robot: Robot, name: str, by_joints: bool) -> tuple[Robot, Unknown
         return replace(changed, nominal={k: nominal[k] for k in nominal if k != name}), own
     if stiffnesses and all(k == 1 / symbol for k, _ in stiffnesses):
         return robot, Unknown(name, UnknownKind.COMPLIANCE, value, unit, _LEAST * value, name)
-    moved = value + _AWAY * (abs(value) or 1.0)
-    homes = [find_posture(robot.substituted({name: x, **_rest(robot, name)}))
-             for x in (value, moved)]  # fmt: skip
+    rest = {str(x): robot.nominal[str(x)] for x in robot.symbols}
+    away = value + _AWAY * (abs(value) or 1.0)
+    homes = [find_posture(robot.substituted({**rest, name: x})) for x in (value, away)]
     if robot.is_posed_by_joints:
         moves = not np.allclose(homes[0].pose, homes[1].pose, rtol=0, atol=1e-12)
     else:
@@ -309,15 +316,6 @@ def _of_symbol(robot: Robot, name: str, by_joints: bool) -> tuple[Robot, Unknown
     least = 0.0 if symbol.is_positive else -np.inf
     kind = UnknownKind.GEOMETRY if moves else UnknownKind.OTHER
     return robot, Unknown(name, kind, value, "", least, name)
-
-
-def _symbols_of(role: Any) -> Any:
-    return role.stiffness.free_symbols
-
-
-def _rest(robot: Robot, name: str) -> dict[str, float]:
-    """Nominal values of the other symbols."""
-    return {str(x): robot.nominal[str(x)] for x in robot.symbols if str(x) != name}
 
 
 def spring_values(robot: Robot) -> dict[str, float]:

@@ -68,7 +68,7 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
     condition = 1.0
     if left:
         S = J[:, left] / length[left]
-        R = np.linalg.qr(S, mode="r")
+        R: np.ndarray = np.asarray(np.linalg.qr(S, mode="r"))
         _, s, Vt = np.linalg.svd(R, full_matrices=True)
         s = np.append(s, np.zeros(len(left) - len(s)))
         null = Vt[s <= _NO_VALUE * s[0]].T

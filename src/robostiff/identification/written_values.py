@@ -45,7 +45,7 @@ def write_values(
         at = document.location(place)
         line, column = (at.line or 1) - 1, (at.column or 1) - 1
         match = _VALUE.match(lines[line], column)
-        if match is None:
+        if match is None or any(edit[:2] == (line, column) for edit in edits):
             raise _no_place(own, source)
         edits.append((line, column, match.end(), _written(found, own)))
         comments.setdefault(line, []).append(_comment(found, own, level))

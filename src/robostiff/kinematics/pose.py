@@ -56,6 +56,9 @@ Pose: TypeAlias = (
     "RigidTransform | Frame | JointCoordinates | ActuatorCoordinates | ToolPose | ArrayLike | None"
 )
 
+#: Poses that are one for certain; an array may be many.
+OnePose: TypeAlias = Sequence[float] | Frame | None
+
 
 #: Joint coordinates (size,) of each leg that choose a posture.
 NearLegs: TypeAlias = "Sequence[np.ndarray] | None"

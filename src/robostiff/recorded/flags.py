@@ -40,8 +40,8 @@ class Flag(IntFlag):
     MEETING = 16  # eigenvalues meet, which have no derivatives there
 
 
-def flags_of(robot: RecordedRobot, gaps: Sequence[Any] = (), *, rank: bool) -> Any:
-    """The sum of the flags at a pose, an entry; of the rank only where it is asked for.
+def flags_of(robot: RecordedRobot, gaps: Sequence[Any] = ()) -> Any:
+    """The sum of the flags at a pose, an entry.
 
     Gaps are those between eigenvalues whose derivatives are computed. Each test is written so that
     it fails where what it compares is no number.
@@ -61,12 +61,10 @@ def flags_of(robot: RecordedRobot, gaps: Sequence[Any] = (), *, rank: bool) -> A
     if nearest is not None:
         tests.add(greater(nearest * nearest, _AT_LIMIT**2))
     tests.add(greater(_FINITE, sum(robot.K[i, i] for i in range(robot.space.size))))
-    flags = Flag.DOUBTFUL * (1 - tests.all())
-    if rank:
-        of_rank, pivots = _Tests(record), _entries(robot.factors.losses)
-        for loss in pivots:
-            of_rank.add_loss(loss, _SAFE / len(pivots) ** 0.5)
-        flags = flags + Flag.RANK_DOUBTFUL * (1 - of_rank.all())
+    of_rank, pivots = _Tests(record), _entries(robot.factors.losses)
+    for loss in pivots:
+        of_rank.add_loss(loss, _SAFE / len(pivots) ** 0.5)
+    flags = Flag.DOUBTFUL * (1 - tests.all()) + Flag.RANK_DOUBTFUL * (1 - of_rank.all())
     # What is bounded from below is never out of reach.
     missed = [x for x in _entries(robot.reach) if lower_bound(record, x.step) < _OUT_OF_REACH]
     if missed:
@@ -122,8 +120,8 @@ class _Tests:
         entry = record.simplified(entry, abs(float(np.mean(entry.sample))))
         while isinstance(entry, Entry):
             operation, a, b = record.operations[entry.step]
-            factor = record.at(b) if operation is Operation.MULTIPLY else None
-            if operation is Operation.MULTIPLY and not isinstance(factor, Entry) and factor > 0:
+            factor = record.at(b) if operation is Operation.MULTIPLY else 0
+            if not isinstance(factor, Entry) and factor > 0:
                 entry, number = record.at(a), number / float(factor)
             elif operation is Operation.SQUARE_ROOT and number >= 0:
                 entry, number = record.at(a), number**2

@@ -83,11 +83,10 @@ def loaded_parts(
     for c, (chain, motion) in enumerate(zip(legs.chains, legs.moved(where), strict=True)):
         W = np.zeros(6)
         W[list(problem.rows)] = state.legs.W[c]
-        P = motion[-1].of(legs.end_point(c))
+        P = motion[-1].of(legs.end_points[c])
         names = [e.name for e in chain.elements]
         for k, (wrench, point) in enumerate(_carried(chain, motion, W, P, acting[c])):
-            element, place = chain.elements[k], chain.places[k]
-            x = state.legs.x[legs.first_x[c] + place.start : legs.first_x[c] + place.stop]
+            element, x = chain.elements[k], state.legs.x[legs.places[c, k]]
             load, moved, unit = None, x, ""
             if isinstance(element, FiniteJoint):
                 load = element.force(float(x[0])) - share * float(element.preload)
@@ -149,7 +148,7 @@ def base_reactions(
             continue
         f = np.zeros(6)
         f[list(problem.rows)] = state.legs.W[c]
-        total = move_wrench(f, where.p - motion[-1].of(legs.end_point(c)))
+        total = move_wrench(f, where.p - motion[-1].of(legs.end_points[c]))
         for load in acting[c]:
             total += wrench_at(where.p, motion[load.after].of(load.point), load.force)
         found[chain.owner.leg] += total

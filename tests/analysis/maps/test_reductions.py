@@ -1,7 +1,7 @@
 """Reductions against the whole map, in any blocks, by threads and processes, and after an end."""
 
-import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -89,7 +89,7 @@ def test_processes_give_the_same(found):
 @pytest.fixture
 def begun(tmp_path, monkeypatch) -> Path:
     monkeypatch.setattr("robostiff.analysis.maps.job._BLOCK_BYTES", 2**19)
-    path = tmp_path / "map.json"
+    path = tmp_path / "map.npz"
     with pytest.raises(Interruption):
         rs.stiffness_map(
             loaded("3-rpr"), POSES, QUANTITIES, reduce=ALL, store=path,
@@ -99,7 +99,6 @@ def begun(tmp_path, monkeypatch) -> Path:
 
 
 def test_what_was_interrupted_goes_on(begun, found):
-    assert 0 < len(json.loads(begun.read_text())["done"])
     reported = []
     question = (loaded("3-rpr"), POSES, QUANTITIES)
     again = rs.stiffness_map(
@@ -110,17 +109,21 @@ def test_what_was_interrupted_goes_on(begun, found):
     xarray.testing.assert_identical(again, found)
     finished = rs.stiffness_map(*question, reduce=ALL, store=begun, resume=True)
     xarray.testing.assert_identical(finished, found)
-    assert [own.name for own in begun.parent.iterdir()] == ["map.json"]
+    assert [own.name for own in begun.parent.iterdir()] == ["map.npz"]
 
 
-@pytest.mark.parametrize("harm", ["cut", "flipped", "empty", "other"])
-def test_a_damaged_state_is_refused(harm, begun):
-    content = begun.read_text()
-    data = json.loads(content)
-    data["summary"]["poses"] += 1
-    begun.write_text(
-        {"cut": content[:-9], "flipped": json.dumps(data), "empty": "", "other": "{}"}[harm]
-    )
+@pytest.mark.parametrize("harm", ["cut", "flipped", "empty", "other", "objects", "huge"])
+def test_a_damaged_state_is_refused(harm, begun, monkeypatch):
+    content = bytearray(begun.read_bytes())
+    if harm == "objects":
+        np.savez(begun, about=np.array([{}], dtype=object))
+    elif harm == "huge":
+        monkeypatch.setattr("robostiff.analysis.maps.reduced_map._LARGEST", 1000)
+    else:
+        flipped = bytearray(content)
+        flipped[len(content) // 2] ^= 4
+        cases = {"cut": content[:-9], "flipped": flipped, "empty": b"", "other": b"{}"}
+        begun.write_bytes(cases[harm])
     with pytest.raises(rs.InputError, match="begun by robostiff"):
         rs.stiffness_map(loaded("3-rpr"), POSES, QUANTITIES, reduce=ALL, store=begun, resume=True)
 
@@ -155,8 +158,8 @@ def test_the_first_of_equal_values_counts():
 
 def test_negative_values_are_in_order():
     values = np.array([[-3.0, -0.5, np.nan, 0.0, 2.0, 7.0]])
-    own = rs.Quantiles(shares=[0, 0.4, 0.6, 1])
-    ((_, labels, found),) = own.found(own.of_block(values, 0), "", None)
+    own: Any = rs.Quantiles(shares=[0, 0.4, 0.6, 1])
+    ((_, labels, found, _),) = own.found(own.of_block(values, 0), "", None)
     assert labels == {"share": (0.0, 0.4, 0.6, 1.0)}
     np.testing.assert_allclose(found[:, 0], [-3.0, -0.5, 0.0, 7.0], rtol=0.004, atol=1e-38)
 

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from robostiff.analysis.maps.evaluator import Evaluator, poses_at
-from robostiff.analysis.maps.pose_columns import PoseColumns, PoseSource
+from robostiff.analysis.maps.pose_columns import PoseColumns
+from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.variables import EXCLUDED, Variable
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError

@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.maps.dataset import MapArrays
 from robostiff.analysis.maps.job import MapJob, MapSummary, Selection
-from robostiff.analysis.maps.pose_columns import Mapped, PoseSource
+from robostiff.analysis.maps.pose_columns import Mapped
+from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.reduced_map import ReducedMap
 from robostiff.analysis.maps.reduction import Reduction, check_reductions
 from robostiff.analysis.maps.request import (
@@ -70,7 +71,7 @@ def stiffness_map(
     workers: int | None = None,
     scheduler: str | Client | Threads | None = None,
     progress: Callable[[Progress], None] | None = None,
-    reduce: Iterable[Reduction] = (),
+    reduce: Reduction | Iterable[Reduction] = (),
 ) -> xarray.Dataset:
     """Stiffness of a robot at many poses, as arrays with named dimensions.
 
@@ -110,10 +111,10 @@ def stiffness_map(
         threads of this process to use, as many as processors when left out.
     progress : callable, optional
         Called with a `Progress` after each block.
-    reduce : iterable of Reduction, optional
+    reduce : Reduction or several, optional
         ``Extremes``, ``Quantiles``, ``Histogram``, ``ShareAbove``: what becomes of the quantities,
         which are not kept themselves. So much memory serves for any number of poses; with `store`,
-        a file such as ``map.json``, an interrupted map goes on.
+        a file such as ``map.npz``, an interrupted map goes on.
 
     Returns
     -------

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol, cast, runtime_checkable
+from typing import Any, cast
 
 import numpy as np
 
@@ -24,42 +24,6 @@ Mapped = Robot | Linkage | CableRobot
 FACTOR = "factor"
 #: SI unit of each pose coordinate.
 POSE_UNITS: dict[str, str] = dict(zip(SIX, Space.SPATIAL.twist_units, strict=True))
-
-
-@runtime_checkable
-class PoseSource(Protocol):
-    """Poses made block by block, never all at once."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The coordinates that it gives; the others stay at home."""
-        ...
-
-    @property
-    def dims(self) -> tuple[str, ...]:
-        """Names of the dimensions of the map."""
-        ...
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Sizes of the dimensions of the map."""
-        ...
-
-    def values(self, part: tuple[slice, ...]) -> np.ndarray:
-        """Coordinates of the poses of a block (names, ...) [m, rad]."""
-        ...
-
-    def axis_values(self) -> Mapping[str, np.ndarray]:
-        """Values along a dimension named like its coordinate; none where each pose has its own."""
-        ...
-
-    def parameter(self) -> tuple[str, str, np.ndarray] | None:
-        """Name, unit and values of what runs along the poses, such as time; or None."""
-        ...
-
-    def description(self) -> Mapping[str, Any]:
-        """A description that identifies the source."""
-        ...
 
 
 def read_coordinate(
@@ -82,18 +46,6 @@ def read_coordinate(
         except InputError:
             continue
     raise InputError(subject, got=str(values), expected=f"{expected}: lengths or angles")
-
-
-def check_units(source: PoseSource, units: Mapping[str, str]) -> None:
-    """Raise where a coordinate came in another unit than the SI unit that it has in the robot."""
-    for name, unit in getattr(source, "units_given", {}).items():
-        if unit != units[name]:
-            kinds = {"m": "lengths", "rad": "angles"}
-            raise InputError(
-                f"values of {name!r}",
-                got=kinds[unit],
-                expected=f"{kinds[units[name]]} [{units[name]}]",
-            )
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -14,21 +15,55 @@ from robostiff.errors import InputError
 from robostiff.spatial import as_floats, holds_quantities
 
 
-class _PosesInARow:
-    """What lists and random poses have in common: one dimension, and coordinates of each pose."""
+class PoseSource(ABC):
+    """Poses made block by block, never all at once.
 
-    dims: tuple[str, ...] = ("pose",)
+    Attributes
+    ----------
+    names : tuple of str
+        The coordinates that it gives; the others stay at home.
+    dims : tuple of str
+        Names of the dimensions of the map.
+    shape : tuple of int
+        Sizes of these.
+    units_given : mapping of names to units
+        SI units of joint coordinates that came as quantities.
+    """
+
+    names: Any
+    dims: Any = ("pose",)
+    shape: Any
+    units_given: Any
+
+    @abstractmethod
+    def values(self, part: tuple[slice, ...]) -> np.ndarray:
+        """Coordinates of the poses of a block (names, ...) [m, rad]."""
+
+    @abstractmethod
+    def description(self) -> Mapping[str, Any]:
+        """All on which its poses depend."""
 
     def axis_values(self) -> Mapping[str, np.ndarray]:
-        """Each pose has coordinates of its own."""
+        """Values along a dimension named like its coordinate; none where each pose has its own."""
         return {}
 
     def parameter(self) -> tuple[str, str, np.ndarray] | None:
-        """None, unless something such as time runs along the poses."""
+        """Name, unit and values of what runs along the poses, such as time; or None."""
         return None
 
+    def check_units(self, units: Mapping[str, str]) -> None:
+        """Raise where a coordinate came in another unit than it has in the robot."""
+        for name, unit in self.units_given.items():
+            if unit != units[name]:
+                kinds = {"m": "lengths", "rad": "angles"}
+                raise InputError(
+                    f"values of {name!r}",
+                    got=kinds[unit],
+                    expected=f"{kinds[units[name]]} [{units[name]}]",
+                )
 
-class PoseList(_PosesInARow):
+
+class PoseList(PoseSource):
     """Poses one after another, such as a trajectory; coordinates left out stay at home.
 
     Parameters
@@ -135,7 +170,7 @@ _MOST = 2**63
 
 
 @dataclass(frozen=True)
-class RandomPoses(_PosesInARow):
+class RandomPoses(PoseSource):
     """Independent, uniformly distributed poses; coordinates left out stay at home.
 
     Pose i depends on the seed and on i alone (a counter-based generator), so that blocks can be
@@ -282,7 +317,7 @@ class Axis:
 
 
 @dataclass(frozen=True, init=False)
-class Grid:
+class Grid(PoseSource):
     """All combinations of the values of some coordinates; the other coordinates stay at home.
 
     Parameters
@@ -345,9 +380,6 @@ class Grid:
     def axis_values(self) -> Mapping[str, np.ndarray]:
         """Values of each coordinate."""
         return {name: axis.values for name, axis in self.axes.items()}
-
-    def parameter(self) -> None:
-        """None: a grid has no parameter."""
 
     @property
     def units_given(self) -> Mapping[str, str]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import math
 import os
 import time
+import zipfile
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,7 +18,7 @@ import numpy as np
 from robostiff.analysis.identity import plain
 from robostiff.analysis.maps.dataset import coordinate_arrays, summary_attributes
 from robostiff.analysis.maps.job import MapJob, MapSummary
-from robostiff.analysis.maps.reduction import Reduction, State, reduced
+from robostiff.analysis.maps.reduction import Reduction, State
 from robostiff.analysis.maps.request import MapRequest
 from robostiff.analysis.maps.store import already_there, check_same_map
 from robostiff.errors import InputError
@@ -27,11 +27,10 @@ if TYPE_CHECKING:
     import xarray
 
 _SAVED = 5.0  # s between two states on disk
-_LARGEST = 2**30  # bytes of a file, and of an array in it
-_TYPES = ("<i8", "<f8")
+_LARGEST = 2**30  # bytes of all arrays in a file
 _FORMAT = "reductions of a map by robostiff"
 
-#: What a worker gives for a block.
+#: What a worker gives for a block: counts, and a state for each reduction of each variable.
 BlockFound = tuple[MapSummary, list[State]]
 
 
@@ -45,8 +44,12 @@ class BlockReductions:
     def compute(self, index: int) -> BlockFound:
         """Counts of a block, and what reductions have of it."""
         arrays, summary = self.job.compute(index)
-        first, _ = self.job.partition.run(index)
-        return summary, reduced(self.reductions, self.job, arrays, first)
+        first, stop = self.job.partition.run(index)
+        return summary, [
+            own.of_block(arrays[v.name].reshape(-1, stop - first), first)
+            for own in self.reductions
+            for v in own.variables(self.job)
+        ]
 
 
 @dataclass
@@ -68,7 +71,11 @@ class ReducedMap:
         path: Path | None,
         resume: bool,
     ) -> ReducedMap:
-        """Nothing yet, or the state at a path of an earlier run."""
+        """Nothing yet, or the state at a path of an earlier run.
+
+        Raises InputError when there is none to go on with: it is damaged, or of another map or
+        other reductions, or `resume` is False.
+        """
         made = cls(request, BlockReductions(request.job, reductions), path)
         if path is not None and not path.parent.is_dir():
             raise InputError(
@@ -85,38 +92,35 @@ class ReducedMap:
         """Blocks that are not done."""
         return (k for k in range(len(self.request.job.partition)) if k not in self.done)
 
-    def _read(self, path: Path) -> None:
-        """Go on from the state on disk.
+    @property
+    def _identity(self) -> dict[str, Any]:
+        return {**self.request.identity(), "reductions": plain(self.work.reductions)}
 
-        Raises InputError when it is none, is damaged, or of another map or other reductions.
-        """
+    def _read(self, path: Path) -> None:
+        """Go on from the state on disk; every part of such a file has a checksum."""
         try:
-            with path.open("rb") as file:
-                content = file.read(_LARGEST + 1)
-            data = json.loads(content)
-            if data["format"] != _FORMAT or len(content) > _LARGEST:
-                raise ValueError(_FORMAT)
-            check = data.pop("checksum")
-            if check != _checksum(data):
-                raise ValueError("checksum")
-            summary = MapSummary.from_data(data["summary"])
-            states = [
-                {name: _read_array(own) for name, own in state.items()} for state in data["states"]
-            ]
-            done = {k for start, stop in data["done"] for k in range(start, stop)}
-        except (OSError, ValueError, TypeError, LookupError, AttributeError, zlib.error) as error:
+            with zipfile.ZipFile(path) as whole:
+                if sum(part.file_size for part in whole.infolist()) > _LARGEST:
+                    raise ValueError(f"more than {_LARGEST} bytes")
+            with np.load(path, allow_pickle=False) as data:
+                about = json.loads(data["about"].item())
+                if about["format"] != _FORMAT:
+                    raise ValueError("another format")
+                each = [{name: data[f"{k}.{name}"] for name in own} for k, own in about["states"]]
+            summary = MapSummary.from_data(about["summary"])
+            done = {k for start, stop in about["done"] for k in range(start, stop)}
+        except (
+            *(OSError, ValueError, TypeError, LookupError, AttributeError, RecursionError),
+            *(EOFError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error),
+        ) as error:
             raise InputError(
                 f"file to resume {str(path)!r}",
                 got=f"no state of reductions that is whole ({error})",
                 expected="one that was begun by robostiff",
                 hint="use another path",
             ) from None
-        check_same_map(path, data["parts"], self._identity)
-        self.summary, self.states, self.done = summary, states, done
-
-    @property
-    def _identity(self) -> dict[str, Any]:
-        return {**self.request.identity(), "reductions": plain(self.work.reductions)}
+        check_same_map(path, about["parts"], self._identity)
+        self.summary, self.states, self.done = summary, each, done
 
     def gathered(
         self, blocks: Iterable[tuple[int, BlockFound]]
@@ -144,17 +148,19 @@ class ReducedMap:
         ordered = sorted(self.done)
         starts = [k for k in ordered if k - 1 not in self.done]
         stops = [k + 1 for k in ordered if k + 1 not in self.done]
-        data: dict[str, Any] = {
+        about = {
             "format": _FORMAT,
             "parts": self._identity,
-            "done": list(map(list, zip(starts, stops, strict=True))),
+            "done": list(zip(starts, stops, strict=True)),
             "summary": self.summary.as_data(),
-            "states": [{name: _written(own) for name, own in s.items()} for s in self.states],
+            "states": [[k, list(state)] for k, state in enumerate(self.states)],
         }
-        data["checksum"] = _checksum(data)
+        arrays: dict[str, Any] = {
+            f"{k}.{name}": own for k, state in enumerate(self.states) for name, own in state.items()
+        }
         begun = self.path.with_name(f".{self.path.name}.begun")
-        with begun.open("w", encoding="utf-8") as file:
-            json.dump(data, file)
+        with begun.open("wb") as file:
+            np.savez_compressed(file, about=np.array(json.dumps(about)), **arrays)
             file.flush()
             os.fsync(file.fileno())
         begun.replace(self.path)
@@ -168,10 +174,10 @@ class ReducedMap:
         coordinates: dict[str, Any] = {}
         for own in self.work.reductions:
             for v in own.variables(job):
-                for name, labels, values in own.found(next(states), v.name, job):
-                    coordinates |= {dim: (dim, list(own)) for dim, own in labels.items()}
+                for name, labels, values, has_unit in own.found(next(states), v.name, job):
+                    coordinates |= {dim: (dim, list(known)) for dim, known in labels.items()}
                     about = {"long_name": f"{name.removeprefix(v.name)[1:]} of the {v.long_name}"}
-                    if isinstance(v.units, str) and values.dtype.kind == "f":
+                    if isinstance(v.units, str) and has_unit:
                         about["units"] = v.units
                     shape = (*values.shape[:-1], *v.shape)
                     arrays[name] = (*labels, *v.dims), values.reshape(shape), about
@@ -180,22 +186,3 @@ class ReducedMap:
         coordinates |= {name: array for name, array in known if dims.issuperset(array[0])}
         attributes = {**self.request.attributes, **summary_attributes(self.summary)}
         return xarray.Dataset(arrays, coordinates, attributes)
-
-
-def _checksum(data: Mapping[str, Any]) -> int:
-    return zlib.crc32(json.dumps(data, sort_keys=True).encode())
-
-
-def _written(array: np.ndarray) -> list[Any]:
-    kind = "<f8" if array.dtype.kind == "f" else "<i8"
-    content = zlib.compress(np.ascontiguousarray(array, dtype=kind).tobytes(), 1)
-    return [kind, list(array.shape), base64.b64encode(content).decode()]
-
-
-def _read_array(data: list[Any]) -> np.ndarray:
-    kind, shape, text = data
-    size = 8 * int(np.prod(shape, dtype=object))
-    if kind not in _TYPES or not 0 <= size <= _LARGEST:
-        raise ValueError(f"an array of {kind} {shape}")
-    content = zlib.decompressobj().decompress(base64.b64decode(text), size + 1)
-    return np.frombuffer(content, dtype=kind).reshape(shape).copy()

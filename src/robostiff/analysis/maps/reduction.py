@@ -23,11 +23,13 @@ if TYPE_CHECKING:
 
 #: What a reduction has of some poses: arrays by name, with the entries of a variable first.
 State = dict[str, np.ndarray]
-#: A result: its name, labels of its first dimensions, and values (..., entries of the variable).
-Found = tuple[str, dict[str, Sequence[Any]], np.ndarray]
+#: A result: its name, labels of its first dimensions, values (..., entries of the variable), and
+#: whether they have the unit of the variable.
+Found = tuple[str, Mapping[str, Sequence[Any]], np.ndarray, bool]
 # The upper halves of numbers of 32 bits: sign, exponent and seven bits of the digits.
 _BINS = 2**16
 _SIGN = 2**15
+_INFINITE = 0x7F80
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ class Reduction(ABC):
 
     @abstractmethod
     def found(self, state: State, name: str, job: MapJob) -> Iterator[Found]:
-        """Names, labels of dimensions before those of the variable, and values (..., entries)."""
+        """Its results at all poses."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,8 @@ class Extremes(Reduction):
     >>> robot, least = rs.load("3-rpr"), [rs.Extremes("rotational_stiffness")]
     >>> found = rs.stiffness_map(robot, grid, reduce=least)
     >>> found.rotational_stiffness_at.sel(extreme="greatest", coordinate=["x", "y"]).values
-    array([[0., 0.]])
+    array([[ 0.1],
+           [-0.1]])
     """
 
     def of_block(self, values: np.ndarray, first: int) -> State:
@@ -100,12 +103,12 @@ class Extremes(Reduction):
     def found(self, state: State, name: str, job: MapJob) -> Iterator[Found]:
         """Values and coordinates [m, rad] are none where no pose has an answer."""
         ends = {"extreme": ["least", "greatest"]}
-        yield f"{name}_extreme", ends, state["ends"].T
+        yield f"{name}_extreme", ends, state["ends"].T, True
         poses = np.full((*state["at"].shape, len(job.columns.names)), np.nan)
         for place in np.argwhere(state["at"] >= 0):
             poses[tuple(place)] = job.pose(int(state["at"][tuple(place)]))
         where = {"coordinate": job.columns.names, **ends}
-        yield f"{name}_at", where, poses.transpose(2, 1, 0)
+        yield f"{name}_at", where, poses.transpose(2, 1, 0), False
 
 
 @dataclass(frozen=True)
@@ -142,13 +145,10 @@ class Quantiles(Reduction):
         object.__setattr__(self, "shares", tuple(given.tolist()))
 
     def of_block(self, values: np.ndarray, first: int) -> State:
-        """How many numbers there are of each upper half (entries, 2^16), in ascending order."""
+        """How many numbers there are of each upper half (entries, 2^16)."""
         with np.errstate(over="ignore"):
-            upper = np.asarray(values, dtype=np.float32).view(np.uint32) >> 16
-        upper = np.where(upper & _SIGN, _BINS - 1 - upper, upper + _SIGN)
-        known = ~np.isnan(values)
-        each = zip(upper, known, strict=True)
-        return {"counts": np.array([np.bincount(u[k], minlength=_BINS) for u, k in each])}
+            upper = np.ascontiguousarray(values, dtype=np.float32).view(np.uint32) >> 16
+        return {"counts": np.array([np.bincount(own, minlength=_BINS) for own in upper])}
 
     def added(self, a: State, b: State) -> State:
         """Sums of counts."""
@@ -156,19 +156,18 @@ class Quantiles(Reduction):
 
     def found(self, state: State, name: str, job: MapJob) -> Iterator[Found]:
         """The middle of the numbers of one upper half."""
-        place = np.arange(_BINS)
-        upper = np.where(place < _SIGN, _BINS - 1 - place, place - _SIGN).astype(np.uint32)
-        with np.errstate(invalid="ignore"):
-            middles = ((upper << 16) | 0x8000).view(np.float32).astype(float)
-        middles[np.isnan(middles)] = np.inf  # numbers beyond those of 32 bits
-        middles[:_SIGN] = -np.abs(middles[:_SIGN])
-        sums = np.cumsum(state["counts"], axis=1)
+        upper = np.arange(_BINS, dtype=np.uint32)
+        middles = ((upper << 16) | 0x8000).view(np.float32)
+        middles[[_INFINITE, _INFINITE + _SIGN]] = np.inf, -np.inf
+        order = np.argsort(middles, kind="stable")[: np.count_nonzero(~np.isnan(middles))]
+        middles = middles[order].astype(float)
+        sums = np.cumsum(state["counts"][:, order], axis=1)
         quantiles = np.full((len(self.shares), len(sums)), np.nan)
         for entry, below in enumerate(sums):
             if below[-1]:
                 least = np.maximum(np.ceil(np.array(self.shares) * below[-1]), 1)
                 quantiles[:, entry] = middles[np.searchsorted(below, least)]
-        yield f"{name}_quantile", {"share": self.shares}, quantiles
+        yield f"{name}_quantile", {"share": self.shares}, quantiles, True
 
 
 @dataclass(frozen=True)
@@ -218,7 +217,7 @@ class Histogram(_Counts):
 
     def found(self, state: State, name: str, job: MapJob) -> Iterator[Found]:
         """Counts from each edge to the next; values beyond the edges are left out."""
-        yield f"{name}_count", {f"{name}_from": self.edges[:-1]}, state["counts"].T[1:-1]
+        yield f"{name}_count", {f"{name}_from": self.edges[:-1]}, state["counts"].T[1:-1], False
 
 
 @dataclass(frozen=True, init=False)
@@ -253,7 +252,7 @@ class ShareAbove(_Counts):
         above = np.cumsum(counts[:0:-1], axis=0)[::-1]
         with np.errstate(invalid="ignore"):
             shares = above / counts.sum(axis=0)
-        yield f"{name}_share_above", {f"{name}_limit": self.edges}, shares
+        yield f"{name}_share_above", {f"{name}_limit": self.edges}, shares, False
 
 
 def check_reductions(reductions: Sequence[Reduction], job: MapJob) -> None:
@@ -273,14 +272,3 @@ def check_reductions(reductions: Sequence[Reduction], job: MapJob) -> None:
         raise InputError("reductions of a map", got=got, expected="each once")
     if len({own.shares for own in reductions if isinstance(own, Quantiles)}) > 1:
         raise InputError("shares of quantiles", expected="the same ones for all variables")
-
-
-def reduced(
-    reductions: Sequence[Reduction], job: MapJob, arrays: Mapping[str, np.ndarray], first: int
-) -> list[State]:
-    """What reductions have of the arrays (..., N) of a block, for each of their variables."""
-    return [
-        own.of_block(arrays[v.name].reshape(-1, arrays[v.name].shape[-1]), first)
-        for own in reductions
-        for v in own.variables(job)
-    ]

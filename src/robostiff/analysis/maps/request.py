@@ -18,11 +18,10 @@ from robostiff.analysis.maps.evaluator import Evaluator, MapEvaluator
 from robostiff.analysis.maps.job import MapJob, Selection
 from robostiff.analysis.maps.pose_columns import (
     Mapped,
-    PoseSource,
-    check_units,
     columns_under_load,
     pose_columns,
 )
+from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.stored import MOST_POSES
 from robostiff.analysis.maps.variables import Quantity
 from robostiff.analysis.posed_stiffness import direct_stiffness
@@ -150,7 +149,7 @@ def checked_request(
             expected="a Robot",
             hint="rs.equilibrium(linkage, values) answers at one configuration",
         )
-    check_units(poses, dict(zip(columns.names, columns.units, strict=True)))
+    poses.check_units(dict(zip(columns.names, columns.units, strict=True)))
     own = _near(robot, near, unloaded)
     if own and loaded is not None:
         raise InputError("near of a map under load", got=near, expected="none: postures are home's")

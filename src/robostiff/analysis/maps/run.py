@@ -55,12 +55,13 @@ class Threads:
 
 
 Found = TypeVar("Found")
+Computed_co = TypeVar("Computed_co", covariant=True)
 
 
-class Work(Protocol[Found]):
+class Work(Protocol[Computed_co]):
     """What computes blocks; picklable where processes share it."""
 
-    def compute(self, index: int) -> Found:
+    def compute(self, index: int) -> Computed_co:
         """What is found in a block."""
         ...
 

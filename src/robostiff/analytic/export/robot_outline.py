@@ -71,6 +71,8 @@ def robot_outline(derivation: RobotDerivation) -> list[Block]:
     named = _named(derivation, names)
     definitions = list(named.definitions)
     form, alone, taken = derivation.vectors, is_vectors_alone(derivation), set(names.given)
+    in_names = _is_shorter_in_names(derivation, alone=alone)
+    form = None if in_names else form
     if form is not None:
         if derivation.is_closed or not alone:
             form = replace(form, average=None)  # K is written out
@@ -98,7 +100,7 @@ def robot_outline(derivation: RobotDerivation) -> list[Block]:
             blocks += [Title("Names for recurring expressions"), equations(definitions)]
             blocks += _leg_by_leg(derivation, named.legs, names)
         blocks.append(stiffness_equation(names.result, named.K))
-    rows = meanings_of_robot(derivation, names, alone=alone)
+    rows = meanings_of_robot(derivation, names, alone=alone, in_names=in_names)
     return [*blocks, nomenclature_of(derivation, names, rows, derivation.coordinates)]
 
 
@@ -123,6 +125,12 @@ def is_vectors_alone(derivation: RobotDerivation) -> bool:
     entries = {max(x, -x, key=str) for x in K.flat() if x != 0}
     used = [d for d in used_definitions(definitions, K.flat()) if d.expression.free_symbols]
     return len(entries) + len(used) > _MOST_LINES
+
+
+def _is_shorter_in_names(derivation: RobotDerivation, *, alone: bool) -> bool:
+    """Whether wrenches in names are shorter than one leg by its springs."""
+    form = derivation.vectors
+    return form is not None and bool(form.passive) and not alone and derivation.named is not None
 
 
 def _named(derivation: RobotDerivation, names: EntryNames) -> InNames:

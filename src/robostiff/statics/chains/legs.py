@@ -26,7 +26,7 @@ from robostiff.statics.chains.elements import (
     Share,
 )
 from robostiff.statics.chains.moving_chain import ChainTerms, MovingChains
-from robostiff.statics.chains.numbers import Block, Numbers
+from robostiff.statics.chains.numbers import Block, Component, Numbers
 
 
 @dataclass(frozen=True)
@@ -94,24 +94,33 @@ class Legs:
     @cached_property
     def arrays(self) -> MovingChains:
         """Their chains side by side."""
-        ends = np.array([self.end_point(c) for c in range(len(self.chains))])
-        ends = ends.reshape(-1, 3).astype(self.platform_point.dtype)
-        return MovingChains(self.chains, self.points, ends, self.rows, self.spring_arrays.anchors)
+        anchors = self.spring_arrays.anchors
+        return MovingChains(self.chains, self.points, self.end_points, self.rows, anchors)
 
     @cached_property
     def spring_arrays(self) -> SpringArrays:
         """Springs between bodies side by side."""
         return SpringArrays.of(self.springs)
 
-    def end_point(self, c: int) -> np.ndarray:
-        """Point of the body at the end of a chain, at the unloaded posture (3,) [m]."""
-        end = self.chains[c].end
-        return self.platform_point if end is None else self.points[end]
+    @cached_property
+    def end_points(self) -> np.ndarray:
+        """Points of the bodies at the ends of all chains, at the unloaded posture (C, 3) [m]."""
+        return np.concatenate([self.points.reshape(-1, 3), self.platform_point[None]])[self.ends]
 
     @cached_property
-    def first_x(self) -> list[int]:
-        """Where the coordinates of each chain begin among all."""
-        return [0, *itertools.accumulate(chain.size for chain in self.chains)]
+    def coordinates(self) -> list[slice]:
+        """Those of each chain among all."""
+        ends = itertools.accumulate((chain.size for chain in self.chains), initial=0)
+        return list(itertools.starmap(slice, itertools.pairwise(ends)))
+
+    @cached_property
+    def places(self) -> dict[tuple[int, int], slice]:
+        """Coordinates of all elements, by chain and place there, among all."""
+        return {
+            (c, k): slice(own.start + at.start, own.start + at.stop)
+            for c, (chain, own) in enumerate(zip(self.chains, self.coordinates, strict=True))
+            for k, at in enumerate(chain.places)
+        }
 
     @cached_property
     def rigid(self) -> list[FiniteCoupling]:
@@ -119,8 +128,8 @@ class Legs:
         return [own for own in self.couplings if own.is_rigid]
 
     @cached_property
-    def components(self) -> list[tuple[list[int], list[int], list[int]]]:
-        """Chains, bodies between them and rigid couplings of each component."""
+    def components(self) -> list[Component]:
+        """Its components."""
         meeting: list[list[Hashable]] = [
             [c, *((b,) for b in (own.start, own.end) if b is not None)]
             for c, own in enumerate(self.chains)
@@ -131,13 +140,13 @@ class Legs:
             meeting.append([own.chain for own in spring.spots if own is not None])
         nodes = [*range(len(self.chains)), *((b,) for b in range(len(self.points)))]
         first = connected_parts(nodes, [own for own in meeting if own])
-        found: dict[Hashable, tuple[list[int], list[int], list[int]]] = {}
+        found: dict[Hashable, Component] = {}
         for c in range(len(self.chains)):
-            found.setdefault(first[c], ([], [], []))[0].append(c)
+            found.setdefault(first[c], Component([], [], [])).chains.append(c)
         for b in range(len(self.points)):
-            found[first[b,]][1].append(b)
+            found[first[b,]].bodies.append(b)
         for i, own in enumerate(self.rigid):
-            found[first[own.place[0]]][2].append(i)
+            found[first[own.place[0]]].rigid.append(i)
         return list(found.values())
 
     @cached_property
@@ -156,7 +165,7 @@ class Legs:
         return np.array([-1 if c.end is None else c.end for c in self.chains], dtype=int)
 
     @cached_property
-    def inner(self) -> np.ndarray:
+    def inner_chains(self) -> np.ndarray:
         """Chains that end on bodies between chains."""
         return np.flatnonzero(self.ends >= 0)
 
@@ -180,7 +189,8 @@ class Legs:
         """The posture from which they are loaded."""
         bodies = np.tile(np.eye(3), (len(self.points), 1, 1)), self.points
         W = np.zeros((len(self.chains), len(self.rows)))
-        x, held, axial = map(np.zeros, (self.first_x[-1], len(self.rigid), len(self.beams)))
+        sizes = len(self.arrays.coordinates), len(self.rigid), len(self.beams)
+        x, held, axial = map(np.zeros, sizes)
         return LegState(x, W, *bodies, held, axial)
 
     def owners(self, block: Block) -> list[Owner]:
@@ -199,8 +209,8 @@ class Legs:
         found = []
         for own in self.couplings:
             a = np.zeros(self.numbers.total)
-            for (c, k), factor in zip(own.terms, own.factors, strict=True):
-                a[self.numbers.x[self.first_x[c] + self.chains[c].places[k].start]] = factor
+            for place, factor in zip(own.terms, own.factors, strict=True):
+                a[self.numbers.x[self.places[place]]] = factor
             found.append(a)
         return found
 
@@ -227,11 +237,10 @@ class Legs:
             -J,
             at.constants,
         )
-        r, r_factor = np.zeros(at.total), np.zeros(at.total)
-        np.add.at(r, at.columns, terms.gradient)
+        r = np.bincount(at.columns, terms.gradient, at.total)
+        r_factor = np.bincount(at.columns, terms.by_share * share.rate, at.total)
         r[at.W] += gap
-        np.add.at(r, at.bodies[self.ends[self.inner]], state.W[self.inner])
-        np.add.at(r_factor, at.columns, terms.by_share * share.rate)
+        np.add.at(r, at.bodies[self.ends[self.inner_chains]], state.W[self.inner_chains])
         blocks = at.as_blocks(A)
         if self.couplings:
             self._add_couplings(state, share, A, r, r_factor)
@@ -269,9 +278,8 @@ class Legs:
         self, which: np.ndarray, state: LegState, R: np.ndarray, p: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Axes and points of some bodies [m]; those of body -1 are R and p."""
-        kind = self.arrays.kind
-        all_R = np.concatenate([state.R.reshape(-1, 3, 3), R[None]]).astype(kind)
-        return all_R[which], np.concatenate([state.p.reshape(-1, 3), p[None]]).astype(kind)[which]
+        all_R = np.concatenate([state.R.reshape(-1, 3, 3), R[None]])
+        return all_R[which], np.concatenate([state.p.reshape(-1, 3), p[None]])[which]
 
     def _add_couplings(
         self, state: LegState, share: Share, A: np.ndarray, r: np.ndarray, r_factor: np.ndarray
@@ -332,11 +340,10 @@ class Legs:
             (self.chains[c].owner.name, beam.name, 0.5 * float(own @ own))
             for (c, _, beam), own in zip(self.beams, inner, strict=True)
         ]
-        for chain, first in zip(self.chains, self.first_x, strict=False):
-            for e, place in zip(chain.elements, chain.places, strict=True):
-                own = x[first + place.start : first + place.stop]
-                energy = 0.5 * float(np.sum(e.stiffness * own * own))
-                found.append((chain.owner.name, e.name, energy))
+        for (c, k), at in self.places.items():
+            e = self.chains[c].elements[k]
+            energy = 0.5 * float(np.sum(e.stiffness * x[at] * x[at]))
+            found.append((self.chains[c].owner.name, e.name, energy))
         for coupling, a in zip(self.couplings, self.sum_rows, strict=True):
             leg, drive = self.chains[coupling.place[0]].owner.name, coupling.drive
             found.append((leg, drive.name, 0.5 * float(drive.stiffness * (a @ motion) ** 2)))
@@ -388,14 +395,14 @@ class Legs:
         own, bodies = arrays.columns[c], arrays.bodies[c]
         by_columns = arrays.twists(state.x, *self._starting(state), about)[own]
         found = np.zeros((len(bodies), 6, self.numbers.total))
-        moving = arrays.moves[own] <= bodies[:, None]
+        moving = arrays.body[own] <= bodies[:, None]
         found[:, :, self.numbers.columns[own]] = np.swapaxes(by_columns * moving[..., None], 1, 2)
         return found
 
     @cached_property
     def stiffness(self) -> np.ndarray:
         """Of elastic parts and of drives, by unknown (T,), couplings left out."""
-        found, stiff = np.zeros(self.numbers.total), np.zeros(self.first_x[-1])
+        found, stiff = np.zeros(self.numbers.total), np.zeros(len(self.arrays.coordinates))
         arrays = self.arrays
         stiff[arrays.joint_x] = arrays.stiffness
         stiff[arrays.spring_x] = arrays.mode_stiffness.ravel()[arrays.full]

@@ -6,16 +6,23 @@ of its chains, and what rigid couplings push with. Components of one kind are a 
 
 from __future__ import annotations
 
-import itertools
 from collections import defaultdict
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 if TYPE_CHECKING:
     from robostiff.statics.chains.legs import Legs
+
+
+class Component(NamedTuple):
+    """What is connected while the platform is held."""
+
+    chains: list[int]
+    bodies: list[int]  # between its chains
+    rigid: list[int]  # couplings
 
 
 @dataclass(frozen=True)
@@ -63,25 +70,25 @@ class Numbers:
     @staticmethod
     def of(legs: Legs) -> Numbers:
         """Of some legs."""
-        r, chains, first_x, of_chain = len(legs.rows), legs.chains, legs.first_x, defaultdict(list)
+        r, chains, of_chain = len(legs.rows), legs.chains, defaultdict(list)
         for i, (c, k, beam) in enumerate(legs.beams):
             of_chain[c].append((i, k, beam))
-        kinds: dict[Hashable, list[tuple[list[int], list[int], list[int]]]] = defaultdict(list)
+        kinds: dict[Hashable, list[Component]] = defaultdict(list)
         for own in legs.components:
-            beams = ((k, legs.inner_modes[i]) for c in own[0] for i, k, _ in of_chain[c])
-            sizes = tuple(tuple(e.size for e in chains[c].elements) for c in own[0])
-            turns = tuple(legs.rigid[i].drive.turns for i in own[2])
-            kind = sizes, len(own[1]), turns, tuple((k, has.tobytes()) for k, has in beams)
+            beams = ((k, legs.inner_modes[i]) for c in own.chains for i, k, _ in of_chain[c])
+            sizes = tuple(tuple(e.size for e in chains[c].elements) for c in own.chains)
+            turns = tuple(legs.rigid[i].drive.turns for i in own.rigid)
+            kind = sizes, len(own.bodies), turns, tuple((k, has.tobytes()) for k, has in beams)
             kinds[kind].append(own)
-        x, held = (np.zeros(n, dtype=int) for n in (first_x[-1], len(legs.rigid)))
+        x, held = (np.zeros(n, dtype=int) for n in (len(legs.arrays.coordinates), len(legs.rigid)))
         bodies, W = (np.zeros((len(n), r), dtype=int) for n in (legs.points, chains))
         none, blocks, total, entries = np.zeros(0, dtype=int), [], 0, 0
         rows, local = [none], [none]
         for each in kinds.values():
             at = []
+            free = sum(chains[c].size for c in each[0].chains) + r * len(each[0].bodies)
             for own, inner, rigid in each:
-                parts = [x[first_x[c] : first_x[c + 1]] for c in own] + [bodies[b] for b in inner]
-                free = sum(map(len, parts))
+                parts = [x[legs.coordinates[c]] for c in own] + [bodies[b] for b in inner]
                 parts += [*(W[c] for c in own), *(held[i : i + 1] for i in rigid)]
                 n = sum(map(len, parts))
                 at.append(np.arange(total, total + n))
@@ -101,18 +108,17 @@ class Numbers:
             )
         a, b = legs.arrays.pairs
         starts = ((bodies[own.start] if own.start is not None else none) for own in chains)
-        both = zip(starts, (x[i:j] for i, j in itertools.pairwise(first_x)), strict=True)
+        both = zip(starts, (x[own] for own in legs.coordinates), strict=True)
         columns = np.concatenate([none, *(part for pair in both for part in pair)])
         a, b, across = columns[a], columns[b], W[legs.arrays.of_chain]
-        to, fro, one = W[legs.inner], bodies[legs.ends[legs.inner]], columns[:, None]
+        to, fro, one = W[legs.inner_chains], bodies[legs.ends[legs.inner_chains]], columns[:, None]
         every = [(a, b), (b[a != b], a[a != b]), (across, one), (one, across), (to, fro), (fro, to)]
         rows, local = np.concatenate(rows), np.concatenate(local)
         by_twist = np.zeros((total, r))
         by_twist[W[legs.on_platform]] = -np.eye(r)
         beams = np.zeros((len(legs.beams), 6), dtype=int)
         for i, (c, k, beam) in enumerate(legs.beams):
-            start = first_x[c] + chains[c].places[k].start
-            beams[i, : beam.size] = x[start : start + beam.size]
+            beams[i, : beam.size] = x[legs.places[c, k]]
         return Numbers(
             total=total,
             blocks=tuple(blocks),

@@ -294,12 +294,11 @@ def _rates_of_drives(problem: EquilibriumProblem, size: int) -> np.ndarray:
     """Rates of coordinates and sums times roots of the inertia of their drives (k, size)."""
     legs = problem.legs
     pairs = [(own.drive, a) for own, a in zip(legs.couplings, legs.sum_rows, strict=True)]
-    for chain, first in zip(legs.chains, legs.first_x, strict=False):
-        for element, place in zip(chain.elements, chain.places, strict=True):
-            if isinstance(element, FiniteJoint) and element.inertia:
-                unit = np.zeros(legs.numbers.total)
-                unit[legs.numbers.x[first + place.start]] = 1.0
-                pairs.append((element, unit))
+    for (c, k), at in legs.places.items():
+        element, unit = legs.chains[c].elements[k], np.zeros(legs.numbers.total)
+        if isinstance(element, FiniteJoint) and element.inertia:
+            unit[legs.numbers.x[at]] = 1.0
+            pairs.append((element, unit))
     moving = [np.sqrt(drive.inertia) * a[problem.free] for drive, a in pairs if drive.inertia]
     found = np.zeros((len(moving), size))
     found[:, : len(problem.free)] = np.array(moving).reshape(-1, len(problem.free))

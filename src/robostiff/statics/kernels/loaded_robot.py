@@ -51,7 +51,7 @@ from robostiff.statics.kernels.strut import (
 )
 from robostiff.statics.loading.assembly import of_legs
 from robostiff.statics.loading.given_loads import acting_gravity, given_forces
-from robostiff.statics.loading.groups import loaded_legs
+from robostiff.statics.loading.legs import loaded_legs
 from robostiff.statics.loading.loaded_posture import LoadedPosture
 
 #: Least ratio of stiffness under load to that without it at which an answer is given.
@@ -291,7 +291,7 @@ class LoadedRobot:
         place = [values[name] for name in self.platform.coordinates]
         arms = [*at.arms.flat] if self.has_arms else []
         rates = [] if self.axes is None else self._rates(at)
-        flags = flags_of(self.unloaded, rank=True)
+        flags = flags_of(self.unloaded)
         return [*K, *place, *arms, *rates, flags, gap, reduce(least, safe)]
 
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import reduce
 from operator import add
 from typing import Any
@@ -12,10 +12,9 @@ import numpy as np
 
 from robostiff.record import Entry, reciprocal, square_root, usual_size
 from robostiff.recorded.leg import RecordedLeg
-from robostiff.spatial import cross, move_wrench
+from robostiff.spatial import cross
 from robostiff.statics.chains.elements import (
     Element,
-    FiniteChain,
     FiniteJoint,
     FiniteSpring,
     Share,
@@ -324,25 +323,22 @@ def buckling_of(
     for problem in problems if struts else ():
         legs = problem.legs
         chains = {c: own for c, own in enumerate(legs.chains) if own.owner.leg in seen}
-        x, W, lengths = np.zeros(legs.first_x[-1]), np.zeros((len(legs.chains), 6)), {}
+        at, lengths = legs.numbers, {}
+        step = np.zeros(at.total + len(legs.beams))  # under a force of one newton along the struts
         for c, chain in chains.items():
             # about which the struts turn
             free = (e for e in chain.elements if not np.any(e.stiffness))
             turning = [e.point for e in free if isinstance(e, FiniteJoint) and e.turns]
             d = turning[-1] - turning[0]
             lengths[c] = float(np.linalg.norm(d))
-            unit = np.concatenate([d / lengths[c], np.zeros(3)])
-            W[c] = move_wrench(unit, problem.point - turning[-1])
-            x[legs.first_x[c] : legs.first_x[c + 1]] = _stretched(chain, unit[:3])
-        axial = np.zeros(len(legs.beams))
-        for i, (c, k, beam) in enumerate(legs.beams):
-            place = legs.chains[c].places[k]
-            own = x[legs.first_x[c] + place.start : legs.first_x[c] + place.stop]
-            axial[i] = beam.axial * (beam.modes[0] @ own)
+            shift = np.append(d / lengths[c], np.zeros(3))
+            beams = [at.total + i for i, (own, *_) in enumerate(legs.beams) if own == c]
+            rows = np.concatenate([at.x[legs.coordinates[c]], at.W[c], beams]).astype(int)
+            by_shift = problem.at_rest.by_twist @ shift
+            step[rows] = by_shift[rows] / (by_shift[at.W[c]] @ shift)
         rates: dict[int, list[float]] = {c: [] for c in chains}
         for sign in (1.0, -1.0):
-            loads = (sign * force * own for own in (x, W, axial))
-            moved = replace(legs.unloaded, **dict(zip(("x", "W", "axial"), loads, strict=True)))
+            moved = legs.stepped(legs.unloaded, sign * force * step)
             eq = legs.equations(moved, np.eye(3), problem.point, Share(0.0, 0.0))
             for block, A in zip(problem.blocks, eq.A, strict=True):
                 if chains.keys().isdisjoint(block.chains[:, 0].tolist()):
@@ -355,18 +351,6 @@ def buckling_of(
         for c, (pull, push) in rates.items():
             seen[legs.chains[c].owner.leg].append((lengths[c], pull, push))
     return {index: _bounds(np.array(rows)) for index, rows in seen.items()}
-
-
-def _stretched(chain: FiniteChain, along: np.ndarray) -> np.ndarray:
-    """Coordinates (n,) under a force of one newton along the line."""
-    x = np.zeros(chain.size)
-    for element, place in zip(chain.elements, chain.places, strict=True):
-        if isinstance(element, FiniteSpring):
-            force = element.modes[:3].T @ (element.rotation.T @ along)
-            x[place] = force / np.where(element.stiffness > 0, element.stiffness, np.inf)
-        elif element.stiffness > 0:
-            x[place] = element.slide * (element.axis @ along) / element.stiffness
-    return x
 
 
 def _bounds(rows: np.ndarray) -> Buckling:

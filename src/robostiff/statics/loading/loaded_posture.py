@@ -37,7 +37,7 @@ from robostiff.statics.loading.given_loads import (
     given_masses,
     on_platform,
 )
-from robostiff.statics.loading.groups import loaded_legs
+from robostiff.statics.loading.legs import loaded_legs
 
 if TYPE_CHECKING:
     from robostiff.statics.loading.from_cables import CablePostures

@@ -365,8 +365,8 @@ class _Chains:
                 numbers.append(None if body == own else bodies.setdefault(key, len(bodies)))
                 if body == beyond:
                     joined.setdefault(key, owner)
-            parts = (tuple(own[c]) for own in (self.elements, self.loads))
-            found.append(FiniteChain(*numbers, *parts, owner))
+            elements, loads = tuple(self.elements[c]), tuple(self.loads[c])
+            found.append(FiniteChain(numbers[0], numbers[1], elements, loads, owner))
         last: dict[Hashable, int] = {}
         for own, chains in zip(springs, held, strict=True):
             key = (first[chains[0]] if chains else None), platform
