@@ -72,8 +72,9 @@ def passive_jacobian(
                 columns.append(freedom_twist(element, at))
                 names.append(element.name)
         else:
+            J = product(twist_transport(at - element.point), block_rotation(element.rotation))
             for i, freedom in enumerate(element.elasticity.freedoms.T):
-                columns.append(np.einsum("...ij,j->...i", _spring_twists(element, at), freedom))
+                columns.append(np.einsum("...ij,j->...i", J, freedom))
                 names.append(f"{element.name}.free[{i}]")
     return _columns(columns, at), tuple(names)
 
@@ -149,12 +150,6 @@ def _plain(leg: PlacedLeg) -> Iterator[PlacedFreedom | PlacedSpring]:
 
 def _turned(R: np.ndarray, block: np.ndarray) -> np.ndarray:
     return product(product(R, block), transposed(R))
-
-
-def _spring_twists(spring: PlacedSpring, at: np.ndarray) -> np.ndarray:
-    """Twists of the point `at` per unit of each own coordinate of a spring (..., 6, 6)."""
-    J_v = twist_transport(at - spring.point)
-    return product(J_v, block_rotation(spring.rotation))
 
 
 def _columns(columns: list[np.ndarray], at: np.ndarray) -> np.ndarray:

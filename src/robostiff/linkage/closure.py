@@ -259,13 +259,10 @@ def moved_bodies(linkage: Linkage) -> MovedBodies:
     for cut in linkage.tree.cuts:
         joints.append(frames[cut.a].to(cut.before.R, cut.before.p))
         end, moving = beyond(cut)
-        own, leading = (tuple(i for i in x if i not in y) for x, y in _both(moving, led[cut.b]))
+        pairs = (moving, led[cut.b]), (led[cut.b], moving)
+        own, leading = (tuple(i for i in x if i not in y) for x, y in pairs)
         tree.ends.append(LoopEnd(end, frames[cut.b], own, leading))
     return MovedBodies(tree, frames, tuple(joints), places)
-
-
-def _both(a: Sequence[int], b: Sequence[int]) -> tuple[tuple[Sequence[int], Sequence[int]], ...]:
-    return (a, b), (b, a)
 
 
 @dataclass(frozen=True)

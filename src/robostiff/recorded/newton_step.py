@@ -321,7 +321,17 @@ def step_of_groups(
     for openings, unknowns in groups:
         shifts += (x * x for own in openings for x in own.gaps if not is_zero(x))
         chords += (x * x for own in openings for x in own.chords if not is_zero(x))
-        equations = [one for own in openings for one in _equations(own, length)]
+        equations = []
+        for own in openings:
+            for row, missing in enumerate((*own.shift, *own.turn)):
+                weight = 1 / length if row < 3 else 1.0
+                rates = {name: rate[row] for name, rate in own.rates.items()}
+                for name, x in [*rates.items()]:  # what moves nothing is left out
+                    least = _STILL if isinstance(x, Entry) else _NO_NUMBER
+                    if most_size(x) * weight <= least:
+                        del rates[name]
+                if rates:
+                    equations.append(LinearEquation(rates, missing, weight))
         left += elimination.eliminate(equations, unknowns)
     elimination.eliminate(left, shared)
     found = elimination.solution()
@@ -368,19 +378,6 @@ def _openings(
         i: placed.axes[i : i + 3] @ own.turned[i] for i in (x.ball for x in found) if i is not None
     }
     return found, turns
-
-
-def _equations(opening: Opening, length: float) -> list[LinearEquation]:
-    """What closes a loop, shifts before turns; rows in which nothing moves are left out."""
-    found = []
-    for row, missing in enumerate((*opening.shift, *opening.turn)):
-        rates = {name: rate[row] for name, rate in opening.rates.items()}
-        least = {n: _STILL if isinstance(x, Entry) else _NO_NUMBER for n, x in rates.items()}
-        weight = 1 / length if row < 3 else 1.0
-        own = {name: x for name, x in rates.items() if most_size(x) * weight > least[name]}
-        if own:
-            found.append(LinearEquation(own, missing, weight))
-    return found
 
 
 def _rates_of_pose(

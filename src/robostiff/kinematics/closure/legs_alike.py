@@ -30,18 +30,18 @@ def legs_alike(solvers: Sequence[LegSolver]) -> list[tuple[tuple[int, ...], LegS
 
     Each group are numbers of legs, and one solver for all of them.
     """
+
+    def alike(one: LegSolver, other: LegSolver) -> bool:
+        modes = [own.closed_form and own.closed_form.mode for own in (one, other)]
+        same = modes[0] == modes[1] and one.leg.elbow is other.leg.elbow
+        return same and are_equal(one.chain, other.chain)
+
     found = []
-    for group in in_groups(solvers, _close_alike):
+    for group in in_groups(solvers, alike):
         own = [solvers[i] for i in group]
         legs, homes = tuple(one.leg for one in own), np.stack([one.home for one in own])
         found.append((group, own[0] if len(own) == 1 else replace(own[0], legs=legs, homes=homes)))
     return found
-
-
-def _close_alike(one: LegSolver, other: LegSolver) -> bool:
-    modes = [own.closed_form and own.closed_form.mode for own in (one, other)]
-    same = modes[0] == modes[1] and one.leg.elbow is other.leg.elbow
-    return same and are_equal(one.chain, other.chain)
 
 
 def leg_solvers(legs: Sequence[Leg], home_pose: np.ndarray, length: float) -> tuple[LegSolver, ...]:
