@@ -42,6 +42,11 @@ def test_quotients_terms_and_factors():
     squares, rest = completed_squares(field, field.element((R - r) ** 2 / 2 + h**2).num)
     assert [field.polynomial_expression(s) for s, _ in squares] == [R - r]
     assert field.polynomial_expression(rest) == h**2
+    # A square that is longer than what it replaces does not take others with it.
+    field = ExactField([R, r, h, a])
+    squares, rest = completed_squares(field, field.element((h + a) ** 2 + R**2 - R * r + r**2).num)
+    assert [field.polynomial_expression(s) for s, _ in squares] == [a + h]
+    assert field.polynomial_expression(rest) == R**2 - R * r + r**2
     assert [bound_of_terms((a + b) ** n, 500) for n in (3, 30)] == [8, 501]
 
 

@@ -22,6 +22,7 @@ from robostiff.analytic.placement.robot_pose import AtHome, AtSymbols
 from robostiff.analytic.series_form import series_form
 from robostiff.analytic.vectors.forms import InSeries, VectorForm
 from robostiff.errors import DisagreementError
+from robostiff.robots import robot_file
 
 
 @pytest.fixture(scope="module")
@@ -118,3 +119,27 @@ def test_exports_of_an_arm_in_vectors():
     assert not any(line.startswith("w_1") for line in lines)
     for write in (derivation_latex, derivation_markdown, derivation_html, derivation_typst):
         assert "fore" in write(derivation)
+
+
+def test_rigid_drives_add_nothing_and_axes_may_be_inclined(tmp_path):
+    text = robot_file("six-joint-arm").read_text(encoding="utf-8")
+    for old, new in (
+        (
+            "name: joint2, axis: y, role: actuated, stiffness: 5e5 N m/rad,",
+            "name: joint2, axis: y, role: actuated,",
+        ),
+        ("name: joint4, axis: x,", "name: joint4, axis: [3, 0, 4],"),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    page = tmp_path / "arm.yaml"
+    page.write_text(text, encoding="utf-8")
+    robot = rs.load(page, symbols=rs.ALL_PARAMETERS)
+    placed = place_robot(robot, AtSymbols())
+    arm = series_form(placed)
+    assert isinstance(arm, VectorForm)
+    assert [name for name, *_ in arm.drives] == [f"joint{i}" for i in (1, 3, 4, 5, 6)]
+    assert arm.passive == ()
+    joints = dict(zip(placed.coordinates, (0.4, 0.3, -0.6, 0.8, 0.5, -0.2), strict=True))
+    wanted = rs.stiffness(robot.numeric, rs.JointCoordinates(np.array([*joints.values()]))).K
+    assert matrix_distance(arm.stiffness({**robot.nominal, **joints}), wanted, 0.5) < 1e-10

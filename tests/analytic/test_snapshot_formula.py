@@ -6,6 +6,7 @@ import sympy as sp
 
 from robostiff.analysis import stiffness
 from robostiff.analytic import canonical, rank_formula, snapshot_formula
+from robostiff.analytic.export import derivation_text
 from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
 from robostiff.model import (
@@ -114,3 +115,13 @@ def test_a_leg_without_compliance_on_its_path_is_refused():
     leg = PlacedLeg("stiff", (hinge, spring), vector(L, 0, 0))
     with pytest.raises(InputError, match="meets no compliance"):
         snapshot_formula(Snapshot("stiff", (leg,), vector(L, 0, 0)))
+
+
+def test_a_snapshot_in_formulas_is_a_formula_as_others_are():
+    formula = snapshot_formula(three_puu())
+    values = {s.name: 0.5 + 0.1 * i for i, s in enumerate(formula.symbols)}
+    K = formula.lambdify()(**values)
+    put_in = formula.subs(values)
+    assert np.array(put_in.K, dtype=float) == pytest.approx(K, rel=1e-12)
+    assert np.array(sum(put_in.legs, sp.zeros(6)), dtype=float) == pytest.approx(K, abs=1e-12)
+    assert derivation_text(formula).startswith("Cartesian stiffness matrix of 3-PUU\n")

@@ -154,6 +154,14 @@ def test_threads_of_machine_code_give_the_same_bits():
 
 
 @needs_compiler
+def test_machine_code_takes_no_other_number_of_rows():
+    code, rows = MachineCode(everything()), np.ones((20, 9))
+    for inputs, outputs in ((2, 11), (4, 11), (3, 10), (3, 12)):
+        with pytest.raises(ValueError, match="rows of inputs"):
+            code.evaluate(rows[:inputs], rows[:outputs])
+
+
+@needs_compiler
 def test_one_input():
     record = Record({"x": [0.3]})
     code = MachineCode(Program.of(record, [record.input("x") * 2]))

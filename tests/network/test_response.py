@@ -265,7 +265,7 @@ def test_nodes_of_a_truss_spin_and_are_displaced_all_the_same():
     assert_allclose(found.shifts["tip"], np.linalg.solve(K, F), rtol=1e-9)
     assert "tip" in found.free_nodes
     assert "tip" not in found.twists
-    page = response_page(truss, found)
+    page = response_page(found)
     shown = page_text(page)
     assert "; it spins freely" in shown
     assert "can move freely" not in shown

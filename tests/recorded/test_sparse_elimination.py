@@ -81,3 +81,25 @@ def test_a_pivot_is_large_at_every_sample():
     for pivot in elimination.pivots[0]:
         size = np.abs(pivot.sample) if isinstance(pivot, Entry) else abs(pivot)
         assert np.min(size) > 0.1
+
+
+def test_units_of_rows_do_not_choose_pivots():
+    """Rows in millimetres, weighed by their unit, are eliminated as those in metres."""
+    rng = np.random.default_rng(8)
+    record = Record(random_rates(rng, 5))
+    units = (1.0, 1.0, 1.0, 1e3)
+
+    def order(factors: tuple[float, ...], weights: tuple[float, ...]) -> list[str]:
+        elimination = SparseElimination()
+        equations = [
+            LinearEquation(
+                {name: record.input(f"{i} {name}") * factors[i] for name in row}, 1.0, weights[i]
+            )
+            for i, row in enumerate(PATTERN[:4])
+        ]
+        elimination.eliminate(equations, UNKNOWNS)
+        return list(elimination.solution())
+
+    plain = order((1.0,) * 4, (1.0,) * 4)
+    assert order(units, tuple(1 / unit for unit in units)) == plain
+    assert order(units, (1.0,) * 4) != plain

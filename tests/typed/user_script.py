@@ -23,3 +23,6 @@ found = rs.stiffness_map(robot, rs.Grid(x=rs.Axis(-0.1, 0.1, 5)))
 print(found.translational_stiffness.dims)
 axes = rs.plot.robot(robot, pose, deflection=bent)
 axes.figure.savefig("a.png")
+first = rs.indices(robot, pose).collinear.smallest
+line = rs.deflection(robot, [pose, pose], wrench=[300, 0, 0, 0, 0, 0])
+print(first, line.twist[:, 0], rs.indices(robot, [pose, pose]).anisotropy[0])

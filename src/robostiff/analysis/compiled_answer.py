@@ -253,7 +253,7 @@ def attempted(
     kernel: Kernel,
     inputs: InputRows,
     general: AtGeneralPoses,
-    threads: int,
+    threads: int | None,
     out: Mapping[str, np.ndarray] = MappingProxyType({}),
 ) -> CompiledAnswer:
     """What a kernel answers at rows of inputs; ``guarded`` poses are to be computed again.

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
@@ -28,7 +28,7 @@ from robostiff.analysis.kernel_inputs import (
     ParameterValues,
     with_parameters,
 )
-from robostiff.analysis.record_file import RecordFile
+from robostiff.analysis.record_file import kept_on_disk
 from robostiff.analysis.record_trust import NEARER, depends_on_what_is_held, is_trusted
 from robostiff.analysis.result import Stiffness
 from robostiff.compiled import (
@@ -38,9 +38,7 @@ from robostiff.compiled import (
     Rates,
     StiffnessMatrix,
     kernel_of,
-    whole_threads,
 )
-from robostiff.compiled.kernel import code_of
 from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError, NoAnswerError, OpenAtHomeError
 from robostiff.kinematics import JointCoordinates, posture_finder
@@ -160,7 +158,7 @@ class CompiledStiffness(AtGeneralPoses):
         pose: Any,
         *,
         parameters: Mapping[str, ArrayLike] | None = None,
-        threads: int = 1,
+        threads: int | None = None,
         out: Mapping[str, np.ndarray] = MappingProxyType({}),
     ) -> CompiledAnswer:
         """Outputs, status and rank at many poses.
@@ -174,7 +172,9 @@ class CompiledStiffness(AtGeneralPoses):
             home. Fastest where equal coordinates of all poses lie side by side in memory.
         parameters : mapping of str to a number or (N,) array, optional
             Values of parameters, in SI units; nominal where left out.
-        threads : int
+        threads : int, optional
+            When left out, one for each 10^5 poses, at most as many as processors. No bit of the
+            answer depends on it.
         out : mapping of str to (N, ...) arrays of floats, optional
             Filled with the outputs of these names, which is faster than new memory: at once where
             they are float64 with equal entries of all poses side by side in memory.
@@ -184,7 +184,6 @@ class CompiledStiffness(AtGeneralPoses):
         InputError
             When the poses or the parameters do not fit the robot, or an array the output.
         """
-        threads = whole_threads(threads)
         kernel, inputs, values, question = self._asked(pose, parameters)
         shapes = {own.name: own.shape(kernel.space) for own in kernel.outputs}
         for name, array in out.items():
@@ -209,13 +208,12 @@ class CompiledStiffness(AtGeneralPoses):
         pose: Any,
         *,
         parameters: Mapping[str, ArrayLike] | None = None,
-        threads: int = 1,
+        threads: int | None = None,
     ) -> CompiledAnswer:
         """As `evaluate`, but poses that are ``guarded`` are left to the caller.
 
         What stands there in the answer must not be used.
         """
-        threads = whole_threads(threads)
         kernel, inputs, _, _ = self._asked(pose, parameters)
         return attempted(kernel, inputs, self, threads)
 
@@ -384,11 +382,10 @@ def compile_robot(
     # Coordinates that leave the plane of a planar robot are those of home.
     inside = [ALL_COORDINATES[row] for row in robot.space.rows]
     robot = replace(robot, coordinates=tuple(c for c in robot.coordinates if c in inside))
+    taken = partial(KernelInputs, robot)
     return kept_on_disk(
-        RecordFile.of(robot, outputs),
-        lambda joints: KernelInputs(robot, joints),
-        outputs,
-        backend,
+        (robot, outputs),
+        lambda data: CompiledStiffness.from_data(data, taken, outputs, backend),
         lambda: _recorded_robot(robot, outputs, backend, most),
     )
 
@@ -436,32 +433,12 @@ def compile_linkage(
     Wrenches that circulate in the loops are eliminated by the passive joints, and K follows from
     the energy of the rest.
     """
+    inputs = LinkageInputs(driven)
     return kept_on_disk(
-        RecordFile.of(driven, outputs),
-        lambda _: LinkageInputs(driven),
-        outputs,
-        backend,
+        (driven, outputs),
+        lambda data: CompiledStiffness.from_data(data, lambda _: inputs, outputs, backend),
         lambda: _recorded_linkage(driven, outputs, backend),
     )
-
-
-def kept_on_disk(
-    file: RecordFile | None,
-    taken: Callable[[int], KernelInputs | LinkageInputs],
-    outputs: Sequence[Output],
-    backend: Backend,
-    make: Callable[[], CompiledStiffness],
-) -> CompiledStiffness:
-    """What is on disk, else what is made, which is put there."""
-    data = None if file is None else file.read()
-    if data is not None:
-        code_of(backend)  # its errors are not those of the file
-        with suppress(ValueError, TypeError, LookupError, ArithmeticError, AttributeError):
-            return CompiledStiffness.from_data(data, taken, outputs, backend)
-    made = make()
-    if file is not None:
-        file.write(made.as_data())
-    return made
 
 
 def _recorded_linkage(

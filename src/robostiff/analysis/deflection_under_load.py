@@ -394,7 +394,7 @@ def deflection(
     at: ArrayLike | None = None,
     near: Near = None,
     tolerance: Tolerance = DEFAULT_TOLERANCE,
-) -> Deflection | DeflectionsOfPoses:
+) -> Any:
     """Deflection of the platform under a wrench, and how the parts of the robot share in it.
 
     Parameters as for `robostiff.deflection`, which takes loads at bodies besides.

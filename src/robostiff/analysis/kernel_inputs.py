@@ -85,7 +85,7 @@ def with_parameters(robot: OfSymbols, names: Sequence[str], taken: Sequence[str]
     taken.
     """
     symbols = [str(symbol) for symbol in robot.symbols]
-    loads = "load" if robot.kind == "robot" else "load_linkage"
+    loads = "load" if getattr(robot, "kind", None) == "robot" else "load_linkage"
     if isinstance(names, str):
         raise InputError(
             "parameters to compile", got=names, expected="several names", hint=f"write ({names!r},)"

@@ -175,11 +175,6 @@ def stiffness_where_answered(result: Stiffness | CableStiffness) -> np.ndarray:
     return K if np.all(where) else np.where(where[:, None, None], K, np.nan)
 
 
-def compliance_where_answered(result: Stiffness) -> np.ndarray:
-    """Compliance matrices (N, n, n); NaN where there is none."""
-    return result.compliances
-
-
 def values_of(output: Output, result: Stiffness) -> tuple[np.ndarray, np.ndarray]:
     """Values (N, ...) of an output, and status (N,) of a load of its own.
 

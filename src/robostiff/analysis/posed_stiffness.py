@@ -180,7 +180,7 @@ def stiffness(
         _check_options(robot, robot.kind, method, near, tolerance)
         from robostiff.analysis.cable_stiffness import cable_stiffness
 
-        return cable_stiffness(cast("CableRobot", robot), pose, at=at, tolerance=tolerance)
+        return cable_stiffness(cast("Any", robot), cast("Any", pose), at=at, tolerance=tolerance)
     question = question_of(robot, pose, method, near, tolerance)
     return Stiffness.of(question, at, by_record=True)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
@@ -203,8 +202,9 @@ class PosesOfRobot(Question):
                 found = (*found, *self.finder.in_other_modes(posture))
         if self.near is not None or by_drives:
             return found
-        advice = posture_advice(self.finder, lambda: self._posture(flat), self.tolerance)
-        return (*found, *advice)
+        if self.finder.robot.home is not None:  # of the robot as a whole, whatever the poses
+            return (*found, *_advice_at_home(self.finder, self.tolerance))
+        return (*found, *_advice_on(self._posture(flat), self.finder, self.tolerance))
 
 
 class OwnPose(Question):
@@ -244,29 +244,18 @@ _SAME = 1e-6
 _POSES = 3  # of a batch that are looked at, where the robot has no home
 
 
-def posture_advice(
-    finder: PostureFinder,
-    posture_of: Callable[[], Posture],
-    tolerance: Tolerance,
-) -> tuple[str, ...]:
-    """A sentence if the posture of a leg was not chosen, and others have another stiffness.
-
-    A posture is chosen by home coordinates of the leg's joints, by an elbow, by joint coordinates
-    or by `near`. Legs of which none is given are looked at, at home, or at a few of the poses of a
-    robot without home. Home coordinates choose none for a leg whose drives can move while the
-    platform stands still. `posture_of` gives the posture of a robot without home.
-    """
-    if finder.robot.home is not None:  # of the robot as a whole, whatever the poses
-        return _advice_at_home(finder, tolerance)
-    return _advice_on(posture_of(), finder, tolerance)
-
-
 @kept
 def _advice_at_home(finder: PostureFinder, tolerance: Tolerance) -> tuple[str, ...]:
     return _advice_on(finder.find(None), finder, tolerance)
 
 
 def _advice_on(posture: Posture, finder: PostureFinder, tolerance: Tolerance) -> tuple[str, ...]:
+    """A sentence if the posture of a leg was not chosen, and others have another stiffness.
+
+    A posture is chosen by home coordinates of the leg's joints, by an elbow, by joint coordinates
+    or by `near`. Legs of which none is given are looked at. Home coordinates choose none for a leg
+    whose drives can move while the platform stands still.
+    """
     rows = np.flatnonzero(posture.reached)
     if rows.size > _POSES:
         rows = rows[np.linspace(0, rows.size - 1, _POSES, dtype=int)]

@@ -14,7 +14,7 @@ import os
 import stat
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
@@ -31,6 +31,26 @@ _MAGIC = b"robostiff record 1"
 _LARGEST = 2**26  # bytes
 _MOST_FILES = 500
 _HEAD = len(_MAGIC) + 1 + 64 + 1
+
+
+def kept_on_disk(
+    about: tuple[Any, Sequence[Output]],
+    read: Callable[[Mapping[str, Any]], Any],
+    make: Callable[[], Any],
+) -> Any:
+    """What is on disk about a robot or linkage, else what is made, which is put there.
+
+    It is made of data, and into them, by methods ``from_data`` and ``as_data``.
+    """
+    file = RecordFile.of(*about)
+    data = None if file is None else file.read()
+    if data is not None:
+        with suppress(ValueError, TypeError, LookupError, ArithmeticError, AttributeError):
+            return read(data)
+    made = make()
+    if file is not None:
+        file.write(made.as_data())
+    return made
 
 
 @dataclass(frozen=True)

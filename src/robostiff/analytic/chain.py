@@ -32,11 +32,7 @@ from robostiff.spatial import Space
 
 def rule_in_words(J: Any, *, redundant: bool) -> str:
     """Name the rule by which a joint is eliminated, eq. (15), (18)-(20)."""
-    motion, kind = _motion_and_rule(list(J))
-    return f"{motion}: redundant, mu = 0, nothing changes" if redundant else f"{motion}: {kind}"
-
-
-def _motion_and_rule(entries: list[Any]) -> tuple[str, str]:
+    entries = list(J)
     space = Space.of_size(len(entries))
     t = space.translations
     axes = [name[-1] for name in space.twist_order]
@@ -46,16 +42,18 @@ def _motion_and_rule(entries: list[Any]) -> tuple[str, str]:
         (p,) = (*moves, *turns)
         about = f"rotation about {axes[p]} at the reference point"
         motion = about if turns else f"translation along {axes[p]}"
-        return motion, f"trivial joint (19), row and column {p + 1} vanish"
-    both = [p for p in moves if p + t in turns]
-    slides = space.size == 6 and sp.expand(sum(entries[p] * entries[p + t] for p in both)) != 0
-    if len(turns) == 1:
-        where = "at" if slides and len(moves) == 1 else "away from"
-        kind = "screw motion" if slides else "rotation"
-        motion = f"{kind} about {axes[turns[0]]} {where} the reference point"
-        return motion, "quasi-trivial joint (18)"
-    motion = "screw motion" if slides else "rotation" if turns else "translation"
-    return f"oblique {motion}", "recursion (15)"
+        rule = f"trivial joint (19), row and column {p + 1} vanish"
+    else:
+        both = [p for p in moves if p + t in turns]
+        slides = space.size == 6 and sp.expand(sum(entries[p] * entries[p + t] for p in both)) != 0
+        motion = "screw motion" if slides else "rotation" if turns else "translation"
+        motion, rule = f"oblique {motion}", "recursion (15)"
+        if len(turns) == 1:
+            where = "at" if slides and len(moves) == 1 else "away from"
+            motion = motion.removeprefix("oblique ")
+            motion += f" about {axes[turns[0]]} {where} the reference point"
+            rule = "quasi-trivial joint (18)"
+    return f"{motion}: {'redundant, mu = 0, nothing changes' if redundant else rule}"
 
 
 def eliminate_by_name(K: Any, J: Any, stage: int) -> tuple[Any, Any, Any, tuple[Definition, ...]]:
@@ -187,17 +185,18 @@ def derive_chain(
     if C is not None:
         start, entries = _checked_stiffness(compliance_formula(start))
     columns = {joint: _checked_column(joint, J, start.rows) for joint, J in joints.items()}
+    exact = None
     if isinstance(form, Steps):
         derivation = _by_steps(start, columns, name)
     else:
-        derivation = _in_closed_form(start, entries, columns, name, form.limit)
-    check_chain(derivation, entries, columns)
+        derivation, exact = _in_closed_form(start, entries, columns, name, form.limit)
+    check_chain(derivation, entries, columns, exact)
     return derivation
 
 
 def _in_closed_form(
     start: Any, entries: list[Any], columns: Mapping[str, _Column], name: str, limit: int
-) -> Derivation:
+) -> tuple[Derivation, ExactMatrix]:
     field = ExactField({*entries, *(entry for J in columns.values() for entry in J)})
     K = ExactMatrix.of(field, entries)
     # Matrices are written at first use; a redundant joint leaves the matrix unchanged.
@@ -212,7 +211,7 @@ def _in_closed_form(
         u, mu = Unwritten(stage.u_expression), Unwritten(stage.mu_expression)
         column = Unwritten(lambda J=J: sp.ImmutableMatrix(J))
         stages.append(Stage(joint, column, rule, u, mu, written))
-    return Derivation(name, start, tuple(stages), written, exact=K)
+    return Derivation(name, start, tuple(stages), written), K
 
 
 def _by_steps(start: Any, columns: Mapping[str, _Column], name: str) -> Derivation:
@@ -315,10 +314,15 @@ def _largest(M: Any) -> float:
     return max(abs(float(x)) for x in M.entries())
 
 
-def check_chain(derivation: Derivation, entries: Sequence[Any], columns: Mapping[str, Any]) -> None:
+def check_chain(
+    derivation: Derivation,
+    entries: Sequence[Any],
+    columns: Mapping[str, Any],
+    exact: ExactMatrix | None = None,
+) -> None:
     """Compare the formula of a chain with the block form, eq. (9), at random values.
 
-    `entries`: those of K0, row by row.
+    `entries`: those of K0, row by row; `exact`: a closed form of K that is not yet written.
 
     Raises
     ------
@@ -338,11 +342,11 @@ def check_chain(derivation: Derivation, entries: Sequence[Any], columns: Mapping
         where = f"chain {derivation.name!r}"
         # A part of K0 is added on both sides: where K vanishes, rounding is not compared.
         expected = expected + _FLOOR * K
-        if derivation.exact is None:
+        if exact is None:
             steps, whole = derivation.definitions, derivation.K + K0 * sp.Rational(1, 1000)
             check_value(whole, steps, values, expected, AGREED, where, length_of(K))
             return
-        found = _exact_value(derivation.exact, values) + _FLOOR * K
+        found = _exact_value(exact, values) + _FLOOR * K
         distance = matrix_distance(found, expected, length_of(K))
         if distance <= AGREED:
             return

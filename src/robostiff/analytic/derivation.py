@@ -10,7 +10,6 @@ from typing import Any, Self
 import sympy as sp
 
 from robostiff.analytic.exact.definition import Definition, WrittenField, WrittenWhole
-from robostiff.analytic.exact.exact_matrix import ExactMatrix
 from robostiff.analytic.substitution import (
     Substitution,
     at_values,
@@ -130,7 +129,7 @@ class Formula(WrittenWhole, ABC):
         if self.is_of_legs:
             refuse_negative(found.matrices[0], f"formula {self.name!r}")
         left = tuple(c for c in found.conditions if c.expression.free_symbols)
-        return replace(found, conditions=left)
+        return replace(found, conditions=left) if self.conditions else found
 
     def substituted(self, values: Mapping[Any, Any]) -> Any:
         """K at given values of its symbols, the definitions computed one after the other.
@@ -261,8 +260,6 @@ class Derivation(Formula):
         The result (n x n), in symbols given or defined.
     definitions : tuple of Definition
         All named intermediates in the order in which they can be computed; empty in closed form.
-    exact : ExactMatrix or None
-        A closed form of K before it is written in SymPy: polynomials over one denominator.
     conditions : tuple of Condition
         What must hold besides regular denominators and roots.
     meanings : mapping of str to str
@@ -274,7 +271,6 @@ class Derivation(Formula):
     stages: tuple[Stage, ...]  # pyright: ignore[reportGeneralTypeIssues]
     K: WrittenField = WrittenField()
     definitions: tuple[Definition, ...] = ()
-    exact: ExactMatrix | None = field(default=None, compare=False, repr=False)
     conditions: WrittenField = WrittenField(())
     meanings: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
 
@@ -283,6 +279,3 @@ class Derivation(Formula):
         # Some of those from which it begins cancel in K.
         found = self.free_symbols.union(*(s.J.free_symbols for s in self.stages))
         return found | self.K0.free_symbols - {d.symbol for d in self.definitions}
-
-    def _at_values(self, put_in: Substitution) -> Self:
-        return super(Derivation, replace(self, exact=None))._at_values(put_in)

@@ -22,7 +22,7 @@ from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import ClosedReading
-from robostiff.analytic.springs.unit_wrenches import PointAndSizes, SampledLeg
+from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
 from robostiff.analytic.vectors.forms import InSeries, VectorForm
 from robostiff.analytic.vectors.leg_table import LegTable
 from robostiff.analytic.vectors.vector_expressions import (
@@ -55,7 +55,6 @@ from robostiff.recorded.leg import at_samples as sampled
 
 _PRINTED = 500  # operations of a compliance beyond which it is not printed
 _SAME = 1e-9
-_RANK = 1e-9  # of the largest compliance, rotations at the characteristic length
 
 
 def series_form(placed: PlacedRobot) -> InSeries | VectorForm | None:
@@ -168,12 +167,11 @@ def _legs(placed: PlacedRobot) -> VectorForm | None:
 def _kind_of_leg(placed: PlacedRobot, numbers: list[int], read: NamedReading) -> VectorForm | None:
     """Legs of the same chain, by their numbers."""
     chain, own = placed.robot.legs[numbers[0]].chain, placed.legs[numbers[0]].leg
-    around = PointAndSizes(placed.record, placed.reference, placed.entries.space, placed.length)
+    around = WrenchSearch(placed.record, placed.reference, placed.entries.space, placed.length)
     sample = None if chain.couplings or chain.has_blocks else SampledLeg.of(own, around)
     if sample is None or any(s.elasticity.freedoms.shape[1] for s in own.springs):
         return None
-    tolerance = _RANK * np.max(np.abs(sample.C))
-    if np.min(np.linalg.matrix_rank(sample.C, tol=tolerance, hermitian=True)) < sample.C.shape[1]:
+    if sample.elastic_directions < sample.C.shape[1]:
         return None
     found = (_by_angles if placed.follows.at_joints else _by_axes)(placed, numbers, read)
     if found is None or not found.passive:
@@ -225,7 +223,7 @@ def _by_angles(placed: PlacedRobot, numbers: list[int], read: NamedReading) -> V
         walk.rotation = "R_i"
     at, r0 = walk.here(), placed.entries.reference_point
     if place("b", "psi", [np.array(leg.attachment.p) - r0 for leg in legs]):
-        at = Sum((*terms_of(at), (-1, walk.turned_name("b_i"))))
+        at = Sum((*terms_of(at), (-1, walk.turned(Vector("b_i")))))
     walk.equations.append(Equation("p_i", at))
     form = _form(walk, (), walk.finish(Vector("p_i")), {}, tuple(leg.name for leg in legs))
     # Written in the coordinates of the first leg: in those of leg i now.

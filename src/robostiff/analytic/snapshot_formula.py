@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
+from robostiff.analytic.derivation import Formula
 from robostiff.analytic.exact.closed import closed_sum
 from robostiff.analytic.placement.agreement import AGREED, check_value, random_values
 from robostiff.analytic.reading.record_reading import ClosedReading
@@ -26,7 +28,7 @@ _SEED = 11
 
 
 @dataclass(frozen=True)
-class SnapshotFormula:
+class SnapshotFormula(Formula):
     """Stiffness of a robot and of its legs about the reference point, world axes.
 
     Attributes
@@ -35,10 +37,17 @@ class SnapshotFormula:
         (n x n), every entry a sum of canonical fractions, those over one denominator added.
     legs : tuple of sympy.ImmutableMatrix
         Stiffness of each leg; they add up to K.
+    name : str
+    meanings : mapping of str to str
+        Of given symbols.
     """
 
     K: sp.ImmutableMatrix
     legs: tuple[sp.ImmutableMatrix, ...]
+    name: str = "K_C"
+    meanings: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
+
+    is_of_legs = True
 
 
 def snapshot_formula(snapshot: Snapshot) -> SnapshotFormula:
@@ -105,7 +114,7 @@ def snapshot_formula(snapshot: Snapshot) -> SnapshotFormula:
     ]
     found = closed_sum(written, snapshot.space.size, _LIMIT)
     _check(found.K, snapshot, given)
-    return SnapshotFormula(found.K, found.legs)
+    return SnapshotFormula(found.K, found.legs, snapshot.name)
 
 
 def _in_numbers(snapshot: Snapshot, entries: list[Any], values: np.ndarray) -> Snapshot:

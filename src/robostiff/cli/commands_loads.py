@@ -206,7 +206,7 @@ def print_response(asked: PrintResponse) -> int:
             f"loads of {source!r}", got="none", expected="--load, --along, --on or --settle"
         )
     result = network_response(network, loads, settlements=settlements)
-    return answered(response_page(network, result), asked.answer)
+    return answered(response_page(result), asked.answer)
 
 
 Row = dict[str, Dimension]

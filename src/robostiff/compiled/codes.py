@@ -201,6 +201,9 @@ class MachineCode(_Code):
 
     def evaluate(self, inputs: np.ndarray, outputs: Rows, threads: int = 1) -> None:
         """Fill `outputs` (results, N) from `inputs` (inputs, N), float64, rows contiguous."""
+        # Machine code reads and writes as many rows as its program has.
+        if len(inputs) != len(self.program.inputs) or len(outputs) != self.rows:
+            raise ValueError(f"{len(inputs)} rows of inputs, {len(outputs)} of results")
         in_shares(partial(self._function.fill, inputs, outputs), inputs.shape[1], threads)
 
     @cached_property

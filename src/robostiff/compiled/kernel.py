@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -20,6 +21,8 @@ from robostiff.errors import InputError
 from robostiff.record import Program
 from robostiff.recorded import RecordedRobot, flags_of
 from robostiff.spatial import Space
+
+_POSES_A_THREAD = 100_000  # below, starting a thread takes as long as what it saves
 
 
 class Backend(Enum):
@@ -97,7 +100,7 @@ class Kernel:
         self.fill(inputs, out, threads=threads)
         return out
 
-    def fill(self, inputs: np.ndarray, out: Rows, *, threads: int = 1) -> None:
+    def fill(self, inputs: np.ndarray, out: Rows, *, threads: int | None = 1) -> None:
         """Write rows of results, each where it is wanted.
 
         Parameters
@@ -106,14 +109,14 @@ class Kernel:
             Rows of float64 with poses side by side are read where they are.
         out : rows of (N,) arrays
             Of float64, poses side by side in each row. Rows a power of two apart are slow.
-        threads : int
+        threads : int or None
+            None for one for each 10^5 poses, at most as many as processors.
 
         Raises
         ------
         InputError
             When an array has another shape, order or type.
         """
-        threads = whole_threads(threads)
         expected = f"an array ({len(self.inputs)}, N)"
         if not isinstance(inputs, np.ndarray):
             got = type(inputs).__name__
@@ -125,7 +128,10 @@ class Kernel:
         count = inputs.shape[1]
         each = out[:1] if isinstance(out, np.ndarray) else out
         fits = len(out) == self.rows and all(
-            row.shape == (count,) and row.dtype == np.float64 and (count < 2 or row.strides == (8,))
+            row.shape == (count,)
+            and row.dtype == np.float64
+            and (count < 2 or row.strides == (8,))
+            and row.flags.writeable
             for row in each
         )
         if not fits:
@@ -135,7 +141,11 @@ class Kernel:
                 got=f"{len(out)} rows, of shape, strides and type {got}",
                 expected=f"{self.rows} rows ({count},) of float64, poses side by side",
             )
-        self.code.evaluate(inputs, out, threads)
+        if threads is None:
+            are_left = hasattr(os, "sched_getaffinity")
+            most = len(os.sched_getaffinity(0)) if are_left else os.cpu_count() or 1
+            threads = max(1, min(most, count // _POSES_A_THREAD))
+        self.code.evaluate(inputs, out, whole_threads(threads))
 
     def in_machine_code(self) -> Kernel:
         """The same kernel in machine code."""

@@ -204,3 +204,14 @@ def numbered(names: Sequence[str | None], kinds: Sequence[str]) -> list[str]:
             own = f"{kind}{count[kind]}"
         found.append(own)
     return found
+
+
+def distinct(names: Iterable[str]) -> list[str]:
+    """The names, with a number behind those that are taken already."""
+    unique: list[str] = []
+    for name in names:
+        candidate, number = name or "part", 2
+        while candidate in unique:
+            candidate, number = f"{name or 'part'} ({number})", number + 1
+        unique.append(candidate)
+    return unique

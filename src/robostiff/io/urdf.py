@@ -18,7 +18,7 @@ import numpy as np
 from robostiff.errors import Location, needs_extra
 from robostiff.io.child_process import EXPAND_XACRO, answer_of
 from robostiff.io.plausibility import question, warn_of_parts_not_read
-from robostiff.io.rigid_tree.build_links import drawn_links
+from robostiff.io.rigid_tree.build import drawn_links
 from robostiff.io.rigid_tree.tree import (
     JointType,
     Mimic,

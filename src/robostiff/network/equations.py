@@ -231,7 +231,7 @@ def _springs(
     plain[plain] = np.linalg.cond(regular[plain]) < _DENSE
     is_rigid = ~np.any(C, axis=(1, 2))
     S[is_rigid] = 0.0
-    for k in np.flatnonzero(~plain & ~is_rigid):
+    for k in np.flatnonzero(~plain & ~is_rigid).tolist():
         own = elements[k]
         is_whole = isinstance(own, SpringElement) and space is Space.SPATIAL
         modes = own.elasticity.modes if is_whole else compliance_modes(C[k])

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.markup import InNotebooks
 from robostiff.network.elements import BeamLoad, DistributedForce, ForceOnBeam, beam_load
 from robostiff.network.equations import Equations, RelativeMotion, equations_of
 from robostiff.network.internal_loads import (
@@ -51,12 +52,12 @@ class SectionForces:
 
 
 @dataclass(frozen=True, repr=False)
-class NetworkResponse:
+class NetworkResponse(InNotebooks):
     """Displacements, reactions and internal loads of a network under loads.
 
     Attributes
     ----------
-    name : str
+    network : Network
     twists : dict of str to (n,) array
         Displacement [m] and rotation [rad] of each node about its point; without those that can
         move freely, whose displacement has no value.
@@ -73,13 +74,18 @@ class NetworkResponse:
         as in a truss.
     """
 
-    name: str
+    network: Network
     twists: dict[str, np.ndarray]
     reactions: dict[str, np.ndarray]
     beams: dict[str, SectionForces]
     loads: InternalLoads
     free_nodes: tuple[str, ...] = ()
     shifts: dict[str, np.ndarray] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """Of the network."""
+        return self.network.name
 
     @property
     def energy(self) -> float:
@@ -202,7 +208,7 @@ def network_response(
     twists = {name: system.twist(equations, x[:, 0], name, own) for name, own in points.items()}
     shifting = _shifting(equations, mobile, points)
     return NetworkResponse(
-        network.name,
+        network,
         {name: own for name, own in twists.items() if name not in free},
         {
             name: move_wrench(F, (points[name] - at)[: network.space.translations])

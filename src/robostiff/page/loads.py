@@ -24,7 +24,7 @@ from robostiff.markup import (
     number,
     row,
 )
-from robostiff.network import Network, NetworkResponse
+from robostiff.network import NetworkResponse
 from robostiff.page.data import UNDER_LOAD, order, picked
 from robostiff.page.stiffness import drive_line, energy_table, load_table, named
 from robostiff.statics import CriticalLoad, Equilibrium, Modes
@@ -276,9 +276,10 @@ _SECTION = ("N", "Vy", "Vz", "T", "My", "Mz")
 _ENDS = ("start", "end")
 
 
-def response_page(network: Network, result: NetworkResponse) -> Page:
+def response_page(result: NetworkResponse) -> Page:
     """How the nodes of a network move under loads, and what its supports and beams carry."""
-    space, d = network.space, network.space.translations
+    network, space = result.network, result.network.space
+    d = space.translations
     turns = space.size - d
     twists, shifts = (_without_rounding(own, d) for own in (result.twists, result.shifts))
     reactions = _without_rounding(result.reactions, d)

@@ -19,6 +19,7 @@ _WRITERS = {
     "Equilibrium": ("loads", "equilibrium_page"),
     "CriticalLoad": ("loads", "critical_page"),
     "Modes": ("loads", "modes_page"),
+    "NetworkResponse": ("loads", "response_page"),
     "Compensation": ("compensation", "compensation_page"),
     "Identified": ("identification", "identification_page"),
     "Optimum": ("design", "optimum_page"),

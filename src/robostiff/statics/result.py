@@ -192,16 +192,18 @@ class Equilibrium(InNotebooks):
         tool; none is symmetric by itself.
         """
         problem, known = self._require()[0], self._known_stiffness
-        if self._has_flexible_platform:
-            return tuple(self._through_platform[1])
+        through = self._through_platform
+        if through is not None:
+            return tuple(through[1])
         return problem.by_leg(known.by_twist[problem.legs.numbers.W])
 
     @property
     def leg_wrenches(self) -> tuple[np.ndarray, ...]:
         """What the platform exerts on each leg about `point`, world axes (r,) [N, N m]."""
         problem, found = self._require()
-        if self._has_flexible_platform:
-            return tuple(self._through_platform[0])
+        through = self._through_platform
+        if through is not None:
+            return tuple(through[0])
         return problem.by_leg(found.state.legs.W)
 
     @property
@@ -292,12 +294,11 @@ class Equilibrium(InNotebooks):
         return known
 
     @property
-    def _has_flexible_platform(self) -> bool:
-        return self.snapshot is not None and self.snapshot.platform is not None
-
-    @property
-    def _through_platform(self) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    def _through_platform(self) -> tuple[list[np.ndarray], list[np.ndarray]] | None:
+        """Wrenches and stiffnesses of legs by the tool of a flexible platform; None of others."""
         problem, found = self._require()
+        if self.snapshot is None or self.snapshot.platform is None:
+            return None
         return about_the_tool(problem, found.state, found.known.by_twist)
 
     def _require(self) -> tuple[EquilibriumProblem, FoundEquilibrium]:

@@ -22,7 +22,6 @@ from robostiff.model import Robot, Snapshot
 from robostiff.network import Network, NodeForce
 from robostiff.spatial import Space, move_twist, move_wrench
 from robostiff.statics.chains.beam_bowing import Linear
-from robostiff.statics.chains.body_springs import small_forces
 from robostiff.statics.chains.equilibrated import LOST
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
 from robostiff.statics.loaded_parts import about_the_tool, is_balanced, loaded_parts, shares_of
@@ -57,6 +56,18 @@ def deflection(
 @overload
 def deflection(
     robot: Robot | Snapshot | Network | Linkage,
+    pose: Sequence[Sequence[float]],
+    wrench: ArrayLike | None = None,
+    *,
+    loads: Loads | None = None,
+    gravity: Gravity = None,
+    at: ArrayLike | None = None,
+    near: Near = None,
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
+) -> DeflectionsOfPoses: ...
+@overload
+def deflection(
+    robot: Robot | Snapshot | Network | Linkage,
     pose: Pose | DriveValues = None,
     wrench: ArrayLike | None = None,
     *,
@@ -65,7 +76,7 @@ def deflection(
     at: ArrayLike | None = None,
     near: Near = None,
     tolerance: Tolerance = DEFAULT_TOLERANCE,
-) -> Deflection | DeflectionsOfPoses: ...
+) -> Any: ...
 def deflection(
     robot: Robot | Snapshot | Network | Linkage,
     pose: Pose | DriveValues = None,
@@ -153,7 +164,7 @@ def deflection(
     acting = Acting(loads, none, beams=Linear(), at=at)
     given = nothing if wrench is None else wrench
     asked, F = one_loaded_posture(robot, pose, given, near, acting)
-    rest = deflection_under_wrench(replace(robot, springs=()), pose, nothing, **options)
+    rest: Any = deflection_under_wrench(replace(robot, springs=()), pose, nothing, **options)
     problem = asked.problem
     if not np.any(none):  # springs between its bodies are relaxed
         relaxed = (replace(s, constant=-s.stiffness * s.length) for s in problem.legs.springs)
@@ -226,10 +237,13 @@ def _under_small_loads(
         t = move_twist(carried.twist, -to_origin)
     step = known.factor_steps + known.by_twist @ t
     state = problem.moved(at_rest, nothing, step)
-    forces = small_forces(problem.legs, step[: problem.legs.numbers.total]) if has_springs else None
+    legs, forces = problem.legs, None
+    if has_springs:  # tension among them, as the bodies move
+        own = legs.spring_arrays.at(legs, at_rest.legs, 0.0)
+        forces = (own.D @ (own.J @ step[: legs.numbers.total])[..., None])[..., 0] + own.rate
     if not is_balanced(problem, state, F, 1.0, at_rest, forces):
         return none(Status.ILL_CONDITIONED)
-    pulls = None if forces is None else problem.legs.spring_arrays.on_anchors(forces)
+    pulls = None if forces is None else legs.spring_arrays.on_anchors(forces)
     parts = loaded_parts(problem, state, 1.0, at_rest, pulls)
     wrenches: Sequence[np.ndarray] = problem.by_leg(state.legs.W)
     if has_flexible_platform:  # nodes are where they are without load

@@ -82,7 +82,7 @@ def test_a_pose_out_of_reach_has_no_indices():
 def test_something_else_is_refused():
     for other in (np.eye(6), rs.stiffness(rs.load("cable-8"))):
         with pytest.raises(InputError, match="a result of stiffness for a robot with legs"):
-            rs.indices(other)  # pyright: ignore[reportArgumentType]
+            rs.indices(other)  # pyright: ignore[reportCallIssue]
 
 
 def test_far_away_points_do_not_blur_what_does_not_depend_on_them():

@@ -3,6 +3,7 @@
 import pickle
 import sys
 import warnings
+from typing import Any
 
 import numpy as np
 import pytest
@@ -45,14 +46,16 @@ def test_both_backends_say_the_same(name):
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_threads_change_no_bit(backend):
+def test_threads_change_no_bit(backend, monkeypatch):
     robot = model("hexapod")
     compiled = rs.compile(robot, [rs.PrincipalStiffness()], backend=backend)
     pose = around_home(robot, 30_001)
-    one, two = (compiled.evaluate(pose, threads=n) for n in (1, 2))
+    monkeypatch.setattr("robostiff.compiled.kernel._POSES_A_THREAD", 1000)
+    one, two, many = (compiled.evaluate(pose, threads=n) for n in (1, 2, None))
     name = rs.PrincipalStiffness.name
-    np.testing.assert_array_equal(one.values[name], two.values[name])
-    np.testing.assert_array_equal(one.status_codes, two.status_codes)
+    for other in (two, many):
+        np.testing.assert_array_equal(one.values[name], other.values[name])
+        np.testing.assert_array_equal(one.status_codes, other.status_codes)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -72,7 +75,16 @@ def test_the_raw_kernel_fills_arrays_of_the_caller(backend):
     planes = np.full((2, kernel.rows, 10), np.nan)  # rows at places of their own
     kernel.fill(inputs, list(planes[1]))
     np.testing.assert_array_equal(planes[1], out)
-    for wrong in (out[:-1], list(out.astype("float32")), list(out[:, ::2]), out.T.copy().T):
+    fixed = out.copy()
+    fixed.flags.writeable = False
+    for wrong in (
+        fixed,
+        list(fixed),
+        out[:-1],
+        list(out.astype("float32")),
+        list(out[:, ::2]),
+        out.T.copy().T,
+    ):
         with pytest.raises(rs.InputError, match="results of the kernel"):
             kernel.fill(inputs, wrong)
 
@@ -81,7 +93,8 @@ def test_the_raw_kernel_fills_arrays_of_the_caller(backend):
 def test_answers_are_written_into_given_arrays(backend):
     """With poses side by side, a pose after the other, and in single precision."""
     robot = model("3-rrr")
-    pose = np.concatenate([around_home(robot, 2000), [[3.0, 0, 0], [0, 3.0, 0]]])
+    near: Any = around_home(robot, 2000)
+    pose = np.concatenate([near, [[3.0, 0, 0], [0, 3.0, 0]]])
     compiled = rs.compile(robot, [rs.StiffnessMatrix(), rs.WorstDeflection()], backend=backend)
     expected = compiled.evaluate(pose)
     count = len(pose)

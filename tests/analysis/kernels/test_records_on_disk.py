@@ -1,5 +1,6 @@
 """Records on disk: the same answers to the last bit, and nothing that is damaged or of others."""
 
+import hashlib
 import json
 import os
 from dataclasses import replace
@@ -8,8 +9,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.analysis import compiled_stiffness, record_file
-from robostiff.analysis.kernel_inputs import KernelInputs
+from robostiff.analysis import compiled_stiffness
 from robostiff.record import Program, Record, least, sine
 from tests.analysis.kernels.cases import around_home, model
 from tests.linkage.test_maps_of_linkages import FOUR_BAR
@@ -97,7 +97,8 @@ def _other_number(path):
 def _with_another_record(path):
     """A whole file of another program, with a checksum that agrees."""
     body = json.dumps({"rank": 2}).encode()
-    path.write_bytes(record_file._head(body) + body)
+    checksum = hashlib.sha256(body).hexdigest().encode()
+    path.write_bytes(b"robostiff record 1\n" + checksum + b"\n" + body)
 
 
 def _nothing(path):
@@ -150,7 +151,7 @@ def test_a_folder_that_takes_nothing_is_no_error(monkeypatch, tmp_path):
 
 
 def test_the_oldest_files_go(cache, monkeypatch):
-    monkeypatch.setattr(record_file, "_MOST_FILES", 2)
+    monkeypatch.setattr("robostiff.analysis.record_file._MOST_FILES", 2)
     robot = model("3-rpr")
     compiled(robot)
     (first,) = cache.iterdir()
@@ -192,7 +193,7 @@ def test_kernels_of_other_outputs_are_refused():
     with pytest.raises(ValueError, match="other outputs"):
         type(made).from_data(
             made.as_data(),
-            lambda joints: KernelInputs(made.subject, joints),
+            lambda _: made.taken,
             [rs.PrincipalStiffness()],
             rs.Backend.ARRAYS,
         )

@@ -1,6 +1,7 @@
 """Reductions against the whole map, in any blocks, by threads and processes, and after an end."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -157,7 +158,7 @@ def test_the_first_of_equal_values_counts():
 
 def test_negative_values_are_in_order():
     values = np.array([[-3.0, -0.5, np.nan, 0.0, 2.0, 7.0]])
-    own = rs.Quantiles(shares=[0, 0.4, 0.6, 1])
+    own: Any = rs.Quantiles(shares=[0, 0.4, 0.6, 1])
     ((_, labels, found, _),) = own.found(own.of_block(values, 0), "", None)
     assert labels == {"share": (0.0, 0.4, 0.6, 1.0)}
     np.testing.assert_allclose(found[:, 0], [-3.0, -0.5, 0.0, 7.0], rtol=0.004, atol=1e-38)

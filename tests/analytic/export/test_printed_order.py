@@ -24,7 +24,7 @@ def test_sums_of_negative_terms_keep_their_order():
 
 def test_words_are_set_apart_from_letters():
     product = a * top**2
-    assert LATEX.write(product) == r"a \, \mathrm{top}^{2}"
+    assert LATEX.write(product) == r"a\,\mathrm{top}^{2}"
     assert " thin " in TYPST.write(product)
     assert "mspace" in MATHML.write(product)
     for write in (LATEX.write, TYPST.write, MATHML.write):

@@ -162,3 +162,11 @@ def test_no_term_of_a_long_sum_is_lost_between_its_lines(write):
     K = sp.ImmutableMatrix(sp.diag(sum(sp.Symbol(f"zz_{i}") ** 2 for i in range(40)), 0, 0))
     written = write(Derivation("K_C", K, (), K))
     assert written.count("zz") == 80  # in the formula, and in the nomenclature
+
+
+def test_all_decimals_have_as_many_digits():
+    derivation = rs.derive("gough-stewart-b").subs({"h": 1 / 3, "k": 1e8 / 7})
+    for text in (derivation_text(derivation), derivation._repr_html_()):
+        decimals = re.findall(r"\d+\.\d+", text)
+        assert decimals
+        assert max(len(x.replace(".", "").lstrip("0")) for x in decimals) <= 12

@@ -1,10 +1,23 @@
+import re
+
 import pytest
 import sympy as sp
 
 import robostiff as rs
-from robostiff.analytic import Derivation, Steps, derive_chain
+from robostiff.analytic import (
+    Derivation,
+    Steps,
+    compliance_steps,
+    derive_chain,
+    differentiate,
+)
 from robostiff.analytic.export import derivation_text
-from robostiff.analytic.export.blocks import EquationRows, MatrixEquation, Nomenclature
+from robostiff.analytic.export.blocks import (
+    EquationRows,
+    FormulaTable,
+    MatrixEquation,
+    Nomenclature,
+)
 from robostiff.analytic.export.outline import outline_of
 from robostiff.errors import InputError
 from tests.analytic.export.derivations import ALL, symmetric
@@ -131,19 +144,37 @@ def test_too_little_width():
         ("two-link-arm", {}),
         ("3-rrr", {"form": Steps()}),
         ("gough-stewart-b-beams", {"leg": "leg1"}),
+        ("gough-stewart-b", {"pose": rs.AtSymbols()}),
+        ("hexaglide", {}),
+        ("us-ups", {}),
     ],
 )
 def test_every_name_that_is_printed_has_a_meaning(name, how):
-    *blocks, nomenclature = outline_of(rs.derive(name, **how))
+    check_names(outline_of(rs.derive(name, **how)))
+
+
+def test_every_name_of_what_follows_from_a_formula_has_a_meaning():
+    derivation = rs.derive("hexapod")
+    check_names(outline_of(compliance_steps(derivation)))
+    check_names(outline_of(differentiate(derivation, "R")))
+    check_names(outline_of(rs.derive("3-prs").named))
+
+
+def check_names(outline):
+    *blocks, nomenclature = outline
     assert isinstance(nomenclature, Nomenclature)
     rows = [[getattr(x, "name", x) for x in names] for names, _ in nomenclature.rows]
     listed = {x for row in rows for x in row}
     # w stands for w_1, w_2, ...; a row "p_1, ..., p_5" for those between its ends.
     letters = {x for x in listed if "_" not in x}
-    letters |= {row[0].partition("_")[0] for row in rows if "..." in row}
+    letters |= {re.match(r"[A-Za-z]*", row[0])[0] for row in rows if "..." in row}
     lefts = [b.name for b in blocks if isinstance(b, MatrixEquation)]
     lefts += [e.name for b in blocks if isinstance(b, EquationRows) for e in b.rows]
-    unsaid = {x for x in lefts if x not in listed and x.partition("_")[0] not in letters}
+    tables = [b for b in blocks if isinstance(b, FormulaTable)]
+    heads = [getattr(x, "name", x) for b in tables for x in b.head]
+    # A column t has t_1, t_2, ... in it.
+    lefts += [x for x in heads if not any(y.startswith(f"{x}_") for y in listed)]
+    unsaid = {x for x in lefts if x not in listed and re.match(r"[A-Za-z]*", x)[0] not in letters}
     assert unsaid <= {"0"}  # where the legs close
 
 

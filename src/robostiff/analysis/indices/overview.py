@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, overload
@@ -39,7 +39,7 @@ from robostiff.analysis.indices.screws import (
     eigenscrews,
 )
 from robostiff.analysis.indices.stiffness_parts import StationaryStiffness, stiffness_parts
-from robostiff.analysis.measures import symmetric_eigenvalues
+from robostiff.analysis.measures import principal_stiffnesses, symmetric_eigenvalues
 from robostiff.analysis.posed_stiffness import question_of
 from robostiff.analysis.result import Stiffness
 from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD
@@ -165,7 +165,8 @@ class IndicesOfPoses(StatusOfPoses):
     def principal_stiffness(self) -> np.ma.MaskedArray:
         """Of forces [N/m] and then of moments [N m/rad], each ascending (..., n)."""
         return self._numbers(
-            lambda known: self._by_blocks(self.result.matrix[known]), lambda one: one.principal
+            lambda known: _eigenvalues_of_blocks(self.result.matrix[known]),
+            lambda one: one.principal,
         )
 
     @cached_property
@@ -174,7 +175,7 @@ class IndicesOfPoses(StatusOfPoses):
         d = self.result.space.translations
 
         def inverses(known: np.ndarray) -> np.ndarray:
-            k = 1 / self._by_blocks(self.result.compliances[known])
+            k = 1 / _eigenvalues_of_blocks(self.result.compliances[known])
             return np.concatenate([k[:, :d][:, ::-1], k[:, d:][:, ::-1]], axis=-1)
 
         return self._numbers(inverses, lambda one: one.collinear)
@@ -205,12 +206,6 @@ class IndicesOfPoses(StatusOfPoses):
             return largest(K / scale[known]) * largest(C * scale[known])
 
         return self._numbers(ratios, lambda one: one.condition.two_norm)[..., 0]
-
-    def _by_blocks(self, A: np.ndarray) -> np.ndarray:
-        """Eigenvalues of the blocks of forces and of moments of K or C (N, n, n), ascending."""
-        d = self.result.space.translations
-        blocks = A[:, :d, :d], A[:, d:, d:]
-        return np.concatenate([symmetric_eigenvalues(block) for block in blocks], axis=-1)
 
     def _numbers(
         self,
@@ -262,6 +257,11 @@ class IndicesOfPoses(StatusOfPoses):
         return indices(self.result[index], length=self.length)
 
 
+def _eigenvalues_of_blocks(A: np.ndarray) -> np.ndarray:
+    """Of the blocks of forces and of moments of K or C (N, n, n), each ascending (N, n)."""
+    return np.concatenate(list(principal_stiffnesses(A).values()), axis=-1)
+
+
 @overload
 def indices(
     robot: Robot | Snapshot | Network | Linkage,
@@ -273,13 +273,22 @@ def indices(
 ) -> StiffnessIndices: ...
 @overload
 def indices(
+    robot: Robot | Snapshot | Network | Linkage,
+    pose: Sequence[Sequence[float]],
+    *,
+    length: float | None = None,
+    at: ArrayLike | None = None,
+    near: Near = None,
+) -> IndicesOfPoses: ...
+@overload
+def indices(
     robot: Stiffness | Robot | Snapshot | Network | Linkage,
     pose: Pose | DriveValues = None,
     *,
     length: float | None = None,
     at: ArrayLike | None = None,
     near: Near = None,
-) -> StiffnessIndices | IndicesOfPoses: ...
+) -> Any: ...
 def indices(
     robot: Stiffness | Robot | Snapshot | Network | Linkage,
     pose: Pose | DriveValues = None,

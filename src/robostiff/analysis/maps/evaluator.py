@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any, Protocol, cast
 
 import numpy as np
@@ -16,7 +15,6 @@ from robostiff.analysis.leg_loads import leg_loads
 from robostiff.analysis.maps.pose_columns import Mapped, PoseColumns
 from robostiff.analysis.maps.variables import Quantity, Variable, map_variables
 from robostiff.analysis.measures import (
-    compliance_where_answered,
     principal_stiffnesses,
     stiffness_indices,
     stiffness_where_answered,
@@ -262,8 +260,7 @@ class MapEvaluator:
         result = direct_stiffness(cast(Any, self.robot), pose, near=self._near)
         status = result.status_codes
         K = stiffness_where_answered(result) if _OF_K & set(self.quantities) else np.empty(0)
-        C = partial(compliance_where_answered, result)
-        found = self._of_matrices(K, result.rank, C, definite=True)
+        found = self._of_matrices(K, result.rank, lambda: result.compliances, definite=True)
         if self.wrench:
             F = np.array(self.wrench)
             twist, of_load = twists_under(result, F)

@@ -71,7 +71,7 @@ def stiffness_map(
     workers: int | None = None,
     scheduler: str | Client | Threads | None = None,
     progress: Callable[[Progress], None] | None = None,
-    reduce: Iterable[Reduction] = (),
+    reduce: Reduction | Iterable[Reduction] = (),
 ) -> xarray.Dataset:
     """Stiffness of a robot at many poses, as arrays with named dimensions.
 
@@ -111,7 +111,7 @@ def stiffness_map(
         threads of this process to use, as many as processors when left out.
     progress : callable, optional
         Called with a `Progress` after each block.
-    reduce : iterable of Reduction, optional
+    reduce : Reduction or several, optional
         ``Extremes``, ``Quantiles``, ``Histogram``, ``ShareAbove``: what becomes of the quantities,
         which are not kept themselves. So much memory serves for any number of poses; with `store`,
         a file such as ``map.npz``, an interrupted map goes on.

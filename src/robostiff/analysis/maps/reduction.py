@@ -29,6 +29,7 @@ Found = tuple[str, Mapping[str, Sequence[Any]], np.ndarray, bool]
 # The upper halves of numbers of 32 bits: sign, exponent and seven bits of the digits.
 _BINS = 2**16
 _SIGN = 2**15
+_INFINITE = 0x7F80
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,8 @@ class Extremes(Reduction):
     >>> robot, least = rs.load("3-rpr"), [rs.Extremes("rotational_stiffness")]
     >>> found = rs.stiffness_map(robot, grid, reduce=least)
     >>> found.rotational_stiffness_at.sel(extreme="greatest", coordinate=["x", "y"]).values
-    array([[0., 0.]])
+    array([[ 0.1],
+           [-0.1]])
     """
 
     def of_block(self, values: np.ndarray, first: int) -> State:
@@ -143,13 +145,10 @@ class Quantiles(Reduction):
         object.__setattr__(self, "shares", tuple(given.tolist()))
 
     def of_block(self, values: np.ndarray, first: int) -> State:
-        """How many numbers there are of each upper half (entries, 2^16), in ascending order."""
+        """How many numbers there are of each upper half (entries, 2^16)."""
         with np.errstate(over="ignore"):
-            upper = np.asarray(values, dtype=np.float32).view(np.uint32) >> 16
-        upper = np.where(upper & _SIGN, _BINS - 1 - upper, upper + _SIGN)
-        known = ~np.isnan(values)
-        each = zip(upper, known, strict=True)
-        return {"counts": np.array([np.bincount(u[k], minlength=_BINS) for u, k in each])}
+            upper = np.ascontiguousarray(values, dtype=np.float32).view(np.uint32) >> 16
+        return {"counts": np.array([np.bincount(own, minlength=_BINS) for own in upper])}
 
     def added(self, a: State, b: State) -> State:
         """Sums of counts."""
@@ -157,13 +156,12 @@ class Quantiles(Reduction):
 
     def found(self, state: State, name: str, job: MapJob) -> Iterator[Found]:
         """The middle of the numbers of one upper half."""
-        place = np.arange(_BINS)
-        upper = np.where(place < _SIGN, _BINS - 1 - place, place - _SIGN).astype(np.uint32)
-        with np.errstate(invalid="ignore"):
-            middles = ((upper << 16) | 0x8000).view(np.float32).astype(float)
-        middles[np.isnan(middles)] = np.inf  # numbers beyond those of 32 bits
-        middles[:_SIGN] = -np.abs(middles[:_SIGN])
-        sums = np.cumsum(state["counts"], axis=1)
+        upper = np.arange(_BINS, dtype=np.uint32)
+        middles = ((upper << 16) | 0x8000).view(np.float32)
+        middles[[_INFINITE, _INFINITE + _SIGN]] = np.inf, -np.inf
+        order = np.argsort(middles, kind="stable")[: np.count_nonzero(~np.isnan(middles))]
+        middles = middles[order].astype(float)
+        sums = np.cumsum(state["counts"][:, order], axis=1)
         quantiles = np.full((len(self.shares), len(sums)), np.nan)
         for entry, below in enumerate(sums):
             if below[-1]:

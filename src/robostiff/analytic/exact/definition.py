@@ -133,10 +133,6 @@ class WrittenField:
 class WrittenWhole:
     """A frozen dataclass that is pickled with all of its fields written."""
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __getstate__(self) -> dict[str, Any]:
         own: Any = self
-        return _made, (type(self), {x.name: getattr(own, x.name) for x in fields(own)})
-
-
-def _made(kind: Any, values: dict[str, Any]) -> Any:
-    return kind(**values)
+        return {x.name: getattr(own, x.name) for x in fields(own)}

@@ -25,9 +25,6 @@ class ExactMatrix:
     entries: tuple[tuple[Any, ...], ...]  # polynomials of the field, upper and lower part
     denominator: Any
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(None), ()  # FLINT's polynomials cannot be pickled
-
     @classmethod
     def of(cls, field: ExactField, entries: Sequence[Any]) -> ExactMatrix:
         """A symmetric matrix, of SymPy expressions row by row, over its common denominator."""

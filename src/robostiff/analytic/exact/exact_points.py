@@ -202,22 +202,6 @@ def writes_the_same(K: Any, stiffness: Iterable[Any]) -> bool:
 #: Precision of balls, some ninety digits.
 BITS = 300
 
-_FUNCTIONS_OF_NUMBERS = {
-    "sin": np.sin,
-    "cos": np.cos,
-    "tan": np.tan,
-    "asin": np.arcsin,
-    "acos": np.arccos,
-    "atan": np.arctan,
-    "atan2": np.arctan2,
-    "Abs": np.abs,
-    "exp": np.exp,
-    "log": np.log,
-    "sinh": np.sinh,
-    "cosh": np.cosh,
-    "tanh": np.tanh,
-}
-
 
 def values_of(
     expressions: Iterable[Any],
@@ -314,7 +298,7 @@ def _in_floats(expression: Any, arguments: list[Any]) -> Any:
         if exponent.is_Integer:
             return np.power(base, float(exponent))[()]
         return np.power(base, arguments[1])[()]
-    function = _FUNCTIONS_OF_NUMBERS.get(type(expression).__name__)
+    function = getattr(np, type(expression).__name__.lower(), None)
     if function is None:
         raise InputError("formula", got=str(expression), expected="functions that have a value")
     return function(*arguments)

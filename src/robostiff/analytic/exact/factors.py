@@ -124,7 +124,7 @@ def bound_of_terms(expression: Any, most: int) -> int:
 
 
 def completed_squares(field: ExactField, polynomial: Any) -> tuple[list[tuple[Any, Any]], Any]:
-    """Complete the squares of a quadratic polynomial of plain symbols, where that is no longer.
+    """Complete squares of a quadratic polynomial of plain symbols, each where that is no longer.
 
     The symbol with the fewest products comes first, as in Lagrange's reduction of quadratic forms:
     R^2 - 2 R r + r^2 + h^2 has (R - r)^2, and h^2 is left.
@@ -136,19 +136,29 @@ def completed_squares(field: ExactField, polynomial: Any) -> tuple[list[tuple[An
     """
     if not _is_quadratic(field, polynomial):
         return [], polynomial
+    written = field.polynomial_expression
     squares: list[tuple[Any, Any]] = []
-    rest = polynomial
-    while (place := _next_symbol(rest)) is not None:
+    rest, longer = polynomial, set[int]()  # symbols whose square is longer than what it replaces
+    while not rest.is_zero():
+        counts: dict[int, int] = {}  # of products of symbols with a square
+        for place, degree in enumerate(rest.degrees()):
+            products = sum(1 for powers, _ in rest.terms() if powers[place] == 1)
+            if degree == 2 and products and place not in longer:
+                counts[place] = products
+        if not counts:
+            break
+        place = min(counts, key=lambda own: counts[own])
         slope = rest.derivative(place)
         (twice,) = (c for powers, c in slope.terms() if powers[place])
         constant, ((base, _),) = slope.factor()
         number = constant**2 / (2 * twice)
+        left = rest - base**2 * number
+        square = rational(number) * written(base) ** 2
+        if count_of(square + written(left)) > count_of(written(rest)):
+            longer.add(place)
+            continue
         squares.append((base, rational(number)))
-        rest = rest - base**2 * number
-    written = [number * field.polynomial_expression(base) ** 2 for base, number in squares]
-    after = sp.Add(*written, field.polynomial_expression(rest))
-    if count_of(after) > count_of(field.polynomial_expression(polynomial)):
-        return [], polynomial
+        rest = left
     return squares, rest
 
 
@@ -189,18 +199,6 @@ def _is_quadratic(field: ExactField, polynomial: Any) -> bool:
         return False
     degrees = zip(field.generators, polynomial.degrees(), strict=True)
     return all(generator.is_Symbol for generator, degree in degrees if degree)
-
-
-def _next_symbol(polynomial: Any) -> int | None:
-    """The symbol with a square and the fewest products, at least one."""
-    if polynomial.is_zero():
-        return None
-    counts: dict[int, int] = {}
-    for place, degree in enumerate(polynomial.degrees()):
-        products = sum(1 for powers, _ in polynomial.terms() if powers[place] == 1)
-        if degree == 2 and products:
-            counts[place] = products
-    return min(counts, key=lambda place: counts[place], default=None)
 
 
 def by_powers(polynomial: Any, places: Sequence[int]) -> dict[tuple[int, ...], Any]:

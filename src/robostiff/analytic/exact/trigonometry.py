@@ -14,7 +14,7 @@ from robostiff.analytic.exact.operation_count import count_of
 
 # Degree in sine and cosine, and operations, beyond which no shorter form is looked for.
 _DEGREE = 4
-_LONGEST = 60
+_LONGEST = 100
 # Phases are multiples of this part of a turn about pi: 15 degrees.
 _PARTS = 12
 # What stands for the sine and cosine of one angle.
@@ -55,18 +55,16 @@ def _with_sums_of_angles(expression: Any) -> Any:
         if len(angles) != 2:
             continue
         a, b = angles
-        for whole, parts in _sums_of(a, b):
+        sums = []
+        for sign in (1, -1):
+            sine = sp.sin(a) * sp.cos(b) + sign * sp.cos(a) * sp.sin(b)
+            cosine = sp.cos(a) * sp.cos(b) - sign * sp.sin(a) * sp.sin(b)
+            sums += [(sp.sin(a + sign * b), sine), (sp.cos(a + sign * b), cosine)]
+        for whole, parts in sums:
             if pair in (parts, -parts):
                 expression = expression.xreplace({pair: whole if pair == parts else -whole})
                 break
     return expression
-
-
-def _sums_of(a: Any, b: Any) -> Iterator[tuple[Any, Any]]:
-    """Sines and cosines of sum and difference of two angles, and what they are in those of each."""
-    for sign in (1, -1):
-        yield sp.sin(a + sign * b), sp.sin(a) * sp.cos(b) + sign * sp.cos(a) * sp.sin(b)
-        yield sp.cos(a + sign * b), sp.cos(a) * sp.cos(b) - sign * sp.sin(a) * sp.sin(b)
 
 
 def _first_shortest(forms: list[Any]) -> Any:

@@ -18,7 +18,6 @@ from robostiff.analytic.export.entries import (
     without_lost_digits,
 )
 from robostiff.analytic.vectors.vector_expressions import Equation, Over, Vector
-from robostiff.errors import printable
 
 #: A matrix with more operations than this is not written out between other equations.
 LONGEST = 1500
@@ -77,9 +76,6 @@ class Title:
     text: str
     level: int = 2
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "text", printable(self.text, kept="\n"))
-
 
 @dataclass(frozen=True)
 class Sentences:
@@ -87,9 +83,6 @@ class Sentences:
 
     text: str
     formulas: tuple[Any, ...] = ()
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "text", printable(self.text, kept="\n"))
 
 
 @dataclass(frozen=True)
@@ -129,10 +122,6 @@ class FormulaTable:
     head: tuple[Vector | str, ...]
     rows: tuple[tuple[str, tuple[Any, ...]], ...]
     of: str = "leg"  # what the rows are
-
-    def __post_init__(self) -> None:
-        rows = tuple((printable(words), cells) for words, cells in self.rows)
-        object.__setattr__(self, "rows", rows)
 
 
 #: Names, of vectors and matrices as `Vector`, and their meaning.

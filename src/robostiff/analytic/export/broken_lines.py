@@ -1,111 +1,84 @@
-"""Long formulas on several lines, broken by their typeset width."""
+"""Long formulas on several lines, broken by their typeset width; matrices that fit into a width."""
 
 from __future__ import annotations
 
 import re
 import textwrap
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
-from typing import Any, Protocol
+from typing import Any, ClassVar
 
 import sympy as sp
 
-from robostiff.analytic.export.products import (
-    differential_parts,
-    is_greek,
-    name_parts,
-    ordered_terms,
-    printed_product,
-)
+from robostiff.analytic.export.blocks import EquationRows, MatrixEquation
+from robostiff.analytic.export.notation import Notation
+from robostiff.analytic.export.products import is_greek, ordered_terms, printed_product
+from robostiff.analytic.vectors.vector_expressions import Equation
 
-_SMALL = 0.7
+# Between two columns of a matrix, and around it [widths of a letter].
+_GAP = 1.8
+_AROUND = 3.0
+_LETTER = 10 * "x"
 
 
-def math_width(expression: sp.Basic) -> float:
-    """Estimate the width of a typeset expression, fractions upright, in widths of a letter.
+class _Widths(Notation):
+    """Ten characters for the width of a letter; fractions stand upright, subscripts are small."""
+
+    minus = plus = 2 * _LETTER
+    beside, apart, partial = "xx", "xx", _LETTER
+    transposed = inverse = total = total_over = _LETTER
+    cross, dot, norm = _LETTER, "xx", _LETTER + "{}" + _LETTER
+    root, scientific, brackets = "{}" + _LETTER, "{}{}" + 3 * _LETTER, _LETTER + "{}" + _LETTER
+    constants: ClassVar[dict[str, str]] = {"pi": _LETTER, "e": _LETTER}
+
+    def word(self, word: str) -> str:
+        return _LETTER * (1 if is_greek(word) else len(word))
+
+    def bold(self, letter: str) -> str:
+        return self.word(letter)
+
+    def number(self, digits: str) -> str:
+        return self.word(digits)
+
+    def subscripted(self, letter: str, primes: int, subscripts: Sequence[str]) -> str:
+        return letter + primes * "xxxxx" + "".join(self.raise_to("xxxx", x) for x in subscripts)
+
+    def raise_to(self, base: str, power: str) -> str:
+        return base + power[: 7 * len(power) // 10]
+
+    def over(self, above: str, below: str) -> str:
+        return max(above, below, key=len) + "xxxxx"
+
+    def matrix(self, rows: list[list[str]]) -> str:
+        return 2 * _LETTER + max(map("".join, rows), key=len)
+
+    def applied(self, function: Any, power: str = "") -> str:
+        name = self.raise_to(_LETTER * (1 + len(type(function).__name__)), power)
+        return name + "".join(self._print(x) + _LETTER for x in function.args)
+
+    def times(self, factor: str, *, apart: bool) -> str:
+        return self.beside
+
+
+_WIDTHS = _Widths()
+
+
+def math_width(expression: Any) -> float:
+    """Estimate the width of a typeset expression, of scalars or vectors, in widths of a letter.
 
     Examples
     --------
     >>> x, y = sp.symbols("x y")
-    >>> math_width(x)
-    1.0
-    >>> math_width(x + y)
-    4.0
-    >>> math_width((x + y) / (x * y)) < math_width(x + y) + 1
-    True
+    >>> math_width(x), math_width(x + y), math_width((x + y) / (x * y))
+    (1.0, 4.0, 4.5)
     """
-    match expression:
-        case sp.Symbol():
-            width = name_width(expression.name)
-        case sp.Add():
-            width = sum(math_width(term) + 2 for term in expression.args) - 2
-        case sp.Mul():
-            width = _product_width(expression)
-        case sp.Pow():
-            width = _power_width(expression)
-        case sp.Rational() if expression.q != 1:
-            width = float(max(len(str(expression.p)), len(str(expression.q))))
-        case sp.Function():
-            arguments = sum(math_width(argument) + 1 for argument in expression.args)
-            width = len(type(expression).__name__) + 1 + arguments
-        case _:
-            width = float(len(str(expression)))
-    return width
+    return len(_WIDTHS.written(expression).replace("-", _LETTER)) / len(_LETTER)
 
 
 def name_width(name: str) -> float:
     """Estimate the width of a typeset name, its subscripts small."""
-    differential = differential_parts(name)
-    if differential is not None:
-        inner, by = differential
-        return 1.5 + max(name_width(inner), name_width(by))
-    parts = name_parts(name)
-    small = sum(_word_width(word) for word in parts.subscripts) + len(parts.subscripts) / 2
-    return _word_width(parts.letter) + parts.primes / 2 + _SMALL * small
-
-
-def _word_width(word: str) -> float:
-    return 1.0 if is_greek(word) else float(len(word))
-
-
-def _product_width(expression: sp.Expr) -> float:
-    product = printed_product(expression)
-    above = _factors_width(product.above)
-    if product.below:
-        above = max(above, _factors_width(product.below)) + 0.5
-    return above + product.negative
-
-
-def _factors_width(factors: tuple[sp.Expr, ...]) -> float:
-    if len(factors) == 1:
-        return math_width(factors[0])
-    total = 1.0 if not factors else 0.0
-    for factor in factors:
-        total += math_width(factor) + 0.2 + (2 if isinstance(factor, sp.Add) else 0)
-    return total
-
-
-def _power_width(power: Any) -> float:
-    if power.exp.is_Rational and power.exp.is_negative:
-        return _product_width(power)
-    base = math_width(power.base) + (2 if power.base.is_Add or power.base.is_Mul else 0)
-    if power.exp == sp.Rational(1, 2):
-        return base + 1
-    return base + _SMALL * math_width(power.exp)
-
-
-class Breaks(Protocol):
-    """Brackets and signs of a broken line in a language for formulas."""
-
-    # brackets that may stand on different lines
-    opening: str
-    closing: str
-    slash: str
-    power: str  # what follows a closing bracket, with ``{}`` for the exponent
-
-    def write(self, expression: Any) -> str:
-        """An expression in the language."""
-        ...
+    return len(_WIDTHS.name(name)) / len(_LETTER)
 
 
 @dataclass(frozen=True)
@@ -114,7 +87,7 @@ class _Piece:
     width: float
 
 
-def broken_lines(expression: sp.Expr, language: Breaks, room: float) -> list[str]:
+def broken_lines(expression: sp.Expr, language: Any, room: float) -> list[str]:
     """Write an expression on as many lines as it needs.
 
     The width `room` of a line is in widths of a letter; what cannot be broken may be wider.
@@ -140,49 +113,38 @@ def broken_lines(expression: sp.Expr, language: Breaks, room: float) -> list[str
     return [*lines, line]
 
 
-def _pieces(expression: Any, language: Breaks, room: float) -> list[_Piece]:
+def _pieces(expression: Any, language: Any, room: float) -> list[_Piece]:
     """The pieces of an expression that are not broken, in order."""
     width = math_width(expression)
+    whole = [_Piece(language.write(expression), width)]
     # A sum that fits is still broken if otherwise half of the line before it stayed empty.
-    if isinstance(expression, sp.Add) and width > room / 4:
-        return _sum_pieces(expression, language, room)
-    if isinstance(expression, sp.Mul | sp.Pow) and width > room:
-        return _product_pieces(expression, language, room)
-    return [_Piece(language.write(expression), width)]
-
-
-def _sum_pieces(expression: sp.Add, language: Breaks, room: float) -> list[_Piece]:
-    pieces: list[_Piece] = []
-    for number, term in enumerate(ordered_terms(expression)):
-        first, *rest = _pieces(term, language, room)
-        if number > 0:
-            negative = first.text.startswith("-")
-            bare = first.text[1:].lstrip() if negative else first.text
-            first = _Piece(f"{'-' if negative else '+'} {bare}", first.width + 2)
-        pieces += [first, *rest]
-    return pieces
-
-
-def _product_pieces(expression: sp.Expr, language: Breaks, room: float) -> list[_Piece]:
+    if expression.is_Add and width > room / 4:
+        pieces: list[_Piece] = []
+        for number, term in enumerate(ordered_terms(expression)):
+            first, *rest = _pieces(term, language, room)
+            if number > 0:
+                sign, bare = ("-", first.text[1:]) if first.text[0] == "-" else ("+", first.text)
+                first = _Piece(f"{sign} {bare.lstrip()}", first.width + 2)
+            pieces += [first, *rest]
+        return pieces
+    if not (expression.is_Mul or expression.is_Pow) or width <= room:
+        return whole
     product = printed_product(expression)
     alone = product.above[0] if len(product.above) == 1 else None
     if not product.below and not product.negative and alone and not _is_power_of_a_sum(alone):
-        return [_Piece(language.write(expression), math_width(expression))]
-    sign = [_Piece("-", 1.0)] if product.negative else []
-    pieces = [*sign, *_factor_pieces(product.above, language, room)]
-    if product.negative:
-        pieces = [_Piece(f"-{pieces[1].text}", pieces[1].width + 1), *pieces[2:]]
+        return whole
+    first, *rest = _factor_pieces(product.above, language, room)
+    pieces = [_Piece(f"-{first.text}", first.width + 1) if product.negative else first, *rest]
     if product.below:
         below = _factor_pieces(product.below, language, room)
         if len(product.below) > 1:
             below = _bracketed(below, language)
-        first = below[0]
-        below[0] = _Piece(f"{language.slash} {first.text}", first.width + 1)
-        pieces += below
+        first, *rest = below
+        pieces += [_Piece(f"{language.slash} {first.text}", first.width + 1), *rest]
     return pieces
 
 
-def _factor_pieces(factors: tuple[Any, ...], language: Breaks, room: float) -> list[_Piece]:
+def _factor_pieces(factors: tuple[Any, ...], language: Any, room: float) -> list[_Piece]:
     pieces: list[_Piece] = []
     for factor in factors:
         if isinstance(factor, sp.Add):
@@ -200,11 +162,61 @@ def _is_power_of_a_sum(factor: Any) -> bool:
     return factor.is_Pow and factor.base.is_Add and factor.exp.is_Integer and factor.exp > 1
 
 
-def _bracketed(pieces: list[_Piece], language: Breaks) -> list[_Piece]:
+def _bracketed(pieces: list[_Piece], language: Any) -> list[_Piece]:
     pieces = list(pieces)
     pieces[0] = _Piece(f"{language.opening} {pieces[0].text}", pieces[0].width + 1)
     pieces[-1] = _Piece(f"{pieces[-1].text} {language.closing}", pieces[-1].width + 1)
     return pieces
+
+
+def room_beside(block: MatrixEquation, room: float) -> float:
+    """The room that a name and brackets leave for the columns [widths of a letter]."""
+    return room - name_width(block.name) - 2 - _AROUND - _GAP * (block.whole.cols - 1)
+
+
+def fitted(
+    block: MatrixEquation, measure: Callable[[Any], float], room: float, *, stacked: bool = False
+) -> tuple[Any, sp.ImmutableMatrix, EquationRows]:
+    """Factor, matrix, and what names in it stand for, of a matrix that fits into a width.
+
+    Its common factor stands in front where all fits, and has a name where it is long; otherwise
+    it stays in the entries, and those that are too wide get a name; those that are equal up to
+    their sign share one. The `room` is that of all columns side by side, in the unit of `measure`;
+    `stacked` says that the factor may stand above the matrix.
+    """
+
+    def widths(matrix: Any) -> list[float]:
+        return sorted(max(map(measure, matrix.col(j))) for j in range(matrix.cols))
+
+    whole = block.whole
+    taken = 0 if block.factor == 1 else measure(block.factor)
+    rest = whole if block.rest is None else block.rest
+    needed = sum(widths(rest))
+    if needed + (0 if stacked else taken) <= room and taken <= room / 2:
+        return block.factor, rest, EquationRows(())
+    name = f"{block.name}_f"
+    if needed + len(name) <= room and block.rest is not None and block.factor != 1:
+        named = Equation(name, block.factor, is_vector=False)
+        return sp.Symbol(name), rest, EquationRows((named,))
+    columns = widths(whole)
+    # The widest entry for which all columns fit; narrow columns leave space for the others.
+    shares = [(room - sum(columns[:n])) / (len(columns) - n) for n in range(len(columns))]
+    pairs = zip(columns, shares, strict=True)
+    limit = next((share for width, share in pairs if width > share), columns[-1])
+    names: dict[Any, Any] = {}
+    equations: list[Equation] = []
+    all_entries = set(whole.flat())  # both signs of one get a name, or none
+    for place, entry in enumerate(whole.flat()):
+        if (entry.is_Atom and not entry.is_Float) or entry in names:
+            continue
+        if max(measure(x) for x in (entry, -entry) if x in all_entries) > limit:
+            name = block.entry_name(*divmod(place, whole.cols))
+            names[entry] = sp.Symbol(name)
+            names.setdefault(-entry, -names[entry])
+            equations.append(Equation(name, entry, is_vector=False))
+    shown = [names.get(entry, entry) for entry in whole.flat()]
+    matrix = sp.ImmutableMatrix(whole.rows, whole.cols, shown)
+    return sp.S.One, matrix, EquationRows(tuple(equations))
 
 
 _BEFORE_SIGN_OR_AFTER_COMMA = re.compile(r"(?<= )(?=[+-] )|(?<=, )|(?<=\)/)")

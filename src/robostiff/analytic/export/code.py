@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
 from typing import Any, ClassVar
 
@@ -22,7 +21,6 @@ from robostiff.analytic.export.vocabulary import (
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 
-_WORD = re.compile(r"@(\w+)@")
 NO_ANSWER = "the formula does not hold at these values"
 _LARGEST = sp.Integer(10) ** 300
 _EXACT = 2**53  # integers that are doubles
@@ -45,34 +43,25 @@ def unquoted(name: str) -> str:
 
 
 class Code(CodePrinter):
-    """A program in a language: its expressions, and the template of a function.
+    """A program in a language: its expressions, and the lines of a function.
 
-    In a template ``@word@`` stands for a word, and a line that ends with ``<<block>>`` for the
-    lines of that block. The template of an entry has the matrix, row i and column j from 0, I and J
-    from 1, and the place n.
+    `entry`: has the matrix, row i and column j from 0, I and J from 1, and the place n; `declared`:
+    the target of an intermediate; `both`: what holds before, and a test.
     """
 
     name_of_language: ClassVar[str]
     reserved: ClassVar[frozenset[str]]  # identifiers that must not be defined
-    own: ClassVar[tuple[str, ...]] = ()  # further identifiers of the template
+    own: ClassVar[tuple[str, ...]] = ()  # further identifiers of the function
     longest: ClassVar[int | None] = None  # letters of an identifier
-    template: ClassVar[str]
     width: ClassVar[int] = 96  # of lines
     indent: ClassVar[int] = 4  # of the comment
-    subject: str = "It"  # what relates
-    fails: ClassVar[str] = ""  # where there is no answer
     size: ClassVar[str] = "abs"
     zero: ClassVar[str] = "0"
     pi: ClassVar[str] = "pi"
     e: ClassVar[str] = "exp(1)"
-    entry: ClassVar[str] = ""
-    zeros: ClassVar[str] = ""
-    head: ClassVar[str] = ""  # what stands before the arguments where they are defined
-    colon: ClassVar[str] = ""  # and behind
-    declared: ClassVar[str] = "{}"  # the target of an intermediate
-    both: ClassVar[str] = "{} && {}"  # what holds before, and a test
-    each: ClassVar[str] = "all(isfinite({}))"  # whether arguments are finite
-    every: ClassVar[str] = " && "  # whether a matrix is
+    entry: ClassVar[str]
+    declared: ClassVar[str] = "{}"
+    both: ClassVar[str] = "{} && {}"
     functions: ClassVar[dict[str, str]] = {}  # by their names in the vocabulary
     # a name fit for a comment of the language
     plain: ClassVar[staticmethod[[str], str]] = staticmethod(plain_text)
@@ -83,6 +72,7 @@ class Code(CodePrinter):
         if not is_identifier or name in self.reserved:
             expected = f"an identifier of {self.name_of_language}"
             raise InputError("name of the function", got=name, expected=expected)
+        self.name = name
         self.title: str = getattr(derivation, "name", "")
         if isinstance(derivation, FormulaDerivative):
             whole, symbol = derivation.derivation.name, derivation.symbol.name
@@ -98,27 +88,15 @@ class Code(CodePrinter):
         self.arguments: list[str] = [self._names[symbol] for symbol in compute.arguments]
         self.results: list[str] = [take(x) for x in ("K", "dK")[: len(compute.results)]]
         self.n: int = compute.entries.rows
-        #: Words of the template.
-        self.words: dict[str, str] = {x: take(x) for x in ("holds", *self.own)}
-        self.words |= {"name": name, "NAME": name.upper(), "K": self.results[0], "n": str(self.n)}
-        self.words |= {"nn": str(self.n**2), "results": ", ".join(self.results)}
-        is_alone = len(self.results) == 1
-        self.words["left"] = self.results[0] if is_alone else f"[{self.words['results']}]"
-        self.words["answer"] = NO_ANSWER
+        self.holds, *self.others = (take(x) for x in ("holds", *self.own))
+
+    def lines(self) -> list[str]:
+        """The function and its comment."""
+        raise NotImplementedError
 
     def source(self) -> str:
-        """The template, filled in."""
-        return "\n".join([*self.filled(self.template), ""])
-
-    def filled(self, template: str) -> Iterator[str]:
-        """Its lines."""
-        for line in template.splitlines():
-            before, mark, block = line.partition("<<")
-            if mark:
-                own = getattr(self, block.removesuffix(">>"))()
-                yield from (f"{before}{x}".rstrip() for x in own)
-            else:
-                yield _WORD.sub(lambda m: self.words[m[1]], line)
+        """All lines as one text."""
+        return "\n".join([*(line.rstrip() for line in self.lines()), ""])
 
     def call(self, function: str, arguments: list[str]) -> str:
         """A function of the vocabulary, or sqrt."""
@@ -167,22 +145,23 @@ class Code(CodePrinter):
             return self.call("sqrt", [self._print(expr.base)])
         return self.power(expr.base, expr.exp)
 
-    def about(self, written: str, symbol: Any) -> str:
-        """What a comment says of an argument: its name in the formula, its meaning."""
-        own = [] if written == symbol.name else [f"{self.plain(symbol.name)} of the formula"]
-        meaning = self.compute.meanings.get(symbol.name)
-        return ", ".join([*own, self.plain(meaning)] if meaning else own)
+    def about(self) -> Iterator[tuple[str, str]]:
+        """Each argument, and what a comment says of it: its name in the formula, its meaning."""
+        for written, symbol in zip(self.arguments, self.compute.arguments, strict=True):
+            own = [] if written == symbol.name else [f"{self.plain(symbol.name)} of the formula"]
+            meaning = self.compute.meanings.get(symbol.name)
+            yield written, ", ".join([*own, self.plain(meaning)] if meaning else own)
 
-    def of_arguments(self) -> list[str]:
-        """Lines of the comment on the arguments of which something is known."""
-        each = zip(self.arguments, self.compute.arguments, strict=True)
-        about = [(x, self.about(x, symbol)) for x, symbol in each]
-        return [f"{x}: {words}" for x, words in about if words]
+    def comment(
+        self, fails: str, of: Sequence[str] | None = None, subject: str = "It", shape: str = ""
+    ) -> list[str]:
+        """Lines on the matrix, what it relates, its arguments, and where there is no answer.
 
-    def comment(self, shape: str = "") -> list[str]:
-        """Lines on the matrix, what it relates, its arguments, and where there is no answer."""
+        `fails`: what happens there; `of`: lines on the arguments; `subject`: what relates.
+        """
         n, width = self.n, self.width - self.indent
-        space, of = Space.of_size(n), self.of_arguments()
+        of = [f"{x}: {words}" for x, words in self.about() if words] if of is None else of
+        space = Space.of_size(n)
         both = (
             f"the twist ({', '.join(space.twist_order)}) of the reference point",
             f"the wrench ({', '.join(space.wrench_order)}) about the reference point",
@@ -196,45 +175,28 @@ class Code(CodePrinter):
             f"relates {given} to {found}, {law}: translation before rotation, force before moment, "
             "SI units."
         )
-        beside = dict.fromkeys(unquoted(own) for own, *_ in self.compute.conditions)
-        where = self.plain(_FAILS + "".join(f"; unless {own}" for own in beside))
         return [
             *(*wrapped_words(f"{title}{shape or f'{n} x {n}'}.", width), ""),
-            *(*wrapped_words(f"{self.subject} {convention}", width), ""),
+            *(*wrapped_words(f"{subject} {convention}", width), ""),
             *(*of, *[""][: len(of)]),
-            *wrapped_words(f"{self.fails} {where}.", width),
+            *wrapped_words(f"{fails} {self.failure()}.", width),
         ]
+
+    def failure(self) -> str:
+        """Where there is no answer, in words."""
+        beside = dict.fromkeys(unquoted(own) for own, *_ in self.compute.conditions)
+        return self.plain(_FAILS + "".join(f"; unless {own}" for own in beside))
 
     def tests(self) -> list[str]:
         """Lines that say where the formula holds."""
-        holds = self.words["holds"]
         tests = [f"{size} > {least}" for size, least in self._guarded()]
         tests += [f"{self.write(x)} {sign} {self.zero}" for _, x, sign in self.compute.conditions]
-        each = (self.assigned(holds, self.both.format(holds, test)) for test in tests)
+        each = (self.assigned(self.holds, self.both.format(self.holds, test)) for test in tests)
         return [line for own in each for line in own]
 
-    def finite(self) -> list[str]:
-        """Lines that find whether arguments and matrices are finite."""
-        each = self.every.join(self.each.format(x) for x in self.checked())
-        return self.assigned(self.words["holds"], each)
-
-    def checked(self) -> list[str]:
-        """What is to be finite."""
-        return self.results
-
-    def given(self) -> list[str]:
-        """Lines that make arguments numbers."""
-        return []
-
-    def signature(self, arguments: Sequence[str] | None = None) -> list[str]:
-        """The line of the definition."""
-        listed = ", ".join(self.arguments if arguments is None else arguments)
-        (start,) = self.filled(self.head)
-        return self.broken(f"{listed}){self.colon}", start)
-
-    def broken(self, text: str, start: str) -> list[str]:
+    def broken(self, text: str, start: str, rest: str = "    ") -> list[str]:
         """What may take more lines than one."""
-        return wrapped_formula(text, self.width, start)
+        return wrapped_formula(text, self.width, start, rest)
 
     def margins(self) -> list[str]:
         """What is positive where the formula holds, or not negative, in the order of its tests."""
@@ -247,16 +209,18 @@ class Code(CodePrinter):
             whole, *terms = (f"{self.size}({self.write(x)})" for x in (guard.value, *guard.terms))
             yield whole, f"{guard.part}*({' + '.join(terms)})"
 
-    def steps(self) -> list[str]:
-        """Lines that compute intermediates and matrices."""
+    def intermediates(self) -> list[str]:
+        """Lines that compute what the matrices need."""
+        each = ((self._names[a.symbol], a.expression) for a in self.compute.assignments)
+        lines = (self.assigned(self.declared.format(x), self.write(e)) for x, e in each)
+        return [line for own in lines for line in own]
+
+    def matrices(self, zeros: str) -> list[str]:
+        """Lines that compute the matrices; `zeros`: the line that makes one, of its name."""
         lines: list[str] = []
-        for a in self.compute.assignments:
-            lines += self.assigned(
-                self.declared.format(self._names[a.symbol]), self.write(a.expression)
-            )
         for K, matrix in zip(self.results, self.compute.results, strict=True):
             rows = matrix.tolist()
-            lines += self.filled(self.zeros.replace("@M@", K))
+            lines.append(zeros.format(K))
             for i, j in np.ndindex(self.n, self.n):
                 if rows[i][j] != 0:
                     is_copy = j < i and rows[i][j] == rows[j][i]

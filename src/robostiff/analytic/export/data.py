@@ -12,7 +12,7 @@ from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.export.languages_of_code import refuse_derivative
 
 _SCHEMA = "robostiff derive 2"
-_LEFT_OUT = {"exact", "at_vector_level", "general_rank", "steps_asked", "unit", "before"}
+_LEFT_OUT = {"at_vector_level", "general_rank", "steps_asked", "unit", "before"}
 
 
 def derivation_data(derivation: Derivation) -> dict[str, Any]:

@@ -16,9 +16,8 @@ from robostiff.analytic.export.blocks import (
     Title,
     Total,
 )
-from robostiff.analytic.export.broken_lines import math_width
+from robostiff.analytic.export.broken_lines import fitted, math_width, room_beside
 from robostiff.analytic.export.entries import symbols_of
-from robostiff.analytic.export.language import fitted, room_beside
 from robostiff.analytic.export.languages import (
     LATEX,
     MARKDOWN,
@@ -31,7 +30,7 @@ from robostiff.analytic.export.languages import (
 from robostiff.analytic.export.outline import outline_of
 from robostiff.analytic.legs.leg_elimination import LegElimination
 from robostiff.analytic.vectors.vector_expressions import Sum
-from robostiff.errors import InputError, needs_extra
+from robostiff.errors import InputError, needs_extra, printable
 from robostiff.markup import element, escaped
 
 _NARROWEST = 60
@@ -228,7 +227,8 @@ def derivation_page(derivation: Any) -> str:
 
 
 def _title(derivation: Any) -> str:
-    return next(block.text for block in outline_of(derivation) if isinstance(block, Title))
+    title = next(block.text for block in outline_of(derivation) if isinstance(block, Title))
+    return printable(title, kept="\n")
 
 
 _PREAMBLE = """\

@@ -15,6 +15,7 @@ from robostiff.analytic.derivation import Formula
 from robostiff.analytic.exact.factors import bound_of_terms, factored
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.export.products import DIGITS
 from robostiff.errors import InputError
 
 
@@ -69,7 +70,10 @@ class EntryNames:
 
     def of(self, letter: str, stage: int) -> str:
         """Letter and number of a joint, primed where given symbols are called like one of these."""
-        while any(self._is_stage_of(letter, name) for name in self.given):
+        while any(
+            (own := re.fullmatch(rf"{letter}_(\d+)(_\d+)?", name)) and int(own[1]) <= self._stages
+            for name in self.given
+        ):
             letter += "'"
         return f"{letter}_{stage}"
 
@@ -83,13 +87,6 @@ class EntryNames:
             name = f"{name[0]}'{name[1:]}"
         return name
 
-    def _is_stage_of(self, letter: str, name: str) -> bool:
-        matched = re.fullmatch(rf"{letter}_(\d+)(_\d+)?", name)
-        return matched is not None and int(matched[1]) <= self._stages
-
-
-#: Of a decimal in print.
-DIGITS = 12
 
 # No search for factors where it would take seconds.
 _MOST_OPERATIONS = 600
@@ -174,7 +171,12 @@ def factored_matrix(K: sp.ImmutableMatrix) -> tuple[sp.Expr, sp.ImmutableMatrix]
     least = {base: min(own.get(base, 0) for own in powers) for own in powers for base in own}
     below = {base: power for base, power in least.items() if power < 0}
     over_all = [all(own.get(base) == power for base, power in below.items()) for own in powers]
-    of_sums = [is_all for own, is_all in zip(powers, over_all, strict=True) if _has_fractions(own)]
+    # Of entries with a sum that has terms over symbols.
+    of_sums = [
+        is_all
+        for own, is_all in zip(powers, over_all, strict=True)
+        if any(sp.denom(x).free_symbols for base in own if base.is_Add for x in base.args)
+    ]
     if not any(over_all) or not all(of_sums):
         for base in below:
             least[base] = min(0, max(own.get(base, 0) for own in powers))
@@ -220,12 +222,6 @@ class _Product:
         """The entry divided by a number and a product of symbols; a sum is not multiplied out."""
         left, rest = self.number / number, self.product / symbols
         return sp.Mul(left, rest, evaluate=False) if rest.is_Add and left != 1 else left * rest
-
-
-def _has_fractions(powers: dict[Any, Any]) -> bool:
-    """Whether a sum with terms over symbols is one of the factors."""
-    sums = [base for base in powers if base.is_Add]
-    return any(sp.denom(term).free_symbols for own in sums for term in own.args)
 
 
 def _is_manageable(expressions: list[Any]) -> bool:

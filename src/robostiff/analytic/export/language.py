@@ -1,24 +1,19 @@
-"""Mathematics and documents in a language: one printer, and strings in which languages differ."""
+"""Documents in a language: words, displayed formulas, tables and names."""
 
 from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, fields, is_dataclass
-from typing import Any, ClassVar
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import sympy as sp
-from sympy.printing.printer import Printer
 
 from robostiff.analytic.export.blocks import (
     Block,
     EquationRows,
     FormulaTable,
-    Inner,
-    Inverse,
-    Lever,
-    MatrixEquation,
     Nomenclature,
     Outer,
     Rows,
@@ -26,38 +21,16 @@ from robostiff.analytic.export.blocks import (
     Title,
     Total,
 )
-from robostiff.analytic.export.broken_lines import broken_lines, math_width, name_width
-from robostiff.analytic.export.products import (
-    differential_parts,
-    is_word,
-    joined_terms,
-    name_parts,
-    number_in_front,
-    ordered_terms,
-    printed_product,
+from robostiff.analytic.export.broken_lines import (
+    broken_lines,
+    fitted,
+    math_width,
+    name_width,
+    room_beside,
 )
-from robostiff.analytic.export.vocabulary import constant_name, function_name
-from robostiff.analytic.vectors.vector_expressions import (
-    Columns,
-    Coordinates,
-    Cross,
-    Dot,
-    Equation,
-    Norm,
-    Over,
-    Stacked,
-    Sum,
-    Times,
-    Turned,
-    Turns,
-    Vector,
-)
-
-# Between two columns of a matrix, and around it [widths of a letter].
-_GAP = 1.8
-_AROUND = 3.0
-_HALF = sp.Rational(1, 2)
-_OPERATORS = {"acos": "arccos", "asin": "arcsin", "atan": "arctan", "log": "ln"}
+from robostiff.analytic.export.notation import Notation
+from robostiff.analytic.vectors.vector_expressions import Equation, Vector
+from robostiff.errors import printable
 
 
 @dataclass(frozen=True)
@@ -69,49 +42,12 @@ class Row:
     width: float = math.inf  # estimate of its width, where it is on one line [widths of a letter]
 
 
-class Language(Printer):
-    """How a language writes mathematics, and the parts of a document.
+class Language(Notation):
+    """How a language writes the parts of a document.
 
     `room`: of a line [widths of a letter]; `first`: level of the first heading.
     """
 
-    printmethod: ClassVar[str] = "_in_language"  # no class has it
-    # sums and products
-    minus: str = " - "
-    plus: str = " + "
-    beside: str = " "  # between factors
-    apart: str  # between a word and what it multiplies
-    cross: str
-    dot: str  # also before a number
-    # fractions, roots and powers
-    fraction: str
-    in_a_line: str = "{}/{}"  # a small fraction, as an exponent
-    root: str
-    raised: str
-    scientific: str  # a mantissa and an exponent
-    partial: str  # of derivatives
-    # functions
-    operator: str  # the name of a function that the language has
-    other: str  # and of another
-    apply: str = ""  # between it and the brackets
-    comma: str = ", "
-    constants: ClassVar[dict[str, str]]
-    brackets: str = "({})"
-    norm: str
-    # brackets that may stand on different lines, a stroke, and a power after a bracket
-    opening: str
-    closing: str
-    slash: str
-    power: str
-    # matrices
-    zero: str = "0"
-    matrix_signs: tuple[str, str, str, str]  # start, between cells, between rows, end
-    transposed: str  # what follows a transposed matrix
-    inverse: str
-    total: str
-    total_over: str  # an index
-    # names and lists of them
-    below: str  # subscripts
     list_signs: tuple[Sequence[str], str, Sequence[str]]  # lines before, names and meaning, after
     dots: str = "…"
 
@@ -123,6 +59,10 @@ class Language(Printer):
     def at(self, room: float | None = None, first: int = 1) -> Language:
         """The same language with other lines, or below other headings."""
         return type(self)(self.room if room is None else room, first)
+
+    def inline(self, formula: str) -> str:
+        """A formula in a sentence."""
+        return f"${formula}$"
 
     @abstractmethod
     def words(self, text: str) -> str:
@@ -149,10 +89,6 @@ class Language(Printer):
         start, item, end = self.list_signs
         return "\n".join([*start, *(item.format(*row) for row in rows), *end])
 
-    def inline(self, formula: str) -> str:
-        """A formula in a sentence."""
-        return f"${formula}$"
-
     def document(self, blocks: Iterable[Block]) -> list[str]:
         """All parts of a document."""
         return [text for block in blocks for text in self.part(block)]
@@ -161,24 +97,28 @@ class Language(Printer):
         """A block, in one or more paragraphs."""
         match block:
             case Title(text, level):
-                yield self.heading(self.words(text), level)
-            case Sentences():
-                between = " ".join(block.text.split()).split("{}", len(block.formulas))
+                yield self.heading(self.said(text), level)
+            case Sentences(text, formulas):
+                between = " ".join(text.split()).split("{}", len(formulas))
                 each = [
-                    x.replace(x.strip(), self.words(x.strip())) if x.strip() else x for x in between
+                    x.replace(x.strip(), self.said(x.strip())) if x.strip() else x for x in between
                 ]
-                formulas = [*map(self.cell, block.formulas), ""]
-                yield self.paragraph("".join(x + y for x, y in zip(each, formulas, strict=True)))
+                pairs = zip(each, [*map(self.cell, formulas), ""], strict=True)
+                yield self.paragraph("".join(x + y for x, y in pairs))
             case Nomenclature(rows):
                 yield self.heading("Nomenclature", 2)
-                yield self.listed([(self.names(own), self.words(text)) for own, text in rows])
+                yield self.listed([(self.names(own), self.said(text)) for own, text in rows])
             case FormulaTable(head, rows, of):
                 yield self.table(
-                    [[self.words(x), *map(self.cell, own)] for x, own in ((of, head), *rows)]
+                    [[self.said(x), *map(self.cell, own)] for x, own in ((of, head), *rows)]
                 )
             case _:
                 for formula in self.formulas(block):
                     yield from self.display(formula)
+
+    def said(self, text: str) -> str:
+        """Words of anybody: without characters that are not printed."""
+        return self.words(printable(text, kept="\n"))
 
     def names(self, names: Sequence[Vector | str]) -> str:
         """Names in a sentence, each a formula of its own."""
@@ -205,270 +145,9 @@ class Language(Printer):
         name = self.name(equation.name, bold=equation.is_vector)
         expression: Any = equation.expression
         if not isinstance(expression, sp.Expr):
-            return Row(name, (self.written(expression),), 6 + _width(expression))
+            is_high = isinstance(expression, Rows | Outer | Total)
+            width = math.inf if is_high else 6 + math_width(expression)
+            return Row(name, (self.written(expression),), width)
         around = name_width(equation.name) + 4
         lines = broken_lines(expression, self, self.room - around)
         return Row(name, tuple(lines), math_width(expression) + around)
-
-    # --- names ---
-
-    def word(self, word: str) -> str:
-        """A part of a name: a letter, a number, or a word."""
-        return word
-
-    def bold(self, letter: str) -> str:
-        """The letter of a vector or matrix."""
-        return letter
-
-    def subscripted(self, letter: str, primes: int, subscripts: Sequence[str]) -> str:
-        """A written letter with primes and written subscripts."""
-        below = self.below.format(",".join(subscripts)) if subscripts else ""
-        return letter + "'" * primes + below
-
-    def name(self, name: str, *, bold: bool = False) -> str:
-        """Name of a symbol with its subscripts; of a matrix or vector in bold type."""
-        differential = differential_parts(name)
-        if differential is not None:
-            above, below = self.name(differential[0], bold=bold), self.name(differential[1])
-            return self.over(f"{self.partial}{above}", f"{self.partial}{below}")
-        parts = name_parts(name)
-        letter = self.bold(parts.letter) if bold else self.word(parts.letter)
-        return self.subscripted(letter, parts.primes, list(map(self.word, parts.subscripts)))
-
-    # --- vectors and matrices ---
-
-    def over(self, above: str, below: str) -> str:
-        """A fraction of written expressions."""
-        return self.fraction.format(above, below)
-
-    def in_brackets(self, written: str) -> str:
-        """Round brackets, as high as what is in them."""
-        return self.brackets.format(written)
-
-    def matrix(self, rows: list[list[str]]) -> str:
-        """Written entries in brackets."""
-        start, cells, lines, end = self.matrix_signs
-        return start + lines.join(cells.join(row) for row in rows) + end
-
-    def written(self, expression: Any) -> str:
-        """An expression of scalars, vectors and matrices."""
-        write = self.written
-        match expression:
-            case Vector(name):
-                found = self.name(name, bold=True)
-            case Coordinates(entries):
-                found = self.in_brackets(", ".join(map(self.write, entries)))
-            case Sum(terms):
-                signed = [(" - " if sign < 0 else " + ") + write(term) for sign, term in terms]
-                found = "".join(signed).removeprefix(" + ").replace(" - ", "-", terms[0][0] < 0)
-            case Turned(rotation, vector):
-                found = f"{self.name(rotation, bold=True)} {self._factor(vector)}"
-            case Over(vector, scalar):
-                found = self.over(write(vector), write(scalar))
-            case Times(scalar, vector):
-                number = self.write(scalar)
-                number = self.in_brackets(number) if scalar.is_Add else number
-                is_apart = isinstance(scalar, sp.Symbol) and is_word(scalar.name)
-                found = f"{number}{self.apart if is_apart else ' '}{self._factor(vector)}"
-            case Cross(left, right) | Dot(left, right):
-                sign = self.cross if isinstance(expression, Cross) else self.dot
-                found = f"{self._factor(left)} {sign} {self._factor(right)}"
-            case Norm(vector):
-                found = self.norm.format(write(vector))
-            case Stacked(force, moment):
-                found = self.matrix([[write(force)], [write(moment)]])
-            case Turns(turns):
-                named = ((self.name(f"R_{axis}", bold=True), write(x)) for axis, x in turns)
-                found = " ".join(f"{R}{self.in_brackets(angle)}" for R, angle in named)
-            case None | Columns() | Outer() | Inner() | Inverse() | Total() | Lever() | Rows():
-                found = self._of_matrices(expression)
-            case _:
-                found = self.write(expression)
-        return found
-
-    def _of_matrices(self, expression: Any) -> str:
-        """An expression of matrices; None is zero."""
-        write = self.written
-        match expression:
-            case None:
-                found = self.zero
-            case Outer(vector, middle):
-                between = [] if middle is None else [write(middle)]
-                found = " ".join([write(vector), *between, f"{write(vector)}{self.transposed}"])
-            case Inner(matrix, vector):
-                found = f"{write(vector)}{self.transposed} {write(matrix)} {write(vector)}"
-            case Inverse(matrix):
-                inner = write(matrix)
-                inner = inner if isinstance(matrix, Vector) else self.in_brackets(inner)
-                found = f"{inner}{self.inverse}"
-            case Total(index, term):
-                sign = self.total_over.format(index) if index else self.total
-                inner = write(term)
-                found = f"{sign} {self.in_brackets(inner) if isinstance(term, Sum) else inner}"
-            case Lever(arm, matrix):
-                found = f"({write(arm)} {self.cross}) {write(matrix)}"
-            case Columns(vectors):
-                found = self.matrix([[write(x) for x in vectors]])
-            case _:
-                found = self.matrix([[write(x) for x in row] for row in expression.rows])
-        return found
-
-    def _factor(self, part: Any) -> str:
-        is_bare = not isinstance(part, Sum | Turned | Times | Cross)
-        return self.written(part) if is_bare else self.in_brackets(self.written(part))
-
-    # --- scalars ---
-
-    def write(self, expression: Any) -> str:
-        """An expression of SymPy."""
-        return self.doprint(expression)
-
-    def number(self, digits: str) -> str:
-        """Digits of a number without its sign."""
-        return digits
-
-    def applied(self, function: Any, power: str = "") -> str:
-        """A function with its arguments, and the power to which it is raised."""
-        arguments = self.comma.join(map(self._print, function.args))
-        name = function_name(function)
-        if name == "abs":
-            return self.norm.format(arguments)
-        is_other = name in (None, "atan2")
-        head = (self.other if is_other else self.operator).format(
-            self.quoted(name or str(function.func)) if is_other else _OPERATORS.get(name, name)
-        )
-        head = self.raised.format(head, power) if power else head
-        return f"{head}{self.apply}{self.in_brackets(arguments)}"
-
-    def quoted(self, name: str) -> str:
-        """The name of a function that the language does not have."""
-        return name
-
-    def times(self, factor: str, *, apart: bool) -> str:
-        """What stands before a factor that is not the first; `apart` where one is a word."""
-        if factor[0].isdigit():
-            return f" {self.dot} "
-        return self.apart if apart else self.beside
-
-    def emptyPrinter(self, expr: Any) -> str:
-        """What has no rule: a function by its name, or a word."""
-        return self.applied(expr) if expr.args else self.word(str(expr))
-
-    def _print_Symbol(self, expr: Any) -> str:
-        return self.name(expr.name)
-
-    def _print_Integer(self, expr: Any) -> str:
-        return "-" * bool(expr < 0) + self.number(str(abs(expr)))
-
-    def _print_Float(self, expr: Any) -> str:
-        mantissa, _, exponent = sp.sstr(abs(expr), full_prec=False).partition("e")
-        written = self.number(mantissa)
-        if exponent:
-            written = self.scientific.format(written, self.number(exponent))
-        return "-" * bool(expr < 0) + written
-
-    def _print_NumberSymbol(self, expr: Any) -> str:
-        return self.constants.get(constant_name(expr) or "") or self.word(str(expr))
-
-    def _print_Add(self, expr: Any) -> str:
-        return joined_terms(map(self._print, ordered_terms(expr)), self.minus, self.plus)
-
-    def _print_Mul(self, expr: Any) -> str:
-        number, rest = number_in_front(expr)
-        if rest is not None:
-            return f"{self._print(number)} {self._factors((rest,), alone=True)}"
-        product = printed_product(expr)
-        written = self._factors(product.above, alone=not product.below)
-        if product.below:
-            written = self.over(written, self._factors(product.below))
-        return f"-{written}" if product.negative else written
-
-    _print_Rational = _print_Mul
-
-    def _print_Pow(self, expr: Any) -> str:
-        base, exponent = expr.base, expr.exp
-        if exponent.is_Rational and exponent.is_negative:
-            return self._print_Mul(expr)
-        if exponent == _HALF:
-            return self.root.format(self._print(base))
-        power = self._print(exponent)
-        if exponent.is_Rational and not exponent.is_Integer:
-            power = self.in_a_line.format(exponent.p, exponent.q)
-        if function_name(base) not in {None, "abs", "exp"} and exponent.is_Integer:
-            return self.applied(base, power)
-        bare = self._print(base)
-        is_bare = base.is_Symbol or (base.is_Integer and base >= 0)
-        return self.raised.format(bare if is_bare else self.in_brackets(bare), power)
-
-    def _factors(self, factors: tuple[Any, ...], *, alone: bool = False) -> str:
-        if len(factors) == 1 and not alone:
-            return self._print(factors[0])
-        written, was_word = "", False
-        for factor in factors:
-            text, bare = self._print(factor), factor.base if factor.is_Pow else factor
-            word = bare.is_Symbol and is_word(bare.name)
-            if factor.is_Add or text.startswith("-"):
-                text = self.in_brackets(text)
-            written += (self.times(text, apart=word or was_word) if written else "") + text
-            was_word = word
-        return written or self._print(sp.Integer(1))
-
-
-def _width(part: Any) -> float:
-    """Estimate of the width of a written vector [widths of a letter]."""
-    if isinstance(part, sp.Expr):
-        return math_width(part)
-    if isinstance(part, Rows | Outer | Total):
-        return math.inf
-    parts = [getattr(part, x.name) for x in fields(part)] if is_dataclass(part) else part
-    return 2 + sum(map(_width, parts)) if isinstance(parts, list | tuple) else 2
-
-
-def room_beside(block: MatrixEquation, room: float) -> float:
-    """The room that a name and brackets leave for the columns [widths of a letter]."""
-    return room - name_width(block.name) - 2 - _AROUND - _GAP * (block.whole.cols - 1)
-
-
-def fitted(
-    block: MatrixEquation, measure: Callable[[Any], float], room: float, *, stacked: bool = False
-) -> tuple[Any, sp.ImmutableMatrix, EquationRows]:
-    """Factor, matrix, and what names in it stand for, of a matrix that fits into a width.
-
-    Its common factor stands in front where all fits, and has a name where it is long; otherwise
-    it stays in the entries, and those that are too wide get a name; those that are equal up to
-    their sign share one. The `room` is that of all columns side by side, in the unit of `measure`;
-    `stacked` says that the factor may stand above the matrix.
-    """
-
-    def widths(matrix: Any) -> list[float]:
-        return sorted(max(map(measure, matrix.col(j))) for j in range(matrix.cols))
-
-    whole = block.whole
-    taken = 0 if block.factor == 1 else measure(block.factor)
-    rest = whole if block.rest is None else block.rest
-    needed = sum(widths(rest))
-    if needed + (0 if stacked else taken) <= room and taken <= room / 2:
-        return block.factor, rest, EquationRows(())
-    name = f"{block.name}_f"
-    if needed + len(name) <= room and block.rest is not None and block.factor != 1:
-        named = Equation(name, block.factor, is_vector=False)
-        return sp.Symbol(name), rest, EquationRows((named,))
-    columns = widths(whole)
-    # The widest entry for which all columns fit; narrow columns leave space for the others.
-    shares = [(room - sum(columns[:n])) / (len(columns) - n) for n in range(len(columns))]
-    pairs = zip(columns, shares, strict=True)
-    limit = next((share for width, share in pairs if width > share), columns[-1])
-    names: dict[Any, Any] = {}
-    equations: list[Equation] = []
-    all_entries = set(whole.flat())  # both signs of one get a name, or none
-    for place, entry in enumerate(whole.flat()):
-        if (entry.is_Atom and not entry.is_Float) or entry in names:
-            continue
-        if max(measure(x) for x in (entry, -entry) if x in all_entries) > limit:
-            name = block.entry_name(*divmod(place, whole.cols))
-            names[entry] = sp.Symbol(name)
-            names.setdefault(-entry, -names[entry])
-            equations.append(Equation(name, entry, is_vector=False))
-    shown = [names.get(entry, entry) for entry in whole.flat()]
-    matrix = sp.ImmutableMatrix(whole.rows, whole.cols, shown)
-    return sp.S.One, matrix, EquationRows(tuple(equations))

@@ -11,9 +11,9 @@ from typing import Any, ClassVar
 from sympy.printing.str import StrPrinter
 
 from robostiff.analytic.export.blocks import Block, MatrixEquation
-from robostiff.analytic.export.broken_lines import wrapped_formula, wrapped_words
-from robostiff.analytic.export.language import Language, Row, fitted
-from robostiff.analytic.export.products import GREEK, is_greek, ordered_terms
+from robostiff.analytic.export.broken_lines import fitted, wrapped_formula, wrapped_words
+from robostiff.analytic.export.language import Language, Row
+from robostiff.analytic.export.products import GREEK, decimal, is_greek, ordered_terms
 from robostiff.markup import element, escaped, typst_text
 
 
@@ -31,7 +31,7 @@ class _PlainText(Language):
 
     def write(self, expression: Any) -> str:
         """An expression as SymPy writes it, numbers without zeros at their end."""
-        return _TextPrinter({"full_prec": False}).doprint(expression)
+        return _TextPrinter().doprint(expression)
 
     def name(self, name: str, *, bold: bool = False) -> str:
         return name
@@ -64,7 +64,7 @@ class _PlainText(Language):
         return "\n".join("  ".join(row).rstrip() for row in padded)
 
     def display(self, rows: Sequence[Row]) -> list[str]:
-        each = (wrapped_formula(*x.lines, self.width, f"{x.left} = ") for x in rows)
+        each = (wrapped_formula(x.lines[0], self.width, f"{x.left} = ") for x in rows)
         return ["\n".join(line for lines in each for line in lines)]
 
     def part(self, block: Block) -> Iterator[str]:
@@ -106,6 +106,9 @@ class _TextPrinter(StrPrinter):
     def _as_ordered_terms(self, expr: Any, order: Any = None) -> list[Any]:
         return ordered_terms(expr)
 
+    def _print_Float(self, expr: Any) -> str:
+        return decimal(expr)
+
 
 _ESCAPED = {
     "\\": r"\textbackslash{}",
@@ -128,7 +131,7 @@ def latex_words(text: str) -> str:
 class _Latex(Language):
     """Matrices are bmatrix environments, equations below one another stand in align*."""
 
-    minus, plus, apart, cross, dot = " - ", " + ", r" \, ", r"\times", r"\cdot"
+    minus, plus, apart, cross, dot = " - ", " + ", r"\,", r"\times", r"\cdot"
     fraction, root, raised = r"\frac{{{}}}{{{}}}", r"\sqrt{{{}}}", "{}^{{{}}}"
     scientific, partial, norm = r"{} \cdot 10^{{{}}}", "\\partial ", r"\lvert {} \rvert"
     operator, other = r"\{}", r"\operatorname{{{}}}"

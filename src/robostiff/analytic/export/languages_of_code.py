@@ -167,12 +167,13 @@ def source_of_values(compute: FormulaProgram, order: Sequence[int]) -> str:
     """
     code = _Python(compute, "formula")
     margins = "".join(f"{x}, " for x in code.margins())
-    returned = ", ".join((*code.results, code.words["holds"], "margins"))
+    returned = ", ".join((*code.results, code.holds, "margins"))
+    listed = ", ".join(code.arguments[place] for place in order)
     lines = [
         *("import numpy as np", "", '@np.errstate(all="ignore")'),
-        *code.signature([code.arguments[place] for place in order]),
-        *(*code.steps(), *code.finite(), f"    margins = ({margins.rstrip()})"),
-        f"    return {returned}",
+        *code.broken(f"{listed}):", "def formula("),
+        *code.body(),
+        *(f"    margins = ({margins.rstrip()})", f"    return {returned}"),
     ]
     return "\n".join([*lines, ""])
 
@@ -180,33 +181,45 @@ def source_of_values(compute: FormulaProgram, order: Sequence[int]) -> str:
 class _C(Code):
     """All numbers are doubles; small powers of a symbol are products."""
 
-    name_of_language, reserved, own = "C", C_WORDS, ("p", "K_out", "i")
+    name_of_language, reserved, own, indent = "C", C_WORDS, ("p", "K_out", "i"), 3
     size, zero, pi, e = "fabs", "0.0", "3.14159265358979323846", "2.71828182845904523536"
     entry, declared, functions = "{}[{n}]", "const double {}", {"abs": "fabs"}
-    zeros, fails, indent = "    double @M@[@nn@] = {0.0};", "Returns 0; 1, and writes nothing,", 3
-    template = """\
-/*
- * <<comment>>
- */
-#include <math.h>
 
-int @name@(double *restrict @K_out@, const double *restrict @p@);
-
-int @name@(double *restrict @K_out@, const double *restrict @p@)
-{
-    <<given>>
-<<steps>>
-    int @holds@ = 1;
-    <<finite>>
-<<tests>>
-    if (@holds@)
-        for (int @i@ = 0; @i@ < @nn@; ++@i@) @K_out@[@i@] = @K@[@i@];
-    return !@holds@;
-}"""
-
-    def __init__(self, derivation: Any, name: str) -> None:
-        super().__init__(derivation, name)
-        self.subject = f"{self.words['K_out']}, {self.n} x {self.n}, row after row,"
+    def lines(self) -> list[str]:
+        (p, K_out, i), (K,), holds, nn = self.others, self.results, self.holds, self.n**2
+        given, names = self.compute.arguments, list(enumerate(self.arguments))
+        beside = [x for _, x, _ in self.compute.conditions]
+        steps = (a.expression for a in self.compute.assignments)
+        used = symbols_of([self.compute.entries, *steps, *beside])
+        numbers = [f"    const double {x} = {p}[{k}];" for k, x in names if given[k] in used]
+        of = [f"{p} is not used and may be null."]
+        if given:
+            order = [f"{p}[{k}] {self.plain(x.name)}" for k, x in enumerate(given)]
+            meanings = self.compute.meanings
+            words = [self.plain(own) if (own := meanings.get(x.name)) else "" for x in given]
+            pairs = zip(order, words, strict=True)
+            of = ["Values:", *(f"  {x}: {own}".removesuffix(": ") for x, own in pairs)]
+            if not any(words):
+                of = wrapped_words(f"Values: {', '.join(order)}.", self.width - 3)
+        fails, subject = (
+            "Returns 0; 1, and writes nothing,",
+            f"{K_out}, {self.n} x {self.n}, row after row,",
+        )
+        head = f"int {self.name}(double *restrict {K_out}, const double *restrict {p})"
+        finite = [(p, len(given))] * bool(given) + [(K, nn)]
+        loop = f"for (int {i} = 0; {i} < {{}}; ++{i})"
+        return [
+            *("/*", *(f" * {x}" for x in self.comment(fails, of, subject)), " */"),
+            *("#include <math.h>", "", f"{head};", "", head, "{"),
+            *(numbers if given else [f"    (void){p};"]),
+            *self.intermediates(),
+            *self.matrices(f"    double {{}}[{nn}] = {{{{0.0}}}};"),
+            f"    int {holds} = 1;",
+            *(f"    {loop.format(n)} {holds} = {holds} && isfinite({x}[{i}]);" for x, n in finite),
+            *self.tests(),
+            *(f"    if ({holds})", f"        {loop.format(nn)} {K_out}[{i}] = {K}[{i}];"),
+            *(f"    return !{holds};", "}"),
+        ]
 
     def _print_Integer(self, expr: Any) -> str:
         return f"{expr}.0"
@@ -217,60 +230,64 @@ int @name@(double *restrict @K_out@, const double *restrict @p@)
         return self.call("pow", [self._print(base), self._print(exponent)])
 
     def assigned(self, target: str, expression: str) -> list[str]:
-        return wrapped_formula(f"{expression};", self.width, f"    {target} = ", " " * 8)
-
-    def of_arguments(self) -> list[str]:
-        given, p = self.compute.arguments, self.words["p"]
-        if not given:
-            return [f"{p} is not used and may be null."]
-        order = [f"{p}[{i}] {self.plain(x.name)}" for i, x in enumerate(given)]
-        about = [self.about(x.name, x) for x in given]
-        if not any(about):
-            return wrapped_words(f"Values: {', '.join(order)}.", self.width - 3)
-        each = zip(order, about, strict=True)
-        return ["Values:", *(f"  {own}: {words}".removesuffix(": ") for own, words in each)]
-
-    def given(self) -> list[str]:
-        p, compute = self.words["p"], self.compute
-        beside = [x for _, x, _ in compute.conditions]
-        used = symbols_of([compute.entries, *(a.expression for a in compute.assignments), *beside])
-        each = enumerate(compute.arguments)
-        numbers = [f"const double {self._names[x]} = {p}[{i}];" for i, x in each if x in used]
-        return numbers if self.arguments else [f"(void){p};"]
-
-    def finite(self) -> list[str]:
-        i, holds, given = self.words["i"], self.words["holds"], len(self.arguments)
-        each = [(self.words["p"], given)] * bool(given) + [(self.results[0], self.n**2)]
-        test = f"for (int {i} = 0; {i} < {{n}}; ++{i}) {holds} = {holds} && isfinite({{x}}[{i}]);"
-        return [test.format(x=x, n=n) for x, n in each]
+        return self.broken(f"{expression};", f"    {target} = ", " " * 8)
 
 
 class _Python(Code):
     """NumPy, imported as np."""
 
     name_of_language, reserved, own = "Python", PYTHON_WORDS, ("shape", "given", "bad")
-    size, pi, e, indent, fails = "np.abs", "np.pi", "np.e", 8, "ValueError"
+    size, pi, e, indent = "np.abs", "np.pi", "np.e", 8
     entry, both, plain = "{}[..., {i}, {j}]", "{} & ({})", staticmethod(unquoted)
-    each, every = "np.isfinite({}).all(axis=(-2, -1))", " & "
-    zeros = "    @M@ = np.zeros((*@shape@, @n@, @n@))"
-    head, colon = "def @name@(", ":"
-    template = """\
-\"\"\"A stiffness matrix as a function of its symbols.\"\"\"
 
-import numpy as np
+    def lines(self) -> list[str]:
+        holds, bad = self.holds, self.others[2]
+        points = f"{{{bad}}} of {{np.size({holds})}} points"
+        return [
+            '"""A stiffness matrix as a function of its symbols."""',
+            *("", "import numpy as np", "", "", '@np.errstate(all="ignore")'),
+            *self.broken(f"{', '.join(self.arguments)}):", f"def {self.name}("),
+            *(f"    {x}" for x in self.docstring()),
+            *(f"    {x} = np.asarray({x}, dtype=float)" for x in self.arguments),
+            *self.body(),
+            *self.tests(),
+            f"    if not np.all({holds}):",
+            f"        {bad} = np.size({holds}) - np.count_nonzero({holds})",
+            f'        raise ValueError(f"the formula does not hold at {points}")',
+            f"    return {', '.join(self.results)}",
+        ]
 
+    def body(self) -> list[str]:
+        """Intermediates, matrices, of which the shape is that of the arguments, and `holds`."""
+        (shape, given, _), holds, n = self.others, self.holds, self.n
+        shapes = ", ".join(f"{x}.shape" for x in self.arguments)
+        each = " & ".join(f"np.isfinite({x}).all(axis=(-2, -1))" for x in self.results)
+        lines = [
+            *self.intermediates(),
+            *self.assigned(shape, f"np.broadcast_shapes({shapes})"),
+            *self.matrices(f"    {{}} = np.zeros((*{shape}, {n}, {n}))"),
+            *self.assigned(holds, each),
+        ]
+        if self.arguments:
+            # K may be finite where an argument is not, as 1/k of an infinite k.
+            values = f"{_tuple(self.arguments)[1:]}:"
+            lines += self.broken(values, f"    for {given} in (", " " * 8)
+            lines.append(f"        {holds} = {holds} & np.isfinite({given})")
+        return lines
 
-@np.errstate(all="ignore")
-<<signature>>
-    <<docstring>>
-    <<given>>
-<<steps>>
-<<finite>>
-<<tests>>
-    if not np.all(@holds@):
-        @bad@ = np.size(@holds@) - np.count_nonzero(@holds@)
-        raise ValueError(f"the formula does not hold at {@bad@} of {np.size(@holds@)} points")
-    return @results@"""
+    def docstring(self) -> list[str]:
+        """The comment, arguments and where it raises as sections."""
+        of = ["Parameters", "----------"] if self.arguments else []
+        for x, words in self.about():
+            of += [f"{x} : float or array"]
+            of += [f"    {words[0].upper()}{words[1:]}."] if words else []
+        shape = f"(..., {self.n}, {self.n}){' each' if len(self.results) > 1 else ''}"
+        start, *lines = self.comment("@", of, shape=shape)
+        place = max(k for k, line in enumerate(lines) if line.startswith("@"))
+        words = f"{self.failure()}."
+        fails = wrapped_words(f"{words[0].upper()}{words[1:]}", self.width - self.indent)
+        raises = ("Raises", "------", "ValueError", *(f"    {line}" for line in fails))
+        return [f'"""{start}', *lines[:place], *raises, '"""']
 
     def call(self, function: str, arguments: list[str]) -> str:
         is_arc = function.startswith("a") and function != "abs"
@@ -278,44 +295,6 @@ import numpy as np
 
     def power(self, base: Any, exponent: Any, sign: str = "**") -> str:
         return super().power(base, exponent, sign)
-
-    def given(self) -> list[str]:
-        return [f"{x} = np.asarray({x}, dtype=float)" for x in self.arguments]
-
-    def steps(self) -> list[str]:
-        # Intermediates first, then the matrices, of which the shape is that of the arguments.
-        lines = super().steps()
-        shapes = ", ".join(f"{x}.shape" for x in self.arguments)
-        place = lines.index(next(self.filled(self.zeros.replace("@M@", self.results[0]))))
-        shape = self.assigned(self.words["shape"], f"np.broadcast_shapes({shapes})")
-        return [*lines[:place], *shape, *lines[place:]]
-
-    def of_arguments(self) -> list[str]:
-        lines = ["Parameters", "----------"] if self.arguments else []
-        for x, symbol in zip(self.arguments, self.compute.arguments, strict=True):
-            about = self.about(x, symbol)
-            lines.append(f"{x} : float or array")
-            lines += [f"    {about[0].upper()}{about[1:]}."] if about else []
-        return lines
-
-    def docstring(self) -> list[str]:
-        """The comment, with where it raises as a section."""
-        shape = f"(..., {self.n}, {self.n}){' each' if len(self.results) > 1 else ''}"
-        start, *lines = self.comment(shape)
-        place = max(i for i, line in enumerate(lines) if line.startswith(self.fails))
-        words = " ".join(lines[place:]).removeprefix(f"{self.fails} ")
-        fails = wrapped_words(f"{words[0].upper()}{words[1:]}", self.width - self.indent)
-        raises = ("Raises", "------", self.fails, *(f"    {line}" for line in fails))
-        return [f'"""{start}', *lines[:place], *raises, '"""']
-
-    def finite(self) -> list[str]:
-        holds, given, lines = self.words["holds"], self.words["given"], super().finite()
-        if not self.arguments:
-            return lines
-        # K may be finite where an argument is not, as 1/k of an infinite k.
-        values = f"{_tuple(self.arguments)[1:]}:"
-        lines += wrapped_formula(values, self.width, f"    for {given} in (", " " * 8)
-        return [*lines, f"        {holds} = {holds} & np.isfinite({given})"]
 
 
 def _tuple(values: Sequence[str]) -> str:
@@ -326,51 +305,31 @@ class _Julia(Code):
     """Julia's own functions throw where the result is not real."""
 
     name_of_language, reserved, own, width, indent = "Julia", JULIA_WORDS, ("T",), 92, 0
-    entry, functions, each = "{}[{I}, {J}]", {"atan2": "atan"}, "all(isfinite, {})"
-    zeros, fails = "    @M@ = zeros(@T@, @n@, @n@)", "A `DomainError` is thrown"
-    head = "function @name@("
-    template = """\
-\"\"\"
-<<usage>>
+    entry, functions = "{}[{I}, {J}]", {"atan2": "atan"}
 
-<<comment>>
-\"\"\"
-<<signature>>
-<<given>>
-<<steps>>
-<<finite>>
-<<tests>>
-<<refusal>>
-    return @results@
-end"""
-
-    def _listed(self, first: str, rest: str = "    ", sign: str = ", ") -> list[str]:
-        return wrapped_formula(f"{sign.join(self.arguments)})", self.width, first, rest)
-
-    def usage(self) -> list[str]:
-        """How it is called."""
-        return self._listed(f"    {self.words['name']}(", " " * 8)
-
-    def of_arguments(self) -> list[str]:
-        each = (line.partition(":") for line in super().of_arguments())
-        return [f"- `{x}`:{words}" for x, _, words in each]
-
-    def given(self) -> list[str]:
-        kind = self.words["T"]
-        if not self.arguments:
-            return [f"    {kind} = Float64"]
-        # Powers of integers could overflow.
-        numbers = [f"    {x} = float({x})" for x in self.arguments]
-        return numbers + self._listed(f"    {kind} = typeof(", " " * 8, " + ")
-
-    def checked(self) -> list[str]:
-        return [*([_tuple(self.arguments)] if self.arguments else []), *self.results]
-
-    def refusal(self) -> list[str]:
-        """Lines that throw."""
+    def lines(self) -> list[str]:
+        (T,), holds, n = self.others, self.holds, self.n
+        listed = f"{', '.join(self.arguments)})"
+        of = [f"- `{x}`: {words}" for x, words in self.about() if words]
+        given = [f"    {T} = Float64"]
+        if self.arguments:  # powers of integers could overflow
+            given = [f"    {x} = float({x})" for x in self.arguments]
+            total = f"{' + '.join(self.arguments)})"
+            given += self.broken(total, f"    {T} = typeof(", " " * 8)
+        checked = [*([_tuple(self.arguments)] if self.arguments else []), *self.results]
         thrown = f'{_tuple(self.arguments)}, "{NO_ANSWER}"))'
-        start = f"    {self.words['holds']} || throw(DomainError("
-        return wrapped_formula(thrown, self.width, start, " " * 8)
+        return [
+            *('"""', *self.broken(listed, f"    {self.name}(", " " * 8), ""),
+            *(*self.comment("A `DomainError` is thrown", of), '"""'),
+            *self.broken(listed, f"function {self.name}("),
+            *given,
+            *self.intermediates(),
+            *self.matrices(f"    {{}} = zeros({T}, {n}, {n})"),
+            *self.assigned(holds, " && ".join(f"all(isfinite, {x})" for x in checked)),
+            *self.tests(),
+            *self.broken(thrown, f"    {holds} || throw(DomainError(", " " * 8),
+            *(f"    return {', '.join(self.results)}", "end"),
+        ]
 
 
 # Functions that leave the real numbers: outside their domain they give NaN, which is refused.
@@ -386,25 +345,32 @@ _DOMAINS = {
 class _Matlab(Code):
     """Numbers are doubles; functions that may become complex have a real one of their own."""
 
-    name_of_language, reserved, longest = "MATLAB", MATLAB_WORDS, 63
-    entry, zeros = "{}({I}, {J})", "@M@ = zeros(@n@, @n@);"
-    fails, head = "It raises the error robostiff:formula", "function @left@ = @name@("
-    template = """\
-<<signature>>
-%<<comment>>
-
-<<steps>>
-<<finite>>
-<<tests>>
-if ~@holds@
-    error('robostiff:formula', '@answer@');
-end
-end
-<<domains>>"""
+    name_of_language, reserved, longest, entry = "MATLAB", MATLAB_WORDS, 63, "{}({I}, {J})"
 
     def __init__(self, derivation: Any, name: str) -> None:
         super().__init__(derivation, name)
         self.functions: dict[str, str] = {}  # pyright: ignore[reportIncompatibleVariableOverride]
+
+    def lines(self) -> list[str]:
+        first, *others = self.comment("It raises the error robostiff:formula")
+        left = self.results[0] if len(self.results) == 1 else f"[{', '.join(self.results)}]"
+        head = self.broken(f"{', '.join(self.arguments)})", f"function {left} = {self.name}(")
+        checked = [f"[{', '.join(self.arguments)}]"] if self.arguments else []
+        checked += [f"{K}(:)" for K in self.results]
+        lines = [
+            *(*head, f"%{self.name.upper()} {first}", *(f"%   {line}" for line in others), ""),
+            *self.intermediates(),
+            *self.matrices(f"{{}} = zeros({self.n}, {self.n});"),
+            *self.assigned(self.holds, " && ".join(f"all(isfinite({x}))" for x in checked)),
+            *self.tests(),
+            *(f"if ~{self.holds}", f"    error('robostiff:formula', '{NO_ANSWER}');", "end", "end"),
+        ]
+        for function, own in self.functions.items():
+            inside, value = _DOMAINS[function]
+            arguments = "x, y" if function == "power" else "x"
+            lines += ["", f"function z = {own}({arguments})", "z = NaN;", f"if {inside}"]
+            lines += [f"    z = {value};", "end", "end"]
+        return lines
 
     def call(self, function: str, arguments: list[str]) -> str:
         if function in _DOMAINS and function not in self.functions:
@@ -419,24 +385,6 @@ end
     def assigned(self, target: str, expression: str) -> list[str]:
         return self.broken(f"{expression};", f"{target} = ")
 
-    def broken(self, text: str, start: str) -> list[str]:
-        lines = wrapped_formula(text, self.width - 4, start, " " * 4)
+    def broken(self, text: str, start: str, rest: str = "    ") -> list[str]:
+        lines = wrapped_formula(text, self.width - 4, start, rest)
         return [*(f"{line} ..." for line in lines[:-1]), lines[-1]]
-
-    def comment(self, shape: str = "") -> list[str]:
-        first, *others = super().comment(shape)
-        return [f"{self.words['NAME']} {first}", *(f"   {line}" for line in others)]
-
-    def checked(self) -> list[str]:
-        of = [f"[{', '.join(self.arguments)}]"] if self.arguments else []
-        return [*of, *(f"{K}(:)" for K in self.results)]
-
-    def domains(self) -> list[str]:
-        """Functions of real numbers."""
-        lines = []
-        for function, own in self.functions.items():
-            inside, value = _DOMAINS[function]
-            arguments = "x, y" if function == "power" else "x"
-            lines += ["", f"function z = {own}({arguments})", "z = NaN;", f"if {inside}"]
-            lines += [f"    z = {value};", "end", "end"]
-        return lines

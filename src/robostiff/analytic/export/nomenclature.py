@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -22,6 +23,7 @@ from robostiff.analytic.export.blocks import (
     scalar,
 )
 from robostiff.analytic.export.entries import EntryNames
+from robostiff.analytic.export.products import differential_parts
 from robostiff.analytic.robot_derivation import RobotDerivation
 from robostiff.analytic.vectors.forms import FormulaInVectors, VectorForm
 from robostiff.analytic.vectors.vector_expressions import (
@@ -45,6 +47,8 @@ _OF_SPRINGS = {
     "EI_z": ("bending stiffness E I about z", "N m²"),
     "GJ": ("torsional stiffness G J", "N m²"),
 }
+_OF_BEAMS = {"L": "length of a beam"}
+_OF_BEAMS |= {x: f"its {_OF_SPRINGS[x][0]}" for x in ("EA", "EI_y", "EI_z", "GJ")}
 
 
 #: Of names that a search for short formulas gives, by their letter.
@@ -60,6 +64,8 @@ _OF_RECURRING = {
     "s": "expression that recurs",
     "t": "expression that recurs",
     "K": "entry of the stiffness matrix",
+    "B": "coordinate of a joint of a leg on the platform",
+    "c": "compliance of a leg under a wrench",
     "a": "step of an inversion",
     "mu": "stiffness against the unit motion of a joint",
 }
@@ -90,6 +96,11 @@ _MEANINGS = {
     "r_ij": "from the middle of the rods to the end of rod j, in the platform's axes",
     "v_ij": "couple by which rod j of leg i turns its middle",
     "c_r": "compliance of a rod",
+    "phi_i": "angle of a_i about z",
+    "psi_i": "angle of b_i about z",
+    "theta_i": "angle of e_i about z",
+    "chi_i": "angle of j_i about z",
+    "sigma_i": "1 or -1: on which side the leg is assembled",
 }
 OF_STRUTS = {"a_i", "b_i", "d_i", "L_i", "u_i", "w_i", "c_i"}
 _OF_RODS = {
@@ -158,21 +169,17 @@ _OF_TURNS = {
 }
 
 
-def meaning_of_result(formula: Formula) -> str:
-    """A sentence about the stiffness matrix: point, order and units."""
-    space = Space.of_size(formula.matrices[0].rows)
-    wrench, twist = ", ".join(space.wrench_order), ", ".join(space.twist_order)
-    return (
-        f"stiffness about the reference point: wrench ({wrench}) for twist ({twist}); "
-        "force before moment, translation before rotation, SI units"
-    )
-
-
 def nomenclature_of(
     formula: Formula, names: EntryNames, rows: Sequence[Meaning], first: Sequence[str] = ()
 ) -> Nomenclature:
     """K, further names, and what is given, the `first` of these before the others."""
-    result: Meaning = (Vector(names.result),), meaning_of_result(formula)
+    space = Space.of_size(formula.matrices[0].rows)
+    wrench, twist = ", ".join(space.wrench_order), ", ".join(space.twist_order)
+    result: Meaning = (
+        (Vector(names.result),),
+        f"stiffness about the reference point: wrench ({wrench}) for twist ({twist}); "
+        "force before moment, translation before rotation, SI units",
+    )
     given = dict.fromkeys((*(name for name in first if name in names.given), *names.given))
     return Nomenclature((result, *rows, *meanings_of_given(given, formula.meanings)))
 
@@ -205,7 +212,7 @@ def meanings_in_vectors(
 ) -> list[Meaning]:
     """Of wrenches or of compliances, some of its `own`, and of vectors."""
     if isinstance(form, VectorForm) and not form.wrenches:
-        return [*_meanings_of_springs(form), *own]
+        return [*_meanings_of_springs(form, names), *own]
     if isinstance(form, VectorForm):
         return [*_meanings_of_wrenches(form, names), *own, *_meanings_of_vectors(form)]
     return [
@@ -230,7 +237,12 @@ def _meanings_of_vectors(found: VectorForm) -> list[Meaning]:
     listed = {**_MEANINGS, **of_carrier}
     listed |= _of_angles(all_legs, listed, "rod" if of_carrier else "leg")
     shown = [(name, text) for name, text in listed.items() if name in names]
-    return [((Vector(name) if names[name] else name,), text) for name, text in shown]
+    rows: list[Meaning] = [((Vector(x) if names[x] else x,), text) for x, text in shown]
+    coordinates: dict[str, list[str]] = {}
+    for name in dict.fromkeys(name for name, _ in columns):
+        if matched := re.fullmatch(r"(\w_i)[xyz]", name):
+            coordinates.setdefault(matched[1], []).append(name)
+    return [*rows, *((tuple(own), f"coordinates of {x}") for x, own in coordinates.items())]
 
 
 def _of_angles(
@@ -251,7 +263,7 @@ def _of_angles(
     return found
 
 
-def _meanings_of_springs(found: VectorForm) -> list[Meaning]:
+def _meanings_of_springs(found: VectorForm, given: EntryNames) -> list[Meaning]:
     """Of the names of rotations, points, twists and beams of an arm, or of a generic leg."""
     of, index = ("arm", "") if found.is_arm else ("leg", "_i")
     kinds = {
@@ -290,6 +302,7 @@ def _meanings_of_springs(found: VectorForm) -> list[Meaning]:
         rows += [
             ((Vector("D"),), "compliance of a beam about its middle, in its own axes"),
             ((Vector("T"),), OF_T),
+            *(((x + "'" * (x in given.given),), words) for x, words in _OF_BEAMS.items()),
         ]
     return rows
 
@@ -302,8 +315,11 @@ def with_springs(blocks: Sequence[Block]) -> tuple[Block, ...]:
     equations = [b for b in others if isinstance(b, EquationRows)]
     named = {d.symbol.name: d for b in equations for d in b.springs}
     rows = [*last.rows, *_recurring(equations, last.rows)]
+    parts: dict[str, tuple[str, int]] = {}
+    for name in named:
+        letter, _, number = name.rpartition("_")
+        parts[name] = (letter.replace("'", ""), int(number)) if letter else (name, 0)
     # Moduli first, then the stiffnesses of one beam after the other.
-    parts = {name: _letter_and_number(name) for name in named}
     for name in sorted(named, key=lambda x: (len(parts[x][0]) > 1, *parts[x][::-1])):
         d = named[name]
         words, unit = _OF_SPRINGS[parts[name][0]]
@@ -321,17 +337,14 @@ def _recurring(blocks: Sequence[EquationRows], rows: Sequence[Meaning]) -> list[
     """Meanings of scalars that have an equation and that no row has."""
     listed = {getattr(name, "name", name) for names, _ in rows for name in names}
     found: dict[str, dict[Any, None]] = {}
-    for equation in (e for b in blocks for e in b.rows if not e.is_vector):
-        letter = equation.name.partition("_")[0].rstrip("'0123456789")
-        if not {equation.name, letter, f"{letter}_1"} & listed and letter in _OF_RECURRING:
-            found.setdefault(_OF_RECURRING[letter], {})[equation.name] = None
+    for name in (e.name for b in blocks for e in b.rows if not e.is_vector):
+        letter = name.partition("_")[0].rstrip("'0123456789")
+        rate = differential_parts(name)
+        meaning = f"derivative of a name above by {rate[1]}" if rate else _OF_RECURRING.get(letter)
+        if meaning and not {name, letter, f"{letter}_1"} & listed:
+            found.setdefault(meaning, {})[name] = None
     each = ((list(names), meaning) for meaning, names in found.items())
     return [(tuple(x if len(x) < 4 else [*x[:2], "...", x[-1]]), words) for x, words in each]
-
-
-def _letter_and_number(name: str) -> tuple[str, int]:
-    letter, _, number = name.rpartition("_")
-    return (letter.replace("'", ""), int(number)) if letter else (name, 0)
 
 
 _LONG = 20  # operations: such a condition is in words, and only programs have it in full

@@ -70,6 +70,23 @@ def number_in_front(product: Any) -> tuple[sp.Expr, Any]:
     return number, rest
 
 
+#: Digits of a decimal in print.
+DIGITS = 12
+_BITS = sp.Float(1, DIGITS)._prec
+
+
+def decimal(number: sp.Float) -> str:
+    """A decimal as it is printed, without zeros at its end: 0.333333333333, 1.5e-9.
+
+    Examples
+    --------
+    >>> decimal(sp.Float(1 / 3)), decimal(sp.Float(0.64)), decimal(sp.Float("0.1", 3))
+    ('0.333333333333', '0.64', '0.1')
+    """
+    is_long = number._prec > _BITS
+    return sp.sstr(sp.Float(number, DIGITS) if is_long else number, full_prec=False)
+
+
 def ordered_terms(expression: Any) -> list[Any]:
     """Terms of a sum as SymPy orders them, a positive one in front where there is one."""
     terms = list(expression.as_ordered_terms())

@@ -10,11 +10,12 @@ import sympy as sp
 from sympy.simplify.cse_main import tree_cse
 
 from robostiff.analytic.derivation import Formula
-from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.definition import Definition, used_definitions
 from robostiff.analytic.exact.operation_count import count_of
 from robostiff.analytic.export.nomenclature import in_programs
 from robostiff.analytic.export.vocabulary import check_vocabulary
 from robostiff.analytic.reading.combinations import name_combinations
+from robostiff.analytic.reading.letters import in_order
 from robostiff.errors import InputError
 
 #: Products of numbers with more digits exceed the range of doubles. Exact arithmetic on decimals
@@ -38,15 +39,12 @@ def scaled(expression: Any, scales: Mapping[Any, Any]) -> tuple[Any, Any]:
     if expression.is_Add:
         return _sum([scaled(term, scales) for term in expression.args])
     if expression.is_Pow and expression.exp.is_Rational:
-        return _power(*scaled(expression.base, scales), expression.exp)
+        factor, rest = scaled(expression.base, scales)
+        # Of a root only an even power of ten comes out.
+        outside = {1: factor, 2: _even_power(factor)}.get(expression.exp.q, sp.S.One)
+        return outside**expression.exp, product(factor / outside, rest) ** expression.exp
     arguments = [product(*scaled(argument, scales)) for argument in expression.args]
     return sp.S.One, expression.func(*arguments) if arguments else expression
-
-
-def _power(factor: Any, rest: Any, exponent: Any) -> tuple[Any, Any]:
-    """A power; of a root only an even power of ten comes out."""
-    outside = {1: factor, 2: _even_power(factor)}.get(exponent.q, sp.S.One)
-    return outside**exponent, product(factor / outside, rest) ** exponent
 
 
 def product(factor: Any, rest: Any) -> Any:
@@ -251,17 +249,15 @@ def _in_order(
     for symbol, expression in zip(defined, reduced, strict=False):
         assigned.setdefault(symbol, expression.xreplace(own))
     results: list[Any] = [x.xreplace(own) for x in reduced[len(defined) :]]
-    needs = {x: _symbols_in(value, assigned) for x, value in assigned.items()}
-    used = [x for e in results for x in _symbols_in(e, assigned)]
-    needed = set(_order(needs, used))
-    placed = _order(needs, [*(x for x in defined if x in needed), *used])
-    temporary = [x for x in placed if x not in defined]
-    in_order: dict[Any, Any] = dict(zip(temporary, _temporaries(set(names)), strict=False))
+    every = [Definition(x, assigned[x]) for x in dict.fromkeys((*defined, *assigned))]
+    placed = used_definitions([*in_order(every)], results)
+    temporary = [d.symbol for d in placed if d.symbol not in defined]
+    put: dict[Any, Any] = dict(zip(temporary, _temporaries(set(names)), strict=False))
     n = matrix.cols
     assignments = tuple(
-        Definition(in_order.get(x, x), assigned[x].xreplace(in_order)) for x in placed
+        Definition(put.get(d.symbol, d.symbol), assigned[d.symbol].xreplace(put)) for d in placed
     )
-    assignments, renamed = _in_range(assignments, [x.xreplace(in_order) for x in results])
+    assignments, renamed = _in_range(assignments, [x.xreplace(put) for x in results])
     written: Any = sp.ImmutableMatrix(matrix.rows, n, renamed[: matrix.rows * n])
     beside = renamed[matrix.rows * n :]
     return FormulaProgram(
@@ -313,22 +309,3 @@ def _temporaries(taken: set[str]) -> Iterator[sp.Symbol]:
     while True:
         yield sp.Symbol(f"{letter}{number}")
         number += 1
-
-
-def _symbols_in(expression: Any, assigned: Mapping[Any, Any]) -> list[Any]:
-    """The assigned symbols of an expression."""
-    return sorted(expression.free_symbols & assigned.keys(), key=str)
-
-
-def _order(needs: Mapping[Any, Sequence[Any]], wanted: Sequence[Any]) -> list[Any]:
-    """Wanted symbols and those that they need, each after what it needs."""
-    found: dict[Any, None] = {}
-    waiting = [*reversed(wanted)]
-    while waiting:
-        missing = () if waiting[-1] in found else (x for x in needs[waiting[-1]] if x not in found)
-        symbol = next(iter(missing), None)
-        if symbol is None:
-            found.setdefault(waiting.pop())
-        else:
-            waiting.append(symbol)
-    return [*found]

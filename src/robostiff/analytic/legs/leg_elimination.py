@@ -22,6 +22,7 @@ from robostiff.analytic.chain import Closed, Steps, derive_chain
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.exact.definition import Definition, Unwritten, used_definitions
 from robostiff.analytic.exact.exact_points import values_of
+from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.inverse import compliance_formula
 from robostiff.analytic.legs.leg_geometry import (
     LegGeometry,
@@ -195,8 +196,8 @@ def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimi
             key=lambda joint: sum(x != 0 for x in joint[1]),
         )
     )
-    axes = sp.ImmutableMatrix(3, 3, [read(x) for x in geometry.frame.R.flat])
-    arm = sp.ImmutableMatrix([read(x) for x in geometry.arm])
+    axes = shortest_trigonometry(sp.Matrix(3, 3, [read(x) for x in geometry.frame.R.flat]))
+    arm = shortest_trigonometry(sp.Matrix([read(x) for x in geometry.arm]))
     C, before = sp.ImmutableMatrix(found), tuple(read.definitions)
     if any(entry.is_Add for entry in C.flat()):  # a single beam needs no names
         C, before = matrix_by_entries(C, before, "C_", _SHORT)

@@ -20,6 +20,7 @@ from robostiff.analytic.springs.contributions import (
     recognised_beam,
     summed,
 )
+from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
 from robostiff.errors import InputError
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry
@@ -36,7 +37,6 @@ from robostiff.recorded.working_frame import (
 from robostiff.spatial import Space
 
 _NOTHING = 1e-12
-_RANK = 1e-9  # of the largest compliance, rotations at the characteristic length
 
 
 @dataclass(frozen=True)
@@ -82,9 +82,10 @@ class LegGeometry:
 
     def check_elastic(self) -> None:
         """Raise `InputError` where the leg is rigid in a direction."""
-        _, C = _sampled_leg(self.local, self.placed)
-        n = C.shape[1]
-        rank = int(np.min(np.linalg.matrix_rank(C, tol=_RANK * np.max(np.abs(C)), hermitian=True)))
+        placed, n = self.placed, self.placed.entries.space.size
+        around = WrenchSearch(placed.record, placed.reference, placed.entries.space, placed.length)
+        sample = SampledLeg.of(self.own, around)
+        rank = n if sample is None else sample.elastic_directions
         if rank < n:
             raise InputError(
                 f"K^0 of leg {self.own.name!r}",

@@ -435,27 +435,14 @@ def averages(
                 products.append((1, w[i], w[j]))
         return M
     for orbit in orbits:
-        f1, f2, f3, m1, m2, m3 = wrenches[orbit.first]
-        count = sp.Integer(len(orbit.images))
-        half = count / 2
-        averages = {
-            (0, 0): [(half, f1, f1), (half, f2, f2)],
-            (1, 1): [(half, f1, f1), (half, f2, f2)],
-            (2, 2): [(count, f3, f3)],
-            (3, 3): [(half, m1, m1), (half, m2, m2)],
-            (4, 4): [(half, m1, m1), (half, m2, m2)],
-            (5, 5): [(count, m3, m3)],
-            (0, 4): [(half, f1, m2), (-half, f2, m1)],
-            (1, 3): [(-half, f1, m2), (half, f2, m1)],
-        }
-        if not orbit.is_mirrored:
-            averages |= {
-                (0, 3): [(half, f1, m1), (half, f2, m2)],
-                (1, 4): [(half, f1, m1), (half, f2, m2)],
-                (2, 5): [(count, f3, m3)],
-            }
-        for place, products in averages.items():
-            M[place] += products
+        w = wrenches[orbit.first]
+        T = np.stack([way.of(np.eye(6)) for way in orbit.images.values()])
+        shares = np.einsum("nai,nbj->ijab", T, T)
+        for (i, j), products in M.items():
+            both = shares[i, j] + shares[i, j].T - np.diag(np.diag(shares[i, j]))
+            # Of turns by equal parts they are whole numbers and halves.
+            for a, b in np.argwhere(np.triu(np.rint(2 * both))):
+                products.append((sp.Rational(round(2 * both[a, b]), 2), w[a], w[b]))
     return M
 
 

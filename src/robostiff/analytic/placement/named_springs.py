@@ -277,7 +277,7 @@ class _Part:
         stiffness = getattr(getattr(self.own, "role", None), "stiffness", None)
         if stiffness is None or isinstance(stiffness, StiffnessLaw) or len(units) != 1:
             return None
-        return None if _has_symbols(stiffness) else (stiffness, *units)
+        return None if _has_symbols(stiffness) else (stiffness, units.pop())
 
 
 def _parts_of(robot: Robot) -> Iterator[_Part]:

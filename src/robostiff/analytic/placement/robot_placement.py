@@ -30,7 +30,6 @@ from robostiff.analytic.placement.robot_pose import (
     PoseRotation,
     coordinate_expressions,
     exact_angle,
-    home_coordinates,
     platform_pose,
 )
 from robostiff.errors import InputError
@@ -120,14 +119,13 @@ class PlacedRobot:
         return assembled(self.entries, self.record, self.platform, self.legs, self.length)
 
 
-def place_robot(robot: Robot, pose: PoseFormula, *, with_names: bool = True) -> PlacedRobot:
+def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     """Close all legs of a robot in formulas.
 
     Symbols are entries of a record whose samples lie around the nominal values; the working modes
     of the legs are those of home.
 
-    `pose`: AtHome, AtSymbols or AtCoordinates; `with_names`: whether stiffnesses that are numbers
-    have names.
+    `pose`: AtHome, AtSymbols or AtCoordinates.
 
     Raises
     ------
@@ -148,7 +146,7 @@ def place_robot(robot: Robot, pose: PoseFormula, *, with_names: bool = True) -> 
         symbols |= {name: sp.Symbol(name, real=True) for name in names}
     if given is not None and not robot.is_posed_by_joints and not follows.pose:
         _check_reach(robot, finder, given, rotation)
-    names = named_springs(robot, symbols) if symbols and with_names else None
+    names = named_springs(robot, symbols) if symbols else None
     springs = () if names is None else names.definitions
     samples = _samples(symbols, given, robot, finder, follows, rotation)
     record = Record(with_samples(springs, samples, symbols))
@@ -377,7 +375,8 @@ def home_values(finder: PostureFinder, rotation: PoseRotation) -> dict[str, floa
     if twin.is_posed_by_joints:
         home = twin.legs[0].chain.home
         return {f"q{i + 1}": float(q) for i, q in enumerate(home)}
-    return home_coordinates(finder.home_pose[:3], rotation)
+    point = dict(zip("xyz", map(float, finder.home_pose[:3]), strict=True))
+    return point | dict.fromkeys(rotation.names, 0.0)
 
 
 def _in_words(

@@ -382,11 +382,6 @@ def platform_pose(
     return FormulaPose(R, np.array(p, dtype=object))
 
 
-def home_coordinates(point: np.ndarray, rotation: PoseRotation) -> dict[str, float]:
-    """Coordinates of a pose formula near which those of a general pose are chosen."""
-    return dict(zip("xyz", map(float, point), strict=True)) | dict.fromkeys(rotation.names, 0.0)
-
-
 def is_short_in_angles(robot: Robot) -> bool:
     """Whether it is a chain in the plane whose passive joints leave it one wrench, or two.
 

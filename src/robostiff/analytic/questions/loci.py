@@ -240,7 +240,8 @@ def decoupling_in_steps(derivation: Derivation) -> tuple[sp.Expr, ...]:
 
 _DIGITS = 100
 _RANK_IN_DIGITS = 1e-20  # of the largest singular value
-_NEARLY_ZERO = "1e-40"
+#: In place of a symbol that becomes zero.
+NEARLY_ZERO = sp.Float("1e-40", _DIGITS)
 _SEED_OF_VALUES = 3
 _LONGEST_CONDITION = 300  # operations of a condition that is factored
 
@@ -286,15 +287,26 @@ class MatrixInNames:
     @cached_property
     def rank(self) -> int:
         """Rank at random numbers, those of the names computed from them."""
-        return self.rank_without(None)
+        return self.rank_at()
 
-    def rank_without(self, stiffness: Any) -> int:
-        """Rank where one of the stiffnesses 1/c is zero."""
-        return self._rank_at(self._numbers({}) | ({} if stiffness is None else {stiffness: 0}))
-
-    def rank_near_zero(self, symbol: Any) -> int:
-        """Rank in the limit of a given symbol that becomes zero."""
-        return self._rank_at(self._numbers({symbol: sp.Float(_NEARLY_ZERO, _DIGITS)}))
+    def rank_at(self, given: Mapping[Any, Any] | None = None, *, without: Any = None) -> int:
+        """The same with some numbers given, and where one of the stiffnesses 1/c is zero."""
+        random = np.random.default_rng(_SEED_OF_VALUES)
+        parts = [*self.matrix, *(d.expression for d in self.definitions)]
+        symbols = set().union(*(x.free_symbols for x in parts))
+        symbols -= {d.symbol for d in self.definitions}
+        values: dict[Any, Any] = {
+            s: sp.Rational(int(random.integers(500, 1500)), 997) for s in sorted(symbols, key=str)
+        }
+        values |= given or {}
+        for d in self.definitions:
+            values[d.symbol] = sp.N(d.expression.xreplace(values), _DIGITS)
+        values |= {without: 0}
+        with mpmath.workdps(_DIGITS):
+            numbers = self.matrix.xreplace(values).evalf(_DIGITS)
+            rows = [[mpmath.mpmathify(x) for x in numbers.row(i)] for i in range(numbers.rows)]
+            sizes = mpmath.svd_c(mpmath.matrix(rows), compute_uv=False)
+            return sum(1 for i in range(len(sizes)) if sizes[i] > _RANK_IN_DIGITS * sizes[0])
 
     @property
     def springs(self) -> list[Any]:
@@ -311,26 +323,6 @@ class MatrixInNames:
                     found.setdefault(symbol, True)
         names = {d.symbol for d in self.definitions}
         return sorted((x for x, only in found.items() if only and x not in names), key=str)
-
-    def _rank_at(self, values: dict[Any, Any]) -> int:
-        with mpmath.workdps(_DIGITS):
-            numbers = self.matrix.xreplace(values).evalf(_DIGITS)
-            rows = [[mpmath.mpmathify(x) for x in numbers.row(i)] for i in range(numbers.rows)]
-            sizes = mpmath.svd_c(mpmath.matrix(rows), compute_uv=False)
-            return sum(1 for i in range(len(sizes)) if sizes[i] > _RANK_IN_DIGITS * sizes[0])
-
-    def _numbers(self, chosen: dict[Any, Any]) -> dict[Any, Any]:
-        random = np.random.default_rng(_SEED_OF_VALUES)
-        parts = [*self.matrix, *(d.expression for d in self.definitions)]
-        given = set().union(*(x.free_symbols for x in parts))
-        given -= {d.symbol for d in self.definitions}
-        values: dict[Any, Any] = {
-            s: sp.Rational(int(random.integers(500, 1500)), 997) for s in sorted(given, key=str)
-        }
-        values |= chosen
-        for d in self.definitions:
-            values[d.symbol] = sp.N(d.expression.xreplace(values), _DIGITS)
-        return values
 
     @property
     def stiffnesses(self) -> list[Any]:

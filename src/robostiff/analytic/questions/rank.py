@@ -20,7 +20,7 @@ from robostiff.analytic.exact.factors import without_sign
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.exact.operation_count import count_of
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
-from robostiff.analytic.questions.loci import Locus, MatrixInNames, rank_locus
+from robostiff.analytic.questions.loci import NEARLY_ZERO, Locus, MatrixInNames, rank_locus
 from robostiff.errors import InputError
 
 #: Seconds for an answer in steps.
@@ -246,11 +246,11 @@ def _rank_in_names(K: Any, names: MatrixInNames) -> RankFormula | None:
         zero: min(exponent, second[zero]) for zero, exponent in first.items() if zero in second
     }
     for stiffness in names.stiffnesses:
-        lost = names.rank - names.rank_without(stiffness)
+        lost = names.rank - names.rank_at(without=stiffness)
         for own in names.zeros_of(stiffness) if lost else ():
             common[own] = common.get(own, 0) + lost
     for symbol in names.springs:
-        lost = names.rank - names.rank_near_zero(symbol)
+        lost = names.rank - names.rank_at({symbol: NEARLY_ZERO})
         if lost:
             common[symbol] = max(common.get(symbol, 0), lost)
     return RankFormula.of(K, names.rank, common)

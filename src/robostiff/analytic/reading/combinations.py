@@ -66,7 +66,12 @@ class CombinationNames:
             has_minus = any(x.could_extract_minus_sign() for x in expression.args)
             is_positive = not has_minus and expression.is_positive
             assumed = {"positive": True} if is_positive else {"real": True}
-            letter = _letter(field, base)
+            used = [g for g, d in zip(field.generators, base.degrees(), strict=True) if d]
+            lengths = [g for g in used if g.is_Symbol]
+            places = [field.generators.index(g) for g in lengths]
+            is_linear = all(sum(powers[p] for p in places) == 1 for powers, _ in base.terms())
+            of_springs = all(str(g)[0] in "kK" for g in lengths)
+            letter = ("k" if of_springs else "d") if lengths and is_linear else "p"
             symbol = self._symbol(letter, **(assumed if expression.is_real else {}))
             self.definitions.append(Definition(symbol, inside))
             self._named.append((base, symbol))
@@ -78,7 +83,9 @@ class CombinationNames:
 
     def sum_of(self, products: list[Product]) -> sp.Expr:
         """A sum of products in names."""
-        return sp.Add(*(self._product(product) for product in products))
+        return sp.Add(
+            *(sp.Mul(x.number, *(self.polynomial(b) ** n for b, n in x.powers)) for x in products)
+        )
 
     def polynomial(self, polynomial: Any) -> Any:
         """A polynomial through named ones where that is shorter: d_a**2 + h**2."""
@@ -88,33 +95,19 @@ class CombinationNames:
             ratio = polynomial.leading_coefficient() / known.leading_coefficient()
             if polynomial == known * ratio:
                 return rational(ratio) * written
-        # Squares first: of two of equal length, (x + y)**2 is easier to read than L_a**2 + 4*x*y.
-        candidates = [self._by_squares(polynomial), self._by_names(polynomial)]
-        return min(candidates, key=count_of)
-
-    def _by_squares(self, polynomial: Any) -> Any:
         squares, rest = completed_squares(self._field, polynomial)
         parts = [number * self.polynomial(square) ** 2 for square, number in squares]
-        return sp.Add(*parts, self._plain(rest))
-
-    def _by_names(self, polynomial: Any) -> Any:
-        """The remainder after multiples of named polynomials are taken out, one after the other."""
+        by_squares = sp.Add(*parts, self._plain(rest))
+        # The remainder after multiples of named polynomials are taken out, one after the other
         rest, parts = polynomial, []
         for known, written in self._named:
             for power in (2, 1):
-                if known.total_degree() * power > polynomial.total_degree():
-                    continue
-                rest, part = _without(rest, known**power, written**power)
-                parts += part
-        return sp.Add(*parts, self._plain(rest))
-
-    def _product(self, product: Product) -> sp.Expr:
-        factors = [self._factor(base, exponent) for base, exponent in product.powers]
-        return sp.Mul(product.number, *factors)
-
-    def _factor(self, base: Any, exponent: int) -> Any:
-        written = self.polynomial(base)
-        return sp.Pow(written, exponent)
+                if known.total_degree() * power <= polynomial.total_degree():
+                    rest, part = _without(rest, known**power, written**power)
+                    parts += part
+        by_names = sp.Add(*parts, self._plain(rest))
+        # Squares first: of two of equal length, (x + y)**2 is easier to read than L_a**2 + 4*x*y.
+        return min(by_squares, by_names, key=count_of)
 
     def _plain(self, polynomial: Any) -> Any:
         return self._field.polynomial_expression(polynomial).xreplace(self._roots)
@@ -131,15 +124,6 @@ def _without(polynomial: Any, known: Any, written: Any) -> tuple[Any, list[Any]]
     if len(rest) + 1 >= len(polynomial):
         return polynomial, []
     return rest, [rational(number) * written]
-
-
-def _letter(field: ExactField, base: Any) -> str:
-    used = [g for g, d in zip(field.generators, base.degrees(), strict=True) if d]
-    lengths = [g for g in used if g.is_Symbol]
-    places = [field.generators.index(g) for g in lengths]
-    if not lengths or any(sum(powers[p] for p in places) != 1 for powers, _ in base.terms()):
-        return "p"
-    return "k" if all(str(g)[0] in "kK" for g in lengths) else "d"
 
 
 # Matrices beyond this would take seconds to factor.

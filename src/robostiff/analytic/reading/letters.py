@@ -85,12 +85,11 @@ def in_order(definitions: Sequence[Definition]) -> Iterator[Definition]:
     """Definitions so that each uses those before, otherwise as they came."""
     left: dict[Any, Definition] = {d.symbol: d for d in definitions}
 
-    def with_its_own(d: Definition) -> Iterator[Definition]:
-        for symbol in sorted(symbols_in(d.expression) & left.keys(), key=str):
-            if symbol in left:
-                yield from with_its_own(left[symbol])
-        if left.pop(d.symbol, None) is not None:
-            yield d
-
     for d in definitions:
-        yield from with_its_own(d)
+        waiting = [d] if d.symbol in left else []
+        while waiting:
+            before = symbols_in(waiting[-1].expression) & left.keys()
+            if before:
+                waiting.append(left[min(before, key=str)])
+            else:
+                yield left.pop(waiting.pop().symbol)

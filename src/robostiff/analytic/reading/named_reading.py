@@ -22,6 +22,7 @@ from robostiff.analytic.exact.factors import (
 )
 from robostiff.analytic.exact.field import ExactField, shared_field
 from robostiff.analytic.exact.operation_count import count_of, parts_of, symbols_in
+from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.reading.letters import free_names
 from robostiff.analytic.reading.record_reading import ClosedReading
 from robostiff.record import Entry, Operation, Record
@@ -356,7 +357,8 @@ def _in_squares(radicand: Any) -> Any:
     turning = sorted((x for x in parts_of(radicand) if isinstance(x, sp.sin | sp.cos)), key=str)
     found = [radicand, other]
     if turning:
-        found.append(_by_turning(radicand, turning))
+        by_angles = sp.expand_mul(shortest_trigonometry(radicand), deep=False)
+        found += [_by_turning(radicand, turning), by_angles]
     # A product under a root is one of roots.
     return min(found, key=lambda x: 2 + count_of(x) if x.is_Add else count_of(root_of(x)))
 

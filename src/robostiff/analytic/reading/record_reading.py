@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -126,14 +127,18 @@ class StepReading:
         self._same = points.same(record.needed(wanted))
         if at_closed_postures:
             zero = Same(None, sp.Integer(0))
-            self._same |= {step: zero for step in self._same if _vanishes(record, step)}
+            for step in self._same:
+                if record.operations[step][0] in (Operation.ADD, Operation.SUBTRACT):
+                    size = max(np.min(np.abs(record.sample(a))) for a in record.arguments(step))
+                    if size > 0 and np.max(np.abs(record.sample(step))) <= _CLOSED * size:
+                        self._same[step] = zero
         self._shorten(record, points)
         steps, uses = self._needed(record, wanted)
         self._record = record
         self._reading = reading = ClosedReading(record, symbols)
         given: set[str] = set()
         taken = {*record.inputs, *record.names.values()}
-        count = 0
+        free = (x for i in count(1) if (x := f"t_{i}") not in taken)
         self._written: dict[int, sp.Expr] = {}
         definitions = list(springs)
         multiples: dict[Any, tuple[Any, Any]] = {}
@@ -141,13 +146,16 @@ class StepReading:
             arguments = {x: self._of_step(x) for x in record.arguments(step)}
             expression = reading.written(step, arguments)
             if expression.is_Mul and not expression.args[0].is_Symbol:
-                expression = _by_multiple(expression, multiples)
+                number, rest = _number_and_rest(expression)
+                if rest in multiples:  # sqrt(3) t_1, where that is shorter
+                    other, symbol = multiples[rest]
+                    expression = min(expression, number / other * symbol, key=count_of)
             is_minus = is_shorter_negated(expression)
             # A negative sum is used with its sign, and so is a product without a name.
             own = None if is_minus and expression.is_Add else record.names.get(step)
             name = _identifier(own, taken, given)
             if name is None and uses[step] > 1 and not _is_trivial(expression):
-                count, name = _free_name(count, taken)
+                name = next(free)
             if name is not None and not _is_trivial(expression):
                 symbol = sp.Symbol(name, real=True)
                 is_minus = is_minus and own is None
@@ -322,14 +330,6 @@ def written_size(record: Record, results: Iterable[Any]) -> int:
     return max((sizes[step] for step in wanted), default=0)
 
 
-def _vanishes(record: Record, step: int) -> bool:
-    """Whether a step is a sum that is zero at all samples, as far as postures are closed."""
-    if record.operations[step][0] not in (Operation.ADD, Operation.SUBTRACT):
-        return False
-    size = max(np.min(np.abs(record.sample(a))) for a in record.arguments(step))
-    return bool(size > 0 and np.max(np.abs(record.sample(step))) <= _CLOSED * size)
-
-
 def _identifier(name: str | None, taken: set[str], given: set[str]) -> str | None:
     """The name of a step without blanks and the like, given once."""
     if name is None:
@@ -341,27 +341,11 @@ def _identifier(name: str | None, taken: set[str], given: set[str]) -> str | Non
     return plain
 
 
-def _free_name(count: int, taken: set[str]) -> tuple[int, str]:
-    count += 1
-    while f"t_{count}" in taken:
-        count += 1
-    return count, f"t_{count}"
-
-
 def _number_and_rest(expression: Any) -> tuple[Any, Any]:
     if not expression.is_Mul:
         return sp.Integer(1), expression
     numbers = [x for x in expression.args if x.is_number]
     return sp.Mul(*numbers), sp.Mul(*(x for x in expression.args if not x.is_number))
-
-
-def _by_multiple(expression: Any, known: Mapping[Any, tuple[Any, Any]]) -> Any:
-    """A multiple of a symbol by a named multiple of it where that is shorter: sqrt(3) t_1."""
-    number, rest = _number_and_rest(expression)
-    if rest not in known:
-        return expression
-    other, symbol = known[rest]
-    return min(expression, number / other * symbol, key=count_of)
 
 
 def _is_trivial(expression: sp.Expr) -> bool:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from itertools import combinations
+from types import MappingProxyType
 from typing import Any
 
 import sympy as sp
@@ -85,7 +86,7 @@ def divided(expression: Any, ratio: Definition) -> Any:
     expression = made_of(expression, [divided(part, ratio) for part in expression.args])
     if not isinstance(expression, sp.Mul):
         return expression
-    left, part = powers(expression), powers(ratio.expression)
+    left, part = dict(powers(expression)), powers(ratio.expression)
     fits = [left.get(base, 0) / power for base, power in part.items()]
     are_whole = all(isinstance(x, Fraction) and x.denominator == 1 for x in fits)
     if not are_whole or min(fits) * max(fits) <= 0:
@@ -100,17 +101,12 @@ def divided(expression: Any, ratio: Definition) -> Any:
 
 
 @cacheit
-def _powers_of(product: Any) -> tuple[tuple[Any, Any], ...]:
-    powers = product.as_coeff_Mul()[1].as_powers_dict()
-    # Numbers of Python: SymPy's take ten times as long.
-    return tuple(
-        (b, Fraction(int(x.p), int(x.q)) if x.is_Rational else x) for b, x in powers.items()
+def powers(product: Any) -> Mapping[Any, Any]:
+    """Powers of the factors of a product; numbers of Python, as SymPy's take ten times as long."""
+    own = product.as_coeff_Mul()[1].as_powers_dict()
+    return MappingProxyType(
+        {b: Fraction(int(x.p), int(x.q)) if x.is_Rational else x for b, x in own.items()}
     )
-
-
-def powers(product: Any) -> dict[Any, Any]:
-    """Powers of the factors of a product."""
-    return dict(_powers_of(product))
 
 
 @cacheit

@@ -201,7 +201,12 @@ class _Search:
                     if not self.has_rooted_names(one):
                         seen.add(key)
                         found.append(one)
-            ways, stale = _shortest_of_each_length(found, width), stale + 1
+            left, ways = Counter[int](), []  # a few ways of the same number of lines
+            for one in sorted(found, key=lambda one: one.cost):
+                if left[one.lines] < _ALIKE and len(ways) < width:
+                    left[one.lines] += 1
+                    ways.append(one)
+            stale += 1
             if ways and ways[0].cost < least:
                 least, stale = ways[0].cost, 0
             read = (x for x in found if x.cost <= best.cost and not self.has_rooted_squares(x))
@@ -453,13 +458,3 @@ class _Search:
 
             others = tuple(tuple(map(own, one)) for one in others)
         return Written(tuple(x.expression for x in w.results), tuple(names), others)
-
-
-def _shortest_of_each_length(found: Iterable[Writing], width: int) -> list[Writing]:
-    """The shortest ways, a few of them of the same number of lines."""
-    left, ways = Counter[int](), []
-    for one in sorted(found, key=lambda one: one.cost):
-        if left[one.lines] < _ALIKE and len(ways) < width:
-            left[one.lines] += 1
-            ways.append(one)
-    return ways

@@ -24,7 +24,7 @@ from robostiff.model import PlacedBlock, PlacedLeg
 from robostiff.record import Entry, is_zero
 from robostiff.recorded.elimination import least_size
 from robostiff.recorded.leg import at_samples
-from robostiff.recorded.working_frame import WorkingFrame
+from robostiff.recorded.working_frame import WorkingFrame, dot
 
 _SAME = 1e-10
 _SHORT = 12  # operations of the compliance of one spring that needs no name, such as l/EA
@@ -80,14 +80,13 @@ class LegReader:
 
     search: WrenchSearch
     read: NamedReading
-    kind: type[ContributionReader] = ContributionReader  # how contributions are written
     _named: list[tuple[np.ndarray, Any]] = field(default_factory=list)
     _shifts: list[tuple[np.ndarray, Any]] = field(default_factory=list)
     _blocks: dict[int, BlockSprings] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         search = self.search
-        self.contributions: ContributionReader = self.kind(
+        self.contributions = ContributionReader(
             search.record, search.length, self.read, BeamProducts(self.read), self.block
         )
 
@@ -228,20 +227,12 @@ class LegReader:
         D = np.einsum("nbi,nb,nbj->nij", at, 1 / met, at)
         shifts, _, stiffnesses = self._conjugate(D, added, are_stiffnesses=True)
         # Rows of L^T: the wrench with which each stiffness comes.
-        m = len(units)
-        own = [
-            [
-                record.simplified(
-                    sum(
-                        (_times(shifts[j][i], columns[j][r]) for j in range(i + 1, m)),
-                        columns[i][r],
-                    ),
-                    search.length if r > 2 else 1.0,
-                )
-                for r in range(6)
-            ]
-            for i in range(m)
-        ]
+        own = []
+        for i, column in enumerate(columns):
+            later = [row[i] for row in shifts[i + 1 :]]
+            moved = [dot(later, [c[r] for c in columns[i + 1 :]]) for r in range(6)]
+            whole = (x if is_zero(y) else x + y for x, y in zip(column, moved, strict=True))
+            own.append([*map(record.simplified, whole, search.scale)])
         return BlockSprings(frame, tuple(own), tuple(1 / k for k in stiffnesses), search)
 
     def _frame(self, block: PlacedBlock, units: Sequence[UnitWrench]) -> WorkingFrame:
@@ -283,7 +274,7 @@ def shares_of(columns: Sequence[list[Any]], w: list[Any], search: WrenchSearch) 
             factor = rows[r][k]
             if r != pivot and not is_zero(factor):
                 rows[r] = [
-                    record.simplified(x - _times(factor, y), scale[r])
+                    record.simplified(x - dot([factor], [y]), scale[r])
                     for x, y in zip(rows[r], rows[pivot], strict=True)
                 ]
     return [rows[r][m] for r in taken]
@@ -294,15 +285,10 @@ def _awkwardness(row: list[Any], k: int, scale: float) -> tuple[int, int, float]
     return isinstance(row[k], Entry), used, -least_size(row[k]) / scale
 
 
-def _times(a: Any, b: Any) -> Any:
-    return 0 if is_zero(a) or is_zero(b) else a * b
-
-
 def _combined(terms: Sequence[tuple[Any, list[Any]]], search: WrenchSearch) -> list[Any]:
-    scale = search.scale
+    scale, factors = search.scale, [f for f, _ in terms]
     return [
-        search.record.simplified(sum((_times(f, w[i]) for f, w in terms), 0), scale[i])
-        for i in range(6)
+        search.record.simplified(dot(factors, [w[i] for _, w in terms]), scale[i]) for i in range(6)
     ]
 
 
@@ -315,7 +301,7 @@ def _inverse(shifts: list[list[Any]]) -> list[list[Any]]:
             if is_zero(shifts[i][j]):
                 continue
             for k in range(j + 1):
-                inverse[i][k] = inverse[i][k] - _times(shifts[i][j], inverse[j][k])
+                inverse[i][k] = inverse[i][k] - dot([shifts[i][j]], [inverse[j][k]])
     return inverse
 
 

@@ -401,7 +401,13 @@ def _written(
 ) -> Any:
     """A sum of products, simplified as a whole or product by product, whichever is shorter."""
     scale = search.length ** sum(i > 2 for i in place)
-    total = _total(products, search, scale)
+    total: Any = sp.Integer(0)
+    by_number: dict[Any, Any] = {}  # what two orbits have in common counts twice
+    for number, a, b in products:
+        by_number[number] = by_number.get(number, sp.Integer(0)) + a * b
+    for number, part in by_number.items():
+        total = total + number * search.record.simplified(part, scale)
+    total = search.record.simplified(total, scale)
     if not isinstance(total, Entry):
         return read(total)
     apart = sp.Add(*(number * product_of(read(a), read(b)) for number, a, b in products))
@@ -413,18 +419,6 @@ def _written(
         return min(apart, read(total), key=count_of)
     except FormulaTooLargeError:
         return apart
-
-
-def _total(products: Products, search: WrenchSearch, scale: float) -> Any:
-    """A sum of products; what two orbits have in common counts twice."""
-    simplified = search.record.simplified
-    total: Any = sp.Integer(0)
-    by_number: dict[Any, Any] = {}
-    for number, a, b in products:
-        by_number[number] = by_number.get(number, sp.Integer(0)) + a * b
-    for number, part in by_number.items():
-        total = total + number * simplified(part, scale)
-    return simplified(total, scale)
 
 
 def _by_unit_length(group: WrenchesAlike) -> dict[tuple[int, int], list[tuple[Any, Any]]]:

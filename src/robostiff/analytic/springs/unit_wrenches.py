@@ -31,6 +31,7 @@ IDLE = 1e-9  # work on a passive joint, and coupling of two wrenches
 _INDEPENDENT = 1e-6
 _MOST = 1000  # bases that are compared
 _RANK = 1e-7
+_ELASTIC = 1e-9  # of the largest compliance
 
 
 @dataclass
@@ -64,21 +65,6 @@ class Seen:
 
 
 @dataclass(frozen=True)
-class PointAndSizes:
-    """About which point a leg is looked at, and with which sizes."""
-
-    record: Record
-    reference: np.ndarray  # (3,): reference point, entries or numbers
-    space: Space
-    length: float  # characteristic length [m]
-
-    @property
-    def scale(self) -> np.ndarray:
-        """1 for forces and shifts, the length for moments: by it all entries compare (6,)."""
-        return np.array([1.0] * 3 + [self.length] * 3)
-
-
-@dataclass(frozen=True)
 class SampledLeg:
     """A leg at the samples: passive twists and compliance about the reference, scaled.
 
@@ -92,8 +78,14 @@ class SampledLeg:
     # number of independent such wrenches; None where it differs from sample to sample
     transmitted: int | None
 
+    @property
+    def elastic_directions(self) -> int:
+        """In how many independent directions it yields with its passive joints held."""
+        tolerance = _ELASTIC * np.max(np.abs(self.C))
+        return int(np.min(np.linalg.matrix_rank(self.C, tol=tolerance, hermitian=True)))
+
     @classmethod
-    def of(cls, leg: PlacedLeg, around: PointAndSizes) -> SampledLeg | None:
+    def of(cls, leg: PlacedLeg, around: WrenchSearch) -> SampledLeg | None:
         """A leg in numbers; None where a block holds different motions at different samples."""
         record, rows, scale = around.record, list(around.space.rows), around.scale
         reference = at_samples(around.reference, record.count)
@@ -133,7 +125,7 @@ class SampledLeg:
         return cls(J, C, n - ranks.pop() if len(ranks) == 1 else None)
 
 
-def _of_block(block: PlacedBlock, around: PointAndSizes) -> SampledLeg | None:
+def _of_block(block: PlacedBlock, around: WrenchSearch) -> SampledLeg | None:
     branches = []
     for branch in block.branches:
         own = SampledLeg.of(branch, around)
@@ -202,8 +194,18 @@ class Basis:
 
 
 @dataclass(frozen=True)
-class WrenchSearch(PointAndSizes):
+class WrenchSearch:
     """Finds a basis of unit wrenches of which few or none share energy."""
+
+    record: Record
+    reference: np.ndarray  # (3,): reference point, entries or numbers
+    space: Space
+    length: float  # characteristic length [m]
+
+    @property
+    def scale(self) -> np.ndarray:
+        """1 for forces and shifts, the length for moments: by it all entries compare (6,)."""
+        return np.array([1.0] * 3 + [self.length] * 3)
 
     def basis(self, leg: PlacedLeg, *, few_couplings: bool = True) -> Basis | None:
         """The simplest basis of what the passive joints transmit; None where none is found.

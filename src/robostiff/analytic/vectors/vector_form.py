@@ -50,7 +50,6 @@ from robostiff.analytic.vectors.vector_rods import (
     scalars_of,
 )
 from robostiff.analytic.vectors.vector_wrenches import (
-    KnownContributions,
     KnownReading,
     LegInVectors,
     WrenchWriter,
@@ -106,7 +105,7 @@ def _average_of(found: VectorForm, placed: PlacedRobot) -> sp.ImmutableMatrix | 
     symbols: Any = sp.symbols(COMPONENTS, real=True)
     own = [sp.Integer(0) if x else name for x, name in zip(is_nothing, symbols, strict=True)]
     products = averages({0: own}, orbits)
-    c_of_all = sp.Symbol("c_1", positive=True)
+    c_of_all = sp.Symbol("c_1", real=True)
 
     def entry(i: int, j: int) -> Any:
         terms = products[min(i, j), max(i, j)]
@@ -140,7 +139,7 @@ class _Recognition:
         self.read = KnownReading(placed.record, placed.symbols, placed.springs)
         space = placed.entries.space
         self.search = WrenchSearch(self.record, placed.reference, space, placed.length)
-        self.springs = LegReader(self.search, self.read, KnownContributions)
+        self.springs = LegReader(self.search, self.read)
         R = sampled(placed.platform.R, self.count)
         r0 = sampled(placed.entries.reference_point, self.count)
         self.rotation = "Q" if "R" in placed.symbols else "R"

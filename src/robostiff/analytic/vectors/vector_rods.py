@@ -334,8 +334,8 @@ def _distance(a: np.ndarray, b: np.ndarray, placed: PlacedRobot) -> Any:
 
 
 def are_along(own: np.ndarray, other: np.ndarray) -> bool:
-    """Whether unit vectors lie along one another, at each sample."""
-    return bool(np.max(np.abs(np.cross(own, other))) < _SAME)
+    """Whether unit vectors are the same at all samples, up to one sign."""
+    return any(bool(np.max(np.abs(own - sign * other)) < _SAME) for sign in (1, -1))
 
 
 def varies(values: np.ndarray) -> bool:

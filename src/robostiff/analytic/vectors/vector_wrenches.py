@@ -7,8 +7,9 @@ couple; where more of them do, the leg has a small matrix of compliances.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,6 @@ from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import ClosedReading
 from robostiff.analytic.springs.contributions import (
     Contribution,
-    ContributionReader,
     recognised_beam,
     summed,
 )
@@ -127,7 +127,7 @@ class WrenchWriter:
         at_samples: dict[VectorExpression, np.ndarray] = {}
         for place, found in enumerate(basis.wrenches):
             at = sampled(found.direction, count)
-            alike = next(((v, x) for v, x in known if are_alike(x, at)), None)
+            alike = next(((v, x) for v, x in known if are_along(x, at)), None)
             if alike is None:
                 return None
             vector, named = alike
@@ -147,10 +147,15 @@ class WrenchWriter:
             # What lies across both is written by the axis of the joint, or by what is square to it.
             across_both = [e] if _G in at_samples else []
             others = [x for v, x in at_samples.items() if v not in (_U, _G)] or across_both
-            if any(not are_alike(x, others[0]) for x in others):
+            if any(not are_along(x, others[0]) for x in others):
                 return None
             for at in others[:1]:
-                self._felt_across(at, e, rod, is_across=_N in at_samples)
+                u, width = rod.unit, self.plain(rod.width)
+                s, t = np.einsum("ni,ni->n", at, u), np.linalg.norm(np.cross(at, u), axis=1)
+                if rod.carrier is Carrier.NOTHING and _N in at_samples:
+                    t = np.einsum("ni,ni->n", e, u)  # the same but for its sign
+                self.read.known += felt_across(self.read.known, t, sampled(rod.width, count), width)
+                self.read.known += [(x, name) for x, name in ((s, _S), (t, _T)) if varies(x)]
         bars = None
         if _N in at_samples and own.blocks:
             bars = ParallelBars.of(own, rod, self.springs, self.placed)
@@ -165,7 +170,9 @@ class WrenchWriter:
     ) -> LegInVectors:
         """What the wrenches meet and share; the couple that comes with a force is the last."""
         pairs, places = basis.coupled, [place for place, _, _ in written]
-        coupled = [(i, j) for i, j in _pairs(len(written)) if pairs[places[i], places[j]]]
+        coupled = [
+            (i, j) for i, j in combinations(range(len(written)), 2) if pairs[places[i], places[j]]
+        ]
         if len(coupled) == 1:
             written.append(written.pop(coupled[0][1]))
             coupled = [(coupled[0][0], len(written) - 1)]
@@ -204,13 +211,13 @@ class WrenchWriter:
         forces = [w for w in units if w.point is not None]
         at = [sampled(w.direction, record.count) for w in forces]
         axes = (axis for spring in own.springs for axis in np.asarray(spring.rotation).T)
-        is_along = (x for x in axes if are_alike(sampled(x, record.count), rod.unit))
+        is_along = (x for x in axes if are_along(sampled(x, record.count), rod.unit))
         along = next(is_along, None)
         if along is None or basis.couplings == 0:
             return basis
-        for i, j in _pairs(len(forces)):
+        for i, j in combinations(range(len(forces)), 2):
             is_across = np.max(np.abs(np.sum(at[i] * rod.unit, axis=1))) < _SAME
-            if not (is_across and are_alike(at[i], at[j])):
+            if not (is_across and are_along(at[i], at[j])):
                 continue
             force, turning = forces[i].direction, cross(forces[i].direction, along)
             across = np.array([record.simplified(x) for x in turning], dtype=object)
@@ -218,22 +225,12 @@ class WrenchWriter:
             point = own.end
             if rod.carrier is not Carrier.NOTHING:
                 point = [f for f in own.freedoms if f.is_passive][-2].point
-                others = (w for w, d in zip(forces, at, strict=True) if not are_alike(d, at[i]))
+                others = (w for w, d in zip(forces, at, strict=True) if not are_along(d, at[i]))
                 kept = [*others, UnitWrench(along, None)]
             chosen = (*kept, UnitWrench(across, None), UnitWrench(force, point))
             found = self.springs.search.of_wrenches(own, chosen)
             return basis if found is None or found.couplings > basis.couplings else found
         return basis
-
-    def _felt_across(self, at: np.ndarray, e: np.ndarray, rod: Bar, *, is_across: bool) -> None:
-        u = rod.unit
-        s, t = np.einsum("ni,ni->n", at, u), np.linalg.norm(np.cross(at, u), axis=1)
-        if rod.carrier is Carrier.NOTHING and is_across:
-            t = np.einsum("ni,ni->n", e, u)  # the same but for its sign
-        width = sampled(rod.width, self.placed.record.count)
-        name = self.plain(rod.width)
-        self.read.known += felt_across(self.read.known, t, width, name)
-        self.read.known += [(x, name) for x, name in ((s, _S), (t, _T)) if varies(x)]
 
     def _shared(
         self, own: PlacedLeg, a: UnitWrench, b: UnitWrench, bars: ParallelBars | None
@@ -291,16 +288,7 @@ def joint_of(rod: Bar, count: int) -> Vector:
     if rod.carrier is Carrier.NOTHING or rod.joint is None:
         return _E
     both = (sampled(x, count) for x in (rod.joint, rod.axis))
-    return _E if are_alike(*both) else _J
-
-
-def are_alike(own: np.ndarray, other: np.ndarray) -> bool:
-    """Whether directions are the same up to one sign."""
-    return any(bool(np.max(np.abs(own - sign * other)) < _SAME) for sign in (1, -1))
-
-
-def _pairs(count: int) -> list[tuple[int, int]]:
-    return [(i, j) for i in range(count) for j in range(i + 1, count)]
+    return _E if are_along(*both) else _J
 
 
 _SINE = sp.Symbol("s_i", positive=True)  # of the angle between the bars and the line across them
@@ -334,16 +322,20 @@ class ParallelBars:
         pin = across / sine[:, None]
         beams = [_bar_of(branch, u, pin, count) for branch in leg.blocks[0].branches]
         first = beams[0]
-        if len(beams) != 2 or first is None or not _are_equal(beams, count):
+        each = [sampled(x.elasticity.compliance, count) for x in beams if x is not None]
+        apart = [np.abs(C - each[0]) <= _SAME * np.abs(each[0]) for C in each]
+        if first is None or {len(beams), len(each)} != {2} or not np.all(apart):
             return None
         found = recognised_beam(first, placed.record)
         axes = [sampled(axis, count) for axis in first.rotation.T]
         letters = ("EI_z", axes[1]), ("EI_y", axes[2])
         bends = next((letter for letter, axis in letters if are_along(axis, pin)), None)
-        if found is None or bends is None:
-            return None
         between = np.linalg.norm(rod.end - rod.start, axis=1)
-        if np.max(np.abs(sampled(found[0], count) - between)) > _SAME * placed.length:
+        if (
+            found is None
+            or bends is None
+            or np.max(np.abs(sampled(found[0], count) - between)) > _SAME * placed.length
+        ):
             return None
         products = reader.contributions.products.of(found[1])
         along, width = reader.read.length(found[0]), reader.read(rod.width)
@@ -383,12 +375,6 @@ def _bar_of(
     return beam if are_along(sampled(beam.rotation[:, 0], count), unit) else None
 
 
-def _are_equal(beams: Sequence[PlacedSpring | None], count: int) -> bool:
-    each = [sampled(x.elasticity.compliance, count) for x in beams if x is not None]
-    apart = [np.abs(C - each[0]) <= _SAME * np.abs(each[0]) for C in each]
-    return len(each) == len(beams) and bool(np.all(apart))
-
-
 class KnownReading(NamedReading):
     """Reads entries with names for scalars of the leg, recognised at the samples.
 
@@ -426,17 +412,3 @@ class KnownReading(NamedReading):
                 if np.max(np.abs(at - sign * other)) <= _SAME * np.max(np.abs(other)):
                     return sign * symbol
         return None
-
-
-class KnownContributions(ContributionReader):
-    """Writes contributions with names for known squares of the leg."""
-
-    def _sum(self, *pairs: tuple[Any, Any]) -> Any:
-        total: Any = sum((x * y for x, y in pairs), sp.Integer(0))
-        total = self.record.simplified(total, self.length)
-        if isinstance(total, Entry):
-            at = total.sample
-            for other, symbol in getattr(self.read, "known", ()):
-                if np.max(np.abs(at - other**2)) <= _SAME * np.max(np.abs(other)) ** 2:
-                    return symbol**2
-        return super()._sum(*pairs)

@@ -29,7 +29,16 @@ from robostiff.analytic.vectors.vector_expressions import (
     VectorExpression,
     names_in,
 )
-from robostiff.model import Joint, JointKind, Link, PlacedSpring, Rigid, StiffnessLaw, Telescope
+from robostiff.model import (
+    Joint,
+    JointKind,
+    Link,
+    Passive,
+    PlacedSpring,
+    Rigid,
+    StiffnessLaw,
+    Telescope,
+)
 from robostiff.record import Entry
 from robostiff.recorded.leg import at_samples
 from robostiff.spatial import Screw, exact_number
@@ -129,17 +138,12 @@ class Walk:
         if isinstance(stiffness, StiffnessLaw):
             raise UnusualPartError
         is_across = any(x != 0 for x in sp.Matrix(self.offset).cross(sp.Matrix(axis)))
-        e = self._axes[self._passed] if self._axes else self.turned(axis)
-        twist = self._free("j" if stiffness is None else "t")
-        point = None
-        if screw.turns:
-            # Along its axis a joint is anywhere.
-            point = self.named_point() if not self._axes or is_across else _sum(self.terms)
-        self.twists.append((twist, e, point))
-        if stiffness is None:
-            self.passive.append(twist)
-        else:
-            self.drives.append((name, twist, 1 / self.read(stiffness)))
+        if isinstance(role, Passive) or stiffness is not None:  # others are held rigidly
+            point = None
+            if screw.turns:
+                # Along its axis a joint is anywhere.
+                point = self.named_point() if not self._axes or is_across else _sum(self.terms)
+            self._twist(name, axis, point, stiffness)
         self._passed += 1
         if self._axes:
             if not screw.turns or is_across:
@@ -149,12 +153,26 @@ class Walk:
             if found is not None:
                 self._new_rotation(found)
         elif screw.turns:
-            places = [i for i, x in enumerate(axis) if x != 0]
-            if len(places) > 1:
-                raise UnusualPartError
-            self.turn((("xyz"[places[0]], axis[places[0]] * self.read(q)),))
+            places, angle = [i for i, x in enumerate(axis) if x != 0], self.read(q)
+            if len(places) == 1:
+                self.turn((("xyz"[places[0]], axis[places[0]] * angle),))
+            else:  # there, about x, and back
+                there = _axes_along(axis)
+                self.turn(turns_of(there))
+                self.turn((("x", angle),))
+                self.turn(turns_of(there.T))
         elif slides:
             self.go(np.array(screw.axis, dtype=object) * q)
+
+    def _twist(self, name: str, axis: Any, point: VectorExpression | None, stiffness: Any) -> None:
+        """The twist of a passive joint, of which the stiffness is None, or of a drive."""
+        twist = self._free("j" if stiffness is None else "t")
+        e = self._axes[self._passed] if self._axes else self.turned(Coordinates(tuple(axis)))
+        self.twists.append((twist, e, point))
+        if stiffness is None:
+            self.passive.append(twist)
+        else:
+            self.drives.append((name, twist, 1 / self.read(stiffness)))
 
     def beam(self, spring: PlacedSpring, axes: Any, to: Any) -> None:
         """A beam that runs to a point of the present frame."""
@@ -202,25 +220,20 @@ class Walk:
         self.equations.append(Equation(self.rotation, expression))
         self.idle.add(self.rotation)
 
-    def turned(self, vector: Sequence[Any]) -> VectorExpression:
+    def turned(self, vector: VectorExpression) -> VectorExpression:
         """A vector of the present frame in the world."""
-        own = Coordinates(tuple(vector))
         if self.rotation is None:
             if self._axes:
                 raise UnusualPartError
-            return own
+            return vector
         self.idle.discard(self.rotation)
-        return Turned(self.rotation, own)
-
-    def turned_name(self, name: str) -> VectorExpression:
-        """A named vector of the present frame in the world."""
-        self.idle.discard(self.rotation or "")
-        return Vector(name) if self.rotation is None else Turned(self.rotation, Vector(name))
+        return Turned(self.rotation, vector)
 
     def here(self) -> VectorExpression:
         """The present point in the world."""
         moved = any(x != 0 for x in self.offset)
-        return _sum([*self.terms, *([(1, self.turned(self.offset))] if moved else [])])
+        terms = [(1, self.turned(Coordinates(tuple(self.offset))))] if moved else []
+        return _sum([*self.terms, *terms])
 
     def named_point(self) -> VectorExpression:
         """The present point, which has a name."""
@@ -252,6 +265,16 @@ def _sum(terms: Sequence[tuple[int, VectorExpression]]) -> VectorExpression:
     if not terms:
         return _ZERO
     return terms[0][1] if len(terms) == 1 and terms[0][0] > 0 else Sum(tuple(terms))
+
+
+def _axes_along(axis: Sequence[Any]) -> np.ndarray:
+    """A rotation (3, 3) that brings x to a unit vector in numbers."""
+    if any(x.free_symbols for x in map(sp.sympify, axis)):
+        raise UnusualPartError
+    e = np.array(axis, dtype=float)
+    across = np.cross(e, np.eye(3)[np.argmin(np.abs(e))])
+    across /= np.linalg.norm(across)
+    return np.stack([e, across, np.cross(e, across)], axis=1)
 
 
 def turns_of(R: Any) -> _Turns:

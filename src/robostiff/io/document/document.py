@@ -314,13 +314,18 @@ class DocumentPlace:
         *,
         what: str = "one of",
         most: int = 60,
+        hint: str | None = None,
         key: bool = False,
     ) -> FileError:
-        """An error about a name that is none of those known."""
+        """An error about a name that is none of those known; the hint where none is like it."""
         names = list(known)
-        hint = did_you_mean(name, names)
+        hint = did_you_mean(name, names) or hint
         return self.error(
-            subject, got=name, expected=f"{what} {listing(names, most)}", hint=hint, key=key
+            subject,
+            got=name,
+            expected=f"{what} {listing(names, most)}".rstrip(),
+            hint=hint,
+            key=key,
         )
 
     @contextmanager

@@ -27,9 +27,9 @@ from robostiff.io.rigid_tree.tree import (
 )
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
-from robostiff.kinematics.turn import turn_about
 from robostiff.model import Actuated, Passive, Role, spherical
 from robostiff.spatial import Frame
+from robostiff.spatial.rotation import matrix_of_rotation
 
 
 def frame_of(position: np.ndarray, quaternion: np.ndarray) -> Frame:
@@ -255,7 +255,7 @@ def _joints_of_body(
         home = float(model.qpos0[model.jnt_qposadr[i]]) if kind in _ONE_AXIS else 0.0
         back = Frame.identity()  # to zero from the reference coordinate, where it is described
         if kind is JointType.REVOLUTE:
-            back = Frame(turn_about(axis, np.array(-home)), np.zeros(3))
+            back = Frame(matrix_of_rotation(-home * axis), np.zeros(3))
         elif kind is JointType.PRISMATIC:
             back = _at(-home * axis)
         joints.append(

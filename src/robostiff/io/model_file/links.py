@@ -49,7 +49,7 @@ from robostiff.io.model_file.place import (
     either,
     read_mass,
 )
-from robostiff.io.suggest import Words, did_you_mean, listing, values
+from robostiff.io.suggest import Words, values
 from robostiff.io.units import Dimension
 from robostiff.model import (
     Link,
@@ -204,13 +204,8 @@ def build_material(place: Place, written: MaterialChoice) -> Material:
     if isinstance(written, WrittenMaterial):
         return written.build(place, "material of this beam")
     if written not in place.materials:
-        raise place.error(
-            "unknown material",
-            got=written,
-            expected=f"one of {listing(list(place.materials))}",
-            hint=did_you_mean(written, place.materials)
-            or "define it under materials: or write {E: 70 GPa, poisson_ratio: 0.33}",
-        )
+        hint = "define it under materials: or write {E: 70 GPa, poisson_ratio: 0.33}"
+        raise place.unknown("unknown material", written, place.materials, hint=hint)
     return place.materials[written]
 
 
@@ -221,15 +216,9 @@ def build_section(
     if isinstance(written, WrittenSection):
         section = written.build(place, material)
     elif written not in place.sections:
-        raise place.error(
-            "unknown section",
-            got=written,
-            expected=f"one of {listing(list(place.sections))}"
-            if place.sections
-            else "a shape, as no section is defined",
-            hint=did_you_mean(written, place.sections)
-            or "define it under sections: or write {circle: {diameter: 20 mm}}",
-        )
+        what = "one of" if place.sections else "a shape, as no section is defined"
+        hint = "define it under sections: or write {circle: {diameter: 20 mm}}"
+        raise place.unknown("unknown section", written, place.sections, what=what, hint=hint)
     else:
         there = replace(place, path=("sections", written), leg="")
         section = place.sections[written].build(there, material)

@@ -67,20 +67,16 @@ class Place(DocumentPlace):
         return self.mathematics is not FLOATS
 
     def number(
-        self,
-        value: str | float,
-        dimension: Dimension,
-        *,
-        positive: bool = False,
-        hint: str | None = None,
+        self, value: Value, dimension: Dimension, *, positive: bool = False, hint: str | None = None
     ) -> Any:
         """What is written here, in SI units; the hint says what else, where it must be positive."""
         has_unit = False
         with self.complaints():
             if isinstance(value, str):
                 quantity = _parsed(value).evaluate(self.names, self.mathematics)
-                number = to_si(quantity, dimension, got=self._came(value))
                 has_unit = not quantity.is_bare
+                fits = not has_unit or quantity.measures(dimension)
+                number = to_si(quantity, dimension, got=None if fits else self._came(value))
             else:
                 number = self.mathematics.bare(to_si(value, dimension))
         if self.is_exact:  # checked at its nominal value

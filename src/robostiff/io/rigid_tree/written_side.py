@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from annotated_types import MaxLen, MinLen
 from pydantic import AfterValidator, Field, Tag
 
-from robostiff.errors import InputError
+from robostiff.errors import FileError, InputError
+from robostiff.io.document import Document, read_document
 from robostiff.io.model_file.joints import WrittenJoint
 from robostiff.io.model_file.links import (
     MaterialChoice,
@@ -21,6 +23,7 @@ from robostiff.io.model_file.links import (
     WrittenSpring,
 )
 from robostiff.io.model_file.place import (
+    VERSION,
     Direction,
     Pair,
     Place,
@@ -30,8 +33,10 @@ from robostiff.io.model_file.place import (
     WordOr,
     WrittenFrame,
     WrittenMapping,
+    check_version,
     either,
 )
+from robostiff.io.suggest import Words
 
 _LINK = "the name of a link"
 
@@ -147,3 +152,52 @@ def check_known(place: Place, name: str, what: str, known: Sequence[str]) -> str
     if name not in known:
         raise place.unknown(what, name, known, most=30)
     return name
+
+
+_ENDINGS = (".xacro", ".urdf", ".xml", ".mjcf")
+_EXAMPLE = (
+    "write robostiff: 1, source: where the numbers come from, tool: the name of a link, joints: "
+    '{"*": {stiffness: 1e4 N m/rad}}, or the like'
+)
+
+
+def read_side(description: Path | str, side: Path | str | None = None) -> Document:
+    """The side file of a robot description.
+
+    Parameters
+    ----------
+    description : path or str
+    side : path or str, optional
+        The side file; the one beside the description when left out: ``arm.stiffness.yaml`` beside
+        ``arm.urdf.xacro``.
+
+    Raises
+    ------
+    InputError
+        When there is none; a `FileError` when it cannot be read or is no side file.
+    """
+    if side is None:
+        name = Path(description).name
+        for ending in _ENDINGS:
+            name = name[: -len(ending)] if name.lower().endswith(ending) else name
+        found = Path(description).with_name(f"{name}.stiffness.yaml")
+        if not found.exists():
+            raise InputError(
+                f"stiffness of {str(description)!r}",
+                got=Words("no side file"),
+                expected=f"{found} beside it, or another file by side=, --side on the command line",
+                hint=f"there {_EXAMPLE}",
+            )
+        side = found
+    document = read_document(side)
+    expected = f"robostiff: {VERSION} at the top"
+    check_version(document, "side file", "version of the side file", expected, _EXAMPLE)
+    if "legs" in document.data:
+        raise FileError(
+            document.key_location(("legs",)),
+            "side file",
+            got=Words("a model file with legs of its own"),
+            expected="a side file of a robot description",
+            hint=_EXAMPLE,
+        )
+    return document

@@ -6,7 +6,7 @@ when its elements are placed.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal, Self
@@ -404,6 +404,16 @@ class FileHead(FilePart):
     note: Informative = None
     notes: Informative = None
 
+    @property
+    def shared(self) -> dict[str, Any]:
+        """What a snapshot and a network have in common."""
+        return {
+            **{"name": self.name, "description": self.description},
+            "reference_point": np.array(self.reference_point, dtype=float),
+            "space": Space.PLANAR if self.planar else Space.SPATIAL,
+            "gravity": None if self.gravity is None else np.array(self.gravity, dtype=float),
+        }
+
 
 def refuse_twins(names: Sequence[str | None], place: DocumentPlace, what: str) -> None:
     """Raise a FileError at the second of two elements of one name, in their list at a place."""
@@ -484,14 +494,3 @@ def one_pose(array: np.ndarray, axes: int) -> list[Any]:
             hint="a snapshot file holds one pose: write a file for each",
         )
     return value.reshape(shape).tolist()
-
-
-def distinct(names: Iterable[str]) -> list[str]:
-    """The names, with a number behind those that are taken already."""
-    unique: list[str] = []
-    for name in names:
-        candidate, number = name or "part", 2
-        while candidate in unique:
-            candidate, number = f"{name or 'part'} ({number})", number + 1
-        unique.append(candidate)
-    return unique

@@ -26,7 +26,6 @@ from robostiff.io.snapshot.elements import (
     Positive,
     ScrewData,
     Spring6Data,
-    distinct,
     drive_data,
     head_data,
     mass_data,
@@ -35,7 +34,7 @@ from robostiff.io.snapshot.elements import (
     screw_data,
     spring6_data,
 )
-from robostiff.io.suggest import numbered
+from robostiff.io.suggest import distinct, numbered
 from robostiff.io.validation import validate
 from robostiff.model import Actuated, Passive, PlacedMass
 from robostiff.network import BeamElement, JointElement, Network, Node, SpringElement
@@ -162,7 +161,7 @@ def network_from_document(document: Document) -> Network:
     """
     file = validate(NetworkFile, document)
     graph, place = file.graph, DocumentPlace(document).at("graph")
-    space = Space.PLANAR if file.planar else Space.SPATIAL
+    shared = file.shared
 
     def check_known(name: str, here: DocumentPlace) -> None:
         if name not in graph.nodes:
@@ -191,9 +190,9 @@ def network_from_document(document: Document) -> Network:
             check_known(part.b, here.at("b"))
             if part.a == part.b:
                 raise here.at("b").error("node b", got=part.b, expected="a node other than a")
-            elements.append(part.element(name, here, space))
+            elements.append(part.element(name, here, shared["space"]))
             with here.complaints():
-                check_fits(elements[-1], space)
+                check_fits(elements[-1], shared["space"])
         return elements
 
     beams, springs, joints = map(built, ("beam", "spring", "joint"))
@@ -213,18 +212,14 @@ def network_from_document(document: Document) -> Network:
                 masses += own.placed(place.at("masses", i), name, point)
         nodes.append(Node(name, point, tuple(masses)))
     return Network(
-        file.name,
-        tuple(nodes),
-        tuple(graph.fixed),
-        graph.platform,
-        np.array(file.reference_point, dtype=float),
-        tuple(beams),
-        tuple(springs),
-        tuple(joints),
-        space,
-        file.description,
+        nodes=tuple(nodes),
+        fixed=tuple(graph.fixed),
+        platform=graph.platform,
+        beams=tuple(beams),
+        springs=tuple(springs),
+        joints=tuple(joints),
         couplings=couplings,
-        gravity=None if file.gravity is None else np.array(file.gravity, dtype=float),
+        **shared,
     )
 
 

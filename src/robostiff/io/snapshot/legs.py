@@ -29,7 +29,6 @@ from robostiff.io.snapshot.elements import (
     Point,
     Spring6Part,
     SpringPart,
-    distinct,
     drive_data,
     head_data,
     mass_data,
@@ -38,7 +37,7 @@ from robostiff.io.snapshot.elements import (
     screw_data,
     spring6_data,
 )
-from robostiff.io.suggest import numbered
+from robostiff.io.suggest import distinct, numbered
 from robostiff.io.validation import validate
 from robostiff.kinematics import spring_compliance
 from robostiff.kinematics.frames import coupled
@@ -58,7 +57,6 @@ from robostiff.model import (
 from robostiff.model.checks import check_in_plane
 from robostiff.model.coupled_joints import Transmission, transmission
 from robostiff.model.joint import joint_of
-from robostiff.spatial import Space
 
 
 class BranchPart(FilePart):
@@ -167,11 +165,8 @@ def snapshot_from_document(document: Document) -> Snapshot:
     ['spring1']
     """
     if is_graph(document):
-        raise FileError(
-            document.key_location(["graph"]),
-            "a graph, and not legs",
-            hint="read it with load",
-        )
+        place = document.key_location(["graph"])
+        raise FileError(place, "a graph, and not legs", hint="read it with load")
     file = validate(SnapshotFile, document)
     place = DocumentPlace(document)
     refuse_twins([leg.name for leg in file.legs], place.at("legs"), "leg")
@@ -185,22 +180,14 @@ def snapshot_from_document(document: Document) -> Snapshot:
                 expected="at least one beam, spring or spring6",
                 hint="a leg of rigid parts and passive joints alone has no stiffness matrix",
             )
-    space = Space.PLANAR if file.planar else Space.SPATIAL
-    reference = np.array(file.reference_point, dtype=float)
+    shared = file.shared
+    reference = shared["reference_point"]
     masses = [
         mass
         for i, own in enumerate(file.masses)
         for mass in own.placed(place.at("masses", i), "platform", reference)
     ]
-    snapshot = Snapshot(
-        file.name,
-        tuple(legs),
-        reference,
-        space,
-        file.description,
-        masses=tuple(masses),
-        gravity=None if file.gravity is None else np.array(file.gravity, dtype=float),
-    )
+    snapshot = Snapshot(legs=tuple(legs), masses=tuple(masses), **shared)
     if file.planar:
         for i, leg in enumerate(legs):
             _check_leg(leg, reference, place.at("legs", i, "chain"))

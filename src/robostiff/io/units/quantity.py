@@ -86,6 +86,10 @@ class Dimension(Enum):
         return read_unit(self.si_unit, 0)[0] or Unit()
 
 
+# Powers of rad that a quantity of a dimension does not have.
+_REFUSED_RAD = {Dimension.NUMBER: 1, Dimension.MOMENT: -1, Dimension.ADVANCE_PER_TURN: -1}
+
+
 @dataclass(frozen=True)
 class SIQuantity:
     """A number or a formula of base units, made by `make_quantity`.
@@ -109,8 +113,7 @@ class SIQuantity:
 
         Angles are no plain numbers; other products with rad are.
         """
-        refused = {Dimension.NUMBER: 1, Dimension.MOMENT: -1, Dimension.ADVANCE_PER_TURN: -1}
-        rad = abs(self.units.powers[3] - refused.get(dimension, math.inf))
+        rad = abs(self.units.powers[3] - _REFUSED_RAD.get(dimension, math.inf))
         return self.units.is_like(dimension.unit) and rad > 1e-9
 
     @property

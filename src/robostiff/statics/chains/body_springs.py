@@ -178,15 +178,6 @@ class Pulls:
         return self.J.reshape(-1, self.J.shape[-1]).T @ self.rate.ravel()
 
 
-def small_forces(legs: Legs, step: np.ndarray) -> np.ndarray:
-    """Forces of springs (S, 3) on their first points under small loads, tension among them.
-
-    The unknowns of the legs move by a step (T,).
-    """
-    own = legs.spring_arrays.at(legs, legs.unloaded, 0.0)
-    return (own.D @ (own.J @ step)[..., None])[..., 0] + own.rate
-
-
 @dataclass(frozen=True)
 class LoadedSpring:
     """A spring between two bodies under load.

@@ -26,7 +26,7 @@ from robostiff.statics.chains.elements import (
     Share,
 )
 from robostiff.statics.chains.moving_chain import ChainTerms, MovingChains
-from robostiff.statics.chains.numbers import Block, Component, Numbers
+from robostiff.statics.chains.numbers import Component, ComponentBlock, Numbers
 
 
 @dataclass(frozen=True)
@@ -165,7 +165,7 @@ class Legs:
         return np.array([-1 if c.end is None else c.end for c in self.chains], dtype=int)
 
     @cached_property
-    def inner(self) -> np.ndarray:
+    def inner_chains(self) -> np.ndarray:
         """Chains that end on bodies between chains."""
         return np.flatnonzero(self.ends >= 0)
 
@@ -189,11 +189,11 @@ class Legs:
         """The posture from which they are loaded."""
         bodies = np.tile(np.eye(3), (len(self.points), 1, 1)), self.points
         W = np.zeros((len(self.chains), len(self.rows)))
-        sizes = len(self.arrays.own), len(self.rigid), len(self.beams)
+        sizes = len(self.arrays.coordinates), len(self.rigid), len(self.beams)
         x, held, axial = map(np.zeros, sizes)
         return LegState(x, W, *bodies, held, axial)
 
-    def owners(self, block: Block) -> list[Owner]:
+    def owners(self, block: ComponentBlock) -> list[Owner]:
         """The first leg of every component; `NOBODY` where springs hold the platform alone."""
         each = [[self.chains[c].owner for c in own] for own in block.chains]
         return [min((o for o in own if o != NOBODY), default=NOBODY) for own in each]
@@ -240,7 +240,7 @@ class Legs:
         r = np.bincount(at.columns, terms.gradient, at.total)
         r_factor = np.bincount(at.columns, terms.by_share * share.rate, at.total)
         r[at.W] += gap
-        np.add.at(r, at.bodies[self.ends[self.inner]], state.W[self.inner])
+        np.add.at(r, at.bodies[self.ends[self.inner_chains]], state.W[self.inner_chains])
         blocks = at.as_blocks(A)
         if self.couplings:
             self._add_couplings(state, share, A, r, r_factor)
@@ -349,7 +349,7 @@ class Legs:
             found.append((leg, drive.name, 0.5 * float(drive.stiffness * (a @ motion) ** 2)))
         return found
 
-    def with_modes(self, block: Block, A: np.ndarray, state: LegState) -> np.ndarray:
+    def with_modes(self, block: ComponentBlock, A: np.ndarray, state: LegState) -> np.ndarray:
         """Curvature by the m free unknowns, and by amplitudes of inner modes of beams behind."""
         m, count = block.free, block.beams.shape[1]
         if not count:
@@ -371,7 +371,9 @@ class Legs:
         kept = np.concatenate([np.arange(m), kept])
         return found[:, kept[:, None], kept]
 
-    def whole_motion(self, block: Block, i: int, mode: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def whole_motion(
+        self, block: ComponentBlock, i: int, mode: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """A motion of component i of a block, as in `with_modes`, as `energies_of` takes them."""
         motion, inner = np.zeros(self.numbers.total), np.zeros(self.inner_modes.shape)
         motion[block.coordinates[i]] = mode[: block.free]
@@ -395,21 +397,21 @@ class Legs:
         own, bodies = arrays.columns[c], arrays.bodies[c]
         by_columns = arrays.twists(state.x, *self._starting(state), about)[own]
         found = np.zeros((len(bodies), 6, self.numbers.total))
-        moving = arrays.moves[own] <= bodies[:, None]
+        moving = arrays.body[own] <= bodies[:, None]
         found[:, :, self.numbers.columns[own]] = np.swapaxes(by_columns * moving[..., None], 1, 2)
         return found
 
     @cached_property
     def stiffness(self) -> np.ndarray:
         """Of elastic parts and of drives, by unknown (T,), couplings left out."""
-        found, stiff = np.zeros(self.numbers.total), np.zeros(len(self.arrays.own))
+        found, stiff = np.zeros(self.numbers.total), np.zeros(len(self.arrays.coordinates))
         arrays = self.arrays
         stiff[arrays.joint_x] = arrays.stiffness
         stiff[arrays.spring_x] = arrays.mode_stiffness.ravel()[arrays.full]
         found[self.numbers.x] = stiff
         return found
 
-    def own_curvature(self, block: Block) -> np.ndarray:
+    def own_curvature(self, block: ComponentBlock) -> np.ndarray:
         """Curvature of the elastic energy of parts and couplings, unloaded (N, m, m)."""
         u = block.coordinates
         h = self.stiffness[u][..., None] * np.eye(block.free)
@@ -417,7 +419,7 @@ class Legs:
             h += float(own.drive.stiffness) * a[u][:, :, None] * a[u][:, None]
         return h
 
-    def unloaded_curvature(self, block: Block) -> np.ndarray:
+    def unloaded_curvature(self, block: ComponentBlock) -> np.ndarray:
         """The same with that of springs between bodies (N, m, m)."""
         if not self.springs:
             return self.own_curvature(block)

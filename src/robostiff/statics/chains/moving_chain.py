@@ -77,7 +77,7 @@ class MovingChains:
         Of every chain: at its start, and behind each of its elements.
     columns : list of slice
         Of every chain.
-    own : (U,) array of int
+    coordinates : (U,) array of int
         Columns that are coordinates of elements, in order.
     pairs : pair of (P,) arrays of int
     """
@@ -102,7 +102,7 @@ class MovingChains:
         self._set_springs(springs)
         self._set_frames(chains, points, ends, springs, each)
         self._set_loads(chains, anchors)
-        self.local = self._zeros(len(self.own), 2, 3)
+        self.local = self._zeros(len(self.coordinates), 2, 3)
         self.local[self.joint_x, 0] = self.axis * self.slide
         self.local[self.joint_x, 1] = self.axis * self.turning
         self.local[self.spring_x, 0] = self._columns_of_springs(self.modes[:, :3])
@@ -147,21 +147,21 @@ class MovingChains:
         self.columns = list(itertools.starmap(slice, itertools.pairwise(stops)))
         every = [np.repeat(b, n) for b, n in zip(self.bodies, sizes, strict=True)]
         #: Body that each column moves, and its chain.
-        self.moves = np.concatenate([none, *every])
+        self.body = np.concatenate([none, *every])
         self.of_chain = np.repeat(np.arange(C), np.diff(stops))
-        self.own = np.flatnonzero(self.moves >= C)
-        self.of_body = np.flatnonzero(self.moves < C)
+        self.coordinates = np.flatnonzero(self.body >= C)
+        self.body_columns = np.flatnonzero(self.body < C)
         turns = np.tile(np.eye(6, dtype=int)[list(body_rows)], (sum(map(bool, moved)), 1))
         self.unit = turns.astype(self.kind)
         upper = [np.array(np.triu_indices(s.stop - s.start)) + s.start for s in self.columns]
         a, b = self.pairs = np.concatenate([np.zeros((2, 0), dtype=int), *upper], axis=1)
-        same = self.moves[a] == self.moves[b]
+        same = self.body[a] == self.body[b]
         self.same = np.flatnonzero(same)
-        self.both_of_body = np.flatnonzero(self.moves[b] < C)
+        self.body_pairs = np.flatnonzero(self.body[b] < C)
         width = np.array([s.stop - s.start for s in self.columns], dtype=int)
         start = np.cumsum([0, *(width * (width + 1) // 2)])[:-1]
         #: Of each column: its pair with itself; that with the k-th behind it stands k further.
-        i = np.arange(len(self.moves)) - np.array(stops[:-1], dtype=int)[self.of_chain]
+        i = np.arange(len(self.body)) - np.array(stops[:-1], dtype=int)[self.of_chain]
         n = width[self.of_chain]
         self.diagonal = start[self.of_chain] + i * n - i * (i - 1) // 2
 
@@ -194,7 +194,7 @@ class MovingChains:
         part, place = np.divmod(self.full, _WIDE)
         a, b = np.nonzero((part[:, None] == part) & (place[:, None] <= place))
         self.block_entries = part[a], place[a], place[b]
-        self.block_pairs = self.diagonal[self.own[self.spring_x[a]]] + place[b] - place[a]
+        self.block_pairs = self.diagonal[self.coordinates[self.spring_x[a]]] + place[b] - place[a]
         beams = [i for i, e in enumerate(every) if e.bows]
         self.beams = np.array(beams, dtype=int)
         self.axial = self._array([every[i].axial for i in beams])
@@ -344,26 +344,26 @@ class MovingChains:
         end = behind[self.last] @ self.end_frames
         P, f, m = end[:, :3, 3], W[:, :3], W[:, 3:]
         F, M = f[self.of_chain], m[self.of_chain]
-        turning = crossed(w, P[self.of_chain] - C[self.moves])
+        turning = crossed(w, P[self.of_chain] - C[self.body])
         moving = v + turning
         gradient = -(moving * F + w * M).sum(axis=-1)
         across, within, half = crossed(moving, F), crossed(turning, F), crossed(w, M) * 0.5
-        by_share, columns = self._zeros(len(gradient)), self.own[self.joint_x]
+        by_share, columns = self._zeros(len(gradient)), self.coordinates[self.joint_x]
         by_share[columns] = -self.preload
-        bodies = np.concatenate([self.spring_bodies, self.moves[self.of_body]])
+        bodies = np.concatenate([self.spring_bodies, self.body[self.body_columns]])
         chains = self.chains[bodies]
         moment = m[chains] + crossed(P[chains] - C[bodies], f[chains])
         if len(self.load_bodies):
             arms = self._arms(behind, C)
             G, S = self._beyond(arms, self.load_force)
-            by_share -= (v * G[self.moves] + w * _axial(S)[self.moves]).sum(axis=-1)
+            by_share -= (v * G[self.body] + w * _axial(S)[self.body]).sum(axis=-1)
             acting = self.load_force * share + (0 if pulls is None else pulls)
             G, S = self._beyond(arms, acting)
-            gradient -= (v * G[self.moves] + w * _axial(S)[self.moves]).sum(axis=-1)
+            gradient -= (v * G[self.body] + w * _axial(S)[self.body]).sum(axis=-1)
             moment = moment + _axial(S)[bodies]
             spread = S - np.trace(S, axis1=-2, axis2=-1)[:, None, None] * np.eye(3, dtype=int)
-            turned_forces = (spread[self.moves] @ w[..., None])[..., 0]
-            across = across + crossed(v, G[self.moves]) + turned_forces
+            turned_forces = (spread[self.body] @ w[..., None])[..., 0]
+            across = across + crossed(v, G[self.body]) + turned_forces
             within = within + turned_forces
         n = len(self.spring_bodies)
         tangent, bracket = self._second_order(w, across, within, half, moment[n:])
@@ -380,7 +380,7 @@ class MovingChains:
             force, curvature = self.mode_stiffness * y, self.elastic.copy()
             force[self.beams] += beams.gradient
             curvature[self.beams] += beams.curvature
-            gradient[self.own[self.spring_x]] += force.ravel()[self.full]
+            gradient[self.coordinates[self.spring_x]] += force.ravel()[self.full]
             turned_axes = np.swapaxes(before[self.spring_bodies, :3, :3], -1, -2)
             about, V = (turned_axes @ moment[:n, :, None])[..., 0], self.modes[:, 3:]
             block = curvature - np.swapaxes(V, -1, -2) @ turned.rate(about) @ V
@@ -414,11 +414,11 @@ class MovingChains:
         a, b = a[self.same], b[self.same]
         H = (w[a] * within[b]).sum(axis=-1) + (w[b] * within[a]).sum(axis=-1)
         tangent[self.same] = H * -0.5
-        if len(self.of_body):
+        if len(self.body_columns):
             turned = self._zeros(len(w), 3)
-            turned[self.of_body] = crossed(w[self.of_body], moment) * 0.5
-            a, b = (own[self.both_of_body] for own in self.pairs)
-            bracket[self.both_of_body] -= (w[a] * turned[b]).sum(axis=-1)
+            turned[self.body_columns] = crossed(w[self.body_columns], moment) * 0.5
+            a, b = (own[self.body_pairs] for own in self.pairs)
+            bracket[self.body_pairs] -= (w[a] * turned[b]).sum(axis=-1)
         return tangent, bracket
 
     def _columns(
@@ -427,10 +427,10 @@ class MovingChains:
         """Angular velocities and velocities (Q, 3) about the points of all bodies (n, 3)."""
         local = self.local.copy()
         local[self.spring_x, 1] = self._columns_of_springs(turned.W @ self.modes[:, 3:])
-        both = local @ np.swapaxes(before[self.moves[self.own], :3, :3], -1, -2)
-        v, w = self._zeros(2, len(self.moves), 3)
-        v[self.own], w[self.own] = both[:, 0], both[:, 1]
-        v[self.of_body], w[self.of_body] = self.unit[:, :3], self.unit[:, 3:]
+        both = local @ np.swapaxes(before[self.body[self.coordinates], :3, :3], -1, -2)
+        v, w = self._zeros(2, len(self.body), 3)
+        v[self.coordinates], w[self.coordinates] = both[:, 0], both[:, 1]
+        v[self.body_columns], w[self.body_columns] = self.unit[:, :3], self.unit[:, 3:]
         return w, v, behind[:, :3, 3]
 
     def _columns_of_springs(self, by: np.ndarray) -> np.ndarray:
@@ -444,17 +444,17 @@ class MovingChains:
         before, behind, turned = self._placed(x, R, p)
         w, v, C = self._columns(before, behind, turned)
         points = self._loaded_points(behind)[self.first_anchor :]
-        rates = self._zeros(len(points), 3, len(self.moves))
+        rates = self._zeros(len(points), 3, len(self.body))
         for body, load in zip(*self.reach, strict=True):
             if load >= self.first_anchor:
-                i, own = load - self.first_anchor, np.flatnonzero(self.moves == body)
+                i, own = load - self.first_anchor, np.flatnonzero(self.body == body)
                 rates[i, :, own] = v[own] + crossed(w[own], (points[i] - C[body])[None])
         return points, rates
 
     def twists(self, x: np.ndarray, R: np.ndarray, p: np.ndarray, about: np.ndarray) -> np.ndarray:
         """Twists (Q, 6) about a point (3,) of what each column moves."""
         w, v, C = self._columns(*self._placed(x, R, p))
-        return np.concatenate([v + crossed(w, about - C[self.moves]), w], axis=-1)
+        return np.concatenate([v + crossed(w, about - C[self.body]), w], axis=-1)
 
     def _arms(self, behind: np.ndarray, C: np.ndarray) -> np.ndarray:
         """From the points of bodies to the loads that they move, as in `reach`."""

@@ -26,7 +26,7 @@ class Component(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Block:
+class ComponentBlock:
     """N components of one kind."""
 
     at: np.ndarray  # (N, n): their unknowns
@@ -53,7 +53,7 @@ class Numbers:
     """
 
     total: int
-    blocks: tuple[Block, ...]
+    blocks: tuple[ComponentBlock, ...]
     x: np.ndarray  # (U,): coordinates of all chains
     bodies: np.ndarray  # (bodies, r): twists of the bodies between them
     W: np.ndarray  # (C, r): their wrenches
@@ -80,7 +80,7 @@ class Numbers:
             turns = tuple(legs.rigid[i].drive.turns for i in own.rigid)
             kind = sizes, len(own.bodies), turns, tuple((k, has.tobytes()) for k, has in beams)
             kinds[kind].append(own)
-        x, held = (np.zeros(n, dtype=int) for n in (len(legs.arrays.own), len(legs.rigid)))
+        x, held = (np.zeros(n, dtype=int) for n in (len(legs.arrays.coordinates), len(legs.rigid)))
         bodies, W = (np.zeros((len(n), r), dtype=int) for n in (legs.points, chains))
         none, blocks, total, entries = np.zeros(0, dtype=int), [], 0, 0
         rows, local = [none], [none]
@@ -99,7 +99,7 @@ class Numbers:
                 total, entries = total + n, entries + n * n
             beams = [[beam for c in own for beam in of_chain[c]] for own, *_ in each]
             blocks.append(
-                Block(
+                ComponentBlock(
                     np.array(at),
                     free,
                     np.array([own for own, *_ in each]),
@@ -111,7 +111,7 @@ class Numbers:
         both = zip(starts, (x[own] for own in legs.coordinates), strict=True)
         columns = np.concatenate([none, *(part for pair in both for part in pair)])
         a, b, across = columns[a], columns[b], W[legs.arrays.of_chain]
-        to, fro, one = W[legs.inner], bodies[legs.ends[legs.inner]], columns[:, None]
+        to, fro, one = W[legs.inner_chains], bodies[legs.ends[legs.inner_chains]], columns[:, None]
         every = [(a, b), (b[a != b], a[a != b]), (across, one), (one, across), (to, fro), (fro, to)]
         rows, local = np.concatenate(rows), np.concatenate(local)
         by_twist = np.zeros((total, r))

@@ -18,7 +18,8 @@ from robostiff.statics.chains.equilibrated import (
     solved,
     unit_free,
 )
-from robostiff.statics.chains.legs import Block, LegEquations, Legs, LegState
+from robostiff.statics.chains.legs import LegEquations, Legs, LegState
+from robostiff.statics.chains.numbers import ComponentBlock
 
 # Of the largest stiffness of the platform, shifts and turns alike: rounding.
 LOST = 1e-14
@@ -129,7 +130,7 @@ class EquilibriumProblem:
         return State(np.eye(3), self.point, self.legs.unloaded)
 
     @property
-    def blocks(self) -> tuple[Block, ...]:
+    def blocks(self) -> tuple[ComponentBlock, ...]:
         """Components of the legs, those of one kind side by side."""
         return self.legs.numbers.blocks
 

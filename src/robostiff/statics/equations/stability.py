@@ -15,7 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robostiff.statics.chains.elements import NOBODY
-from robostiff.statics.chains.legs import Block, LegState
+from robostiff.statics.chains.legs import LegState
+from robostiff.statics.chains.numbers import ComponentBlock
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised
 
 # Of the largest eigenvalue: below this there is no stiffness.
@@ -156,7 +157,7 @@ def leg_margins(problem: EquilibriumProblem, known: Linearised) -> dict[int, Mar
 
 
 def margins_of(
-    problem: EquilibriumProblem, block: Block, A: np.ndarray, state: LegState
+    problem: EquilibriumProblem, block: ComponentBlock, A: np.ndarray, state: LegState
 ) -> list[Margin | None]:
     """Of components of one kind, with tangents A (N, n, n), inner modes of beams among motions.
 

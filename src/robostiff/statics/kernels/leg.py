@@ -232,7 +232,7 @@ class RecordedLegs:
                     found[u] = f"t{row}"
         return found
 
-    def named(self, unknowns: Iterable[int]) -> list[str]:
+    def names_of(self, unknowns: Iterable[int]) -> list[str]:
         """Names of some unknowns."""
         return [self.names[u] for u in unknowns]
 
@@ -241,13 +241,13 @@ class RecordedLegs:
         """A unit of each coordinate: a radian, or the length of the robot [m]."""
         every = (e for chain in self.legs.chains for e in chain.elements)
         units = [size for e in every for size in [unit(e, self.length)] * e.size]
-        return dict(zip(self.named(self.legs.numbers.x), units, strict=True))
+        return dict(zip(self.names_of(self.legs.numbers.x), units, strict=True))
 
     @cached_property
     def wrenches(self) -> dict[int, list[str]]:
         """Names of the components of the wrenches of chains."""
         numbers = enumerate(self.legs.numbers.W)
-        return {c: self.named(W) for c, W in numbers if self.legs.chains[c].owner != NOBODY}
+        return {c: self.names_of(W) for c, W in numbers if self.legs.chains[c].owner != NOBODY}
 
     @cached_property
     def bodies(self) -> dict[int, MovedBody]:
@@ -266,7 +266,7 @@ class RecordedLegs:
         """Its couplings."""
         legs, found = self.legs, []
         for i, own in enumerate(legs.couplings):
-            names = [self.named(legs.numbers.x[legs.places[at]])[0] for at in own.terms]
+            names = [self.names_of(legs.numbers.x[legs.places[at]])[0] for at in own.terms]
             found.append(RecordedCoupling(f"c{i}", list(zip(names, own.factors, strict=True)), own))
         return found
 
@@ -337,12 +337,12 @@ class RecordedLegs:
         for name in self.sizes:
             elimination.unknown(name, 1.0)
         for u in (*at.bodies[[*self.bodies]], *at.W[[*self.wrenches]]):
-            for name, row in zip(self.named(u), rows, strict=True):
+            for name, row in zip(self.names_of(u), rows, strict=True):
                 elimination.unknown(name, self.length if row < 3 else 1.0)
-        a, b = (self.named(at.columns[own]) for own in legs.arrays.pairs)
+        a, b = (self.names_of(at.columns[own]) for own in legs.arrays.pairs)
         for one, other, value in zip(a, b, terms.tangent, strict=True):
             elimination.add(one, other, value)
-        for name, value in zip(self.named(at.columns), terms.gradient, strict=True):
+        for name, value in zip(self.names_of(at.columns), terms.gradient, strict=True):
             elimination.add_right(name, -value)
         for c, chain in enumerate(legs.chains):
             if c not in self.wrenches:  # what holds springs is the platform itself
@@ -351,7 +351,7 @@ class RecordedLegs:
             if chain.end is None:
                 moment[rows] = moment[rows] + state.W[c]
             end = platform if chain.end is None else places[chain.end]
-            ends = twist if chain.end is None else self.named(at.bodies[chain.end])
+            ends = twist if chain.end is None else self.names_of(at.bodies[chain.end])
             self._close(elimination, c, ends, terms, end, state.W[c])
         self._add_beams(elimination, terms)
         if pulls is not None:
@@ -375,14 +375,14 @@ class RecordedLegs:
         multipliers, carried = [], []
         for c in (c for c in chains if c in self.wrenches):
             stiffness = (k for e in legs.chains[c].elements for k in np.ravel(e.stiffness))
-            own = self.named(at.x[legs.coordinates[c]])
+            own = self.names_of(at.x[legs.coordinates[c]])
             for name, k in zip(own, stiffness, strict=True):
                 (free if is_zero(k) else elastic).append(name)
             multipliers += self.wrenches[c]
             end = legs.chains[c].end
             if end in left:
                 left.remove(end)
-                carried += zip(self.named(at.bodies[end]), self.wrenches[c], strict=True)
+                carried += zip(self.names_of(at.bodies[end]), self.wrenches[c], strict=True)
         for own in (own for own in self.couplings if own.own.place[0] in chains):
             elastic += own.motion
             multipliers.append(own.push)
@@ -410,7 +410,10 @@ class RecordedLegs:
         to, R, columns = end.R, terms.R[c], self.legs.arrays.columns[c]
         D = [[R[i] @ to[j] for j in range(3)] for i in range(3)]
         turn = [(D[i][j] - D[j][i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))]
-        gap, moving = [*(terms.P[c] - end.p), *turn], self.named(self.legs.numbers.columns[columns])
+        gap, moving = (
+            [*(terms.P[c] - end.p), *turn],
+            self.names_of(self.legs.numbers.columns[columns]),
+        )
         # what is left of the gap turns the axes of the multiplier half as far, as steps do
         m = np.zeros(6, dtype=int).astype(object)
         m[list(self.legs.rows)] = W
@@ -426,7 +429,7 @@ class RecordedLegs:
         """Let axial forces of beams follow the coordinates."""
         beams, numbers = terms.beams, self.legs.numbers.beams
         for i, (name, (_, _, beam)) in enumerate(zip(self.axial, self.legs.beams, strict=True)):
-            rates = zip(self.named(numbers[i, : beam.size]), beams.rate[i], strict=False)
+            rates = zip(self.names_of(numbers[i, : beam.size]), beams.rate[i], strict=False)
             elimination.follows(name, beams.missing[i], dict(rates))
         elimination.pivots += [own for own in beams.pivots.flat if isinstance(own, Entry)]
 
@@ -439,7 +442,7 @@ class RecordedLegs:
         twists: dict[int | None, np.ndarray] = {None: platform_twist}
         for b, body in self.bodies.items():
             twists[b] = twist = np.zeros(6, dtype=int).astype(object)
-            twist[rows] = [found[name] for name in self.named(self.legs.numbers.bodies[b])]
+            twist[rows] = [found[name] for name in self.names_of(self.legs.numbers.bodies[b])]
             after |= body.stepped(values, twist)
         after |= {name: values[name] + found[name] for name in (*self.sizes, *self.axial)}
         for c, names in self.wrenches.items():
