@@ -46,18 +46,15 @@ def hexapod(count: int) -> rs.Identified:
     reached = rs.find_posture(robot, poses)
     measured = measured.chosen(reached.reached & reached.within_limits)
     found = rs.identify(robot, measured, ["leg*/strut"], frames=rs.KnownFrames(marks))
-    return _simulated(found, random)
+    exact = found.model.predicted(found.fit.start)[0].reshape(-1, 3)  # of nominal values
+    return _simulated(found.fitted_to(replace(measured, values=exact)), random)
 
 
 def _simulated(found: rs.Identified, random: np.random.Generator) -> rs.Identified:
-    """The fit of other readings: those of nominal values, with errors."""
-    start, model = found.fit.start, found.model
-    sigma = model.sigma.max() if found.measured.has_sigma else 2e-5
-    exact = np.zeros(model.read.size)
-    exact[model.read] = model.predicted(start)[0]
-    values = exact.reshape(-1, 3) + sigma * random.standard_normal((len(found.measured), 3))
-    other = replace(model, measured=replace(found.measured, values=values))
-    return fitted(other, start, found.fit.bounds, found.fit.loss)
+    """The fit of other readings: those of the values of a fit, with errors."""
+    exact, _ = found.predict(found.measured)
+    values = exact + 1e-6 * random.standard_normal(exact.shape)
+    return found.fitted_to(replace(found.measured, values=values))
 
 
 def timed(found: rs.Identified) -> float:
@@ -85,7 +82,7 @@ def main() -> None:
             )
         return
     found, random = hexapod(30), np.random.default_rng(11)
-    truth, inside = found.fit.start, 0
+    truth, inside = found.fit.x, 0
     for _ in range(campaigns):
         own = _simulated(found, random).interval(0.95)
         inside += sum(a <= x <= b for x, (a, b) in zip(truth, own.values(), strict=True))

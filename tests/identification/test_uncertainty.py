@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.identification.identify import fitted
-from robostiff.identification.states import States
 from tests.identification.campaigns import (
     arm_campaign,
     arm_frames,
@@ -43,14 +41,11 @@ def test_intervals_cover_the_truth(hexapod, is_known):
     sigma = 1.5e-6
     measured = replace(few, sigma=np.full((5, 3), sigma if is_known else np.nan))
     truth, random = hexapod.fit.x, np.random.default_rng(5)
-    statics = hexapod.model.statics
-    statics = statics.with_states(States.of(statics.robot, measured))
-    model = replace(hexapod.model, measured=measured, statics=statics)
-    exact = model.predicted(truth)[0].reshape(-1, 3)
+    exact, _ = hexapod.predict(measured)
     inside = 0
     for _ in range(CAMPAIGNS):
         read = with_values(measured, exact + sigma * random.standard_normal(exact.shape))
-        found = fitted(replace(model, measured=read), truth, hexapod.fit.bounds, rs.Squares())
+        found = hexapod.fitted_to(read)
         intervals = found.interval(0.95)
         inside += sum(
             low <= x <= high for x, (low, high) in zip(truth, intervals.values(), strict=True)
@@ -69,11 +64,7 @@ def test_twice_the_same_campaign(arm):
         markers=arm.measured.markers * 2,
         sigma=2e-5,
     )
-    statics = arm.model.statics
-    model = replace(
-        arm.model, measured=both, statics=statics.with_states(States.of(statics.robot, both))
-    )
-    twice = fitted(model, arm.fit.start, arm.fit.bounds, rs.Squares())
+    twice = arm.fitted_to(both)
     np.testing.assert_allclose(twice.fit.x, arm.fit.x, rtol=1e-9)
     ratio = np.array([*twice.std.values()]) / np.array([*arm.std.values()])
     np.testing.assert_allclose(ratio, 0.5**0.5, rtol=1e-8)
@@ -82,8 +73,7 @@ def test_twice_the_same_campaign(arm):
 def _with_outlier(arm, number, loss):
     values = arm.measured.values.copy()
     values[number // 3, number % 3] += 1e-3
-    model = replace(arm.model, measured=with_values(arm.measured, values))
-    return fitted(model, arm.fit.start, arm.fit.bounds, loss)
+    return arm.fitted_to(with_values(arm.measured, values), loss)
 
 
 def test_an_outlier_is_found_by_leaving_it_out(arm):
@@ -109,11 +99,7 @@ def test_leaving_one_out_is_what_it_says(arm):
     """The sum of squares without a reading is that of a fit without it, to second order."""
     k = 7
     rest = arm.measured.chosen([i for i in range(36) if i != k])
-    statics = arm.model.statics
-    model = replace(
-        arm.model, measured=rest, statics=statics.with_states(States.of(statics.robot, rest))
-    )
-    without = fitted(model, arm.fit.x, arm.fit.bounds, rs.Squares())
+    without = arm.fitted_to(rest)
     less = arm._left_out[1][k]
     assert arm.chi_square - less == pytest.approx(without.chi_square, rel=1e-4)
     assert arm.leverage.sum() == pytest.approx(6)

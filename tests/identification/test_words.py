@@ -148,24 +148,19 @@ def test_lengths_need_joints(tmp_path):
         rs.identify(robot, hexapod_campaign(), ["bx1"], frames=hexapod_frames())
 
 
-def test_a_factor_of_a_link_is_one_of_its_compliance():
-    """Of a beam all entries grow alike; its moduli shrink."""
-    from robostiff.identification.unknowns import with_unknowns
-
-    robot = rs.load("six-joint-arm")
-    changed, unknowns = with_unknowns(robot, ["arm/forearm.factor"])
-    assert [own.nominal for own in unknowns] == [1.0]
-    other = changed.substituted({"arm/forearm.factor": 1.3})
-    for before, after in zip(
-        robot.legs[0].chain.elements, other.legs[0].chain.elements, strict=True
-    ):
+def test_a_factor_of_a_bearing_is_one_of_its_compliance():
+    """All entries grow alike."""
+    robot, name = rs.load("hexapod"), "leg1/base bearings.factor"
+    found = rs.identify(robot, hexapod_campaign(), [name], frames=hexapod_frames())
+    factor = found.values[name]
+    pairs = zip(robot.legs[0].chain.elements, found.robot.legs[0].chain.elements, strict=True)
+    for before, after in pairs:
         if isinstance(before, rs.Link):
-            factor = 1.3 if before.name == "forearm" else 1.0
-            expected = factor * before.elasticity.compliance
-            np.testing.assert_allclose(after.elasticity.compliance, expected, rtol=1e-14)
-            assert float(after.elasticity.beam.E) == pytest.approx(
-                before.elasticity.beam.E / factor
+            expected = before.elasticity.compliance * (
+                factor if before.name == "base bearings" else 1.0
             )
+            np.testing.assert_allclose(after.elasticity.compliance, expected, rtol=1e-14)
+    assert factor != 1.0
 
 
 def test_loads_out_of_the_plane_of_a_planar_robot():

@@ -370,14 +370,37 @@ class Identified(InNotebooks):
         measured : Measurements
             Postures, loads and markers; its values say which numbers are wanted.
         """
-        model = _at(self.model, measured)
-        statics, _ = model.statics.checked(self.fit.x[: len(model.parameters)])
-        model = replace(model, statics=statics)
+        model = self._model_of(measured)
         y, J = model.predicted(self.fit.x)
         L = J[:, self._found] @ self._inverse_root * self.sigma
         found = np.full((2, 3 * len(measured)), np.nan)
         found[0, model.read], found[1, model.read] = y, np.linalg.norm(L, axis=1)
         return found[0].reshape(-1, 3), found[1].reshape(-1, 3)
+
+    def _model_of(self, measured: Measurements) -> ReadingModel:
+        """Other readings of the same markers, by the kernel that is compiled already."""
+        names = self.model.names
+        for name in measured.marker_names:
+            if name not in names:
+                raise InputError("marker", got=name, expected=f"one of {', '.join(names)}")
+        own = self.model.statics
+        statics = own.with_states(States.of(own.robot, measured))
+        statics, _ = statics.checked(self.fit.x[: len(self.model.parameters)])
+        return replace(self.model, measured=measured, statics=statics)
+
+    def fitted_to(self, measured: Measurements, loss: Any = None) -> Identified:
+        """The same unknowns from other readings of the same markers; the search begins here.
+
+        Parameters
+        ----------
+        measured : Measurements
+        loss : Squares or Robust, optional
+            That of this fit when left out.
+        """
+        from robostiff.identification.identify import fitted
+
+        model = self._model_of(measured)
+        return fitted(model, self.fit.x, self.fit.bounds, loss or self.fit.loss)
 
     def cross_validated(self, folds: int = 5, seed: int = 0) -> CrossValidation:
         """What the model does at postures it has not seen: fits without a part of them each.
@@ -387,8 +410,6 @@ class Identified(InNotebooks):
         InputError
             When there are fewer postures than folds.
         """
-        from robostiff.identification.identify import fitted
-
         _, posture = np.unique(self.measured.coordinates, axis=0, return_inverse=True)
         posture = posture.ravel()
         count = int(posture.max()) + 1
@@ -398,10 +419,10 @@ class Identified(InNotebooks):
         errors = np.full((len(self.measured), 3), np.nan)
         for k in range(folds):
             out = fold[posture] == k
-            kept = _at(self.model, self.measured.chosen(~out))
-            if kept.measured.marker_names != self.measured.marker_names:
+            kept = self.measured.chosen(~out)
+            if set(kept.marker_names) != set(self.model.names):
                 raise InputError("folds", got=folds, expected="less: a marker is in one part alone")
-            own = fitted(kept, self.fit.x, self.fit.bounds, self.fit.loss)
+            own = self.fitted_to(kept)
             there = self.measured.chosen(out)
             errors[out] = np.where(there.is_read, there.values - own.predict(there)[0], np.nan)
         rms = float(np.sqrt(np.nanmean(errors**2)))
@@ -415,13 +436,3 @@ class Identified(InNotebooks):
         ]
         more = [f"{len(found) - 8} more"] if len(found) > 8 else []
         return f"<Identified: {', '.join([*parts, *more])}; status {self.status}>"
-
-
-def _at(model: ReadingModel, measured: Measurements) -> ReadingModel:
-    """A model of other readings of the same markers."""
-    names, own = model.measured.marker_names, measured.marker_names
-    unknown = [name for name in own if name not in names]
-    if unknown:
-        raise InputError("marker", got=unknown[0], expected=f"one of {', '.join(names)}")
-    statics = model.statics.with_states(States.of(model.statics.robot, measured))
-    return replace(model, measured=measured, statics=statics, names=names)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,6 +20,8 @@ from robostiff.model import Robot
 
 _UNKNOWN = UnknownFrames()
 _MOST_STEPS = 60
+# Of the numbers that were read: what must have equilibria where a search ends.
+_KEPT = 0.9
 # Of a standard deviation: a last step; and of the way of a search: where it ends.
 _LAST, _ENDS, _ROUNDING = 1e-7, 1e-12, 1e-14
 
@@ -154,8 +156,9 @@ def fitted(
     statics, _ = model.statics.checked(x[: len(model.parameters)])
     there = replace(model, statics=statics)
     if not np.array_equal(_known(there, x), known):  # near singular postures it has become another
-        known = _known(there, x)
+        before, known = np.count_nonzero(known), _known(there, x)
         x, converged = _searched(there, x, told.fixed, bounds, loss, known)
+        converged &= np.count_nonzero(known) >= _KEPT * before
     return Identified(there, Fit(x, start, bounds, loss, told, converged, known))
 
 
@@ -239,7 +242,12 @@ def _searched(
     return x, bool(converged)
 
 
-def _gauss_newton(at, z, low, high):
+def _gauss_newton(
+    at: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
+    z: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+) -> tuple[np.ndarray, bool]:
     """Steps of Gauss and Newton while they shrink; whether the last was rounding."""
     before = np.inf
     least = 0.0

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -214,7 +212,7 @@ class _Table:
                 got = " and ".join(k.value for k in kind) or "nothing"
                 raise FileError(self.at(row), "reading", got=got, expected="one kind of value")
             if len(kind) != 1:
-                values[row] = 0.0  # it is left out
+                values[row], sigma[row] = 0.0, 1.0  # it is left out
                 continue
             kinds[row] = kind[0]
             for place, name in enumerate(_READINGS[kind[0]]):
@@ -292,7 +290,7 @@ def _tracker_export(path: str | os.PathLike[str]) -> _TrackerExport | None:
     if not lines or "U(95)" not in lines[0][1]:
         return None
     mark = next((mark for mark in "\t;," if mark in lines[0][1]), ",")
-    headings = [own.strip() for own in next(csv.reader(io.StringIO(lines[0][1]), delimiter=mark))]
+    headings = [own.strip(" \"'") for own in lines[0][1].split(mark)]
     places = _tracker_columns(headings, Location(name, lines[0][0]))
     if not {"X", "Y", "Z"} <= places.keys():
         got = ", ".join(headings[:8])
@@ -302,25 +300,23 @@ def _tracker_export(path: str | os.PathLike[str]) -> _TrackerExport | None:
         wanted |= {f"sigma_{a}": "U(95)" for a in _AXES}
     if "U(95) X" in places:
         wanted |= {f"sigma_{a}": f"U(95) {a.upper()}" for a in _AXES}
-    columns: dict[str, list[float]] = {own: [] for own in wanted}
-    kept = []
-    for k, line in lines[1:]:
-        fields = next(csv.reader(io.StringIO(line), delimiter=mark))
-        deleted = "Delete" in places and places["Delete"][0] < len(fields)
-        kept.append(not (deleted and fields[places["Delete"][0]].strip(" '\"") not in ("", "0")))
-        for own, word in wanted.items():
+    values = np.full((len(lines) - 1, len(wanted)), np.nan)
+    for row, (k, line) in enumerate(lines[1:]):
+        fields = [own.strip(" \"'") for own in line.split(mark)] + [""] * len(headings)
+        if "Delete" in places and fields[places["Delete"][0]] not in ("", "0"):
+            continue
+        for column, (own, word) in enumerate(wanted.items()):
             place, factor = places[word]
-            field = fields[place].strip() if place < len(fields) else ""
             try:
-                value = float(field) * factor * (0.5 if own.startswith("sigma") else 1.0)
+                value = float(fields[place]) * factor * (0.5 if own.startswith("sigma") else 1.0)
             except ValueError:
                 value = np.nan
             if not np.isfinite(value):
-                at = Location(name, k, path=word)
-                raise FileError(at, "value", got=field or "nothing", expected="a finite number")
-            columns[own].append(value)
-    si = {own: np.array(values) for own, values in columns.items()}
-    return _TrackerExport(si, np.array(kept, dtype=bool), tuple(k for k, _ in lines[1:]))
+                at, got = Location(name, k, path=word), fields[place] or "nothing"
+                raise FileError(at, "value", got=got, expected="a finite number")
+            values[row, column] = value
+    si = dict(zip(wanted, values.T, strict=True))
+    return _TrackerExport(si, np.isfinite(values[:, 0]), tuple(k for k, _ in lines[1:]))
 
 
 def _tracker_columns(headings: list[str], at: Location) -> dict[str, tuple[int, float]]:
