@@ -23,7 +23,7 @@ from robostiff.identification.choice_of_poses import (
 )
 from robostiff.identification.frames import KnownFrames, UnknownFrames
 from robostiff.identification.identify import Robust, Squares, identify
-from robostiff.identification.measurements import Measurements
+from robostiff.identification.measurements import Measurements, coordinates_of
 from robostiff.io.units import Dimension, parse_quantities
 from robostiff.io.whole_file import whole_file
 from robostiff.kinematics import ActuatorCoordinates, JointCoordinates, find_posture
@@ -145,13 +145,15 @@ def _table(robot: Robot, postures: Any) -> str:
     """A file of postures, to be completed by readings, in degrees and millimetres."""
     if isinstance(postures, JointCoordinates):
         chain = robot.numeric.legs[0].chain
-        names, units, q = chain.coordinate_names, joint_units(chain), postures.values
+        names, units = chain.coordinate_names, joint_units(chain)
     else:
         names = tuple(f"pose_{own.value}" for own in robot.coordinates)
         units = tuple("rad" if name[5] == "r" else "m" for name in names)
-        q = postures
     words = [f"{name} [{'deg' if unit == 'rad' else 'mm'}]"
              for name, unit in zip(names, units, strict=True)]  # fmt: skip
     factor = [180 / np.pi if unit == "rad" else 1e3 for unit in units]
-    rows = [",".join([str(k + 1), *(f"{x:.6f}" for x in row * factor)]) for k, row in enumerate(q)]
+    rows = [
+        ",".join([str(k + 1), *(f"{x:.6f}" for x in row * factor)])
+        for k, row in enumerate(coordinates_of(postures))
+    ]
     return "\n".join([",".join(["posture", *words]), *rows]) + "\n"

@@ -255,7 +255,7 @@ def _loads(forces: ArrayLike | None) -> np.ndarray:
     """No load, and forces (L, 3) that are given."""
     expected = "(3,) or (L, 3) [N]"
     given = as_floats("forces", [] if forces is None else forces, expected)
-    if given.shape[-1] not in {0, 3} or given.ndim > 2:
+    if given.ndim not in {1, 2} or given.shape[-1] not in {0, 3}:
         raise InputError("forces", got=f"shape {given.shape}", expected=expected)
     return np.vstack([np.zeros(3), given.reshape(-1, 3)])
 

@@ -158,7 +158,7 @@ def fitted(
     if not np.array_equal(_known(there, x), known):  # near singular postures it has become another
         before, known = np.count_nonzero(known), _known(there, x)
         x, converged = _searched(there, x, told.fixed, bounds, loss, known)
-        converged &= np.count_nonzero(known) >= _KEPT * before
+        converged = converged and bool(np.count_nonzero(known) >= _KEPT * before)
     return Identified(there, Fit(x, start, bounds, loss, told, converged, known))
 
 

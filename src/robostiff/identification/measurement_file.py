@@ -193,13 +193,13 @@ class _Table:
         at_hooks = np.isfinite(hooks).all(axis=1)
         for row in np.flatnonzero(np.isfinite(hooks).any(axis=1) & ~at_hooks).tolist():
             raise FileError(self.at(row), "hook", got="a part of it", expected="at_x, at_y, at_z")
-        forces = load[:, :3] * at_hooks[:, None]
+        forces = load[:, :3] * np.reshape(at_hooks, (-1, 1))
         mass = columns(("mass",), 0.0)[:, 0]
         if mass.any():
             own = self.robot.numeric.gravity
             down = gravity_vector("gravity", "-z") if own is None or not np.any(own) else own
             forces = forces + mass[:, None] * down
-        load[:, :3] *= ~at_hooks[:, None]
+        load[:, :3] *= np.reshape(~at_hooks, (-1, 1))
         sigma = columns(tuple(f"sigma_{a}" for a in _AXES))
         sigma = np.where(np.isnan(sigma), si.get("sigma", none)[:, None], sigma)
         values, kinds = np.full((count, 3), np.nan), [Reading.POINT] * count

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from fnmatch import fnmatchcase
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -292,7 +292,7 @@ def _of_symbol(robot: Robot, name: str) -> tuple[Robot, Unknown]:
         (k, screw.turns)
         for leg in robot.legs
         for role, screw in zip(leg.chain.roles, leg.chain.freedoms, strict=True)
-        for k in [getattr(role, "stiffness", None)]
+        for k in cast("list[Any]", [getattr(role, "stiffness", None)])
         if is_formula(k) and name in map(str, k.free_symbols)
     ]
     symbol = next(own for own in robot.symbols if str(own) == name)
