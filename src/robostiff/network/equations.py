@@ -110,7 +110,7 @@ def coupled_motion(
 
 
 @dataclass(frozen=True)
-class Group:
+class ElementGroup:
     """Elements that transmit as many wrenches and have as many freedoms; see `RelativeMotion`."""
 
     numbers: np.ndarray  # (N,): places of the elements in the network
@@ -178,7 +178,7 @@ def groups_of(
     space: Space,
     tolerance: Tolerance,
     numbers: np.ndarray | None = None,
-) -> Iterator[Group]:
+) -> Iterator[ElementGroup]:
     """Elements in groups; `scale` turns twists into lengths, `of_nodes` (N, 3) are points [m].
 
     Raises InputError when an element of a planar network leaves the plane, or a compliance is
@@ -203,7 +203,7 @@ def groups_of(
                 yield from groups_of(*one)
             continue
         W, S = _springs(some, C, W, scale, space, tolerance)
-        yield Group(numbers[own], some, at, axes @ W, S, axes @ J, names)
+        yield ElementGroup(numbers[own], some, at, axes @ W, S, axes @ J, names)
 
 
 def _springs(
@@ -235,8 +235,10 @@ def _springs(
     S[is_rigid] = 0.0
     for k in np.flatnonzero(~plain & ~is_rigid).tolist():
         own = elements[k]
-        is_whole = isinstance(own, SpringElement) and space is Space.SPATIAL
-        modes = own.elasticity.modes if is_whole else compliance_modes(C[k])
+        if isinstance(own, SpringElement) and space is Space.SPATIAL:
+            modes = own.elasticity.modes
+        else:
+            modes = compliance_modes(C[k])
         W[k], S[k] = _by_size(modes * scale[:, None], W[k], S[k], tolerance)
     return W, S
 
@@ -307,7 +309,7 @@ class Equations:
     stiffness: float  # characteristic stiffness [N/m]
     tolerance: Tolerance
     # beams, springs and joints; compliance in units of 1 / `stiffness`
-    groups: tuple[Group, ...]
+    groups: tuple[ElementGroup, ...]
     couplings: tuple[CoupledMotion, ...]
 
     @cached_property
@@ -389,7 +391,7 @@ def equations_of(network: Network, tolerance: Tolerance) -> Equations:
 
 def _scaled(
     network: Network, points: Mapping[str, np.ndarray], length: float, tolerance: Tolerance
-) -> tuple[list[Group], list[CoupledMotion]]:
+) -> tuple[list[ElementGroup], list[CoupledMotion]]:
     """Groups and couplings of a network, its twists turned into lengths by `length` [m]."""
     scale, elements = scaling(np.array(length), network.space), tuple(network.elements)
     of_nodes = np.array([points[element.a] for element in elements]).reshape(-1, 3)
