@@ -36,8 +36,7 @@ from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError, NoAnswerError, OpenAtHomeError
 from robostiff.kinematics import JointCoordinates, posture_finder
 from robostiff.linkage import DrivenLinkage, Linkage
-from robostiff.linkage.driven import coordinate_names
-from robostiff.linkage.recorded_stiffness import record_linkage
+from robostiff.linkage.driven import coordinate_names, record_linkage
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.recorded import RecordedRobot, record_at_joints, record_robot, sample_postures
 

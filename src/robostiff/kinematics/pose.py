@@ -230,7 +230,11 @@ def _matrices(robot: Robot, pose: Pose) -> np.ndarray | None:
     subject, expected = f"pose of {robot.name!r}", "numbers of shape (..., 4, 4)"
     if is_rigid_transform(pose):
         return as_floats(subject, pose.as_matrix(), "a rigid transform")
-    if len(robot.coordinates) == 4 or _innermost_sizes(pose) != (4, 4) or holds_quantities(pose):
+    sizes, part = [], pose  # of the last two axes, of the first entries where they are lists
+    while isinstance(part, list | tuple) and part:
+        sizes, part = [*sizes, len(part)], part[0]
+    innermost = (*sizes, *getattr(part, "shape", ()))[-2:]
+    if len(robot.coordinates) == 4 or innermost != (4, 4) or holds_quantities(pose):
         return None
     T = as_floats(subject, pose, expected)
     R = T[..., :3, :3]
@@ -244,14 +248,6 @@ def _matrices(robot: Robot, pose: Pose) -> np.ndarray | None:
     T = T.copy()
     T[..., :3, :3] = nearest_rotation(R)
     return T
-
-
-def _innermost_sizes(pose: Any) -> tuple[int, ...]:
-    """Lengths of the last two axes, of the first entries where they are lists."""
-    sizes: tuple[int, ...] = ()
-    while isinstance(pose, list | tuple) and pose:
-        sizes, pose = (*sizes, len(pose)), pose[0]
-    return (*sizes, *getattr(pose, "shape", ()))[-2:]
 
 
 _HINT = "did you mean JointCoordinates([...])? --joints on the command line"

@@ -1,13 +1,19 @@
-"""A linkage that is driven by some of its joints: configurations at values of their coordinates."""
+"""A linkage that is driven by some of its joints: configurations at their values, and its record.
+
+Wrenches circulate in its loops. Bodies that more than two connections meet are joined by chains.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import combinations_with_replacement
+from typing import Any
 
 import numpy as np
 
+from robostiff.elastostatics import scaling
 from robostiff.errors import InputError
 from robostiff.kept import kept
 from robostiff.kinematics.closure.body import tidied, tidied_point
@@ -19,15 +25,20 @@ from robostiff.linkage.closure import (
     close,
     moved_bodies,
 )
-from robostiff.linkage.essential import essential
+from robostiff.linkage.essential import essential, network_of, placed_branches
 from robostiff.linkage.linkage import Connection, DriveValues, Linkage
-from robostiff.model import Actuated, Joint
-from robostiff.record import Record
+from robostiff.model import Actuated, Joint, PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.record import Entry, Record, usual_size
+from robostiff.recorded.circulation import BodyChain, circulating
 from robostiff.recorded.closure import RecordedClosure, steps_from_home
+from robostiff.recorded.factor import factors_of
 from robostiff.recorded.guess import with_nominal
+from robostiff.recorded.leg import LegRecorder, at_samples, stiffness_entries
 from robostiff.recorded.newton_step import openings, step_of_groups
-from robostiff.recorded.parameters import COUNT
-from robostiff.spatial import Frame, Screw, as_floats
+from robostiff.recorded.parameters import COUNT, parameter_samples, with_inputs
+from robostiff.recorded.robot import RecordedRobot
+from robostiff.recorded.working_frame import WorkingFrame
+from robostiff.spatial import Frame, Screw, Space, as_floats
 
 _SEED = 20110
 # Samples are this far from home at first, in radians and parts of the length.
@@ -45,7 +56,7 @@ class DrivenLinkage:
     drives : tuple of str
         Names of the joints whose coordinates are given.
     home : Configuration
-        Closed, with the drives where they are at home; from `moved_by` it may be open.
+        Closed, with the drives where they are at home; from `driven_by` it may be open.
     """
 
     part: Linkage
@@ -89,22 +100,6 @@ class DrivenLinkage:
                 hint=home.advice,
             )
         return cls(part, tuple(joints), home)
-
-    @classmethod
-    def moved_by(cls, linkage: Linkage, joints: Sequence[str] | None = None) -> DrivenLinkage:
-        """Driven as in `network_at`: home may be open, and joints that are not felt are left out.
-
-        Raises
-        ------
-        InputError
-            When a name is no joint of the linkage.
-        """
-        part = _tidied(essential(linkage.in_floats))
-        if joints is None:
-            return cls(part, _actuated(part), close(part))
-        linkage.check_names(joints)
-        felt = {joint.name for joint in part.joints}
-        return cls(part, tuple(name for name in joints if name in felt), close(part))
 
     @cached_property
     def _paths(self) -> PathsFromHome:
@@ -242,8 +237,16 @@ class DrivenLinkage:
 
 @kept
 def driven_by(linkage: Linkage, joints: tuple[str, ...] | None) -> DrivenLinkage:
-    """As `DrivenLinkage.moved_by`, found once for each choice of joints."""
-    return DrivenLinkage.moved_by(linkage, joints)
+    """Driven as in `network_at`: home may be open, and joints that are not felt are left out.
+
+    Raises InputError when a name is no joint of the linkage.
+    """
+    part = _tidied(essential(linkage.in_floats))
+    if joints is None:
+        return DrivenLinkage(part, _actuated(part), close(part))
+    linkage.check_names(joints)
+    felt = {joint.name for joint in part.joints}
+    return DrivenLinkage(part, tuple(name for name in joints if name in felt), close(part))
 
 
 def _actuated(part: Linkage) -> tuple[str, ...]:
@@ -333,3 +336,110 @@ def sampled(
     """Coordinates of connections in some configurations (samples,), by their own names."""
     rows = [named(connections, one.coordinates) for one in closed]
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+# A smallest stiffness below this part of the largest is watched the more closely, so that a loss of
+# 1e4 stays above the ratio of 1e-10 at which `Tolerance` doubts.
+_SOFT = 1e-6
+_ROUNDING = 1e-11  # of a wrench: what elimination leaves of zero
+
+
+def record_linkage(
+    driven: DrivenLinkage, samples: Sequence[Configuration]
+) -> tuple[RecordedRobot | None, tuple[str, ...]]:
+    """Record the stiffness of a linkage; inputs are the coordinates of its drives, then symbols.
+
+    All ways to hold the platform are those of one leg. None where the closure has no record; the
+    second result are coordinates that no loop determines. A transmitted wrench that meets no
+    compliance is an `InputError`.
+
+    Examples
+    --------
+    >>> from robostiff.robots.descriptions import load_linkage
+    >>> driven = DrivenLinkage.of(load_linkage("double-pantograph"))
+    >>> recorded, undetermined = record_linkage(driven, driven.samples())
+    >>> recorded.closure.inputs, recorded.factors.rank, undetermined
+    (('screw',), 6, ())
+    """
+    closure, undetermined = record_linkage_closure(driven, samples)
+    if closure is None:
+        return None, undetermined
+    movers = [*driven.driving, *driven.following(samples)]
+    record = Record(sampled(movers, samples) | parameter_samples(driven.part))
+    part = with_inputs(driven.part, record)
+    moved = {c.name for c in movers}
+    moving = [c for c in part.connections if c.name in moved]
+    bodies, q = moved_bodies(part), coordinates(driven, record, moving)
+    placed = bodies.tree.placed(bodies.row(q))
+    R, p = placed.at(bodies.frames[part.platform])
+    reference = p + R @ part.reference_point
+    reference = np.array([record.simplified(x, driven.home.length) for x in reference])
+    length = (
+        network_of(driven.part.numeric, driven.home).characteristic_length or driven.home.length
+    )
+    recorder = LegRecorder(record, reference, Space.SPATIAL, length)
+
+    def start_of(c: Connection) -> tuple[np.ndarray, np.ndarray]:
+        return placed.at(bodies.frames[c.a].to(c.before.R, c.before.p))
+
+    legs = []
+    for a, b, path in placed_branches(part, q, start_of):
+        every = [e for _, own in path for e in own.parts]
+        legs.append((a, b, PlacedLeg(path[0][0].name, _simple(every, recorder), reference)))
+    legs.sort(key=lambda leg: sum(f.is_passive for f in leg[2].freedoms))
+    chains = [BodyChain(leg.name, a, b, leg) for a, b, leg in legs]
+    world = WorkingFrame(np.eye(3, dtype=int).astype(object), reference)
+    leg = circulating(part.name, chains, part.base, part.platform, recorder, world)
+    K = stiffness_entries([leg], 6)
+    recorded = RecordedRobot(
+        name=part.name,
+        record=record,
+        space=Space.SPATIAL,
+        length=length,
+        legs=(leg,),
+        K=K,
+        reach=(),
+        closure_losses=tuple(_near_softness(K, length, record.count)),
+        limits=(),
+        joints=closure.joints,
+        closure=closure,
+    )
+    return recorded, undetermined
+
+
+def _near_softness(K: dict[tuple[int, int], Any], length: float, count: int) -> list[Any]:
+    """By how much K is nearer to a free motion than at the samples, where it is near there."""
+    factors = factors_of(K, 6)
+    places = list(combinations_with_replacement(range(6), 2))
+    upper = at_samples([K[place] for place in places], count)
+    unit = np.zeros((count, 6, 6))
+    for number, (i, j) in enumerate(places):
+        unit[:, i, j] = unit[:, j, i] = upper[:, number]
+    scale = scaling(np.array(length), Space.SPATIAL)
+    unit /= np.outer(scale, scale)
+    size = np.sqrt(np.einsum("sii->si", unit))
+    size = np.maximum(size, _ROUNDING * np.max(size, axis=1, keepdims=True))
+    unit /= size[:, :, None] * size[:, None, :]
+    # As the network decides: the smallest eigenvalue that is held, at a unit diagonal.
+    ratio = float(np.min(np.linalg.eigvalsh(unit)[:, 6 - factors.rank])) if factors.rank else 1.0
+    if not 0 < ratio < _SOFT:
+        return []
+    return [_SOFT / ratio * usual_size(d) / d for d in factors.d if isinstance(d, Entry)]
+
+
+def _simple(
+    elements: Sequence[PlacedFreedom | PlacedSpring], recorder: LegRecorder
+) -> tuple[PlacedFreedom | PlacedSpring, ...]:
+    """Elements in the world, their entries as simple as they are at the samples."""
+    record, length = recorder.record, recorder.length
+
+    def plain(x: np.ndarray, size: float = 1.0) -> np.ndarray:
+        flat = [record.simplified(one, size) for one in x.ravel()]
+        return np.array(flat, dtype=object).reshape(x.shape)
+
+    return tuple(
+        replace(e, axis=plain(e.axis), point=plain(e.point, length))
+        if isinstance(e, PlacedFreedom)
+        else replace(e, rotation=plain(e.rotation), point=plain(e.point, length))
+        for e in elements
+    )

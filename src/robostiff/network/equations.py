@@ -82,6 +82,8 @@ class CoupledMotion:
 
 
 Motion = RelativeMotion | CoupledMotion
+#: Nodes (N,), points (N, 3) or (3,), and parts (N, m, n) of displacements there in ``W^T d``.
+Ends = tuple[Sequence[str], np.ndarray, np.ndarray]
 
 
 def coupled_motion(
@@ -233,8 +235,10 @@ def _springs(
     S[is_rigid] = 0.0
     for k in np.flatnonzero(~plain & ~is_rigid).tolist():
         own = elements[k]
-        is_whole = isinstance(own, SpringElement) and space is Space.SPATIAL
-        modes = own.elasticity.modes if is_whole else compliance_modes(C[k])
+        if isinstance(own, SpringElement) and space is Space.SPATIAL:
+            modes = own.elasticity.modes
+        else:
+            modes = compliance_modes(C[k])
         W[k], S[k] = _by_size(modes * scale[:, None], W[k], S[k], tolerance)
     return W, S
 
@@ -314,10 +318,17 @@ class Equations:
         found = sorted((own for group in self.groups for own in group.motions), key=itemgetter(0))
         return (*(own for _, own in found), *self.couplings)
 
-    @cached_property
-    def number_of(self) -> dict[str, int]:
-        """Place of each node among those of the network."""
-        return {node.name: i for i, node in enumerate(self.network.nodes)}
+    @property
+    def springs(self) -> Iterator[tuple[np.ndarray, np.ndarray, Sequence[Ends]]]:
+        """Numbers (N,), compliances (N, m, m) and ends of connections that are alike."""
+        for own in self.groups:
+            W_T = np.swapaxes(own.W, 1, 2)
+            a, b = zip(*((e.a, e.b) for e in own.elements), strict=True)
+            yield own.numbers, own.S, [(a, own.at, -W_T), (b, own.at, W_T)]
+        first = sum(len(own.numbers) for own in self.groups)
+        for k, held in enumerate(self.couplings, first):
+            ends = [((name,), at, part[None]) for name, at, part in held.ends]
+            yield np.array([k]), held.S[None], ends
 
     @property
     def size(self) -> int:

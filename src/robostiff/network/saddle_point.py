@@ -338,18 +338,13 @@ def saddle_point_system(equations: Equations, *, platform_fixed: bool) -> Saddle
         place = np.full(size, -1)
         place[left] = np.arange(left.size)
         parts = []
-        for own in equations.groups:
-            S, rows = own.S, place[np.array([wrench_rows[k] for k in own.numbers.tolist()])]
+        for numbers, S, _ in equations.springs:
+            rows = place[np.array([wrench_rows[k] for k in numbers.tolist()])]
             whole = np.all(rows >= 0, axis=1)
             parts.append((rows[whole], S[whole]))
             for k in np.flatnonzero(~whole):
                 some = np.flatnonzero(rows[k] >= 0)
                 parts.append((rows[[k]][:, some], S[[k]][:, some][:, :, some]))
-        for k, coupled in enumerate(
-            equations.couplings, start=len(wrench_rows) - len(equations.couplings)
-        ):
-            rows = place[wrench_rows[k]]
-            parts.append((rows[None, rows >= 0], coupled.S[None, rows >= 0][:, :, rows >= 0]))
         condensed = CondensedSystem.of(
             regular, parts, left[left < equations.size * len(network.nodes)] // equations.size
         )
@@ -387,38 +382,22 @@ def _assembled(
     equations: Equations,
 ) -> tuple[csc_array, dict[str, np.ndarray], tuple[np.ndarray, ...]]:
     """The matrix, and its rows of each node and connection, whether the platform is free or not."""
-    n, number_of = equations.size, equations.number_of
-    sizes = np.empty(sum(len(own.numbers) for own in equations.groups), dtype=int)
-    for own in equations.groups:
-        sizes[own.numbers] = own.S.shape[-1]
-    sizes = np.append(sizes, [len(own.S) for own in equations.couplings]).astype(int)
+    n, number_of = equations.size, {name: i for i, name in enumerate(equations.points)}
+    springs, blocks = [*equations.springs], BlockEntries()
+    sizes = np.empty(sum(len(numbers) for numbers, _, _ in springs), dtype=int)
+    for numbers, S, _ in springs:
+        sizes[numbers] = S.shape[-1]
     starts = n * len(number_of) + np.cumsum(sizes) - sizes
-    size, blocks = n * len(number_of) + int(sizes.sum()), BlockEntries()
-    points = np.array([*equations.points.values()])
-
-    def add(
-        S: np.ndarray, rows: np.ndarray, ends: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]]
-    ) -> None:
+    size, points = n * len(number_of) + int(sizes.sum()), np.array([*equations.points.values()])
+    for numbers, S, ends in springs:
+        rows = starts[numbers][:, None] + np.arange(S.shape[-1])
         blocks.add_many(-S, rows, rows)
-        for nodes, at, parts in ends:
+        for names, at, parts in ends:
+            nodes = np.array([number_of[name] for name in names])
             A = parts @ equations.between(points[nodes], at)
             columns = n * nodes[:, None] + np.arange(n)
             blocks.add_many(A, rows, columns)
             blocks.add_many(np.swapaxes(A, 1, 2), columns, rows)
-
-    for own in equations.groups:
-        rows = starts[own.numbers][:, None] + np.arange(own.S.shape[-1])
-        W_T = np.swapaxes(own.W, 1, 2)
-        a, b = (
-            np.array([number_of[x] for x in end])
-            for end in zip(*((e.a, e.b) for e in own.elements), strict=True)
-        )
-        add(own.S, rows, [(a, own.at, -W_T), (b, own.at, W_T)])
-    for own, start in zip(
-        equations.couplings, starts[len(starts) - len(equations.couplings) :], strict=True
-    ):
-        ends = [(np.array([number_of[name]]), at, part[None]) for name, at, part in own.ends]
-        add(own.S[None], np.array([[start]]), ends)
     rows_of = dict(zip(number_of, np.arange(n * len(number_of)).reshape(-1, n), strict=True))
     every, ends_at = np.arange(size), (starts + sizes).tolist()
     wrench_rows = tuple(every[a:b] for a, b in zip(starts.tolist(), ends_at, strict=True))

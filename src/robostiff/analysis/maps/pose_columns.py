@@ -11,8 +11,8 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.pose import home_coordinates, joint_units
-from robostiff.linkage import DrivenLinkage, Linkage
-from robostiff.linkage.driven import coordinate_names
+from robostiff.linkage import Linkage
+from robostiff.linkage.driven import coordinate_names, driven_by
 from robostiff.model import ALL_COORDINATES, Joint, Leg, Robot
 from robostiff.model.cable import CableRobot
 from robostiff.spatial import Space, as_floats, holds_quantities
@@ -142,7 +142,7 @@ def _of_drives(linkage: Linkage, used: Sequence[str]) -> PoseColumns:
             expected=f"some of its joints: {', '.join(every)}",
         )
     joints = tuple(dict.fromkeys(every[name] for name in used))
-    driven = DrivenLinkage.moved_by(linkage, joints)
+    driven = driven_by(linkage, joints)
     if missing := [name for name in joints if name not in driven.drives]:
         raise InputError(
             f"coordinate of linkage {linkage.name!r}",
