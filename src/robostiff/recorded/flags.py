@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from enum import IntFlag
 from functools import reduce
 from typing import TYPE_CHECKING, Any
@@ -50,7 +50,7 @@ def flags_of(robot: RecordedRobot, gaps: Sequence[Any] = ()) -> Any:
     losses = _entries([x for leg in robot.legs for x in leg.losses])
     others = _entries(robot.closure_losses)
     safe = _SAFE / max(len(losses) + len(others), 1) ** 0.5
-    tests = _Tests(record)
+    tests = _Tests(record, robot.K.values())
     for loss in losses:
         tests.add_loss(loss, safe)
     for loss in others:  # of either sign
@@ -61,7 +61,7 @@ def flags_of(robot: RecordedRobot, gaps: Sequence[Any] = ()) -> Any:
     if nearest is not None:
         tests.add(greater(nearest * nearest, _AT_LIMIT**2))
     tests.add(greater(_FINITE, sum(robot.K[i, i] for i in range(robot.space.size))))
-    of_rank, pivots = _Tests(record), _entries(robot.factors.losses)
+    of_rank, pivots = _Tests(record, robot.K.values()), _entries(robot.factors.losses)
     for loss in pivots:
         of_rank.add_loss(loss, _SAFE / len(pivots) ** 0.5)
     flags = Flag.DOUBTFUL * (1 - tests.all()) + Flag.RANK_DOUBTFUL * (1 - of_rank.all())
@@ -79,8 +79,10 @@ def flags_of(robot: RecordedRobot, gaps: Sequence[Any] = ()) -> Any:
 class _Tests:
     """Tests that a pose must pass, each 1 or 0, each written once."""
 
-    def __init__(self, record: Record) -> None:
+    def __init__(self, record: Record, known: Iterable[Any]) -> None:
         self._record = record
+        # Steps that are computed anyway: a test may use them for nothing.
+        self._known = set(record.needed([x.step for x in known if isinstance(x, Entry)]))
         self._bounds: dict[int, float] = {}  # steps that must be above a number
         self._others: dict[int, Any] = {}
 
@@ -102,22 +104,36 @@ class _Tests:
         """A quotient must stay below a number; of positive numbers nothing is divided for that."""
         record = self._record
         operation, a, b = record.operations[loss.step]
-        factors = ((a, b), (b, a)) if operation is Operation.MULTIPLY else ()
-        for own, other in factors:
+        tests = [greater(most**2, loss * loss)]
+        for own, other in ((a, b), (b, a)) if operation is Operation.MULTIPLY else ():
             inner, below, _ = record.operations[own]
-            above = record.at(other)
             if inner is Operation.RECIPROCAL and np.all(record.sample(below) > 0):
+                above = record.at(other)
                 if isinstance(above, Entry):
-                    self.add(greater(Entry(record, below) * most, above))
+                    tests.append(greater(Entry(record, below) * most, above))
+                elif below in self._known or own not in self._known:
+                    return self.add_above(Entry(record, below), float(above) / most)
                 else:
-                    self.add_above(Entry(record, below), float(above) / most)
-                return
-        self.add(greater(most**2, loss * loss))
+                    tests.append(greater(most / float(above), Entry(record, own)))
+        self.add(min(tests, key=self._more))
+
+    def _more(self, entry: Entry) -> int:
+        """How many steps more an entry takes."""
+        waiting: list[int] = [entry.step]
+        found: set[int] = set()
+        while waiting:
+            step = waiting.pop()
+            if step not in self._known and step not in found:
+                found.add(step)
+                waiting += self._record.arguments(step)
+        return len(found)
 
     def add_above(self, entry: Entry, number: float) -> None:
         """An entry must be above a number; of equal entries and their roots, the highest counts."""
         record = self._record
-        entry = record.simplified(entry, abs(float(np.mean(entry.sample))))
+        simpler = record.simplified(entry, abs(float(np.mean(entry.sample))))
+        if not isinstance(simpler, Entry) or self._more(simpler) <= self._more(entry):
+            entry = simpler
         while isinstance(entry, Entry):
             operation, a, b = record.operations[entry.step]
             factor = record.at(b) if operation is Operation.MULTIPLY else 0
