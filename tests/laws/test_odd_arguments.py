@@ -138,13 +138,18 @@ GOOD = {
     rs.PoseList: lambda: {"names": ("x",), "poses": [[0.0], [1.0]], "time": None,
                           "path_length": None},
     rs.RandomPoses: lambda: {"count": 2, "ranges": {"x": (0, 1)}, "seed": 0},
+    rs.Extremes: lambda: {"of": "rank"},
+    rs.Quantiles: lambda: {"of": None, "shares": (0.5,)},
+    rs.Histogram: lambda: {"of": "rank", "edges": [0, 1]},
+    rs.ShareAbove: lambda: {"of": "rank", "limits": 1.0},
     rs.Threads: lambda: {"count": 1},
     rs.stiffness_map: lambda: {
         **{"robot": _arm(), "poses": rs.Grid(revolute=rs.Axis(0, 1, 2)), "near": None},
         **{"method": rs.Batched()},
         **{"quantities": (rs.Quantity.PRINCIPAL_STIFFNESS,), "wrench": None, "where": None},
         **{"length": None, "store": None, "resume": False},
-        **{"scheduler": None, "progress": None},  # workers are processes, which take long
+        # workers are processes, which take long
+        **{"scheduler": None, "progress": None, "reduce": ()},
     },
     rs.AtCoordinates: lambda: {"values": {"x": 0}, "rotation": rs.EulerAngles()},
     rs.AtHome: dict,

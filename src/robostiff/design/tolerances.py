@@ -284,7 +284,7 @@ class _DrawnRobots:
             at_nominal,
             each,
             frozenset(str(symbol) for symbol in robot.symbols if symbol.is_positive),
-            own.values if isinstance(own, JointCoordinates) else own,
+            np.asarray(own.values if isinstance(own, JointCoordinates) else own),
             threads,
         )
 
@@ -377,6 +377,9 @@ def sobol_indices(
         return values
 
     cubes, rng = [uniform()] * len(drawn.each), np.random.default_rng(seed)
+    if len(cubes) == 1:  # all of the variance is its own
+        numbers(rng.random((1, samples)))
+        return {drawn.each[0][0]: (1.0, 1.0)}
     found = indices_of(func=numbers, n=samples, dists=cubes, rng=rng)
     names = [name for name, _, _ in drawn.each]
     pairs = zip(np.ravel(found.first_order), np.ravel(found.total_order), strict=True)

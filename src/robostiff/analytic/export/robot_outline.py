@@ -94,9 +94,9 @@ def robot_outline(derivation: RobotDerivation) -> list[Block]:
         blocks += [Title("Where the legs close"), EquationRows(closing)]
         if form is not None and derivation.is_closed:
             # One leg and the table have said what all legs transmit, and how they add up.
-            blocks += _legs_in_words(derivation, kinds=True)
             used = used_definitions(definitions, named.K.flat())
-            blocks += [Title("All legs together"), equations(used)]
+            together = [Title("All legs together"), equations(used)]
+            blocks += [*_legs_in_words(derivation, kinds=True), *together]
         else:
             blocks += [Title("Names for recurring expressions"), equations(definitions)]
             blocks += _leg_by_leg(derivation, named.legs, names)
@@ -387,9 +387,6 @@ def _kind_of_leg(
     return [*blocks, EquationRows((Equation("W_i", W), Equation("C_i", C), Equation(result, K)))]
 
 
-_IN_SERIES = "Compliance: a sum over the springs"
-
-
 def _sum_of_legs(found: VectorForm, result: str, taken: set[str]) -> list[Block]:
     """The stiffness of a leg by its springs and passive joints, and the sum over all legs."""
     W, C, J, K = (Vector(f"{x}_i") for x in "WCJK")
@@ -399,8 +396,8 @@ def _sum_of_legs(found: VectorForm, result: str, taken: set[str]) -> list[Block]
         "many as there are."
     )
     closing = " Legs close where they hold the platform alike: {} and {} are those of all legs."
-    at_joints = {"p_i", "R_i"} <= {e.name for e in found.leg}
-    names = (W, J, Vector("p_i"), Vector("R_i")) if at_joints else (W, J)
+    own = [Vector(x) for x in ("p_i", "R_i") if x in {e.name for e in found.leg}]
+    names = (W, J, *own) if len(own) > 1 else (W, J)
     return [
         *_compliance_of_springs(found, "C_i", taken, Equation("K_i", held)),
         Sentences(words + closing * (len(names) > 2), names),
@@ -410,10 +407,10 @@ def _sum_of_legs(found: VectorForm, result: str, taken: set[str]) -> list[Block]
 
 def _series(found: Any, result: str, taken: set[str]) -> list[Block]:
     """The compliance of a serial arm, in vectors or by its entries, and its inverse."""
-    C = Vector("C")
+    title = Title("Compliance: a sum over the springs")
     if isinstance(found, InSeries):
         return [
-            Title(_IN_SERIES),
+            title,
             Sentences(
                 "Springs in series add their compliances. These are in axes of the arm, in which "
                 "they are simplest: columns of {}, in world axes, with their origin at {} from the "
@@ -423,17 +420,17 @@ def _series(found: Any, result: str, taken: set[str]) -> list[Block]:
             equations(found.names),
             *own_axes(found),
             MatrixEquation("C", found.C.applyfunc(in_decimals)),
-            equation("K_0", Inverse(C)),
+            equation("K_0", Inverse(Vector("C"))),
             transport(result, "K_0"),
         ]
     return [
-        Title(_IN_SERIES),
+        title,
         Sentences(_SPRINGS_ADD, tuple(map(Vector, "tpmpQ"))),
         EquationRows(found.leg),
         equations(found.names),
         *_tables_of_springs(found, taken),
         *_compliance_of_springs(found, "C", taken),
-        equation(result, Inverse(C)),
+        equation(result, Inverse(Vector("C"))),
     ]
 
 
