@@ -49,7 +49,7 @@ def identify_robot(asked: Identify) -> int:
             asked.instrument, _POSE, ("x", "y", "z", "rx", "ry", "rz"), "--instrument"
         )
         frames = KnownFrames(markers or None, place)
-    measured = Measurements.read(asked.path, robot, joints=asked.joints_file)
+    measured = Measurements.read(asked.path, robot, joints=asked.postures)
     found = identify(
         robot,
         measured,

@@ -169,7 +169,7 @@ class Identify(Command, name="identify", run="commands_identify:identify_robot")
     fixed: tuple[str, ...] = repeatable("--fixed", "NAMES", "Names of them that keep their values")
     shared: bool = option("--shared", help="A name with * is one number for all parts it fits.")
     markers: tuple[str, ...] = repeatable(
-        "--marker", "NAME=X Y Z", "Where a marker is in the platform frame; to be found by default"
+        "--marker", "NAME=X Y Z", "Where a marker is in the platform frame, or about where"
     )
     instrument: str | None = option(
         "--instrument",
@@ -177,8 +177,8 @@ class Identify(Command, name="identify", run="commands_identify:identify_robot")
         help="Where the instrument is in the world, and the rotation vector from world to "
         "instrument axes; to be found by default.",
     )
-    joints_file: str | None = option(
-        "--joints", metavar="FILE.csv", help="Postures and loads of the points of a tracker export."
+    postures: str | None = option(
+        "--postures", metavar="FILE.csv", help="Those of the points of a tracker export, and loads."
     )
     loss: str = option(
         "--loss", metavar="NAME", default="squares", help="squares; or robust, for outliers."
@@ -218,7 +218,7 @@ class Plan(Command, name="plan", run="commands_identify:plan_campaign"):
         "--hook", metavar='"x y z"', help="Where loads act, in the platform frame."
     )
     markers: tuple[str, ...] = repeatable(
-        "--marker", "NAME=X Y Z", "About where a marker is in the platform frame"
+        "--marker", "NAME=X Y Z", "Where a marker is in the platform frame, or about where"
     )
     sigma: str = option(
         "--sigma", metavar="LENGTH", default="20 um", help="Standard deviation of a coordinate."
@@ -234,7 +234,9 @@ class Plan(Command, name="plan", run="commands_identify:plan_campaign"):
         "--wrench", metavar='"Fx Fy Fz Mx My Mz"', help="Load at the test pose."
     )
     gravity: str | None = option("--gravity", metavar="AXIS", help=_GRAVITY)
-    seed: int = option("--seed", metavar="N", type=int, default=0, help="Of random numbers.")
+    seed: int = option(
+        "--seed", metavar="NUMBER", type=int, default=0, help="Seed of random poses."
+    )
     output: str | None = output_option("The postures as a CSV file, a new file.", None)
     place: Posing = group(Posing, "pose", "joints")
     answer: Answer = group(Answer)

@@ -73,7 +73,7 @@ def read_measurements(
             "postures and loads of a tracker export",
             got="none",
             expected="a file with a line for each point",
-            hint='write joints="joints.csv", or --joints joints.csv',
+            hint='write joints="joints.csv", or --postures joints.csv',
         )
     table = _Table.read(robot, joints, readings=False)
     if len(table.lines) != len(export.kept):
