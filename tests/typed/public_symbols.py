@@ -6,7 +6,12 @@ import sys
 
 #: Their bases are printers of SymPy, which has no types.
 EXCEPTIONS = {
-    f"robostiff.analytic.export.{name}" for name in ("code.Code", "language.Typeset", "latex.LATEX")
+    *("robostiff.analytic.export.code.Code", "robostiff.analytic.export.language.Language"),
+    "robostiff.analytic.export.notation.Notation",
+    *(
+        f"robostiff.analytic.export.languages.{name}"
+        for name in ("TEXT", "LATEX", "MARKDOWN", "TYPST", "MATHML")
+    ),
 }
 
 

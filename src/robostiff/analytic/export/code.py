@@ -84,7 +84,8 @@ class Code(CodePrinter):
         self.arguments: list[str] = [self._names[symbol] for symbol in compute.arguments]
         self.results: list[str] = [take(x) for x in ("K", "dK")[: len(compute.results)]]
         self.n: int = compute.entries.rows
-        self.holds, *self.others = (take(x) for x in ("holds", *self.own))
+        self.holds: str = take("holds")
+        self.others: list[str] = [take(x) for x in self.own]
 
     def lines(self) -> list[str]:
         """The function and its comment."""

@@ -86,7 +86,7 @@ class LegReader:
 
     def __post_init__(self) -> None:
         search = self.search
-        self.contributions = ContributionReader(
+        self.contributions: ContributionReader = ContributionReader(
             search.record, search.length, self.read, BeamProducts(self.read), self.block
         )
 

@@ -70,7 +70,7 @@ class Walk:
     ) -> None:
         self.placed = placed
         self.read = read
-        self.products = BeamProducts(self.read)
+        self.products: BeamProducts = BeamProducts(self.read)
         self.equations: list[Equation] = []
         self.rotation: str | None = None
         self.idle: set[str] = set()  # rotations that turn no vector

@@ -178,7 +178,7 @@ SectionChoice = Annotated[
 
 Theory = Literal["euler-bernoulli", "timoshenko"]
 
-THEORIES = {"euler-bernoulli": EulerBernoulli(), "timoshenko": Timoshenko()}
+THEORIES: dict[str, BeamTheory] = {"euler-bernoulli": EulerBernoulli(), "timoshenko": Timoshenko()}
 
 
 def stocked(

@@ -84,25 +84,24 @@ class MovingChains:
         body_rows: Sequence[int],
         anchors: Sequence[tuple[Spot, np.ndarray]] = (),
     ) -> None:
-        self.kind, self.count = np.asarray(ends).dtype, len(chains)
+        self._kind, self._count = np.asarray(ends).dtype, len(chains)
         self._number(chains, body_rows)
         pairs = zip(chains, self.bodies, strict=True)
         each = [(b, e) for c, own in pairs for b, e in zip(own[1:], c.elements, strict=True)]
         firsts = np.cumsum([0, *(e.size for _, e in each)]).tolist()
         numbered = [(b, i, e) for (b, e), i in zip(each, firsts, strict=False)]
-        joints = [(b, i, e) for b, i, e in numbered if isinstance(e, FiniteJoint)]
         springs = [(b, i, e) for b, i, e in numbered if isinstance(e, FiniteSpring)]
-        self._set_joints(joints)
+        self._set_joints([(b, i, e) for b, i, e in numbered if isinstance(e, FiniteJoint)])
         self._set_springs(springs)
         self._set_frames(chains, points, ends, springs, each)
         self._set_loads(chains, anchors)
-        self.local = self._zeros(len(self.coordinates), 2, 3)
-        self.local[self.joint_x, 0] = self.axis * self.slide
-        self.local[self.joint_x, 1] = self.axis * self.turning
-        self.local[self.spring_x, 0] = self._columns_of_springs(self.modes[:, :3])
+        self._local = self._zeros(len(self.coordinates), 2, 3)
+        self._local[self.joint_x, 0] = self._axis * self._slide
+        self._local[self.joint_x, 1] = self._axis * self._turning
+        self._local[self.spring_x, 0] = self._columns_of_springs(self._modes[:, :3])
 
     def _zeros(self, *shape: int) -> np.ndarray:
-        return np.zeros(shape, dtype=int).astype(self.kind)
+        return np.zeros(shape, dtype=int).astype(self._kind)
 
     def _array(self, values: Sequence[Any], *shape: int) -> np.ndarray:
         """Values one behind the other (n, *shape)."""
@@ -113,86 +112,93 @@ class MovingChains:
 
     def _number(self, chains: Sequence[FiniteChain], body_rows: Sequence[int]) -> None:
         """Number bodies, columns and pairs."""
-        C, lengths = self.count, np.array([len(c.elements) for c in chains], dtype=int)
+        C, lengths = self._count, np.array([len(c.elements) for c in chains], dtype=int)
         rank = np.empty(C, dtype=int)
         rank[np.argsort(-lengths, kind="stable")] = np.arange(C)
         longer = [int(np.sum(lengths > k)) for k in range(lengths.max(initial=0))]
         first = np.cumsum([0, C, *longer])
-        self.bodies = [first[: n + 1] + own for n, own in zip(lengths, rank, strict=True)]
-        self.starts, self.last = (
+        self.bodies: list[np.ndarray] = [
+            first[: n + 1] + own for n, own in zip(lengths, rank, strict=True)
+        ]
+        self._starts, self._last = (
             np.array([own[i] for own in self.bodies], dtype=int) for i in (0, -1)
         )
-        self.total = int(first[-1])
-        self.chains = np.zeros(self.total, dtype=int)
+        self._total = int(first[-1])
+        self._chains = np.zeros(self._total, dtype=int)
         for c, own in enumerate(self.bodies):
-            self.chains[own] = c
+            self._chains[own] = c
         #: Bodies behind elements, and those before them, step by step outwards.
-        self.levels = [
+        self._levels = [
             (slice(first[k + 1], first[k + 1] + n), slice(first[k], first[k] + n))
             for k, n in enumerate(longer)
         ]
-        self.before = np.zeros(self.total, dtype=int)
-        for here, there in self.levels:
-            self.before[here] = np.arange(there.start, there.stop)
+        self._before = np.zeros(self._total, dtype=int)
+        for here, there in self._levels:
+            self._before[here] = np.arange(there.start, there.stop)
         moved = [0 if c.start is None else len(body_rows) for c in chains]
         sizes = [[n, *(e.size for e in c.elements)] for n, c in zip(moved, chains, strict=True)]
         stops = np.cumsum([0, *map(sum, sizes)]).tolist()
         none = np.zeros(0, dtype=int)
-        self.columns = list(itertools.starmap(slice, itertools.pairwise(stops)))
+        self.columns: list[slice] = list(itertools.starmap(slice, itertools.pairwise(stops)))
         every = [np.repeat(b, n) for b, n in zip(self.bodies, sizes, strict=True)]
         #: Body that each column moves, and its chain.
-        self.body = np.concatenate([none, *every])
-        self.of_chain = np.repeat(np.arange(C), np.diff(stops))
-        self.coordinates = np.flatnonzero(self.body >= C)
-        self.body_columns = np.flatnonzero(self.body < C)
+        self.body: np.ndarray = np.concatenate([none, *every])
+        self.of_chain: np.ndarray = np.repeat(np.arange(C), np.diff(stops))
+        self.coordinates: np.ndarray = np.flatnonzero(self.body >= C)
+        self._body_columns = np.flatnonzero(self.body < C)
         turns = np.tile(np.eye(6, dtype=int)[list(body_rows)], (sum(map(bool, moved)), 1))
-        self.unit = turns.astype(self.kind)
+        self._unit = turns.astype(self._kind)
         upper = [np.array(np.triu_indices(s.stop - s.start)) + s.start for s in self.columns]
-        a, b = self.pairs = np.concatenate([np.zeros((2, 0), dtype=int), *upper], axis=1)
-        same = self.body[a] == self.body[b]
-        self.same = np.flatnonzero(same)
-        self.body_pairs = np.flatnonzero(self.body[b] < C)
+        self.pairs: np.ndarray = np.concatenate([np.zeros((2, 0), dtype=int), *upper], axis=1)
+        a, b = self.pairs
+        self._same = np.flatnonzero(self.body[a] == self.body[b])
+        self._body_pairs = np.flatnonzero(self.body[b] < C)
         width = np.array([s.stop - s.start for s in self.columns], dtype=int)
         start = np.cumsum([0, *(width * (width + 1) // 2)])[:-1]
         #: Of each column: its pair with itself; that with the k-th behind it stands k further.
         i = np.arange(len(self.body)) - np.array(stops[:-1], dtype=int)[self.of_chain]
         n = width[self.of_chain]
-        self.diagonal = start[self.of_chain] + i * n - i * (i - 1) // 2
+        self._diagonal = start[self.of_chain] + i * n - i * (i - 1) // 2
 
     def _set_joints(self, joints: Sequence[tuple[Any, int, FiniteJoint]]) -> None:
-        self.joint_bodies = np.array([b for b, _, _ in joints], dtype=int)
-        self.joint_x = np.array([i for _, i, _ in joints], dtype=int)
+        self._joint_bodies = np.array([b for b, _, _ in joints], dtype=int)
+        self.joint_x: np.ndarray = np.array([i for _, i, _ in joints], dtype=int)
         every = [e for _, _, e in joints]
-        self.axis = self._array([e.axis for e in every], 3)
-        self.slide = self._array([e.slide for e in every])[:, None]
-        self.stiffness = self._array([e.stiffness for e in every])
-        self.preload = self._array([e.preload for e in every])
-        self.laws = [(i, e.law) for i, e in enumerate(every) if e.law is not None]
-        self.turning = np.array([int(e.turns) for e in every], dtype=int)[:, None]
-        self.axis_skew = skews(self.axis)
-        self.axis_skew_squared = self.axis_skew @ self.axis_skew
+        self._axis = self._array([e.axis for e in every], 3)
+        self._slide = self._array([e.slide for e in every])[:, None]
+        self.stiffness: np.ndarray = self._array([e.stiffness for e in every])
+        self.preload: np.ndarray = self._array([e.preload for e in every])
+        self.laws: list[tuple[int, Any]] = [
+            (i, e.law) for i, e in enumerate(every) if e.law is not None
+        ]
+        self._turning = np.array([int(e.turns) for e in every], dtype=int)[:, None]
+        self._axis_skew = skews(self._axis)
+        self._axis_skew_squared = self._axis_skew @ self._axis_skew
 
     def _set_springs(self, springs: Sequence[tuple[Any, int, FiniteSpring]]) -> None:
         every, S = [e for _, _, e in springs], len(springs)
-        self.spring_bodies = np.array([b for b, _, _ in springs], dtype=int)
-        self.modes, self.mode_stiffness = self._zeros(S, 6, _WIDE), self._zeros(S, _WIDE)
+        self._spring_bodies = np.array([b for b, _, _ in springs], dtype=int)
+        self._modes = self._zeros(S, 6, _WIDE)
+        self.mode_stiffness: np.ndarray = self._zeros(S, _WIDE)
         for i, e in enumerate(every):
-            self.modes[i, :, : e.size], self.mode_stiffness[i, : e.size] = e.modes, e.stiffness
-        self.elastic = self.mode_stiffness[..., None] * np.eye(_WIDE, dtype=int)
+            self._modes[i, :, : e.size], self.mode_stiffness[i, : e.size] = e.modes, e.stiffness
+        self._elastic = self.mode_stiffness[..., None] * np.eye(_WIDE, dtype=int)
         none = np.zeros(0, dtype=int)
         #: Coordinates of elastic parts: among all that there might be, and among all of chains.
-        self.full = np.concatenate(
+        self.full: np.ndarray = np.concatenate(
             [none, *(_WIDE * i + np.arange(e.size) for i, e in enumerate(every))]
         )
-        self.spring_x = np.concatenate([none, *(i + np.arange(e.size) for _, i, e in springs)])
+        self.spring_x: np.ndarray = np.concatenate(
+            [none, *(i + np.arange(e.size) for _, i, e in springs)]
+        )
         part, place = np.divmod(self.full, _WIDE)
         a, b = np.nonzero((part[:, None] == part) & (place[:, None] <= place))
-        self.block_entries = part[a], place[a], place[b]
-        self.block_pairs = self.diagonal[self.coordinates[self.spring_x[a]]] + place[b] - place[a]
+        self._block_entries = part[a], place[a], place[b]
+        self._block_pairs = self._diagonal[self.coordinates[self.spring_x[a]]] + place[b] - place[a]
         beams = [i for i, e in enumerate(every) if e.bows]
-        self.beams = np.array(beams, dtype=int)
-        self.axial = self._array([every[i].axial for i in beams])
-        self.along = self.modes[self.beams, 0]
+        self.beams: np.ndarray = np.array(beams, dtype=int)
+        self.axial: np.ndarray = self._array([every[i].axial for i in beams])
+        self.along: np.ndarray = self._modes[self.beams, 0]
         z = self._zeros(len(beams), 6, _WIDE)
         for at, i in zip(z, beams, strict=True):
             at[:, : every[i].size] = every[i].bending.z
@@ -200,7 +206,7 @@ class MovingChains:
             self._array([getattr(every[i].bending, name) for i in beams], *shape)
             for name, shape in (("s", (6,)), ("b", (6, 2)), ("l", (6, 2)))
         ]
-        self.bending = Bending(z, *others)
+        self.bending: Bending = Bending(z, *others)
 
     def _set_frames(
         self,
@@ -214,26 +220,26 @@ class MovingChains:
 
         Bodies behind joints have the axes of the world.
         """
-        self.axes = np.tile(np.eye(3, dtype=int).astype(self.kind), (self.total, 1, 1))
-        self.points = self._zeros(self.total, 3)
+        self._axes = np.tile(np.eye(3, dtype=int).astype(self._kind), (self._total, 1, 1))
+        self._points = self._zeros(self._total, 3)
         for chain, own in zip(chains, self.bodies, strict=True):
             if chain.start is not None:
-                self.points[own[0]] = points[chain.start]
+                self._points[own[0]] = points[chain.start]
         for body, e in each:
-            self.points[body] = e.point
+            self._points[body] = e.point
         for body, _, e in springs:
-            self.axes[body] = e.rotation
-        of_world = np.tile(np.eye(3, dtype=int).astype(self.kind), (self.count, 1, 1))
-        self.frames = self._frames(self.before, self.axes, self.points)
-        self.end_frames = self._frames(self.last, of_world, np.asarray(ends))
+            self._axes[body] = e.rotation
+        of_world = np.tile(np.eye(3, dtype=int).astype(self._kind), (self._count, 1, 1))
+        self._steps = self._frames(self._before, self._axes, self._points)
+        self._end_frames = self._frames(self._last, of_world, np.asarray(ends))
 
     def _frames(self, before: np.ndarray, axes: np.ndarray, points: np.ndarray) -> np.ndarray:
         """From bodies, by number, to axes and points (n, 4, 4)."""
-        R, found = self.axes[before], self._zeros(len(before), 4, 4)
+        R, found = self._axes[before], self._zeros(len(before), 4, 4)
         turned = np.swapaxes(R, -1, -2)
         alike = np.all(axes == R, axis=(-1, -2))[..., None, None]
         found[:, :3, :3] = np.where(alike, np.eye(3, dtype=int), turned @ axes)
-        found[:, :3, 3:] = turned @ (points - self.points[before])[..., None]
+        found[:, :3, 3:] = turned @ (points - self._points[before])[..., None]
         found[:, 3, 3] = 1
         return found
 
@@ -242,16 +248,17 @@ class MovingChains:
     ) -> None:
         """Loads, and behind them anchors, which have no force of their own."""
         loads = [(c, own) for c, chain in enumerate(chains) for own in chain.loads]
-        self.first_anchor = len(loads)
+        self.first_anchor: int = len(loads)
         loads += [(spot.chain, BodyLoad(spot.after, p, 0 * p)) for spot, p in anchors]
-        self.load_bodies = np.array([self.bodies[c][own.after] for c, own in loads], dtype=int)
-        self.load_point = self._array([own.point for _, own in loads], 3)
-        self.load_force = self._array([own.force for _, own in loads], 3)
-        arms = (self.load_point - self.points[self.load_bodies])[..., None]
-        self.load_offset = np.swapaxes(self.axes[self.load_bodies], -1, -2) @ arms
+        bodies = [self.bodies[c][own.after] for c, own in loads]
+        self.load_bodies: np.ndarray = np.array(bodies, dtype=int)
+        self._load_point = self._array([own.point for _, own in loads], 3)
+        self.load_force: np.ndarray = self._array([own.force for _, own in loads], 3)
+        arms = (self._load_point - self._points[self.load_bodies])[..., None]
+        self._load_offset = np.swapaxes(self._axes[self.load_bodies], -1, -2) @ arms
         #: Bodies whose motion moves a load, and that load.
         beyond = [self.bodies[c][chains[c].start is None : own.after + 1] for c, own in loads]
-        self.reach = (
+        self._reach = (
             np.concatenate([np.zeros(0, dtype=int), *beyond]),
             np.repeat(np.arange(len(loads)), [len(own) for own in beyond]),
         )
@@ -263,8 +270,8 @@ class MovingChains:
         point X of the unloaded posture is now at ``R X + t``: R (n, 3, 3) and t (n, 3).
         """
         behind = self._placed(x, R, p)[1]
-        R = behind[:, :3, :3] @ np.swapaxes(self.axes, -1, -2)
-        return R, behind[:, :3, 3] - (R @ self.points[..., None])[..., 0]
+        R = behind[:, :3, :3] @ np.swapaxes(self._axes, -1, -2)
+        return R, behind[:, :3, 3] - (R @ self._points[..., None])[..., 0]
 
     def _placed(
         self, x: np.ndarray, R: np.ndarray, p: np.ndarray
@@ -274,24 +281,24 @@ class MovingChains:
         And the turns of elastic parts.
         """
         q = x[self.joint_x][:, None]
-        half = (q * (self.turning * 0.5))[..., None]
+        half = (q * (self._turning * 0.5))[..., None]
         s, c = (sine(half), cosine(half)) if x.dtype == object else (np.sin(half), np.cos(half))
-        th = (self.modes @ self.spring_coordinates(x)[..., None])[..., 0]
+        th = (self._modes @ self.spring_coordinates(x)[..., None])[..., 0]
         turned = FiniteTurn.of(th[:, 3:])
-        own, before = self._zeros(2, self.total, 4, 4)
-        joints, springs, starts = self.joint_bodies, self.spring_bodies, self.starts
+        own, before = self._zeros(2, self._total, 4, 4)
+        joints, springs, starts = self._joint_bodies, self._spring_bodies, self._starts
         own[joints, :3, :3] = (
             np.eye(3, dtype=int)
-            + self.axis_skew * (2 * s * c)
-            + self.axis_skew_squared * (2 * s * s)
+            + self._axis_skew * (2 * s * c)
+            + self._axis_skew_squared * (2 * s * s)
         )
-        own[joints, :3, 3] = self.axis * self.slide * q
+        own[joints, :3, 3] = self._axis * self._slide * q
         own[springs, :3, :3], own[springs, :3, 3] = turned.R, th[:, :3]
         own[:, 3, 3] = 1
         behind = own.copy()
         behind[starts, :3, :3], behind[starts, :3, 3] = R, p
-        for here, there in self.levels:
-            np.matmul(behind[there], self.frames[here], out=before[here])
+        for here, there in self._levels:
+            np.matmul(behind[there], self._steps[here], out=before[here])
             np.matmul(before[here], own[here], out=behind[here])
         return before, behind, turned
 
@@ -335,7 +342,7 @@ class MovingChains:
         """
         before, behind, turned = self._placed(x, R, p)
         w, v, C = self._columns(before, behind, turned)
-        end = behind[self.last] @ self.end_frames
+        end = behind[self._last] @ self._end_frames
         P, f, m = end[:, :3, 3], W[:, :3], W[:, 3:]
         F, M = f[self.of_chain], m[self.of_chain]
         turning = crossed(w, P[self.of_chain] - C[self.body])
@@ -344,8 +351,8 @@ class MovingChains:
         across, within, half = crossed(moving, F), crossed(turning, F), crossed(w, M) * 0.5
         by_share, columns = self._zeros(len(gradient)), self.coordinates[self.joint_x]
         by_share[columns] = -self.preload
-        bodies = np.concatenate([self.spring_bodies, self.body[self.body_columns]])
-        chains = self.chains[bodies]
+        bodies = np.concatenate([self._spring_bodies, self.body[self._body_columns]])
+        chains = self._chains[bodies]
         moment = m[chains] + crossed(P[chains] - C[bodies], f[chains])
         if len(self.load_bodies):
             arms = self._arms(behind, C)
@@ -359,26 +366,26 @@ class MovingChains:
             turned_forces = (spread[self.body] @ w[..., None])[..., 0]
             across = across + crossed(v, G[self.body]) + turned_forces
             within = within + turned_forces
-        n = len(self.spring_bodies)
+        n = len(self._spring_bodies)
         tangent, bracket = self._second_order(w, across, within, half, moment[n:])
         q = x[self.joint_x]
-        tangent[self.diagonal[columns]] += self.stiffness
+        tangent[self._diagonal[columns]] += self.stiffness
         gradient[columns] += self.stiffness * q - self.preload * share
         for i, law in self.laws:
             column, own, k = columns[i], float(q[i]), self.stiffness[i]
             gradient[column] += law.at(own) - k * own
-            tangent[self.diagonal[column]] += law.tangent(own) - k
+            tangent[self._diagonal[column]] += law.tangent(own) - k
         y = self.spring_coordinates(x)
         beams = self.bending.terms(y[self.beams], axial, self.along, self.axial)
         if n:
-            force, curvature = self.mode_stiffness * y, self.elastic.copy()
+            force, curvature = self.mode_stiffness * y, self._elastic.copy()
             force[self.beams] += beams.gradient
             curvature[self.beams] += beams.curvature
             gradient[self.coordinates[self.spring_x]] += force.ravel()[self.full]
-            turned_axes = np.swapaxes(before[self.spring_bodies, :3, :3], -1, -2)
-            about, V = (turned_axes @ moment[:n, :, None])[..., 0], self.modes[:, 3:]
+            turned_axes = np.swapaxes(before[self._spring_bodies, :3, :3], -1, -2)
+            about, V = (turned_axes @ moment[:n, :, None])[..., 0], self._modes[:, 3:]
             block = curvature - np.swapaxes(V, -1, -2) @ turned.rate(about) @ V
-            tangent[self.block_pairs] += block[self.block_entries]
+            tangent[self._block_pairs] += block[self._block_entries]
         J = np.concatenate([moving, w], axis=-1)
         return ChainTerms(
             end[:, :3, :3], P, J, tangent, bracket, gradient, by_share, turned.square, beams
@@ -405,26 +412,26 @@ class MovingChains:
             tangent = -(w[a] * (across + half)[b]).sum(axis=-1)
         else:  # faster than to gather the vectors
             bracket, tangent = (w @ half.T)[a, b], (w @ -(across + half).T)[a, b]
-        a, b = a[self.same], b[self.same]
+        a, b = a[self._same], b[self._same]
         H = (w[a] * within[b]).sum(axis=-1) + (w[b] * within[a]).sum(axis=-1)
-        tangent[self.same] = H * -0.5
-        if len(self.body_columns):
+        tangent[self._same] = H * -0.5
+        if len(self._body_columns):
             turned = self._zeros(len(w), 3)
-            turned[self.body_columns] = crossed(w[self.body_columns], moment) * 0.5
-            a, b = (own[self.body_pairs] for own in self.pairs)
-            bracket[self.body_pairs] -= (w[a] * turned[b]).sum(axis=-1)
+            turned[self._body_columns] = crossed(w[self._body_columns], moment) * 0.5
+            a, b = (own[self._body_pairs] for own in self.pairs)
+            bracket[self._body_pairs] -= (w[a] * turned[b]).sum(axis=-1)
         return tangent, bracket
 
     def _columns(
         self, before: np.ndarray, behind: np.ndarray, turned: FiniteTurn
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Angular velocities and velocities (Q, 3) about the points of all bodies (n, 3)."""
-        local = self.local.copy()
-        local[self.spring_x, 1] = self._columns_of_springs(turned.W @ self.modes[:, 3:])
+        local = self._local.copy()
+        local[self.spring_x, 1] = self._columns_of_springs(turned.W @ self._modes[:, 3:])
         both = local @ np.swapaxes(before[self.body[self.coordinates], :3, :3], -1, -2)
         v, w = self._zeros(2, len(self.body), 3)
         v[self.coordinates], w[self.coordinates] = both[:, 0], both[:, 1]
-        v[self.body_columns], w[self.body_columns] = self.unit[:, :3], self.unit[:, 3:]
+        v[self._body_columns], w[self._body_columns] = self._unit[:, :3], self._unit[:, 3:]
         return w, v, behind[:, :3, 3]
 
     def _columns_of_springs(self, by: np.ndarray) -> np.ndarray:
@@ -439,7 +446,7 @@ class MovingChains:
         w, v, C = self._columns(before, behind, turned)
         points = self._loaded_points(behind)[self.first_anchor :]
         rates = self._zeros(len(points), 3, len(self.body))
-        for body, load in zip(*self.reach, strict=True):
+        for body, load in zip(*self._reach, strict=True):
             if load >= self.first_anchor:
                 i, own = load - self.first_anchor, np.flatnonzero(self.body == body)
                 rates[i, :, own] = v[own] + crossed(w[own], (points[i] - C[body])[None])
@@ -452,13 +459,13 @@ class MovingChains:
 
     def _arms(self, behind: np.ndarray, C: np.ndarray) -> np.ndarray:
         """From the points of bodies to the loads that they move, as in `reach`."""
-        bodies, loads = self.reach
+        bodies, loads = self._reach
         return self._loaded_points(behind)[loads] - C[bodies]
 
     def _beyond(self, arms: np.ndarray, forces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sums of the forces (L, 3) that each body moves (n, 3), and of ``s f^T`` (n, 3, 3)."""
-        bodies, loads = self.reach
-        F, S = self._zeros(self.total, 3), self._zeros(self.total, 3, 3)
+        bodies, loads = self._reach
+        F, S = self._zeros(self._total, 3), self._zeros(self._total, 3, 3)
         np.add.at(F, bodies, forces[loads])
         np.add.at(S, bodies, arms[:, :, None] * forces[loads][:, None])
         return F, S
@@ -466,24 +473,24 @@ class MovingChains:
     def _loaded_points(self, behind: np.ndarray) -> np.ndarray:
         """Where loads act (L, 3) [m]."""
         body = behind[self.load_bodies]
-        return (body[:, :3, :3] @ self.load_offset)[..., 0] + body[:, :3, 3]
+        return (body[:, :3, :3] @ self._load_offset)[..., 0] + body[:, :3, 3]
 
     def energies(self, x: np.ndarray, axial: np.ndarray) -> np.ndarray:
         """Elastic energy before every body (n,) [J], preloads left out; axial as for `terms`."""
-        found, q = np.zeros(self.total), x[self.joint_x]
-        found[self.joint_bodies] = 0.5 * self.stiffness * q**2
+        found, q = np.zeros(self._total), x[self.joint_x]
+        found[self._joint_bodies] = 0.5 * self.stiffness * q**2
         for i, law in self.laws:
-            found[self.joint_bodies[i]] = law.energy(float(q[i]))
+            found[self._joint_bodies[i]] = law.energy(float(q[i]))
         y = self.spring_coordinates(x)
-        found[self.spring_bodies] = 0.5 * np.sum(self.mode_stiffness * y * y, axis=-1)
+        found[self._spring_bodies] = 0.5 * np.sum(self.mode_stiffness * y * y, axis=-1)
         beams = self.bending.terms(y[self.beams], axial, self.along, self.axial)
-        found[self.spring_bodies[self.beams]] += beams.energy
+        found[self._spring_bodies[self.beams]] += beams.energy
         return found
 
     def load_potential(self, x: np.ndarray, R: np.ndarray, p: np.ndarray) -> float:
         """Potential of whole loads and preloads, 0 at the unloaded posture [J]."""
         at = self._loaded_points(self._placed(x, R, p)[1])
-        work = np.sum(self.load_force * (at - self.load_point))
+        work = np.sum(self.load_force * (at - self._load_point))
         return -float(np.sum(self.preload * x[self.joint_x]) + work)
 
 
