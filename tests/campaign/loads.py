@@ -171,7 +171,7 @@ def _frequencies(case: Case, own: Assembly, truth: Minimum) -> None:
     known = _all_frequencies(own, truth.state) if alone else _first_frequency(case)
     if known is None:
         return
-    how = {"beams": rs.Linear()} if alone else {}
+    how: dict[str, Any] = {"beams": rs.Linear()} if alone else {}
     found = rs.modes(case.robot, case.pose, wrench=case.wrench, at=case.at, **case.more, **how)
     if not found.each or found.status & rs.Status.REDUNDANT_JOINTS:
         return

@@ -39,7 +39,7 @@ def test_the_best_of_all_sets(criterion):
     )
     assert chosen.value < chosen.random
     reached = rs.find_posture(robot, candidates)
-    able = candidates[reached.reached & reached.within_limits]
+    able = np.asarray(candidates)[reached.reached & reached.within_limits]
     found = rs.identify(robot, _read(robot, able), ["leg*/strut"])
     x = found.fit.x
     J = found.model.predicted(x)[1] / SIGMA

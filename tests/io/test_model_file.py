@@ -361,14 +361,15 @@ def test_drives_of_a_robot_with_symbols_have_limits_of_numbers_and_all_else_in_s
         "inertia: 2 kg m^2 * L / 1 m}"
     )
     text = ARM.format(chain=f"      - {drive}\n      - {TIP}")
-    role = read(text).legs[0].chain.elements[0].role
+    role: Any = read(text).legs[0].chain.roles[0]
     document = parse_document(text)
     robot = model_from_document(document, {"L": "0.5 m"}, symbols=("L", "k", "phi"))
-    symbolic = robot.legs[0].chain.elements[0].role
+    symbolic: Any = robot.legs[0].chain.roles[0]
     assert symbolic.limits == pytest.approx(role.limits, rel=1e-15)
     assert all(type(limit) is float for limit in symbolic.limits)
     assert {str(x) for x in symbolic.inertia.free_symbols} == {"L"}
-    assert robot.numeric.legs[0].chain.elements[0].role.inertia == pytest.approx(1.0)
+    numeric: Any = robot.numeric.legs[0].chain.roles[0]
+    assert numeric.inertia == pytest.approx(1.0)
     assert role.inertia == pytest.approx(0.6)
 
 

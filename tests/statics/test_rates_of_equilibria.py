@@ -27,6 +27,7 @@ def test_rates_of_an_arm(tmp_path, name, step):
         values = {name: robot.nominal[name] + shift}
         answer = fast.evaluate(rs.JointCoordinates(q), wrenches, hooks=hooks, parameters=values)
         assert not answer.guarded.any()
+        assert answer.platforms is not None
         return answer.platforms
 
     before, here, after = platforms(-step), platforms(0.0), platforms(step)
@@ -46,6 +47,7 @@ def test_hooks_turn_with_the_platform(tmp_path):
     q = column("arm", "joint_coordinates")[:1]
     force, hook = np.array([600.0, -300, -900]), column("arm", "hook_platform")
     answer = fast.evaluate(rs.JointCoordinates(q), [*force, 0, 0, 0], hooks=np.outer(hook, force))
+    assert answer.platforms is not None
     weight = [rs.Weight(force, hook)]
     sure = rs.equilibrium(robot, rs.JointCoordinates(q[0]), loads={"platform": weight})
     np.testing.assert_allclose(answer.displacement[0], sure.displacement, atol=1e-12)
@@ -60,6 +62,7 @@ def test_places_beside_singular_postures_are_computed_again(tmp_path):
     q = np.array([[0.2, 0.4, 0.3, 0.1, 0.0, 0.3]])
     force, hook = np.array([60.0, -30, -900]), column("arm", "hook_platform")
     answer = fast.evaluate(rs.JointCoordinates(q), [*force, 0, 0, 0], hooks=np.outer(hook, force))
+    assert answer.platforms is not None
     sure = rs.equilibrium(
         robot, rs.JointCoordinates(q[0]), loads={"platform": [rs.Weight(force, hook)]}
     )

@@ -50,8 +50,9 @@ def symmetric_formulas(matrix: np.ndarray, kind: MatrixKind) -> tuple[Bounds, ..
     if matrix.shape != (6, 6):
         raise InputError(f"shape of the {kind.name}", got=matrix.shape, expected="(6, 6)")
     for i, j in np.ndindex(6, 6):
+        apart: Any = matrix[i, j] - matrix[j, i]
         # Most entries are written alike or are zero: to simplify these would take seconds.
-        if matrix[i, j] != matrix[j, i] and sp.simplify(matrix[i, j] - matrix[j, i]) != 0:
+        if apart != 0 and sp.simplify(apart) != 0:
             raise InputError(
                 f"{kind.name}, entries [{kind.rows[i]}, {kind.columns[j]}] = {matrix[i, j]} and "
                 f"[{kind.rows[j]}, {kind.columns[i]}] = {matrix[j, i]}",

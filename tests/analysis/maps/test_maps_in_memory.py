@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pytest
@@ -219,7 +220,7 @@ def test_joint_coordinates_choose_the_posture_of_all_poses(tmp_path):
     grid = Grid(x=Axis(-0.02, 0.02, 2), rz=Axis(0.05, 0.1, 2))
     near = [own[-1].coordinates for own in rs.postures(robot, [0.0, 0.0, 0.07]).values()]
     wanted = [Quantity.STIFFNESS, Quantity.ACTUATOR_FORCES]
-    load = {"wrench": [100.0, 0, 0], "near": near, "store": tmp_path / "near.zarr"}
+    load: dict[str, Any] = {"wrench": [100.0, 0, 0], "near": near, "store": tmp_path / "near.zarr"}
     found = rs.stiffness_map(robot, grid, wanted, **load)
     pose = [0.02, 0.0, 0.1]
     expected = rs.stiffness(robot, pose, near=near)
@@ -231,7 +232,8 @@ def test_joint_coordinates_choose_the_posture_of_all_poses(tmp_path):
     np.testing.assert_allclose(forces, sorted(abs(f.load) for f in bent.actuators), rtol=1e-6)
     np.testing.assert_allclose(found.attrs["near"], np.concatenate(near))
     with pytest.raises(InputError, match="quantities"):
-        rs.stiffness_map(robot, grid, wanted, **(load | {"near": None}), resume=True)
+        other: dict[str, Any] = load | {"near": None}
+        rs.stiffness_map(robot, grid, wanted, **other, resume=True)
     with pytest.raises(InputError, match="kernels have the posture of home"):
         rs.stiffness_map(robot, grid, near=near, method=rs.Compiled())
     with pytest.raises(InputError, match="near of '3-rrr'"):
