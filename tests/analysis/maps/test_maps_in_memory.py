@@ -231,8 +231,8 @@ def test_joint_coordinates_choose_the_posture_of_all_poses(tmp_path):
     forces = sorted(abs(found.actuator_force.sel(x=0.02, rz=0.1).values))
     np.testing.assert_allclose(forces, sorted(abs(f.load) for f in bent.actuators), rtol=1e-6)
     np.testing.assert_allclose(found.attrs["near"], np.concatenate(near))
+    other: dict[str, Any] = load | {"near": None}
     with pytest.raises(InputError, match="quantities"):
-        other: dict[str, Any] = load | {"near": None}
         rs.stiffness_map(robot, grid, wanted, **other, resume=True)
     with pytest.raises(InputError, match="kernels have the posture of home"):
         rs.stiffness_map(robot, grid, near=near, method=rs.Compiled())
