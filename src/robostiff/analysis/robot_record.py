@@ -37,8 +37,9 @@ _READER = "robostiff.analysis.compiled_stiffness"
 class KeptRecord:
     """The record of one robot or linkage, which `make` compiles on NumPy once it pays.
 
-    It pays as poses of a batch are computed without it. One that is on disk is taken at once where
-    its reader is loaded: `make` is told whether it may record.
+    It pays once as many poses were computed without it. Before that, a record that an earlier
+    program left on disk is read, if the module that reads it is loaded anyway; `make` takes whether
+    it may record, too.
     """
 
     make: Callable[[bool], CompiledStiffness | None]

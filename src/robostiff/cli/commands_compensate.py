@@ -39,7 +39,7 @@ def write_commands(asked: Compensate) -> int:
     if output is not None:
         write_program(program, found, output)
     if picture is not None:
-        from robostiff.plot.loaded_robot import compensation_picture
+        from robostiff.plot.residuals import compensation_picture
 
         draw(compensation_picture(found), picture)
     return answered(compensation_page(found), asked.answer)

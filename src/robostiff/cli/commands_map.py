@@ -269,7 +269,9 @@ def make_map(asked: MakeMap) -> int:
 
             draw(plot.map_overview(found, backend=plot.PictureData()), picture)
     except KeyboardInterrupt:
-        click.echo(f"robostiff: interrupted; {_how_to_go_on(output)}", err=True)
+        click.echo(
+            f"robostiff: interrupted; {_how_to_go_on(output, _suffixes(asked)[0])}", err=True
+        )
         return INTERRUPTED
     except NoAnswerError as error:
         click.echo(f"robostiff: error: {error}", err=True)
@@ -296,14 +298,14 @@ def _checked_output(run: MakeMap) -> Path | None:
             expected = "a file: standard output has the map as CSV, or the summary"
             raise InputError("--output beside --json", got="-", expected=expected)
         return None
-    suffixes = [".npz"] if run.reductions else [*_WRITERS]
+    suffixes = _suffixes(run)
     if output.suffix not in suffixes:
         raise InputError(
             "--output",
             got=run.output,
             expected=f"a name that ends in {', '.join(suffixes)}, or - for "
             f"{'standard output' if run.reductions else 'CSV on standard output'}",
-            hint="write -o map.npz" if run.reductions else "write -o map.zarr",
+            hint=f"write -o map{suffixes[0]}",
         )
     if output.suffix == ".nc":
         check_netcdf()
@@ -318,7 +320,8 @@ def _checked_output(run: MakeMap) -> Path | None:
             raise InputError(
                 "--overwrite",
                 got=run.output,
-                expected="FILE.nc or FILE.csv: a store is never replaced",
+                expected=("a new name" if run.reductions else "FILE.nc or FILE.csv")
+                + ": a store is never replaced",
                 hint="remove it, or continue it with --resume",
             )
         if not output.absolute().parent.is_dir():
@@ -330,12 +333,17 @@ def _checked_output(run: MakeMap) -> Path | None:
     return output
 
 
-def _how_to_go_on(output: Path | None) -> str:
+def _suffixes(run: MakeMap) -> list[str]:
+    """Endings of outputs, first the one that can be resumed."""
+    return [".npz"] if run.reductions else [*_WRITERS]
+
+
+def _how_to_go_on(output: Path | None, ending: str) -> str:
     if output is not None and output.suffix in _STORES and output.exists():
         arguments = [word for word in sys.argv[1:] if word != "--resume"]
         command = shlex.join(["robostiff", *arguments, "--resume"])
         return f"the finished blocks are stored in {output}; continue with\n  {command}"
-    return "nothing was written; with -o FILE.zarr a map can be resumed"
+    return f"nothing was written; with -o FILE{ending} a map can be resumed"
 
 
 def _facts(

@@ -73,7 +73,7 @@ class NumbersOfDesigns:
         }
         rates = [Gradient(part, names) for part in parts.values()]
         compiled = compile_stiffness(robot, [*parts.values(), *rates], parameters=tuple(names))
-        return NumbersOfDesigns(compiled, tuple(outputs), tuple(names), _poses(robot, poses))
+        return NumbersOfDesigns(compiled, tuple(outputs), tuple(names), kernel_poses(robot, poses))
 
     def at(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Numbers (outputs, N), their rates (outputs, N, n), and status codes (N,), at values (n,).
@@ -127,7 +127,7 @@ def _largest_eigenvalue(
     return largest, np.einsum("kp,kpn->pn", np.array(weights), slopes)
 
 
-def _poses(robot: Robot, poses: Poses) -> Any:
+def kernel_poses(robot: Robot, poses: Poses) -> Any:
     """Poses as kernels take them, one a row."""
     if poses is None:
         home = find_posture(robot.numeric)

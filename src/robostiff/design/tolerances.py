@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from robostiff.analysis.compiled_stiffness import CompiledStiffness, compile_stiffness
-from robostiff.compiled import Output, WorstDeflection
-from robostiff.design.numbers import NumbersOfDesigns, Poses, parameters_like
+from robostiff.compiled import Gradient, Output, WorstDeflection
+from robostiff.design.numbers import NumbersOfDesigns, Poses, kernel_poses, parameters_like
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.expression import parse
 from robostiff.kinematics import JointCoordinates
@@ -20,8 +20,6 @@ from robostiff.model import Robot
 # Sequences of points that know nothing of one another: their spread is the error of a quantile.
 _SEQUENCES = 8
 _CHUNK = 8192
-
-
 _WORST = WorstDeflection()
 
 
@@ -212,8 +210,8 @@ def tolerances(
     from scipy.stats import qmc
 
     drawn = _DrawnRobots.of(robot, spreads, outputs, poses, threads)
-    nominal = np.array([value for _, _, value in drawn.each])
-    numbers, rates, _ = drawn.at_nominal.at(nominal)
+    at_nominal = NumbersOfDesigns.of(robot, outputs, drawn.names, poses)
+    numbers, rates, _ = at_nominal.at(np.array([value for _, _, value in drawn.each]))
     in_sequence = 2 ** max(0, int(np.ceil(np.log2(max(samples, 1) / _SEQUENCES))))
     shape = _SEQUENCES * in_sequence, len(drawn.rows)
     found = {x.name: np.empty(shape) for x in outputs}
@@ -241,22 +239,30 @@ class _DrawnRobots:
     Attributes
     ----------
     compiled : CompiledStiffness
-    at_nominal : NumbersOfDesigns
     each : tuple of (str, spread, float)
         Parameters with their nominal values.
     positive : frozenset of str
         Parameters that formulas of the model were written for positive values of.
-    rows : (N, n) array
-        Poses.
+    poses : (N, n) array or JointCoordinates
     threads : int
     """
 
     compiled: CompiledStiffness
-    at_nominal: NumbersOfDesigns
     each: tuple[tuple[str, Uniform | Normal, float], ...]
     positive: frozenset[str]
-    rows: np.ndarray
+    poses: np.ndarray | JointCoordinates
     threads: int
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the parameters."""
+        return tuple(name for name, _, _ in self.each)
+
+    @property
+    def rows(self) -> np.ndarray:
+        """Poses (N, n)."""
+        own = self.poses
+        return np.asarray(own.values if isinstance(own, JointCoordinates) else own)
 
     @staticmethod
     def of(
@@ -266,7 +272,11 @@ class _DrawnRobots:
         poses: Poses,
         threads: int = 1,
     ) -> _DrawnRobots:
-        """Compile the outputs; an InputError for a name that is no parameter, or no spread."""
+        """Compile the outputs.
+
+        Raises InputError for a name that is no parameter, no spread, or an output of several
+        numbers.
+        """
         of: dict[str, Uniform | Normal] = {}
         for pattern, spread in spreads.items():
             if not isinstance(spread, Uniform | Normal):
@@ -277,14 +287,13 @@ class _DrawnRobots:
                 )
             of |= dict.fromkeys(parameters_like(robot, pattern), spread)
         each = tuple((name, spread, float(robot.nominal[name])) for name, spread in of.items())
-        at_nominal = NumbersOfDesigns.of(robot, outputs, tuple(of), poses)
-        own = at_nominal.poses
+        for output in outputs:
+            Gradient(output, tuple(of)).shape(robot.space)  # raises where it has several
         return _DrawnRobots(
             compile_stiffness(robot, outputs, parameters=tuple(of)),
-            at_nominal,
             each,
             frozenset(str(symbol) for symbol in robot.symbols if symbol.is_positive),
-            np.asarray(own.values if isinstance(own, JointCoordinates) else own),
+            kernel_poses(robot, poses),
             threads,
         )
 
@@ -299,10 +308,11 @@ class _DrawnRobots:
             wrong = (drawn <= 0) & (name in self.positive)
             lost |= wrong
             parameters[name] = np.where(wrong, value, drawn)
-        found = {x.name: np.empty((u.shape[1], len(self.rows))) for x in self.at_nominal.outputs}
-        for place, row in enumerate(self.rows):
+        rows, outputs = self.rows, self.compiled.kernel.outputs
+        found = {x.name: np.empty((u.shape[1], len(rows))) for x in outputs}
+        for place, row in enumerate(rows):
             pose: Any = np.broadcast_to(row[:, None], (len(row), u.shape[1])).copy().T
-            if isinstance(self.at_nominal.poses, JointCoordinates):
+            if isinstance(self.poses, JointCoordinates):
                 pose = JointCoordinates(pose)
             answer = self.compiled.evaluate(pose, parameters=parameters, threads=self.threads)
             for name, values in found.items():
@@ -381,7 +391,6 @@ def sobol_indices(
         numbers(rng.random((1, samples)))
         return {drawn.each[0][0]: (1.0, 1.0)}
     found = indices_of(func=numbers, n=samples, dists=cubes, rng=rng)
-    names = [name for name, _, _ in drawn.each]
     pairs = zip(np.ravel(found.first_order), np.ravel(found.total_order), strict=True)
-    each = {name: (float(S), float(T)) for name, (S, T) in zip(names, pairs, strict=True)}
+    each = {name: (float(S), float(T)) for name, (S, T) in zip(drawn.names, pairs, strict=True)}
     return dict(sorted(each.items(), key=lambda own: -own[1][1]))

@@ -25,10 +25,8 @@ from robostiff.statics import BodyPlaces, Equilibrium, Modes
 if TYPE_CHECKING:
     import xarray
 
-    from robostiff.compensation.compensate import Compensation
     from robostiff.statics.equations.problem import EquilibriumProblem
 
-_LEAST = 1e-6  # um: what is off a path by less is drawn so large
 _COILS, _WIDE = 7, 0.012  # of a spring, and how wide they are, of the robot
 
 
@@ -265,17 +263,3 @@ def load_curve(
         (f"wrench {', '.join(words) or 'none'}",),
     )
     return drawn_by(backend, picture)
-
-
-def compensation_picture(found: Compensation) -> Curves:
-    """Shift of the platform from each point of the path, without and with correction, as data."""
-    points = np.arange(1, len(found.target) + 1, dtype=float)
-    curves = []
-    for k, (name, each) in enumerate(
-        (("without correction", found.deviation), ("with correction", found.residual))
-    ):
-        moved = 1e6 * np.linalg.norm(each[:, :3], axis=1)
-        curves.append(Curve(name, points, np.maximum(moved, _LEAST), Category(k)))
-    return Curves(
-        f"{found.robot.name} along a path", "point", "off the path [um]", tuple(curves), is_log=True
-    )

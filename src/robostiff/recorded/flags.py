@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from enum import IntFlag
 from functools import reduce
 from typing import TYPE_CHECKING, Any
@@ -50,7 +50,9 @@ def flags_of(robot: RecordedRobot, gaps: Sequence[Any] = ()) -> Any:
     losses = _entries([x for leg in robot.legs for x in leg.losses])
     others = _entries(robot.closure_losses)
     safe = _SAFE / max(len(losses) + len(others), 1) ** 0.5
-    tests = _Tests(record, robot.K.values())
+    # Steps that are computed anyway: a test may use them for nothing.
+    known = frozenset(record.needed([x.step for x in _entries([*robot.K.values()])]))
+    tests = _Tests(record, known)
     for loss in losses:
         tests.add_loss(loss, safe)
     for loss in others:  # of either sign
@@ -61,7 +63,7 @@ def flags_of(robot: RecordedRobot, gaps: Sequence[Any] = ()) -> Any:
     if nearest is not None:
         tests.add(greater(nearest * nearest, _AT_LIMIT**2))
     tests.add(greater(_FINITE, sum(robot.K[i, i] for i in range(robot.space.size))))
-    of_rank, pivots = _Tests(record, robot.K.values()), _entries(robot.factors.losses)
+    of_rank, pivots = _Tests(record, known), _entries(robot.factors.losses)
     for loss in pivots:
         of_rank.add_loss(loss, _SAFE / len(pivots) ** 0.5)
     flags = Flag.DOUBTFUL * (1 - tests.all()) + Flag.RANK_DOUBTFUL * (1 - of_rank.all())
@@ -79,10 +81,9 @@ def flags_of(robot: RecordedRobot, gaps: Sequence[Any] = ()) -> Any:
 class _Tests:
     """Tests that a pose must pass, each 1 or 0, each written once."""
 
-    def __init__(self, record: Record, known: Iterable[Any]) -> None:
+    def __init__(self, record: Record, known: frozenset[int]) -> None:
         self._record = record
-        # Steps that are computed anyway: a test may use them for nothing.
-        self._known = set(record.needed([x.step for x in known if isinstance(x, Entry)]))
+        self._known = known
         self._bounds: dict[int, float] = {}  # steps that must be above a number
         self._others: dict[int, Any] = {}
 

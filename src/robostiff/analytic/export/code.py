@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from typing import Any, ClassVar
 
@@ -38,7 +39,7 @@ def unquoted(name: str) -> str:
     return " ".join(kept.split())
 
 
-class Code(CodePrinter):
+class Code(CodePrinter, ABC):
     """A program in a language: its expressions, and the lines of a function.
 
     `entry`: has the matrix, row i and column j from 0, I and J from 1, and the place n; `declared`:
@@ -87,9 +88,9 @@ class Code(CodePrinter):
         self.holds: str = take("holds")
         self.others: list[str] = [take(x) for x in self.own]
 
+    @abstractmethod
     def lines(self) -> list[str]:
         """The function and its comment."""
-        raise NotImplementedError
 
     def source(self) -> str:
         """All lines as one text."""
