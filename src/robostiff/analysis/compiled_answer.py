@@ -172,13 +172,14 @@ def decided(
     By the rows of checks in the results of a kernel. Values of its outputs (N, ...) become no
     numbers where the status says that there is no answer.
     """
-    codes = results[kernel.rows - len(kernel.checks)].astype(np.uint8)
-    status = np.full(len(codes), int(general.status), dtype=np.uint16)
-    rank = np.full(len(codes), general.rank, dtype=np.int8)
+    flags = results[kernel.rows - len(kernel.checks)]
+    status = np.full(len(flags), int(general.status), dtype=np.uint16)
+    rank = np.full(len(flags), general.rank, dtype=np.int8)
     closed = closes(kernel, results)
-    guarded = given.loose | ~closed if general.verified else np.ones(len(codes), dtype=bool)
+    guarded = given.loose | ~closed if general.verified else np.ones(len(flags), dtype=bool)
     lost, meet = given.missed, np.zeros_like(guarded)
-    if codes.any():
+    if flags.any():
+        codes = flags.astype(np.uint8)
         at = {flag: (codes & np.uint8(flag)) != 0 for flag in Flag}
         status[at[Flag.BEYOND_LIMITS]] |= np.uint16(Status.BEYOND_LIMITS)
         guarded |= at[Flag.DOUBTFUL]
@@ -260,8 +261,8 @@ def attempted(
 
     Values of outputs that `out` has arrays (N, ...) for are written there.
     """
-    rows, values = _places(kernel, len(inputs.missed), out)
-    kernel.fill(inputs.rows, rows, threads=threads)
+    rows, values = _places(kernel, room_for(kernel.rows, len(inputs.missed)), out)
+    kernel.evaluate(inputs.rows, rows, threads=threads)
     found = decided(kernel, rows, values, inputs, general)
     for name, own in out.items():
         if values[name] is not own:
@@ -276,43 +277,34 @@ def decided_chunks(
 
     Values of outputs that `out` has arrays (N, ...) for are written there.
     """
-    for where in chunks_of(slice(0, len(inputs.missed))):
+    room = room_for(kernel.rows, min(len(inputs.missed), kernel.chunk))
+    for where in chunks_of(slice(0, len(inputs.missed)), kernel.chunk):
         given = InputRows(inputs.rows[:, where], inputs.missed[where], inputs.loose[where])
         here = {name: own[where] for name, own in out.items()}
-        rows, values = _places(kernel, len(given.missed), here)
-        kernel.fill(given.rows, rows)
+        rows, values = _places(kernel, room[:, : where.stop - where.start], here)
+        kernel.evaluate(given.rows, rows)
         yield where, values, decided(kernel, rows, values, given, general)
 
 
 def _places(
-    kernel: Kernel, count: int, out: Mapping[str, np.ndarray]
+    kernel: Kernel, room: np.ndarray, out: Mapping[str, np.ndarray]
 ) -> tuple[Rows, dict[str, np.ndarray]]:
     """Where a kernel writes its rows at N poses, and the values of its outputs there (N, ...).
 
     In arrays (N, ...) of some outputs, where they are of float64 with poses side by side, else in
-    new ones.
+    a room (rows, N).
     """
-    given = {
-        name: own
-        for name, own in out.items()
-        if own.dtype == np.float64 and own.strides[0] == own.itemsize
-    }
-    shapes = {own.name: own.shape(kernel.space) for own in kernel.outputs}
-    given_rows = sum(math.prod(shapes[name]) for name in given)
-    room, start = room_for(kernel.rows - given_rows, count), 0
-    rows: list[np.ndarray] = []
-    values: dict[str, np.ndarray] = {}
-    for name, shape in shapes.items():
-        if name in given:
-            entries = np.moveaxis(given[name], 0, -1)
-            rows += [entries[place] for place in np.ndindex(shape)]
-            values[name] = given[name]
+    rows, values, start = room, dict[str, np.ndarray](), 0
+    for output in kernel.outputs:
+        shape, own = output.shape(kernel.space), out.get(output.name)
+        stop = start + math.prod(shape)
+        if own is None or own.dtype != np.float64 or own.strides[0] != own.itemsize:
+            own = np.moveaxis(room[start:stop].reshape(*shape, room.shape[1]), -1, 0)
         else:
-            stop = start + math.prod(shape)
-            values[name] = np.moveaxis(room[start:stop].reshape(*shape, count), -1, 0)
-            rows += list(room[start:stop])
-            start = stop
-    return [*rows, *room[start:]] if given else room, values
+            entries = np.moveaxis(own, 0, -1)
+            rows = [*rows[:start], *(entries[at] for at in np.ndindex(shape)), *rows[stop:]]
+        values[output.name], start = own, stop
+    return rows, values
 
 
 def put_direct(

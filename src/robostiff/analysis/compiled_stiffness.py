@@ -31,7 +31,16 @@ from robostiff.analysis.kernel_inputs import (
 from robostiff.analysis.record_file import kept_on_disk
 from robostiff.analysis.record_trust import NEARER, depends_on_what_is_held, is_trusted
 from robostiff.analysis.result import Stiffness
-from robostiff.compiled import Backend, Kernel, Output, Rates, StiffnessMatrix, kernel_of
+from robostiff.compiled import (
+    Backend,
+    Kernel,
+    Output,
+    Rates,
+    SourceLanguage,
+    StiffnessMatrix,
+    kernel_of,
+    source_of,
+)
 from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError, NoAnswerError, OpenAtHomeError
 from robostiff.kinematics import JointCoordinates, posture_finder
@@ -39,6 +48,7 @@ from robostiff.linkage import DrivenLinkage, Linkage
 from robostiff.linkage.driven import coordinate_names, record_linkage
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.recorded import RecordedRobot, record_at_joints, record_robot, sample_postures
+from robostiff.version import __version__
 
 # Ranks are decided about a reference point that is nearer to the robot than so many lengths.
 _NEAR = 5.0
@@ -215,6 +225,34 @@ class CompiledStiffness(AtGeneralPoses):
         """
         kernel, inputs, _, _ = self._asked(pose, None)
         yield from decided_chunks(kernel, inputs, self, out)
+
+    def source(self, language: SourceLanguage, name: str = "stiffness") -> str:
+        """The kernel as a function of C99 or CUDA, which needs nothing of this package.
+
+        It answers as `kernel` does: what it computes at poses of ``flags`` above 1 is not to be
+        used, and poses that Newton steps do not reach at once have the flag 4.
+
+        Raises
+        ------
+        InputError
+            When `language` is none, or `name` no identifier.
+        NoAnswerError
+            When the record is not `verified`, or takes too many steps to be written out.
+
+        Examples
+        --------
+        >>> import robostiff as rs
+        >>> text = rs.compile(rs.load("3-puu")).source(rs.SourceLanguage.C)
+        >>> [line for line in text.splitlines() if "void" in line]  # doctest: +ELLIPSIS
+        ['void stiffness(long long n, const double *restrict in, ...)']
+        """
+        if not self.verified:
+            raise NoAnswerError(f"no source of {self.subject.name!r}: its record is not verified")
+        about = [
+            f"Stiffness of {self.subject.name} (robostiff {__version__}), SI units, world axes,",
+            f"about the reference point; rank {self.rank} where flags[i] is 0 or 1.",
+        ]
+        return source_of(self.kernel, language, name, about)
 
     def _asked(
         self, pose: Any, parameters: Mapping[str, ArrayLike] | None

@@ -21,6 +21,7 @@ from robostiff.compiled.outputs import (
     WorstDeflection,
 )
 from robostiff.compiled.rates import Derivative, Gradient, Rates
+from robostiff.compiled.source_code import SourceLanguage, source_of
 
 __all__ = [
     "ArrayCode",
@@ -37,11 +38,13 @@ __all__ = [
     "Output",
     "PrincipalStiffness",
     "Rates",
+    "SourceLanguage",
     "StiffnessMatrix",
     "TotalMass",
     "WorstDeflection",
     "kernel_of",
     "machine_code_is_available",
     "room_for",
+    "source_of",
     "whole_threads",
 ]
