@@ -58,19 +58,8 @@ class RecordedRanks:
     def of(cls, recorded: RecordedRobot) -> RecordedRanks:
         """The ranks of a record that needs no closure."""
         counts = tuple(len(leg.basis) for leg in recorded.legs)
-        kernel = kernel_of(recorded, [_Wrenches(sum(counts))], Backend.ARRAYS, has_flags=False)
+        kernel = kernel_of(recorded, [Wrenches(sum(counts))], Backend.ARRAYS, has_flags=False)
         return cls(kernel, counts, recorded.space, recorded.length)
-
-    def as_data(self) -> dict[str, Any]:
-        """As JSON has it."""
-        return {"kernel": self.kernel.as_data(), "counts": self.counts, "length": self.length}
-
-    @classmethod
-    def from_data(cls, data: Mapping[str, Any]) -> RecordedRanks:
-        """From what `as_data` gave; errors as of `Program.from_data`."""
-        counts = tuple(data["counts"])
-        kernel = Kernel.from_data(data["kernel"], [_Wrenches(sum(counts))], Backend.ARRAYS)
-        return cls(kernel, counts, kernel.space, float(data["length"]))
 
     def decided(self, inputs: np.ndarray, K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Ranks (N,), and where they are beyond doubt (N,).
@@ -110,7 +99,7 @@ class RecordedRanks:
 
 
 @dataclass(frozen=True)
-class _Wrenches:
+class Wrenches:
     """So many wrenches that the legs of a robot transmit, as an output of a kernel."""
 
     count: int

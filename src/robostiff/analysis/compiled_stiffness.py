@@ -28,7 +28,7 @@ from robostiff.analysis.kernel_inputs import (
     ParameterValues,
     with_parameters,
 )
-from robostiff.analysis.record_file import kept_on_disk
+from robostiff.analysis.record_file import RecordFile
 from robostiff.analysis.record_trust import NEARER, depends_on_what_is_held, is_trusted
 from robostiff.analysis.result import Stiffness
 from robostiff.compiled import (
@@ -41,6 +41,7 @@ from robostiff.compiled import (
     kernel_of,
     source_of,
 )
+from robostiff.compiled.kernel import code_of
 from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError, NoAnswerError, OpenAtHomeError
 from robostiff.kinematics import JointCoordinates, posture_finder
@@ -52,6 +53,12 @@ from robostiff.version import __version__
 
 # Ranks are decided about a reference point that is nearer to the robot than so many lengths.
 _NEAR = 5.0
+
+
+#: Rank and status at a general pose, whether the record is verified, the kernel, that of joints,
+#: and what decides ranks.
+_Parts = tuple[int, Status, bool, Kernel, Kernel | None, RecordedRanks | None]
+_PARTS = 6
 
 
 @dataclass(frozen=True, repr=False)
@@ -84,43 +91,28 @@ class CompiledStiffness(AtGeneralPoses):
     taken: KernelInputs | LinkageInputs
     joint_kernel: Kernel | None = None
 
-    def as_data(self) -> dict[str, Any]:
-        """What was recorded, as JSON has it; robot and outputs are known otherwise."""
-        joint_kernel: Any = None if self.joint_kernel is None else self.joint_kernel.as_data()
-        return {
-            "rank": self.rank,
-            "status": int(self.status),
-            "verified": self.verified,
-            "joints": self.taken.joints if isinstance(self.taken, KernelInputs) else 0,
-            "kernel": self.kernel.as_data(),
-            "joint_kernel": "kernel" if self.joint_kernel is self.kernel else joint_kernel,
-            "ranks": None if self.ranks is None else self.ranks.as_data(),
-        }
-
     @classmethod
-    def from_data(
+    def kept(
         cls,
-        data: Mapping[str, Any],
-        taken: Callable[[int], KernelInputs | LinkageInputs],
-        outputs: Sequence[Output],
+        about: tuple[Any, Sequence[Output]],
         backend: Backend,
+        make: Callable[[], _Parts],
+        taken: Callable[[Kernel, Kernel | None], KernelInputs | LinkageInputs],
     ) -> CompiledStiffness:
-        """From what `as_data` gave; errors as of `Program.from_data`."""
-        kernel, joint_kernel = Kernel.from_data(data["kernel"], outputs, backend), None
-        if data["joint_kernel"] is not None:
-            is_kernel = data["joint_kernel"] == "kernel"
-            joint_kernel = (
-                kernel if is_kernel else Kernel.from_data(data["joint_kernel"], outputs, backend)
-            )
-        return cls(
-            int(data["rank"]),
-            Status(data["status"]),
-            data["verified"] is True,
-            kernel,
-            taken(int(data["joints"])),
-            joint_kernel,
-            ranks=None if data["ranks"] is None else RecordedRanks.from_data(data["ranks"]),
-        )
+        """What is on disk about a robot or linkage and outputs; else it is made, and put there."""
+        file = RecordFile.of(*about)
+        read: Any = None if file is None else file.read()
+        is_whole = read is not None and len(read) == _PARTS
+        is_whole = is_whole and getattr(read[3], "outputs", None) == tuple(about[1])
+        rank, status, verified, kernel, joint_kernel, ranks = parts = read if is_whole else make()
+        if is_whole:
+            code, of_joints = code_of(backend), joint_kernel is kernel
+            kernel, other = kernel.by(code), joint_kernel and joint_kernel.by(code)
+            joint_kernel = kernel if of_joints else other
+        elif file is not None:
+            file.write(parts)
+        inputs = taken(kernel, joint_kernel)
+        return cls(rank, status, verified, kernel, inputs, joint_kernel, ranks=ranks)
 
     @property
     def subject(self) -> Robot | Linkage:
@@ -407,17 +399,23 @@ def compile_robot(
     # Coordinates that leave the plane of a planar robot are those of home.
     inside = [ALL_COORDINATES[row] for row in robot.space.rows]
     robot = replace(robot, coordinates=tuple(c for c in robot.coordinates if c in inside))
-    taken = partial(KernelInputs, robot)
-    return kept_on_disk(
+    return CompiledStiffness.kept(
         (robot, outputs),
-        lambda data: CompiledStiffness.from_data(data, taken, outputs, backend),
+        backend,
         lambda: _recorded_robot(robot, outputs, backend, most),
+        partial(_inputs, robot),
     )
+
+
+def _inputs(robot: Robot, kernel: Kernel, joint_kernel: Kernel | None) -> KernelInputs:
+    """How poses become inputs of a kernel, which may take coordinates of the legs."""
+    joints = len(kernel.inputs) - len(robot.symbols) if kernel is joint_kernel else 0
+    return KernelInputs(robot, joints)
 
 
 def _recorded_robot(
     robot: Robot, outputs: tuple[Output, ...], backend: Backend, most: int | None
-) -> CompiledStiffness:
+) -> _Parts:
     if most == 0:  # none is so short
         raise NoAnswerError(f"no record of {robot.name!r} on disk")
     finder = posture_finder(robot.numeric)
@@ -435,17 +433,14 @@ def _recorded_robot(
     kernel = kernel_of(recorded, outputs, backend)
     if recorded.joints and recorded.closure is None:
         joint_kernel = kernel
-    joints = len(kernel.inputs) - len(robot.symbols) if kernel is joint_kernel else 0
-    taken = KernelInputs(robot, joints)
-    verified = is_trusted(recorded, kernel, taken)
+    verified = is_trusted(recorded, kernel, _inputs(robot, kernel, joint_kernel))
     ranks = None
     if outputs == (StiffnessMatrix(),) and recorded.closure is None:
         at = sample_postures(finder).snapshot
         away = np.linalg.norm(at.reference_point - at.centre, axis=-1)
         if np.all(away < _NEAR * at.characteristic_length):  # ranks are decided about this point
             ranks = RecordedRanks.of(recorded)
-    rank, status = recorded.factors.rank, recorded.status
-    return CompiledStiffness(rank, status, verified, kernel, taken, joint_kernel, ranks=ranks)
+    return recorded.factors.rank, recorded.status, verified, kernel, joint_kernel, ranks
 
 
 def compile_linkage(
@@ -458,17 +453,15 @@ def compile_linkage(
     Wrenches that circulate in the loops are eliminated by the passive joints, and K follows from
     the energy of the rest.
     """
-    inputs = LinkageInputs(driven)
-    return kept_on_disk(
+    return CompiledStiffness.kept(
         (driven, outputs),
-        lambda data: CompiledStiffness.from_data(data, lambda _: inputs, outputs, backend),
+        backend,
         lambda: _recorded_linkage(driven, outputs, backend),
+        lambda *_: LinkageInputs(driven),
     )
 
 
-def _recorded_linkage(
-    driven: DrivenLinkage, outputs: Sequence[Output], backend: Backend
-) -> CompiledStiffness:
+def _recorded_linkage(driven: DrivenLinkage, outputs: Sequence[Output], backend: Backend) -> _Parts:
     recorded, undetermined, nearer = _record_of(driven)
     _check_derivatives(driven.part.name, recorded, outputs)
     kernel, taken = kernel_of(recorded, outputs, backend), LinkageInputs(driven)
@@ -478,7 +471,7 @@ def _recorded_linkage(
         if undetermined:
             raise _undetermined(driven, undetermined) from None
         raise
-    return CompiledStiffness(recorded.factors.rank, recorded.status, verified, kernel, taken)
+    return recorded.factors.rank, recorded.status, verified, kernel, None, None
 
 
 def _record_of(driven: DrivenLinkage) -> tuple[RecordedRobot, tuple[str, ...], int]:

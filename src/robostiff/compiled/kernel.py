@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import Any
 
 import numpy as np
 
@@ -131,34 +129,9 @@ class Kernel:
         self.code.evaluate(inputs, out, whole_threads(threads, count))
         return out
 
-    def in_machine_code(self) -> Kernel:
-        """The same kernel in machine code."""
-        return replace(self, code=self.code.in_machine_code())
-
-    def as_data(self) -> dict[str, Any]:
-        """What it consists of but for its outputs, as JSON has it."""
-        closed = self.code.as_data() if isinstance(self.code, ClosedCode) else None
-        plain = None if isinstance(self.code, ClosedCode) else self.code.program.as_data()
-        own = {"inputs": self.inputs, "checks": self.checks, "space": self.space.size}
-        return {**own, "program": plain, "closed": closed}
-
-    @classmethod
-    def from_data(
-        cls, data: Mapping[str, Any], outputs: Sequence[Output], backend: Backend
-    ) -> Kernel:
-        """The kernel of such outputs from what `as_data` gave; errors as of `Program.from_data`."""
-        code, closed = code_of(backend), data["closed"]
-        made = (
-            code(Program.from_data(data["program"]))
-            if closed is None
-            else ClosedCode.from_data(closed, code)
-        )
-        space = Space.of_size(data["space"])
-        kernel = cls(tuple(data["inputs"]), tuple(outputs), tuple(data["checks"]), space, made)
-        rows = sum(math.prod(output.shape(space)) for output in outputs) + len(kernel.checks)
-        if kernel.rows != rows:
-            raise ValueError("a kernel of other outputs")
-        return kernel
+    def by(self, code: type[MachineCode | ArrayCode]) -> Kernel:
+        """The same kernel, run by another code."""
+        return replace(self, code=self.code.by(code))
 
 
 def whole_threads(threads: int | None, poses: int = 0) -> int:

@@ -5,6 +5,7 @@ The formulas of the library work on arrays of any entries. Filled with `Entry` t
 poses, compiled, differentiated, or read as named steps.
 """
 
+from robostiff.record.exact import shortened
 from robostiff.record.functions import (
     ENTRY_FUNCTIONS,
     angle_of,
@@ -20,7 +21,6 @@ from robostiff.record.functions import (
     most_size,
     plain_root,
     reciprocal,
-    shortened,
     sine,
     square_root,
     usual_size,
