@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -140,23 +140,14 @@ class AtGeneralPoses:
         )
 
 
-@dataclass(frozen=True)
-class Decided:
-    """What the checks of a kernel decide at some poses."""
-
-    status_codes: np.ndarray  # (N,) of uint16
-    rank: np.ndarray  # (N,) of int8
-    guarded: np.ndarray  # (N,) of bool: where nothing of the results is to be used
-
-
 def decided(
     kernel: Kernel,
     results: Rows,
     values: Mapping[str, np.ndarray],
     given: InputRows,
     general: AtGeneralPoses,
-) -> Decided:
-    """Status, rank and guard at each pose.
+) -> CompiledAnswer:
+    """Values, status, rank and guard at each pose; nothing is to be used where ``guarded``.
 
     By the rows of checks in the results of a kernel. Values of its outputs (N, ...) become no
     numbers where the status says that there is no answer.
@@ -192,7 +183,7 @@ def decided(
         for output in kernel.outputs:
             if isinstance(output, Rates):
                 values[output.name][meet] = np.nan
-    return Decided(status, rank, guarded)
+    return CompiledAnswer(dict(values), status, rank, guarded)
 
 
 def closes(kernel: Kernel, results: Rows) -> np.ndarray:
@@ -256,13 +247,13 @@ def attempted(
     for name, own in out.items():
         if values[name] is not own:
             own[...] = values[name]
-    return CompiledAnswer({**values, **out}, found.status_codes, found.rank, found.guarded)
+    return replace(found, values={**values, **out})
 
 
 def decided_chunks(
     kernel: Kernel, inputs: InputRows, general: AtGeneralPoses, out: Mapping[str, np.ndarray]
-) -> Iterator[tuple[slice, dict[str, np.ndarray], Decided]]:
-    """Which poses, values of the outputs there, and what their checks decide, chunk by chunk.
+) -> Iterator[tuple[slice, CompiledAnswer]]:
+    """Which poses, and what a kernel answers there, chunk by chunk in the same memory.
 
     Values of outputs that `out` has arrays (N, ...) for are written there.
     """
@@ -272,7 +263,7 @@ def decided_chunks(
         here = {name: own[where] for name, own in out.items()}
         rows, values = _places(kernel, room[:, : where.stop - where.start], here)
         kernel.evaluate(given.rows, rows)
-        yield where, values, decided(kernel, rows, values, given, general)
+        yield where, decided(kernel, rows, values, given, general)
 
 
 def _places(

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 from robostiff.analysis.compiled_answer import (
     AtGeneralPoses,
     CompiledAnswer,
-    Decided,
     RecordedRanks,
     attempted,
     decided_chunks,
@@ -208,8 +207,8 @@ class CompiledStiffness(AtGeneralPoses):
 
     def results(
         self, pose: Any, out: Mapping[str, np.ndarray]
-    ) -> Iterator[tuple[slice, dict[str, np.ndarray], Decided]]:
-        """Values by chunks of poses, written into arrays (N, ...) of some outputs; see there.
+    ) -> Iterator[tuple[slice, CompiledAnswer]]:
+        """Answers by chunks of poses, values written into arrays (N, ...) of some outputs.
 
         Poses that are ``guarded`` are left to the caller.
 

@@ -75,20 +75,11 @@ _WIDTH_OF_ESTIMATES = 8  # AVX-512 estimates reciprocals and roots of doubles
 
 @dataclass(frozen=True)
 class Processor:
-    """What code is compiled for.
+    """What code is compiled for."""
 
-    Attributes
-    ----------
-    name : str
-        As LLVM calls it.
-    features : str
-    width : int
-        Number of poses an operation takes.
-    """
-
-    name: str
+    name: str  # as LLVM calls it
     features: str
-    width: int
+    width: int  # how many poses an operation takes
 
 
 @cache
@@ -126,20 +117,11 @@ _Compiled = Callable[[int, int, int, int], None]
 
 @dataclass(frozen=True)
 class VectorFunction:
-    """A program as machine code for one processor.
-
-    Attributes
-    ----------
-    address : callable
-    width : int
-        Number of poses an operation takes.
-    engine : object
-        What owns the machine code; it must live as long as the function.
-    """
+    """A program as machine code for one processor."""
 
     address: _Compiled
-    width: int
-    engine: Any = field(repr=False)
+    width: int  # how many poses an operation takes
+    engine: Any = field(repr=False)  # owns the machine code, and lives as long as the function
 
     @staticmethod
     def of(program: Program, processor: Processor) -> VectorFunction:

@@ -55,13 +55,10 @@ _EXPRESSIONS = {
     Operation.LEAST: "{b} < {a} || {b} != {b} ? {b} : {a}",
     Operation.GREATER: "{a} > {b} ? 1.0 : 0.0",
 }
-_WORDS = {
-    Flag.BEYOND_LIMITS: "an actuator is beyond its limits",
-    Flag.OUT_OF_REACH: "out of reach, no answer",
-    Flag.DOUBTFUL: "doubtful, no answer: ask the library",
-    Flag.RANK_DOUBTFUL: "the rank is doubtful",
-    Flag.MEETING: "eigenvalues meet, which have no derivatives",
-}
+_FLAGS = (
+    "1: an actuator is beyond its limits; 2: out of reach; 4: doubtful; 8: the rank is doubtful;",
+    "16: eigenvalues meet, which have no derivatives; above 1 the answer is not to be used",
+)
 _UNSAFE = re.compile(r"[^ -~]|[*\\?]")  # what could end a comment
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")
 
@@ -98,7 +95,7 @@ def source_of(kernel: Kernel, language: SourceLanguage, name: str, about: Sequen
         f"in[k * n + i]: input k of pose i (m, rad, SI units): {' '.join(kernel.inputs)}",
         f"out[k * n + i]: row k of the results, row after row of a matrix: {' '.join(rows)}",
         "flags[i]: the sum of what holds at pose i; 0 where the answer is right as it is",
-        *(f"  {flag.value}: {words}" for flag, words in _WORDS.items()),
+        *_FLAGS,
     ]
     comment = "".join(f" * {_UNSAFE.sub('_', line)}\n" for line in lines)
     body = "".join(f"        {line}\n" for line in _statements(code.program, len(kernel.checks)))

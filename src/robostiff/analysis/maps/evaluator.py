@@ -214,7 +214,8 @@ class MapEvaluator:
         guarded = np.empty(len(poses), dtype=bool)
         wanted, d = set(self.quantities), self.robot.space.translations
         direct = {v.name: out[v.name] for v in self.variables if v.dtype == "float64"}
-        for where, values, found in kernel.results(self.columns.as_pose(poses), direct):
+        for where, found in kernel.results(self.columns.as_pose(poses), direct):
+            values = found.values
             here = {name: array[where] for name, array in out.items()}
             here["rank"][...], here["status"][...] = found.rank, found.status_codes
             guarded[where] = found.guarded
