@@ -9,8 +9,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from robostiff.cli.options import Model, Posing
-from robostiff.errors import InputError
-from robostiff.io.suggest import Words, did_you_mean
+from robostiff.errors import InputError, Words
+from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension, parse_quantities
 from robostiff.kinematics import ActuatorCoordinates, JointCoordinates, ToolPose, actuator_names
 from robostiff.model import Actuated, Coordinate

@@ -24,17 +24,12 @@ from robostiff.cli.options import (
     output_option,
 )
 from robostiff.cli.output import new_file, output_beside, show, show_files, shown
-from robostiff.errors import InputError, NoAnswerError, warn_of_slip
+from robostiff.errors import InputError, NoAnswerError, Words, warn_of_slip
 
 FORMATS = ("text", "latex", "pdf", "md", "html", "json", "python", "c", "julia", "matlab")
 _OUTPUT = "The file to write; standard output when left out."
 _YAML = (".yaml", ".yml")
-_SUFFIXES = {
-    "snapshot": (".json", *_YAML),
-    "graph": (".json", *_YAML),
-    "opensees": (".tcl", ".py"),
-    "calculix": (".inp",),
-}
+_FORMS = dict.fromkeys(("snapshot", "graph"), (".json", *_YAML))
 _TEMPLATES = resources.files("robostiff.robots") / "templates"
 _PLAIN_NAME = re.compile(r"[A-Za-z][A-Za-z0-9 ._-]*[A-Za-z0-9]")
 _WORDS_OF_YAML = {"true", "false", "null", "yes", "no", "on", "off"}
@@ -273,31 +268,28 @@ class Convert(Command, name="convert"):
     def run(self) -> int:
         """Write a robot at a pose in another form."""
         from robostiff.cli.arguments import chosen
+        from robostiff.extras import WRITERS, added, is_offered, loaded
 
         form, answer = self.form, self.answer
         output = None if self.output == "-" else self.output
-        suffixes = chosen("--to", form, _SUFFIXES)
+        writer = loaded(WRITERS, form) if is_offered(WRITERS, form) else None
+        forms = {**_FORMS, **{name: loaded(WRITERS, name).endings for name in added(WRITERS)}}
+        suffixes = chosen("--to", form, forms)
         if output is None and answer.as_json:
             raise InputError("--json", expected="a file beside it", hint="write -o FILE")
         path = output_beside(output, answer)
         if path is not None and path.suffix.lower() not in suffixes:
-            others = [f"--to {x} for {' or '.join(y)}" for x, y in _SUFFIXES.items() if x != form]
+            others = [f"--to {x} for {' or '.join(y)}" for x, y in forms.items() if x != form]
             raise InputError(
                 "--output",
                 got=str(path),
                 expected=f"a name that ends in {' or '.join(suffixes)}",
                 hint=f"or write {', '.join(others)}",
             )
-        ending = ".json" if path is None else path.suffix.lower()
+        ending = "" if path is None else path.suffix.lower()
         frozen = _frozen(self.model.source, self.model.load(), self.place, form)
-        if form == "opensees":
-            from robostiff.io.opensees import opensees_script
-
-            text = opensees_script(frozen, in_python=ending == ".py")
-        elif form == "calculix":
-            from robostiff.io.calculix import calculix_input
-
-            text = calculix_input(frozen)
+        if writer is not None:
+            text = writer.text(frozen, ending)
         else:
             from robostiff.io.document.read import yaml_of
             from robostiff.io.snapshot import network_to_data, snapshot_to_data
@@ -322,7 +314,6 @@ def _in_a_line(row: re.Match[str]) -> str:
 def _frozen(source: str, robot: Any, place: Posing, form: str) -> Any:
     """The robot at the pose: a snapshot of legs, or a network for the other forms."""
     from robostiff.cli import arguments as written
-    from robostiff.io.suggest import Words
     from robostiff.kinematics import find_posture, with_masses
     from robostiff.network.network import network_of_snapshot
 

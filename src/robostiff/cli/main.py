@@ -1,4 +1,4 @@
-"""Commands of ``robostiff``, each imported when it is used."""
+"""Commands of ``robostiff`` and of other distributions, each imported when it is used."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from robostiff.cli.command import as_click, ended_by_status, ready_streams
 from robostiff.cli.options import Command
 from robostiff.cli.output import show
 from robostiff.errors import InputError
+from robostiff.extras import COMMANDS, added, is_offered, loaded
 from robostiff.version import __version__
 
 _HOMES = {
     "robots": "files",
     **dict.fromkeys(("check", "stiffness", "deflection", "equilibrium", "modes"), "answers"),
     **dict.fromkeys(("response", "indices", "verify", "cables"), "answers"),
-    **dict.fromkeys(("plot", "report", "map", "view"), "pictures"),
+    **dict.fromkeys(("plot", "report", "map"), "pictures"),
     "derive": "files",
     **dict.fromkeys(("compensate", "identify", "plan"), "measurements"),
     **dict.fromkeys(("schema", "new", "convert"), "files"),
@@ -31,19 +32,25 @@ class _CommandsByName(click.Group):
     """All commands; the module of one is imported when it is asked for."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names, in the order of help."""
-        return list(_HOMES)
+        """Names, in the order of help; those of other distributions last."""
+        return [*_HOMES, *added(COMMANDS)]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """A command by its name."""
-        if cmd_name not in _HOMES:
-            return None
-        import_module(f"robostiff.cli.{_HOMES[cmd_name]}")
-        return as_click(cmd_name, Command.named[cmd_name])
+        if cmd_name in _HOMES:
+            import_module(f"robostiff.cli.{_HOMES[cmd_name]}")
+            return as_click(cmd_name, Command.named[cmd_name])
+        return (
+            as_click(cmd_name, loaded(COMMANDS, cmd_name)) if cmd_name in added(COMMANDS) else None
+        )
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         """The command that is meant; of an unknown one, its nearest name."""
         if not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
+            if is_offered(COMMANDS, args[0]):
+                with ended_by_status() as ended:
+                    loaded(COMMANDS, args[0])
+                ctx.exit(ended.status)
             from robostiff.io.suggest import did_you_mean
 
             hint = did_you_mean(args[0], self.list_commands(ctx))
