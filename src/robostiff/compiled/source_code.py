@@ -92,8 +92,8 @@ def source_of(kernel: Kernel, language: SourceLanguage, name: str, about: Sequen
     rows = [f"{x.name}{list(x.shape(kernel.space)) or ''}" for x in kernel.outputs]
     lines = [
         *about,
-        f"in[k * n + i]: input k of pose i (m, rad, SI units): {' '.join(kernel.inputs)}",
-        f"out[k * n + i]: row k of the results, row after row of a matrix: {' '.join(rows)}",
+        f"in: n numbers of each input, input after input (m, rad, SI): {' '.join(kernel.inputs)}",
+        f"out: n numbers of each result, row after row of a matrix: {' '.join(rows)}",
         "flags[i]: the sum of what holds at pose i; 0 where the answer is right as it is",
         *_FLAGS,
     ]
