@@ -22,16 +22,9 @@ from robostiff.analytic.chain import Closed, Steps
 from robostiff.analytic.exact.atoms import OutsideFieldError
 from robostiff.analytic.exact.closed import closed_sum
 from robostiff.analytic.exact.definition import Definition, Unwritten
-from robostiff.analytic.exact.exact_points import ExactPoints, writes_the_same
 from robostiff.analytic.legs.leg_geometry import facts_of, facts_of_robot, give_names, shared_out
 from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.conditions import conditions_of
-from robostiff.analytic.placement.legs_at_points import (
-    LegAtPoints,
-    is_in_series,
-    total_stiffness,
-    with_mirrored,
-)
 from robostiff.analytic.placement.robot_placement import PlacedRobot, place_robot
 from robostiff.analytic.placement.robot_pose import (
     AtCoordinates,
@@ -41,14 +34,16 @@ from robostiff.analytic.placement.robot_pose import (
     PoseFormula,
     is_short_in_angles,
 )
+from robostiff.analytic.placement.turned_legs import with_mirrored
 from robostiff.analytic.reading.record_reading import ClosedReading, StepReading, written_size
 from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.analytic.series_form import is_arm, series_form
 from robostiff.analytic.springs.sum_of_springs import SpringLeg, sum_of_springs
+from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
 from robostiff.analytic.vectors.forms import InSeries, VectorForm
 from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import InputError
-from robostiff.model import Robot
+from robostiff.model import CoupledFreedom, Robot
 from robostiff.record import Entry, is_zero
 from robostiff.recorded import RecordedRobot
 
@@ -175,44 +170,36 @@ def _readable(placed: PlacedRobot, limit: int, *, is_home: bool, closed: bool) -
 
 
 def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
-    """Unit wrenches, and compliances that stay sums; None where a leg has no such basis.
-
-    Also None where the sum holds only to the digits of the model, as with angles in decimals.
-    """
+    """Unit wrenches, and compliances that stay sums; None where a leg has no such basis."""
     if not placed.symbols:
         return None  # all of it is numbers
-    turned = placed.turned
+    space, turned = placed.entries.space, placed.turned
     legs = {i: placed.place(i).leg for i in range(len(placed.entries.legs)) if i not in turned}
-    in_series = all(map(is_in_series, legs.values()))
+    in_series = not any(
+        leg.blocks
+        or any(isinstance(x, CoupledFreedom) for x in leg.parts)
+        or any(x.elasticity.freedoms.shape[1] for x in leg.springs)
+        for leg in legs.values()
+    )
     if not in_series:
         turned, _ = {}, placed.legs
-    redundant: list[tuple[bool, ...]] = []
-    K: tuple[Any, ...] = ()
     # Neither sees steps of the other, of the same values, only longer.
     with placed.record.tentative():
-        if in_series:
-            rows, points = placed.entries.space.rows, ExactPoints(placed.record)
-            about = placed.reference, rows
-            try:
-                known = {i: LegAtPoints.of(own, points, *about) for i, own in legs.items()}
-            except ZeroDivisionError:
-                return None  # a wrench meets no compliance: the elimination says where
-            known |= {i: known[first].turned(way, rows) for i, (first, way) in turned.items()}
-            exact = [known[i] for i in sorted(known)]
-            redundant, K = [own.redundant for own in exact], total_stiffness(exact)
-            turned = with_mirrored(turned, exact, rows, placed.length)
+        search = WrenchSearch(placed.record, placed.reference, space, placed.length)
+        each = ((i, SampledLeg.of(own, search)) for i, own in legs.items() if in_series)
+        sampled = {i: own for i, own in each if own is not None}
+        turned = with_mirrored(turned, lambda i: sampled[i].stiffness, space.rows)
         found = sum_of_springs(placed, turned)
     if found is None:
         return None
-    if not in_series:
+    ways = [placed.turned.get(i, (i, None)) for i in range(len(placed.entries.legs))]
+    if in_series:
+        redundant = [sampled[first].redundant for first, _ in ways]
+    else:
         redundant = [own.redundant for own in placed.recorded.legs]
-        K = ExactPoints(placed.record).stiffness(placed.recorded.K, found.K.rows)
-    # Legs that are closed by iteration are not closed exactly at any point.
-    if not placed.closed and not writes_the_same(found.K, K):
-        return None
     facts = [
-        facts_of(placed.place(placed.turned.get(i, (i,))[0]).leg, lost) | {"name": leg.name}
-        for i, (leg, lost) in enumerate(zip(placed.entries.legs, redundant, strict=True))
+        facts_of(placed.place(first).leg, lost) | {"name": leg.name}
+        for leg, lost, (first, _) in zip(placed.entries.legs, redundant, ways, strict=True)
     ]
     ways = [turned.get(i, (i, None)) for i in range(len(facts))]
     of_legs = [found.leg(first, way) for first, way in ways]

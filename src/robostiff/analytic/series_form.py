@@ -177,8 +177,7 @@ def _kind_of_leg(placed: PlacedRobot, numbers: list[int], read: NamedReading) ->
     if found is None or not found.passive:
         return None
     # A passive joint that depends on those before it takes nothing.
-    ranks = [np.linalg.matrix_rank(sample.J[0, :, :k]) for k in range(len(found.passive) + 1)]
-    lost = {x for x, a, b in zip(found.passive, ranks, ranks[1:], strict=False) if a == b}
+    lost = {x for x, own in zip(found.passive, sample.redundant, strict=True) if own}
     return replace(
         found,
         passive=tuple(x for x in found.passive if x not in lost),

@@ -41,7 +41,7 @@ from robostiff.analytic.export.nomenclature import (
     meanings_of_robot,
     nomenclature_of,
 )
-from robostiff.analytic.placement.legs_at_points import turn_in_words
+from robostiff.analytic.placement.turned_legs import turn_in_words
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.analytic.vectors.forms import (

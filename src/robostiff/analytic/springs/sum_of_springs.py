@@ -26,7 +26,8 @@ from robostiff.analytic.exact.definition import (
 from robostiff.analytic.exact.element import product_of
 from robostiff.analytic.exact.operation_count import count_of, different_entries, operations_of
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
-from robostiff.analytic.placement.legs_at_points import (
+from robostiff.analytic.placement.robot_placement import PlacedRobot
+from robostiff.analytic.placement.turned_legs import (
     COMPONENTS,
     ROWS,
     Image,
@@ -35,7 +36,6 @@ from robostiff.analytic.placement.legs_at_points import (
     averages,
     orbits_of,
 )
-from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.reading.letters import Written
 from robostiff.analytic.reading.named_reading import NamedReading

@@ -84,6 +84,20 @@ class SampledLeg:
         tolerance = _ELASTIC * np.max(np.abs(self.C))
         return int(np.min(np.linalg.matrix_rank(self.C, tol=tolerance, hermitian=True)))
 
+    @property
+    def redundant(self) -> tuple[bool, ...]:
+        """Which of its passive joints add no freedom to those before."""
+        count = self.J.shape[2]
+        ranks = [np.linalg.matrix_rank(self.J[:, :, :k], tol=_RANK) for k in range(1, count + 1)]
+        pairs = pairwise([np.zeros(len(self.J)), *ranks])
+        return tuple(bool(np.all(after == before)) for before, after in pairs)
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """W (W^T C W)^-1 W^T over the wrenches that it transmits (count, n, n)."""
+        W = np.linalg.svd(self.J)[0][:, :, self.C.shape[1] - (self.transmitted or 0) :]
+        return W @ np.linalg.pinv(W.mT @ self.C @ W, hermitian=True) @ W.mT
+
     @classmethod
     def of(cls, leg: PlacedLeg, around: WrenchSearch) -> SampledLeg | None:
         """A leg in numbers; None where a block holds different motions at different samples."""

@@ -18,8 +18,8 @@ from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.exact.definition import used_definitions
 from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.placement.agreement import RobotInNumbers
-from robostiff.analytic.placement.legs_at_points import COMPONENTS, averages, orbits_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot
+from robostiff.analytic.placement.turned_legs import COMPONENTS, averages, orbits_of
 from robostiff.analytic.reading.record_reading import ClosedReading
 from robostiff.analytic.springs.leg_springs import LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.springs.unit_wrenches import WrenchSearch
