@@ -10,8 +10,14 @@ from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.export import python_function
 from robostiff.analytic.export.code import plain_text
-from robostiff.analytic.export.entries import in_decimals, readable, without_lost_digits
-from robostiff.analytic.export.products import NameParts, name_parts, ordered_terms
+from robostiff.analytic.export.entries import (
+    NameParts,
+    in_decimals,
+    name_parts,
+    ordered_terms,
+    readable,
+    without_lost_digits,
+)
 from robostiff.analytic.export.vocabulary import ascii_identifier
 from robostiff.analytic.questions.rank import matrix_by_entries
 from robostiff.analytic.springs.contributions import Contribution, summed

@@ -14,10 +14,9 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.budget import FormulaTooLargeError
-from robostiff.analytic.exact.definition import used_definitions
-from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.exact.definition import count_of, used_definitions
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
-from robostiff.analytic.legs.leg_geometry import LegGeometry
+from robostiff.analytic.legs import LegGeometry
 from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.named_reading import NamedReading

@@ -12,8 +12,8 @@ from typing import Any, ClassVar
 import sympy as sp
 
 from robostiff.analytic.export.blocks import EquationRows, MatrixEquation
+from robostiff.analytic.export.entries import is_greek, ordered_terms, printed_product
 from robostiff.analytic.export.notation import Notation
-from robostiff.analytic.export.products import is_greek, ordered_terms, printed_product
 from robostiff.analytic.vectors.vector_expressions import Equation
 
 # Between two columns of a matrix, and around it [widths of a letter].

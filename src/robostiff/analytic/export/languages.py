@@ -12,8 +12,8 @@ from sympy.printing.str import StrPrinter
 
 from robostiff.analytic.export.blocks import Block, MatrixEquation
 from robostiff.analytic.export.broken_lines import fitted, wrapped_formula, wrapped_words
+from robostiff.analytic.export.entries import GREEK, decimal, is_greek, ordered_terms
 from robostiff.analytic.export.language import Language, Row
-from robostiff.analytic.export.products import GREEK, decimal, is_greek, ordered_terms
 from robostiff.markup import element, escaped, typst_text
 
 

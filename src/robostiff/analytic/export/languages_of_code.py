@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from robostiff.analytic.derivatives import FormulaDerivative
+from robostiff.analytic.calculus import FormulaDerivative
 from robostiff.analytic.export.broken_lines import wrapped_formula, wrapped_words
 from robostiff.analytic.export.code import NO_ANSWER, Code, unquoted
 from robostiff.analytic.export.entries import symbols_of

@@ -22,8 +22,7 @@ from robostiff.analytic.export.blocks import (
     meanings_of_given,
     scalar,
 )
-from robostiff.analytic.export.entries import EntryNames
-from robostiff.analytic.export.products import differential_parts
+from robostiff.analytic.export.entries import EntryNames, differential_parts
 from robostiff.analytic.robot_derivation import RobotDerivation
 from robostiff.analytic.vectors.forms import FormulaInVectors, VectorForm
 from robostiff.analytic.vectors.vector_expressions import (

@@ -13,9 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.definition import Definition, count_of
 from robostiff.analytic.exact.exact_points import values_of
-from robostiff.analytic.exact.operation_count import count_of
 from robostiff.elasticity import (
     CrossSection,
     Elasticity,

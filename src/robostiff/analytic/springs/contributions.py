@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.exact.definition import count_of
 from robostiff.analytic.placement.named_springs import LETTERS, named_products
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.springs.unit_wrenches import UnitWrench

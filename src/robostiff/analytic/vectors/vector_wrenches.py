@@ -16,8 +16,7 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.budget import FormulaTooLargeError
-from robostiff.analytic.exact.definition import Definition
-from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.exact.definition import Definition, count_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import ClosedReading
