@@ -20,7 +20,7 @@ from robostiff.analytic.export.entries import (
 )
 from robostiff.analytic.export.vocabulary import ascii_identifier
 from robostiff.analytic.questions.rank import matrix_by_entries
-from robostiff.analytic.springs.contributions import Contribution, summed
+from robostiff.analytic.springs.contributions import summed
 
 x, y, k, a, b, R, r, h = sp.symbols("x y k a b R r h")
 
@@ -33,8 +33,8 @@ def test_rules_of_joints():
 
 
 def test_springs_that_feel_the_same_stand_in_one_bracket():
-    springs = [Contribution("a", y**2, x / k), Contribution("b", y**2, 1 / a)]
-    found = summed([Contribution("drive", 1, 1 / a), *springs])
+    springs = [(y**2, x / k), (y**2, 1 / a)]
+    found = summed([(1, 1 / a), *springs])
     assert str(found) == "y**2*(x/k + 1/a) + 1/a"
 
 

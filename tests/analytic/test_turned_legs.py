@@ -9,7 +9,8 @@ import sympy as sp
 import robostiff as rs
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.analytic.placement.turned_legs import with_mirrored
-from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
+from robostiff.analytic.springs.sampled_leg import SampledLeg
+from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.record import Entry
 from robostiff.recorded import assembled
 from robostiff.robots import robot_file

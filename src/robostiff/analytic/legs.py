@@ -35,7 +35,8 @@ from robostiff.analytic.springs.contributions import (
     recognised_beam,
     summed,
 )
-from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
+from robostiff.analytic.springs.sampled_leg import SampledLeg
+from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.analytic.vectors.forms import inverse_in_steps, transport
 from robostiff.errors import InputError
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Robot
@@ -61,7 +62,7 @@ class LegGeometry:
     own: PlacedLeg
     frame: WorkingFrame
     local: LocalLeg
-    felt: list[list[list[Any]]]  # what each spring feels of a unit wrench along each row
+    loads: list[list[list[Any]]]  # of each spring under a unit wrench along each row
     # length and products of each spring that is a beam; None otherwise
     beams: list[tuple[Any, dict[str, Any]] | None]
 
@@ -72,12 +73,12 @@ class LegGeometry:
         frame, local = _simplest(own, placed)
         local = replace(local, springs=[_unturned(x, record.count) for x in local.springs])
         units = [[int(k == row) for k in range(6)] for row in placed.entries.space.rows]
-        felt = [
+        loads = [
             [[record.simplified(x, length) for x in spring.wrench(w)] for w in units]
             for spring in local.springs
         ]
         beams = [recognised_beam(spring, record) for spring in own.springs]
-        return cls(placed, own, frame, local, felt, beams)
+        return cls(placed, own, frame, local, loads, beams)
 
     @property
     def arm(self) -> np.ndarray:
@@ -87,7 +88,7 @@ class LegGeometry:
     @property
     def entries(self) -> list[Any]:
         """Everything that is read."""
-        found = [x for spring in self.felt for w in spring for x in w]
+        found = [x for spring in self.loads for w in spring for x in w]
         found += [x for twist in self.local.twists for x in twist]
         found += [x for twist, k in self.local.drives for x in (*twist, k)]
         for spring, beam in zip(self.local.springs, self.beams, strict=True):
@@ -133,16 +134,14 @@ class LegGeometry:
                     for k, spring in enumerate(self.own.springs)
                     for one in reader.of_spring(
                         spring.name,
-                        (self.felt[k][i], self.felt[k][j]),
+                        (self.loads[k][i], self.loads[k][j]),
                         self.beams[k],
                         self.local.springs[k].compliance,
                     )
                 ]
                 for twist, stiffness in self.local.drives:
-                    found.append(
-                        reader.of_drive("drive", (twist[rows[i]], twist[rows[j]]), stiffness)
-                    )
-                entry = summed([x for x in found if x.felt != 0])
+                    found.append(reader.of_drive((twist[rows[i]], twist[rows[j]]), stiffness))
+                entry = summed([x for x in found if x[0] != 0])
                 plain = sp.expand(entry)
                 entry = -written[-plain] if -plain in written else written.setdefault(plain, entry)
                 C[i][j] = C[j][i] = entry

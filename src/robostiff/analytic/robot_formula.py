@@ -38,8 +38,9 @@ from robostiff.analytic.placement.turned_legs import with_mirrored
 from robostiff.analytic.reading.record_reading import ClosedReading, StepReading, written_size
 from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.analytic.series_form import is_arm, series_form
+from robostiff.analytic.springs.sampled_leg import SampledLeg
 from robostiff.analytic.springs.sum_of_springs import SpringLeg, sum_of_springs
-from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
+from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.analytic.vectors.forms import InSeries, VectorForm
 from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import InputError

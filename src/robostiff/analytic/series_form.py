@@ -21,7 +21,8 @@ from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import ClosedReading
-from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
+from robostiff.analytic.springs.sampled_leg import SampledLeg
+from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.analytic.vectors.forms import InSeries, VectorForm
 from robostiff.analytic.vectors.leg_table import LegTable
 from robostiff.analytic.vectors.vector_expressions import (

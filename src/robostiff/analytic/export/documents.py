@@ -19,8 +19,8 @@ from robostiff.analytic.export.blocks import (
     Title,
     Total,
 )
-from robostiff.analytic.export.broken_lines import fitted, math_width, room_beside
 from robostiff.analytic.export.entries import symbols_of
+from robostiff.analytic.export.language import fitted, math_width, room_beside
 from robostiff.analytic.export.languages import (
     LATEX,
     MARKDOWN,

@@ -227,29 +227,21 @@ def _moved_by_legs(robot: Robot, finder: PostureFinder) -> tuple[int, ...]:
     if len(given) == 6 or not given:
         return ()
     random = np.random.default_rng(7)
-    scale = np.where(np.arange(6) < 3, finder.length, 1.0)[given]
-    steps = AROUND * scale * random.uniform(-1, 1, (4, len(given)))
+    scale = np.where(np.arange(6) < 3, finder.length, 1.0)
+    steps = AROUND * scale[given] * random.uniform(-1, 1, (4, len(given)))
     posture = finder.find(finder.home_pose[given] + steps)
-    reached = posture.reached
-    if not np.any(reached):
+    poses, start = posture.pose[posture.reached], finder.home_pose.copy()
+    if not len(poses):
         return ()
-    shift = posture.pose[reached, :3] - finder.home_pose[:3]
-    moved = [
-        k
-        for k in range(3)
-        if k not in given and np.max(np.abs(shift[:, k])) > _KNOWN * finder.length
-    ]
-    turned = posture.pose[reached, 3:]
     if any(k in given for k in (3, 4, 5)):
-        turned = Rotation.from_rotvec(turned).as_euler("xyz")
-        start = np.zeros(3)
-    else:
-        start = finder.home_pose[3:]
-    spatial = range(3) if robot.space.size == 6 else (2,)
-    away = [k for k in spatial if np.max(np.abs(turned[:, k] - start[k])) > _KNOWN]
-    if any(3 + k not in given for k in away):
-        moved += [k for k in (3, 4, 5) if k not in given]
-    return tuple(moved)
+        poses[:, 3:], start[3:] = Rotation.from_rotvec(poses[:, 3:]).as_euler("xyz"), 0.0
+    moves = np.max(np.abs(poses - start) / scale, axis=0) > _KNOWN
+    moves[given] = False
+    if robot.space.size == 3:
+        moves[3:5] = False
+    if np.any(moves[3:]):
+        moves[3:] = [k not in given for k in (3, 4, 5)]
+    return tuple(int(k) for k in np.nonzero(moves)[0])
 
 
 def gap_of(leg: Leg, q: np.ndarray, R: np.ndarray, p: np.ndarray, length: float) -> list[Any]:

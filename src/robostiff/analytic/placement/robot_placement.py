@@ -155,8 +155,11 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     else:
         platform = platform_pose(FormulaPose(*home_frame(entries)), coordinates, rotation)
         for i, own in follows.legs.items():
-            at_joints[i], left = _following(entries.legs[i], own, record, finder.length)
-            following += left
+            leg = entries.legs[i]
+            q, left = leg_coordinates(leg, own, record, finder.length)
+            pairs = zip(q, leg.chain.freedoms, strict=True)
+            angled = [_as_step(x, record) if screw.turns else x for x, screw in pairs]
+            at_joints[i], following = np.array(angled, dtype=object), following + left
 
     def closing(i: int) -> PlacedFormula:
         leg = entries.legs[i]
@@ -278,16 +281,6 @@ def home_frame(entries: Robot) -> tuple[np.ndarray, np.ndarray]:
             f"home pose of {entries.name!r}", expected="a pose of the platform, or a serial arm"
         )
     return np.array(entries.home.R, dtype=object), np.array(entries.home.p, dtype=object)
-
-
-def _following(
-    leg: Leg, names: tuple[str, ...], record: Record, length: float
-) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Joint coordinates of a leg that is closed by iteration, and the names of those left open."""
-    q, left = leg_coordinates(leg, names, record, length)
-    pairs = zip(q, leg.chain.freedoms, strict=True)
-    angled = [_as_step(x, record) if screw.turns else x for x, screw in pairs]
-    return np.array(angled, dtype=object), left
 
 
 def _check_closed_form(leg: Leg, solver: LegSolver) -> None:

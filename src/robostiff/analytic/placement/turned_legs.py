@@ -168,11 +168,10 @@ class Image:
 
 @dataclass(frozen=True)
 class Orbit:
-    """All images of a wrench under turns by equal parts, and perhaps under a mirror."""
+    """All images of a wrench under turns by equal parts, half of them perhaps in a mirror."""
 
     first: int  # of the wrenches
     images: dict[int, Image]  # for each wrench of the orbit how it is made from the first
-    is_mirrored: bool  # whether half of them are mirror images
 
 
 def orbits_of(wrenches: np.ndarray) -> list[Orbit] | None:
@@ -203,10 +202,10 @@ def orbits_of(wrenches: np.ndarray) -> list[Orbit] | None:
                 mirrored = _orbit(wrenches, first, ways, left)
                 if len(mirrored) == N:
                     left -= mirrored.keys()
-                    found.append(Orbit(first, orbit | mirrored, is_mirrored=True))
+                    found.append(Orbit(first, orbit | mirrored))
                     break
             else:
-                found.append(Orbit(first, orbit, is_mirrored=False))
+                found.append(Orbit(first, orbit))
         if not left:
             return found
     return None
