@@ -8,6 +8,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from typing import Any
 
 import click
@@ -132,7 +133,8 @@ def ended_by_status(quiet: bool = False, verbose: bool = False) -> Iterator[_End
     """Turn bad input and what else ends a command into a message and an exit status."""
     ended = _Ended()
     try:
-        with slips(_ignore if quiet else _warn), _traced(verbose):
+        warn = (lambda _: 0) if quiet else partial(_complain, status=0, word="warning")
+        with slips(warn), _traced(verbose):
             yield ended
     except InputError as error:
         ended.status = _complain(str(error), BAD_INPUT)
@@ -201,17 +203,9 @@ def ready_streams() -> None:
         sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
 
 
-def _complain(message: str, status: int) -> int:
-    click.echo(f"robostiff: error: {printable(message, kept=chr(10))}", err=True)
+def _complain(message: str, status: int, word: str = "error") -> int:
+    click.echo(f"robostiff: {word}: {printable(message, kept=chr(10))}", err=True)
     return status
-
-
-def _warn(message: str) -> None:
-    click.echo(f"robostiff: warning: {printable(message, kept=chr(10))}", err=True)
-
-
-def _ignore(_: str) -> None:
-    """Show nothing."""
 
 
 def _write_no_more() -> None:

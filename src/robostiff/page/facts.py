@@ -89,8 +89,15 @@ def facts_of(
         own["cables"] = robot.cable_names
     elif Status.UNREACHABLE not in home.status:
         own = masses_at_home(robot)
-    if isinstance(robot, Robot) and robot.platform is not None:
-        own = {"platform": _platform_facts(robot), **own}
+    platform: Any = getattr(robot, "platform", None)
+    if platform is not None and not robot.is_frozen:
+        shape = {
+            "nodes": [node.name for node in platform.nodes],
+            "parts": [part.name for part in platform.parts],
+            "tool": platform.tool,
+            "legs": dict(zip((leg.name for leg in robot.legs), robot.holds, strict=True)),
+        }
+        own = {"platform": shape, **own}
     legs = _legs(robot)
     units = {"length": "m", "angle": "rad", "force": "N", "mass": "kg"}
     known: dict[str, Any] = {
@@ -129,18 +136,6 @@ def _network_facts(network: Network) -> dict[str, Any]:
         "passive_freedoms": sum(f.is_passive for f in freedoms),
         "elastic_freedoms": sum(f.stiffness is not None for f in freedoms),
         **masses_at_home(network),
-    }
-
-
-def _platform_facts(robot: Robot) -> dict[str, Any]:
-    """Nodes, parts, tool, and the node that holds each leg; nothing for a rigid platform."""
-    platform: Any = robot.platform
-    names = [leg.name for leg in robot.legs]
-    return {
-        "nodes": [node.name for node in platform.nodes],
-        "parts": [part.name for part in platform.parts],
-        "tool": platform.tool,
-        "legs": dict(zip(names, robot.holds, strict=True)),
     }
 
 

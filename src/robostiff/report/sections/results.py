@@ -157,11 +157,11 @@ def finite_load_section(contents: ReportContents) -> Section | None:
         caption = "Force and deflection up to twice the load; dashed where the robot does not stay."
         blocks.append(one_figure("load-curve", caption, load_curve(known.curve, backend=DATA)))
     critical = known.critical
-    words = f"Critical load: {critical.factor:.4g} times the load. There {critical.mode}."
-    if not critical.is_found:
-        why = "; ".join(critical.advice)
-        words = f"No critical load was found up to {critical.searched_to:g} times the load"
-        words = f"{words}: {why}." if why else f"{words}."
+    if critical.is_found:
+        words = f"Critical load: {critical.factor:.4g} times the load. There {critical.mode}."
+    else:
+        found = f"No critical load was found up to {critical.searched_to:g} times the load"
+        words = f"{found}: {'; '.join(critical.advice)}." if critical.advice else f"{found}."
     blocks.append(Paragraph(words))
     return Section("finite-load", "Under finite load", blocks)
 
