@@ -94,7 +94,7 @@ def test_a_wide_matrix_scrolls_by_itself():
 
 
 def test_a_report_says_that_no_critical_load_was_found():
-    contents = report_contents(shipped("3-rpr"), wrench=[0.001, 0, 0], finite=True)
+    contents = report_contents(shipped("3-rpr"), wrench=[1e-9, 0, 0], finite=True)
     assert contents.under_load is not None
     assert not contents.under_load.critical.is_found
     assert "No critical load was found up to" in page_text(report_page(contents))

@@ -134,8 +134,15 @@ def ended_by_status(quiet: bool = False, verbose: bool = False) -> Iterator[_End
     ended = _Ended()
     try:
         warn = (lambda _: 0) if quiet else partial(_complain, status=0, word="warning")
-        with slips(warn), _traced(verbose):
-            yield ended
+        with slips(warn):
+            try:
+                yield ended
+            except Exception:
+                if verbose:  # where an error arose
+                    import traceback
+
+                    click.echo(traceback.format_exc().rstrip(), err=True)
+                raise
     except InputError as error:
         ended.status = _complain(str(error), BAD_INPUT)
     except (NoAnswerError, DisagreementError) as error:
@@ -160,19 +167,6 @@ def ended_by_status(quiet: bool = False, verbose: bool = False) -> Iterator[_End
         where = f" {str(error.filename)!r}" if error.filename else ""
         reason = error.strerror or str(error)
         ended.status = _complain(f"could not read or write{where}: {reason}", BAD_INPUT)
-
-
-@contextmanager
-def _traced(wanted: bool) -> Iterator[None]:
-    """Print where an error arose, if that is wanted."""
-    try:
-        yield
-    except Exception:
-        if wanted:
-            import traceback
-
-            click.echo(traceback.format_exc().rstrip(), err=True)
-        raise
 
 
 def _say_how(seconds: float) -> None:
