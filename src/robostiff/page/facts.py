@@ -80,8 +80,8 @@ def facts_of(robot: Any, with_parts: bool = False) -> dict[str, Any]:
     each part where it is wanted.
     """
     own: dict[str, Any] = {}
-    home = stiffness(robot.with_springs() if isinstance(robot, Robot) else robot)
-    if isinstance(robot, Network):
+    home = stiffness(robot.with_springs() if hasattr(robot, "with_springs") else robot)
+    if hasattr(robot, "nodes"):
         own = _network_facts(robot)
     elif hasattr(robot, "cables"):
         own["cables"] = robot.cable_names
