@@ -25,6 +25,7 @@ class MapSummary:
     poses: int = 0  # all of them, those excluded as well
     statuses: Mapping[int, int] = field(default_factory=dict)  # how many poses have each status
     guarded: int = 0  # poses that a fast evaluator gave to the batched numeric form
+    resumed: int = 0  # poses that were on disk before
     # Smallest and largest value of each variable in one unit; none where no pose has an answer
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
@@ -55,18 +56,19 @@ class MapSummary:
         >>> MapSummary.total([one, other]).statuses
         {0: 3, 64: 2}
         """
-        poses = guarded = 0
+        poses = guarded = resumed = 0
         statuses: dict[int, int] = {}
         ranges: dict[str, tuple[float, float]] = {}
         for part in parts:
             poses += part.poses
             guarded += part.guarded
+            resumed += part.resumed
             for code, count in part.statuses.items():
                 statuses[code] = statuses.get(code, 0) + count
             for name, (low, high) in part.ranges.items():
                 least, most = ranges.get(name, (low, high))
                 ranges[name] = (min(low, least), max(high, most))
-        return MapSummary(poses, dict(sorted(statuses.items())), guarded, ranges)
+        return MapSummary(poses, dict(sorted(statuses.items())), guarded, resumed, ranges)
 
     def as_data(self) -> dict[str, Any]:
         """As JSON has it."""
@@ -110,6 +112,7 @@ def summarize(
     )
 
 
+MOST_POSES = 10**12
 # Small enough for the cache, large enough to hide the cost of a block.
 _BLOCK_BYTES = 8 * 2**20
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, DTypeLike
 
 from robostiff.analysis.maps.dataset import MapArrays
-from robostiff.analysis.maps.job import MapJob, MapSummary, Selection
+from robostiff.analysis.maps.job import MapSummary, Selection
 from robostiff.analysis.maps.pose_columns import Mapped
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.reduced_map import ReducedMap
@@ -22,7 +22,7 @@ from robostiff.analysis.maps.request import (
     LoadedMethod,
     MapRequest,
     Method,
-    check_memory,
+    check_room,
     checked_request,
 )
 from robostiff.analysis.maps.run import (
@@ -37,11 +37,11 @@ from robostiff.analysis.maps.run import (
 from robostiff.analysis.maps.store import (
     MapStore,
     already_there,
-    check_identity,
-    check_room,
     create_store,
+    is_complete,
     locked,
     open_map,
+    remove_marks,
 )
 from robostiff.analysis.maps.variables import Quantity
 from robostiff.errors import InputError, needs_extra
@@ -72,6 +72,7 @@ def stiffness_map(
     scheduler: str | Client | Threads | None = None,
     progress: Callable[[Progress], None] | None = None,
     reduce: Reduction | Iterable[Reduction] = (),
+    dtype: DTypeLike = "float64",
 ) -> xarray.Dataset:
     """Stiffness of a robot at many poses, as arrays with named dimensions.
 
@@ -115,6 +116,8 @@ def stiffness_map(
         ``Extremes``, ``Quantiles``, ``Histogram``, ``ShareAbove``: what becomes of the quantities,
         which are not kept themselves. So much memory serves for any number of poses; with `store`,
         a file such as ``map.npz``, an interrupted map goes on.
+    dtype : float64 or float32
+        Of the stiffness matrix; all other quantities are float32.
 
     Returns
     -------
@@ -141,10 +144,11 @@ def stiffness_map(
         import xarray  # noqa: F401
     reductions = [reduce] if isinstance(reduce, Reduction) else list(reduce)
     path = None if store is None else Path(store).absolute()
-    room: Callable[[MapJob], None] = check_memory if path is None else partial(check_room, path)
-    if reductions:
-        room = _needs_no_room
-    request = checked_request(robot, poses, quantities, wrench, length, where, method, room, near)
+    # reductions take as much memory for any number of poses
+    room = None if reductions else partial(check_room, path=path)
+    request = checked_request(
+        robot, poses, quantities, wrench, length, where, method, room, near, dtype
+    )
     threads, job = _threads(workers, scheduler), request.job
     if path is None and resume:
         raise InputError("store to resume", got="none", expected='such as store="map.zarr"')
@@ -171,10 +175,6 @@ def stiffness_map(
         return open_map(path).load()
 
 
-def _needs_no_room(job: MapJob) -> None:
-    """Reductions take as much for any number of poses."""
-
-
 @contextmanager
 def _workforce(
     threads: Threads | None, workers: int | None, scheduler: str | Client | Threads | None
@@ -199,25 +199,18 @@ def _fill(
         import dask.array  # noqa: F401
         import zarr  # noqa: F401
     identity = request.identity()
-    with ExitStack() as during:
-        if path.exists():
-            if not resume:
-                raise already_there(path)
-            if check_identity(path, identity).identity["complete"]:
-                return
-            during.enter_context(locked(path))
-            run = during.enter_context(workforce)
-        else:
-            run = during.enter_context(workforce)
+    if path.exists() and not resume:
+        raise already_there(path)
+    if path.exists() and is_complete(path, identity):
+        return
+    with workforce as run:
+        if not path.exists():
             create_store(path, request.job, identity, request.attributes)
-            during.enter_context(locked(path))
-        partition = request.job.partition
-        store = MapStore(path, request.job)
-        done = store.done()
-        todo = (index for index in range(len(partition)) if index not in done)
-        before = MapSummary.total(done.values())
-        store.finish(followed(run(store, todo), before, partition.poses, progress))
-    store.remove_marks()
+        with locked(path):
+            store, partition = MapStore(path, request.job), request.job.partition
+            blocks = run(store, range(len(partition)))
+            store.finish(followed(blocks, MapSummary(), partition.poses, progress))
+    remove_marks(path)
 
 
 def _threads(workers: int | None, scheduler: str | Client | Threads | None) -> Threads | None:

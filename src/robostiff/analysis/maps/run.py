@@ -239,5 +239,6 @@ def followed(
         summary = MapSummary.total((summary, own))
         if progress is not None:
             seconds = time.monotonic() - started
-            progress(Progress(summary.poses, total, before.poses, seconds, summary.guarded))
+            resumed = before.poses + summary.resumed
+            progress(Progress(summary.poses, total, resumed, seconds, summary.guarded))
     return summary
