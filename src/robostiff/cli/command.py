@@ -45,7 +45,8 @@ def as_click(name: str, command: type[Command]) -> click.Command:
         started = time.perf_counter()
         with ended_by_status(quiet, verbose) as ended:
             module, function = command.run.split(":")
-            run = getattr(import_module(f"robostiff.cli.{module}"), function)
+            home = module if "." in module else f"robostiff.cli.{module}"
+            run = getattr(import_module(home), function)
             ended.status = run(command.built(given))
         if verbose:
             _say_how(time.perf_counter() - started)

@@ -15,8 +15,9 @@ from robostiff.cli.options import Posing
 from robostiff.cli.options_of_answers import ListRobots
 from robostiff.cli.options_of_files import Convert, PrintSchema, WriteNew
 from robostiff.cli.output import new_file, show, shown
-from robostiff.errors import InputError, NoAnswerError, warn_of_slip
-from robostiff.io.suggest import Words, did_you_mean, listing, nearest_first
+from robostiff.errors import InputError, NoAnswerError, Words, warn_of_slip
+from robostiff.extras import WRITERS, added, is_offered, loaded
+from robostiff.io.suggest import did_you_mean, listing, nearest_first
 from robostiff.io.whole_file import whole_file
 from robostiff.robots import (
     RobotInfo,
@@ -28,12 +29,7 @@ from robostiff.robots import (
 )
 
 _YAML = (".yaml", ".yml")
-_SUFFIXES = {
-    "snapshot": (".json", *_YAML),
-    "graph": (".json", *_YAML),
-    "opensees": (".tcl", ".py"),
-    "calculix": (".inp",),
-}
+_FORMS = dict.fromkeys(("snapshot", "graph"), (".json", *_YAML))
 _PLAIN_NAME = re.compile(r"[A-Za-z][A-Za-z0-9 ._-]*[A-Za-z0-9]")
 _WORDS_OF_YAML = {"true", "false", "null", "yes", "no", "on", "off"}
 _WIDTH = 78  # of a terminal, for a table
@@ -132,12 +128,14 @@ def convert(asked: Convert) -> int:
 
     form, source, answer = asked.form, asked.model.source, asked.answer
     output = None if asked.output == "-" else asked.output
-    suffixes = chosen("--to", form, _SUFFIXES)
+    writer = loaded(WRITERS, form) if is_offered(WRITERS, form) else None
+    forms = {**_FORMS, **{name: loaded(WRITERS, name).endings for name in added(WRITERS)}}
+    suffixes = chosen("--to", form, forms)
     if output is None and answer.as_json:
         raise InputError("--json", expected="a file beside it", hint="write -o FILE")
     path = None if output is None else new_file("--output", output, answer.overwrite)
     if path is not None and path.suffix.lower() not in suffixes:
-        others = [f"--to {x} for {' or '.join(y)}" for x, y in _SUFFIXES.items() if x != form]
+        others = [f"--to {x} for {' or '.join(y)}" for x, y in forms.items() if x != form]
         raise InputError(
             "--output",
             got=str(path),
@@ -145,17 +143,10 @@ def convert(asked: Convert) -> int:
             hint=f"or write {', '.join(others)}",
         )
     frozen = _frozen(source, asked.model.load(), asked.place, form)
-    if form == "opensees":
-        from robostiff.io.opensees import opensees_script
-
-        in_python = path is not None and path.suffix.lower() == ".py"
-        text = opensees_script(frozen, in_python=in_python)
-    elif form == "calculix":
-        from robostiff.io.calculix import calculix_input
-
-        text = calculix_input(frozen)
-    else:
+    if writer is None:
         text = _text_of_frozen(frozen, path)
+    else:
+        text = writer.text(frozen, "" if path is None else path.suffix.lower())
     if path is None:
         show(text.removesuffix("\n"))
         return 0

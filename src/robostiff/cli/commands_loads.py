@@ -23,8 +23,7 @@ from robostiff.cli.written_arguments import (
     where_from,
     wrench_from,
 )
-from robostiff.errors import InputError
-from robostiff.io.suggest import Words
+from robostiff.errors import InputError, Words
 from robostiff.io.units import Dimension, parse_quantities, to_si
 from robostiff.linkage import Linkage
 from robostiff.model import Mass, PlacedLeg

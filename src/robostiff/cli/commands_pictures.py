@@ -1,10 +1,8 @@
-"""The commands ``plot``, ``report`` and ``view``."""
+"""The commands ``plot`` and ``report``."""
 
 from __future__ import annotations
 
-import webbrowser
-from collections.abc import Mapping
-from contextlib import closing, suppress
+from contextlib import suppress
 from datetime import date as day
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from robostiff.analysis import cable_stiffness, stiffness
 from robostiff.cli.command import BAD_STATUS
 from robostiff.cli.options import Model, named_once
-from robostiff.cli.options_of_pictures import WHAT, Plot, Report, View
+from robostiff.cli.options_of_pictures import WHAT, Plot, Report
 from robostiff.cli.output import draw, new_file, picture_file, show
 from robostiff.cli.written_arguments import (
     chosen,
@@ -184,26 +182,3 @@ def _with_symbols(model: Model) -> Robot | None:
         robot = model.load(symbols=ALL_PARAMETERS)
         return robot if isinstance(robot, Robot) else None
     return None
-
-
-def show_view(asked: View) -> int:
-    """Serve a view until it is interrupted; 0 then."""
-    from robostiff.view import LivePage, machine_of, parameter_sliders, parameters_written
-
-    model = asked.model
-    source, given = model.source, model.parameters
-
-    def built(moved: Mapping[str, str]) -> Any:
-        return loaded(model, moved=moved)
-
-    robot = built({})
-    machine = machine_of(robot, pose_from(robot, asked.place))
-    wrench = None if asked.wrench is None else wrench_from(asked.wrench, machine.space)
-    written = {**parameters_written(source, model.side), **given} if source != "-" else {}
-    live = LivePage(machine, parameter_sliders(written), built, wrench, asked.port)
-    with closing(live), suppress(KeyboardInterrupt):
-        show({"url": live.url} if asked.answer.as_json else f"{live.url}\nCtrl-C ends the view.")
-        if not asked.no_browser:
-            webbrowser.open(live.url)
-        live.wait()
-    return 0

@@ -1,4 +1,4 @@
-"""Commands of ``robostiff``, each imported when it is used."""
+"""Commands of ``robostiff`` and of other distributions, each imported when it is used."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from robostiff.cli.command import as_click, ended_by_status, ready_streams
 from robostiff.cli.options import Command
 from robostiff.cli.output import show
 from robostiff.errors import InputError
+from robostiff.extras import COMMANDS, added, is_offered, loaded
 from robostiff.version import __version__
 
 _HOMES = {
@@ -21,7 +22,7 @@ _HOMES = {
         *("robots", "check", "stiffness", "deflection", "equilibrium", "modes"),
         *("response", "indices", "verify", "cables"),
     ),
-    "options_of_pictures": ("plot", "report", "map", "view"),
+    "options_of_pictures": ("plot", "report", "map"),
     "options_of_files": ("derive", "compensate", "identify", "plan", "schema", "new", "convert"),
 }
 
@@ -30,8 +31,8 @@ class _CommandsByName(click.Group):
     """All commands; the module of one is imported when it is asked for."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names, in the order of help."""
-        return [name for names in _HOMES.values() for name in names]
+        """Names, in the order of help; those of other distributions last."""
+        return [*(name for names in _HOMES.values() for name in names), *added(COMMANDS)]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """A command by its name."""
@@ -39,11 +40,17 @@ class _CommandsByName(click.Group):
             if cmd_name in names:
                 import_module(f"robostiff.cli.{home}")
                 return as_click(cmd_name, Command.named[cmd_name])
+        if cmd_name in added(COMMANDS):
+            return as_click(cmd_name, loaded(COMMANDS, cmd_name))
         return None
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         """The command that is meant; of an unknown one, its nearest name."""
         if not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
+            if is_offered(COMMANDS, args[0]):
+                with ended_by_status() as ended:
+                    loaded(COMMANDS, args[0])
+                ctx.exit(ended.status)
             from robostiff.io.suggest import did_you_mean
 
             hint = did_you_mean(args[0], self.list_commands(ctx))

@@ -84,8 +84,9 @@ def _built(of: type, given: Mapping[str, Any], names: Sequence[str] | None = Non
 class Command:
     """A command: its options are its fields, and its docstring is its help.
 
-    Lines there that begin with ``$`` are examples. The function in a module of this package, `run`,
-    gets an object of the class and returns the exit status; it is imported when the command runs.
+    Lines there that begin with ``$`` are examples. The function `run`, ``"MODULE:FUNCTION"``, of a
+    module of this package or of another one by its whole name, gets an object of the class and
+    returns the exit status; it is imported when the command runs.
     """
 
     run: ClassVar[str]

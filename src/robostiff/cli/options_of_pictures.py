@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import click
-
 from robostiff.cli.options import (
     Answer,
     Command,
@@ -229,29 +227,3 @@ class MakeMap(Command, name="map", run="commands_map:make_map"):
         """Ranges of coordinates of the platform, by their names."""
         names = ("x", "y", "z", "rx", "ry", "rz")
         return {name: text for name in names if (text := getattr(self, name)) is not None}
-
-
-class View(Command, name="view", run="commands_pictures:show_view"):
-    """Show a robot in the browser, with sliders for its pose, its parameters and a load.
-
-    Stiffness, ellipsoids, free motions, deflection and elastic energy follow the sliders. Only
-    this computer can open the page. Ctrl-C ends it.
-
-    $ view hexapod --wrench "500 N 0 0 0 0 0"
-
-    Exit status: 0 when it is ended, 2 for bad input.
-    """
-
-    model: Model = group(Model)
-    place: Posing = group(Posing, "pose", "joints")
-    wrench: str | None = wrench_option("Load on the platform at the beginning")
-    port: int = option(
-        "--port",
-        metavar="NUMBER",
-        type=click.IntRange(1, 65535),
-        default=8080,
-        help="Where to listen on this computer, from 1 to 65535; the next free port is taken where "
-        "it is in use.",
-    )
-    no_browser: bool = option("--no-browser", help="Print the address, and open no browser.")
-    answer: Answer = group(Answer, "as_json")

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.plot.geometry.surfaces import ellipsoid_mesh
-from robostiff.plot.picture import (
+from robostiff.plot import (
     Arrow,
     Face,
     Item,
@@ -19,9 +18,9 @@ from robostiff.plot.picture import (
     Path,
     Shape,
     Text,
+    Theme,
     colour_of,
 )
-from robostiff.plot.theme import Theme
 
 # Of the robot's size.
 _WIDTHS = {LineWeight.BOLD: 0.012, LineWeight.LINE: 0.006, LineWeight.THIN: 0.0025}
@@ -49,7 +48,21 @@ _OCTAHEDRON = (
         ]
     ),
 )  # fmt: skip
-_SPHERE = ellipsoid_mesh(np.eye(3))
+
+
+def _sphere(around: int = 33, along: int = 17) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and triangles of a unit sphere, by longitude and latitude."""
+    a, b = np.meshgrid(
+        np.linspace(0, 2 * np.pi, around), np.linspace(0, np.pi, along), indexing="ij"
+    )
+    vertices = np.stack([np.cos(a) * np.sin(b), np.sin(a) * np.sin(b), np.cos(b)], axis=-1)
+    corner = np.arange(around * along).reshape(around, along)
+    first, right, up, across = corner[:-1, :-1], corner[1:, :-1], corner[:-1, 1:], corner[1:, 1:]
+    lower, upper = (np.stack(own, axis=-1) for own in ((first, right, across), (first, across, up)))
+    return vertices.reshape(-1, 3), np.concatenate([lower.reshape(-1, 3), upper.reshape(-1, 3)])
+
+
+_SPHERE = _sphere()
 _SHAPES = {Shape.SQUARE: _CUBE, Shape.DIAMOND: _OCTAHEDRON, Shape.CROSS: _OCTAHEDRON}
 
 

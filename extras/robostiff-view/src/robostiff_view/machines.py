@@ -2,50 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from copy import copy
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from robostiff.analysis import stiffness
+from robostiff import CableRobot, cable_response
+from robostiff.analysis import CableResponse, Deflection, stiffness
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, find_posture
-from robostiff.kinematics.pose import home_coordinates
 from robostiff.linkage import Linkage
 from robostiff.markup import blocks_html, page_html
 from robostiff.model import Robot, Snapshot
-from robostiff.model.cable import CableRobot
 from robostiff.network import Network
-from robostiff.page.cables import cable_load_blocks, cable_stiffness_page
-from robostiff.plot.geometry.displacement import motion_under, spatial
-from robostiff.plot.geometry.ellipsoid import AnyStiffness, Quality
-from robostiff.plot.outline import outline_of
-from robostiff.plot.picture import Item, PlainColour
-from robostiff.plot.posed_robot import moved_cables
-from robostiff.plot.posture import placed
-from robostiff.plot.prefix import short
-from robostiff.plot.sketch import Sketch, colours_of_parts
-from robostiff.plot.stiffness_pictures import free_motion_items
+from robostiff.page import cable_load_blocks, cable_stiffness_page
+from robostiff.plot import Layers, layers_of
 from robostiff.spatial import Space
-from robostiff.statics import cable_response, deflection
-from robostiff.view.answer import UNDER_LOAD, Ellipsoids, Look, ShownAnswer, answer_of, kind_of
-from robostiff.view.sliders import (
+from robostiff.statics import deflection
+from robostiff_view.answer import UNDER_LOAD, Look, ShownAnswer, answer_of, kind_of
+from robostiff_view.sliders import (
     Slider,
     coordinate_sliders,
     joint_sliders,
     joint_values,
     slider_around,
 )
-
-_AXIS = 0.3  # of the robot: half the axis of a free motion
-_QUALITIES = {
-    "ellipsoid of displacements": Quality.COMPLIANCE,
-    "ellipsoid of rotations": Quality.ROTATIONAL_COMPLIANCE,
-}
 
 
 class Machine:
@@ -63,11 +47,13 @@ class Machine:
 
     def __init__(self, robot: Any, pose: Any = None) -> None:
         self.robot, self.name, self.space = robot, robot.name, robot.space
-        outline = outline_of(placed(robot))
-        points = np.array([at.point for at in outline.anchors])
-        self.size, self.box = outline.size, (points.min(axis=0), points.max(axis=0))
+        at_home = layers_of(self.loaded(None, np.zeros(self.space.size)), ())
+        self.size, self.box, self._scales = at_home.size, at_home.box, at_home.scales
         self.sliders = self.sliders_from(pose)
-        self._ellipsoids = Ellipsoids()
+
+    def loaded(self, pose: Any, wrench: np.ndarray) -> Any:
+        """Its answer at a pose under a load (n,)."""
+        return deflection(self.robot, pose, wrench)
 
     def like(self, robot: Any) -> Machine:
         """The same with a robot of other dimensions: its sliders and scales stay."""
@@ -89,44 +75,16 @@ class Machine:
 
     def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> ShownAnswer:
         """What is shown at values in SI units, under a load (n,) on the platform."""
-        bent = deflection(self.robot, self.pose(values), wrench)
+        bent = self.loaded(self.pose(values), wrench)
         if Status.UNREACHABLE in bent.stiffness.status:
             return ShownAnswer(str(bent.status), "bad", tuple(bent.advice))
-        posed = bent.stiffness.placed()
-        outline = outline_of(posed)
-        colours = colours_of_parts(outline.part_names)
-        sketch = Sketch(
-            outline=outline, colours=colours, of_joints=colours, plain=PlainColour.MUTED
-        )
-        if bent.has_answer and np.any(bent.wrench):
-            sketch = replace(sketch, motions=motion_under(posed, bent))
-            sketch = sketch.exaggerated(look.exaggeration)
-        load = bent.stiffness.reference_point, spatial(bent.wrench, self.space.rows)
-        return answer_of(bent, *self._layers(sketch, bent.stiffness, load, look), colours)
+        return answer_of(bent, self.layers(bent, look))
 
-    def _layers(
-        self, sketch: Sketch, result: AnyStiffness, load: tuple[np.ndarray, np.ndarray], look: Look
-    ) -> tuple[dict[str, Sequence[Item]], list[str]]:
-        """Layers that are wanted, and what they mean; a load is a point and a wrench (6,)."""
-        drawn: dict[str, Callable[[], list[Item]]]
-        drawn = {
-            "robot": sketch.parts,
-            "names of joints": sketch.names,
-            "load": lambda: sketch.load(*load, self.space is Space.PLANAR),
-        }
-        words = [f"displacements × {short(sketch.scale, 6)}"] if sketch.scale else []
-        if sketch.scale:
-            drawn["shape without load"] = sketch.ghost
-        layers: dict[str, Sequence[Item]]
-        layers = {name: items() for name, items in drawn.items() if name in look.seen}
-        words += [f"free: {motion}" for motion in result.free_motions]
-        for name, quality in _QUALITIES.items():
-            if name in look.seen:
-                layers[name], meaning = self._ellipsoids.items(result, quality, sketch.size)
-                words += [meaning] if meaning else []
-        if "free motions" in look.seen:
-            layers["free motions"] = free_motion_items(result, _AXIS * sketch.size, 1.0)
-        return layers, words
+    def layers(self, answer: Deflection | CableResponse, look: Look) -> Layers:
+        """Layers that are wanted, with ellipsoids on the scale of the first answer that has one."""
+        drawn = layers_of(answer, look.seen, exaggeration=look.exaggeration, scales=self._scales)
+        self._scales = drawn.scales
+        return drawn
 
 
 def machine_of(robot: Any, pose: Any = None) -> Machine:
@@ -169,7 +127,7 @@ class RobotMachine(Machine):
             raise InputError("pose of a view", got=pose, expected="a single pose")
         if self.robot.is_posed_by_joints:
             return joint_sliders(self.robot, start.coordinates[0][0], self.size)
-        home = home_coordinates(self.robot)
+        home = find_posture(self.robot).pose[0]
         return coordinate_sliders(self.robot.coordinates, home, start.pose[0], self.size)
 
     def pose(self, values: Mapping[str, float]) -> Any:
@@ -204,6 +162,10 @@ class LinkageMachine(Machine):
 class CableMachine(Machine):
     """A cable robot: the load is carried by locked winches."""
 
+    def loaded(self, pose: Any, wrench: np.ndarray) -> CableResponse:
+        """Its answer at a pose under a load (n,)."""
+        return cable_response(self.robot, pose, wrench)
+
     def sliders_from(self, pose: Any) -> tuple[Slider, ...]:
         """Of coordinates of the pose."""
         home, start = (np.asarray(stiffness(self.robot, own).pose) for own in (None, pose))
@@ -211,26 +173,19 @@ class CableMachine(Machine):
 
     def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> ShownAnswer:
         """What is shown at values in SI units, under a load (n,) on the platform."""
-        pose = np.array([values[slider.name] for slider in self.sliders])
-        found = cable_response(self.robot, pose, wrench)
-        before = found.before
-        sketch = Sketch(outline=outline_of(before))
-        if found.has_answer and np.any(wrench):
-            motions, outline = moved_cables(found)
-            sketch = Sketch(outline=outline, motions=motions).exaggerated(look.exaggeration)
-        load = sketch.outline.point.point, spatial(found.load, self.space.rows)
-        layers, words = self._layers(sketch, before, load, look)
-        blocks = cable_load_blocks(found) if np.any(wrench) else []
-        status = found.status if np.any(wrench) else before.status
-        advice = tuple(dict.fromkeys([*before.advice, *found.advice]))
+        found = self.loaded(np.array([values[slider.name] for slider in self.sliders]), wrench)
+        before, is_loaded = found.before, np.any(wrench)
+        drawn = self.layers(found, look)
+        blocks = cable_load_blocks(found) if is_loaded else []
+        status = found.status if is_loaded else before.status
         return ShownAnswer(
             str(status),
             kind_of(status.is_bad, not status),
-            advice,
-            layers,
+            tuple(dict.fromkeys([*before.advice, *found.advice])),
+            drawn.items,
             page_html(cable_stiffness_page(before)),
             UNDER_LOAD + blocks_html(blocks) if blocks else "",
-            tuple(words),
+            drawn.notes,
         )
 
 

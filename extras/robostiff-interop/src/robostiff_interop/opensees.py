@@ -17,11 +17,16 @@ import numpy as np
 from robostiff.elasticity import Elasticity
 from robostiff.elastostatics import DEFAULT_TOLERANCE
 from robostiff.errors import InputError
-from robostiff.io.suggest import in_one_ascii_line
-from robostiff.network import BeamElement, JointElement, Network, SpringElement
-from robostiff.network.elements import section_compliance
-from robostiff.network.equations import equations_of
-from robostiff.network.mobility import held_coordinates
+from robostiff.network import (
+    BeamElement,
+    JointElement,
+    Network,
+    SpringElement,
+    equations_of,
+    held_coordinates,
+    section_compliance,
+)
+from robostiff_interop.ascii_name import in_one_ascii_line
 
 #: Stiffness of springs in place of rigid joints, in units of that of the stiffest part.
 STIFF = 1e5

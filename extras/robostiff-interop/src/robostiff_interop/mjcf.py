@@ -8,28 +8,26 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from robostiff.errors import FileError, Location
-from robostiff.io.mjcf.compiled_model import (
-    NOTHING,
-    ON_JOINTS,
-    CompiledModel,
-    compiled_model,
-    read_model,
-)
-from robostiff.io.plausibility import question, warn_of_parts_not_read
-from robostiff.io.rigid_tree.tree import (
+from robostiff.errors import FileError, Location, Words
+from robostiff.io.rigid_tree import (
     JointType,
     Mimic,
     RigidTree,
     TreeJoint,
     TreeLoop,
     mass_of_body,
+    question_place,
+    warn_of_parts_not_read,
 )
-from robostiff.io.suggest import Words
-from robostiff.io.units import Dimension
 from robostiff.model import Actuated, Passive, Role, spherical
 from robostiff.spatial import Frame
-from robostiff.spatial.rotation import matrix_of_rotation
+from robostiff_interop.compiled_model import (
+    NOTHING,
+    ON_JOINTS,
+    CompiledModel,
+    compiled_model,
+    read_model,
+)
 
 
 def frame_of(position: np.ndarray, quaternion: np.ndarray) -> Frame:
@@ -232,12 +230,7 @@ def _joints_of_body(
 ) -> list[TreeJoint]:
     """The joint, joints or weld by which a body is connected to its parent."""
     name, parent = names.bodies[body], names.bodies[int(model.body_parentid[body])]
-    question(
-        float(np.max(np.abs(model.body_pos[body]))),
-        Dimension.LENGTH,
-        lambda _: Location(file, path=f"body {name}"),
-        in_si=True,
-    )
+    question_place(np.abs(model.body_pos[body]), Location(file, path=f"body {name}"))
     drawn = frame_of(model.body_pos[body], model.body_quat[body])
     first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
     if count == 0:
@@ -255,7 +248,7 @@ def _joints_of_body(
         home = float(model.qpos0[model.jnt_qposadr[i]]) if kind in _ONE_AXIS else 0.0
         back = Frame.identity()  # to zero from the reference coordinate, where it is described
         if kind is JointType.REVOLUTE:
-            back = Frame(matrix_of_rotation(-home * axis), np.zeros(3))
+            back = Frame(Rotation.from_rotvec(-home * axis).as_matrix(), np.zeros(3))
         elif kind is JointType.PRISMATIC:
             back = _at(-home * axis)
         joints.append(

@@ -4,8 +4,6 @@
 what is shown of it; ``scene`` and ``page`` draw it with viser.
 """
 
-from robostiff.view.machines import machine_of, parameters_written
-from robostiff.view.page import LivePage
-from robostiff.view.sliders import parameter_sliders
+from robostiff.on_demand import import_on_demand
 
-__all__ = ["LivePage", "machine_of", "parameter_sliders", "parameters_written"]
+import_on_demand(__name__)

@@ -8,30 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from robostiff.analysis import Deflection
-from robostiff.errors import NoAnswerError
 from robostiff.markup import Bullets, Tone, block_html, element, escaped, page_html
-from robostiff.page.stiffness import displacement_table, energy_table, stiffness_page
-from robostiff.plot.geometry.ellipsoid import AnyStiffness, PrincipalAxes, Quality, principal_axes
-from robostiff.plot.picture import Item, Paint, colour_of
-from robostiff.plot.prefix import prefixed, short
-from robostiff.plot.stiffness_pictures import ellipsoid_items
-from robostiff.plot.theme import Theme
+from robostiff.page import displacement_table, energy_table, stiffness_page
+from robostiff.plot import LAYERS, Item, Layers, Paint, Theme, colour_of
 
-_IN_ROBOT = 0.22  # of the robot: the longest semi-axis at home
-_LARGEST = 1.0  # of the robot: the longest semi-axis anywhere
 _BARS = 12
 UNDER_LOAD = element("p", element("b", "Under the load"))
-
-#: Layers of the picture, and whether each is seen at first.
-LAYERS = {
-    "robot": True,
-    "names of joints": False,
-    "shape without load": True,
-    "load": True,
-    "ellipsoid of displacements": True,
-    "ellipsoid of rotations": False,
-    "free motions": True,
-}
 
 
 @dataclass(frozen=True)
@@ -73,63 +55,23 @@ class ShownAnswer:
         return "".join(blocks)
 
 
-def answer_of(
-    bent: Deflection,
-    layers: Mapping[str, Sequence[Item]],
-    notes: Sequence[str],
-    colours: Mapping[str, Paint],
-) -> ShownAnswer:
-    """What is shown of a robot in these colours, under the load of a deflection."""
+def answer_of(bent: Deflection, drawn: Layers) -> ShownAnswer:
+    """What is shown of a robot under the load of a deflection."""
     return ShownAnswer(
         str(bent.status),
         kind_of(bent.status.is_bad, not bent.status),
         tuple(bent.advice),
-        layers,
+        drawn.items,
         page_html(stiffness_page(bent.stiffness)),
-        load_html(bent, colours) if np.any(bent.wrench) else "",
-        tuple(notes),
-        colour_key(colours),
+        load_html(bent, drawn.colours) if np.any(bent.wrench) else "",
+        drawn.notes,
+        colour_key(drawn.colours),
     )
 
 
 def refusal(error: Exception) -> ShownAnswer:
     """What is shown where there is no robot to be shown: the reason alone."""
     return ShownAnswer("no answer", "bad", (str(error),))
-
-
-class Ellipsoids:
-    """Ellipsoids of one robot, all drawn on one scale, so that their size can be compared.
-
-    The scale is that of the first answer in which the ellipsoid has a size.
-    """
-
-    def __init__(self) -> None:
-        self._sizes: dict[Quality, float] = {}
-
-    def items(
-        self, result: AnyStiffness, quality: Quality, extent: float
-    ) -> tuple[list[Item], str]:
-        """Items of one ellipsoid, and what its size means; nothing where there is none."""
-        try:
-            axes = principal_axes(result, quality)
-        except NoAnswerError:
-            return [], ""
-        bounded = axes.lengths[~axes.is_free]
-        if not len(bounded) or bounded.max() <= 0:
-            return [], ""
-        longest = float(bounded.max())
-        size = self._sizes.setdefault(quality, _IN_ROBOT * extent / longest)
-        shown = min(size, _LARGEST * extent / longest)
-        times, unit = prefixed(longest, quality.unit)
-        items = ellipsoid_items(axes, quality, result.reference_point, shown, (times, unit))
-        return items, _in_words(quality, axes, shown, f"{short(times * longest)} {unit}")
-
-
-def _in_words(quality: Quality, axes: PrincipalAxes, size: float, longest: str) -> str:
-    drawn = size * float(axes.lengths[~axes.is_free].max())
-    free = int(np.count_nonzero(axes.is_free))
-    rest = f"; {free} direction{'s' if free > 1 else ''} unlimited" if free else ""
-    return f"{quality.value}: longest axis {longest}, drawn {short(1e3 * drawn)} mm long{rest}"
 
 
 def load_html(bent: Deflection, colours: Mapping[str, Paint]) -> str:

@@ -15,12 +15,12 @@ from contextlib import redirect_stdout
 from functools import partial
 from http import HTTPStatus
 from io import StringIO
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from robostiff.errors import InputError, needs_extra, printable
+import viser
+import websockets.asyncio.server as protocol
 
-if TYPE_CHECKING:
-    from viser import ViserServer
+from robostiff.errors import InputError, printable
 
 HOST = "127.0.0.1"
 _NAMES = (HOST, "localhost")
@@ -29,7 +29,7 @@ _LOG = logging.getLogger(__name__)
 _STARTS = threading.Lock()
 
 
-def guarded_server(port: int, title: str) -> tuple[ViserServer, str]:
+def guarded_server(port: int, title: str) -> tuple[viser.ViserServer, str]:
     """A server that listens on a port or the next free one, and the address of its page.
 
     viser has no setting for checks of the handshake: they are handed to the function of websockets
@@ -38,12 +38,8 @@ def guarded_server(port: int, title: str) -> tuple[ViserServer, str]:
     Raises
     ------
     InputError
-        When viser is not installed, or does not begin in this way.
+        When viser does not begin in this way.
     """
-    with needs_extra("views", "view"):
-        import viser
-        import websockets.asyncio.server as protocol
-
     token = secrets.token_urlsafe(16)
     serve, listening = protocol.serve, []
 

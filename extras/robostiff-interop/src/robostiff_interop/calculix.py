@@ -16,11 +16,8 @@ import numpy as np
 
 from robostiff.elastostatics import DEFAULT_TOLERANCE
 from robostiff.errors import InputError
-from robostiff.io.suggest import in_one_ascii_line
-from robostiff.network import Network
-from robostiff.network.equations import Equations, Motion, equations_of
-from robostiff.network.mobility import held_coordinates
-from robostiff.network.saddle_point import redundancy
+from robostiff.network import Equations, Motion, Network, equations_of, held_coordinates, redundancy
+from robostiff_interop.ascii_name import in_one_ascii_line
 
 # Equations of rigid parts that are solved at once; they are dense.
 _MOST_EQUATIONS = 3000

@@ -13,12 +13,13 @@ import numpy as np
 
 from robostiff.errors import RobostiffError
 from robostiff.markup import element
+from robostiff.plot import LAYERS
 from robostiff.spatial import Space
-from robostiff.view.answer import LAYERS, Look, ShownAnswer, refusal
-from robostiff.view.handshake import guarded_server
-from robostiff.view.machines import Machine
-from robostiff.view.scene import LayeredScene
-from robostiff.view.sliders import Slider, load_sliders
+from robostiff_view.answer import Look, ShownAnswer, refusal
+from robostiff_view.handshake import guarded_server
+from robostiff_view.machines import Machine
+from robostiff_view.scene import LayeredScene
+from robostiff_view.sliders import Slider, load_sliders
 
 _WIDE, _NARROW = 540.0, 330.0  # [px]
 _MOST = 1e6  # exaggeration
@@ -46,11 +47,6 @@ class LivePage:
         Load at the beginning.
     port : int
         Where to listen; the next free one is taken where it is in use.
-
-    Raises
-    ------
-    InputError
-        When viser is not installed.
     """
 
     url: str

@@ -11,20 +11,18 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from robostiff.errors import FileError, Location, needs_extra
-from robostiff.io.child_process import COMPILE_MJCF, answer_of
-from robostiff.io.plausibility import warn_of_parts_not_read
-from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, read_xml
-from robostiff.io.suggest import Words
+from robostiff.errors import FileError, Location, Words
+from robostiff.io.child_process import answer_of
+from robostiff.io.rigid_tree import XmlElement, XmlLimits, read_xml, warn_of_parts_not_read
 
 _LIMITS = XmlLimits()
+_COMPILE = Path(__file__).with_name("compile_mjcf.py")
 MOST_ELEMENTS = 4_000
 """Bodies, joints and sites of a description, copies counted; five times as many shapes."""
 _DEEPEST_INCLUDE = 16
@@ -343,9 +341,6 @@ class CompiledModel:
 def compiled_model(source: Path | str) -> CompiledModel:
     """The MuJoCo model of a file without what is seen or touched, and the shapes of other files."""
     lines = kinematic_part(source)
-    with needs_extra("MJCF files", "mjcf"):
-        if find_spec("mujoco") is None:  # another process imports it
-            raise ModuleNotFoundError(name="mujoco")
     try:
         return _compiled("\n".join(tag for tag, _ in lines), str(source))
     except FileError as error:
@@ -360,12 +355,12 @@ def compiled_model(source: Path | str) -> CompiledModel:
 @lru_cache(maxsize=64)
 def _compiled(text: str, file: str) -> CompiledModel:
     place, request = Location(file), {"text": text, "nothing": NOTHING}
-    return _from_data(answer_of(COMPILE_MJCF, request, place, "MJCF", "MuJoCo"), place)
+    return _from_data(answer_of(_COMPILE, request, place, "MJCF", "MuJoCo"), place)
 
 
 def read_model(model: Any) -> CompiledModel:
     """Names and arrays of an ``mujoco.MjModel``."""
-    from robostiff.io.child_process.compile_mjcf import names_and_arrays
+    from robostiff_interop.compile_mjcf import names_and_arrays
 
     data = names_and_arrays(model)
     place = Location(f"model of MuJoCo {data['name']!r}")
