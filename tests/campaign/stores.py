@@ -64,13 +64,12 @@ def originals(folder: Path) -> Originals:
 
     with suppress(_Interruption):
         _of_poses(folder / "begun.zarr", progress=stop)
-    return Originals(folder, grid, rs.stiffness_map(robot, POSES).load())
+    return Originals(folder, grid, rs.stiffness_map(robot, POSES, method=rs.Batched()).load())
 
 
 def _of_poses(path: Path, **options: Any) -> xarray.Dataset:
-    return rs.stiffness_map(
-        rs.load("3-rpr"), POSES, store=path, resume=True, scheduler=Threads(1), **options
-    )
+    one = {"method": rs.Batched(), "scheduler": Threads(1)}
+    return rs.stiffness_map(rs.load("3-rpr"), POSES, store=path, resume=True, **one, **options)
 
 
 # How a file is damaged: takes what it holds, gives what it holds then; None for no file.

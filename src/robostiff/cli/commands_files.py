@@ -18,7 +18,6 @@ from robostiff.cli.output import new_file, show, shown
 from robostiff.errors import InputError, NoAnswerError, Words, warn_of_slip
 from robostiff.extras import WRITERS, added, is_offered, loaded
 from robostiff.io.suggest import did_you_mean, listing, nearest_first
-from robostiff.io.whole_file import whole_file
 from robostiff.robots import (
     RobotInfo,
     describe,
@@ -27,6 +26,7 @@ from robostiff.robots import (
     shipped_names,
     shipped_robots,
 )
+from robostiff.whole_file import whole_file
 
 _YAML = (".yaml", ".yml")
 _FORMS = dict.fromkeys(("snapshot", "graph"), (".json", *_YAML))

@@ -25,12 +25,12 @@ from robostiff.identification.frames import KnownFrames, UnknownFrames
 from robostiff.identification.identify import Robust, Squares, identify
 from robostiff.identification.measurements import Measurements, coordinates_of
 from robostiff.io.units import Dimension, parse_quantities
-from robostiff.io.whole_file import whole_file
 from robostiff.kinematics import ActuatorCoordinates, JointCoordinates, find_posture
 from robostiff.kinematics.pose import joint_units
 from robostiff.model import Robot
 from robostiff.page.identification import chosen_poses_page, identification_page
 from robostiff.robots.shipped import robot_file, shipped_names
+from robostiff.whole_file import whole_file
 
 _POSE = (*(Dimension.LENGTH,) * 3, *(Dimension.ANGLE,) * 3)
 

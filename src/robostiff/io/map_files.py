@@ -7,7 +7,7 @@ import json
 import os
 from collections.abc import Hashable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -17,8 +17,8 @@ from robostiff.analysis.maps.store import damaged, open_map
 from robostiff.errors import FileError, InputError, Location, needs_extra
 from robostiff.io.child_process import READ_HDF5, ProcessLimits, answer_of
 from robostiff.io.csv_table import read_table
-from robostiff.io.whole_file import whole_file
 from robostiff.model import Snapshot
+from robostiff.whole_file import whole_file
 
 if TYPE_CHECKING:
     import xarray
@@ -111,10 +111,10 @@ def _write_variable(whole: Any, name: str, array: xarray.Variable, coordinates: 
     if not options:
         made[...] = array.values.astype(object) if kind == "U" else array.values
         return
-    starts = [np.cumsum((0, *own)) for own in array.chunks or ()]
+    starts, values = [np.cumsum((0, *own)) for own in array.chunks or ()], cast(Any, array.data)
     for block in np.ndindex(*(len(own) - 1 for own in starts)):
         part = tuple(slice(own[k], own[k + 1]) for own, k in zip(starts, block, strict=True))
-        made[part] = array.data.blocks[block].compute(scheduler="synchronous")
+        made[part] = values.blocks[block].compute(scheduler="synchronous")
 
 
 def read_map_netcdf(path: Path) -> xarray.Dataset:

@@ -27,7 +27,7 @@ def map_page(found: xarray.Dataset) -> Page:
     counts = ("poses", "poses_computed", "poses_reachable", "poses_guarded")
     facts: dict[str, Any] = {name: int(found.attrs[name]) for name in counts}
     facts["statuses"] = json.loads(found.attrs["statuses"])
-    poses, computed, reachable, guarded = map(facts.get, counts)
+    poses, computed, reachable, guarded = (facts[name] for name in counts)
     rows = [("reachable", f"{reachable} ({_percent(reachable, computed)})")]
     if computed != poses:
         rows.insert(0, ("computed", str(computed)))
@@ -67,7 +67,7 @@ def _reduction(own: xarray.DataArray) -> dict[str, Any]:
         "units": own.attrs.get("units", "1"),
         "dimensions": list(map(str, own.dims)),
         "labels": [own[d].values.tolist() if d in own.coords else None for d in own.dims],
-        "values": np.where(np.isnan(values), None, values.astype(object)).tolist(),
+        "values": np.where(np.isnan(values), np.array(None), values.astype(object)).tolist(),
     }
 
 

@@ -163,9 +163,8 @@ def test_guarded_poses_are_counted():
 
 def test_progress_is_reported_to_the_end():
     reported = []
-    rs.stiffness_map(
-        loaded("3-rpr"), RandomPoses(20_000, {"x": (0, 0.1)}), progress=reported.append
-    )
+    poses = RandomPoses(20_000, {"x": (0, 0.1)})
+    rs.stiffness_map(loaded("3-rpr"), poses, method=rs.Batched(), progress=reported.append)
     assert len(reported) > 1
     assert [p.done for p in reported] == sorted(p.done for p in reported)
     assert (reported[-1].done, reported[-1].total) == (20_000, 20_000)

@@ -52,22 +52,24 @@ _OF_K = {Quantity.STIFFNESS, Quantity.PRINCIPAL_STIFFNESS, Quantity.INDICES}
 
 
 class Evaluator(Protocol):
-    """Computes the variables of a map at poses; made once, picklable, safe in several threads."""
+    """Computes the variables of a map at poses; made once, picklable, safe in several threads.
+
+    Attributes
+    ----------
+    method : str
+        Name of the method; part of the fingerprint of a map.
+    variables : tuple of Variable
+        Those that `evaluate` returns, rank and status among them.
+    most_poses : int
+        Largest suitable number of poses in a call.
+    """
 
     @property
-    def method(self) -> str:
-        """Name of the method; part of the fingerprint of a map."""
-        ...
-
+    def method(self) -> str: ...  # noqa: D102
     @property
-    def variables(self) -> tuple[Variable, ...]:
-        """The variables that `evaluate` returns, rank and status among them."""
-        ...
-
+    def variables(self) -> tuple[Variable, ...]: ...  # noqa: D102
     @property
-    def most_poses(self) -> int:
-        """Largest suitable number of poses in a call."""
-        ...
+    def most_poses(self) -> int: ...  # noqa: D102
 
     def evaluate(
         self, poses: np.ndarray, out: Mapping[str, np.ndarray] | None = None

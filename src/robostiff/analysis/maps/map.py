@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Callable, Iterable
+from contextlib import AbstractContextManager
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike, DTypeLike
 
@@ -25,15 +25,7 @@ from robostiff.analysis.maps.request import (
     check_room,
     checked_request,
 )
-from robostiff.analysis.maps.run import (
-    Progress,
-    Threads,
-    Work,
-    dask_client,
-    followed,
-    run_in_threads,
-    run_on_dask,
-)
+from robostiff.analysis.maps.run import Progress, Run, Threads, followed, workforce
 from robostiff.analysis.maps.store import (
     MapStore,
     already_there,
@@ -52,7 +44,6 @@ if TYPE_CHECKING:
     import xarray
     from distributed import Client
 
-_Run = Callable[[Work[Any], Iterable[int]], Iterator[tuple[int, Any]]]
 _DEFAULT_QUANTITIES = (Quantity.PRINCIPAL_STIFFNESS,)
 
 
@@ -149,49 +140,38 @@ def stiffness_map(
     request = checked_request(
         robot, poses, quantities, wrench, length, where, method, room, near, dtype
     )
-    threads, job = _threads(workers, scheduler), request.job
+    job = request.job
     if path is None and resume:
         raise InputError("store to resume", got="none", expected='such as store="map.zarr"')
-    workforce = _workforce(threads, workers, scheduler)
+    running = workforce(workers, scheduler)
     if reductions:
         check_reductions(reductions, job)
-        with workforce as run:
+        with running as run:
             made = ReducedMap.begun(request, tuple(reductions), path, resume)
-            blocks = made.gathered(run(made.work, made.todo))
+            blocks = made.gathered(run(made.work.compute, made.todo))
             followed(blocks, made.summary, job.partition.poses, progress)
         return made.dataset()
     if path is not None:
-        _fill(path, request, resume, workforce, progress)
+        _fill(path, request, resume, running, progress)
         return open_map(path)
-    if threads is not None:
+    if workers is None and (scheduler is None or isinstance(scheduler, Threads)):
         arrays = MapArrays(job, request.attributes)
-        found = run_in_threads(arrays, range(len(job.partition)), threads)
-        return arrays.dataset(followed(found, MapSummary(), job.partition.poses, progress))
-    if scheduler is not None:
+        with running as run:
+            blocks = run(arrays.compute, range(len(job.partition)))
+            return arrays.dataset(followed(blocks, MapSummary(), job.partition.poses, progress))
+    if workers is None:
         raise InputError("store of a map", got="none", expected="a path that all workers see")
     with TemporaryDirectory(prefix="robostiff-map-") as folder:
         path = Path(folder) / "map.zarr"
-        _fill(path, request, False, workforce, progress)
+        _fill(path, request, False, running, progress)
         return open_map(path).load()
-
-
-@contextmanager
-def _workforce(
-    threads: Threads | None, workers: int | None, scheduler: str | Client | Threads | None
-) -> Iterator[_Run]:
-    """What computes blocks of a store: threads, processes or a cluster."""
-    if threads is not None:
-        yield lambda work, todo: run_in_threads(work, todo, threads)
-    else:
-        with dask_client(workers, scheduler) as client:
-            yield lambda work, todo: run_on_dask(client, work, todo)
 
 
 def _fill(
     path: Path,
     request: MapRequest,
     resume: bool,
-    workforce: AbstractContextManager[_Run],
+    running: AbstractContextManager[Run[MapSummary]],
     progress: Callable[[Progress], None] | None,
 ) -> None:
     """Begin a store, or take that of the same request, and compute what is not there yet."""
@@ -203,24 +183,11 @@ def _fill(
         raise already_there(path)
     if path.exists() and is_complete(path, identity):
         return
-    with workforce as run:
+    with running as run:
         if not path.exists():
             create_store(path, request.job, identity, request.attributes)
         with locked(path):
             store, partition = MapStore(path, request.job), request.job.partition
-            blocks = run(store, range(len(partition)))
+            blocks = run(store.compute, range(len(partition)))
             store.finish(followed(blocks, MapSummary(), partition.poses, progress))
     remove_marks(path)
-
-
-def _threads(workers: int | None, scheduler: str | Client | Threads | None) -> Threads | None:
-    """Threads of this process; None for Dask."""
-    if workers is not None:
-        if scheduler is not None:
-            raise InputError("workers and scheduler", expected="one of them")
-        if not isinstance(workers, int) or workers < 1:
-            raise InputError("workers", got=workers, expected="a whole number from 1")
-        return None
-    if scheduler is None:
-        return Threads()
-    return scheduler if isinstance(scheduler, Threads) else None

@@ -64,8 +64,9 @@ Method = Compiled | Batched
 _MEMORY_SHARE = 0.8
 _SHRINKS = 20  # how much smaller a map may become on disk
 _SAMPLED_BLOCKS = 16
-# A kernel takes about a second to make, in which the batched form computes some 10^5 poses.
-_WORTH_COMPILING = 50_000
+# A kernel takes as long to make as the batched form takes for so many poses of a hexapod, or
+# longer where no record of it is kept.
+_WORTH_COMPILING = 10_000
 _LINKAGE_PAYS = 40  # as many networks
 
 
@@ -104,37 +105,15 @@ def checked_request(
     dtype: DTypeLike = "float64",
 ) -> MapRequest:
     """The checked request for a map; it chooses the method."""
-    if not isinstance(robot, Mapped):
-        raise InputError(
-            "robot of a map",
-            got=robot,
-            expected="a Robot, a Linkage or a CableRobot, which can move",
-            hint='write load("hexapod"), load_linkage("four-bar.xml"); a snapshot is frozen at its '
-            "own pose",
-        )
-    if isinstance(poses, type) or not isinstance(poses, PoseSource):
-        raise InputError(
-            "poses of a map",
-            got=poses,
-            expected="a Grid, a PoseList or RandomPoses",
-            hint="write Grid(x=Axis(-0.1, 0.1, 21))",
-        )
-    if where is not None and not callable(where):
-        raise InputError(
-            "where",
-            got=where,
-            expected="a function of the coordinates",
-            hint='write where=lambda pose: pose["x"]**2 + pose["y"]**2 < 0.01',
-        )
-    if math.prod(poses.shape) > MOST_POSES:
-        raise InputError(
-            "poses of a map",
-            got=f"{math.prod(poses.shape):.4g}",
-            expected=f"at most {MOST_POSES:.0e}, which take weeks",
-            hint="take fewer values along each axis, or random poses",
-        )
+    robot = _checked_robot(robot, poses, where)
+    if method is not None and not isinstance(method, Compiled | Batched):
+        if not hasattr(method, "evaluator"):
+            expected = "Compiled(), Batched() or UnderLoad()"
+            raise InputError("method of a map", got=method, expected=expected)
+        loaded, unloaded = method, None
+    else:
+        loaded, unloaded = None, method
     wanted = _quantities(quantities)
-    loaded, unloaded = _by_load(method)
     F = _wrench(robot, wanted, wrench, loaded is not None)
     length = _length(robot, given_length)
     if loaded is None:
@@ -173,6 +152,40 @@ def checked_request(
     return MapRequest(job, attributes, robot, settings)
 
 
+def _checked_robot(robot: Mapped | Snapshot, poses: Any, where: Any) -> Mapped:
+    """A robot that can move, with poses and a selection that are such."""
+    if not isinstance(robot, Mapped):
+        raise InputError(
+            "robot of a map",
+            got=robot,
+            expected="a Robot, a Linkage or a CableRobot, which can move",
+            hint='write load("hexapod"), load_linkage("four-bar.xml"); a snapshot is frozen at its '
+            "own pose",
+        )
+    if isinstance(poses, type) or not isinstance(poses, PoseSource):
+        raise InputError(
+            "poses of a map",
+            got=poses,
+            expected="a Grid, a PoseList or RandomPoses",
+            hint="write Grid(x=Axis(-0.1, 0.1, 21))",
+        )
+    if where is not None and not callable(where):
+        raise InputError(
+            "where",
+            got=where,
+            expected="a function of the coordinates",
+            hint='write where=lambda pose: pose["x"]**2 + pose["y"]**2 < 0.01',
+        )
+    if math.prod(poses.shape) > MOST_POSES:
+        raise InputError(
+            "poses of a map",
+            got=f"{math.prod(poses.shape):.4g}",
+            expected=f"at most {MOST_POSES:.0e}, which take weeks",
+            hint="take fewer values along each axis, or random poses",
+        )
+    return robot
+
+
 def check_room(job: MapJob, path: Path | None) -> None:
     """Raise when a map does not fit into memory, or would fill the disk even nearly empty."""
     subject, hint = "map in memory", 'write it to disk: store="map.zarr" (-o map.zarr)'
@@ -194,17 +207,6 @@ def check_room(job: MapJob, path: Path | None) -> None:
             expected=f"at most {room / 2**30:.3g} GiB, for which there is room",
             hint=hint,
         )
-
-
-def _by_load(method: Method | LoadedMethod | None) -> tuple[LoadedMethod | None, Method | None]:
-    """A method under load or one without."""
-    if method is None or isinstance(method, Compiled | Batched):
-        return None, method
-    if not hasattr(method, "evaluator"):
-        raise InputError(
-            "method of a map", got=method, expected="Compiled(), Batched() or UnderLoad()"
-        )
-    return method, None
 
 
 def _evaluator(batched: MapEvaluator, method: Method | None, count: int) -> Evaluator:
