@@ -1,6 +1,6 @@
+from robostiff.cli.arguments import loaded, pose, wrench
 from robostiff.cli.options import Answer, Command, Model, Posing, group, option, wrench_option
 from robostiff.cli.output import show
-from robostiff.cli.written_arguments import loaded, pose_from, wrench_from
 
 __all__ = [
     "Answer",
@@ -10,8 +10,8 @@ __all__ = [
     "group",
     "loaded",
     "option",
-    "pose_from",
+    "pose",
     "show",
-    "wrench_from",
+    "wrench",
     "wrench_option",
 ]

@@ -43,17 +43,10 @@ from robostiff.analysis.maps import Progress as Done
 from robostiff.analysis.maps.pose_columns import FACTOR, SIX, Mapped, coordinate_units
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.store import already_there
+from robostiff.cli import arguments as written
 from robostiff.cli.command import BAD_STATUS, INTERRUPTED, answered
-from robostiff.cli.options_of_pictures import MakeMap
 from robostiff.cli.output import draw, new_file, picture_beside
-from robostiff.cli.written_arguments import (
-    chosen,
-    gravity_from,
-    length_from,
-    loaded,
-    near_from,
-    wrench_from,
-)
+from robostiff.cli.pictures import MakeMap
 from robostiff.errors import InputError, NoAnswerError, needs_extra
 from robostiff.io.map_files import check_netcdf, read_poses, write_map_netcdf
 from robostiff.io.units import Dimension, parse_quantities
@@ -186,7 +179,7 @@ def _under_load(asked: MakeMap) -> UnderLoad | None:
     if asked.under_load:
         from robostiff.statics.loaded_map import UnderLoad
 
-        return UnderLoad(gravity=gravity_from(asked.gravity))
+        return UnderLoad(gravity=written.gravity(asked.gravity))
     for option, text in (("--factor", asked.factors), ("--gravity", asked.gravity)):
         if text is not None:
             raise InputError(option, got=text, expected="--under-load beside it")
@@ -201,7 +194,7 @@ def make_map(asked: MakeMap) -> int:
         raise InputError(
             "--plot", got=asked.plot, expected="none beside --reduce, which keeps no map"
         )
-    robot = loaded(asked.model, by_joints=bool(asked.joints))
+    robot = written.loaded(asked.model, by_joints=bool(asked.joints))
     if not isinstance(robot, Mapped):
         hint = "a snapshot is frozen at its own pose"
         expected = "a model or a linkage, which has a pose for every point of a map"
@@ -220,11 +213,11 @@ def make_map(asked: MakeMap) -> int:
             found = stiffness_map(
                 robot,
                 poses,
-                [chosen("--quantity", name, _QUANTITIES) for name in asked.quantities]
+                [written.chosen("--quantity", name, _QUANTITIES) for name in asked.quantities]
                 or [Quantity.PRINCIPAL_STIFFNESS],
-                wrench=None if asked.wrench is None else wrench_from(asked.wrench, robot.space),
-                length=length_from(asked.length),
-                near=near_from(robot, asked.place),
+                wrench=written.wrench(asked.wrench, robot.space),
+                length=written.length(asked.length),
+                near=written.near(robot, asked.place),
                 method=method,
                 store=store,
                 resume=asked.resume,

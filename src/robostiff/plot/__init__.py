@@ -8,10 +8,10 @@ picture to programs that draw them by themselves.
 """
 
 from robostiff.plot.backend import Matplotlib, PictureData, PlotBackend, Plotly, Width
+from robostiff.plot.curves import load_curve
 from robostiff.plot.energy_bars import Measure, comparison, energy_shares
 from robostiff.plot.geometry.ellipsoid import Quality
 from robostiff.plot.layers import LAYERS, Layers, layers_of
-from robostiff.plot.loaded_robot import equilibrium, load_curve, mode
 from robostiff.plot.maps.pictures import map_bands, map_isosurface, map_overview, map_slice
 from robostiff.plot.picture import (
     Arrow,
@@ -28,7 +28,7 @@ from robostiff.plot.picture import (
     Text,
     colour_of,
 )
-from robostiff.plot.posed_robot import Colouring, robot
+from robostiff.plot.posed_robot import Colouring, equilibrium, mode, robot
 from robostiff.plot.stiffness_pictures import Kind, Shade, ellipsoid, free_motions, matrix
 from robostiff.plot.theme import Theme
 

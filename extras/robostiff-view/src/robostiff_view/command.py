@@ -12,7 +12,7 @@ import click
 from robostiff.cli import Answer, Command, Model, Posing, group, option, wrench_option
 
 
-class View(Command, name="view", run="robostiff_view.command:show_view"):
+class View(Command, name="view"):
     """Show a robot in the browser, with sliders for its pose, its parameters and a load.
 
     Stiffness, ellipsoids, free motions, deflection and elastic energy follow the sliders. Only
@@ -37,26 +37,25 @@ class View(Command, name="view", run="robostiff_view.command:show_view"):
     no_browser: bool = option("--no-browser", help="Print the address, and open no browser.")
     answer: Answer = group(Answer, "as_json")
 
+    def run(self) -> int:
+        """Serve a view until it is interrupted; 0 then."""
+        from robostiff.cli import loaded, pose, show, wrench
+        from robostiff_view import LivePage, machine_of, parameter_sliders, parameters_written
 
-def show_view(asked: View) -> int:
-    """Serve a view until it is interrupted; 0 then."""
-    from robostiff.cli import loaded, pose_from, show, wrench_from
-    from robostiff_view import LivePage, machine_of, parameter_sliders, parameters_written
+        model = self.model
+        source, given = model.source, model.parameters
 
-    model = asked.model
-    source, given = model.source, model.parameters
+        def built(moved: Mapping[str, str]) -> Any:
+            return loaded(model, moved=moved)
 
-    def built(moved: Mapping[str, str]) -> Any:
-        return loaded(model, moved=moved)
-
-    robot = built({})
-    machine = machine_of(robot, pose_from(robot, asked.place))
-    wrench = None if asked.wrench is None else wrench_from(asked.wrench, machine.space)
-    written = {**parameters_written(source, model.side), **given} if source != "-" else {}
-    live = LivePage(machine, parameter_sliders(written), built, wrench, asked.port)
-    with closing(live), suppress(KeyboardInterrupt):
-        show({"url": live.url} if asked.answer.as_json else f"{live.url}\nCtrl-C ends the view.")
-        if not asked.no_browser:
-            webbrowser.open(live.url)
-        live.wait()
-    return 0
+        robot = built({})
+        machine = machine_of(robot, pose(robot, self.place))
+        load = wrench(self.wrench, machine.space)
+        written = {**parameters_written(source, model.side), **given} if source != "-" else {}
+        live = LivePage(machine, parameter_sliders(written), built, load, self.port)
+        with closing(live), suppress(KeyboardInterrupt):
+            show({"url": live.url} if self.answer.as_json else f"{live.url}\nCtrl-C ends the view.")
+            if not self.no_browser:
+                webbrowser.open(live.url)
+            live.wait()
+        return 0
