@@ -233,8 +233,8 @@ class Plan(Command, name="plan"):
             choose_poses,
             random_postures,
         )
-        from robostiff.io.whole_file import whole_file
         from robostiff.page.identification import chosen_poses_page
+        from robostiff.whole_file import whole_file
 
         output = output_beside(self.output, self.answer)
         robot = _robot(self.model, self.unknowns)

@@ -18,7 +18,6 @@ from robostiff.analysis import CableStiffness
 from robostiff.analytic.export.documents import TYPST_DERIVATIONS, typst_pdf
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, needs_extra
-from robostiff.io.whole_file import whole_file
 from robostiff.kinematics import Near, Pose
 from robostiff.linkage import Linkage
 from robostiff.markup import (
@@ -61,6 +60,7 @@ from robostiff.report.sections.the_robot import (
     robot_section,
 )
 from robostiff.version import __version__
+from robostiff.whole_file import whole_file
 
 if TYPE_CHECKING:
     import xarray
