@@ -165,7 +165,7 @@ def test_tangent_is_the_derivative_of_the_residual(name: str, beams: rs.Bowing):
         for u, own in zip(block.coordinates, A, strict=True):
             closure = own[block.free :, : block.free] * size[u]
             step[u] -= size[u] * (np.linalg.pinv(closure) @ (closure @ (step[u] / size[u])))
-    turned = legs.turned(eq, step[:, None], np.zeros((6, 1)))[:, 0]
+    turned = legs.steps(eq, step[:, None], np.zeros((6, 1)))[: len(step), 0]
 
     def residual(part: float) -> np.ndarray:
         """Axial forces of beams in balance with coordinates."""

@@ -273,8 +273,10 @@ class CarriedLoads:
     def springs(self) -> tuple[LoadedSpring, ...]:
         """Every spring between bodies."""
         legs, found = self.problem.legs, []
-        now = legs.pulls(self.state.legs, self.share) if legs.springs else None
-        for i, spring in enumerate(legs.springs if now else ()):
+        if not legs.springs:
+            return ()
+        now = legs.pulls(self.state.legs, self.share)
+        for i, spring in enumerate(legs.springs):
             length, tension = float(now.length[i]), float(now.tension[i])
             ends, energy = now.points[:, i], spring.energy(length, tension)
             found.append(LoadedSpring(spring.name, ends, length, tension, energy, spring.is_cable))

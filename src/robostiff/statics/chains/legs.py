@@ -52,25 +52,16 @@ class LegEquations:
 
     Closures ``J dx - dt`` stand in the rows of wrenches, ``-J^T`` in their columns, else A is
     symmetric: unknown are steps of wrenches in axes that turn half as far as the body at the end,
-    see `Legs.turned`.
+    see `Legs.steps`.
     """
 
     A: tuple[np.ndarray, ...]  # (N, n, n), block by block
     r: np.ndarray  # (T,): residual
-    A_t: np.ndarray  # (T, r): derivative by the twist of the platform
     r_factor: np.ndarray  # (T,): derivative by the factor of the loads
     state: LegState
     half: np.ndarray  # (C, r): of wrenches, moments of which turn half of the gaps
     terms: ChainTerms
     pulls: Pulls | None
-    beam_places: np.ndarray  # (B, 6): coordinates of beams among the unknowns
-
-    def completed(self, found: np.ndarray) -> np.ndarray:
-        """Steps (T, k) of the unknowns, those of axial forces behind; the first are Newton's."""
-        beams = self.terms.beams
-        axial = (beams.rate[..., None] * found[self.beam_places]).sum(axis=1)
-        axial[:, 0] = axial[:, 0] + beams.missing
-        return np.concatenate([found, axial])
 
 
 @dataclass(frozen=True)
@@ -321,15 +312,17 @@ class Legs:
                 for each, u in zip(own, block.coordinates, strict=True):
                     each[: block.free, : block.free] += K[np.ix_(u, u)]
             r_factor += share.rate * pulls.by_share
-        return LegEquations(blocks, r, at.by_twist, r_factor, state, half, terms, pulls, at.beams)
+        return LegEquations(blocks, r, r_factor, state, half, terms, pulls)
 
     @cached_property
     def _turning(self) -> np.ndarray:
         """Of the coordinates of bodies those that turn (3, r)."""
         return np.eye(6, dtype=int)[3:, list(self.rows)]
 
-    def turned(self, eq: LegEquations, step: np.ndarray, twist: np.ndarray) -> np.ndarray:
-        """Steps of the unknowns (T, k) in axes at rest, under twists of the platform (r, k).
+    def steps(self, eq: LegEquations, step: np.ndarray, twist: np.ndarray) -> np.ndarray:
+        """Steps (T + B, k) of unknowns and axial forces, from solutions (T, k), the first Newton's.
+
+        Under twists (r, k) of the platform, in axes at rest.
 
         Where the body at the end of a chain turns by a vector θ, the moment m of its wrench turns
         by θ/2: of its rate ``m x θ / 2`` goes off. So the tangent of a chain is symmetric.
@@ -339,7 +332,10 @@ class Legs:
         found, m = step.copy(), eq.state.W @ T.T
         found[at.W] = found[at.W] - T.T @ (skews(m) @ turn) * 0.5
         found[at.W, 0] = found[at.W, 0] + eq.half
-        return found
+        beams = eq.terms.beams
+        axial = (beams.rate[..., None] * found[at.beams]).sum(axis=1)
+        axial[:, 0] = axial[:, 0] + beams.missing
+        return np.concatenate([found, axial])
 
     def terms(self, state: LegState, pulls: Pulls | None, share: float) -> ChainTerms:
         """What the chains contribute, of numbers or of entries, with springs between bodies."""

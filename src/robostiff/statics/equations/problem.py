@@ -202,7 +202,7 @@ class EquilibriumProblem:
         rank: int | None,
     ) -> Linearised:
         eq = self.legs.equations(state.legs, state.R, state.p, loading.shares(factor))
-        wanted = -np.column_stack([eq.r, eq.A_t, eq.r_factor])
+        wanted = -np.column_stack([eq.r, self.legs.numbers.by_twist, eq.r_factor])
         every, regular = np.zeros(wanted.shape), True
         lacking: dict[int, Bordered] = {}
         for g, (block, A) in enumerate(zip(self.blocks, eq.A, strict=True)):
@@ -217,7 +217,7 @@ class EquilibriumProblem:
         # what only the base holds has no end on the platform
         ends = self.legs.on_platform
         twist = np.eye(self.size, self.size + 2, 1)
-        every = self.legs.turned(eq, every, twist)
+        every = self.legs.steps(eq, every, twist)
         carried = every[self.legs.numbers.W[ends]].sum(axis=0)
         K = carried[:, 1:-1]
         acting, rate, turning = self._on_platform(state, loading, factor)
@@ -240,7 +240,6 @@ class EquilibriumProblem:
             by_factor = held.free @ (held.free.T @ (by_factor / self.scale)) * self.scale
             K, K_total = held.within(K / s) * s, held.within(K_total / s) * s
             held = held if held.rank else None
-        every = eq.completed(every)
         return Linearised(
             problem=self,
             K=K,

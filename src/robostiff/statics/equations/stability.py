@@ -273,7 +273,7 @@ def whole_closure(known: Linearised) -> np.ndarray:
     for block, A in zip(problem.blocks, eq.A, strict=True):
         for at, own in zip(block.at, A, strict=True):
             G[at[:, None], at[: block.free]] = own[:, : block.free] / units[at[: block.free]]
-    G[:, len(units) :] = eq.A_t * problem.length / problem.scale
+    G[:, len(units) :] = problem.legs.numbers.by_twist * problem.length / problem.scale
     closures = np.delete(np.arange(len(units)), problem.free)
     kept = np.append(problem.free, np.arange(len(units), G.shape[1]))
     return units[closures, None] * G[np.ix_(closures, kept)]

@@ -63,10 +63,6 @@ class SymmetricElimination:
         """To the right side."""
         self.right[a] = self.right[a] + value
 
-    def follows(self, name: int, missing: Any, rates: Mapping[int, Any]) -> None:
-        """An unknown that moves by something, and with others at some rates."""
-        self._solved.append(({name: {n: -rate for n, rate in rates.items()}}, {name: missing}))
-
     def eliminate(
         self,
         elastic: Sequence[int],

@@ -172,8 +172,8 @@ class MovedBody:
 class RecordedLegs:
     """Legs whose coordinates, wrenches and bodies are unknowns, numbered as those of `Legs`.
 
-    Behind them the twist of the platform is numbered, and axial forces of beams. What holds springs
-    at the platform is the platform itself.
+    Values of axial forces of beams are named by the numbers behind them. What holds springs at the
+    platform is the platform itself.
     """
 
     legs: Legs
@@ -182,7 +182,7 @@ class RecordedLegs:
 
     @cached_property
     def twist(self) -> range:
-        """Numbers of the twist of the platform."""
+        """Numbers of the twist of the platform in the elimination."""
         return range(self.legs.numbers.total, self.legs.numbers.total + len(self.legs.rows))
 
     @cached_property
@@ -214,7 +214,7 @@ class RecordedLegs:
         for u, own in zip(at.held.tolist(), legs.rigid, strict=True):
             held[u] = self.force * self.length / unit(own.drive, self.length)
         found = {f"u{u}": float(size) for u, size in (usual | held).items()}
-        return found | {f"N{i}": self.force for i in range(len(legs.beams))}
+        return found | {f"u{at.total + i}": self.force for i in range(len(legs.beams))}
 
     @property
     def start(self) -> dict[str, float]:
@@ -241,14 +241,14 @@ class RecordedLegs:
             self.bodies[b].moved(values) if b in self.bodies else platform
             for b in range(len(legs.points))
         ]
-        u = _entries([values.get(f"u{i}", 0) for i in range(at.total)])
+        u = _entries([values.get(f"u{i}", 0) for i in range(at.total + len(legs.beams))])
         state = LegState(
             u[at.x],
             u[at.W],
             _entries([x for R, _ in places for x in R.flat]).reshape(-1, 3, 3),
             _entries([x for _, p in places for x in p]).reshape(-1, 3),
             u[at.held],
-            _entries([values[f"N{i}"] for i in range(len(legs.beams))]),
+            u[at.total :],
         )
         eq = legs.equations(state, platform.R, platform.p, Share(share, 0))
         units = np.ones(at.total)
@@ -269,11 +269,7 @@ class RecordedLegs:
             for number, t, own in zip(at.W[c].tolist(), self.twist, W + eq.half[c], strict=True):
                 elimination.add(number, t, -1)
                 elimination.add_right(t, -own)
-        beams = eq.terms.beams
-        for i, (_, _, beam) in enumerate(legs.beams):
-            rates = zip(at.beams[i, : beam.size].tolist(), beams.rate[i], strict=False)
-            elimination.follows(self.twist.stop + i, beams.missing[i], dict(rates))
-        elimination.pivots += [own for own in beams.pivots.flat if isinstance(own, Entry)]
+        elimination.pivots += [own for own in eq.terms.beams.pivots.flat if isinstance(own, Entry)]
         for spring, length in zip(legs.springs, eq.pulls.length if eq.pulls else (), strict=True):
             if spring.constant and isinstance(length, Entry):
                 elimination.pivots.append(length * (1 / usual_size(length)))
@@ -310,12 +306,8 @@ class RecordedLegs:
         rows, at = list(self.legs.rows), self.legs.numbers
         step = _entries([found[u] for u in range(at.total)])[:, None]
         step[at.W], step[at.held] = -step[at.W], -step[at.held]
-        step = self.legs.turned(eq, step, platform_twist[rows][:, None])[:, 0]
-        after = {}
-        for name in self.samples:
-            kind, number = name[0], int(name[1:])
-            more = step[number] if kind == "u" else found[self.twist.stop + number]
-            after[name] = values[name] + more
+        step = self.legs.steps(eq, step, platform_twist[rows][:, None])[:, 0]
+        after = {name: values[name] + step[int(name[1:])] for name in self.samples}
         for b, body in self.bodies.items():
             twist = np.zeros(6, dtype=int).astype(object)
             twist[rows] = step[at.bodies[b]]
