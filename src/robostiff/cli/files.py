@@ -360,7 +360,7 @@ def _kernel(robot: Any, place: Posing, form: str) -> str:
 
 
 def _write(path: Path, text: str) -> None:
-    from robostiff.io.whole_file import whole_file
+    from robostiff.whole_file import whole_file
 
     with whole_file(path) as begun:
         begun.write_text(text, encoding="utf-8")
