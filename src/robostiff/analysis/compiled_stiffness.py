@@ -11,23 +11,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.analysis.answer_of_kernel import CompiledAnswer
 from robostiff.analysis.compiled_answer import (
     AtGeneralPoses,
-    CompiledAnswer,
     Decided,
     RecordedRanks,
     attempted,
     decided_chunks,
     put_direct,
 )
-from robostiff.analysis.details import Question
 from robostiff.analysis.kernel_inputs import (
     InputRows,
     KernelInputs,
     LinkageInputs,
     ParameterValues,
+    checked_outputs,
     with_parameters,
 )
+from robostiff.analysis.questions import Question
 from robostiff.analysis.record_file import kept_on_disk
 from robostiff.analysis.record_trust import NEARER, depends_on_what_is_held, is_trusted
 from robostiff.analysis.result import Stiffness
@@ -311,48 +312,26 @@ def compile_stiffness(
     >>> answer.values["principal_stiffness"].shape
     (1000, 6)
     """
-    if isinstance(robot, Linkage):
-        names = [name for c in robot.connections for name in coordinate_names(c)]
-        driven = DrivenLinkage.of(with_parameters(robot, parameters, names), joints)
-        return compile_linkage(driven, checked_outputs(outputs), backend)
-    if not isinstance(robot, Robot):
+    compiled = _COMPILERS.get(getattr(robot, "kind", ""))
+    if compiled is None:
         raise InputError(
             "robot to compile",
             got=type(robot).__name__,
             expected="a Robot or a Linkage",
             hint='write compile(load("hexapod")), compile(load_linkage("four-bar.xml"))',
         )
-    if joints is not None:
-        raise InputError(
-            f"driven joints of {robot.name!r}",
-            got=joints,
-            expected="none: a robot with legs takes poses",
-        )
-    return compile_robot(robot, outputs, parameters, backend)
+    return compiled(robot, outputs, parameters, joints, backend)
 
 
-def checked_outputs(outputs: Sequence[Output]) -> tuple[Output, ...]:
-    """Outputs to compile, as they were given.
+def kernel_to_keep(subject: Robot | DrivenLinkage, most: int) -> CompiledStiffness | None:
+    """The kernel of K on NumPy, of a record of at most so many operations.
 
-    Raises InputError when there is none, one is no output, or two have the same name.
+    With none it is looked for on disk; a linkage has none there before it is recorded.
     """
-    kinds = "StiffnessMatrix(), PrincipalStiffness()"
-    if not isinstance(outputs, Sequence) or not outputs:
-        raise InputError(
-            "outputs to compile", got=outputs, expected="several", hint=f"write [{kinds}]"
-        )
-    for output in outputs:
-        if isinstance(output, type) or not isinstance(output, Output):
-            raise InputError("output to compile", got=output, expected=f"such as {kinds}")
-    names = [output.name for output in outputs]
-    if len(set(names)) < len(names):
-        raise InputError(
-            "outputs to compile",
-            got=names,
-            expected="each name once",
-            hint="compile once for each load case",
-        )
-    return tuple(outputs)
+    if isinstance(subject, DrivenLinkage):
+        has_record = most and subject.drives and subject.home.is_closed
+        return compile_linkage(subject, backend=Backend.ARRAYS) if has_record else None
+    return compile_robot(subject.numeric, (StiffnessMatrix(),), (), Backend.ARRAYS, most)
 
 
 def compile_robot(
@@ -484,3 +463,26 @@ def _check_derivatives(name: str, recorded: RecordedRobot, outputs: Sequence[Out
                 expected="first derivatives, of what has a kernel from pose to matrix",
                 hint="take differences of rs.stiffness at two poses instead",
             )
+
+
+def _compiled_robot(
+    robot: Robot, outputs: Any, parameters: Sequence[str], joints: Any, backend: Backend
+) -> CompiledStiffness:
+    if joints is not None:
+        raise InputError(
+            f"driven joints of {robot.name!r}",
+            got=joints,
+            expected="none: a robot with legs takes poses",
+        )
+    return compile_robot(robot, outputs, parameters, backend)
+
+
+def _compiled_linkage(
+    linkage: Linkage, outputs: Any, parameters: Sequence[str], joints: Any, backend: Backend
+) -> CompiledStiffness:
+    names = [name for c in linkage.connections for name in coordinate_names(c)]
+    driven = DrivenLinkage.of(with_parameters(linkage, parameters, names), joints)
+    return compile_linkage(driven, checked_outputs(outputs), backend)
+
+
+_COMPILERS = {Robot.kind: _compiled_robot, Linkage.kind: _compiled_linkage}

@@ -8,8 +8,7 @@ import numpy as np
 
 from robostiff.analysis.compiled_answer import AtGeneralPoses, attempted, closes
 from robostiff.analysis.kernel_inputs import KernelInputs, LinkageInputs, ParameterValues
-from robostiff.analysis.posed_stiffness import direct_stiffness
-from robostiff.analysis.questions import PosesOfRobot
+from robostiff.analysis.questions import PosesOfRobot, differences
 from robostiff.analysis.result import Stiffness
 from robostiff.compiled import Backend, Kernel, StiffnessMatrix, kernel_of
 from robostiff.elastostatics import Status, Tolerance
@@ -69,7 +68,8 @@ def _agrees(kernel: Kernel, general: AtGeneralPoses, taken: Any, seed: int, firs
             question = taken.question(other, pose, given[own])
             direct = Stiffness.of(question)
         decided = ~(answer.guarded[own] | _doubtful(direct))
-        for k, distance in direct.details().differences(answer[own], question.free):
+        answers = answer.status_codes[own], answer.rank[own], answer.matrix[own]
+        for k, distance in differences(direct.details(), *answers, question.free):
             if decided[k]:
                 place = f"{subject.name!r} at {question.place(k)}"
                 for name, x in zip(samples, values.rows[:, own[k]].tolist(), strict=True):
@@ -89,7 +89,7 @@ def depends_on_what_is_held(recorded: RecordedRobot, robot: Robot, finder: Postu
 
     A rod that spins between spherical joints is held by nothing, and transmits the same. A passive
     joint that folds a chain of beams is held by nothing either, but K depends on the fold: there
-    the record and the careful closure may be at different postures.
+    the record and the direct form may be at different postures.
     """
     held = () if recorded.closure is None else recorded.closure.held
     if not held:
@@ -100,11 +100,12 @@ def depends_on_what_is_held(recorded: RecordedRobot, robot: Robot, finder: Postu
     for row, pose in enumerate(posture.pose):
         q = [own[row] for own in posture.coordinates]
         here, there = (
-            direct_stiffness(finder.robot, pose, near=near)
+            Stiffness.of(PosesOfRobot(finder.robot, pose, near=near))
             for near in (q, np.split(np.concatenate(q) + moved, ends))
         )
         if not (here.answered and there.answered):
             return True
-        if there.details()[None].differences(here.details()[None], PosesOfRobot.free):
+        own = here.status_codes[None], here.rank[None], here.matrix[None]
+        if differences(there.details()[None], *own, PosesOfRobot.free):
             return True
     return False

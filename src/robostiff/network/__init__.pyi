@@ -1,4 +1,4 @@
-from robostiff.network.condensation import NetworkStiffness, compliance_between, condense
+from robostiff.network.condensation import compliance_between, condense
 from robostiff.network.elements import (
     BeamElement,
     DistributedForce,
@@ -28,7 +28,6 @@ __all__ = [
     "JointElement",
     "Network",
     "NetworkResponse",
-    "NetworkStiffness",
     "NetworkUnderLoads",
     "Node",
     "NodeForce",
