@@ -16,7 +16,7 @@ from robostiff.kinematics.spanning_tree import SpanningTree, spanning_tree
 from robostiff.model import Chain, Joint, JointKind, Link, Locked, Mass, Passive
 from robostiff.model.checks import finite_coordinates
 from robostiff.model.entries import Symbolic
-from robostiff.model.subject import Subject
+from robostiff.model.subject import Coordinate, Subject
 from robostiff.spatial import Frame, Screw, Space, refuse_quantities
 
 JointValues = Mapping[str, float | Sequence[float]]
@@ -88,6 +88,7 @@ class ConnectedBodies(Symbolic, Subject):
     """The data of a `Linkage`: bodies connected in any way, one of which is fixed."""
 
     kind: ClassVar[str] = "linkage"
+    coordinates: ClassVar[tuple[Coordinate, ...]] = ()
     name: str
     connections: tuple[Connection, ...]
     base: str
