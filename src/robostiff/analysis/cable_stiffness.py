@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.cable_tensions import CableAnswer, cable_tensions
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
-from robostiff.analysis.result import in_short, points_given
+from robostiff.analysis.result import points_given
 from robostiff.cables import (
     TensionRule,
     axial_stiffness,
@@ -153,9 +153,6 @@ class CableStiffness(StiffnessOfPoses, InNotebooks, CableAnswer):
         v = placed.reference_point - self.reference_point
         wrench = move_wrench(self.wrench, v[..., : self.space.translations])
         return replace(self, placed=placed, wrench=wrench)
-
-    def __repr__(self) -> str:
-        return in_short(self, "CableStiffness")
 
     def _in_words(self, kind: str) -> tuple[FreeMotion, ...]:
         self.check_is_single(f"{kind} motions")

@@ -50,7 +50,6 @@ class ConfigurationsOfLinkage(Question):
     """
 
     driven: DrivenLinkage
-    numbers: np.ndarray
     has_legs: ClassVar[bool] = False
     opinions: ClassVar[str] = "the record of a linkage and the wrench basis form"
     free: ClassVar[float] = 1e-4  # what rounding leaves of zero, with all wrenches at once
@@ -59,10 +58,8 @@ class ConfigurationsOfLinkage(Question):
         self, driven: DrivenLinkage, given: np.ndarray, tolerance: Tolerance = DEFAULT_TOLERANCE
     ) -> None:
         name, batch = driven.part.name, given.shape[:-1]
-        super().__init__(name, Space.SPATIAL, DEFAULT_METHOD, tolerance, batch)
+        super().__init__(name, Space.SPATIAL, DEFAULT_METHOD, tolerance, batch, given)
         self.driven = driven
-        # (N, n): one configuration a row
-        self.numbers = given.reshape(self.rows.size, given.shape[-1])
 
     @classmethod
     def asked(
@@ -93,10 +90,6 @@ class ConfigurationsOfLinkage(Question):
         others = [j for j in machine.joints if j.name in values and j.name not in drives]
         batch = np.broadcast_shapes(rows.shape[:-1], *(_batch(j, values[j.name]) for j in others))
         return cls(driven, np.broadcast_to(rows, (*batch, rows.shape[-1])), tolerance)
-
-    def place(self, row: int) -> list[float]:
-        """Coordinates of the drives of one configuration [m, rad]."""
-        return self.numbers[row].tolist()
 
     def reference_points(self, rows: np.ndarray) -> np.ndarray:
         """Of the platform in the world (..., 3) [m]."""

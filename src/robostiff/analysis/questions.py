@@ -101,6 +101,8 @@ class Question(ABC):
     tolerance : Tolerance
     batch : tuple of int
         Shape of the batch of poses.
+    numbers : (..., n) array
+        What each pose is given by [m, rad]; kept one pose a row.
     """
 
     name: str
@@ -108,6 +110,7 @@ class Question(ABC):
     method: Form | StructuralAnalysis
     tolerance: Tolerance
     rows: np.ndarray
+    numbers: np.ndarray
     #: Whether the machine has legs, each of which has forms of K_C; others are solved as a whole.
     has_legs: ClassVar[bool] = True
     #: Whether one pose has several postures, of which the nearest to given ones may be asked for.
@@ -124,9 +127,11 @@ class Question(ABC):
         method: Form | StructuralAnalysis,
         tolerance: Tolerance,
         batch: tuple[int, ...],
+        numbers: np.ndarray,
     ) -> None:
         self.name, self.space, self.method, self.tolerance = name, space, method, tolerance
         self.rows = np.arange(int(np.prod(batch, dtype=int))).reshape(batch)
+        self.numbers = numbers.reshape(self.rows.size, numbers.shape[-1])
         self.recorded: CompiledAnswer | None = None
         self._whole: Details | None = None
         self._blocks: dict[int, Details] = {}
@@ -184,7 +189,7 @@ class Question(ABC):
 
     def place(self, row: int) -> list[float]:
         """The numbers of one pose [m, rad]."""
-        return []
+        return self.numbers[row].tolist()
 
     def pose_at(self, rows: np.ndarray) -> np.ndarray | None:
         """Pose coordinates (..., 6) where all of them are given."""
@@ -213,7 +218,6 @@ class PosesOfRobot(Question):
     near: Near
     #: A PoseRequest, or joint coordinates (..., size).
     request: PoseRequest | np.ndarray
-    numbers: np.ndarray
     has_postures: ClassVar[bool] = True
     opinions: ClassVar[str] = "the record of a robot and the wrench basis form"
     free: ClassVar[float] = 1e-6
@@ -231,12 +235,10 @@ class PosesOfRobot(Question):
         is_read = type(pose) is PoseRequest
         self.request = request = pose if is_read else self.finder.request(cast("Pose", pose))
         by_joints = isinstance(request, np.ndarray)
+        # Pose coordinates (N, 6), or joint coordinates (..., size).
         batch = request.shape[:-1] if by_joints else request.batch
-        super().__init__(robot.name, robot.space, method, tolerance, batch)
-        # Pose coordinates (N, 6), or joint coordinates (N, size), one pose a row.
-        self.numbers = (
-            request.reshape(self.rows.size, request.shape[-1]) if by_joints else request.coordinates
-        )
+        numbers = request if by_joints else request.coordinates
+        super().__init__(robot.name, robot.space, method, tolerance, batch, numbers)
 
     @classmethod
     def asked(
@@ -245,10 +247,6 @@ class PosesOfRobot(Question):
         """A robot with springs between its bodies is refused: those need a load."""
         machine.check_has_no_springs("stiffness without load")
         return cls(machine, pose, method, near, tolerance)
-
-    def place(self, row: int) -> list[float]:
-        """The numbers of one pose [m, rad]."""
-        return self.numbers[row].tolist()
 
     def pose_at(self, rows: np.ndarray) -> np.ndarray | None:
         """Pose coordinates (..., 6) where all of them are given."""
@@ -362,7 +360,9 @@ class OwnPose(Question):
         tolerance: Tolerance,
         found: Details,
     ) -> None:
-        super().__init__(machine.name, machine.space, method, tolerance, found.batch_shape)
+        batch = found.batch_shape
+        none = np.zeros((*batch, 0))
+        super().__init__(machine.name, machine.space, method, tolerance, batch, none)
         self.machine, self._whole = machine, found
 
     @classmethod

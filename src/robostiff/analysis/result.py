@@ -343,9 +343,6 @@ class Stiffness(StiffnessOfPoses, InNotebooks):
         point = None if self.point is None else self.point[index]
         return Stiffness(self.question, np.asarray(self.rows[index]), point)
 
-    def __repr__(self) -> str:
-        return in_short(self, "Stiffness")
-
     @property
     def offset(self) -> np.ndarray:
         """From `origin` to the reference point, in the coordinates of the space (..., d) [m]."""
@@ -359,19 +356,6 @@ class Stiffness(StiffnessOfPoses, InNotebooks):
         if self.complaints:
             raise NoAnswerError(f"no stiffness matrix of {self.name!r}: {'; '.join(self.advice)}")
         self.details().check_answered()
-
-
-def in_short(result: Any, kind: str) -> str:
-    """What is printed of a result: point, rank and status; how many matrices a batch has."""
-    if result.batch_shape:
-        answered = int(np.count_nonzero(result.answered))
-        poses = int(np.prod(result.batch_shape))
-        return f"<{kind} of {result.name!r}, {poses} poses, {answered} with a matrix>"
-    point = ", ".join(f"{x:.5g}" for x in result.reference_point)
-    return (
-        f"<{kind} of {result.name!r} about ({point}) m, rank {int(result.rank)} of "
-        f"{result.space.size}, status {result.status}>"
-    )
 
 
 def points_given(at: ArrayLike, batch_shape: tuple[int, ...]) -> np.ndarray:

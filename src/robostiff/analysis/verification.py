@@ -206,7 +206,7 @@ def _compared(reference: Stiffness, other: Stiffness, agreement: float) -> Compa
     if rigid or other_rigid:
         outcome = Outcome.AGREES if rigid and other_rigid else differs
         return Comparison(name, outcome, None, rank, "a rigid direction" if other_rigid else "")
-    distance = _distance(other.K, reference)
+    distance = matrix_distance(other.K, reference.K, float(reference.length))
     reason = "" if rank == reference.rank else f"rank {rank}, and not {int(reference.rank)}"
     agrees = distance <= agreement and not reason
     return Comparison(name, Outcome.AGREES if agrees else differs, distance, rank, reason)
@@ -226,10 +226,6 @@ def _energy(
         return Comparison("energy", Outcome.AGREES if rigid else differs, None, None, str(error))
     if rigid:
         return Comparison("energy", differs, None, None, "no rigid direction")
-    distance = _distance(K, reference)
+    distance = matrix_distance(K, reference.K, float(reference.length))
     outcome = Outcome.AGREES if distance <= agreement else differs
     return Comparison("energy", outcome, distance, None, "")
-
-
-def _distance(K: np.ndarray, reference: Stiffness) -> float:
-    return matrix_distance(K, reference.K, float(reference.length))

@@ -95,6 +95,16 @@ class StiffnessOfPoses(StatusOfPoses):
         """Spatial (6 x 6) or planar (3 x 3)."""
         return Space.of_size(self.matrix.shape[-1])
 
+    def __repr__(self: Any) -> str:
+        """Point, rank and status; of a batch how many poses have a matrix."""
+        kind = f"{type(self).__name__} of {self.name!r}"
+        if self.batch_shape:
+            count = int(np.count_nonzero(self.answered))
+            return f"<{kind}, {int(np.prod(self.batch_shape))} poses, {count} with a matrix>"
+        point = ", ".join(f"{x:.5g}" for x in self.reference_point)
+        rank = f"rank {int(self.rank)} of {self.space.size}"
+        return f"<{kind} about ({point}) m, {rank}, status {self.status}>"
+
     def check_answered(self: Any) -> None:
         """Raise a NoAnswerError, with the advice of the status, unless all poses have a matrix."""
         if np.all(self.answered):
