@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,9 +11,9 @@ from robostiff.analysis.compiled_answer import AtGeneralPoses, attempted, closes
 from robostiff.analysis.kernel_inputs import KernelInputs, LinkageInputs, ParameterValues
 from robostiff.analysis.questions import PosesOfRobot, differences
 from robostiff.analysis.result import Stiffness
-from robostiff.compiled import Backend, Kernel, StiffnessMatrix, kernel_of
+from robostiff.compiled import Backend, Kernel, Output, Rates, StiffnessMatrix, kernel_of
 from robostiff.elastostatics import Status, Tolerance
-from robostiff.errors import DisagreementError
+from robostiff.errors import DisagreementError, InputError
 from robostiff.kinematics import JointCoordinates, PostureFinder
 from robostiff.model import Robot
 from robostiff.recorded import RecordedRobot, sample_postures
@@ -109,3 +110,17 @@ def depends_on_what_is_held(recorded: RecordedRobot, robot: Robot, finder: Postu
         if differences(there.details()[None], *own, PosesOfRobot.free):
             return True
     return False
+
+
+def check_derivatives(name: str, recorded: RecordedRobot, outputs: Sequence[Output]) -> None:
+    """Raise for derivatives that recorded Newton steps do not give."""
+    for output in outputs:
+        if not isinstance(output, Rates):
+            continue
+        if recorded.closure is None or isinstance(output.of, Rates):
+            raise InputError(
+                f"derivative {output.name}",
+                got=f"{name!r}, which is closed by iteration",
+                expected="first derivatives, of what has a kernel from pose to matrix",
+                hint="take differences of rs.stiffness at two poses instead",
+            )

@@ -22,6 +22,7 @@ from robostiff.model.checks import FARTHEST, FULL_TURN
 if TYPE_CHECKING:
     from robostiff.analysis.answer_of_kernel import CompiledAnswer
     from robostiff.analysis.compiled_stiffness import CompiledStiffness
+    from robostiff.linkage import DrivenLinkage
 
 # Recording a robot takes as long as the direct form at some 6,000 poses of a batch, or in 20 to 30
 # calls (all shipped robots: 3,000 to 9,000 poses, 10 to 30 calls). It begins when that was spent.
@@ -84,13 +85,13 @@ class KeptRecord:
             self.is_tried = pays or self.compiled is not None
         if self.compiled is None:
             return None
-        from robostiff.compiled import machine_code_is_available
+        from robostiff.compiled import MachineCode, machine_code_is_available
 
         self.served += self.a_call + count
         pays = self.served > self.machine_code_pays
         if pays and not self.is_machine_code and machine_code_is_available():
             self.is_machine_code = True
-            self.compiled = replace(self.compiled, kernel=self.compiled.kernel.in_machine_code())
+            self.compiled = replace(self.compiled, kernel=self.compiled.kernel.by(MachineCode))
         return self.compiled
 
 
@@ -105,13 +106,24 @@ def _costs() -> dict[str, tuple[int, int, int]]:
 
 
 def _compiled(subject: Any, may_record: bool) -> CompiledStiffness | None:
-    """Its kernel on NumPy.
+    """The kernel of K of a robot or driven linkage on NumPy.
 
-    Raises NoAnswerError where its record would be longer than what it can ever pay for.
+    A robot is looked for on disk even where it is not recorded yet. Raises NoAnswerError where its
+    record would be longer than what it can ever pay for.
     """
-    from robostiff.analysis.compiled_stiffness import kernel_to_keep
+    from robostiff.analysis.compiled_stiffness import compile_linkage, compile_robot
+    from robostiff.compiled import Backend, StiffnessMatrix
 
-    return kernel_to_keep(subject, _MOST_OPERATIONS if may_record else 0)
+    def of_robot(robot: Robot) -> CompiledStiffness:
+        most = _MOST_OPERATIONS if may_record else 0
+        return compile_robot(robot.numeric, (StiffnessMatrix(),), (), Backend.ARRAYS, most)
+
+    def of_linkage(driven: DrivenLinkage) -> CompiledStiffness | None:
+        has_record = may_record and driven.drives and driven.home.is_closed
+        return compile_linkage(driven, backend=Backend.ARRAYS) if has_record else None
+
+    kinds: dict[str, Callable[[Any], Any]] = {"robot": of_robot, "linkage": of_linkage}
+    return kinds[subject.kind](subject)
 
 
 def ask_record(question: Question) -> None:
