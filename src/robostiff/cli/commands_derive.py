@@ -162,6 +162,7 @@ _AS_OPTIONS = {
     "form=Steps()": "--steps",
     "form=Closed()": "--closed",
     "pose=AtJoints()": "--pose joints",
+    "at pose=AtSymbols()": "with --pose symbolic",
     "AtSymbols()": "--pose symbolic",
     "rs.stiffness(robot, pose)": "robostiff stiffness",
 }

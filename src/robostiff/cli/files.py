@@ -290,7 +290,9 @@ class Convert(Command, name="convert"):
             )
         ending = "" if path is None else path.suffix.lower()
         robot = self.model.load()
-        frozen = None if form in _KERNELS else _frozen(self.model.source, robot, self.place, form)
+        frozen: Any = robot
+        if form not in _KERNELS:
+            frozen = _frozen(self.model.source, robot, self.place, form)
         if form in _KERNELS:
             text = _kernel(robot, self.place, form)
         elif writer is not None:

@@ -136,6 +136,9 @@ class Plot(Command, name="plot"):
             return (plot.robot(robot, colouring=plot.Colouring.NAMES, **shown),)
         if what in _OF_LOADS:
             F = written.wrench(self.wrench, robot.space)
+            if what == "energy":
+                kinds, expected = {"robot", "snapshot", "network", "linkage"}, "a robot with legs"
+                written.check_kind(robot, kinds, "--what energy", expected=expected)
             if getattr(robot, "cables", ()):
                 bent: Any = cable_response(robot, place["pose"], F)
             else:

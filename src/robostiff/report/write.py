@@ -99,10 +99,6 @@ def report_page(contents: ReportContents) -> Page:
 def report_html(contents: ReportContents) -> str:
     """A report as one HTML page that contains its style, script and figures.
 
-    Parameters
-    ----------
-    contents : ReportContents
-
     Raises
     ------
     InputError
@@ -181,10 +177,6 @@ _PREAMBLE = """\
 
 def report_typst(contents: ReportContents) -> str:
     """A report as the source of a Typst document; its figures are inside.
-
-    Parameters
-    ----------
-    contents : ReportContents
 
     Raises
     ------
