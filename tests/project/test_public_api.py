@@ -121,6 +121,7 @@ PUBLIC = [
     "SaddlePoint",
     "ShareAbove",
     "Snapshot",
+    "SourceLanguage",
     "Squares",
     "Status",
     "Steps",

@@ -14,11 +14,11 @@ from robostiff.compensation.compensate import Compensation
 from robostiff.elastostatics import Status
 from robostiff.errors import FileError, InputError, Location
 from robostiff.io.csv_table import CsvTable, read_table
-from robostiff.io.whole_file import whole_file
 from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.machine_pose import actuator_places
 from robostiff.kinematics.pose import home_coordinates, joint_units
 from robostiff.model import Robot
+from robostiff.whole_file import whole_file
 
 _EULER = re.compile(r"(?:[xyz]{3}|[XYZ]{3})\Z")
 

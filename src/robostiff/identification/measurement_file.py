@@ -11,9 +11,9 @@ import numpy as np
 from robostiff.analysis.maps.pose_columns import POSE_UNITS, coordinate_units
 from robostiff.errors import FileError, InputError, Location
 from robostiff.identification.measurements import Measurements, Reading, coordinates_of
+from robostiff.io.bounded_file import bounded_bytes
 from robostiff.io.csv_table import read_table
 from robostiff.io.units import Dimension, parse_quantity, to_si
-from robostiff.io.whole_file import bounded_bytes
 from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.pose import home_coordinates
 from robostiff.model import Robot
