@@ -121,8 +121,15 @@ def test_a_compliance_at_its_bound_has_an_interval_on_one_side(tmp_path):
 def test_fewer_numbers_than_unknowns(tmp_path):
     robot = rs.load(model_file("arm", tmp_path))
     few = arm_campaign().chosen([0, 1])
-    with pytest.raises(rs.InputError, match=r"got 6, expected at least 12.*arm/joint6\.zero"):
-        rs.identify(robot, few, ["arm/joint*", "arm/joint*.zero"], frames=arm_frames())
+    found = rs.identify(robot, few, ["arm/joint*", "arm/joint*.zero"], frames=arm_frames())
+    assert found.status is rs.FitStatus.TOO_FEW_ROWS
+    assert found.status.is_bad
+    assert found.status.words == "too-few-rows"
+    (advice,) = found.advice
+    assert advice.startswith("6 numbers were read, for 12 unknowns: arm/joint1, arm/joint2")
+    assert found.values == found.std == {}
+    with pytest.raises(rs.NoAnswerError, match="6 numbers were read"):
+        _ = found.robot
 
 
 def test_names_that_fit_nothing(tmp_path):

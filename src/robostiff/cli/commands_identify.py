@@ -22,6 +22,7 @@ from robostiff.identification.choice_of_poses import (
     random_postures,
 )
 from robostiff.identification.frames import KnownFrames, UnknownFrames
+from robostiff.identification.identified import FitStatus
 from robostiff.identification.identify import Robust, Squares, identify
 from robostiff.identification.measurements import Measurements, coordinates_of
 from robostiff.io.units import Dimension, parse_quantities
@@ -49,7 +50,12 @@ def identify_robot(asked: Identify) -> int:
             asked.instrument, _POSE, ("x", "y", "z", "rx", "ry", "rz"), "--instrument"
         )
         frames = KnownFrames(markers or None, place)
-    measured = Measurements.read(asked.path, robot, joints=asked.postures)
+    sigma = parse_quantities(
+        asked.sigma or "", (Dimension.LENGTH, Dimension.ANGLE), ("sigma", "turn"), "--sigma"
+    ) if asked.sigma else ()  # fmt: skip
+    columns = None if asked.columns is None else asked.columns.split(",")
+    given = {"columns": columns, "hooks": _markers(asked.hooks, "--hook"), "sigma": sigma}
+    measured = Measurements.read(asked.path, robot, joints=asked.postures, **given)
     found = identify(
         robot,
         measured,
@@ -60,10 +66,10 @@ def identify_robot(asked: Identify) -> int:
         loss=loss,
         gravity=gravity_from(asked.gravity),
     )
-    if output is not None:
+    if output is not None and found.status is not FitStatus.TOO_FEW_ROWS:
         source = asked.model.source
         found.write(output, robot_file(source) if source in shipped_names() else source)
-    if picture is not None:
+    if picture is not None and found.status is not FitStatus.TOO_FEW_ROWS:
         from robostiff.plot.residuals import residuals_picture
 
         draw(residuals_picture(found), picture)
@@ -132,13 +138,11 @@ def _robot(model: Model, patterns: Sequence[str]) -> Robot:
     return robot
 
 
-def _markers(texts: tuple[str, ...]) -> dict[str, list[float]]:
-    """Places of markers in the platform frame."""
-    pairs = named_values("--marker", texts, "NAME=X Y Z")
+def _markers(texts: tuple[str, ...], option: str = "--marker") -> dict[str, list[float]]:
+    """Places of markers, or hooks, in the platform frame."""
+    pairs = named_values(option, texts, "NAME=X Y Z")
     lengths = (Dimension.LENGTH,) * 3
-    return {
-        name: parse_quantities(own, lengths, ("x", "y", "z"), "--marker") for name, own in pairs
-    }
+    return {name: parse_quantities(own, lengths, ("x", "y", "z"), option) for name, own in pairs}
 
 
 def _table(robot: Robot, postures: Any) -> str:

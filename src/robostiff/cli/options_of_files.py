@@ -21,7 +21,7 @@ FORMATS = ("text", "latex", "pdf", "md", "html", "json", "python", "c", "julia",
 _GRAVITY = "Acceleration of free fall: -z, or three numbers with units; by default the model's."
 _PARAMETERS = (
     "What is to be found: drives and springs by name, as arm/joint* (their compliance); "
-    "arm/forearm.factor, arm/joint3.zero; or parameters of the model file"
+    "arm/forearm.factor, arm/joint3.zero, arm/joint2.play; or parameters of the model file"
 )
 _OUTPUT = "The file to write; standard output when left out."
 
@@ -179,6 +179,20 @@ class Identify(Command, name="identify", run="commands_identify:identify_robot")
     )
     postures: str | None = option(
         "--postures", metavar="FILE.csv", help="Those of the points of a tracker export, and loads."
+    )
+    columns: str | None = option(
+        "--columns",
+        metavar="HEADINGS",
+        help="Of a file without them, with commas between: 'n1.x [mm],n1.y [mm],n1.z [mm],"
+        "joint1 [deg],,'; what has none is passed over.",
+    )
+    hooks: tuple[str, ...] = repeatable(
+        "--hook", "NAME=X Y Z", "Where a hook that the column at names is, in the platform frame"
+    )
+    sigma: str | None = option(
+        "--sigma",
+        metavar='"LENGTH ANGLE"',
+        help="Standard deviations of lengths and turns that the file does not have.",
     )
     loss: str = option(
         "--loss", metavar="NAME", default="squares", help="squares; or robust, for outliers."

@@ -50,6 +50,7 @@ def compile_loaded(
     preload: Mapping[str, float] | None = None,
     beams: Beams = _BOWING,
     platforms: bool = False,
+    drives: bool = False,
     backend: Backend = Backend.BEST,
 ) -> CompiledLoading:
     """Record the equilibrium of a robot under a wrench once, for many poses and wrenches.
@@ -73,6 +74,8 @@ def compile_loaded(
     platforms : bool
         Whether answers have the place of the platform and its rates with the parameters, and
         `evaluate` takes forces at hooks.
+    drives : bool
+        Whether answers have deflections and loads of elastic joints, too, and their rates.
     backend : Backend
         As for `compile`. NumPy runs steps of more than 30,000 operations.
 
@@ -147,7 +150,8 @@ def compile_loaded(
             force,
             standing,
             by_pose=not recorded.joints,
-            platforms=platforms,
+            platforms=platforms or drives,
+            drives=drives,
         )
     except RigidLegError as error:
         raise _rigid(robot) from error
@@ -176,7 +180,15 @@ def compile_loaded(
         )
     general = AtGeneralPoses(loading.rank, loading.status, verified=True)
     found = CompiledLoading(
-        robot, kernel, closure, general, Status.OK, standing, loading.has_arms, platforms
+        robot,
+        kernel,
+        closure,
+        general,
+        Status.OK,
+        standing,
+        loading.has_arms,
+        platforms or drives,
+        loading.drives,
     )
     return _confirmed(found, finder, force)
 

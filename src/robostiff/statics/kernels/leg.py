@@ -244,6 +244,18 @@ class RecordedLegs:
         return dict(zip(self.names_of(self.legs.numbers.x), units, strict=True))
 
     @cached_property
+    def drives(self) -> dict[str, tuple[str, Any]]:
+        """Elastic joints, by ``leg/joint``: names of their coordinates, and stiffnesses."""
+        found = {}
+        for c, chain in enumerate(self.legs.chains):
+            own = iter(self.names_of(self.legs.numbers.x[self.legs.coordinates[c]]))
+            for e in chain.elements:
+                first, *_ = [next(own) for _ in range(e.size)]
+                if isinstance(e, FiniteJoint) and not is_zero(e.stiffness):
+                    found[f"{chain.owner.name}/{e.name}"] = first, e.stiffness
+        return found
+
+    @cached_property
     def wrenches(self) -> dict[int, list[str]]:
         """Names of the components of the wrenches of chains."""
         numbers = enumerate(self.legs.numbers.W)
