@@ -14,7 +14,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy is loaded
 
 import robostiff as rs
 from robostiff.robots import shipped_cable_robots, shipped_linkages, shipped_robots
-from robostiff.view import LivePage, machine_of
+from robostiff_view import LivePage, machine_of
 
 _MOVES = 20
 _LOADS = {6: [300.0, 100.0, -500.0, 10.0, 20.0, 30.0], 3: [300.0, 100.0, 10.0]}

@@ -9,7 +9,7 @@ import sys
 from playwright.sync_api import sync_playwright
 
 import robostiff as rs
-from robostiff.view import LivePage, machine_of, parameter_sliders, parameters_written
+from robostiff_view import LivePage, machine_of, parameter_sliders, parameters_written
 
 LOAD = [300, 100, -500, 0, 0, 0]
 _WAIT = 120_000  # [ms]: a processor draws

@@ -46,6 +46,21 @@ class RobostiffError(Exception):
         return printable(super().__str__(), kept="\n\t")
 
 
+class Words(str):
+    """Text that a message shows without quotes.
+
+    Examples
+    --------
+    >>> Words("5 numbers")
+    5 numbers
+    """
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
 class InputError(RobostiffError, ValueError):
     """Input that cannot be used.
 

@@ -152,22 +152,20 @@ def test_the_answer_says_that_time_has_ended():
 
 IN_A_LONG_CALL = """
 import sys, time, flint
-from types import SimpleNamespace
 from robostiff.cli.command import as_click
 from robostiff.cli.options import Command
 from robostiff.cli.watched import go_on_in_child
 
-class Long(Command, name="long", run="long:answer"):
+class Long(Command, name="long"):
     "A long call."
 
-def answer(asked):
-    go_on_in_child(lambda passed: f"for {passed:.0f} s")
-    print("begun", flush=True)
-    n = flint.fmpz(10) ** 119 + 33
-    (n * (flint.fmpz(10) ** 121 + 13)).factor()
-    return 0
+    def run(self):
+        go_on_in_child(lambda passed: f"for {passed:.0f} s")
+        print("begun", flush=True)
+        n = flint.fmpz(10) ** 119 + 33
+        (n * (flint.fmpz(10) ** 121 + 13)).factor()
+        return 0
 
-sys.modules["robostiff.cli.long"] = SimpleNamespace(answer=answer)
 as_click("long", Long)()
 """
 

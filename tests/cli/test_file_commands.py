@@ -8,7 +8,7 @@ import pytest
 from jsonschema import Draft202012Validator
 
 import robostiff as rs
-from robostiff.cli.commands_files import templates
+from robostiff.cli.files import templates
 from robostiff.io.document import parse_document, read_document
 from robostiff.io.model_file.schema import _MEANINGS, model_file_schema
 from robostiff.io.snapshot import network_schema, network_to_data, snapshot_schema

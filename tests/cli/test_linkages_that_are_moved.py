@@ -8,7 +8,7 @@ import pytest
 import robostiff as rs
 from robostiff.errors import NoAnswerError
 from robostiff.report import report_contents
-from robostiff.view import machine_of
+from robostiff_view import machine_of
 from tests.cli.running import Running
 
 PANTOGRAPH, LOW = "double-pantograph", ("--joints", "screw=-50 mm")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.cli import commands_pictures
+from robostiff.cli import pictures
 from robostiff.io.map_files import read_map
 from robostiff.model import PlacedFreedom
 from robostiff.plot.picture import Path, Scene
@@ -33,7 +33,7 @@ def test_near_chooses_the_posture_that_is_drawn(what, tmp_path, monkeypatch):
     other = [own[-1].coordinates for own in rs.postures(robot, pose).values()]
     words = " ".join(f"{value:.17g}" for q in other for value in q)
     drawn: list[Scene] = []
-    monkeypatch.setattr(commands_pictures, "draw", lambda picture, *_: drawn.append(picture))
+    monkeypatch.setattr(pictures, "draw", lambda picture, *_: drawn.append(picture))
     load = ["--wrench", "100 20 3"] if what == "deflection" else []
     command = ["plot", "3-rrr", "--what", what, "--pose", "0.02 0.01 0.1", *load]
     for more in ([], ["--near", words]):

@@ -5,9 +5,7 @@ import os
 import re
 import subprocess
 import sys
-from importlib import import_module
 from pathlib import Path
-from typing import get_type_hints
 
 import numpy as np
 import pytest
@@ -77,11 +75,8 @@ def test_commands_are_those_that_are_declared():
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_a_command_gets_what_its_function_takes(command):
-    module, function = declared(command).run.split(":")
-    taken = get_type_hints(getattr(import_module(f"robostiff.cli.{module}"), function))
-    assert taken.pop("return") is int
-    assert list(taken.values()) == [declared(command)]
+def test_a_command_runs_and_names_each_option_once(command):
+    assert "run" in vars(declared(command))
     names = [own.name for own in declared(command).parameters()]
     assert len(names) == len(set(names))
 

@@ -170,13 +170,12 @@ def test_the_command_reads_graphs_and_refuses_their_poses():
 
 
 def test_the_command_exits_with_one_when_methods_differ(monkeypatch, capsys):
-    from robostiff.cli.commands import print_verification
+    from robostiff.cli.answers import PrintVerification
     from robostiff.cli.options import Answer, Model, Posing
-    from robostiff.cli.options_of_answers import PrintVerification
 
     planted(monkeypatch, with_penalty(1.0))
     asked = PrintVerification(model=Model(ROBOT), place=Posing(), answer=Answer())
-    assert print_verification(asked) == 1
+    assert asked.run() == 1
     assert "methods DISAGREE" in capsys.readouterr().out
 
 

@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.io.opensees import opensees_commands
 from robostiff.network import Network
+from robostiff_interop import opensees_commands
 
 # Springs for rigid joints, in units of the stiffest part; each a tenth of the one before.
 STIFFEST = 1e3

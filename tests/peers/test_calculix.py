@@ -14,8 +14,8 @@ from click.testing import CliRunner
 from robostiff import compliance, load
 from robostiff.cli.main import app
 from robostiff.elasticity import Elasticity
-from robostiff.io.calculix import calculix_input
 from robostiff.network import JointElement, Network, SpringElement, beam_between
+from robostiff_interop import calculix_input
 from tests.generators.metric import distance
 from tests.network.frames import BAR, STEEL, ball, nodes, turning
 from tests.other_programs import command

@@ -26,7 +26,6 @@ from robostiff.elasticity import (
     tapered_compliance,
 )
 from robostiff.errors import InputError
-from robostiff.io.opensees import opensees_script
 from robostiff.kinematics import PostureFinder
 from robostiff.model import Actuated, Chain, Link, PlacedMass, revolute
 from robostiff.network import (
@@ -38,6 +37,7 @@ from robostiff.network import (
     network_response,
 )
 from robostiff.spatial import Frame
+from robostiff_interop import opensees_script
 from tests.generators.metric import distance
 from tests.network.frames import graph
 from tests.peers.opensees import (

@@ -12,6 +12,17 @@ HERE = rs.Frame(np.eye(3), np.zeros(3))
 LOAD = (300, 100, -200, 0, 0, 20)
 
 
+def turn(motion: Any) -> np.ndarray:
+    """Rotation (3,) of a body that moves little [rad]."""
+    D = motion.D
+    return np.array([D[2, 1], D[0, 2], D[1, 0]])
+
+
+def twist_about(motion: Any, point: np.ndarray) -> np.ndarray:
+    """Twist (6,) of a body that moves little, about a point (3,) [m, rad]."""
+    return np.concatenate([motion.displacement(point), turn(motion)])
+
+
 @cache
 def robot(name: str) -> Any:
     return rs.load(name)

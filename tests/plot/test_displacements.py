@@ -15,7 +15,7 @@ from robostiff.plot.picture import LineWeight, Marks, Path
 from robostiff.plot.posed_robot import picture_of_posed
 from robostiff.spatial import move_wrench
 from tests.generators.robots import FreeRobot, robots
-from tests.plot.machines import HERE, LOAD, POSE, hexapod_deflection, robot
+from tests.plot.machines import HERE, LOAD, POSE, hexapod_deflection, robot, turn, twist_about
 
 BENDING = ("hexapod", "gough-stewart-b-beams", "3-puu", "3-rrr", "3-rpr", "tripteron")
 
@@ -42,7 +42,7 @@ def test_deformed_legs_end_on_the_displaced_platform(name: str):
 
 def bodies_of(leg: PlacedLeg, motions: Motions) -> list[BodyMotion]:
     """Motions of the base and of the bodies behind the elements of a leg."""
-    still = BodyMotion(np.zeros(6), np.zeros(3))
+    still = BodyMotion(np.zeros((3, 3)), np.zeros(3))
     return [still, *(motions[f"{leg.name}/{own.name}"] for own in leg.elements)]
 
 
@@ -67,7 +67,7 @@ def check_closed(leg: PlacedLeg, prefix: str, motions: Motions, wanted: BodyMoti
     assert last.displacement(leg.end) == pytest.approx(
         wanted.displacement(leg.end), rel=1e-7, abs=1e-12
     )
-    assert last.twist[3:] == pytest.approx(wanted.twist[3:], rel=1e-7, abs=1e-11)
+    assert turn(last) == pytest.approx(turn(wanted), rel=1e-7, abs=1e-11)
     for block in leg.elements:
         if isinstance(block, PlacedBlock):
             for branch in block.branches:
@@ -98,9 +98,10 @@ def test_legs_of_random_robots_close(free: FreeRobot, seed: int):
         return
     motions = motion_under(free.snapshot, bent)
     s = np.repeat([1.0, float(answer.length)], 3)
-    size = np.linalg.norm(motions["platform"].twist * s)
+    wanted = twist_about(motions["platform"], answer.origin)
+    size = np.linalg.norm(wanted * s)
     for leg in free.snapshot.legs:
-        gap = (bodies_of(leg, motions)[-1].twist - motions["platform"].twist) * s
+        gap = (twist_about(bodies_of(leg, motions)[-1], answer.origin) - wanted) * s
         assert np.linalg.norm(gap) <= 1e-6 * size
 
 
@@ -117,14 +118,14 @@ def test_every_joint_moves_only_as_it_may(name: str):
             if not isinstance(element, PlacedFreedom):
                 continue
             before, after = bodies[i], bodies[i + 1]
-            turn = after.twist[3:] - before.twist[3:]
+            turned = turn(after) - turn(before)
             shift = after.displacement(element.point) - before.displacement(element.point)
             if element.is_rotation:
-                assert np.cross(turn, element.axis) == pytest.approx(np.zeros(3), abs=1e-12)
+                assert np.cross(turned, element.axis) == pytest.approx(np.zeros(3), abs=1e-12)
                 assert shift == pytest.approx(np.zeros(3), abs=1e-12)
             else:
                 assert np.cross(shift, element.axis) == pytest.approx(np.zeros(3), abs=1e-12)
-                assert turn == pytest.approx(np.zeros(3), abs=1e-12)
+                assert turned == pytest.approx(np.zeros(3), abs=1e-12)
 
 
 @pytest.mark.parametrize("name", BENDING)
@@ -143,7 +144,7 @@ def test_springs_give_way_as_their_compliance_says(name: str):
             before, after = bodies[i], bodies[i + 1]
             R = element.rotation
             shift = after.displacement(element.point) - before.displacement(element.point)
-            own_twist = np.concatenate([R.T @ shift, R.T @ (after.twist[3:] - before.twist[3:])])
+            own_twist = np.concatenate([R.T @ shift, R.T @ (turn(after) - turn(before))])
             if np.linalg.matrix_rank(element.elasticity.compliance) < 6:
                 continue
             energy = 0.5 * own_twist @ np.linalg.solve(element.elasticity.compliance, own_twist)

@@ -11,7 +11,7 @@ from robostiff.network import network_of_snapshot
 from robostiff.plot.geometry.displacement import end_key, finite_motions, motion_under, node_key
 from robostiff.plot.picture import LineWeight, Marks, Path, Text
 from robostiff.plot.posed_robot import picture_of_posed
-from tests.plot.machines import robot
+from tests.plot.machines import robot, twist_about
 
 DATA = rs.plot.PictureData()
 
@@ -55,7 +55,7 @@ STAR = pathlib.Path(__file__).parents[2] / "docs" / "star-platform.yaml"
 
 def motion_between(motions, element, point) -> np.ndarray:
     """Twist of the second body of an element against the first."""
-    return motions[element.b].twist_about(point) - motions[element.a].twist_about(point)
+    return twist_about(motions[element.b], point) - twist_about(motions[element.a], point)
 
 
 @pytest.mark.parametrize("load", [(100, 0, 50, 0, 0, 0), (0, 20, -70, 3, -2, 1)])
@@ -64,7 +64,7 @@ def test_bodies_of_a_network_move_as_its_springs_and_joints_let_them(load):
     network = robot("double-pantograph")
     bent = rs.deflection(network, None, load)
     motions = motion_under(network, bent)
-    tip = motions[network.platform].twist_about(network.reference_point)
+    tip = twist_about(motions[network.platform], network.reference_point)
     np.testing.assert_allclose(tip, bent.twist, rtol=1e-8, atol=1e-12)
     energy = 0.0
     for spring in network.springs:
@@ -89,7 +89,7 @@ def test_a_free_network_moves_as_its_deflection_says():
     bent = rs.deflection(network, None, [0, 0, -1000, 0, 0, 0])
     assert bent.stiffness.free_motions
     motions = motion_under(network, bent)
-    tip = motions[network.platform].twist_about(network.reference_point)
+    tip = twist_about(motions[network.platform], network.reference_point)
     np.testing.assert_allclose(tip, bent.twist, rtol=1e-7, atol=1e-7 * np.abs(bent.twist).max())
 
 
@@ -108,7 +108,7 @@ def test_a_flexible_platform_bends_and_keeps_the_legs_together():
     energy = 0.0
     for part in placed.platform.parts:
         point, R = placed.in_world(part.point), placed.rotation @ part.axes
-        a, b = (motions[node_key(name)].twist_about(point) for name in (part.a, part.b))
+        a, b = (twist_about(motions[node_key(name)], point) for name in (part.a, part.b))
         d = b - a
         own = np.concatenate([R.T @ d[:3], R.T @ d[3:]])
         energy += 0.5 * own @ np.linalg.solve(part.elasticity.compliance, own)

@@ -1,12 +1,13 @@
 """Base and each extra alone: the built wheel in an environment of its own, outside of the clone.
 
     python tests/project/extras_alone.py                  all, at the newest and lowest versions
-    python tests/project/extras_alone.py plot view        these, at both
+    python tests/project/extras_alone.py plot pdf        these, at both
 
 In each environment every public name is imported, and the commands of the pages about its extra
-run (``pip install 'robostiff[...]'`` makes a page one about an extra); those of all pages in the
-base. With all extras together, `make test` runs them. A command that needs another extra must say
-so in one line, with exit status 2, and its page must name that extra. This needs the package uv.
+run (``pip install 'robostiff[...]'`` or ``./extras/...`` makes a page one about an extra); those of
+all pages in the base. With all extras together, `make test` runs them. A command that needs another
+extra must say so in one line, with exit status 2, and its page must name that extra. This needs the
+package uv.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import subprocess
 import sys
 import tempfile
 import tomllib
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,6 +30,8 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"][
     "optional-dependencies"
 ]
+#: Distributions of their own beside robostiff.
+OTHERS = {path.parent.name for path in ROOT.glob("extras/*/pyproject.toml")}
 FOR_DEVELOPERS = {"test", "peers", "lint", "bench", "docs"}
 ALL = "all"
 BASE = "base"
@@ -40,13 +44,15 @@ from pathlib import Path
 import robostiff
 
 warnings.simplefilter("error")
-source, count = Path(robostiff.__file__).parent, 0
-assert "site-packages" in source.parts, source
-for package in sorted(source.rglob("__init__.py")):
-    module = import_module(".".join(("robostiff", *package.parent.relative_to(source).parts)))
-    for name in getattr(module, "__all__", ()):
-        getattr(module, name)
-        count += 1
+count = 0
+for top in ("robostiff", *sys.argv[1:]):
+    source = Path(import_module(top).__file__).parent
+    assert "site-packages" in source.parts, source
+    for package in sorted(source.rglob("__init__.py")):
+        module = import_module(".".join((top, *package.parent.relative_to(source).parts)))
+        for name in getattr(module, "__all__", ()):
+            getattr(module, name)
+            count += 1
 print(count)
 """
 
@@ -54,7 +60,8 @@ print(count)
 def named_extras(text: str) -> set[str]:
     """Extras that a text tells to install."""
     found = re.findall(r"robostiff\[([\w,]+)\]", text)
-    return {extra for names in found for extra in names.split(",")}
+    others = set(re.findall(r"\./extras/([\w-]+)", text))
+    return others | {extra for names in found for extra in names.split(",")}
 
 
 def commands(page: Path) -> list[str]:
@@ -85,7 +92,7 @@ class Environment:
     @property
     def extras(self) -> set[str]:
         """What is there."""
-        return (set(EXTRAS) - FOR_DEVELOPERS) if self.extra == ALL else {self.extra}
+        return (set(EXTRAS) - FOR_DEVELOPERS) | OTHERS if self.extra == ALL else {self.extra}
 
     @property
     def pages(self) -> list[Path]:
@@ -94,20 +101,29 @@ class Environment:
             return PAGES if self.versions == "newest" else PAGES[:1]
         return [page for page in PAGES if self.extra in named_extras(page.read_text("utf-8"))]
 
-    def install(self, wheel: Path) -> None:
+    @property
+    def others(self) -> list[str]:
+        """Distributions beside robostiff that are there."""
+        return sorted(OTHERS & self.extras)
+
+    def install(self, wheels: Mapping[str, Path]) -> None:
         """The wheel with its extra, and nothing else; wheels alone, as no one has a compiler."""
         uv = [sys.executable, "-m", "uv"]
         run([*uv, "venv", "--quiet", "--python", sys.executable, str(self.folder / "venv")])
         pip = [*uv, "pip", "install", "--quiet", "--python", str(self.folder / "venv")]
-        extra = [] if self.extra == BASE else ["--extra", self.extra]
+        extra = ["--extra", self.extra] if self.extra in EXTRAS else []
         # Bounds are those of direct dependencies, which a wheel's are not for the resolver.
         bounds = ["--resolution", RESOLUTIONS[self.versions], "-r", str(ROOT / "pyproject.toml")]
-        run([*pip, "--only-binary", ":all:", *bounds, *extra])
-        run([*pip, "--no-deps", str(wheel)])
+        for name in self.others:
+            bounds += ["-r", str(ROOT / "extras" / name / "pyproject.toml")]
+        own = str(wheels["robostiff"])  # which the others need
+        run([*pip, "--only-binary", ":all:", *bounds, *extra, own])
+        run([*pip, "--no-deps", own, *(str(wheels[name]) for name in self.others)])
 
     def complaints(self) -> list[str]:
         """What is wrong in this environment."""
-        done = self.called([str(self.programs / "python"), "-c", NAMES], self.folder)
+        modules = [name.replace("-", "_") for name in self.others]
+        done = self.called([str(self.programs / "python"), "-c", NAMES, *modules], self.folder)
         found = [] if done.returncode == 0 else [f"public names: {done.stderr[-800:]}"]
         for page in self.pages:
             folder = self.folder / page.stem
@@ -132,16 +148,17 @@ class Environment:
         if done.returncode < 2:
             return None
         needed = re.fullmatch(
-            r"robostiff: error: .* need '\w+', which is not installed; "
-            r"write pip install 'robostiff\[(\w+)\]'\n",
+            r"robostiff: error: .* need '[\w-]+', which is not installed; write pip install "
+            r"(?:'robostiff\[(\w+)\]'|\./extras/([\w-]+) in a checkout of robostiff)\n",
             done.stderr,
         )
         if needed is None:
             return f"exit status 2: {done.stderr[-800:]}"
-        if needed[1] in self.extras:
+        extra = needed[1] or needed[2]
+        if extra in self.extras:
             return f"needs more than its extra brings: {done.stderr}"
-        if needed[1] not in named_extras(page.read_text("utf-8")):
-            return f"the page does not say that this needs robostiff[{needed[1]}]"
+        if extra not in named_extras(page.read_text("utf-8")):
+            return f"the page does not say that this needs {extra}"
         return None
 
     def called(self, command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
@@ -171,22 +188,25 @@ def run(command: list[str]) -> None:
 
 def main(names: list[str]) -> int:
     """Exit status: 0 where nothing is wrong."""
-    users = sorted(set(EXTRAS) - FOR_DEVELOPERS - {ALL})
+    users = [*sorted(set(EXTRAS) - FOR_DEVELOPERS - {ALL}), *sorted(OTHERS)]
     wrong = 0
     with tempfile.TemporaryDirectory(prefix="robostiff-extras-") as folder:
-        run([sys.executable, "-m", "uv", "build", "--quiet", "--wheel", "-o", folder, str(ROOT)])
-        (wheel,) = Path(folder).glob("robostiff-*.whl")
+        wheels = {}
+        for name, source in {"robostiff": ROOT, **{n: ROOT / "extras" / n for n in OTHERS}}.items():
+            build = [sys.executable, "-m", "uv", "build", "--quiet", "--wheel"]
+            run([*build, "-o", f"{folder}/{name}", str(source)])
+            (wheels[name],) = Path(folder, name).glob("*.whl")
 
         def checked(environment: Environment) -> tuple[Environment, list[str], int]:
             environment.folder.mkdir()
-            environment.install(wheel)
+            environment.install(wheels)
             found = environment.complaints()
             count = sum(len(commands(page)) for page in environment.pages)
             shutil.rmtree(environment.folder)
             return environment, found, count
 
         asked = [
-            Environment(extra, versions, Path(folder) / f"{extra}-{versions}")
+            Environment(extra, versions, Path(folder) / f"with-{extra}-{versions}")
             for versions in RESOLUTIONS
             for extra in names or [BASE, *users, ALL]
         ]

@@ -101,6 +101,10 @@ def test_version_is_the_same_everywhere():
     citation = YAML(typ="safe").load(document("CITATION.cff"))
     assert citation["version"] == rs.__version__
     assert f"## [{rs.__version__}]" in document("CHANGELOG.md")
+    for path in ROOT.glob("extras/*/pyproject.toml"):
+        project = tomllib.loads(path.read_text("utf-8"))["project"]
+        assert project["version"] == rs.__version__
+        assert f"robostiff>={rs.__version__}" in project["dependencies"]
 
 
 def test_citation_has_what_its_format_requires():
@@ -121,10 +125,13 @@ def test_constraints_are_names_and_versions_only():
 def test_constraints_hold_every_dependency():
     project = tomllib.loads(document("pyproject.toml"))["project"]
     wanted = [*project["dependencies"]]
+    for path in ROOT.glob("extras/*/pyproject.toml"):
+        wanted += tomllib.loads(path.read_text("utf-8"))["project"]["dependencies"]
     wanted += [one for extra in project["optional-dependencies"].values() for one in extra]
     names = {re.split(r"[\[<>=!~; ]", one)[0].lower().replace("_", "-") for one in wanted}
     pinned = {line.partition("==")[0].lower() for line in document("constraints.txt").splitlines()}
     pinned = {name.replace("_", "-") for name in pinned}
+    assert {"viser", "mujoco"} <= names
     assert names - {"robostiff"} <= pinned  # the extra `all` is made of the others
 
 

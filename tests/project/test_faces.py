@@ -1,4 +1,4 @@
-"""Tests import what packages offer; modules inside of them are exceptions, of which none is new.
+"""Tests and extras import what packages offer; exceptions are tests alone, of which none is new.
 
 A test of an inner module holds its name and its arguments fast, so that nothing inside a package
 can be written anew without the tests. `inner_modules.txt` lists the exceptions; it only shrinks.
@@ -38,6 +38,13 @@ def test_tests_import_what_packages_offer():
     assert not new, f"import from the package, not from inside it: {', '.join(new)}"
     assert not gone, f"no test imports these any more, delete them there: {', '.join(gone)}"
     assert listed == sorted(set(listed))
+
+
+def test_extras_import_what_packages_offer():
+    """Names of modules inside packages, and names with an underscore, are not for them."""
+    files = sorted((TESTS.parent / "extras").rglob("*.py"))
+    assert files
+    assert {str(path): own for path in files if (own := _imported(path))} == {}
 
 
 def test_a_module_inside_a_package_is_seen(tmp_path):

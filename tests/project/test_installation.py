@@ -16,6 +16,7 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
+from robostiff import extras
 from tests.project.shown_output import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
@@ -116,6 +117,27 @@ def test_python_versions_are_listed():
     assert INTERPRETERS[0] == f"python3.{oldest}"
 
 
+OTHERS = sorted(path.parent.name for path in ROOT.glob("extras/*/pyproject.toml"))
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_other_distributions_are_documented_and_found_by_entry_points(name: str):
+    assert f"| `./extras/{name}` |" in (ROOT / "docs/getting-started.md").read_text("utf-8")
+    project = tomllib.loads((ROOT / "extras" / name / "pyproject.toml").read_text("utf-8"))
+    groups = project["project"]["entry-points"]
+    assert groups.keys() <= {extras.COMMANDS, extras.READERS, extras.WRITERS}
+    for group, found in groups.items():
+        for own in found:
+            assert extras.is_offered(group, own)  # what to install is said where it is missing
+            assert extras.loaded(group, own) is not None
+    assert (ROOT / "extras" / name / "LICENSE").read_text() == (ROOT / "LICENSE").read_text()
+
+
+def test_a_group_that_nothing_adds_to_names_what_is_offered():
+    assert not extras.is_offered(extras.COMMANDS, "opensees")
+    assert not extras.is_offered(extras.WRITERS, "view")
+
+
 def needed_by(requirements: Iterable[str]) -> set[str]:
     """Names of distributions, and of all that they need themselves."""
     found: set[str] = set()
@@ -149,9 +171,9 @@ def test_every_public_name_is_there_without_extras():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-@pytest.mark.parametrize("package", ["plot", "report", "view"])
+@pytest.mark.parametrize("package", ["robostiff.plot", "robostiff.report", "robostiff_view.page"])
 def test_pictures_and_reports_load_no_stores_of_maps(package: str):
-    code = f"import sys, robostiff.{package}; print(*sys.modules)"
+    code = f"import sys, {package}; print(*sys.modules)"
     loaded = subprocess.run(
         [sys.executable, "-c", code], check=True, capture_output=True, text=True
     ).stdout.split()
@@ -168,15 +190,17 @@ def test_pictures_and_reports_load_no_stores_of_maps(package: str):
         ("plot hexapod -o picture.png", "plots", "plot"),
         ("report hexapod -o report.html", "plots", "plot"),
         ("modes hexapod --plot mode.png", "plots", "plot"),
-        ("view hexapod", "views", "view"),
+        ("view hexapod", "views", "robostiff-view"),
         ("check examples/two-ur5.urdf.xacro", "xacro files", "urdf"),
-        ("check examples/four-bar.xml", "MJCF files", "mjcf"),
+        ("check examples/four-bar.xml", "MJCF files", "robostiff-interop"),
+        ("convert hexapod --to opensees", "models for OpenSees", "robostiff-interop"),
         ("derive planar-link -o K.pdf", "PDF files", "pdf"),
     ],
 )
 def test_a_command_says_in_one_line_which_extra_it_needs(words, what, extra, tmp_path):
     command = [str(ROOT / word) if "examples/" in word else word for word in shlex.split(words)]
     hide = f"import sys; sys.modules.update(dict.fromkeys({beyond_what_is_needed()}))\n"
+    hide += "import importlib.metadata; importlib.metadata.entry_points = lambda group: ()\n"
     code = f"{hide}sys.argv = ['robostiff', *{command}]\n"
     code += "from robostiff.cli.main import main; main()"
     done = subprocess.run(
@@ -184,8 +208,8 @@ def test_a_command_says_in_one_line_which_extra_it_needs(words, what, extra, tmp
     )
     assert done.returncode == 2
     assert re.fullmatch(
-        rf"robostiff: error: {what} need '\w+', which is not installed; "
-        rf"write pip install 'robostiff\[{extra}\]'\n",
+        rf"robostiff: error: {what} need '[\w-]+', which is not installed; write pip install "
+        rf"('robostiff\[{extra}\]'|\./extras/{extra} in a checkout of robostiff)\n",
         done.stderr,
     )
     assert not done.stdout

@@ -300,7 +300,7 @@ def test_unknown_name_is_an_attribute_error():
 
 def test_submodules_do_not_hide_functions():
     code = (
-        "import robostiff as rs, robostiff.analysis, robostiff.cli.commands\n"
+        "import robostiff as rs, robostiff.analysis, robostiff.cli.arguments\n"
         "assert all(callable(getattr(rs, n)) for n in ('stiffness', 'deflection', 'compliance'))"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -8,12 +8,13 @@ import pytest
 from tests.project.shown_output import ROOT
 
 SOURCE = ROOT / "src/robostiff"
-MODULES = sorted(SOURCE.rglob("*.py"))
+EXTRAS = ROOT / "extras"
+MODULES = sorted([*SOURCE.rglob("*.py"), *EXTRAS.rglob("*.py")])
 VAGUE = {"core", "utils", "util", "common", "helpers", "helper", "misc"}
 
 
 def named(path: Path) -> str:
-    return str(path.relative_to(SOURCE))
+    return str(path.relative_to(SOURCE if path.is_relative_to(SOURCE) else EXTRAS))
 
 
 @pytest.mark.parametrize("module", MODULES, ids=named)

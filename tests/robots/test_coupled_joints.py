@@ -34,7 +34,7 @@ from robostiff.model import (
 from robostiff.network import condense, energy_stiffness, network_of_snapshot
 from robostiff.plot.geometry.displacement import motion_under
 from robostiff.spatial import Frame, move_stiffness
-from robostiff.view.machines import RobotMachine, machine_of
+from robostiff_view.machines import RobotMachine, machine_of
 
 SECTION, STEEL = rs.circle(0.03), rs.material("steel")
 GEAR = coupling("b", follows="a", ratio=-1.5, offset=0.1)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.view import LivePage, machine_of
+from robostiff_view import LivePage, machine_of
 from tests.report.browsing import chromium
 from tests.view.test_machines import loaded, numbers
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.plot.picture import Category, Marks, Path, Text
-from robostiff.view import machine_of
-from robostiff.view.answer import Look
-from robostiff.view.sliders import Slider, parameter_sliders
+from robostiff.plot import Category, Marks, Path, Text
+from robostiff_view import machine_of
+from robostiff_view.answer import Look
+from robostiff_view.sliders import Slider, parameter_sliders
 
 EVERY = (*rs.shipped_robots(), *rs.shipped_cable_robots(), *rs.shipped_linkages())
 

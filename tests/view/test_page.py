@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.plot.picture import Path, PlainColour
-from robostiff.view import LivePage, machine_of, parameter_sliders, parameters_written
+from robostiff.plot import Path, PlainColour
+from robostiff_view import LivePage, machine_of, parameter_sliders, parameters_written
 from tests.interrupts import interrupts_heard
 from tests.view.test_machines import numbers
 

@@ -8,8 +8,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -23,9 +22,6 @@ from robostiff.errors import (
     printable,
 )
 from robostiff.version import __version__
-
-if TYPE_CHECKING:
-    from robostiff.markup import Page
 
 BAD_STATUS = 1
 BAD_INPUT = 2
@@ -44,9 +40,7 @@ def as_click(name: str, command: type[Command]) -> click.Command:
         running.set(name)
         started = time.perf_counter()
         with ended_by_status(quiet, verbose) as ended:
-            module, function = command.run.split(":")
-            run = getattr(import_module(f"robostiff.cli.{module}"), function)
-            ended.status = run(command.built(given))
+            ended.status = command.built(given).run()
         if verbose:
             _say_how(time.perf_counter() - started)
         raise click.exceptions.Exit(ended.status)
@@ -122,11 +116,13 @@ class _Ended:
     status = 0
 
 
-def answered(page: Page, answer: Answer) -> int:
-    """Print a page as text or as JSON; 1 for a bad status, otherwise 0."""
-    from robostiff.markup import page_text
+def answered(result: object, answer: Answer) -> int:
+    """Print a result, or its page, as text or as JSON; 1 for a bad status, otherwise 0."""
+    from robostiff.markup import Page, page_text
     from robostiff.page.data import page_data
+    from robostiff.page.of_result import page_of
 
+    page = result if isinstance(result, Page) else page_of(result)
     show(page_data(page) if answer.as_json else page_text(page))
     return BAD_STATUS if getattr(page.status, "is_bad", False) else 0
 

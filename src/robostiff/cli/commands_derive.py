@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, cast
 
@@ -50,17 +50,17 @@ from robostiff.analytic.placement.robot_pose import (
     coordinate_names,
     rotation_by_name,
 )
+from robostiff.cli.arguments import chosen
 from robostiff.cli.command import INTERRUPTED
-from robostiff.cli.options_of_files import FORMATS, Derive
+from robostiff.cli.files import FORMATS, Derive
 from robostiff.cli.output import new_file
 from robostiff.cli.watched import go_on_in_child
-from robostiff.cli.written_arguments import chosen
 from robostiff.errors import InputError
 from robostiff.io.model_file import ParameterChoice
 from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension, parse_quantities
 from robostiff.io.whole_file import whole_file
-from robostiff.markup import text_of
+from robostiff.markup import Bullets, Page, page_text
 from robostiff.model import Robot
 from robostiff.robots import robot_of_legs
 from robostiff.spatial import Space
@@ -105,63 +105,38 @@ def pose_from(text: str, robot: Robot, angles: str | None = None) -> PoseFormula
             )
         if name in values:
             raise InputError("--pose", got=text, expected=f"one value for {name}")
-        dimension = _dimension(robot, name)
+        dimension = Dimension.LENGTH if name in ("x", "y", "z") else Dimension.ANGLE
+        if name in UnitQuaternion().names:
+            dimension = Dimension.NUMBER
+        elif robot.is_posed_by_joints:
+            turns = robot.legs[0].chain.freedoms[int(name[1:]) - 1].turns
+            dimension = Dimension.ANGLE if turns else Dimension.LENGTH
         (values[name],) = parse_quantities(value, [dimension], [name], f"--pose {name}")
     return AtCoordinates(values, rotation)
 
 
-def _dimension(robot: Robot, name: str) -> Dimension:
-    if name in UnitQuaternion().names:
-        return Dimension.NUMBER
-    if robot.is_posed_by_joints:
-        turns = robot.legs[0].chain.freedoms[int(name[1:]) - 1].turns
-        return Dimension.ANGLE if turns else Dimension.LENGTH
-    return Dimension.LENGTH if name in ("x", "y", "z") else Dimension.ANGLE
-
-
-def _answered(asked: Derive, derivation: RobotDerivation) -> str:
-    """The properties as text, one or more lines each."""
-    lines = [f"{derivation.name}, {derivation.where}"]
+def _properties(asked: Derive, derivation: RobotDerivation) -> Page:
+    """Rank and free motions, as far as they are asked for."""
+    lines = []
     if asked.rank:
-        lines += _rank(derivation, asked.budget)
+        found = rank_formula(derivation, asked.budget)
+        line, zeros = f"rank {found.rank} of {derivation.K.rows}", []
+        for factor in found.exceptions:
+            written, names = sp.sstr(factor), ", ".join(sorted(map(str, factor.free_symbols)))
+            is_long = len(written) > _LONGEST_FACTOR
+            zeros.append(f"a sum of {len(factor.args)} terms in {names}" if is_long else written)
+        line += f"; lower where one of these is zero: {', '.join(zeros)}" if zeros else ""
+        lines.append(line + (f"; {found.remark}" if found.remark else ""))
     if asked.free_motions:
-        lines += _free_motions(derivation)
-    return text_of(lines) + "\n"
-
-
-def _rank(derivation: RobotDerivation, budget: float) -> list[str]:
-    found = rank_formula(derivation, budget)
-    line = f"rank {found.rank} of {derivation.K.rows}"
-    if found.exceptions:
-        line += f"; lower where one of these is zero: {', '.join(map(_or_size, found.exceptions))}"
-    if found.remark:
-        line += f"; {found.remark}"
-    return [line]
-
-
-def _or_size(factor: Any) -> str:
-    """A factor, or what it is a sum of where it is long."""
-    written = sp.sstr(factor)
-    names = ", ".join(sorted(map(str, factor.free_symbols)))
-    is_long = len(written) > _LONGEST_FACTOR
-    return f"a sum of {len(factor.args)} terms in {names}" if is_long else written
-
-
-def _free_motions(derivation: RobotDerivation) -> list[str]:
-    motions = free_motion_formulas(derivation)
-    if not motions:
-        return ["no free motion"]
-    names = ", ".join(Space.of_size(derivation.K.rows).twist_order)
-    lines = [f"free motion ({names}) = ({_listed(t.flat())})" for t in motions]
-    point = fixed_point_formula(derivation)
-    if point is not None:
-        place = _listed(point.flat())
-        lines.append(f"all of them leave one point at rest, from the reference point: ({place})")
-    return lines
-
-
-def _listed(expressions: Iterable[Any]) -> str:
-    return ", ".join(map(sp.sstr, expressions))
+        motions = free_motion_formulas(derivation)
+        names = ", ".join(Space.of_size(derivation.K.rows).twist_order)
+        each = (", ".join(map(sp.sstr, twist.flat())) for twist in motions)
+        lines += [f"free motion ({names}) = ({own})" for own in each] or ["no free motion"]
+        point = fixed_point_formula(derivation) if motions else None
+        if point is not None:
+            at = ", ".join(map(sp.sstr, point.flat()))
+            lines.append(f"all of them leave one point at rest, from the reference point: ({at})")
+    return Page(derivation.name, f", {derivation.where}", blocks=[Bullets(tuple(lines))])
 
 
 _LONGEST_FACTOR = 1000  # letters
@@ -201,21 +176,28 @@ def print_formula(asked: Derive) -> int:
     if asked.snippet and (asked.asks or language not in ("text", "latex")):
         got = "a question" if asked.asks else f"--format {language}"
         raise InputError("--snippet", got=got, expected="the formula alone, in LaTeX")
-    go_on_in_child(_progress(asked, form))
+    steps = form is None and asked.pose.strip() == "home"
+    then = f"; named steps after {asked.budget:g} s" if steps else ""
+    head = f"robostiff: deriving {asked.model.source} for"
+    go_on_in_child(lambda passed: f"{head} {passed:.0f} s{then}; Ctrl-C ends it")
     try:
         derivation = _derived(asked, form)
         if isinstance(derivation, RobotDerivation) and derivation.remark:
             click.echo(f"robostiff: {derivation.remark} K is in named steps.", err=True)
         found: _Found = derivation
         if asked.derivative is not None:
-            symbol = _symbol(derivation, asked.derivative)
-            found = differentiate(cast("Derivation", found), symbol)
+            name, known = asked.derivative, {own.name: own for own in derivation.symbols}
+            if name not in known:
+                expected = f"a symbol of the formula: {', '.join(known) or 'it has none'}"
+                hint = did_you_mean(name, known)
+                raise InputError("--derivative", got=name, expected=expected, hint=hint)
+            found = differentiate(cast("Derivation", found), known[name])
         if language == "pdf" and output is not None:
             with whole_file(output) as begun:
                 derivation_pdf(cast("Any", found), begun)
             return 0
         written = (
-            _answered(asked, derivation)
+            page_text(_properties(asked, derivation)) + "\n"
             if asked.asks and isinstance(derivation, RobotDerivation)
             else latex_snippet(found)
             if asked.snippet
@@ -284,16 +266,6 @@ def _derived(asked: Derive, form: Closed | Steps | None) -> RobotDerivation | Le
     return derive_robot(robot, **options)
 
 
-def _progress(asked: Derive, form: Closed | Steps | None) -> Callable[[float], str]:
-    steps = form is None and asked.pose.strip() == "home"
-    then = f"; named steps after {asked.budget:g} s" if steps else ""
-
-    def line(passed: float) -> str:
-        return f"robostiff: deriving {asked.model.source} for {passed:.0f} s{then}; Ctrl-C ends it"
-
-    return line
-
-
 def _form(asked: Derive) -> Closed | Steps | None:
     if asked.steps and (asked.closed or asked.limit is not None):
         other = "--closed" if asked.closed else "--limit"
@@ -330,15 +302,3 @@ def _language(asked: Derive) -> tuple[str, Path | None]:
     if output is not None:
         new_file("--output", output, asked.answer.overwrite)
     return name, output
-
-
-def _symbol(derivation: Derivation, name: str) -> sp.Symbol:
-    known = {symbol.name: symbol for symbol in derivation.symbols}
-    if name not in known:
-        raise InputError(
-            "--derivative",
-            got=name,
-            expected=f"a symbol of the formula: {', '.join(known) or 'it has none'}",
-            hint=did_you_mean(name, known),
-        )
-    return known[name]

@@ -41,17 +41,10 @@ from robostiff.analysis.maps import Progress as Done
 from robostiff.analysis.maps.pose_columns import FACTOR, SIX, Mapped, coordinate_units
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.store import already_there
+from robostiff.cli import arguments as written
 from robostiff.cli.command import BAD_STATUS, INTERRUPTED
-from robostiff.cli.options_of_pictures import MakeMap
 from robostiff.cli.output import draw, new_file, picture_beside, show
-from robostiff.cli.written_arguments import (
-    chosen,
-    gravity_from,
-    length_from,
-    loaded,
-    near_from,
-    wrench_from,
-)
+from robostiff.cli.pictures import MakeMap
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError, needs_extra
 from robostiff.io.map_files import (
@@ -212,7 +205,7 @@ def _under_load(asked: MakeMap) -> UnderLoad | None:
     if asked.under_load:
         from robostiff.statics.loaded_map import UnderLoad
 
-        return UnderLoad(gravity=gravity_from(asked.gravity))
+        return UnderLoad(gravity=written.gravity(asked.gravity))
     for option, text in (("--factor", asked.factors), ("--gravity", asked.gravity)):
         if text is not None:
             raise InputError(option, got=text, expected="--under-load beside it")
@@ -227,7 +220,7 @@ def make_map(asked: MakeMap) -> int:
         raise InputError(
             "--plot", got=asked.plot, expected="none beside --reduce, which keeps no map"
         )
-    robot = loaded(asked.model, by_joints=bool(asked.joints))
+    robot = written.loaded(asked.model, by_joints=bool(asked.joints))
     if not isinstance(robot, Mapped):
         hint = "a snapshot is frozen at its own pose"
         expected = "a model or a linkage, which has a pose for every point of a map"
@@ -246,11 +239,11 @@ def make_map(asked: MakeMap) -> int:
             found = stiffness_map(
                 robot,
                 poses,
-                [chosen("--quantity", name, _QUANTITIES) for name in asked.quantities]
+                [written.chosen("--quantity", name, _QUANTITIES) for name in asked.quantities]
                 or [Quantity.PRINCIPAL_STIFFNESS],
-                wrench=None if asked.wrench is None else wrench_from(asked.wrench, robot.space),
-                length=length_from(asked.length),
-                near=near_from(robot, asked.place),
+                wrench=written.wrench(asked.wrench, robot.space),
+                length=written.length(asked.length),
+                near=written.near(robot, asked.place),
                 method=method,
                 store=output if in_store else None,
                 resume=asked.resume,

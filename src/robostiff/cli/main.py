@@ -1,4 +1,4 @@
-"""Commands of ``robostiff``, each imported when it is used."""
+"""Commands of ``robostiff`` and of other distributions, each imported when it is used."""
 
 from __future__ import annotations
 
@@ -14,15 +14,17 @@ from robostiff.cli.command import as_click, ended_by_status, ready_streams
 from robostiff.cli.options import Command
 from robostiff.cli.output import show
 from robostiff.errors import InputError
+from robostiff.extras import COMMANDS, added, is_offered, loaded
 from robostiff.version import __version__
 
 _HOMES = {
-    "options_of_answers": (
-        *("robots", "check", "stiffness", "deflection", "equilibrium", "modes"),
-        *("response", "indices", "verify", "cables"),
-    ),
-    "options_of_pictures": ("plot", "report", "map", "view"),
-    "options_of_files": ("derive", "compensate", "identify", "plan", "schema", "new", "convert"),
+    "robots": "files",
+    **dict.fromkeys(("check", "stiffness", "deflection", "equilibrium", "modes"), "answers"),
+    **dict.fromkeys(("response", "indices", "verify", "cables"), "answers"),
+    **dict.fromkeys(("plot", "report", "map"), "pictures"),
+    "derive": "files",
+    **dict.fromkeys(("compensate", "identify", "plan"), "measurements"),
+    **dict.fromkeys(("schema", "new", "convert"), "files"),
 }
 
 
@@ -30,20 +32,25 @@ class _CommandsByName(click.Group):
     """All commands; the module of one is imported when it is asked for."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names, in the order of help."""
-        return [name for names in _HOMES.values() for name in names]
+        """Names, in the order of help; those of other distributions last."""
+        return [*_HOMES, *added(COMMANDS)]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """A command by its name."""
-        for home, names in _HOMES.items():
-            if cmd_name in names:
-                import_module(f"robostiff.cli.{home}")
-                return as_click(cmd_name, Command.named[cmd_name])
-        return None
+        if cmd_name in _HOMES:
+            import_module(f"robostiff.cli.{_HOMES[cmd_name]}")
+            return as_click(cmd_name, Command.named[cmd_name])
+        return (
+            as_click(cmd_name, loaded(COMMANDS, cmd_name)) if cmd_name in added(COMMANDS) else None
+        )
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         """The command that is meant; of an unknown one, its nearest name."""
         if not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
+            if is_offered(COMMANDS, args[0]):
+                with ended_by_status() as ended:
+                    loaded(COMMANDS, args[0])
+                ctx.exit(ended.status)
             from robostiff.io.suggest import did_you_mean
 
             hint = did_you_mean(args[0], self.list_commands(ctx))
@@ -55,7 +62,7 @@ def _shell(install: bool) -> Any:
     def done(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:
         if wanted:
             with ended_by_status() as ended:
-                show(_installed_completion() if install else _completion())
+                show(_installed_completion() if install else _completion_script())
             ctx.exit(ended.status)
 
     return done
@@ -97,8 +104,7 @@ _LINES = {
 }
 
 
-def _completion() -> str:
-    """The script of the shell."""
+def _completion_script() -> str:
     from click.shell_completion import get_completion_class
 
     kind: Any = get_completion_class(_shell_name())

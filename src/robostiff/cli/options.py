@@ -1,7 +1,7 @@
 """Commands and their options, declared once with their words.
 
 A command is a class whose fields are its options; those that several commands have are groups.
-Nothing here computes, so that help is fast.
+Nothing here computes.
 """
 
 from __future__ import annotations
@@ -84,16 +84,18 @@ def _built(of: type, given: Mapping[str, Any], names: Sequence[str] | None = Non
 class Command:
     """A command: its options are its fields, and its docstring is its help.
 
-    Lines there that begin with ``$`` are examples. The function in a module of this package, `run`,
-    gets an object of the class and returns the exit status; it is imported when the command runs.
+    Lines there that begin with ``$`` are examples. `run` imports what computes, so that help is
+    fast.
     """
 
-    run: ClassVar[str]
     named: ClassVar[dict[str, type[Command]]] = {}
 
-    def __init_subclass__(cls, name: str, run: str) -> None:
-        cls.run = run
+    def __init_subclass__(cls, name: str) -> None:
         Command.named[name] = dataclass(frozen=True, kw_only=True)(cls)
+
+    def run(self) -> int:
+        """Do what is asked for; the exit status."""
+        raise NotImplementedError
 
     @classmethod
     def words(cls) -> tuple[str, ...]:
@@ -215,13 +217,16 @@ class Model:
         """Parameters of the model file."""
         return named_once("--set", self.settings, "NAME=VALUE, such as R=350mm")
 
+    @property
+    def files(self) -> dict[str, Any]:
+        """Its side file, as `robostiff.load` takes it."""
+        return {"side": self.side, "allow_xacro": self.allow_xacro}
+
     def load(self, moved: Mapping[str, str] | None = None, **options: Any) -> Any:
         """The robot; `moved` are further parameters."""
         from robostiff.robots import load
 
-        parameters = {**self.parameters, **(moved or {})}
-        files = {"side": self.side, "allow_xacro": self.allow_xacro}
-        return load(self.source, parameters, **files, **options)
+        return load(self.source, {**self.parameters, **(moved or {})}, **self.files, **options)
 
 
 @dataclass(frozen=True)

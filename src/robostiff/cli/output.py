@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextvars import ContextVar
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -83,6 +83,18 @@ def new_file(option: str, path: str | Path, overwrite: bool = False) -> Path:
     if there and sum(wanted.samefile(own) for own in files) > 1:
         raise InputError(option, got=str(path), expected="another file than those that are read")
     return wanted
+
+
+def output_beside(path: str | None, answer: Answer) -> Path | None:
+    """The file of ``--output``, if one is named; see `new_file`."""
+    return None if path is None else new_file("--output", path, answer.overwrite)
+
+
+def show_files(files: Sequence[Path], answer: Answer, **facts: str) -> int:
+    """Print the names of files that were written; 0."""
+    names = list(map(str, files))
+    show({"files": names, **facts} if answer.as_json else "\n".join(names))
+    return 0
 
 
 ON_PAPER = (".png", ".svg", ".pdf")

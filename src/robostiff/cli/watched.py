@@ -22,7 +22,7 @@ from robostiff.cli.command import INTERRUPTED
 _INTERVAL = 0.05
 _PATIENCE = 0.4  # seconds that the child has to end by itself
 _FIRST = 1.0  # seconds before anything is shown
-_DEATH_OF_PARENT = 1  # PR_SET_PDEATHSIG
+_DEATH_OF_PARENT = 1  # PR_SET_PDEATHSIG: the child ends when its parent is killed
 
 
 def go_on_in_child(progress: Callable[[float], str]) -> None:
@@ -32,7 +32,11 @@ def go_on_in_child(progress: Callable[[float], str]) -> None:
     is a terminal. Without processes that fork, or where standard output is none of the program's
     own, as in a test, nothing happens and the computation goes on here.
     """
-    if not (hasattr(os, "fork") and _own_streams()):
+    try:
+        own_streams = sys.stdout.fileno() == 1 and sys.stderr.fileno() == 2
+    except (OSError, ValueError, AttributeError):
+        return
+    if not (hasattr(os, "fork") and own_streams):
         return
     sys.stdout.flush()
     sys.stderr.flush()
@@ -40,7 +44,11 @@ def go_on_in_child(progress: Callable[[float], str]) -> None:
         warnings.simplefilter("ignore", DeprecationWarning)  # of threads that wait
         child = os.fork()
     if child == 0:
-        _end_with_parent()
+        if sys.platform == "linux":
+            import ctypes
+
+            with suppress(OSError, AttributeError):
+                ctypes.CDLL(None).prctl(_DEATH_OF_PARENT, signal.SIGKILL)
         return
     shown = _Progress(progress)
     try:
@@ -119,19 +127,3 @@ class _Progress:
         if self._width:
             sys.stderr.write("\r" + " " * self._width + "\r")
             sys.stderr.flush()
-
-
-def _own_streams() -> bool:
-    try:
-        return sys.stdout.fileno() == 1 and sys.stderr.fileno() == 2
-    except (OSError, ValueError, AttributeError):
-        return False
-
-
-def _end_with_parent() -> None:
-    """On Linux the child ends when its parent is killed."""
-    if sys.platform == "linux":
-        import ctypes
-
-        with suppress(OSError, AttributeError):
-            ctypes.CDLL(None).prctl(_DEATH_OF_PARENT, signal.SIGKILL)

@@ -10,6 +10,8 @@ from itertools import islice
 from types import MappingProxyType
 from typing import Any
 
+from robostiff.errors import Words
+
 #: subject, what came, what was expected, hint
 Phrase = tuple[str, Any, str | None, str | None]
 
@@ -89,17 +91,6 @@ def phrase(
     return "wrong value", shown(value), expected, hint
 
 
-def in_one_ascii_line(name: str) -> str:
-    r"""A name from a file in a comment of a program: quoted, bounded, everything else escaped.
-
-    Examples
-    --------
-    >>> print(in_one_ascii_line("arm\nimport os */ \u00e9"))
-    'arm\nimport os * / \xe9'
-    """
-    return ascii(name[:_LONGEST_WORD]).replace("*/", "* /")
-
-
 def values(number: int) -> str:
     """A number of values as text."""
     return f"{number} value{'s' * (number != 1)}"
@@ -108,21 +99,6 @@ def values(number: int) -> str:
 _LONGEST_WORD = 60
 _MOST_CANDIDATES = 1000
 _SHORTEST_BEGINNING = 3
-
-
-class Words(str):
-    """Text that a message shows without quotes.
-
-    Examples
-    --------
-    >>> Words("5 numbers")
-    5 numbers
-    """
-
-    __slots__ = ()
-
-    def __repr__(self) -> str:
-        return str(self)
 
 
 def nearest(word: str, allowed: Iterable[str]) -> str | None:

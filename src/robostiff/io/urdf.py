@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from robostiff.errors import Location, needs_extra
+from robostiff.errors import Location, Words, needs_extra
 from robostiff.io.child_process import EXPAND_XACRO, answer_of
 from robostiff.io.plausibility import question, warn_of_parts_not_read
 from robostiff.io.rigid_tree.build import drawn_links
@@ -26,9 +26,10 @@ from robostiff.io.rigid_tree.tree import (
     TreeJoint,
     TreeLoop,
     mass_of_body,
+    question_place,
 )
 from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, frame_of, read_xml
-from robostiff.io.suggest import Words, did_you_mean, listing
+from robostiff.io.suggest import did_you_mean, listing
 from robostiff.io.units import Dimension
 from robostiff.io.whole_file import read_elsewhere
 from robostiff.model import Actuated, Joint, Mass, Passive, prismatic, revolute, spherical
@@ -147,8 +148,8 @@ def _joint(joint: XmlElement, links: dict[str, XmlElement]) -> TreeJoint:
         follows = Mimic(mimic.attributes.get("joint", ""), factor, offset)
     place = (joint.one("origin") or joint).location
     turn = joint.numbers_at("origin", "rpy", (0.0, 0.0, 0.0), of)
-    for numbers, dimension in ((before.p, Dimension.LENGTH), (turn, Dimension.ANGLE)):
-        question(max(numbers.tolist(), key=abs), dimension, lambda _: place, in_si=True)
+    question_place(before.p, place)
+    question(max(turn.tolist(), key=abs), Dimension.ANGLE, lambda _: place, in_si=True)
     return TreeJoint(
         name=name,
         type=kind,

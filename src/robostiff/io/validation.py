@@ -16,9 +16,9 @@ from pydantic import BaseModel, RootModel, Tag, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic.json_schema import GenerateJsonSchema
 
-from robostiff.errors import FileError, InputError
+from robostiff.errors import FileError, InputError, Words
 from robostiff.io.document import Document
-from robostiff.io.suggest import Words, did_you_mean, listing, nearest, phrase, shown, values
+from robostiff.io.suggest import did_you_mean, listing, nearest, phrase, shown, values
 
 Step = str | int
 

@@ -11,8 +11,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 
-from robostiff.errors import FileError, InputError, Location
-from robostiff.io.suggest import Words
+from robostiff.errors import FileError, InputError, Location, Words
 
 _LONGEST_ENDING = 20
 _PART = 2**24  # bytes

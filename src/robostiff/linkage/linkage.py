@@ -16,7 +16,7 @@ from robostiff.kinematics.spanning_tree import SpanningTree, spanning_tree
 from robostiff.model import Chain, Joint, JointKind, Link, Locked, Mass, Passive
 from robostiff.model.checks import finite_coordinates
 from robostiff.model.entries import Symbolic
-from robostiff.model.subject import Subject
+from robostiff.model.subject import Coordinate, Subject
 from robostiff.spatial import Frame, Screw, Space, refuse_quantities
 
 if TYPE_CHECKING:
@@ -126,6 +126,7 @@ class Linkage(Symbolic, Subject):
     """
 
     kind: ClassVar[str] = "linkage"
+    coordinates: ClassVar[tuple[Coordinate, ...]] = ()
     name: str
     connections: tuple[Connection, ...]
     base: str

@@ -9,23 +9,29 @@ from robostiff.network.elements import (
     SpringElement,
     beam_between,
     beam_stiffness_12,
+    section_compliance,
 )
 from robostiff.network.energy import energy_stiffness
+from robostiff.network.equations import Equations, Motion, equations_of
 from robostiff.network.internal_loads import (
     InternalLoads,
     NetworkUnderLoads,
     motions_under,
     network_under_loads,
 )
+from robostiff.network.mobility import held_coordinates
 from robostiff.network.network import Network, network_of_snapshot
 from robostiff.network.response import NetworkResponse, SectionForces, network_response
+from robostiff.network.saddle_point import redundancy
 
 __all__ = [
     "BeamElement",
     "DistributedForce",
+    "Equations",
     "ForceOnBeam",
     "InternalLoads",
     "JointElement",
+    "Motion",
     "Network",
     "NetworkResponse",
     "NetworkStiffness",
@@ -39,8 +45,12 @@ __all__ = [
     "compliance_between",
     "condense",
     "energy_stiffness",
+    "equations_of",
+    "held_coordinates",
     "motions_under",
     "network_of_snapshot",
     "network_response",
     "network_under_loads",
+    "redundancy",
+    "section_compliance",
 ]

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict
-from functools import singledispatch
 from typing import Any
 
 import numpy as np
 
-from robostiff.analysis import CableStiffness, Stiffness, cable_stiffness, stiffness
-from robostiff.analysis.parts_at_home import part_in_words
+from robostiff.analysis import stiffness
+from robostiff.analysis.parts_at_home import mobility_at_home, part_in_words, parts_at_home
 from robostiff.elastostatics import Status
 from robostiff.kinematics import find_posture, with_body_springs, with_masses
 from robostiff.linkage import Linkage
 from robostiff.markup import STIFFNESS_UNITS, Block, Bullets, Facts, Page, Table, row
-from robostiff.model import Actuated, Joint, Passive, PlacedMass, Robot, Role, Snapshot
+from robostiff.model import Actuated, Joint, Passive, PlacedLeg, PlacedMass, Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.model.in_words import elements_in_words, placed_in_words
 from robostiff.network import Network
@@ -28,54 +27,33 @@ _ONE = {"bodies": "body"}
 
 def machine_page(machine: Robot | CableRobot | Snapshot | Network | Linkage) -> Page:
     """A machine in short: title, symbols, its parts, free coordinates and source."""
+    blocks: list[Block | None] = [leg_table(machine)]
+    facts: dict[str, str] = {}
+    if hasattr(machine, "cables"):
+        facts["cables"] = ", ".join(machine.cable_names)
+    elif isinstance(machine, Network):
+        facts["parts"] = _counted(_network_facts(machine))
+    elif isinstance(machine, Linkage):
+        joints = [
+            [own.name, f"{c.a}, {c.b}", own.kind.value, type(own.role).__name__.lower()]
+            for c in machine.connections
+            if isinstance(own := c.element, Joint)
+        ]
+        blocks.append(Table(["joint", "between", "kind", "role"], joints))
+    blocks.append(Facts(tuple(facts.items())) if facts else None)
     facts = {
         "symbols": ", ".join(map(str, getattr(machine, "symbols", ()))),
-        "free coordinates": " ".join(one.value for one in getattr(machine, "coordinates", ())),
+        "free coordinates": " ".join(one.value for one in machine.coordinates),
         "source": machine.source,
     }
-    blocks: list[Block] = [
-        *_parts_of(machine),
-        Facts(tuple((name, words) for name, words in facts.items() if words)),
-    ]
+    blocks.append(Facts(tuple((name, words) for name, words in facts.items() if words)))
     return Page(machine.name, f": {machine.title}" if machine.title else "", blocks=blocks)
 
 
-@singledispatch
-def _parts_of(machine: Any) -> list[Block]:
-    """Legs, cables, joints, or how many parts there are of each kind."""
-    raise TypeError(type(machine).__name__)
-
-
-@_parts_of.register
-def _(robot: Robot) -> list[Block]:
-    legs = [[leg.name, ", ".join(elements_in_words(leg.chain))] for leg in robot.legs]
-    return [Table(["leg", "from base to platform"], legs)]
-
-
-@_parts_of.register
-def _(snapshot: Snapshot) -> list[Block]:
-    legs = [[leg.name, ", ".join(placed_in_words(leg))] for leg in snapshot.legs]
-    return [Table(["leg", "from base to platform"], legs)]
-
-
-@_parts_of.register
-def _(robot: CableRobot) -> list[Block]:
-    return [Facts((("cables", ", ".join(robot.cable_names)),))]
-
-
-@_parts_of.register
-def _(network: Network) -> list[Block]:
-    return [Facts((("parts", _counted(_network_facts(network))),))]
-
-
-@_parts_of.register
-def _(linkage: Linkage) -> list[Block]:
-    joints = [
-        [own.name, f"{c.a}, {c.b}", own.kind.value, type(own.role).__name__.lower()]
-        for c in linkage.connections
-        if isinstance(own := c.element, Joint)
-    ]
-    return [Table(["joint", "between", "kind", "role"], joints)]
+def leg_table(machine: Any) -> Table | None:
+    """The elements of every leg; None of a machine without legs."""
+    rows = [[own["name"], ", ".join(own["elements"])] for own in _legs(machine)]
+    return Table(["leg", "from base to platform"], rows) if rows else None
 
 
 def facts_page(facts: Mapping[str, Any]) -> Page:
@@ -96,33 +74,40 @@ def facts_page(facts: Mapping[str, Any]) -> Page:
     return Page(facts["name"], place, None, blocks, facts["home"]["advice"], facts)
 
 
-def facts_of(robot: Robot | CableRobot | Snapshot | Network) -> dict[str, Any]:
-    """Plain data, the stiffness at home included.
+def facts_of(
+    robot: Robot | CableRobot | Snapshot | Network, with_parts: bool = False
+) -> dict[str, Any]:
+    """Plain data, the stiffness at home included, and each part where it is wanted.
 
     Springs between bodies are listed; the stiffness is that of the legs.
     """
-    legs: list[dict[str, Any]] = []
     own: dict[str, Any] = {}
-    if isinstance(robot, CableRobot):
-        kind, home, own = "cable robot", cable_stiffness(robot), {"cables": robot.cable_names}
-    elif isinstance(robot, Network):
-        kind, home, own = "network", stiffness(robot), _network_facts(robot)
-    elif isinstance(robot, Snapshot):
-        kind, home = "snapshot", stiffness(robot)
-        own = _mass_facts(_masses_of(robot), robot.gravity)
-        for leg in robot.legs:
-            roles = [one.role for one in leg.freedoms]
-            legs.append(_leg(leg.name, placed_in_words(leg), roles))
-    else:
-        kind, home = "model", stiffness(robot.with_springs())
-        own = {} if robot.platform is None else {"platform": _platform_facts(robot)}
-        own |= {} if Status.UNREACHABLE in home.status else _placed_facts(robot)
-        for leg in robot.legs:
-            legs.append(_leg(leg.name, elements_in_words(leg.chain), leg.chain.roles))
+    home = stiffness(robot.with_springs() if isinstance(robot, Robot) else robot)
+    if isinstance(robot, Network):
+        own = _network_facts(robot)
+    elif hasattr(robot, "cables"):
+        own["cables"] = robot.cable_names
+    elif Status.UNREACHABLE not in home.status:
+        own = masses_at_home(robot)
+    if isinstance(robot, Robot) and robot.platform is not None:
+        own = {"platform": _platform_facts(robot), **own}
+    legs = _legs(robot)
     units = {"length": "m", "angle": "rad", "force": "N", "mass": "kg"}
+    known: dict[str, Any] = {
+        "home": {
+            "status": str(home.status),
+            "rank": int(home.rank),
+            "free_motions": [str(motion) for motion in home.free_motions],
+            "advice": list(home.advice),
+        }
+    }
+    if robot.coordinates and legs:
+        known["mobility"] = mobility_at_home(robot)
+    if with_parts and Status.UNREACHABLE not in home.status:
+        known["parts"] = parts_at_home(robot)
     return {
         "name": robot.name,
-        "kind": kind,
+        "kind": _kind_of(robot),
         "title": robot.title,
         "source": robot.source,
         "space": robot.space.name.lower(),
@@ -130,7 +115,7 @@ def facts_of(robot: Robot | CableRobot | Snapshot | Network) -> dict[str, Any]:
         "units": {**units, "stiffness": asdict(STIFFNESS_UNITS)},
         "legs": legs,
         **own,
-        "home": _home_facts(home),
+        **known,
     }
 
 
@@ -143,7 +128,7 @@ def _network_facts(network: Network) -> dict[str, Any]:
         "joints": len(network.joints),
         "passive_freedoms": sum(f.is_passive for f in freedoms),
         "elastic_freedoms": sum(f.stiffness is not None for f in freedoms),
-        **_mass_facts(_in_parts(network), network.gravity),
+        **masses_at_home(network),
     }
 
 
@@ -159,24 +144,44 @@ def _platform_facts(robot: Robot) -> dict[str, Any]:
     }
 
 
-def _leg(name: str, elements: list[str], roles: Sequence[Role]) -> dict[str, Any]:
-    passive = sum(isinstance(role, Passive) for role in roles)
-    driven = sum(isinstance(role, Actuated) for role in roles)
-    return {
-        "name": name,
-        "elements": elements,
-        "passive_freedoms": passive,
-        "actuated_freedoms": driven,
-    }
+def _legs(machine: Any) -> list[dict[str, Any]]:
+    """Elements of every leg in words, and how many freedoms are passive and actuated."""
+    found = []
+    for leg in getattr(machine, "legs", ()):
+        if isinstance(leg, PlacedLeg):
+            words, roles = placed_in_words(leg), [one.role for one in leg.freedoms]
+        else:
+            words, roles = elements_in_words(leg.chain), leg.chain.roles
+        passive = sum(isinstance(role, Passive) for role in roles)
+        driven = sum(isinstance(role, Actuated) for role in roles)
+        found.append(
+            {
+                "name": leg.name,
+                "elements": words,
+                "passive_freedoms": passive,
+                "actuated_freedoms": driven,
+            }
+        )
+    return found
 
 
-def _placed_facts(robot: Robot) -> dict[str, Any]:
-    """Masses at home, gravity, springs between bodies."""
-    posture = find_posture(robot)
-    snapshot = with_masses(posture).one(0)
-    facts = _mass_facts(_masses_of(snapshot), snapshot.gravity)
-    if robot.springs:
-        placed_springs = with_body_springs(posture).one(0).springs
+def masses_at_home(machine: Robot | CableRobot | Snapshot | Network | Linkage) -> dict[str, Any]:
+    """Masses, gravity and springs between bodies at home, as `masses_in_words` takes them."""
+    if isinstance(machine, Linkage):
+        machine = machine.network_at({})
+    if isinstance(machine, Network):
+        # the mass of a beam has the beam's name
+        named = (
+            (own.name if mass.name == own.name else f"{own.name}/{mass.name}", mass)
+            for own in (*machine.nodes, *machine.beams, *machine.springs)
+            for mass in own.masses
+        )
+        return {"kind": machine.kind, **_mass_facts(named, machine.gravity)}
+    posture = find_posture(machine) if isinstance(machine, Robot) else None
+    snapshot: Any = machine if posture is None else with_masses(posture).one(0)
+    masses = ((f"{own}/{m.name}", m) for own, m in getattr(snapshot, "named_masses", ()))
+    facts = {"kind": _kind_of(machine), **_mass_facts(masses, getattr(snapshot, "gravity", None))}
+    if posture is not None and machine.springs:
         facts["springs"] = [
             {
                 "name": own.name,
@@ -185,10 +190,15 @@ def _placed_facts(robot: Robot) -> dict[str, Any]:
                 "length": length,
                 "tension": own.tension + own.stiffness * (length - own.length),
             }
-            for own in placed_springs
+            for own in with_body_springs(posture).one(0).springs
             for length in [float(np.linalg.norm(own.points[1] - own.points[0]))]
         ]
     return facts
+
+
+def _kind_of(machine: Any) -> str:
+    """In words; a robot is called by its file."""
+    return {"robot": "model"}.get(machine.kind, machine.kind)
 
 
 def _mass_facts(
@@ -211,27 +221,6 @@ def _mass_facts(
     return facts
 
 
-def _masses_of(snapshot: Snapshot) -> Iterator[tuple[str, PlacedMass]]:
-    return ((f"{owner}/{mass.name}", mass) for owner, mass in snapshot.named_masses)
-
-
-def _in_parts(network: Network) -> Iterator[tuple[str, PlacedMass]]:
-    """Masses of a network; that of a beam has the beam's name."""
-    for own in (*network.nodes, *network.beams, *network.springs):
-        for mass in own.masses:
-            yield own.name if mass.name == own.name else f"{own.name}/{mass.name}", mass
-
-
-def _home_facts(home: Stiffness | CableStiffness) -> dict[str, Any]:
-    """Status, rank and free motions at home."""
-    return {
-        "status": str(home.status),
-        "rank": int(home.rank),
-        "free_motions": [str(motion) for motion in home.free_motions],
-        "advice": list(home.advice),
-    }
-
-
 def _fact_lines(facts: Mapping[str, Any]) -> Iterator[str]:
     for key in ("title", "source"):
         if facts[key]:
@@ -250,7 +239,15 @@ def _fact_lines(facts: Mapping[str, Any]) -> Iterator[str]:
         yield f"cables: {', '.join(facts['cables'])}"
     if facts["kind"] == "network":
         yield _counted(facts)
-    yield from _mass_lines(facts)
+    yield from masses_in_words(facts)
+    if "gravity" in facts:
+        yield f"gravity: ({row(np.array(facts['gravity']))}) m/s^2"
+    for own in facts.get("springs", ()) if facts["kind"] == "model" else ():
+        yield (
+            f"spring {own['name']} between {' and '.join(own['bodies'])}: "
+            f"{own['stiffness']:.4g} N/m, {own['length']:.4g} m long at home, "
+            f"tension {own['tension']:.4g} N; under finite loads alone"
+        )
 
 
 def _counted(facts: Mapping[str, Any]) -> str:
@@ -273,20 +270,6 @@ def _home_lines(facts: Mapping[str, Any]) -> Iterator[str]:
         yield f"picture: {facts['picture']}"
 
 
-def _mass_lines(facts: Mapping[str, Any]) -> list[str]:
-    """Masses of a robot at home, those that are equal in all its legs together, and its gravity."""
-    lines = masses_in_words(facts)
-    if "gravity" in facts:
-        lines.append(f"gravity: ({row(np.array(facts['gravity']))}) m/s^2")
-    for own in facts.get("springs", ()) if facts["kind"] == "model" else ():
-        lines.append(
-            f"spring {own['name']} between {' and '.join(own['bodies'])}: "
-            f"{own['stiffness']:.4g} N/m, {own['length']:.4g} m long at home, "
-            f"tension {own['tension']:.4g} N; under finite loads alone"
-        )
-    return lines
-
-
 def masses_in_words(facts: Mapping[str, Any], label: str = "masses") -> list[str]:
     """Masses as one line, those that are equal in all legs together; none without any."""
     if "masses" not in facts:
@@ -306,16 +289,3 @@ def masses_in_words(facts: Mapping[str, Any], label: str = "masses") -> list[str
             parts += [f"{n} {v}" for n, v in zip(names, own.values(), strict=True)]
     at = f" at ({row(np.array(masses['centre']))}) m" if "centre" in masses else ""
     return [f"{label}: {', '.join(parts)}; {masses['total']:.4g} kg in all{at}"]
-
-
-def masses_at_home(robot: Robot | CableRobot | Snapshot | Network | Linkage) -> dict[str, Any]:
-    """Masses of the model, as `masses_in_words` takes them; nothing where there are none."""
-    if isinstance(robot, Linkage):
-        robot = robot.network_at({})
-    if isinstance(robot, Network):
-        return {"kind": "network", **_mass_facts(_in_parts(robot), None)}
-    if isinstance(robot, Snapshot):
-        return {"kind": "snapshot", **_mass_facts(_masses_of(robot), None)}
-    if isinstance(robot, Robot):
-        return {"kind": "model", **_placed_facts(robot)}
-    return {}

@@ -56,9 +56,17 @@ def _blocks(found: StiffnessIndices) -> list[Block | None]:
         _entry(own.stiffness, "N m/rad", str(motion))
         for own, motion in zip(screws.twists, motions, strict=True)
     ]
+    along = [
+        [
+            f"  {direction_in_words(own.direction)}",
+            *(Number(float(k)) for k in (own.free, own.held)),
+            "moves freely" if Status.UNBALANCED in own.status else "",
+        ]
+        for own in found.along_axes
+    ]
     scaled = zip(found.eigenstiffness.values, found.eigenstiffness.motions, strict=True)
     return [
-        _along_axes(found),
+        Table(["stiffness along world axes [N/m]", "free", "held", ""], along),
         principal_table(found),
         _listed(f"collinear stiffness: {found.collinear.about}", _loads(found.collinear)),
         worst_table(found),
@@ -79,15 +87,6 @@ def _blocks(found: StiffnessIndices) -> list[Block | None]:
             )
         ),
     ]
-
-
-def _along_axes(found: StiffnessIndices) -> Table:
-    rows: list[list[Cell]] = []
-    for along in found.along_axes:
-        moves = "moves freely" if Status.UNBALANCED in along.status else ""
-        words = f"  {direction_in_words(along.direction)}"
-        rows.append([words, Number(float(along.free)), Number(float(along.held)), moves])
-    return Table(["stiffness along world axes [N/m]", "free", "held", ""], rows)
 
 
 _Entry = tuple[Cell, str, str]  # a value or a word in its place, its unit, and what it is of

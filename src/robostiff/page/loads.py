@@ -67,8 +67,8 @@ def equilibrium_page(
         blocks += page.blocks
         data["critical_load"] = {"status": critical.status, **page.data}
     if curve is not None:
-        blocks.append(_curve_table(curve))
-        data["load_path"] = _curve_data(curve)
+        table, data["load_path"] = _of_curve(curve)
+        blocks.append(table)
     return Page(
         result.name,
         f" under load, about ({row(result.point)}) m, world axes" if known else " under load",
@@ -124,7 +124,13 @@ def _equilibrium_blocks(result: Equilibrium) -> list[Block | None]:
                 ],
             )
         )
-    drives = _drives(result)
+    # what elastic drives and locks carry; rounding is shown as zero
+    loads = [own for own in result.parts if own.load is not None and (own.energy > 0 or own.load)]
+    largest = max((abs(own.load or 0.0) for own in loads), default=0.0)
+    drives = {}
+    for own in loads:
+        load = float(own.load or 0.0)
+        drives[f"{own.leg}/{own.part}"] = (load if abs(load) > KNOWN * largest else 0.0, own.unit)
     if drives and is_strained:
         blocks.append(
             Table(
@@ -160,11 +166,19 @@ def matrix_under_load(result: Equilibrium) -> LabelledMatrix | None:
 def critical_page(critical: CriticalLoad) -> Page:
     """The factor of the wrench at which a robot loses its stability, and how."""
     found = ("factor", "mode", "leg", "is_limit")
+    if critical.is_found:
+        lines = [f"critical load: {critical.factor:.6g} times the wrench", f"there {critical.mode}"]
+    elif critical.searched_to > 0:
+        lines = [f"no critical load up to {critical.searched_to:g} times the wrench"]
+    elif critical.status & Status.FREE_MOTIONS:
+        lines = ["no critical load is determined: hold the free motions of the platform"]
+    else:
+        lines = ["no critical load: there is no stable equilibrium to start from"]
     return Page(
         critical.name,
         " under a growing load",
         critical.status,
-        [Bullets(tuple(_critical(critical)))],
+        [Bullets(tuple(lines))],
         critical.advice,
         {
             **{name: getattr(critical, name) if critical.is_found else None for name in found},
@@ -173,28 +187,8 @@ def critical_page(critical: CriticalLoad) -> Page:
     )
 
 
-def _critical(critical: CriticalLoad) -> list[str]:
-    if not critical.is_found and critical.searched_to == 0:
-        if critical.status & Status.FREE_MOTIONS:
-            return ["no critical load is determined: hold the free motions of the platform"]
-        return ["no critical load: there is no stable equilibrium to start from"]
-    if not critical.is_found:
-        return [f"no critical load up to {critical.searched_to:g} times the wrench"]
-    return [f"critical load: {critical.factor:.6g} times the wrench", f"there {critical.mode}"]
-
-
-def _drives(result: Equilibrium) -> dict[str, tuple[float, str]]:
-    """What elastic drives and locks carry, with its unit; rounding is shown as zero."""
-    loads = {
-        f"{part.leg}/{part.part}": (part.load, part.unit)
-        for part in result.parts
-        if part.load is not None and (part.energy > 0 or part.load != 0)
-    }
-    largest = max((abs(v) for v, _ in loads.values()), default=0.0)
-    return {k: (v if abs(v) > KNOWN * largest else 0.0, u) for k, (v, u) in loads.items()}
-
-
-def _curve_table(curve: xarray.Dataset) -> Table:
+def _of_curve(curve: xarray.Dataset) -> tuple[Table, dict[str, Any]]:
+    """A force-deflection curve; null in its data where there is no equilibrium."""
     names = " ".join(map(str, curve.twist.values))
     title = f"{'factor':>10}  displacement ({names}) [m, rad]"
     rows: list[list[Cell]] = []
@@ -205,20 +199,15 @@ def _curve_table(curve: xarray.Dataset) -> Table:
         words = "none" if np.isnan(moved).any() else row(moved)
         rows.append([Number(float(factor)), words, str(status)])
         lines.append(f"{factor:10.5g}  {words}" + (f"  {status}" if status else ""))
-    return Table(("", "", ""), rows, title, lines)
-
-
-def _curve_data(curve: xarray.Dataset) -> dict[str, Any]:
-    """A force-deflection curve; null where there is no equilibrium."""
-    codes, displacements = curve["status_code"].values, curve["displacement"].values
     path = ("path_factor", "path_displacement", "path_stable")
-    return {
+    data = {
         "factors": curve["factor"].values,
-        "displacement": [None if np.isnan(own).any() else own for own in displacements],
+        "displacement": [None if np.isnan(own).any() else own for own in columns[1].values],
         "stable": curve["stable"].values,
-        "status": [Status(int(code)) for code in codes],
+        "status": [Status(int(code)) for code in columns[2].values],
         **{name: curve[name].values for name in path},
     }
+    return Table(("", "", ""), rows, title, lines), data
 
 
 _MOST = 10  # modes, or parts of a network, in a list

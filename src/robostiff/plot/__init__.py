@@ -3,35 +3,68 @@
 Every function takes results, draws a picture on a backend, and returns what the backend makes of
 it: Matplotlib's axes or a figure of Plotly. Nothing is shown, and no setting of either is changed.
 Pictures are computed without them as data, in ``picture``; ``geometry`` finds the
-lines of legs, bent or not, of screws, ellipsoids and isosurfaces.
+lines of legs, bent or not, of screws, ellipsoids and isosurfaces. `layers_of` gives the items of a
+picture to programs that draw them by themselves.
 """
 
 from robostiff.plot.backend import Matplotlib, PictureData, PlotBackend, Plotly, Width
+from robostiff.plot.curves import load_curve
 from robostiff.plot.energy_bars import Measure, comparison, energy_shares
 from robostiff.plot.geometry.ellipsoid import Quality
-from robostiff.plot.loaded_robot import equilibrium, load_curve, mode
+from robostiff.plot.layers import LAYERS, Layers, layers_of
 from robostiff.plot.maps.pictures import map_bands, map_isosurface, map_overview, map_slice
-from robostiff.plot.posed_robot import Colouring, robot
+from robostiff.plot.picture import (
+    Arrow,
+    Category,
+    Face,
+    Item,
+    LineWeight,
+    Marks,
+    Mesh,
+    Paint,
+    Path,
+    PlainColour,
+    Shape,
+    Text,
+    colour_of,
+)
+from robostiff.plot.posed_robot import Colouring, equilibrium, mode, robot
 from robostiff.plot.stiffness_pictures import Kind, Shade, ellipsoid, free_motions, matrix
 from robostiff.plot.theme import Theme
 
 __all__ = [
+    "LAYERS",
+    "Arrow",
+    "Category",
     "Colouring",
+    "Face",
+    "Item",
     "Kind",
+    "Layers",
+    "LineWeight",
+    "Marks",
     "Matplotlib",
     "Measure",
+    "Mesh",
+    "Paint",
+    "Path",
     "PictureData",
+    "PlainColour",
     "PlotBackend",
     "Plotly",
     "Quality",
     "Shade",
+    "Shape",
+    "Text",
     "Theme",
     "Width",
+    "colour_of",
     "comparison",
     "ellipsoid",
     "energy_shares",
     "equilibrium",
     "free_motions",
+    "layers_of",
     "load_curve",
     "map_bands",
     "map_isosurface",

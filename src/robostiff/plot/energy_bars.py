@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 from enum import Enum
 
 import numpy as np
@@ -118,17 +118,6 @@ class Measure(Enum):
     DIAGONAL = "diagonal of the stiffness matrix"
 
 
-@dataclass(frozen=True)
-class _Quantities:
-    """Quantities with one unit."""
-
-    label: str
-    unit: str
-    names: tuple[str, ...]
-    first: np.ndarray
-    second: np.ndarray
-
-
 def comparison(
     first: AnyStiffness | Deflection,
     second: AnyStiffness | Deflection,
@@ -177,57 +166,44 @@ def comparison(
             got=f"matrices of {one.space.size} and {other.space.size} rows",
             expected="two of one size",
         )
-    if isinstance(first, Deflection) and isinstance(second, Deflection):
-        title, found = "deflection", _of_twists(first, second)
-    else:
-        title, found = measure.value, _of_stiffness(one, other, measure)
     called = names or (one.name, other.name)
     if names is None and called[0] == called[1]:
         called = f"{called[0]}, first", f"{called[1]}, second"
-    panels = tuple(_panel(quantities, called) for quantities in found)
+    d, title, shifts, turns = one.space.translations, measure.value, "translational", "rotational"
+    names: tuple[str, ...] = ()
+    if isinstance(first, Deflection) and isinstance(second, Deflection):
+        title, shifts, turns, units = "deflection", "displacement", "rotation", ("m", "rad")
+        names, values = one.space.twist_order, (first.twist, second.twist)
+    elif measure is Measure.DIAGONAL:
+        shifts, turns, units = "force / displacement", "moment / rotation", ("N/m", "N m/rad")
+        pairs = zip(one.space.wrench_order, one.space.twist_order, strict=True)
+        names, values = tuple(map("/".join, pairs)), (np.diag(one.K), np.diag(other.K))
+    else:
+        qualities = (Quality.STIFFNESS, Quality.ROTATIONAL_STIFFNESS)
+        units = tuple(own.unit for own in qualities)
+        values = tuple(
+            np.concatenate([principal_axes(own, quality).lengths for quality in qualities])
+            for own in (one, other)
+        )
+        # softest first, as in maps
+        for n in (d, one.space.size - d):
+            names += (("stiffness",), ("least", "most"), ("least", "middle", "most"))[n - 1]
+    parts = ((shifts, units[0], slice(d)), (turns, units[1], slice(d, None)))
+    panels = tuple(
+        _panel(label, unit, names[own], [v[own] for v in values], called)
+        for label, unit, own in parts
+    )
     return drawn_by(backend, Bars(title, panels))
 
 
-def _of_twists(first: Deflection, second: Deflection) -> list[_Quantities]:
-    space = first.stiffness.space
-    d, order = space.translations, space.twist_order
-    one, other = first.twist, second.twist
-    return [
-        _Quantities("displacement", "m", order[:d], one[:d], other[:d]),
-        _Quantities("rotation", "rad", order[d:], one[d:], other[d:]),
-    ]
-
-
-def _of_stiffness(first: AnyStiffness, second: AnyStiffness, measure: Measure) -> list[_Quantities]:
-    space = first.space
-    d = space.translations
-    if measure is Measure.DIAGONAL:
-        one, other = np.diag(first.K), np.diag(second.K)
-        names = tuple(
-            f"{w}/{t}" for w, t in zip(space.wrench_order, space.twist_order, strict=True)
-        )
-        return [
-            _Quantities("force / displacement", "N/m", names[:d], one[:d], other[:d]),
-            _Quantities("moment / rotation", "N m/rad", names[d:], one[d:], other[d:]),
-        ]
-    found = []
-    for quality, label in (
-        (Quality.STIFFNESS, "translational"),
-        (Quality.ROTATIONAL_STIFFNESS, "rotational"),
-    ):
-        one = principal_axes(first, quality).lengths
-        other = principal_axes(second, quality).lengths
-        # softest first, as in maps
-        names = {1: ("stiffness",), 2: ("least", "most"), 3: ("least", "middle", "most")}[len(one)]
-        found.append(_Quantities(label, quality.unit, names, one, other))
-    return found
-
-
-def _panel(q: _Quantities, called: tuple[str, str]) -> Panel:
-    largest = float(np.max(np.abs([q.first, q.second])))
-    times, unit = prefixed(largest, q.unit)
+def _panel(
+    label: str, unit: str, names: Sequence[str], both: list[np.ndarray], called: tuple[str, str]
+) -> Panel:
+    """Quantities (n,) with one unit of two designs, with the ratio second over first."""
+    largest = float(np.max(np.abs(both)))
+    times, unit = prefixed(largest, unit)
     # beside the largest they are rounding
-    values = [np.where(np.abs(v) <= 1e-12 * largest, 0.0, v) for v in (q.first, q.second)]
+    values = [np.where(np.abs(v) <= 1e-12 * largest, 0.0, v) for v in both]
     texts = [[short(times * value) for value in own] for own in values]
     for i, (one, other) in enumerate(zip(*values, strict=True)):
         if one != 0:
@@ -236,4 +212,4 @@ def _panel(q: _Quantities, called: tuple[str, str]) -> Panel:
         Series(name, Category(i), times * own, tuple(written))
         for i, (name, own, written) in enumerate(zip(called, values, texts, strict=True))
     )
-    return Panel(f"{q.label} [{unit}]", tuple(Group(name) for name in q.names), series)
+    return Panel(f"{label} [{unit}]", tuple(map(Group, names)), series)

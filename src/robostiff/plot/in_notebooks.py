@@ -13,9 +13,8 @@ from robostiff.errors import NoAnswerError
 from robostiff.markup import escaped
 from robostiff.model.subject import Subject
 from robostiff.plot.backend import DATA, Matplotlib
-from robostiff.plot.loaded_robot import equilibrium, mode
 from robostiff.plot.picture import Picture
-from robostiff.plot.posed_robot import picture_of_posed, robot
+from robostiff.plot.posed_robot import equilibrium, mode, picture_of_posed, robot
 from robostiff.plot.stiffness_pictures import ellipsoid
 from robostiff.statics import Equilibrium, Modes
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import singledispatch
 from typing import Any
 
 import numpy as np
 
-from robostiff.analysis import CableStiffness
 from robostiff.kept import kept
 from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Role, Snapshot
 from robostiff.network import Network, SpringElement
@@ -141,12 +141,9 @@ class Outline:
         return [self.point, *ends, *(joint.at for joint in self.joints)]
 
 
-def outline_of(posed: Snapshot | Network | CableStiffness) -> Outline:
-    """The outline of what has been placed at a pose."""
-    if isinstance(posed, Snapshot):
-        return of_snapshot(posed)
-    if isinstance(posed, Network):
-        return of_network(posed)
+@singledispatch
+def outline_of(posed: Any) -> Outline:
+    """The outline of a snapshot, a network or a cable robot with its tensions."""
     placed, known = posed.placed, bool(np.all(posed.answered))
     return of_cables(
         posed.cable_names,
@@ -157,8 +154,9 @@ def outline_of(posed: Snapshot | Network | CableStiffness) -> Outline:
     )
 
 
+@outline_of.register(Snapshot)
 @kept
-def of_snapshot(snapshot: Snapshot) -> Outline:
+def _of_snapshot(snapshot: Snapshot) -> Outline:
     """The outline of a robot of legs at a single pose."""
     points = [snapshot.reference_point]
     for leg in snapshot.legs:
@@ -169,9 +167,8 @@ def of_snapshot(snapshot: Snapshot) -> Outline:
     joints = [list(_joints(leg, f"{leg.name}/", _GROUND, leg.name)) for leg in snapshot.legs]
     # of legs whose joints have the same names, those of the first
     named = {tuple(joint.name for joint in own): own for own in reversed(joints)}
-    lines = [_leg_lines(leg, end_key(snapshot, i)) for i, leg in enumerate(snapshot.legs)]
     ends = [leg.end for leg in snapshot.legs]
-    plates, ties = _platform_plate(ends, points[0])
+    plates, lines = _platform_plate(ends, points[0])
     base = plate(np.array([_foot(leg) for leg in snapshot.legs]))
     names = [
         part.name
@@ -180,9 +177,25 @@ def of_snapshot(snapshot: Snapshot) -> Outline:
         if isinstance(part, PlacedSpring) or part.slides or not part.is_passive
     ]
     if snapshot.platform is not None:
-        plates, ties = [], []
-        own_parts = snapshot.platform.platform.parts
-        names += [own.name for own in own_parts if np.any(own.elasticity.compliance)]
+        tree = snapshot.platform.platform
+        nodes = {
+            own.name: PointOfBody(snapshot.platform.in_world(own.at), node_key(own.name))
+            for own in tree.nodes
+        }
+        plates, lines = (
+            [],
+            [
+                Line(nodes[part.a], nodes[part.b], PLATFORM, part.name, bends=True)
+                for part in tree.parts
+            ],
+        )
+        names += [own.name for own in tree.parts if np.any(own.elasticity.compliance)]
+    for i, leg in enumerate(snapshot.legs):
+        # without rigid lines too short to be visible
+        apart = _SAME * (size_of([_foot(leg), leg.end, *(part.point for part in leg.parts)]) or 1.0)
+        for line in _along(leg, leg.name, _GROUND, end_key(snapshot, i), []):
+            if line.part or np.linalg.norm(line.end.point - line.start.point) > apart:
+                lines.append(line)
     if base is not None:
         plates.insert(0, Plate(base, _GROUND, PlainColour.FAINT))
     level = np.ptp([p[2] for p in heights]) <= _SAME * size
@@ -190,7 +203,7 @@ def of_snapshot(snapshot: Snapshot) -> Outline:
         PointOfBody(points[0], PLATFORM),
         size,
         snapshot.space is Space.PLANAR or bool(level),
-        (*ties, *_platform_lines(snapshot), *(line for own in lines for line in own)),
+        tuple(lines),
         tuple(plates),
         tuple(joint for own in joints for joint in own),
         words=tuple((one.at, one.name) for own in reversed(named.values()) for one in own),
@@ -214,28 +227,6 @@ def _platform_plate(ends: list[np.ndarray], point: np.ndarray) -> tuple[list[Pla
         for p in tied
     ]
     return ([] if top is None else [Plate(top, PLATFORM, PlainColour.PLATE, "platform")]), ties
-
-
-def _platform_lines(snapshot: Snapshot) -> Iterator[Line]:
-    """Parts of a flexible platform."""
-    placed = snapshot.platform
-    if placed is not None:
-        for part in placed.platform.parts:
-            a, b = (
-                PointOfBody(placed.in_world(placed.platform.point_of(name)), node_key(name))
-                for name in (part.a, part.b)
-            )
-            yield Line(a, b, PLATFORM, part.name, bends=True)
-
-
-def _leg_lines(leg: PlacedLeg, end: str) -> Iterator[Line]:
-    """From base to platform, without rigid lines too short to be visible."""
-    points = [_foot(leg), leg.end, *(part.point for part in leg.parts)]
-    apart = _SAME * (size_of(points) or 1.0)
-    for line in _along(leg, leg.name, _GROUND, end, []):
-        is_long = np.linalg.norm(line.end.point - line.start.point) > apart
-        if line.part or is_long:
-            yield line
 
 
 def _along(
@@ -312,8 +303,9 @@ def clamped_end(spring: PlacedSpring | SpringElement) -> np.ndarray:
     return spring.point + 2 * spring.rotation @ to_centre
 
 
+@outline_of.register(Network)
 @kept
-def of_network(network: Network) -> Outline:
+def _of_network(network: Network) -> Outline:
     """The outline of bodies, beams, springs and joints in any arrangement."""
     bodies = _bodies(network)
     points = np.concatenate([network.reference_point[None], *bodies.values()])

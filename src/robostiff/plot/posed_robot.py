@@ -1,10 +1,11 @@
-"""A robot at a pose: its legs, their elastic energy, and its shape under a load."""
+"""A machine at a pose, under a load, at rest under finite loads, and in its modes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from enum import Enum
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -13,24 +14,32 @@ from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
 from robostiff.linkage import Linkage
 from robostiff.model import Snapshot
+from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
 from robostiff.plot.geometry.displacement import (
     PLATFORM,
-    FiniteMotion,
+    BodyMotion,
     Motions,
+    finite_motions,
     motion_under,
     spatial,
 )
+from robostiff.plot.geometry.surfaces import perpendicular
 from robostiff.plot.outline import Outline, of_cables, outline_of
-from robostiff.plot.picture import PlainColour, Scene
+from robostiff.plot.picture import Category, Item, LineWeight, Path, PlainColour, Scene
 from robostiff.plot.posture import Machine, Posed, placed
 from robostiff.plot.prefix import short
 from robostiff.plot.sketch import Sketch, colours_of_parts, exaggeration_note
 from robostiff.spatial import Space
 from robostiff.spatial.rotation import matrix_of_rotation
+from robostiff.statics import BodyPlaces, Equilibrium, Modes
 
-_MISSED = 1e-4
+if TYPE_CHECKING:
+    from robostiff.statics.equations.problem import EquilibriumProblem
+
+_MISSED = 1e-4  # of the machine: an anchor that another pose has moved
+_COILS, _WIDE = 7, 0.012  # of a spring, and how wide they are, of the robot
 
 
 class Colouring(Enum):
@@ -164,7 +173,7 @@ def moved_cables(found: CableResponse) -> tuple[Motions, Outline]:
     d = spatial(moved, found.before.space.rows)
     R = matrix_of_rotation(d[3:])
     p = placed.reference_point
-    motions = {PLATFORM: FiniteMotion(np.zeros(6), np.zeros(3), R - np.eye(3), d[:3] + p - R @ p)}
+    motions = {PLATFORM: BodyMotion(R - np.eye(3), d[:3] + p - R @ p)}
     ends = placed.exit_points, placed.attachments
     return motions, of_cables(found.before.cable_names, ends, p, found.before.space, tensions)
 
@@ -194,8 +203,18 @@ def motion_of(posed: Snapshot | Network, bent: Deflection) -> Motions:
 def loaded_sketch(
     outline: Outline, motions: Motions, parts: Sequence[PartShare], colouring: Colouring
 ) -> Sketch:
-    """A machine with its bodies displaced, coloured by elastic energy or by names."""
-    named, shares = colouring is Colouring.NAMES, _energy_shares(parts, colouring, outline)
+    """A machine with its bodies displaced, coloured by shares of elastic energy or by names.
+
+    The part of a whole leg has no name; parts of a network are found by their whole names.
+    """
+    named, part_by_part = colouring is Colouring.NAMES, colouring is Colouring.PARTS
+    part_by_part = part_by_part or outline.is_named
+    shares: dict[tuple[str, str], float] = {}  # [%]
+    for part in () if named or colouring is Colouring.NONE else parts:
+        key = (part.leg, part.part if part_by_part else "")
+        shares[key] = shares.get(key, 0.0) + 100 * part.share
+        for name in (f"{part.leg}/{part.part}", part.part) if part_by_part else ():
+            shares.setdefault(("", name), 100 * part.share)
     return Sketch(
         outline=outline,
         motions=motions,
@@ -205,21 +224,155 @@ def loaded_sketch(
     )
 
 
-def _energy_shares(
-    parts: Sequence[PartShare], colouring: Colouring, outline: Outline
-) -> dict[tuple[str, str], float]:
-    """Shares [%] of legs, or of their parts; the part of a whole leg has no name.
+def equilibrium(
+    result: Equilibrium,
+    *,
+    colouring: Colouring = Colouring.LEGS,
+    exaggeration: float | None = None,
+    backend: PlotBackend[Drawn] = PAPER,
+) -> Drawn:
+    """Draw a robot where it comes to rest under finite loads, and without them in dashed lines.
 
-    Parts of a network have no leg, and are found by their whole names.
+    Parameters
+    ----------
+    result : Equilibrium
+        What ``rs.equilibrium`` answers.
+    colouring : Colouring
+        Meaning of the colours: shares in the elastic energy.
+    exaggeration : float, optional
+        Factor of all displacements; 1 for the true shape. When left out, a round number from 1 on
+        that draws the largest displacement as a tenth of the robot.
+    backend : Matplotlib or Plotly
+
+    Returns
+    -------
+    Axes or Figure
+        Of the backend.
+
+    Raises
+    ------
+    InputError
+        When `result` is no equilibrium.
+    NoAnswerError
+        When there is none.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> loaded = rs.equilibrium(rs.load("3-puu"), wrench=[500, 0, 0, 0, 0, 0])
+    >>> rs.plot.equilibrium(loaded).get_title()
+    '3-puu under load'
     """
-    shares: dict[tuple[str, str], float] = {}
-    if colouring in {Colouring.NONE, Colouring.NAMES}:
-        return shares
-    part_by_part = colouring is Colouring.PARTS or outline.is_named
-    for part in parts:
-        key = (part.leg, part.part if part_by_part else "")
-        shares[key] = shares.get(key, 0.0) + 100 * part.share
-        if part_by_part:
-            for name in (f"{part.leg}/{part.part}", part.part):
-                shares.setdefault(("", name), 100 * part.share)
-    return shares
+    if not isinstance(result, Equilibrium):
+        raise InputError(
+            "equilibrium of a plot",
+            got=result,
+            expected="a result of rs.equilibrium(robot, pose, wrench), one of a batch",
+        )
+    _ = result.displacement  # raises with the reason when there is none
+    posed, problem = result.posed, cast("EquilibriumProblem", result.problem)
+    tensions = np.array([own.tension for own in result.springs])
+    sketch = _sketch(posed, problem, result.places, result.shares, colouring, tensions)
+    sketch = sketch.exaggerated(exaggeration, is_finite=True)
+    notes = exaggeration_note(sketch.scale)
+    notes += () if result.stable else ("the robot does not stay there",)
+    load = problem.point, spatial(result.wrench, result.space.rows)
+    more = tuple(_springs(result, sketch)) if isinstance(posed, Snapshot) else ()
+    scene = sketch.scene(f"{result.name} under load", load, notes=notes, more=more)
+    return drawn_by(backend, scene)
+
+
+def _sketch(
+    posed: Any,
+    problem: EquilibriumProblem,
+    places: BodyPlaces,
+    shares: Sequence[PartShare],
+    colouring: Colouring,
+    tensions: np.ndarray | None = None,
+) -> Sketch:
+    """A machine of any kind with its bodies at other places, coloured by elastic energy."""
+    if isinstance(posed, CableRobot):
+        springs = problem.legs.springs
+        ends = np.array([own.points for own in springs])
+        names, space = [own.name for own in springs], Space.of_size(len(problem.rows))
+        outline = of_cables(names, (ends[:, 0], ends[:, 1]), problem.point, space, tensions)
+    else:
+        outline = outline_of(posed)
+    return loaded_sketch(outline, finite_motions(posed, places), shares, colouring)
+
+
+def mode(
+    modes: Modes, number: int = 1, side: float = 1.0, *, backend: PlotBackend[Drawn] = PAPER
+) -> Drawn:
+    """Draw a robot in one of its modes, at one end of the vibration, and at rest in dashed lines.
+
+    Parameters
+    ----------
+    modes : Modes
+        What ``rs.modes`` answers.
+    number : int
+        Of the mode, 1 for the slowest.
+    side : float
+        -1 for the other end of the vibration.
+    backend : Matplotlib or Plotly
+
+    Returns
+    -------
+    Axes or Figure
+        Of the backend.
+
+    Raises
+    ------
+    InputError
+        When there is no such mode.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> rs.plot.mode(rs.modes(rs.load("hexapod"), masses={"platform": 150})).get_title()
+    'hexapod, mode 1: 49.65 Hz'
+    """
+    if not isinstance(modes, Modes):
+        raise InputError("modes of a plot", got=modes, expected="a result of rs.modes(robot)")
+    _ = modes.frequencies  # raises with the reason when there are none
+    whole = isinstance(number, int) and not isinstance(number, bool)
+    if not (whole and 1 <= number <= len(modes)):
+        raise InputError(
+            "number of a mode", got=number, expected=f"1 to {len(modes)}, the slowest first"
+        )
+    own = modes[number - 1]
+    rate = f"{own.frequency:.4g} Hz" if own.growth == 0 else f"grows by {own.growth:.4g} /s"
+    title = f"{modes.name}, mode {number}: {rate}"
+    problem = cast("EquilibriumProblem", modes.problem)
+    sketch = _sketch(modes.posed, problem, own.motion, own.shares, Colouring.PARTS)
+    sketch = sketch.exaggerated(side * sketch.exaggerated(None).scale)
+    scene = sketch.scene(title, at_rest="at rest")
+    # room for both ends of the vibration
+    margin = 0.1 * sketch.in_unit().factor * sketch.size
+    low, high = scene.box
+    return drawn_by(backend, replace(scene, frame=np.array([low - margin, high + margin])))
+
+
+def _springs(result: Equilibrium, sketch: Sketch) -> Iterator[Item]:
+    """Springs between bodies as coils, their ends displaced as the bodies are."""
+    label = "spring"
+    for unloaded, own in zip(result.posed.springs, result.springs, strict=True):
+        pairs = zip(unloaded.points, own.points, strict=True)
+        a, b = (p + sketch.scale * (now - p) for p, now in pairs)
+        about = f"{own.name}: {own.tension:.4g} N"
+        points = sketch.in_unit().factor * _coil(a, b, _WIDE * sketch.size)
+        yield Path(points, Category(2), LineWeight.LINE, label=label, about=about)
+        label = ""
+
+
+def _coil(a: np.ndarray, b: np.ndarray, wide: float) -> np.ndarray:
+    """A zigzag (n, 3) between two points."""
+    d = b - a
+    length = float(np.linalg.norm(d))
+    if length == 0:
+        return np.array([a, b])
+    across = wide * perpendicular(d)
+    s = np.linspace(0.2, 0.8, 2 * _COILS + 1)
+    side = np.array([0.0, *((-1.0) ** np.arange(2 * _COILS - 1)), 0.0])
+    inner = a + s[:, None] * d + side[:, None] * across
+    return np.array([a, *inner, b])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, cast
 
 from robostiff.analysis import CableStiffness, stiffness
@@ -15,8 +14,7 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.plot.geometry.ellipsoid import AnyStiffness
 from robostiff.plot.outline import outline_of
-from robostiff.plot.picture import Item
-from robostiff.plot.sketch import Sketch, unit_of
+from robostiff.plot.sketch import Sketch
 
 Posed = Snapshot | Network | CableStiffness
 Machine = Robot | Snapshot | Network | Linkage | CableRobot | CableStiffness
@@ -53,19 +51,8 @@ def placed(machine: Machine, pose: Any = None, near: Near = None) -> Posed:
     return result.placed()
 
 
-@dataclass(frozen=True)
-class Surroundings:
-    """A robot of any kind in the background of something else."""
-
-    size: float  # of the robot [m]
-    factor: float  # from metres to the unit of the axes
-    unit: str  # of the axes
-    is_flat: bool
-    items: tuple[Item, ...]
-
-
-def surroundings(machine: Machine | None, result: AnyStiffness) -> Surroundings | None:
-    """The robot around a result, at its pose; a cable robot is always drawn.
+def surroundings(machine: Machine | None, result: AnyStiffness) -> Sketch | None:
+    """The robot around a result, at its pose, in the unit of the axes; of cables always.
 
     Raises InputError when it is none that can be drawn at the pose of the result.
     """
@@ -75,9 +62,7 @@ def surroundings(machine: Machine | None, result: AnyStiffness) -> Surroundings 
         posed = result if isinstance(result, CableStiffness) else result.placed()
     else:
         posed = placed(machine, result.pose)
-    sketch = Sketch(outline=outline_of(posed)).in_unit()
-    unit, items = unit_of(sketch.size)[1], tuple(sketch.backdrop())
-    return Surroundings(sketch.size, sketch.factor, unit, sketch.outline.is_level, items)
+    return Sketch(outline=outline_of(posed)).in_unit()
 
 
 def single_stiffness(result: object, what: str) -> AnyStiffness:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.model import Actuated, Locked, Passive, Role
+from robostiff.model import Actuated, Locked, Passive
 from robostiff.plot.geometry.displacement import STILL, BodyMotion, Motions
 from robostiff.plot.geometry.ellipsoid import screw_line
 from robostiff.plot.outline import JointPoint, Line, Outline, PointOfBody
@@ -92,16 +92,13 @@ class Sketch:
     def _lines(self) -> Iterator[tuple[Line, np.ndarray]]:
         """Lines that can be seen, and their points (n, 3) in the unit of the axes."""
         for line in self.outline.lines:
-            points = self._drawn(line)
+            a, b = line.start, line.end
+            points = np.array([self.moved(a), self.moved(b)])
+            if line.bends and self.scale and np.linalg.norm(b.point - a.point) > _APART * self.size:
+                ends = (a.point, b.point, self._body(a), self._body(b))
+                points = self.factor * bent_line(*ends, self.scale)
             if np.linalg.norm(points[-1] - points[0]) > _APART * self.factor * self.size:
                 yield line, points
-
-    def _drawn(self, line: Line) -> np.ndarray:
-        a, b = line.start, line.end
-        if line.bends and self.scale and np.linalg.norm(b.point - a.point) > _APART * self.size:
-            ends = (a.point, b.point, self._body(a), self._body(b))
-            return self.factor * bent_line(*ends, self.scale)
-        return np.array([self.moved(a), self.moved(b)])
 
     def parts(self) -> list[Item]:
         """Base, platform, legs or cables, and joints."""
@@ -134,7 +131,7 @@ class Sketch:
 
     def _joints(self) -> Iterator[Item]:
         for kind, (label, shape) in _KINDS.items():
-            alike = [own for own in self.outline.joints if _kind(own.role) is kind]
+            alike = [own for own in self.outline.joints if isinstance(own.role, kind)]
             by_paint: dict[Paint, list[JointPoint]] = {}
             for joint in alike:
                 paint = self.of_joints.get(joint.name, PlainColour.INK)
@@ -239,10 +236,6 @@ _KINDS = {
     Locked: ("locked joint", Shape.DIAMOND),
 }
 """Names in the legend, and marks, of joints."""
-
-
-def _kind(role: Role) -> type:
-    return next((kind for kind in _KINDS if isinstance(role, kind)), Locked)
 
 
 def bent_line(

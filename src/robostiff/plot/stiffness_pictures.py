@@ -39,6 +39,12 @@ from robostiff.plot.posture import Machine, single_stiffness, surroundings
 from robostiff.plot.prefix import prefixed, short
 from robostiff.plot.sketch import robot_scene, turning_arrow, unit_of
 
+_MEANINGS = {
+    Quality.COMPLIANCE: "displacement per force, free to turn",
+    Quality.STIFFNESS: "force per displacement, rotations held",
+    Quality.ROTATIONAL_COMPLIANCE: "rotation per moment, free to shift",
+    Quality.ROTATIONAL_STIFFNESS: "moment per rotation, displacements held",
+}
 _IN_ROBOT = 0.22  # of the robot: the longest semi-axis
 _OPEN = 1.6  # of the longest finite semi-axis: length shown of a free direction
 
@@ -99,10 +105,13 @@ def ellipsoid(
     else:
         centre = around.factor * result.reference_point
         size = around.factor * _IN_ROBOT * around.size / float(bounded.max())
-        items, shown = list(around.items), around.unit
+        items, shown = around.backdrop(), unit_of(around.size)[1]
     items = [*items, *ellipsoid_items(axes, quality, centre, size, (times, unit))]
-    is_flat = len(axes.lengths) < 3 and (around is None or around.is_flat)
-    title, notes = f"{result.name}: {quality.value}", _notes(axes, quality)
+    is_flat = len(axes.lengths) < 3 and (around is None or around.outline.is_level)
+    free = int(np.count_nonzero(axes.is_free))
+    notes = (_MEANINGS[quality],)
+    notes += (f"free in {free} direction{'s' if free > 1 else ''}",) if free else ()
+    title = f"{result.name}: {quality.value}"
     return drawn_by(backend, robot_scene(title, items, shown, is_flat, notes=notes))
 
 
@@ -119,7 +128,13 @@ def ellipsoid_items(
     open_axes = tuple(int(i) for i in np.flatnonzero(without_end))
     items: list[Item] = []
     if len(axes.lengths) == 2 and len(open_axes) < 2:
-        items.append(Face(centre + _ellipse(half, open_axes), Category(0), 0.2, quality.value))
+        # an ellipse, or a strip along an open axis
+        angle = np.linspace(0, 2 * np.pi, 64, endpoint=False)[:, None]
+        outline = np.cos(angle) * half[0] + np.sin(angle) * half[1]
+        if open_axes:
+            u, v = half[open_axes[0]], half[1 - open_axes[0]]
+            outline = np.array([-u - v, u - v, u + v, -u + v])
+        items.append(Face(centre + outline, Category(0), 0.2, quality.value))
     elif len(axes.lengths) == 3:
         vertices, triangles = ellipsoid_mesh(half, open_axes)
         items.append(Mesh(centre + vertices, triangles, Category(0), 0.2, quality.value))
@@ -135,28 +150,6 @@ def ellipsoid_items(
         dashed = bool(axes.is_free[i])
         items.append(Path(ends, Category(i + 1), LineWeight.LINE, dashed, label, label))
     return items
-
-
-def _ellipse(half: np.ndarray, open_axes: tuple[int, ...]) -> np.ndarray:
-    """Outline of an ellipse, or of a strip along an open axis."""
-    if open_axes:
-        (free,) = open_axes
-        u, v = half[free], half[1 - free]
-        return np.array([-u - v, u - v, u + v, -u + v])
-    angle = np.linspace(0, 2 * np.pi, 64, endpoint=False)[:, None]
-    return np.cos(angle) * half[0] + np.sin(angle) * half[1]
-
-
-def _notes(axes: PrincipalAxes, quality: Quality) -> tuple[str, ...]:
-    notes = {
-        Quality.COMPLIANCE: "displacement per force, free to turn",
-        Quality.STIFFNESS: "force per displacement, rotations held",
-        Quality.ROTATIONAL_COMPLIANCE: "rotation per moment, free to shift",
-        Quality.ROTATIONAL_STIFFNESS: "moment per rotation, displacements held",
-    }
-    free = int(np.count_nonzero(axes.is_free))
-    words = f"free in {free} direction{'s' if free > 1 else ''}"
-    return (notes[quality], *((words,) if free else ()))
 
 
 _ALONG = 1e-9
@@ -200,14 +193,21 @@ def free_motions(
         raise NoAnswerError(f"no free motions of {result.name!r}: {'; '.join(result.advice)}")
     around = surroundings(within, result)
     half = length_of(result) if around is None else _PART * around.size
-    factor, unit = unit_of(half) if around is None else (around.factor, around.unit)
-    items = [] if around is None else list(around.items)
+    factor, unit = unit_of(half if around is None else around.size)
+    items = [] if around is None else around.backdrop()
     items += free_motion_items(result, half, factor)
     point = result.reference_point
     items.append(Marks(factor * point[None], PlainColour.INK, Shape.CROSS, "reference point"))
     free = len(result.free_motions)
     count = "no free motion" if not free else f"{free} free motion{'s' if free > 1 else ''}"
-    is_flat = around is not None and around.is_flat and _is_in_plane(result)
+    # translations in the plane, rotations about z
+    in_plane = (
+        abs(own.axis[2]) < _ALONG
+        if own.is_translation
+        else own.is_rotation and abs(own.axis[2]) > 1 - _ALONG
+        for own in (motion.screw for motion in result.free_motions)
+    )
+    is_flat = around is not None and around.outline.is_level and all(in_plane)
     notes = (f"rank {int(result.rank)} of {result.space.size}",)
     scene = robot_scene(f"{result.name}: {count}", items, unit, is_flat, notes=notes)
     return drawn_by(backend, scene)
@@ -226,16 +226,6 @@ def free_motion_items(result: AnyStiffness, half: float, factor: float) -> list[
         items.append(Path(axis, paint, LineWeight.THIN, dashed=True))
         items += turning_arrow(factor * lines.way, paint, label)
     return items
-
-
-def _is_in_plane(result: AnyStiffness) -> bool:
-    """Whether all free motions are planar: translations in the plane, rotations about z."""
-    return all(
-        abs(motion.screw.axis[2]) < _ALONG
-        if motion.screw.is_translation
-        else motion.screw.is_rotation and abs(motion.screw.axis[2]) > 1 - _ALONG
-        for motion in result.free_motions
-    )
 
 
 _ZERO = 1e-12  # of the largest entry, rotations multiplied by the length: rounding

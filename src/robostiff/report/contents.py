@@ -25,11 +25,12 @@ from robostiff.analytic import AtHome, RobotDerivation
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Pose
-from robostiff.linkage import Configuration, Linkage
+from robostiff.linkage import Linkage
 from robostiff.linkage.essential import network_of
 from robostiff.markup import Number
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
+from robostiff.model.subject import Subject
 from robostiff.network import Network
 from robostiff.plot.posed_robot import joints_in_words
 from robostiff.report.origin import NO_TITLE_BLOCK, DescribedBy, TitleBlock
@@ -146,80 +147,87 @@ def report_contents(
     own["source"] = getattr(robot, "source", "")
     if isinstance(robot, Linkage):
         part, closed = robot.closed_at(place)
-        own |= {"joints": _coordinates(part, closed), "given": joints_in_words(robot, place)}
+        joints = {
+            joint.name + (f"[{i}]" if joint.size > 1 else ""): Number(float(q), screw.unit)
+            for joint in part.joints
+            for i, (screw, q) in enumerate(
+                zip(joint.freedoms, closed.coordinates[joint.name], strict=True)
+            )
+        }
+        own |= {"joints": joints, "given": joints_in_words(robot, place)}
         robot, place = network_of(part, closed), None
-    if not isinstance(robot, Robot | Snapshot | Network | CableRobot):
+    if not isinstance(robot, Subject):
         raise InputError(
             "robot of a report",
             got=type(robot).__name__,
             expected="a Robot, Snapshot, Network, Linkage or CableRobot",
         )
-    _check_map(robot, found)
+    if found is not None and (of := found.attrs.get("robot")) != robot.name:
+        if of is not None:
+            raise InputError("robot of the map", got=str(of), expected=repr(robot.name))
+        raise InputError(
+            "map of a report",
+            got="a dataset without the name of a robot",
+            expected="a dataset from rs.stiffness_map or robostiff map",
+        )
     if finite and (wrench is None or not np.any(np.asarray(wrench, dtype=float))):
         raise InputError(
             "finite loads of a report", got="no wrench", expected="a wrench other than zero"
         )
+    own |= {"robot": robot, "found": found}
     if isinstance(robot, CableRobot):
-        given = {"near": near, "finite": finite, "other": other}
-        return _of_cables(robot, place, wrench, at, given, found, own)
-    numeric = robot.numeric
-    result = stiffness(numeric, place, at=at, near=near)
+        refused = {"near": near, "finite": finite, "other": other}
+        _refuse(robot, {**refused, "at": at if wrench is not None else None})
+        cables = cable_stiffness(robot, place)
+        require_one_pose("a report", cables.batch_shape, "write one pose")
+        response = None if wrench is None else cable_response(robot, place, wrench)
+        return ReportContents(posed=cables, stiffness=cables.about(at), deflection=response, **own)
+    numeric: Any = robot.numeric
+    options: dict[str, Any] = {"at": at, "near": near}
+    result = stiffness(numeric, place, **options)
     hint = "make a map of many poses, and give it to the report"
     require_one_pose("a report", result.batch_shape, hint)
-    posed = None if Status.UNREACHABLE in result.status else result.placed()
-    of_pose = None
+    of_pose = bent = under_load = vibrations = None
     if np.all(result.answered):
         with suppress(NoAnswerError):
             of_pose = indices(result)
-    bent = None
     if wrench is not None:
-        bent = deflection(numeric, place, wrench, at=at, near=near)
+        bent = deflection(numeric, place, wrench, **options)
+    if finite:
+        at_rest = equilibrium(numeric, place, wrench, **options)
+        require_one_pose("a report", () if isinstance(at_rest, Equilibrium) else (len(at_rest),))
+        under_load = AnswersUnderLoad(
+            cast("Equilibrium", at_rest),
+            critical_load(numeric, place, wrench, **options),
+            load_path(numeric, place, wrench, _FACTORS, **options),
+        )
+    # of the masses of the model, without a flexible platform
+    if getattr(numeric, "platform", "") is None and has_masses(numeric):
+        vibrations = modes(numeric, place, near=near, gravity=np.zeros(3))
     derivation, why_not = _derivation(robot if symbolic is None else symbolic)
     return ReportContents(
-        robot=robot,
-        posed=posed,
+        posed=None if Status.UNREACHABLE in result.status else result.placed(),
         stiffness=result,
         indices=of_pose,
         deflection=bent,
         derivation=derivation,
         no_derivation=why_not,
-        found=found,
-        under_load=_under_load(numeric, place, wrench, at, near) if finite else None,
-        modes=_modes(numeric, place, near),
+        under_load=under_load,
+        modes=vibrations if vibrations is not None and vibrations.each else None,
         compared=None if other is None else _other_design(other, result, place, wrench, at),
         **own,
     )
 
 
-def _coordinates(part: Linkage, found: Configuration) -> dict[str, Number]:
-    """Coordinates of all joints, by their names."""
-    return {
-        joint.name + (f"[{i}]" if joint.size > 1 else ""): Number(float(q), screw.unit)
-        for joint in part.joints
-        for i, (screw, q) in enumerate(
-            zip(joint.freedoms, found.coordinates[joint.name], strict=True)
-        )
-    }
-
-
-def _of_cables(
-    robot: CableRobot,
-    pose: Pose,
-    wrench: ArrayLike | None,
-    at: ArrayLike | None,
-    given: Mapping[str, Any],
-    found: xarray.Dataset | None,
-    own: Mapping[str, Any],
-) -> ReportContents:
-    """Tensions and stiffness of a cable robot, and its rest under the load."""
-    refused = {**given, "at": at if wrench is not None else None}
+def _refuse(robot: CableRobot, given: Mapping[str, Any]) -> None:
+    """Raise an InputError where something is given that a report on cables does not take."""
     hints = {
         "at": "the load of a cable robot acts at its reference point",
         "other": "write a report of each robot",
         "finite": "its section on the load has the equilibrium; rs.equilibrium and `robostiff "
         "equilibrium` have stiffness and stability under it",
     }
-    for name, value in refused.items():
+    for name, value in given.items():
         if value is not None and value is not False:
             raise InputError(
                 f"{name} in a report on cable robot {robot.name!r}",
@@ -227,12 +235,6 @@ def _of_cables(
                 expected="none",
                 hint=hints.get(name),
             )
-    result = cable_stiffness(robot, pose)
-    require_one_pose("a report", result.batch_shape, "write one pose")
-    bent = None if wrench is None else cable_response(robot, pose, wrench)
-    return ReportContents(
-        robot=robot, posed=result, stiffness=result.about(at), deflection=bent, found=found, **own
-    )
 
 
 def _other_design(
@@ -243,7 +245,8 @@ def _other_design(
     at: ArrayLike | None,
 ) -> OtherDesign:
     """Another design at the same pose, and under the same load."""
-    if not isinstance(other, Robot | Snapshot | Network) or other.space is not result.space:
+    has_legs = isinstance(other, Subject) and not hasattr(other, "cables")
+    if not has_legs or other.space is not result.space:
         raise InputError(
             "design that is compared",
             got=getattr(other, "name", other),
@@ -255,48 +258,11 @@ def _other_design(
     return OtherDesign(own.name, found, bent)
 
 
-def _under_load(
-    robot: Robot | Snapshot | Network, pose: Pose, wrench: Any, at: ArrayLike | None, near: Near
-) -> AnswersUnderLoad:
-    options: dict[str, Any] = {"at": at, "near": near}
-    found = equilibrium(robot, pose, wrench, **options)
-    require_one_pose("a report", () if isinstance(found, Equilibrium) else (len(found),))
-    return AnswersUnderLoad(
-        cast("Equilibrium", found),
-        critical_load(robot, pose, wrench, **options),
-        load_path(robot, pose, wrench, _FACTORS, **options),
-    )
-
-
-def _modes(robot: Robot | Snapshot | Network, pose: Pose, near: Near) -> Modes | None:
-    """Of the masses of the model; none without any, and of flexible platforms."""
-    if isinstance(robot, Network) or robot.platform is not None:
-        return None
-    if not has_masses(robot):
-        return None
-    found = modes(robot, pose, near=near, gravity=np.zeros(3))
-    return found if found.each else None
-
-
-def _check_map(robot: Reported, found: xarray.Dataset | None) -> None:
-    if found is None:
-        return
-    of = found.attrs.get("robot")
-    if of is None:
-        raise InputError(
-            "map of a report",
-            got="a dataset without the name of a robot",
-            expected="a dataset from rs.stiffness_map or robostiff map",
-        )
-    if of != robot.name:
-        raise InputError("robot of the map", got=str(of), expected=repr(robot.name))
-
-
 def _derivation(robot: Robot | Snapshot | Network) -> tuple[RobotDerivation | None, str]:
     """The formula at home; in steps where the closed form would be too long to read."""
     from robostiff.analytic import derive_robot
 
-    if not isinstance(robot, Robot):
+    if robot.is_frozen:
         return None, f"a {robot.kind} has no symbols"
     if not robot.symbols:
         # without symbols a formula adds nothing to the matrix, and exact roots can take hours

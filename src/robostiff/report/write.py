@@ -44,13 +44,33 @@ from robostiff.plot.on_plotly.swinging import swinging_script
 from robostiff.report.contents import ReportContents, Reported, report_contents
 from robostiff.report.figures import figures_in, figures_json
 from robostiff.report.origin import NO_TITLE_BLOCK, DescribedBy, TitleBlock
-from robostiff.report.sections import report_sections
+from robostiff.report.sections.findings import findings_section
+from robostiff.report.sections.map_slices import map_section
+from robostiff.report.sections.results import (
+    bending_section,
+    comparison_section,
+    finite_load_section,
+    matrices_section,
+    vibrations_section,
+    weakest_section,
+)
+from robostiff.report.sections.the_robot import (
+    formula_section,
+    inputs_section,
+    method_section,
+    robot_section,
+)
 from robostiff.version import __version__
 
 if TYPE_CHECKING:
     import xarray
 
 _PAGES, _PAPER = (".html", ".htm"), ".pdf"
+_SECTIONS = (
+    *(findings_section, robot_section, matrices_section, weakest_section, bending_section),
+    *(finite_load_section, vibrations_section, comparison_section, map_section),
+    *(inputs_section, method_section, formula_section),
+)
 
 
 def report_page(contents: ReportContents) -> Page:
@@ -70,7 +90,7 @@ def report_page(contents: ReportContents) -> Page:
         f"{robot.name}: {robot.title}" if robot.title else robot.name,
         place,
         contents.status,
-        report_sections(contents),
+        [own for section in _SECTIONS if (own := section(contents)) is not None],
         (*result.advice, *(f"under the load: {own}" for own in of_load)),
         posture=f", rank {int(result.rank)} of {result.space.size}" if reached else "",
     )

@@ -36,8 +36,6 @@ __all__ = [
     "shipped_robots",
 ]
 
-_ENDINGS = (".yaml", ".yml", ".json", ".urdf", ".xacro", ".xml", ".mjcf")
-
 ShippedRobot: TypeAlias = Literal[
     "3-prs",
     "3-puu",
@@ -142,16 +140,17 @@ def load(
     """
     from robostiff.io.document import read_document
 
-    kind = descriptions.kind_of(name_or_path)
-    if kind is not None:
-        return _of_description(kind, name_or_path, parameters, symbols, side)
+    reader = descriptions.reader_of(name_or_path)
+    if reader is not None:
+        return _of_description(reader.kind, name_or_path, parameters, symbols, side)
     if not isinstance(name_or_path, str | os.PathLike):
         expected = "a name, a path, or an object of yourdfpy, MuJoCo or Pinocchio"
         raise InputError("robot", got=name_or_path, expected=expected)
     name = str(name_or_path)
     shipped = isinstance(name_or_path, str) and name in shipped_names()
     if not shipped and name != "-" and not os.path.exists(name):  # False where it is too long
-        if isinstance(name_or_path, os.PathLike) or Path(name).suffix.lower() in _ENDINGS:
+        is_file = isinstance(name_or_path, os.PathLike) or descriptions.is_description(name)
+        if is_file or Path(name).suffix.lower() in descriptions.MODELS:
             raise InputError("robot", got=name, expected="a file that exists")
         raise unknown_robot(name, "a file, or the name of a shipped robot")
     if not shipped and descriptions.is_description(name):

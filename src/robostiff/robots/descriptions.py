@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from robostiff.errors import FileError, InputError
-from robostiff.io.suggest import Words
+from robostiff.errors import FileError, InputError, Words
+from robostiff.extras import READERS, Reader, added, is_offered, loaded
 from robostiff.robots.shipped import robot_file, shipped_linkages
 
 if TYPE_CHECKING:
@@ -17,8 +17,14 @@ if TYPE_CHECKING:
     from robostiff.io.rigid_tree import RigidTree
     from robostiff.linkage import Linkage
 
-ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
-"""Of files that are robot descriptions."""
+MODELS = (".yaml", ".yml", ".json")
+"""Endings of model files, side files, snapshots and networks."""
+_URDF = (".urdf", ".xacro", ".xml")
+
+
+def endings() -> tuple[str, ...]:
+    """Endings of files that are robot descriptions."""
+    return (*_URDF, *(name for name in added(READERS) if name[0] == "." and name not in _URDF))
 
 
 def is_description(path: str | Path) -> bool:
@@ -29,7 +35,8 @@ def is_description(path: str | Path) -> bool:
     >>> is_description("cell/ur5.urdf"), is_description("hexapod.yaml")
     (True, False)
     """
-    return isinstance(path, str | Path) and Path(path).suffix.lower() in ENDINGS
+    ending = Path(path).suffix.lower() if isinstance(path, str | Path) else ""
+    return ending in _URDF or (ending not in ("", *MODELS) and is_offered(READERS, ending))
 
 
 def names_description(document: Document) -> bool:
@@ -68,20 +75,20 @@ def described(
 
     if isinstance(value, Document):
         return _tree(_description_of(value, allow_xacro)), value
-    kind = kind_of(value)
-    if kind is None:
+    reader = reader_of(value)
+    if reader is None:
         # The side file first: it is the one that is likely to be missing.
         document = read_side(value, side)
         return _tree(value), document
     if side is None:
         raise InputError(
-            f"stiffness of {kind}",
+            f"stiffness of {reader.kind}",
             got=Words("no side file"),
             expected="side='NAME.stiffness.yaml', the file that has it",
             hint="an object has no folder in which the side file could be looked for",
         )
     document = read_side("robot", side)
-    return _tree_of_object(value), document
+    return reader.read(value), document
 
 
 def load_linkage(
@@ -122,7 +129,7 @@ def load_linkage(
 
     if isinstance(path, str) and path in shipped_linkages():
         path = robot_file(path)
-    if kind_of(path) is not None or is_description(path):
+    if reader_of(path) is not None or is_description(path):
         return linkage_of_tree(*described(path, side), parameters, symbols)
     if not isinstance(path, str | os.PathLike):
         expected = "a name, a path, or an object of yourdfpy, MuJoCo or Pinocchio"
@@ -145,7 +152,7 @@ def _description_of(document: Document, allow_xacro: bool) -> Path:
     place = document.location(("robot",))
     if not isinstance(written, str) or not is_description(written):
         raise FileError(
-            place, "robot", got=written, expected=f"a file with the ending {', '.join(ENDINGS)}"
+            place, "robot", got=written, expected=f"a file with the ending {', '.join(endings())}"
         )
     path = Path(document.file).parent / written
     if "\0" in written or not path.is_file():
@@ -177,9 +184,7 @@ def _tree(path: str | Path) -> RigidTree:
         from robostiff.io.urdf import read_urdf
 
         return read_urdf(path)
-    from robostiff.io.mjcf import read_mjcf
-
-    return read_mjcf(path)
+    return loaded(READERS, ending).read(path)
 
 
 def refuse_symbols(name: str, symbols: Symbols, expected: str) -> None:
@@ -195,40 +200,41 @@ def refuse_symbols(name: str, symbols: Symbols, expected: str) -> None:
         )
 
 
-_KINDS = {
-    ("yourdfpy", "URDF"): "a URDF of yourdfpy",
-    ("mujoco", "MjModel"): "a model of MuJoCo",
-    ("pinocchio", "Model"): "a model of Pinocchio",
-}
+def reader_of(value: Any) -> Reader | None:
+    """What reads an object of another program; None for anything else.
 
-
-def kind_of(value: Any) -> str | None:
-    """What an object of another program is, in words; None for anything else.
-
-    No package is imported to find that out.
+    The package of the object is not imported to find that out.
 
     Examples
     --------
-    >>> kind_of("hexapod") is None
+    >>> reader_of("hexapod") is None
     True
     """
+    if isinstance(value, str | os.PathLike | None):
+        return None
     for kind in type(value).__mro__:
         package = kind.__module__.partition(".")[0].removesuffix("_pywrap_default")
-        if (package, kind.__name__) in _KINDS:
-            return _KINDS[package, kind.__name__]
+        name = f"{package}.{kind.__name__}"
+        if name in _OBJECTS:
+            return _OBJECTS[name]
+        if is_offered(READERS, name):
+            return loaded(READERS, name)
     return None
 
 
-def _tree_of_object(value: Any) -> RigidTree:
-    kind = kind_of(value)
-    if kind == _KINDS["yourdfpy", "URDF"]:
-        from robostiff.io.urdf import read_urdf
+def _of_yourdfpy(value: Any) -> RigidTree:
+    from robostiff.io.urdf import read_urdf
 
-        return read_urdf(f"URDF of yourdfpy {value.robot.name!r}", value.write_xml_string())
-    if kind == _KINDS["mujoco", "MjModel"]:
-        from robostiff.io.mjcf import tree_of_mujoco
+    return read_urdf(f"URDF of yourdfpy {value.robot.name!r}", value.write_xml_string())
 
-        return tree_of_mujoco(value)
+
+def _of_pinocchio(value: Any) -> RigidTree:
     from robostiff.io.pinocchio import tree_of_pinocchio
 
     return tree_of_pinocchio(value)
+
+
+_OBJECTS = {
+    "yourdfpy.URDF": Reader("a URDF of yourdfpy", _of_yourdfpy),
+    "pinocchio.Model": Reader("a model of Pinocchio", _of_pinocchio),
+}

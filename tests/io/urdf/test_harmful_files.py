@@ -5,7 +5,8 @@ import sys
 import pytest
 
 import robostiff as rs
-from robostiff.io.rigid_tree.xml_text import XmlLimits, read_xml
+from robostiff import extras
+from robostiff.io.rigid_tree import XmlLimits, read_xml
 from robostiff.io.urdf import read_urdf
 from tests.io.urdf.examples import with_side
 
@@ -148,13 +149,19 @@ def test_an_xml_file_may_be_a_urdf(tmp_path):
     assert robot.name == "arm"
 
 
-@pytest.mark.parametrize(
-    ("module", "name", "extra"), [("xacrodoc", "arm.xacro", "urdf"), ("mujoco", "m.xml", "mjcf")]
-)
-def test_a_missing_extra_is_named(module, name, extra, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, module, None)
-    path = _file(tmp_path, "<mujoco/>" if extra == "mjcf" else ARM, name)
-    with pytest.raises(rs.InputError, match=rf"pip install 'robostiff\[{extra}\]'"):
+def test_a_missing_extra_is_named(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "xacrodoc", None)
+    path = _file(tmp_path, ARM, "arm.xacro")
+    with pytest.raises(rs.InputError, match=r"pip install 'robostiff\[urdf\]'"):
+        rs.load(path, side=with_side(tmp_path, SIDE))
+
+
+@pytest.mark.parametrize("name", ["m.xml", "m.mjcf"])
+def test_a_missing_reader_is_named(name, tmp_path, monkeypatch):
+    monkeypatch.setattr(extras, "added", lambda group: {})
+    path = _file(tmp_path, "<mujoco/>", name)
+    expected = r"^MJCF files need 'robostiff-interop', .* \./extras/robostiff-interop in a checkout"
+    with pytest.raises(rs.InputError, match=expected):
         rs.load(path, side=with_side(tmp_path, SIDE))
 
 

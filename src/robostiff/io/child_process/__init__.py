@@ -11,13 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from robostiff.errors import FileError, Location
-from robostiff.io.suggest import Words
+from robostiff.errors import FileError, Location, Words
 
 _SERVE = Path(__file__).with_name("serve.py")
 # What may be asked of it; these scripts import nothing of this package.
-_TASKS = ("expand_xacro.py", "compile_mjcf.py", "read_hdf5.py")
-EXPAND_XACRO, COMPILE_MJCF, READ_HDF5 = map(_SERVE.with_name, _TASKS)
+EXPAND_XACRO, READ_HDF5 = map(_SERVE.with_name, ("expand_xacro.py", "read_hdf5.py"))
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from functools import reduce
 from operator import getitem
 from typing import Any, Self
 
-from robostiff.errors import FileError, InputError, Location
-from robostiff.io.suggest import Words, did_you_mean, listing
+from robostiff.errors import FileError, InputError, Location, Words
+from robostiff.io.suggest import did_you_mean, listing
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,8 @@ from io import StringIO
 from types import MappingProxyType
 from typing import Any
 
-from robostiff.errors import FileError, Location
+from robostiff.errors import FileError, Location, Words
 from robostiff.io.document.document import Builder, Document, Limits, Mark
-from robostiff.io.suggest import Words
 from robostiff.io.whole_file import bounded_bytes, too_large
 
 # part of the parser's words: (what is wrong, what to do, whether the place is where it began)

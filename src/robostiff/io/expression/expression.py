@@ -8,10 +8,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.io.expression import functions
 from robostiff.io.expression.functions import CONSTANTS, FLOATS, RULES, Mathematics, Refusal
-from robostiff.io.suggest import Words, did_you_mean, listing, nearest
+from robostiff.io.suggest import did_you_mean, listing, nearest
 from robostiff.io.units import UNIT_WORDS, SIQuantity, Unit, is_unit_word, make_quantity, read_unit
 from robostiff.io.units.unit import NUMBER, after_space
 

@@ -15,7 +15,7 @@ from functools import cache
 from types import MappingProxyType
 from typing import Any
 
-from robostiff.io.suggest import Words
+from robostiff.errors import Words
 from robostiff.io.units import Dimension, SIQuantity, Unit, exact_quantity, make_quantity, make_unit
 from robostiff.spatial.formula import exact_number, is_possible
 

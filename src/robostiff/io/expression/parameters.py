@@ -11,10 +11,10 @@ from numbers import Real
 from types import MappingProxyType
 from typing import Any
 
-from robostiff.errors import InputError, warn_of_slip
+from robostiff.errors import InputError, Words, warn_of_slip
 from robostiff.io.expression.expression import Expression, known_names, parse
 from robostiff.io.expression.functions import CONSTANTS, FLOATS, RULES, Mathematics
-from robostiff.io.suggest import Words, did_you_mean
+from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import SIQuantity, is_unit_word, make_quantity, own_quantity
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")

@@ -8,9 +8,9 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
+from robostiff.errors import Words
 from robostiff.io.model_file.joints import WrittenLaw, build_law
 from robostiff.io.model_file.place import Place
-from robostiff.io.suggest import Words
 from robostiff.kinematics import find_posture, place_chain, posture_finder, with_body_springs
 from robostiff.kinematics.closure.loops import (
     determine_pose,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
-from robostiff.errors import FileError
+from robostiff.errors import FileError, Words
 from robostiff.io.document import Document
 from robostiff.io.model_file.chains import OneOrSeveral, WrittenRepeat, each_of
 from robostiff.io.model_file.place import (
@@ -25,7 +25,6 @@ from robostiff.io.model_file.place import (
     check_version,
     top_place,
 )
-from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.io.validation import validate
 from robostiff.model.cable import Cable, CableRobot, Weight

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, TypeVar, cast
 from annotated_types import MinLen
 from pydantic import Field, Tag
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.io.expression import ParameterError, parameter_values
 from robostiff.io.model_file.joints import WrittenDrive, WrittenJoint
 from robostiff.io.model_file.links import (
@@ -32,7 +32,7 @@ from robostiff.io.model_file.place import (
     with_key,
 )
 from robostiff.io.model_file.platform import WrittenAttachment
-from robostiff.io.suggest import Words, did_you_mean, numbered
+from robostiff.io.suggest import did_you_mean, numbered
 from robostiff.io.units import Dimension
 from robostiff.model import (
     Actuated,

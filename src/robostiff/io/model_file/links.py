@@ -30,6 +30,7 @@ from robostiff.elasticity import (
     tube,
 )
 from robostiff.elasticity.bounds import Bounds
+from robostiff.errors import Words
 from robostiff.io.model_file.joints import WrittenDrive
 from robostiff.io.model_file.place import (
     Area,
@@ -49,7 +50,7 @@ from robostiff.io.model_file.place import (
     either,
     read_mass,
 )
-from robostiff.io.suggest import Words, values
+from robostiff.io.suggest import values
 from robostiff.io.units import Dimension
 from robostiff.model import Link, Mass, Rigid, Telescope, TelescopicBeam, beam_axes, beam_link
 from robostiff.model.link import beam_mass, section_is_isotropic

@@ -21,11 +21,11 @@ from pydantic import (
     WithJsonSchema,
 )
 
-from robostiff.errors import FileError, InputError
+from robostiff.errors import FileError, InputError, Words
 from robostiff.io.document import Document, DocumentPlace
 from robostiff.io.expression import FLOATS, Mathematics, ParameterError, parameter_values, parse
 from robostiff.io.plausibility import question
-from robostiff.io.suggest import Words, shown
+from robostiff.io.suggest import shown
 from robostiff.io.units import Dimension, SIQuantity, to_si
 from robostiff.io.validation import plain
 from robostiff.model import Mass, gravity_vector

@@ -9,6 +9,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
+from robostiff.errors import Words
 from robostiff.io.model_file.links import (
     THEORIES,
     MaterialChoice,
@@ -30,7 +31,6 @@ from robostiff.io.model_file.place import (
     WrittenFrame,
     WrittenMapping,
 )
-from robostiff.io.suggest import Words
 from robostiff.model import (
     BodyPoint,
     BodySpring,

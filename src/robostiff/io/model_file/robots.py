@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from robostiff.errors import FileError
+from robostiff.errors import FileError, Words
 from robostiff.io.document import Document, read_document
 from robostiff.io.expression import ParameterError, exact_mathematics, parse
 from robostiff.io.model_file.chains import WrittenCoupled, WrittenElement, WrittenLegs, build_legs
@@ -43,7 +43,6 @@ from robostiff.io.model_file.symbols import (
     meaning_of,
     symbolic_values,
 )
-from robostiff.io.suggest import Words
 from robostiff.io.validation import validate
 from robostiff.model import (
     Chain,

@@ -1,12 +1,24 @@
 """Trees of rigid links from robot description files, with what a side file adds to them.
 
+A reader of descriptions makes a `RigidTree`; `read_xml` reads XML of strangers, bounded.
+
 ``tree`` is the description as data, ``written_side`` defines side files,
 ``build_joints`` and ``build`` make linkages and robots of both; ``build`` is the entry point.
 """
 
+from robostiff.io.plausibility import warn_of_parts_not_read
 from robostiff.io.rigid_tree.build import linkage_of_tree, robot_of_tree
-from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint, TreeLoop
+from robostiff.io.rigid_tree.tree import (
+    JointType,
+    Mimic,
+    RigidTree,
+    TreeJoint,
+    TreeLoop,
+    mass_of_body,
+    question_place,
+)
 from robostiff.io.rigid_tree.written_side import read_side
+from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, read_xml
 
 __all__ = [
     "JointType",
@@ -14,7 +26,13 @@ __all__ = [
     "RigidTree",
     "TreeJoint",
     "TreeLoop",
+    "XmlElement",
+    "XmlLimits",
     "linkage_of_tree",
+    "mass_of_body",
+    "question_place",
     "read_side",
+    "read_xml",
     "robot_of_tree",
+    "warn_of_parts_not_read",
 ]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from robostiff.errors import warn_of_slip
+from robostiff.errors import Words, warn_of_slip
 from robostiff.io.document import Document
 from robostiff.io.expression import exact_mathematics
 from robostiff.io.model_file.at_home import verified
@@ -27,7 +27,7 @@ from robostiff.io.rigid_tree.written_side import (
     WrittenTool,
     check_known,
 )
-from robostiff.io.suggest import Words, listing
+from robostiff.io.suggest import listing
 from robostiff.kinematics import place_chain
 from robostiff.linkage import (
     Connection,

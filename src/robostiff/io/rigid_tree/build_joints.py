@@ -8,13 +8,13 @@ from fnmatch import fnmatchcase
 from functools import cached_property, partial
 from typing import Any, cast
 
-from robostiff.errors import InputError, warn_of_slip
+from robostiff.errors import InputError, Words, warn_of_slip
 from robostiff.io.document import Document
 from robostiff.io.model_file.joints import STIFFNESS_OF, WrittenDrive
 from robostiff.io.model_file.place import Place, top_place
 from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
 from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTreeJoint, check_known
-from robostiff.io.suggest import Words, listing, shown, values
+from robostiff.io.suggest import listing, shown, values
 from robostiff.io.units import Dimension
 from robostiff.io.validation import validate
 from robostiff.model import (

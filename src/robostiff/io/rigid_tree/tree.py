@@ -11,8 +11,10 @@ from typing import Any, cast
 
 import numpy as np
 
-from robostiff.errors import FileError, InputError, Location, warn_of_slip
-from robostiff.io.suggest import Words, listing
+from robostiff.errors import FileError, InputError, Location, Words, warn_of_slip
+from robostiff.io.plausibility import question
+from robostiff.io.suggest import listing
+from robostiff.io.units import Dimension
 from robostiff.linkage import Linkage
 from robostiff.model import Actuated, Joint, Link, Mass, Role
 from robostiff.model.entries import free_symbols
@@ -210,6 +212,12 @@ class RigidTree:
     ) -> FileError:
         """An error in the description."""
         return FileError(Location(self.file), subject, got=got, expected=expected, hint=hint)
+
+
+def question_place(place: np.ndarray, location: Location) -> None:
+    """Warn when a place (3,) [m] is so far away that it is probably in another unit."""
+    far = float(np.max(np.abs(place)))
+    question(far, Dimension.LENGTH, lambda _: location, in_si=True)
 
 
 def mass_of_body(

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from annotated_types import MaxLen, MinLen
 from pydantic import AfterValidator, Field, Tag
 
-from robostiff.errors import FileError, InputError
+from robostiff.errors import FileError, InputError, Words
 from robostiff.io.document import Document, read_document
 from robostiff.io.model_file.joints import WrittenJoint
 from robostiff.io.model_file.links import (
@@ -36,7 +36,6 @@ from robostiff.io.model_file.place import (
     check_version,
     either,
 )
-from robostiff.io.suggest import Words
 
 _LINK = "the name of a link"
 

@@ -11,8 +11,7 @@ from xml.parsers import expat
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from robostiff.errors import FileError, Location
-from robostiff.io.suggest import Words
+from robostiff.errors import FileError, Location, Words
 from robostiff.io.whole_file import bounded_bytes
 from robostiff.spatial import Frame
 

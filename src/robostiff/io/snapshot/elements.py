@@ -26,10 +26,9 @@ from robostiff.elasticity import (
     elasticity_from_stiffness,
 )
 from robostiff.elastostatics import chain_stiffness
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import InputError, NoAnswerError, Words
 from robostiff.io.document import DocumentPlace
 from robostiff.io.plausibility import question
-from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.model import (
     Actuated,

@@ -17,8 +17,8 @@ from fractions import Fraction
 from numbers import Real
 from typing import Any
 
-from robostiff.errors import InputError
-from robostiff.io.suggest import Words, did_you_mean, listing
+from robostiff.errors import InputError, Words
+from robostiff.io.suggest import did_you_mean, listing
 from robostiff.io.units.unit import BASE, NUMBER, UNIT_WORDS, WORD, Unit, after_space, read_unit
 from robostiff.spatial.formula import is_formula, is_possible
 from robostiff.spatial.quantities import is_pint

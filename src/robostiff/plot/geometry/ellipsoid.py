@@ -81,23 +81,24 @@ def principal_axes(result: AnyStiffness, quality: Quality) -> PrincipalAxes:
     space = result.space
     own = np.array([(row >= 3) == quality.is_rotational for row in space.rows])
     axes = np.eye(3)[[row % 3 for row in np.array(space.rows)[own]]]
+    twists = _free_twists(result)
     if quality.is_compliance:
-        free = _covered(result, own)
-        lengths, directions = _of_block(_held_compliance(result)[np.ix_(own, own)], free, np.inf)
+        # directions in which free motions move these coordinates
+        _, values, every = np.linalg.svd(twists[:, own], full_matrices=False)
+        free, matrix, at_free = every[values > _SMALL], _held_compliance(result), np.inf
     else:
-        free = _alone(result, own)
-        lengths, directions = _of_block(result.K[np.ix_(own, own)], free, 0.0)
-    return PrincipalAxes(directions @ axes, lengths)
-
-
-def _of_block(block: np.ndarray, free: np.ndarray, at_free: float) -> tuple[np.ndarray, np.ndarray]:
-    """Ascending semi-axes of a block (d, d) and their directions, the free ones (k, d) given."""
+        # those of free motions that move no others
+        U, values, _ = np.linalg.svd(twists[:, ~own])
+        moved = int(np.count_nonzero(values > _SMALL))
+        free = np.linalg.qr((U.T @ twists)[moved:, own].T)[0].T
+        matrix, at_free = result.K, 0.0
+    block = matrix[np.ix_(own, own)]
     others = np.linalg.svd(free)[2][len(free) :] if len(free) else np.eye(len(block))
-    values, axes = np.linalg.eigh(others @ block @ others.T)
+    values, vectors = np.linalg.eigh(others @ block @ others.T)
     lengths = np.concatenate([np.maximum(values, 0.0), np.full(len(free), at_free)])
-    directions = np.concatenate([axes.T @ others, free])
+    directions = np.concatenate([vectors.T @ others, free])
     order = np.argsort(lengths, kind="stable")
-    return lengths[order], directions[order]
+    return PrincipalAxes((directions @ axes)[order], lengths[order])
 
 
 def _free_twists(result: AnyStiffness) -> np.ndarray:
@@ -106,20 +107,6 @@ def _free_twists(result: AnyStiffness) -> np.ndarray:
     if not len(twists):
         return np.zeros((0, result.space.size))
     return np.linalg.qr((twists * _scaling(result)).T)[0].T
-
-
-def _covered(result: AnyStiffness, own: np.ndarray) -> np.ndarray:
-    """Orthonormal directions (k, d) in which free motions move some coordinates."""
-    _, values, directions = np.linalg.svd(_free_twists(result)[:, own], full_matrices=False)
-    return directions[values > _SMALL]
-
-
-def _alone(result: AnyStiffness, own: np.ndarray) -> np.ndarray:
-    """Orthonormal directions (k, d) of free motions that move no other coordinates."""
-    free = _free_twists(result)
-    U, values, _ = np.linalg.svd(free[:, ~own])
-    moved = int(np.count_nonzero(values > _SMALL))
-    return np.linalg.qr((U.T @ free)[moved:, own].T)[0].T
 
 
 def _held_compliance(result: AnyStiffness) -> np.ndarray:

@@ -39,30 +39,25 @@ def ellipsoid_mesh(
         a, b = np.meshgrid(angle, along, indexing="ij")
         places = [(closed[0], np.cos(a)), (closed[1], np.sin(a)), (open_axes[0], b)]
     elif len(open_axes) == 2:
-        return _plates(half_axes, closed[0], open_axes)
+        u, v = (half_axes[i] for i in open_axes)
+        corners, up = np.array([-u - v, u - v, u + v, -u + v]), half_axes[closed[0]]
+        one = np.array([[0, 1, 2], [0, 2, 3]])
+        return np.concatenate([corners + up, corners - up]), np.concatenate([one, one + 4])
     else:
         a, b = np.meshgrid(angle, np.linspace(0, np.pi, _ALONG), indexing="ij")
         places = [(0, np.cos(a) * np.sin(b)), (1, np.sin(a) * np.sin(b)), (2, np.cos(b))]
-    vertices = sum(value[..., None] * half_axes[i] for i, value in places)
-    return np.reshape(vertices, (-1, 3)), _grid_triangles(*a.shape)
+    vertices = np.reshape(sum(v[..., None] * half_axes[i] for i, v in places), (-1, 3))
+    n = a.shape[1]  # columns of the grid of points
+    corner = (np.arange(len(a) - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    lower = np.stack([corner, corner + n, corner + 1], axis=-1)
+    upper = np.stack([corner + 1, corner + n, corner + n + 1], axis=-1)
+    return vertices, np.concatenate([lower, upper])
 
 
-def _plates(
-    half_axes: np.ndarray, closed: int, open_axes: tuple[int, ...]
-) -> tuple[np.ndarray, np.ndarray]:
-    u, v = (half_axes[i] for i in open_axes)
-    corners = np.array([-u - v, u - v, u + v, -u + v])
-    plates = np.concatenate([corners + half_axes[closed], corners - half_axes[closed]])
-    one = np.array([[0, 1, 2], [0, 2, 3]])
-    return plates, np.concatenate([one, one + 4])
-
-
-def _grid_triangles(rows: int, columns: int) -> np.ndarray:
-    """Triangles of a grid of points."""
-    corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
-    lower = np.stack([corner, corner + columns, corner + 1], axis=-1)
-    upper = np.stack([corner + 1, corner + columns, corner + columns + 1], axis=-1)
-    return np.concatenate([lower, upper])
+def perpendicular(e: np.ndarray) -> np.ndarray:
+    """A unit vector (3,) across a direction (3,)."""
+    across = np.cross(e, np.eye(3)[np.argmin(np.abs(e))])
+    return across / np.linalg.norm(across)
 
 
 _SAME = 1e-6

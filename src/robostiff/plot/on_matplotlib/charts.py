@@ -27,7 +27,10 @@ _ROOM = 0.32  # of the longest bar, for what is written behind it
 
 def draw_bars(picture: Bars, canvas: Canvas) -> Axes:
     """Draw bars, a panel above another."""
-    rows = [_rows(panel, picture.is_stacked) for panel in picture.panels]
+    rows = [
+        len(panel.groups) * (1 if picture.is_stacked else len(panel.series) + 1)
+        for panel in picture.panels
+    ]
     listed = [series.name for series in picture.panels[-1].series if series.name]
     below = _LINE * -(-len(listed) // canvas.columns(listed))
     ax = canvas.axes(0.9 + 0.19 * sum(rows) + 0.5 * len(rows) + below)
@@ -50,10 +53,6 @@ def draw_bars(picture: Bars, canvas: Canvas) -> Axes:
     return ax
 
 
-def _rows(panel: Panel, is_stacked: bool) -> int:
-    return len(panel.groups) * (1 if is_stacked else len(panel.series) + 1)
-
-
 def _stacked_axes(ax: Axes, rows: list[int], room: float) -> list[Axes]:
     """Axes within the axes, top to bottom, with room for the labels beside and between them."""
     ax.set_axis_off()
@@ -71,19 +70,9 @@ def _stacked(ax: Axes, panel: Panel, canvas: Canvas) -> list:
     start = np.zeros(len(panel.groups))
     handles = []
     for series in panel.series:
-        colour = colour_of(series.paint, canvas.palette)
-        places = np.arange(len(panel.groups))
-        handles.append(
-            ax.barh(
-                places,
-                series.values,
-                left=start,
-                height=0.7,
-                color=colour,
-                edgecolor=canvas.palette.ground,
-                linewidth=0.4,
-            )
-        )
+        look = {"color": colour_of(series.paint, canvas.palette), "height": 0.7, "left": start}
+        look |= {"edgecolor": canvas.palette.ground, "linewidth": 0.4}
+        handles.append(ax.barh(np.arange(len(panel.groups)), series.values, **look))
         start = start + series.values
     for i, group in enumerate(panel.groups):
         _text(ax, start[i], i, group.note)

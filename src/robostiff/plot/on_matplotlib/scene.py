@@ -16,6 +16,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
+from robostiff.plot.geometry.surfaces import perpendicular
 from robostiff.plot.on_matplotlib.canvas import Canvas, colour_bar, colour_map, legend_below, norm
 from robostiff.plot.picture import (
     Arrow,
@@ -23,7 +24,6 @@ from robostiff.plot.picture import (
     Item,
     LineWeight,
     Marks,
-    Mesh,
     Path,
     Scene,
     Shape,
@@ -80,7 +80,11 @@ class _MatplotlibPencil:
         elif isinstance(item, Marks):
             handle = self._marks(item, colour)
         elif isinstance(item, Arrow):
-            handle = self._arrow(item, colour)
+            ends = np.stack([item.start, item.tip])
+            handle = self._line(ends, colour, LineWeight.LINE, False)
+            self._head(item.tip, item.tip - item.start, colour)
+            if item.both_ways:
+                self._head(item.start, item.start - item.tip, colour)
         elif isinstance(item, Text):
             place = tuple(self._places(item.point[None])[:, 0])
             look = {"color": colour, "fontsize": "x-small", "va": "bottom"}  # above its own line
@@ -92,7 +96,10 @@ class _MatplotlibPencil:
             look |= {"path_effects": halo, "zorder": 50}
             handle = self.ax.text(*place, words, ha="right" if right else "left", **look)
         else:
-            handle = self._faces(item, colour)
+            is_face = isinstance(item, Face)
+            corners = [item.corners] if is_face else item.vertices[item.triangles]
+            self._polygons(corners, colour, item.opacity, colour if is_face else None)
+            handle = Patch(facecolor=colour, alpha=item.opacity, edgecolor=colour)
         if item.label:
             self.named.append((handle, item.label))
 
@@ -116,31 +123,15 @@ class _MatplotlibPencil:
             markeredgewidth=1.2 if item.shape is Shape.CROSS else 0.8,
         )[0]
 
-    def _arrow(self, item: Arrow, colour: str) -> Line2D:
-        ends = np.stack([item.start, item.tip])
-        handle = self._line(ends, colour, LineWeight.LINE, False)
-        self._head(item.tip, item.tip - item.start, colour)
-        if item.both_ways:
-            self._head(item.start, item.start - item.tip, colour)
-        return handle
-
     def _head(self, tip: np.ndarray, along: np.ndarray, colour: str) -> None:
         """A cross of two flat arrow heads, visible from every side."""
         e = along / (np.linalg.norm(along) or 1.0)
-        across = np.cross(e, np.eye(3)[np.argmin(np.abs(e))])
-        across = across / np.linalg.norm(across)
+        across = perpendicular(e)
         length = _HEAD * self.size
         back = tip - length * e
         for side in (across, np.cross(e, across)):
             corners = np.array([tip, back + 0.3 * length * side, back - 0.3 * length * side])
             self._polygons([corners], colour, 1.0, colour)
-
-    def _faces(self, item: Face | Mesh, colour: str) -> Patch:
-        if isinstance(item, Face):
-            self._polygons([item.corners], colour, item.opacity, colour)
-        else:
-            self._polygons(item.vertices[item.triangles], colour, item.opacity, None)
-        return Patch(facecolor=colour, alpha=item.opacity, edgecolor=colour)
 
     def _polygons(self, corners: Any, colour: str, opacity: float, edge: str | None) -> None:
         look: dict[str, Any] = {
@@ -188,7 +179,10 @@ def _frame(ax: Any, picture: Scene, canvas: Canvas) -> None:
     for axis, start, length in zip(axes, low, high - low, strict=True):
         share = 1.0 if not picture.is_equal else length / float(np.max(high - low))
         most = max(3, round((4 if canvas.is_narrow else 5) * share))
-        axis.set_ticks(_ticks(start, start + length, most))
+        # away from the corners, where the numbers of two axes would meet
+        places = MaxNLocator(most).tick_values(start, start + length)
+        inset, end = 0.08 * length, start + length
+        axis.set_ticks([x for x in places if start + inset <= x <= end - inset])
         axis.set_pane_color(shown.ground)
         axis.line.set_color(shown.muted)
         axis._axinfo["grid"].update(color=shown.faint, linewidth=0.4)
@@ -196,10 +190,3 @@ def _frame(ax: Any, picture: Scene, canvas: Canvas) -> None:
     for axis in axes:
         axis.labelpad = -4 if canvas.is_narrow else 0
     ax.set_facecolor(shown.ground)
-
-
-def _ticks(low: float, high: float, most: int) -> list[float]:
-    """Round places away from the corners, where the numbers of two axes would meet."""
-    inset = 0.08 * (high - low)
-    values = MaxNLocator(most).tick_values(low, high)
-    return [value for value in values if low + inset <= value <= high - inset]

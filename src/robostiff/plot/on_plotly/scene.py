@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
+from robostiff.plot.geometry.surfaces import perpendicular
 from robostiff.plot.picture import (
     Arrow,
     ColourScale,
@@ -52,11 +53,15 @@ def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
     traces = [trace for item in picture.items for trace in pencil.traces(item)]
     if picture.scale is not None:
         traces.append(_scale_alone(picture.scale, palette, picture.is_flat))
-    x, y, z = picture.axes
     if picture.is_flat:
-        across, up = {"title": x}, {"title": y, "scaleanchor": "x"}
+        across, up = {"title": picture.axes[0]}, {"title": picture.axes[1], "scaleanchor": "x"}
         return _figure(palette, picture, traces, _BELOW_CHART, 64, xaxis=across, yaxis=up)
-    ratio, ranges = _filled(picture)
+    # axes as long as the box, which is always as long from corner to corner
+    margin = _MARGIN * float(np.max(high - low)) or 1.0
+    if picture.frame is None:
+        low, high = low - margin, high + margin
+    ratio = high - low if picture.is_equal else np.ones(3)
+    ratio = ratio * np.sqrt(3) / np.linalg.norm(ratio)
     eye = _distance(ratio) * _TOWARDS_EYE
     scene = {
         "camera": {
@@ -65,31 +70,22 @@ def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
         },
         "domain": {"x": [0, 1 if picture.scale is None else 0.9], "y": [0, 1]},
         "aspectmode": "manual",
-        "aspectratio": dict(zip("xyz", ratio, strict=True)),
+        "aspectratio": dict(zip("xyz", ratio.tolist(), strict=True)),
         **{
             f"{axis}axis": {
                 "title": title,
                 "range": limits,
                 "nticks": max(2, round(_NUMBERS * part)),
             }
-            for axis, title, limits, part in zip("xyz", (x, y, z), ranges, ratio, strict=True)
+            for axis, title, limits, part in zip(
+                "xyz", picture.axes, np.stack([low, high], axis=-1).tolist(), ratio, strict=True
+            )
         },
     }
     return _figure(palette, picture, traces, _BELOW, 16, scene=scene)
 
 
-def _filled(picture: Scene) -> tuple[list[float], list[list[float]]]:
-    """Lengths of the axes, by which any box is as long from corner to corner, and their ranges."""
-    low, high = picture.box
-    margin = _MARGIN * float(np.max(high - low)) or 1.0
-    if picture.frame is None:
-        low, high = low - margin, high + margin
-    ratio = high - low if picture.is_equal else np.ones(3)
-    ratio = ratio * np.sqrt(3) / np.linalg.norm(ratio)
-    return ratio.tolist(), np.stack([low, high], axis=-1).tolist()
-
-
-def _distance(ratio: list[float]) -> float:
+def _distance(ratio: np.ndarray) -> float:
     """Of the eye from the middle of a box, from which all its corners are seen."""
     right = np.cross([0, 0, 1], _TOWARDS_EYE)
     right /= np.linalg.norm(right)
@@ -119,7 +115,11 @@ class _PlotlyPencil:
             }
             return [self._scatter(item.points, item, "lines", line=line, text=item.about)]
         if isinstance(item, Marks):
-            return [self._marks(item, colour)]
+            symbol, size = _SYMBOLS[item.shape]
+            size *= 2 if self.picture.is_flat else 1
+            marker = {"symbol": symbol, "size": size, "color": colour}
+            text = list(item.about) or item.label
+            return [self._scatter(item.points, item, "markers", marker=marker, text=text)]
         if isinstance(item, Arrow):
             return self._arrow(item, colour)
         if isinstance(item, Text):
@@ -131,15 +131,6 @@ class _PlotlyPencil:
             return [self._scatter(item.point[None], item, "text", text=[words], **look)]
         return [self._surface(item, colour)]
 
-    def _marks(self, item: Marks, colour: str) -> Any:
-        symbol, size = _SYMBOLS[item.shape]
-        if self.picture.is_flat:
-            size *= 2
-        marker = {"symbol": symbol, "size": size, "color": colour}
-        return self._scatter(
-            item.points, item, "markers", marker=marker, text=list(item.about) or item.label
-        )
-
     def _arrow(self, item: Arrow, colour: str) -> list[Any]:
         """A line with heads of four barbs, visible from every side."""
         heads = [(item.tip, item.tip - item.start)]
@@ -148,8 +139,7 @@ class _PlotlyPencil:
         points = [item.start, item.tip]
         for tip, along in heads:
             e = along / (np.linalg.norm(along) or 1.0)
-            across = np.cross(e, np.eye(3)[np.argmin(np.abs(e))])
-            across = across / np.linalg.norm(across)
+            across = perpendicular(e)
             back, wide = tip - _HEAD * self.size * e, 0.35 * _HEAD * self.size
             for side in (across, -across, np.cross(e, across), -np.cross(e, across)):
                 points += [np.full(3, np.nan), tip, back + wide * side]
@@ -157,60 +147,40 @@ class _PlotlyPencil:
         return [self._scatter(np.array(points), item, "lines", line=line, text=item.label)]
 
     def _surface(self, item: Face | Mesh, colour: str) -> Any:
-        if self.picture.is_flat:
-            corners = item.corners if isinstance(item, Face) else item.vertices
-            closed = np.concatenate([corners, corners[:1]])
-            return dict(
-                type="scatter",
-                x=closed[:, 0],
-                y=closed[:, 1],
-                fill="toself",
-                mode="none",
-                fillcolor=colour,
-                opacity=item.opacity,
-                hoverinfo="skip",
-                **_naming(item.label),
-            )
         is_face = isinstance(item, Face)
+        naming = {"name": item.label, "showlegend": bool(item.label), "hoverinfo": "skip"}
+        common = {"opacity": item.opacity, **naming}
+        if self.picture.is_flat:
+            corners = item.corners if is_face else item.vertices
+            x, y, _ = np.concatenate([corners, corners[:1]]).T
+            look = {"fill": "toself", "mode": "none", "fillcolor": colour}
+            return {"type": "scatter", "x": x, "y": y, **look, **common}
         vertices, triangles = item.fan if is_face else (item.vertices, item.triangles)
-        x, y, z = vertices.T
-        i, j, k = triangles.T
-        return dict(
-            type="mesh3d",
-            x=x,
-            y=y,
-            z=z,
-            i=i,
-            j=j,
-            k=k,
-            color=colour,
-            opacity=item.opacity,
-            hoverinfo="skip",
-            flatshading=isinstance(item, Face),
-            **_naming(item.label),
-        )
+        places = dict(zip("xyzijk", (*vertices.T, *triangles.T), strict=True))
+        return {"type": "mesh3d", **places, "color": colour, "flatshading": is_face, **common}
 
     def _scatter(self, points: np.ndarray, item: Any, mode: str, **look: Any) -> Any:
+        look |= {"mode": mode, "name": item.label, "showlegend": bool(item.label)}
         look["hoverinfo"] = "text" if look["text"] else "skip"
-        naming = _naming(item.label)
         x, y, z = points.T
         if self.picture.is_flat:
-            return {"type": "scatter", "x": x, "y": y, "mode": mode, **look, **naming}
-        return {"type": "scatter3d", "x": x, "y": y, "z": z, "mode": mode, **look, **naming}
-
-
-def _naming(label: str) -> dict[str, Any]:
-    return {"name": label, "showlegend": bool(label)}
+            return {"type": "scatter", "x": x, "y": y, **look}
+        return {"type": "scatter3d", "x": x, "y": y, "z": z, **look}
 
 
 def _scale_alone(scale: ColourScale, palette: Palette, is_flat: bool) -> Any:
     """The scale of values, attached to an invisible mark."""
+    stops = scale.ramp.stops(palette)
+    title = {"text": scale.label, "side": "right"}
+    bar: dict[str, Any] = {"title": title, "thickness": 14, "outlinewidth": 0, "len": 0.7}
+    if scale.ticks:
+        bar["tickvals"], bar["ticktext"] = map(list, zip(*scale.ticks, strict=True))
     marker = {
         "color": [scale.low],
         "cmin": scale.low,
         "cmax": scale.high if scale.high > scale.low else scale.low + 1,
-        "colorscale": _colour_scale(scale, palette),
-        "colorbar": {**_colour_bar(scale), "len": 0.7},
+        "colorscale": [[i / (len(stops) - 1), colour] for i, colour in enumerate(stops)],
+        "colorbar": bar,
         "showscale": True,
         "size": 0.1,
     }
@@ -222,21 +192,10 @@ def _scale_alone(scale: ColourScale, palette: Palette, is_flat: bool) -> Any:
 
 def _template(palette: Palette) -> dict[str, Any]:
     """A template in the colours of a theme; it is not registered anywhere."""
-    axis = {
-        "gridcolor": palette.faint,
-        "linecolor": palette.muted,
-        "zeroline": False,
-        "ticks": "outside",
-        "tickcolor": palette.muted,
-        "showline": True,
-        "automargin": True,
-    }
-    space = {
-        "gridcolor": palette.faint,
-        "linecolor": palette.muted,
-        "showbackground": False,
-        "zeroline": False,
-    }
+    common = {"gridcolor": palette.faint, "linecolor": palette.muted, "zeroline": False}
+    ticks = {"ticks": "outside", "tickcolor": palette.muted}
+    axis = {**common, **ticks, "showline": True, "automargin": True}
+    space = {**common, "showbackground": False}
     return {
         "layout": {
             "paper_bgcolor": palette.ground,
@@ -286,25 +245,3 @@ def _figure(
         "showlegend": named > 0,
     }
     return go.Figure(list(traces), {**common, **layout})
-
-
-def _colour_scale(scale: ColourScale, palette: Palette) -> list[list[Any]]:
-    """Colours of a scale."""
-    stops = scale.ramp.stops(palette)
-    return [[i / (len(stops) - 1), colour] for i, colour in enumerate(stops)]
-
-
-def _colour_bar(scale: ColourScale) -> dict[str, Any]:
-    """The scale beside the plot."""
-    ticks: dict[str, Any] = {}
-    if scale.ticks:
-        ticks = {
-            "tickvals": [place for place, _ in scale.ticks],
-            "ticktext": [text for _, text in scale.ticks],
-        }
-    return {
-        "title": {"text": scale.label, "side": "right"},
-        "thickness": 14,
-        "outlinewidth": 0,
-        **ticks,
-    }

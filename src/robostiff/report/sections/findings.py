@@ -13,7 +13,7 @@ from robostiff.page.loads import stability_in_words
 from robostiff.page.stiffness import shown_twist
 from robostiff.plot.posed_robot import Colouring, picture_of_posed
 from robostiff.plot.prefix import prefixed, short
-from robostiff.report.contents import AnswersUnderLoad, ReportContents
+from robostiff.report.contents import ReportContents
 from robostiff.report.figures import one_figure
 from robostiff.spatial import Space
 
@@ -45,7 +45,14 @@ def _findings(contents: ReportContents) -> Iterator[Iterator[Row]]:
     if contents.deflection is not None:
         yield _under(contents.deflection)
     if contents.under_load is not None:
-        yield _of_finite_load(contents.under_load)
+        at_rest, critical = contents.under_load.equilibrium, contents.under_load.critical
+        if at_rest.has_answer:
+            yield iter([("under the finite load", stability_in_words(at_rest))])
+        words = f"none up to {critical.searched_to:g} times the load"
+        if critical.is_found:
+            words = f"{critical.factor:.4g} times the load: {critical.mode}"
+        if critical.is_found or critical.searched_to > 0:
+            yield iter([("critical load", words)])
     for mode in contents.modes.each[:1] if contents.modes is not None else ():
         yield iter([("slowest vibration", str(mode))])
     if contents.found is not None:
@@ -99,13 +106,3 @@ def _moved(space: Space, twist: np.ndarray) -> Iterator[Row]:
         size = float(np.linalg.norm(own))
         where = f" {at} {direction_in_words(own / size)}" if size else ""
         yield f"{word} under the load", f"{_shown(size, unit)}{where}"
-
-
-def _of_finite_load(known: AnswersUnderLoad) -> Iterator[Row]:
-    result, critical = known.equilibrium, known.critical
-    if result.has_answer:
-        yield "under the finite load", stability_in_words(result)
-    if critical.is_found:
-        yield "critical load", f"{critical.factor:.4g} times the load: {critical.mode}"
-    elif critical.searched_to > 0:
-        yield "critical load", f"none up to {critical.searched_to:g} times the load"

@@ -24,16 +24,15 @@ from robostiff.markup import (
     Table,
     Tone,
 )
-from robostiff.model import Robot
 from robostiff.page.indices import centres, principal_table, ratios, worst_table
 from robostiff.page.loads import KNOWN, matrix_under_load, stability_in_words
 from robostiff.page.of_result import page_of
 from robostiff.page.stiffness import energy_table, shown_twist, small_motion, stiffness_matrix
 from robostiff.plot.backend import DATA
+from robostiff.plot.curves import load_curve
 from robostiff.plot.energy_bars import comparison, energy_shares
-from robostiff.plot.loaded_robot import equilibrium, load_curve, mode
 from robostiff.plot.picture import Bars
-from robostiff.plot.posed_robot import picture_of_posed
+from robostiff.plot.posed_robot import equilibrium, mode, picture_of_posed
 from robostiff.plot.stiffness_pictures import ellipsoid, free_motions
 from robostiff.report.contents import AnswersUnderLoad, ReportContents
 from robostiff.report.figures import Figure, Level, one_figure
@@ -128,12 +127,21 @@ def finite_load_section(contents: ReportContents) -> Section | None:
     result, robot = known.equilibrium, contents.robot
     words = stability_in_words(result) if result.has_answer else "no equilibrium was found"
     blocks: list[Block | None] = [Paragraph(f"Status {result.status}: {words}.")]
-    if isinstance(robot, Robot) and robot.gravity is not None:
+    if not robot.is_frozen and robot.gravity is not None:
         blocks.append(Paragraph("The weights of the robot act besides the load."))
     if result.advice:
         blocks.append(Bullets(tuple(result.advice), Tone.WARNING))
     if result.has_answer:
-        tables = (_displacements(known, contents), *_changes(known, contents))
+        bent = contents.deflection
+        known_too = isinstance(bent, Deflection) and bent.has_answer
+        small = shown_twist(bent) if known_too else [None] * result.space.size
+        moved = result.space.without_rounding(result.displacement)
+        heads = ["displacement", "under the load", "proportional to the load"]
+        rows = [
+            [name, small_motion(name, own), "none" if x is None else small_motion(name, x)]
+            for name, own, x in zip(result.space.twist_order, moved, small, strict=True)
+        ]
+        tables = (Table(heads, rows), *_changes(known, contents))
         words = (
             "K under load is the rate of the wrench that the legs carry; K total, less the rate of "
             "loads that turn with the platform, is what more load meets."
@@ -148,20 +156,14 @@ def finite_load_section(contents: ReportContents) -> Section | None:
     if np.any(np.isfinite(known.curve["displacement"].to_numpy())):
         caption = "Force and deflection up to twice the load; dashed where the robot does not stay."
         blocks.append(one_figure("load-curve", caption, load_curve(known.curve, backend=DATA)))
-    blocks.append(Paragraph(_critical(known)))
+    critical = known.critical
+    words = f"Critical load: {critical.factor:.4g} times the load. There {critical.mode}."
+    if not critical.is_found:
+        why = "; ".join(critical.advice)
+        words = f"No critical load was found up to {critical.searched_to:g} times the load"
+        words = f"{words}: {why}." if why else f"{words}."
+    blocks.append(Paragraph(words))
     return Section("finite-load", "Under finite load", blocks)
-
-
-def _displacements(known: AnswersUnderLoad, contents: ReportContents) -> Table:
-    """Displacement under the finite load beside that of small loads."""
-    result, bent = known.equilibrium, contents.deflection
-    rows: list[list[Cell]] = []
-    small = shown_twist(bent) if isinstance(bent, Deflection) and bent.has_answer else None
-    moved = result.space.without_rounding(result.displacement)
-    for i, name in enumerate(result.space.twist_order):
-        other: Cell = "none" if small is None else small_motion(name, small[i])
-        rows.append([name, small_motion(name, moved[i]), other])
-    return Table(["displacement", "under the load", "proportional to the load"], rows)
 
 
 def _changes(known: AnswersUnderLoad, contents: ReportContents) -> Iterator[Table]:
@@ -181,15 +183,6 @@ def _changes(known: AnswersUnderLoad, contents: ReportContents) -> Iterator[Tabl
             part = Number(100 * float(change[i, i] / diagonal[i]), "%")
         rows.append([f"{force}/{motion}", part])
     yield Table(["diagonal of K", "change by the load"], rows)
-
-
-def _critical(known: AnswersUnderLoad) -> str:
-    critical = known.critical
-    if not critical.is_found:
-        why = "; ".join(critical.advice)
-        found = f"No critical load was found up to {critical.searched_to:g} times the load"
-        return f"{found}: {why}." if why else f"{found}."
-    return f"Critical load: {critical.factor:.4g} times the load. There {critical.mode}."
 
 
 _DRAWN = 4
@@ -247,20 +240,11 @@ def comparison_section(contents: ReportContents) -> Section | None:
     except NoAnswerError as error:
         blocks.append(Paragraph(str(error)))
     one, two = contents.deflection, other.deflection
-    if one is not None and two is not None and one.has_answer and two.has_answer:
-        blocks.append(_both_displacements(contents, names))
+    both = [own for own in (one, two) if isinstance(own, Deflection) and own.has_answer]
+    if len(both) == 2:
+        rows = [
+            [name, small_motion(name, a), small_motion(name, b), Number(float(b / a)) if a else ""]
+            for name, a, b in zip(first.space.twist_order, *map(shown_twist, both), strict=True)
+        ]
+        blocks.append(Table(["under the load", *names, "second over first"], rows))
     return Section("comparison", title, blocks)
-
-
-def _both_displacements(contents: ReportContents, names: tuple[str, str]) -> Table:
-    """Displacements of both under the load, and the second over the first."""
-    one, other = contents.deflection, contents.compared
-    if not isinstance(one, Deflection) or other is None or other.deflection is None:
-        raise ValueError("there are two deflections where they are compared")
-    rows: list[list[Cell]] = []
-    space = one.stiffness.space
-    both = (shown_twist(one), shown_twist(other.deflection))
-    for name, first, second in zip(space.twist_order, *both, strict=True):
-        ratio: Cell = Number(float(second / first)) if first else ""
-        rows.append([name, small_motion(name, first), small_motion(name, second), ratio])
-    return Table(["under the load", *names, "second over first"], rows)

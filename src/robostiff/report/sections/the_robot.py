@@ -23,10 +23,8 @@ from robostiff.markup import (
     number,
     row,
 )
-from robostiff.model import Actuated, PlacedLeg, Robot, Snapshot
-from robostiff.model.cable import CableRobot
-from robostiff.model.in_words import elements_in_words, placed_in_words
-from robostiff.network import Network
+from robostiff.model import Actuated, Robot
+from robostiff.page.facts import leg_table
 from robostiff.report.contents import ReportContents
 from robostiff.report.figures import TypesetFormula
 from robostiff.version import __version__
@@ -35,21 +33,15 @@ from robostiff.version import __version__
 def robot_section(contents: ReportContents) -> Section | None:
     """Source, free coordinates, joints of a linkage, and legs; nothing where none is known."""
     robot = contents.robot
-    free = ", ".join(own.value for own in getattr(robot, "coordinates", ()))
+    free = ", ".join(own.value for own in robot.coordinates)
     facts = {"source": contents.source, "free coordinates of the platform": free}
     blocks: list[Block | None] = [Facts(tuple(own for own in facts.items() if own[1]))]
     if contents.joints:
         blocks.append(Table(["joint", "coordinate"], list(contents.joints.items())))
-    if isinstance(robot, Robot | Snapshot):
-        legs = [
-            (leg.name, ", ".join(placed_in_words(leg)))
-            if isinstance(leg, PlacedLeg)
-            else (leg.name, ", ".join(elements_in_words(leg.chain)))
-            for leg in robot.legs
-        ]
-        whole = Table(["leg", "from base to platform"], legs)
-        title = f"{len(legs)} legs, element by element"
-        blocks.append(whole if len(legs) == 1 else Folded(title, (whole,)))
+    legs = leg_table(robot)
+    if legs is not None:
+        title = f"{len(legs.rows)} legs, element by element"
+        blocks.append(legs if len(legs.rows) == 1 else Folded(title, (legs,)))
     return Section("robot", "The robot", blocks) if any(facts.values()) or blocks[1:] else None
 
 
@@ -110,41 +102,44 @@ def inputs_section(contents: ReportContents) -> Section:
     robot, known = contents.robot, contents.described_by
     blocks: list[Block] = []
     if known is not None and known.parameters:
-        blocks += [Heading("Parameters"), _parameters(known.parameters, known.changed)]
+        changed, heads = known.changed, ["parameter", "value", "changed"]
+        rows = [
+            [name, str(changed.get(name, value)), f"instead of {value}" if name in changed else ""]
+            for name, value in known.parameters.items()
+        ]
+        if not changed:
+            heads, rows = heads[:2], [cells[:2] for cells in rows]
+        blocks += [Heading("Parameters"), Table(heads, rows)]
     numeric = robot.numeric
     parts = parts_at_home(numeric)
-    whole = len(parts) == 1 and not isinstance(numeric, Robot | Snapshot)
+    whole = len(parts) == 1 and not hasattr(numeric, "legs")
     listed = [
         own if whole else {**own, "name": f"{leg}/{own['name']}"}
         for leg, of in parts.items()
         for own in of
     ]
-    tables = [table for kind in _CELLS if (table := _table(listed, kind)) is not None]
-    if isinstance(numeric, Robot) and numeric.is_coupled:
+    tables: list[Block] = []
+    for kind, cells in _CELLS.items():
+        rows = [cells(part) for part in listed if part["kind"] == kind]
+        # without columns in which none has anything
+        heads = [name for name in rows[0] if any(own[name] != "" for own in rows)] if rows else []
+        if heads:
+            tables.append(Table(heads, [[own[name] for name in heads] for own in rows]))
+    if not robot.is_frozen and getattr(numeric, "is_coupled", False):
         tables.append(_couplings(numeric))
-    if isinstance(numeric, CableRobot):
+    if hasattr(numeric, "cables"):
         blocks += tables
         if numeric.weight is not None:
             force, point = row(numeric.weight.force), row(numeric.weight.point)
             blocks.append(Paragraph(f"Weight ({force}) N at ({point}) m of the platform."))
     else:
-        at = "" if isinstance(numeric, Network) else " in the home configuration"
+        at = " in the home configuration" if hasattr(numeric, "legs") else ""
         blocks.append(Folded(f"Joints and elastic parts{at}, in world axes [m]", tuple(tables)))
         blocks.append(Paragraph("Parts that are not listed as elastic are rigid.", Tone.QUIET))
     if known is not None:
         blocks.append(Table(["file", "SHA-256"], list(known.files.items())))
         blocks.append(Folded(f"The file {known.name}", (Verbatim(known.text),)))
     return Section("inputs", "What was given", blocks)
-
-
-def _parameters(written: Any, changed: Any) -> Table:
-    rows = []
-    for name, value in written.items():
-        own = str(changed[name]) if name in changed else str(value)
-        rows.append([name, own, f"instead of {value}" if name in changed else ""])
-    if not changed:
-        return Table(["parameter", "value"], [cells[:2] for cells in rows])
-    return Table(["parameter", "value", "changed"], rows)
 
 
 def _couplings(robot: Robot) -> Table:
@@ -209,15 +204,6 @@ def _cable(part: dict[str, Any]) -> dict[str, Cell]:
 
 
 _CELLS = {"joint": _joint, "elastic": _elastic, "cable": _cable}
-
-
-def _table(parts: list[dict[str, Any]], kind: str) -> Table | None:
-    """The parts of a kind; columns in which none has anything are left out."""
-    rows = [_CELLS[kind](part) for part in parts if part["kind"] == kind]
-    if not rows:
-        return None
-    heads = [name for name in rows[0] if any(cells[name] != "" for cells in rows)]
-    return Table(heads, [[cells[name] for name in heads] for cells in rows])
 
 
 def _alone(values: list[float | None]) -> str:

@@ -1,0 +1,5 @@
+"""Other programs: MJCF of MuJoCo is read, models for OpenSees and CalculiX are written."""
+
+from robostiff.on_demand import import_on_demand
+
+import_on_demand(__name__)

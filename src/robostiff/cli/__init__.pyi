@@ -1,0 +1,17 @@
+from robostiff.cli.arguments import loaded, pose, wrench
+from robostiff.cli.options import Answer, Command, Model, Posing, group, option, wrench_option
+from robostiff.cli.output import show
+
+__all__ = [
+    "Answer",
+    "Command",
+    "Model",
+    "Posing",
+    "group",
+    "loaded",
+    "option",
+    "pose",
+    "show",
+    "wrench",
+    "wrench_option",
+]

@@ -1,0 +1,349 @@
+"""Commands about measured robots and their paths: identify, plan and compensate."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import click
+
+from robostiff.cli.command import answered
+from robostiff.cli.options import (
+    Answer,
+    Command,
+    Model,
+    Posing,
+    argument,
+    group,
+    named_values,
+    option,
+    output_option,
+    plot_option,
+    repeatable,
+)
+from robostiff.cli.output import draw, output_beside, picture_beside
+from robostiff.errors import InputError
+
+_GRAVITY = "Acceleration of free fall: -z, or three numbers with units; by default the model's."
+_PARAMETERS = (
+    "What is to be found: drives and springs by name, as arm/joint* (their compliance); "
+    "arm/forearm.factor, arm/joint3.zero, arm/joint2.play; or parameters of the model file"
+)
+
+
+class Compensate(Command, name="compensate"):
+    """Write the commands by which a loaded robot follows a path.
+
+    The path is a CSV file with units in its headings: pose coordinates or joints, and the process
+    force, such as x [mm], y [mm], z [mm], Fz [N]. Everything in it stays, commands come behind.
+
+    $ compensate hexapod path.csv -o corrected.csv
+    $ compensate six-joint-arm path.csv --gravity=-z --axes tool -o corrected.csv --plot path.svg
+
+    Exit status: 0 for commands, 1 where a point has a bad status, 2 for bad input.
+    """
+
+    model: Model = group(Model)
+    path: str = argument("FILE.csv", "The path: a line of headings with units, a line a point.")
+    method: str = option(
+        "--method",
+        metavar="NAME",
+        default="exact",
+        help="exact, until nothing is missing; or mirror, the deviation of the target taken off.",
+    )
+    axes: str = option(
+        "--axes",
+        metavar="NAME",
+        default="world",
+        help="Axes of the process force: world; tool, those of the platform; or path, x along the "
+        "direction of travel.",
+    )
+    angles: str | None = option(
+        "--angles",
+        metavar="ORDER",
+        help="Order of Euler angles in the columns rx, ry, rz: zyx about axes that stay, ZYX about "
+        "axes that move along. By default they are a rotation vector.",
+    )
+    gravity: str | None = option("--gravity", metavar="AXIS", help=_GRAVITY)
+    output: str | None = output_option("The path with commands, a new file.", None)
+    plot: str | None = plot_option("Draw how far the path is off", ".png, .svg or .pdf")
+    answer: Answer = group(Answer)
+
+    def run(self) -> int:
+        """Write the commands of a path; 1 where a point has a bad status."""
+        from robostiff.cli import arguments as written
+        from robostiff.compensation.compensate import Axes, Exact, Mirror, compensate
+        from robostiff.compensation.program_file import read_program, write_program
+
+        method = written.chosen("--method", self.method, {"exact": Exact(), "mirror": Mirror()})
+        axes = written.chosen("--axes", self.axes, {each.value: each for each in Axes})
+        output = output_beside(self.output, self.answer)
+        picture = picture_beside(self.plot, self.answer, is_scene=False)
+        robot = self.model.load()
+        expected = "a robot of legs, whose drives take commands"
+        written.check_kind(robot, {"robot"}, "robot to compensate", expected=expected)
+        program, g = (
+            read_program(robot, self.path, angles=self.angles),
+            written.gravity(self.gravity),
+        )
+        poses, wrenches = program.poses, program.wrenches
+        found = compensate(robot, poses, wrenches, method, axes=axes, gravity=g)
+        if output is not None:
+            write_program(program, found, output)
+        if picture is not None:
+            from robostiff.plot.curves import compensation_picture
+
+            draw(compensation_picture(found), picture)
+        return answered(found, self.answer)
+
+
+class Identify(Command, name="identify"):
+    """Find compliances, lengths and zeros of a robot from measurements under load.
+
+    The measurements are a CSV file with units in its headings: joints or pose, loads, and what was
+    read of markers, such as joint1 [deg], Fz [N], marker, x [mm], y [mm], z [mm], sigma [um].
+
+    $ identify arm.yaml campaign.csv --parameters "arm/joint*" -o arm-identified.yaml
+    $ identify hexapod.yaml gauges.csv --parameters "leg*/strut" --marker "m1=0.2 0 0.05"
+
+    Exit status: 0 for values, 1 where one asked for is not identified or the fit is bad, 2 for bad
+    input.
+    """
+
+    model: Model = group(Model)
+    path: str = argument("FILE.csv", "The measurements: a line of headings, a line a reading.")
+    unknowns: tuple[str, ...] = repeatable("--parameters", "NAMES", _PARAMETERS)
+    fixed: tuple[str, ...] = repeatable("--fixed", "NAMES", "Names of them that keep their values")
+    shared: bool = option("--shared", help="A name with * is one number for all parts it fits.")
+    markers: tuple[str, ...] = repeatable(
+        "--marker", "NAME=X Y Z", "Where a marker is in the platform frame, or about where"
+    )
+    instrument: str | None = option(
+        "--instrument",
+        metavar='"x y z rx ry rz"',
+        help="Where the instrument is in the world, and the rotation vector from world to "
+        "instrument axes; to be found by default.",
+    )
+    postures: str | None = option(
+        "--postures", metavar="FILE.csv", help="Those of the points of a tracker export, and loads."
+    )
+    columns: str | None = option(
+        "--columns",
+        metavar="HEADINGS",
+        help="Of a file without them, with commas between: 'n1.x [mm],n1.y [mm],n1.z [mm],"
+        "joint1 [deg],,'; what has none is passed over.",
+    )
+    hooks: tuple[str, ...] = repeatable(
+        "--hook", "NAME=X Y Z", "Where a hook that the column at names is, in the platform frame"
+    )
+    sigma: str | None = option(
+        "--sigma",
+        metavar='"LENGTH ANGLE"',
+        help="Standard deviations of lengths and turns that the file does not have.",
+    )
+    loss: str = option(
+        "--loss", metavar="NAME", default="squares", help="squares; or robust, for outliers."
+    )
+    gravity: str | None = option("--gravity", metavar="AXIS", help=_GRAVITY)
+    output: str | None = output_option("The model file with these values, a new file.", None)
+    plot: str | None = plot_option("Draw residuals", ".png, .svg or .pdf")
+    answer: Answer = group(Answer)
+
+    def run(self) -> int:
+        """Print what measurements tell of a robot; 1 where a parameter is not identified."""
+        from robostiff.cli import arguments as written
+        from robostiff.identification.frames import KnownFrames, UnknownFrames
+        from robostiff.identification.identify import Robust, Squares, identify
+        from robostiff.identification.measurements import Measurements
+        from robostiff.robots.shipped import robot_file, shipped_names
+
+        losses = {"squares": Squares(), "robust": Robust()}
+        loss = written.chosen("--loss", self.loss, losses)
+        output = output_beside(self.output, self.answer)
+        picture = picture_beside(self.plot, self.answer, is_scene=False)
+        robot, markers = _robot(self.model, self.unknowns), _markers(self.markers)
+        frames: Any = UnknownFrames()
+        if self.instrument is not None or markers:
+            place = self.instrument and written.six_coordinates(self.instrument, "--instrument")
+            frames = KnownFrames(markers or None, place)
+        measured = Measurements.read(
+            self.path,
+            robot,
+            joints=self.postures,
+            columns=None if self.columns is None else self.columns.split(","),
+            hooks=_markers(self.hooks, "--hook"),
+            sigma=written.length_and_angle(self.sigma, "--sigma") if self.sigma else (),
+        )
+        found = identify(
+            robot,
+            measured,
+            self.unknowns,
+            fixed=self.fixed,
+            shared=self.shared,
+            frames=frames,
+            loss=loss,
+            gravity=written.gravity(self.gravity),
+        )
+        if output is not None:
+            source = self.model.source
+            found.write(output, robot_file(source) if source in shipped_names() else source)
+        if picture is not None:
+            from robostiff.plot.curves import residuals_picture
+
+            draw(residuals_picture(found), picture)
+        return answered(found, self.answer)
+
+
+class Plan(Command, name="plan"):
+    """Choose postures at which measurements determine parameters best.
+
+    $ plan arm.yaml --parameters "arm/joint*" --count 20 --force "0 0 -1500 N" -o plan.csv
+    $ plan arm.yaml --parameters "arm/joint*" --criterion test-pose --wrench "0 0 -500 N 0 0 0"
+
+    Exit status: 0 for postures, 1 where no choice determines all, 2 for bad input.
+    """
+
+    model: Model = group(Model)
+    unknowns: tuple[str, ...] = repeatable("--parameters", "NAMES", _PARAMETERS)
+    fixed: tuple[str, ...] = repeatable("--fixed", "NAMES", "Names of them that keep their values")
+    count: int = option(
+        "--count", metavar="N", type=click.IntRange(min=1), default=20, help="Postures to choose."
+    )
+    candidates: int = option(
+        "--candidates",
+        metavar="N",
+        type=click.IntRange(min=1, max=100_000),
+        default=500,
+        help="Postures to choose from, all over the range of the robot.",
+    )
+    forces: tuple[str, ...] = repeatable(
+        "--force", '"Fx Fy Fz"', "A load that is hung on at every posture, beside no load"
+    )
+    hook: str | None = option(
+        "--hook", metavar='"x y z"', help="Where loads act, in the platform frame."
+    )
+    markers: tuple[str, ...] = repeatable(
+        "--marker", "NAME=X Y Z", "Where a marker is in the platform frame, or about where"
+    )
+    sigma: str = option(
+        "--sigma", metavar="LENGTH", default="20 um", help="Standard deviation of a coordinate."
+    )
+    criterion: str = option(
+        "--criterion",
+        metavar="NAME",
+        default="d",
+        help="d, the volume of all errors; a, the sum of their squares; or test-pose, the error "
+        "left after compensation at --pose or --joints under --wrench.",
+    )
+    wrench: str | None = option(
+        "--wrench", metavar='"Fx Fy Fz Mx My Mz"', help="Load at the test pose."
+    )
+    gravity: str | None = option("--gravity", metavar="AXIS", help=_GRAVITY)
+    seed: int = option(
+        "--seed", metavar="NUMBER", type=int, default=0, help="Seed of random poses."
+    )
+    output: str | None = output_option("The postures as a CSV file, a new file.", None)
+    place: Posing = group(Posing, "pose", "joints")
+    answer: Answer = group(Answer)
+
+    def run(self) -> int:
+        """Print, and write, postures to measure at."""
+        from robostiff.cli import arguments as written
+        from robostiff.identification.choice_of_poses import (
+            AOptimal,
+            DOptimal,
+            choose_poses,
+            random_postures,
+        )
+        from robostiff.io.whole_file import whole_file
+        from robostiff.page.identification import chosen_poses_page
+
+        output = output_beside(self.output, self.answer)
+        robot = _robot(self.model, self.unknowns)
+        criteria: dict[str, Any] = {"d": DOptimal(), "a": AOptimal(), "test-pose": None}
+        criterion = written.chosen("--criterion", self.criterion, criteria) or self._test_pose(
+            robot
+        )
+        found = choose_poses(
+            robot,
+            random_postures(robot, self.candidates, self.seed),
+            self.count,
+            self.unknowns,
+            _markers(self.markers) or {"marker": [0.0, 0.0, 0.0]},
+            criterion=criterion,
+            forces=[written.force(own, "--force") for own in self.forces] or None,
+            hook=written.three_lengths(self.hook, "--hook") if self.hook else None,
+            sigma=written.length(self.sigma, "--sigma"),
+            fixed=self.fixed,
+            gravity=written.gravity(self.gravity),
+            seed=self.seed,
+        )
+        if output is not None:
+            with whole_file(output) as begun:
+                begun.write_text(_table(robot, found.postures), encoding="utf-8")
+        return answered(chosen_poses_page(robot.name, found), self.answer)
+
+    def _test_pose(self, robot: Any) -> Any:
+        """The error at a pose under a wrench, as a criterion."""
+        from robostiff.cli import arguments as written
+        from robostiff.identification.choice_of_poses import TestPose
+        from robostiff.kinematics import ActuatorCoordinates, JointCoordinates, find_posture
+
+        if self.wrench is None:
+            expected = "the load at the pose"
+            raise InputError("--criterion test-pose", got="no --wrench", expected=expected)
+        pose = written.pose(robot, self.place)
+        if pose is None or isinstance(pose, ActuatorCoordinates):
+            found = find_posture(robot.numeric, pose)
+            by_joints = pose is not None or robot.is_posed_by_joints
+            joints = JointCoordinates(found.coordinates[0])
+            pose = joints if by_joints else found.pose[:, robot.coordinate_places]
+        return TestPose(pose, written.wrench(self.wrench, robot.space))
+
+
+def _robot(model: Model, patterns: Sequence[str]) -> Any:
+    """The robot with the parameters of its file that fit the patterns as symbols."""
+    from fnmatch import fnmatchcase
+
+    from robostiff.cli.arguments import check_kind
+    from robostiff.io.model_file import ALL_PARAMETERS
+
+    robot = model.load()
+    check_kind(robot, {"robot"}, "robot to identify", expected="a robot of legs, or an arm")
+    if any("/" not in own for own in patterns):
+        whole = model.load(symbols=ALL_PARAMETERS)
+        fits = {str(x) for x in whole.symbols for own in patterns if fnmatchcase(str(x), own)}
+        return model.load(symbols=tuple(sorted(fits))) if fits else robot
+    return robot
+
+
+def _markers(texts: tuple[str, ...], option: str = "--marker") -> dict[str, list[float]]:
+    """Places of markers, or hooks, in the platform frame."""
+    from robostiff.cli.arguments import three_lengths
+
+    pairs = named_values(option, texts, "NAME=X Y Z")
+    return {name: three_lengths(own, option) for name, own in pairs}
+
+
+def _table(robot: Any, postures: Any) -> str:
+    """A file of postures, to be completed by readings, in degrees and millimetres."""
+    import numpy as np
+
+    from robostiff.identification.measurements import coordinates_of
+    from robostiff.kinematics import JointCoordinates
+    from robostiff.kinematics.pose import joint_units
+
+    if isinstance(postures, JointCoordinates):
+        chain = robot.numeric.legs[0].chain
+        names, units = chain.coordinate_names, joint_units(chain)
+    else:
+        names = tuple(f"pose_{own.value}" for own in robot.coordinates)
+        units = tuple("rad" if name[5] == "r" else "m" for name in names)
+    shown = {"rad": ("deg", 180 / np.pi), "m": ("mm", 1e3)}
+    heads = [f"{name} [{shown[unit][0]}]" for name, unit in zip(names, units, strict=True)]
+    factors = [shown[unit][1] for unit in units]
+    rows = [
+        ",".join([str(k + 1), *(f"{x:.6f}" for x in row * factors)])
+        for k, row in enumerate(coordinates_of(postures))
+    ]
+    return "\n".join([",".join(["posture", *heads]), *rows]) + "\n"

@@ -1,0 +1,101 @@
+"""What other distributions add: commands, readers and writers, found by their entry points.
+
+An entry point of the group ``robostiff.commands`` has the name of a command and is a class like
+those of `robostiff.cli`. One of ``robostiff.readers`` has the ending of a file, such as ``.mjcf``,
+or the class of an object, such as ``mujoco.MjModel``, and is a `Reader`. One of
+``robostiff.writers`` has a word of ``robostiff convert --to`` and is a `Writer`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from robostiff.errors import InputError
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
+    from robostiff.io.rigid_tree import RigidTree
+    from robostiff.network import Network
+
+COMMANDS, READERS, WRITERS = (f"robostiff.{own}" for own in ("commands", "readers", "writers"))
+
+
+@dataclass(frozen=True)
+class Reader:
+    """Reads descriptions of robots.
+
+    Attributes
+    ----------
+    kind : str
+        What is read, in words: ``"a model of MuJoCo"``.
+    read : callable
+        From a path, or an object of another program, to its tree of rigid links.
+    """
+
+    kind: str
+    read: Callable[[Any], RigidTree]
+
+
+@dataclass(frozen=True)
+class Writer:
+    """Writes networks for another program.
+
+    Attributes
+    ----------
+    endings : tuple of str
+        Of its files: ``(".tcl", ".py")``.
+    text : callable
+        From a network and one of the endings, which is empty for standard output, to the text.
+    """
+
+    endings: tuple[str, ...]
+    text: Callable[[Network, str], str]
+
+
+# Where the extras of this repository are: said of one that is not installed.
+_INTEROP, _VIEW = "robostiff-interop", "robostiff-view"
+_OFFERED = {
+    COMMANDS: {"view": ("views", _VIEW)},
+    READERS: {
+        **dict.fromkeys((".mjcf", ".xml"), ("MJCF files", _INTEROP)),
+        "mujoco.MjModel": ("models of MuJoCo", _INTEROP),
+    },
+    WRITERS: {
+        "opensees": ("models for OpenSees", _INTEROP),
+        "calculix": ("models for CalculiX", _INTEROP),
+    },
+}
+
+
+@cache
+def added(group: str) -> Mapping[str, EntryPoint]:
+    """Entry points of a group by their names; none of them is loaded."""
+    from importlib.metadata import entry_points
+
+    return {own.name: own for own in entry_points(group=group)}
+
+
+def is_offered(group: str, name: str) -> bool:
+    """Whether a name is one of an entry point, or of an extra that is not installed."""
+    return name in _OFFERED[group] or name in added(group)
+
+
+def loaded(group: str, name: str) -> Any:
+    """The object of an entry point.
+
+    Raises
+    ------
+    InputError
+        When its distribution is not installed, with what to install.
+    """
+    if name in added(group):
+        return added(group)[name].load()
+    what, distribution = _OFFERED[group][name]
+    raise InputError(
+        f"{what} need {distribution!r}, which is not installed",
+        hint=f"write pip install ./extras/{distribution} in a checkout of robostiff",
+    )

@@ -1,0 +1,167 @@
+"""A result as layers of lines, faces and words, for programs that show and hide them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robostiff.analysis import CableResponse, Deflection
+from robostiff.elastostatics import Status
+from robostiff.errors import NoAnswerError
+from robostiff.plot.geometry.displacement import motion_under, spatial
+from robostiff.plot.geometry.ellipsoid import AnyStiffness, Quality, principal_axes
+from robostiff.plot.outline import outline_of
+from robostiff.plot.picture import Item, Paint, PlainColour
+from robostiff.plot.posed_robot import moved_cables
+from robostiff.plot.prefix import prefixed, short
+from robostiff.plot.sketch import Sketch, colours_of_parts
+from robostiff.plot.stiffness_pictures import ellipsoid_items, free_motion_items
+from robostiff.spatial import Space
+
+#: Layers of a result, and whether each is drawn unless others are chosen.
+LAYERS = {
+    "robot": True,
+    "names of joints": False,
+    "shape without load": True,
+    "load": True,
+    "ellipsoid of displacements": True,
+    "ellipsoid of rotations": False,
+    "free motions": True,
+}
+_QUALITIES = {
+    "ellipsoid of displacements": Quality.COMPLIANCE,
+    "ellipsoid of rotations": Quality.ROTATIONAL_COMPLIANCE,
+}
+_AXIS = 0.3  # of the robot: half the axis of a free motion
+_IN_ROBOT = 0.22  # of the robot: the longest semi-axis where its scale is chosen
+_LARGEST = 1.0  # of the robot: the longest semi-axis anywhere
+
+
+@dataclass(frozen=True)
+class Layers:
+    """A machine under a load as it is drawn, layer by layer.
+
+    Attributes
+    ----------
+    items : mapping of str to sequence of Item
+        Of the layers that were chosen, in metres.
+    notes : tuple of str
+        What they show, a sentence each.
+    colours : mapping of str to Paint
+        Of parts by their names; empty where colours mean nothing.
+    size : float
+        Length of the machine [m].
+    box : (array, array)
+        Corners (3,) of the machine without load [m].
+    scales : mapping of Quality to float
+        Of ellipsoids: metres of a semi-axis to a unit of its quantity.
+    """
+
+    items: Mapping[str, Sequence[Item]]
+    notes: tuple[str, ...]
+    colours: Mapping[str, Paint]
+    size: float
+    box: tuple[np.ndarray, np.ndarray]
+    scales: Mapping[Quality, float]
+
+
+def layers_of(
+    answer: Deflection | CableResponse,
+    chosen: Collection[str] = frozenset(name for name, drawn in LAYERS.items() if drawn),
+    *,
+    exaggeration: float | None = None,
+    scales: Mapping[Quality, float] | None = None,
+) -> Layers:
+    """Draw a machine under a load, layer by layer.
+
+    Parameters
+    ----------
+    answer : Deflection or CableResponse
+        At a single pose. Without a load the machine is drawn at rest.
+    chosen : collection of str
+        Names of `LAYERS`.
+    exaggeration : float, optional
+        Factor of all displacements; by default a round one that makes them visible.
+    scales : mapping of Quality to float, optional
+        Those of an earlier picture, so that sizes of ellipsoids can be compared; by default the
+        longest semi-axis is a fifth of the machine.
+
+    Raises
+    ------
+    NoAnswerError
+        When the pose is out of reach.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> bent = rs.deflection(rs.load("hexapod"), wrench=[500, 0, 0, 0, 0, 0])
+    >>> layers_of(bent, {"robot", "load"}).notes
+    ('displacements × 10000',)
+    """
+    colours: Mapping[str, Paint] = {}
+    if isinstance(answer, CableResponse):
+        result, wrench = answer.before, answer.load
+        sketch = Sketch(outline=outline_of(result))
+        at = sketch.outline.point.point
+    else:
+        result, wrench = answer.stiffness, answer.wrench
+        if Status.UNREACHABLE in result.status:
+            advice = "; ".join(result.advice)
+            raise NoAnswerError(f"no picture of {result.name!r}: {advice}")
+        at, outline = result.reference_point, outline_of(result.placed())
+        colours = colours_of_parts(outline.part_names)
+        sketch = Sketch(
+            outline=outline, colours=colours, of_joints=colours, plain=PlainColour.MUTED
+        )
+    points = np.array([anchor.point for anchor in sketch.outline.anchors])
+    if answer.has_answer and np.any(wrench):
+        if isinstance(answer, CableResponse):
+            motions, outline = moved_cables(answer)
+            sketch, at = replace(sketch, outline=outline, motions=motions), outline.point.point
+        else:
+            sketch = replace(sketch, motions=motion_under(answer.stiffness.placed(), answer))
+        sketch = sketch.exaggerated(exaggeration)
+    is_flat, F = result.space is Space.PLANAR, spatial(wrench, result.space.rows)
+    drawn = {
+        "robot": sketch.parts,
+        "names of joints": sketch.names,
+        "load": lambda: sketch.load(at, F, is_flat),
+        "free motions": lambda: free_motion_items(result, _AXIS * sketch.size, 1.0),
+    }
+    if sketch.scale:
+        drawn["shape without load"] = sketch.ghost
+    items: dict[str, Sequence[Item]] = {name: drawn[name]() for name in drawn if name in chosen}
+    notes = [f"displacements × {short(sketch.scale, 6)}"] if sketch.scale else []
+    notes += [f"free: {motion}" for motion in result.free_motions]
+    kept = dict(scales or {})
+    for name in (own for own in _QUALITIES if own in chosen):
+        items[name], words = _ellipsoid(result, _QUALITIES[name], sketch.size, kept)
+        notes += words
+    box = points.min(axis=0), points.max(axis=0)
+    return Layers(items, tuple(notes), colours, sketch.size, box, kept)
+
+
+def _ellipsoid(
+    result: AnyStiffness, quality: Quality, extent: float, scales: dict[Quality, float]
+) -> tuple[list[Item], list[str]]:
+    """Items of an ellipsoid and what its size means; nothing where there is none.
+
+    Its scale is added to `scales` unless it is there.
+    """
+    try:
+        axes = principal_axes(result, quality)
+    except NoAnswerError:
+        return [], []
+    longest = float(axes.lengths[~axes.is_free].max(initial=0.0))
+    if longest == 0:
+        return [], []
+    scale = scales.setdefault(quality, _IN_ROBOT * extent / longest)
+    scale = min(scale, _LARGEST * extent / longest)
+    times, unit = prefixed(longest, quality.unit)
+    items = ellipsoid_items(axes, quality, result.reference_point, scale, (times, unit))
+    free = int(np.count_nonzero(axes.is_free))
+    rest = f"; {free} direction{'s' if free > 1 else ''} unlimited" if free else ""
+    size = f"{short(times * longest)} {unit}, drawn {short(1e3 * scale * longest)} mm long"
+    return items, [f"{quality.value}: longest axis {size}{rest}"]
