@@ -94,6 +94,21 @@ def test_a_strut_with_its_bearing(tmp_path):
     assert alone.not_identified == ()
 
 
+def test_a_beam_and_the_gear_before_it(tmp_path):
+    """What makes one stiffer and the other softer changes little: errors go together."""
+    rigid = "{type: rigid, name: link3, to: [fore, 0, 0], mass: 30 kg, centre: [0.3, 0.01, 0]}"
+    beam = (
+        "{type: beam, name: link3, to: [fore, 0, 0], y_axis: y, material: aluminium, "
+        "section: {tube: {outer_diameter: 160 mm, inner_diameter: 150 mm}}}"
+    )
+    file = tmp_path / "beam.yaml"
+    file.write_text(case("arm")["arm_yaml"].replace(rigid, beam))
+    asked = ["arm/joint3", "arm/link3.factor"]
+    found = rs.identify(rs.load(file), arm_campaign(), asked, frames=arm_frames())
+    assert found.correlations[0, 1] < -0.9
+    assert found.not_identified == ()
+
+
 def test_six_equal_legs_are_one_unknown(tmp_path):
     robot = rs.load(model_file("hexapod", tmp_path))
     found = rs.identify(

@@ -187,7 +187,7 @@ def compensate(
     >>> bool(np.abs(found.deviation).max() > 1e-6), bool(np.abs(found.residual).max() < 1e-12)
     (True, True)
     """
-    from robostiff.statics.kernels.compile import compile_loaded
+    from robostiff.statics.kernels.compile import compile_loaded, kept_loading
 
     if not isinstance(robot, Robot):
         raise InputError(
@@ -213,9 +213,12 @@ def compensate(
         )
     F = _in_world(np.broadcast_to(F, (len(pose), size)), pose, axes, robot)
     backend = Backend.BEST if len(pose) >= _MANY else Backend.ARRAYS
-    given = {"loads": loads, "gravity": gravity, "preload": preload, "beams": beams}
-    commands = _Commands(robot, compile_loaded(robot, **given, backend=backend), pose, wanted, F)
-    return commands.corrected(method)
+    if loads is None and preload is None:
+        loaded = kept_loading(robot, gravity, beams=beams, backend=backend)
+    else:
+        given = {"loads": loads, "gravity": gravity, "preload": preload, "beams": beams}
+        loaded = compile_loaded(robot, **given, backend=backend)
+    return _Commands(robot, loaded, pose, wanted, F).corrected(method)
 
 
 def _is_whole(request: PoseRequest | np.ndarray) -> bool:

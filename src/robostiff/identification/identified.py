@@ -373,6 +373,28 @@ class Identified(InNotebooks):
         values = {own.name: 0.0 if own.plays else self.values[own.name] for own in each}
         return self.model.statics.robot.substituted(values)
 
+    @property
+    def estimate(self) -> tuple[Robot, dict[str, float], np.ndarray]:
+        """The robot with symbols for parameters that were found, their values, and covariance.
+
+        Play is no part of it, and the places of instrument and markers are left out.
+
+        Raises NoAnswerError where there are too few readings.
+        """
+        self._check_rows()
+        rows = [k for k, i in enumerate(self._found) if i < len(self.model.parameters)]
+        rows = [k for k in rows if not self.unknowns[self._found[k]].plays]
+        found = {self.names[k]: self.values[self.names[k]] for k in rows}
+        rest = {own.name: 0.0 if own.plays else self.values[own.name]
+                for own in self.model.parameters if own.name not in found}  # fmt: skip
+        robot = self.model.statics.robot
+        robot = robot.substituted(rest) if rest else robot
+        return (
+            replace(robot, nominal={**robot.nominal, **found}),
+            found,
+            self.covariance[np.ix_(rows, rows)],
+        )
+
     def _check_rows(self) -> None:
         if self.fit.too_few:
             raise NoAnswerError(self.fit.too_few)

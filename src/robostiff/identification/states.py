@@ -152,14 +152,14 @@ class FiniteLoads:
     @cached_property
     def compiled(self):
         """The kernel."""
-        from robostiff.statics.kernels.compile import compile_loaded
+        from robostiff.statics.kernels.compile import kept_loading
 
         many = len(self.states.coordinates) >= _MANY
         backend = Backend.BEST if many else Backend.ARRAYS
-        return compile_loaded(
+        return kept_loading(
             self.robot,
+            self.gravity,
             parameters=self.names,
-            gravity=self.gravity,
             platforms=True,
             drives=self.drives or bool(self.plays),
             backend=backend,

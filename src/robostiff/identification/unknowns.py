@@ -13,6 +13,7 @@ import numpy as np
 
 from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
+from robostiff.kept import kept
 from robostiff.kinematics import find_posture
 from robostiff.model import (
     Actuated,
@@ -110,6 +111,18 @@ def with_unknowns(
     if isinstance(patterns, str):
         hint = f"write [{patterns!r}]"
         raise InputError("parameters to identify", got=patterns, expected="a list", hint=hint)
+    return _with_unknowns(robot, tuple(patterns), tuple(fixed), shared=shared, by_joints=by_joints)
+
+
+@kept
+def _with_unknowns(
+    robot: Robot,
+    patterns: tuple[str, ...],
+    fixed: tuple[str, ...],
+    *,
+    shared: bool,
+    by_joints: bool,
+) -> tuple[Robot, tuple[Unknown, ...]]:
     candidates = dict(_candidates(robot.numeric))
     symbols = {str(symbol): symbol for symbol in robot.symbols}
     groups = _asked(robot.name, [*symbols, *candidates], patterns, fixed, shared=shared)

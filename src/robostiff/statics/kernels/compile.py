@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
 from operator import or_
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.kernel import code_of
 from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError, NoAnswerError
+from robostiff.kept import kept
 from robostiff.kinematics import JointCoordinates, PostureFinder, posture_finder
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.record import Program, Record
@@ -191,6 +193,18 @@ def compile_loaded(
         loading.drives,
     )
     return _confirmed(found, finder, force)
+
+
+def kept_loading(robot: Robot, gravity: Gravity = None, **settings: Any) -> CompiledLoading:
+    """What `compile_loaded` makes of settings that are hashable; it is kept with the robot."""
+    if gravity is not None and not isinstance(gravity, str):
+        gravity = tuple(np.ravel(gravity).tolist())
+    return _kept(robot, gravity=gravity, **settings)
+
+
+@kept
+def _kept(robot: Robot, **settings: Any) -> CompiledLoading:
+    return compile_loaded(robot, **settings)
 
 
 def _loaded_postures(finder: PostureFinder, standing: StandingLoads) -> list[LoadedPosture]:
