@@ -44,7 +44,7 @@ from sympy.polys.matrices import DomainMatrix
 
 import robostiff as rs
 from robostiff.analytic import derive_chain
-from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.exact.definition import count_of
 
 try:
     import symengine

@@ -29,9 +29,8 @@ from sympy.core.cache import clear_cache
 import robostiff as rs
 from robostiff import DisagreementError
 from robostiff.analytic import derive_chain
-from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.definition import Definition, operations_of
 from robostiff.analytic.exact.exact_points import values_of
-from robostiff.analytic.exact.operation_count import operations_of
 
 BEGINNING, END = "<!-- table of the expert -->", "<!-- end of the expert's table -->"
 ROUNDS = 5

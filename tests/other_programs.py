@@ -16,7 +16,7 @@ PEERS = {
     *("example-robot-data", "llvmlite", "OpenSees", "pinocchio", "Playwright", "sectionproperties")
 }
 ROBOTS = Path(sysconfig.get_path("purelib")) / "cmeel.prefix/share/example-robot-data/robots"
-_MODULES = {"OpenSees": "openseespy", "Playwright": "playwright"}
+_MODULES = {"NVRTC": "nvidia.cuda_nvrtc", "OpenSees": "openseespy", "Playwright": "playwright"}
 _COMMANDS = {
     "a C compiler": ("cc", "gcc", "clang"),
     "CalculiX": ("ccx",),
@@ -40,4 +40,5 @@ def is_there(name: str) -> bool:
         return ROBOTS.exists()
     if name in _COMMANDS:
         return any(map(shutil.which, _COMMANDS[name]))
-    return find_spec(_MODULES.get(name, name)) is not None
+    module = _MODULES.get(name, name)
+    return find_spec(module.partition(".")[0]) is not None and find_spec(module) is not None

@@ -60,6 +60,7 @@ from robostiff.compiled import EntryOf as EntryOf
 from robostiff.compiled import Gradient as Gradient
 from robostiff.compiled import NoMachineCodeWarning as NoMachineCodeWarning
 from robostiff.compiled import PrincipalStiffness as PrincipalStiffness
+from robostiff.compiled import SourceLanguage as SourceLanguage
 from robostiff.compiled import StiffnessMatrix as StiffnessMatrix
 from robostiff.compiled import TotalMass as TotalMass
 from robostiff.compiled import WorstDeflection as WorstDeflection

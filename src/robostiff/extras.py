@@ -63,6 +63,7 @@ _OFFERED = {
     READERS: {
         **dict.fromkeys((".mjcf", ".xml"), ("MJCF files", _INTEROP)),
         "mujoco.MjModel": ("models of MuJoCo", _INTEROP),
+        "pinocchio.Model": ("models of Pinocchio", _INTEROP),
     },
     WRITERS: {
         "opensees": ("models for OpenSees", _INTEROP),

@@ -10,11 +10,17 @@ from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.export import python_function
 from robostiff.analytic.export.code import plain_text
-from robostiff.analytic.export.entries import in_decimals, readable, without_lost_digits
-from robostiff.analytic.export.products import NameParts, name_parts, ordered_terms
+from robostiff.analytic.export.entries import (
+    NameParts,
+    in_decimals,
+    name_parts,
+    ordered_terms,
+    readable,
+    without_lost_digits,
+)
 from robostiff.analytic.export.vocabulary import ascii_identifier
 from robostiff.analytic.questions.rank import matrix_by_entries
-from robostiff.analytic.springs.contributions import Contribution, summed
+from robostiff.analytic.springs.contributions import summed
 
 x, y, k, a, b, R, r, h = sp.symbols("x y k a b R r h")
 
@@ -27,8 +33,8 @@ def test_rules_of_joints():
 
 
 def test_springs_that_feel_the_same_stand_in_one_bracket():
-    springs = [Contribution("a", y**2, x / k), Contribution("b", y**2, 1 / a)]
-    found = summed([Contribution("drive", 1, 1 / a), *springs])
+    springs = [(y**2, x / k), (y**2, 1 / a)]
+    found = summed([(1, 1 / a), *springs])
     assert str(found) == "y**2*(x/k + 1/a) + 1/a"
 
 

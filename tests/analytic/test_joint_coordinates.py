@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 import robostiff as rs
-from robostiff.analytic.exact.operation_count import operations_of
+from robostiff.analytic.exact.definition import operations_of
 from robostiff.analytic.export import derivation_text
 from robostiff.analytic.placement.agreement import matrix_distance, sampled_robots
 from robostiff.analytic.placement.robot_placement import place_robot

@@ -3,7 +3,7 @@
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.exact.definition import count_of
 
 x, y = sp.symbols("x y")
 p = sp.Symbol("p", positive=True)

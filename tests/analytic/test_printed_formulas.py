@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import robostiff as rs
-from robostiff.analytic.exact.operation_count import different_entries, operations_of
+from robostiff.analytic.exact.definition import different_entries, operations_of
 from robostiff.analytic.export import derivation_text
 from robostiff.errors import InputError
 

@@ -5,9 +5,8 @@ import pytest
 import sympy as sp
 
 import robostiff as rs
-from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.definition import Definition, operations_in
 from robostiff.analytic.exact.exact_points import values_of
-from robostiff.analytic.exact.operation_count import operations_in
 from robostiff.analytic.reading.short_writing import Written, shortest
 
 R, r, h, k, L = sp.symbols("R r h k L_a", positive=True)

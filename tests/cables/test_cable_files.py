@@ -10,7 +10,7 @@ import robostiff as rs
 from robostiff.cli.main import app
 from robostiff.errors import FileError
 from robostiff.io.document import parse_document
-from robostiff.io.model_file.cables import cable_robot_from_document
+from robostiff.io.model_file import model_from_document
 from robostiff.robots import describe, robot_file
 from tests.cables.machines import cable_robot
 from tests.project.shown_output import ROOT
@@ -27,7 +27,7 @@ ROPE = "{name: a, exit: [0, 0, 0], platform: [0, 0, 0], EA: 10 kN}"
 
 
 def built(text: str) -> rs.CableRobot:
-    return cable_robot_from_document(parse_document(HEAD + text, "test.yaml"))
+    return model_from_document(parse_document(HEAD + text, "test.yaml"))
 
 
 def ran(*words: str) -> tuple[int, str]:

@@ -242,6 +242,14 @@ def test_a_converted_robot_has_the_ending_of_its_form():
     assert not list(Path().iterdir())
 
 
+def test_a_kernel_is_written_for_all_poses():
+    run("convert", "3-rpr", "--to", "c", "-o", "k.c")
+    assert Path("k.c").read_text() == rs.compile(rs.load("3-rpr")).source(rs.SourceLanguage.C)
+    assert "__global__ void stiffness(" in run("convert", "3-rpr", "--to", "cuda").stdout
+    assert "none beside --to c" in refused("convert", "3-rpr", "--to", "c", "--pose", "0 0 0")
+    assert "expected a Robot or a Linkage" in refused("convert", "cable-8", "--to", "c")
+
+
 def test_a_file_that_is_replaced_keeps_its_permissions_and_links():
     Path("private.json").write_text("{}")
     Path("private.json").chmod(0o600)

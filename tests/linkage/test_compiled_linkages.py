@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.compiled import Backend, machine_code_is_available
+from robostiff.compiled import Backend, MachineCode, machine_code_is_available
 from robostiff.elasticity import circle, material
 from robostiff.elastostatics import Status
 from robostiff.model import Actuated, Passive, beam_link, prismatic, spherical
@@ -126,7 +126,7 @@ def test_far_from_home_the_straight_way_is_gone_in_parts():
     linkage, fast = _compiled(FOUR_BAR)
     pin = linkage.network_at().reference_point
     rows = np.linspace(-1.0, 1.0, 600)[:, None]
-    kernels = (fast, replace(fast, kernel=fast.kernel.in_machine_code()))
+    kernels = (fast, replace(fast, kernel=fast.kernel.by(MachineCode)))
     answers = [kernel.attempt(rows) for kernel in kernels[: 1 + machine_code_is_available()]]
     for answer in answers:
         assert not answer.guarded.any()

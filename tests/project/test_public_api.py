@@ -122,6 +122,7 @@ PUBLIC = [
     "SaddlePoint",
     "ShareAbove",
     "Snapshot",
+    "SourceLanguage",
     "Squares",
     "Status",
     "Steps",

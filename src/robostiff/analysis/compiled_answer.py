@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -58,19 +58,8 @@ class RecordedRanks:
     def of(cls, recorded: RecordedRobot) -> RecordedRanks:
         """The ranks of a record that needs no closure."""
         counts = tuple(len(leg.basis) for leg in recorded.legs)
-        kernel = kernel_of(recorded, [_Wrenches(sum(counts))], Backend.ARRAYS, has_flags=False)
+        kernel = kernel_of(recorded, [Wrenches(sum(counts))], Backend.ARRAYS, has_flags=False)
         return cls(kernel, counts, recorded.space, recorded.length)
-
-    def as_data(self) -> dict[str, Any]:
-        """As JSON has it."""
-        return {"kernel": self.kernel.as_data(), "counts": self.counts, "length": self.length}
-
-    @classmethod
-    def from_data(cls, data: Mapping[str, Any]) -> RecordedRanks:
-        """From what `as_data` gave; errors as of `Program.from_data`."""
-        counts = tuple(data["counts"])
-        kernel = Kernel.from_data(data["kernel"], [_Wrenches(sum(counts))], Backend.ARRAYS)
-        return cls(kernel, counts, kernel.space, float(data["length"]))
 
     def decided(self, inputs: np.ndarray, K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Ranks (N,), and where they are beyond doubt (N,).
@@ -110,7 +99,7 @@ class RecordedRanks:
 
 
 @dataclass(frozen=True)
-class _Wrenches:
+class Wrenches:
     """So many wrenches that the legs of a robot transmit, as an output of a kernel."""
 
     count: int
@@ -151,34 +140,26 @@ class AtGeneralPoses:
         )
 
 
-@dataclass(frozen=True)
-class Decided:
-    """What the checks of a kernel decide at some poses."""
-
-    status_codes: np.ndarray  # (N,) of uint16
-    rank: np.ndarray  # (N,) of int8
-    guarded: np.ndarray  # (N,) of bool: where nothing of the results is to be used
-
-
 def decided(
     kernel: Kernel,
     results: Rows,
     values: Mapping[str, np.ndarray],
     given: InputRows,
     general: AtGeneralPoses,
-) -> Decided:
-    """Status, rank and guard at each pose.
+) -> CompiledAnswer:
+    """Values, status, rank and guard at each pose; nothing is to be used where ``guarded``.
 
     By the rows of checks in the results of a kernel. Values of its outputs (N, ...) become no
     numbers where the status says that there is no answer.
     """
-    codes = results[kernel.rows - len(kernel.checks)].astype(np.uint8)
-    status = np.full(len(codes), int(general.status), dtype=np.uint16)
-    rank = np.full(len(codes), general.rank, dtype=np.int8)
+    flags = results[kernel.rows - len(kernel.checks)]
+    status = np.full(len(flags), int(general.status), dtype=np.uint16)
+    rank = np.full(len(flags), general.rank, dtype=np.int8)
     closed = closes(kernel, results)
-    guarded = given.loose | ~closed if general.verified else np.ones(len(codes), dtype=bool)
+    guarded = given.loose | ~closed if general.verified else np.ones(len(flags), dtype=bool)
     lost, meet = given.missed, np.zeros_like(guarded)
-    if codes.any():
+    if flags.any():
+        codes = flags.astype(np.uint8)
         at = {flag: (codes & np.uint8(flag)) != 0 for flag in Flag}
         status[at[Flag.BEYOND_LIMITS]] |= np.uint16(Status.BEYOND_LIMITS)
         guarded |= at[Flag.DOUBTFUL]
@@ -202,7 +183,7 @@ def decided(
         for output in kernel.outputs:
             if isinstance(output, Rates):
                 values[output.name][meet] = np.nan
-    return Decided(status, rank, guarded)
+    return CompiledAnswer(dict(values), status, rank, guarded)
 
 
 def closes(kernel: Kernel, results: Rows) -> np.ndarray:
@@ -260,59 +241,50 @@ def attempted(
 
     Values of outputs that `out` has arrays (N, ...) for are written there.
     """
-    rows, values = _places(kernel, len(inputs.missed), out)
-    kernel.fill(inputs.rows, rows, threads=threads)
+    rows, values = _places(kernel, room_for(kernel.rows, len(inputs.missed)), out)
+    kernel.evaluate(inputs.rows, rows, threads=threads)
     found = decided(kernel, rows, values, inputs, general)
     for name, own in out.items():
         if values[name] is not own:
             own[...] = values[name]
-    return CompiledAnswer({**values, **out}, found.status_codes, found.rank, found.guarded)
+    return replace(found, values={**values, **out})
 
 
 def decided_chunks(
     kernel: Kernel, inputs: InputRows, general: AtGeneralPoses, out: Mapping[str, np.ndarray]
-) -> Iterator[tuple[slice, dict[str, np.ndarray], Decided]]:
-    """Which poses, values of the outputs there, and what their checks decide, chunk by chunk.
+) -> Iterator[tuple[slice, CompiledAnswer]]:
+    """Which poses, and what a kernel answers there, chunk by chunk in the same memory.
 
     Values of outputs that `out` has arrays (N, ...) for are written there.
     """
-    for where in chunks_of(slice(0, len(inputs.missed))):
+    room = room_for(kernel.rows, min(len(inputs.missed), kernel.chunk))
+    for where in chunks_of(slice(0, len(inputs.missed)), kernel.chunk):
         given = InputRows(inputs.rows[:, where], inputs.missed[where], inputs.loose[where])
         here = {name: own[where] for name, own in out.items()}
-        rows, values = _places(kernel, len(given.missed), here)
-        kernel.fill(given.rows, rows)
-        yield where, values, decided(kernel, rows, values, given, general)
+        rows, values = _places(kernel, room[:, : where.stop - where.start], here)
+        kernel.evaluate(given.rows, rows)
+        yield where, decided(kernel, rows, values, given, general)
 
 
 def _places(
-    kernel: Kernel, count: int, out: Mapping[str, np.ndarray]
+    kernel: Kernel, room: np.ndarray, out: Mapping[str, np.ndarray]
 ) -> tuple[Rows, dict[str, np.ndarray]]:
     """Where a kernel writes its rows at N poses, and the values of its outputs there (N, ...).
 
     In arrays (N, ...) of some outputs, where they are of float64 with poses side by side, else in
-    new ones.
+    a room (rows, N).
     """
-    given = {
-        name: own
-        for name, own in out.items()
-        if own.dtype == np.float64 and own.strides[0] == own.itemsize
-    }
-    shapes = {own.name: own.shape(kernel.space) for own in kernel.outputs}
-    given_rows = sum(math.prod(shapes[name]) for name in given)
-    room, start = room_for(kernel.rows - given_rows, count), 0
-    rows: list[np.ndarray] = []
-    values: dict[str, np.ndarray] = {}
-    for name, shape in shapes.items():
-        if name in given:
-            entries = np.moveaxis(given[name], 0, -1)
-            rows += [entries[place] for place in np.ndindex(shape)]
-            values[name] = given[name]
+    rows, values, start = room, dict[str, np.ndarray](), 0
+    for output in kernel.outputs:
+        shape, own = output.shape(kernel.space), out.get(output.name)
+        stop = start + math.prod(shape)
+        if own is None or own.dtype != np.float64 or own.strides[0] != own.itemsize:
+            own = np.moveaxis(room[start:stop].reshape(*shape, room.shape[1]), -1, 0)
         else:
-            stop = start + math.prod(shape)
-            values[name] = np.moveaxis(room[start:stop].reshape(*shape, count), -1, 0)
-            rows += list(room[start:stop])
-            start = stop
-    return [*rows, *room[start:]] if given else room, values
+            entries = np.moveaxis(own, 0, -1)
+            rows = [*rows[:start], *(entries[at] for at in np.ndindex(shape)), *rows[stop:]]
+        values[output.name], start = own, stop
+    return rows, values
 
 
 def put_direct(

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 from robostiff.analysis.compiled_answer import (
     AtGeneralPoses,
     CompiledAnswer,
-    Decided,
     RecordedRanks,
     attempted,
     decided_chunks,
@@ -28,10 +27,20 @@ from robostiff.analysis.kernel_inputs import (
     ParameterValues,
     with_parameters,
 )
-from robostiff.analysis.record_file import kept_on_disk
+from robostiff.analysis.record_file import RecordFile
 from robostiff.analysis.record_trust import NEARER, depends_on_what_is_held, is_trusted
 from robostiff.analysis.result import Stiffness
-from robostiff.compiled import Backend, Kernel, Output, Rates, StiffnessMatrix, kernel_of
+from robostiff.compiled import (
+    Backend,
+    Kernel,
+    Output,
+    Rates,
+    SourceLanguage,
+    StiffnessMatrix,
+    kernel_of,
+    source_of,
+)
+from robostiff.compiled.kernel import code_of
 from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError, NoAnswerError, OpenAtHomeError
 from robostiff.kinematics import JointCoordinates, posture_finder
@@ -39,9 +48,16 @@ from robostiff.linkage import DrivenLinkage, Linkage
 from robostiff.linkage.driven import coordinate_names, record_linkage
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.recorded import RecordedRobot, record_at_joints, record_robot, sample_postures
+from robostiff.version import __version__
 
 # Ranks are decided about a reference point that is nearer to the robot than so many lengths.
 _NEAR = 5.0
+
+
+#: Rank and status at a general pose, whether the record is verified, the kernel, that of joints,
+#: and what decides ranks.
+_Parts = tuple[int, Status, bool, Kernel, Kernel | None, RecordedRanks | None]
+_PARTS = 6
 
 
 @dataclass(frozen=True, repr=False)
@@ -74,43 +90,28 @@ class CompiledStiffness(AtGeneralPoses):
     taken: KernelInputs | LinkageInputs
     joint_kernel: Kernel | None = None
 
-    def as_data(self) -> dict[str, Any]:
-        """What was recorded, as JSON has it; robot and outputs are known otherwise."""
-        joint_kernel: Any = None if self.joint_kernel is None else self.joint_kernel.as_data()
-        return {
-            "rank": self.rank,
-            "status": int(self.status),
-            "verified": self.verified,
-            "joints": self.taken.joints if isinstance(self.taken, KernelInputs) else 0,
-            "kernel": self.kernel.as_data(),
-            "joint_kernel": "kernel" if self.joint_kernel is self.kernel else joint_kernel,
-            "ranks": None if self.ranks is None else self.ranks.as_data(),
-        }
-
     @classmethod
-    def from_data(
+    def kept(
         cls,
-        data: Mapping[str, Any],
-        taken: Callable[[int], KernelInputs | LinkageInputs],
-        outputs: Sequence[Output],
+        about: tuple[Any, Sequence[Output]],
         backend: Backend,
+        make: Callable[[], _Parts],
+        taken: Callable[[Kernel, Kernel | None], KernelInputs | LinkageInputs],
     ) -> CompiledStiffness:
-        """From what `as_data` gave; errors as of `Program.from_data`."""
-        kernel, joint_kernel = Kernel.from_data(data["kernel"], outputs, backend), None
-        if data["joint_kernel"] is not None:
-            is_kernel = data["joint_kernel"] == "kernel"
-            joint_kernel = (
-                kernel if is_kernel else Kernel.from_data(data["joint_kernel"], outputs, backend)
-            )
-        return cls(
-            int(data["rank"]),
-            Status(data["status"]),
-            data["verified"] is True,
-            kernel,
-            taken(int(data["joints"])),
-            joint_kernel,
-            ranks=None if data["ranks"] is None else RecordedRanks.from_data(data["ranks"]),
-        )
+        """What is on disk about a robot or linkage and outputs; else it is made, and put there."""
+        file = RecordFile.of(*about)
+        read: Any = None if file is None else file.read()
+        is_whole = read is not None and len(read) == _PARTS
+        is_whole = is_whole and getattr(read[3], "outputs", None) == tuple(about[1])
+        rank, status, verified, kernel, joint_kernel, ranks = parts = read if is_whole else make()
+        if is_whole:
+            code, of_joints = code_of(backend), joint_kernel is kernel
+            kernel, other = kernel.by(code), joint_kernel and joint_kernel.by(code)
+            joint_kernel = kernel if of_joints else other
+        elif file is not None:
+            file.write(parts)
+        inputs = taken(kernel, joint_kernel)
+        return cls(rank, status, verified, kernel, inputs, joint_kernel, ranks=ranks)
 
     @property
     def subject(self) -> Robot | Linkage:
@@ -206,8 +207,8 @@ class CompiledStiffness(AtGeneralPoses):
 
     def results(
         self, pose: Any, out: Mapping[str, np.ndarray]
-    ) -> Iterator[tuple[slice, dict[str, np.ndarray], Decided]]:
-        """Values by chunks of poses, written into arrays (N, ...) of some outputs; see there.
+    ) -> Iterator[tuple[slice, CompiledAnswer]]:
+        """Answers by chunks of poses, values written into arrays (N, ...) of some outputs.
 
         Poses that are ``guarded`` are left to the caller.
 
@@ -215,6 +216,34 @@ class CompiledStiffness(AtGeneralPoses):
         """
         kernel, inputs, _, _ = self._asked(pose, None)
         yield from decided_chunks(kernel, inputs, self, out)
+
+    def source(self, language: SourceLanguage, name: str = "stiffness") -> str:
+        """The kernel as a function of C99 or CUDA, which needs nothing of this package.
+
+        It answers as `kernel` does: what it computes at poses of ``flags`` above 1 is not to be
+        used, and poses that Newton steps do not reach at once have the flag 4.
+
+        Raises
+        ------
+        InputError
+            When `language` is none, or `name` no identifier.
+        NoAnswerError
+            When the record is not `verified`, or takes too many steps to be written out.
+
+        Examples
+        --------
+        >>> import robostiff as rs
+        >>> text = rs.compile(rs.load("3-puu")).source(rs.SourceLanguage.C)
+        >>> [line for line in text.splitlines() if "void" in line]  # doctest: +ELLIPSIS
+        ['void stiffness(long long n, const double *restrict in, ...)']
+        """
+        if not self.verified:
+            raise NoAnswerError(f"no source of {self.subject.name!r}: its record is not verified")
+        about = [
+            f"Stiffness of {self.subject.name} (robostiff {__version__}), SI units, world axes,",
+            f"about the reference point; rank {self.rank} where flags[i] is 0 or 1.",
+        ]
+        return source_of(self.kernel, language, name, about)
 
     def _asked(
         self, pose: Any, parameters: Mapping[str, ArrayLike] | None
@@ -369,17 +398,23 @@ def compile_robot(
     # Coordinates that leave the plane of a planar robot are those of home.
     inside = [ALL_COORDINATES[row] for row in robot.space.rows]
     robot = replace(robot, coordinates=tuple(c for c in robot.coordinates if c in inside))
-    taken = partial(KernelInputs, robot)
-    return kept_on_disk(
+    return CompiledStiffness.kept(
         (robot, outputs),
-        lambda data: CompiledStiffness.from_data(data, taken, outputs, backend),
+        backend,
         lambda: _recorded_robot(robot, outputs, backend, most),
+        partial(_inputs, robot),
     )
+
+
+def _inputs(robot: Robot, kernel: Kernel, joint_kernel: Kernel | None) -> KernelInputs:
+    """How poses become inputs of a kernel, which may take coordinates of the legs."""
+    joints = len(kernel.inputs) - len(robot.symbols) if kernel is joint_kernel else 0
+    return KernelInputs(robot, joints)
 
 
 def _recorded_robot(
     robot: Robot, outputs: tuple[Output, ...], backend: Backend, most: int | None
-) -> CompiledStiffness:
+) -> _Parts:
     if most == 0:  # none is so short
         raise NoAnswerError(f"no record of {robot.name!r} on disk")
     finder = posture_finder(robot.numeric)
@@ -397,17 +432,14 @@ def _recorded_robot(
     kernel = kernel_of(recorded, outputs, backend)
     if recorded.joints and recorded.closure is None:
         joint_kernel = kernel
-    joints = len(kernel.inputs) - len(robot.symbols) if kernel is joint_kernel else 0
-    taken = KernelInputs(robot, joints)
-    verified = is_trusted(recorded, kernel, taken)
+    verified = is_trusted(recorded, kernel, _inputs(robot, kernel, joint_kernel))
     ranks = None
     if outputs == (StiffnessMatrix(),) and recorded.closure is None:
         at = sample_postures(finder).snapshot
         away = np.linalg.norm(at.reference_point - at.centre, axis=-1)
         if np.all(away < _NEAR * at.characteristic_length):  # ranks are decided about this point
             ranks = RecordedRanks.of(recorded)
-    rank, status = recorded.factors.rank, recorded.status
-    return CompiledStiffness(rank, status, verified, kernel, taken, joint_kernel, ranks=ranks)
+    return recorded.factors.rank, recorded.status, verified, kernel, joint_kernel, ranks
 
 
 def compile_linkage(
@@ -420,17 +452,15 @@ def compile_linkage(
     Wrenches that circulate in the loops are eliminated by the passive joints, and K follows from
     the energy of the rest.
     """
-    inputs = LinkageInputs(driven)
-    return kept_on_disk(
+    return CompiledStiffness.kept(
         (driven, outputs),
-        lambda data: CompiledStiffness.from_data(data, lambda _: inputs, outputs, backend),
+        backend,
         lambda: _recorded_linkage(driven, outputs, backend),
+        lambda *_: LinkageInputs(driven),
     )
 
 
-def _recorded_linkage(
-    driven: DrivenLinkage, outputs: Sequence[Output], backend: Backend
-) -> CompiledStiffness:
+def _recorded_linkage(driven: DrivenLinkage, outputs: Sequence[Output], backend: Backend) -> _Parts:
     recorded, undetermined, nearer = _record_of(driven)
     _check_derivatives(driven.part.name, recorded, outputs)
     kernel, taken = kernel_of(recorded, outputs, backend), LinkageInputs(driven)
@@ -440,7 +470,7 @@ def _recorded_linkage(
         if undetermined:
             raise _undetermined(driven, undetermined) from None
         raise
-    return CompiledStiffness(recorded.factors.rank, recorded.status, verified, kernel, taken)
+    return recorded.factors.rank, recorded.status, verified, kernel, None, None
 
 
 def _record_of(driven: DrivenLinkage) -> tuple[RecordedRobot, tuple[str, ...], int]:

@@ -14,17 +14,37 @@ import os
 import stat
 import sys
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass
+from enum import Enum
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robostiff.analysis.compiled_answer import RecordedRanks, Wrenches
 from robostiff.analysis.identity import plain
-from robostiff.compiled import Output
+from robostiff.compiled import (
+    ArrayCode,
+    ComplianceMatrix,
+    DeflectionUnder,
+    Derivative,
+    DisplacementUnder,
+    EntryOf,
+    Gradient,
+    Kernel,
+    Output,
+    PrincipalStiffness,
+    StiffnessMatrix,
+    TotalMass,
+    WorstDeflection,
+)
+from robostiff.compiled.closed import ClosedCode, StepCodes
+from robostiff.elastostatics import Status
+from robostiff.record import Program
+from robostiff.spatial import Space
 from robostiff.version import __version__
 
 _MAGIC = b"robostiff record 1"
@@ -33,24 +53,50 @@ _MOST_FILES = 500
 _HEAD = len(_MAGIC) + 1 + 64 + 1
 
 
-def kept_on_disk(
-    about: tuple[Any, Sequence[Output]],
-    read: Callable[[Mapping[str, Any]], Any],
-    make: Callable[[], Any],
-) -> Any:
-    """What is on disk about a robot or linkage, else what is made, which is put there.
+#: What a file may hold beside numbers, texts and lists, by name.
+_KINDS: dict[str, Any] = {
+    kind.__name__: kind
+    for kind in (
+        *(Program, Kernel, ArrayCode, ClosedCode, StepCodes, RecordedRanks, Wrenches),
+        *(StiffnessMatrix, ComplianceMatrix, DeflectionUnder, PrincipalStiffness, WorstDeflection),
+        *(DisplacementUnder, EntryOf, TotalMass, Derivative, Gradient, Space, Status),
+    )
+}
 
-    It is made of data, and into them, by methods ``from_data`` and ``as_data``.
+
+def data_of(x: Any, known: dict[int, tuple[int, Any]]) -> Any:
+    """Records as JSON has them, each once; their kernels run by NumPy, whatever runs them here.
+
+    `known` has the place of each that was written before, and keeps it alive.
     """
-    file = RecordFile.of(*about)
-    data = None if file is None else file.read()
-    if data is not None:
-        with suppress(ValueError, TypeError, LookupError, ArithmeticError, AttributeError):
-            return read(data)
-    made = make()
-    if file is not None:
-        file.write(made.as_data())
-    return made
+    if isinstance(x, Enum):
+        return {type(x).__name__: x.value}
+    if not is_dataclass(x):
+        return [data_of(own, known) for own in x] if isinstance(x, tuple | list) else x
+    if id(x) not in known:
+        same = x.by(ArrayCode) if isinstance(x, Kernel) else x
+        each = ((field.name, getattr(same, field.name)) for field in fields(same))
+        is_program = isinstance(x, Program)
+        own = x.as_data() if is_program else {name: data_of(y, known) for name, y in each}
+        known[id(x)] = len(known), x
+        return {type(x).__name__: own}
+    return {"known": known[id(x)][0]}
+
+
+def made_of(data: Any, known: list[Any]) -> Any:
+    """What `data_of` wrote; ValueError, TypeError or LookupError where it did not."""
+    if not isinstance(data, dict):
+        return tuple(made_of(own, known) for own in data) if isinstance(data, list) else data
+    ((name, own),) = data.items()
+    if name == "known":
+        return known[own]
+    kind = _KINDS[name]
+    if issubclass(kind, Enum):
+        return kind(tuple(own) if isinstance(own, list) else own)
+    is_program = kind is Program
+    values = {} if is_program else {key: made_of(x, known) for key, x in own.items()}
+    known.append(Program.from_data(own) if is_program else kind(**values))
+    return known[-1]
 
 
 @dataclass(frozen=True)
@@ -73,7 +119,7 @@ class RecordFile:
         name = hashlib.sha256(json.dumps(about).encode()).hexdigest()
         return cls(folder / f"{name}.record")
 
-    def read(self) -> Mapping[str, Any] | None:
+    def read(self) -> tuple[Any, ...] | None:
         """What was kept; None where there is nothing, or nothing that this user wrote whole."""
         try:
             if not _is_own(self.path.parent.stat()):
@@ -89,17 +135,20 @@ class RecordFile:
         body = content[_HEAD:]
         if len(content) > _LARGEST or content[:_HEAD] != _head(body):
             return None
-        try:
-            data = json.loads(body)
-        except (ValueError, RecursionError):
-            return None
         with suppress(OSError):
             os.utime(self.path)  # the oldest files go first
-        return data if isinstance(data, dict) else None
+        try:
+            made = made_of(json.loads(body), [])
+        except (
+            *(ValueError, TypeError, LookupError),
+            *(ArithmeticError, AttributeError, RecursionError),
+        ):
+            return None
+        return made if isinstance(made, tuple) else None
 
-    def write(self, data: Mapping[str, Any]) -> None:
+    def write(self, parts: tuple[Any, ...]) -> None:
         """Keep it, whole or not at all; a disk that takes nothing is no error."""
-        body = json.dumps(data).encode()
+        body = json.dumps(data_of(parts, {})).encode()
         if len(body) + _HEAD > _LARGEST:
             return
         with suppress(OSError):

@@ -79,13 +79,13 @@ class KeptRecord:
             self.is_tried = pays or self.compiled is not None
         if self.compiled is None:
             return None
-        from robostiff.compiled import machine_code_is_available
+        from robostiff.compiled import MachineCode, machine_code_is_available
 
         self.served += self.a_call + count
         pays = self.served > self.machine_code_pays
         if pays and not self.is_machine_code and machine_code_is_available():
             self.is_machine_code = True
-            self.compiled = replace(self.compiled, kernel=self.compiled.kernel.in_machine_code())
+            self.compiled = replace(self.compiled, kernel=self.compiled.kernel.by(MachineCode))
         return self.compiled
 
 

@@ -6,16 +6,22 @@ and go out.
 """
 
 from robostiff.analytic.budget import FormulaTooLargeError
+from robostiff.analytic.calculus import (
+    ComplianceSteps,
+    FormulaDerivative,
+    compliance_formula,
+    compliance_steps,
+    derivative_formula,
+    differentiate,
+)
 from robostiff.analytic.chain import Closed, Steps, derive_chain
 from robostiff.analytic.derivation import Derivation, Formula, Stage
-from robostiff.analytic.derivatives import FormulaDerivative, derivative_formula, differentiate
 from robostiff.analytic.exact.closed import canonical, sum_of_legs
 from robostiff.analytic.exact.definition import Condition, Definition
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.export.documents import fragment_of_notebook, latex_snippet
 from robostiff.analytic.formula_function import FormulaFunction, formula_function
-from robostiff.analytic.inverse import ComplianceSteps, compliance_formula, compliance_steps
-from robostiff.analytic.legs.leg_elimination import LegElimination, derive_leg
+from robostiff.analytic.legs import LegElimination, derive_leg
 from robostiff.analytic.placement.robot_pose import (
     AtCoordinates,
     AtHome,

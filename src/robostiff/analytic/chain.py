@@ -12,13 +12,13 @@ import flint
 import numpy as np
 import sympy as sp
 
+from robostiff.analytic.calculus import compliance_formula
 from robostiff.analytic.derivation import Derivation, Stage
 from robostiff.analytic.exact.closed import eliminate_exactly
 from robostiff.analytic.exact.definition import Definition, Unwritten
-from robostiff.analytic.exact.exact_matrix import ExactMatrix
 from robostiff.analytic.exact.exact_points import BITS, balls_of
+from robostiff.analytic.exact.factors import ExactMatrix
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.inverse import compliance_formula
 from robostiff.analytic.placement.agreement import (
     AGREED,
     check_value,
@@ -270,48 +270,42 @@ def _checked_column(joint: str, J: Any, n: int) -> _Column:
 
 _SETS = 2
 _SEED = 15
-_ZERO = 1e-30  # of its terms, computed with ninety digits
+_ZERO = 1e-12  # of the sizes of its terms
+_FELT = 1e-6
 _FLOOR = 1e-3
 _CLEAR = 1e-7  # of the largest singular value: what is not zero
 
 
 def redundant_joints(K0: Any, columns: Sequence[Any]) -> tuple[bool, ...]:
-    """Redundant joints, decided at random values of the symbols with many digits.
+    """Redundant joints, decided at random values of the symbols.
 
-    A polynomial that is zero at random values is zero (Schwartz and Zippel).
+    A polynomial that is zero at random values is zero (Schwartz and Zippel); in floats, beside the
+    sum of the sizes of all terms of which it is made.
 
     Raises
     ------
     InputError
         When K0 is indefinite: J^T K J = 0 for a joint with K J not zero.
     """
-    found: list[bool] | None = None
+    n, found = K0.rows, [True] * len(columns)
     entries = [*K0, *(x for J in columns for x in J)]
-    for values, _ in islice(random_values(entries, _SEED), _SETS):
-        with flint.ctx.workprec(BITS):
-            K = flint.arb_mat(K0.rows, K0.rows, balls_of(K0.flat(), values))
-            here = []
-            for J in columns:
-                column = flint.arb_mat(K0.rows, 1, balls_of(list(J), values))
-                u = K * column
-                mu = (column.transpose() * u)[0, 0]
-                size, largest, feels = (_largest(x) for x in (column, K, u))
-                is_zero = abs(float(mu)) <= _ZERO * size**2 * largest
-                if is_zero and feels > 1e-15 * size * largest:
-                    raise InputError(
-                        "stiffness matrix",
-                        got="a joint whose motion causes forces but stores no energy, J^T K J = 0",
-                        expected="a positive semidefinite matrix",
-                    )
-                here.append(bool(is_zero))
-                if not is_zero:
-                    K = K - u * u.transpose() / mu
-        found = here if found is None else [a and b for a, b in zip(found, here, strict=True)]
-    return tuple(found or [False] * len(columns))
-
-
-def _largest(M: Any) -> float:
-    return max(abs(float(x)) for x in M.entries())
+    for _, numbers in islice(random_values(entries, _SEED), _SETS):
+        K = numbers[: n * n].reshape(n, n)
+        sizes = np.abs(K)
+        for i, J in enumerate(numbers[n * n :].reshape(-1, n)):
+            u, own = K @ J, sizes @ np.abs(J)
+            mu, size = J @ u, np.abs(J) @ own
+            is_zero = abs(mu) <= _ZERO * size
+            if is_zero and np.any(np.abs(u) > _FELT * own):
+                raise InputError(
+                    "stiffness matrix",
+                    got="a joint whose motion causes forces but stores no energy, J^T K J = 0",
+                    expected="a positive semidefinite matrix",
+                )
+            found[i] &= bool(is_zero)
+            if not is_zero:
+                K, sizes = K - np.outer(u, u) / mu, sizes + np.abs(np.outer(u, u) / mu)
+    return tuple(found)
 
 
 def check_chain(

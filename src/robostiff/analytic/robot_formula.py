@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
@@ -21,17 +21,10 @@ from robostiff.analytic.budget import (
 from robostiff.analytic.chain import Closed, Steps
 from robostiff.analytic.exact.atoms import OutsideFieldError
 from robostiff.analytic.exact.closed import closed_sum
-from robostiff.analytic.exact.definition import Definition, Unwritten
-from robostiff.analytic.exact.exact_points import ExactPoints, writes_the_same
-from robostiff.analytic.legs.leg_geometry import facts_of, facts_of_robot, give_names, shared_out
+from robostiff.analytic.exact.definition import Definition, Unwritten, used_definitions
+from robostiff.analytic.legs import elastic_parts, passive_freedoms
 from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.conditions import conditions_of
-from robostiff.analytic.placement.legs_at_points import (
-    LegAtPoints,
-    is_in_series,
-    total_stiffness,
-    with_mirrored,
-)
 from robostiff.analytic.placement.robot_placement import PlacedRobot, place_robot
 from robostiff.analytic.placement.robot_pose import (
     AtCoordinates,
@@ -41,16 +34,19 @@ from robostiff.analytic.placement.robot_pose import (
     PoseFormula,
     is_short_in_angles,
 )
+from robostiff.analytic.placement.turned_legs import with_mirrored
 from robostiff.analytic.reading.record_reading import ClosedReading, StepReading, written_size
 from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.analytic.series_form import is_arm, series_form
+from robostiff.analytic.springs.sampled_leg import SampledLeg
 from robostiff.analytic.springs.sum_of_springs import SpringLeg, sum_of_springs
+from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.analytic.vectors.forms import InSeries, VectorForm
 from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import InputError
-from robostiff.model import Robot
+from robostiff.model import CoupledFreedom, PlacedLeg, Robot
 from robostiff.record import Entry, is_zero
-from robostiff.recorded import RecordedRobot
+from robostiff.recorded import RecordedLeg, RecordedRobot
 
 # Most terms of an entry by default: found in a second.
 _READABLE = 500
@@ -175,44 +171,36 @@ def _readable(placed: PlacedRobot, limit: int, *, is_home: bool, closed: bool) -
 
 
 def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
-    """Unit wrenches, and compliances that stay sums; None where a leg has no such basis.
-
-    Also None where the sum holds only to the digits of the model, as with angles in decimals.
-    """
+    """Unit wrenches, and compliances that stay sums; None where a leg has no such basis."""
     if not placed.symbols:
         return None  # all of it is numbers
-    turned = placed.turned
+    space, turned = placed.entries.space, placed.turned
     legs = {i: placed.place(i).leg for i in range(len(placed.entries.legs)) if i not in turned}
-    in_series = all(map(is_in_series, legs.values()))
+    in_series = not any(
+        leg.blocks
+        or any(isinstance(x, CoupledFreedom) for x in leg.parts)
+        or any(x.elasticity.freedoms.shape[1] for x in leg.springs)
+        for leg in legs.values()
+    )
     if not in_series:
         turned, _ = {}, placed.legs
-    redundant: list[tuple[bool, ...]] = []
-    K: tuple[Any, ...] = ()
     # Neither sees steps of the other, of the same values, only longer.
     with placed.record.tentative():
-        if in_series:
-            rows, points = placed.entries.space.rows, ExactPoints(placed.record)
-            about = placed.reference, rows
-            try:
-                known = {i: LegAtPoints.of(own, points, *about) for i, own in legs.items()}
-            except ZeroDivisionError:
-                return None  # a wrench meets no compliance: the elimination says where
-            known |= {i: known[first].turned(way, rows) for i, (first, way) in turned.items()}
-            exact = [known[i] for i in sorted(known)]
-            redundant, K = [own.redundant for own in exact], total_stiffness(exact)
-            turned = with_mirrored(turned, exact, rows, placed.length)
+        search = WrenchSearch(placed.record, placed.reference, space, placed.length)
+        each = ((i, SampledLeg.of(own, search)) for i, own in legs.items() if in_series)
+        sampled = {i: own for i, own in each if own is not None}
+        turned = with_mirrored(turned, lambda i: sampled[i].stiffness, space.rows)
         found = sum_of_springs(placed, turned)
     if found is None:
         return None
-    if not in_series:
+    ways = [placed.turned.get(i, (i, None)) for i in range(len(placed.entries.legs))]
+    if in_series:
+        redundant = [sampled[first].redundant for first, _ in ways]
+    else:
         redundant = [own.redundant for own in placed.recorded.legs]
-        K = ExactPoints(placed.record).stiffness(placed.recorded.K, found.K.rows)
-    # Legs that are closed by iteration are not closed exactly at any point.
-    if not placed.closed and not writes_the_same(found.K, K):
-        return None
     facts = [
-        facts_of(placed.place(placed.turned.get(i, (i,))[0]).leg, lost) | {"name": leg.name}
-        for i, (leg, lost) in enumerate(zip(placed.entries.legs, redundant, strict=True))
+        _facts_of(placed.place(first).leg, lost) | {"name": leg.name}
+        for leg, lost, (first, _) in zip(placed.entries.legs, redundant, ways, strict=True)
     ]
     ways = [turned.get(i, (i, None)) for i in range(len(facts))]
     of_legs = [found.leg(first, way) for first, way in ways]
@@ -247,7 +235,7 @@ def _in_steps(
     """The record itself, its steps named."""
     recorded = placed.recorded
     for number, leg in enumerate(recorded.legs, start=1):
-        give_names(leg, number)
+        _give_names(leg, number)
     n = recorded.space.size
     K_entries = _added(recorded)
     of_legs = [[*(x for w in leg.wrenches for x in w), *leg.mu] for leg in recorded.legs]
@@ -262,8 +250,8 @@ def _in_steps(
     K = sp.ImmutableMatrix(n, n, lambda i, j: reading(K_entries[min(i, j), max(i, j)]))
     of_legs = [[reading(x) for x in leg] for leg in of_legs]
     legs = []
-    each = facts_of_robot(placed, recorded)
-    for i, own in enumerate(shared_out(reading.definitions, of_legs)):
+    each = _facts_of_robot(placed, recorded)
+    for i, own in enumerate(_shared_out(reading.definitions, of_legs)):
         leg, facts = recorded.legs[i], each[i]
         w = tuple(sp.ImmutableMatrix([reading(x) for x in w]) for w in leg.wrenches)
         c = tuple(reading(mu) for mu in leg.mu)
@@ -303,7 +291,7 @@ def _closed(placed: PlacedRobot, limit: int, of_all: float) -> RobotDerivation:
     ]
     found = closed_sum(written, recorded.space.size, limit, of_all)
     legs = []
-    for i, facts in enumerate(facts_of_robot(placed, recorded)):
+    for i, facts in enumerate(_facts_of_robot(placed, recorded)):
         w, c = found.wrenches[i], found.compliances[i]
         legs.append(LegDerivation(**facts, wrenches=w, compliances=c, K=found.legs[i]))
     return _derivation(placed, found.K, legs)
@@ -378,3 +366,60 @@ def _check_platform(robot: Robot) -> None:
                 expected="parts of platforms that hold in all directions",
                 hint="use stiffness(robot, poses)",
             )
+
+
+def _shared_out(
+    definitions: Sequence[Definition], parts: Sequence[Iterable[sp.Expr]]
+) -> list[tuple[Definition, ...]]:
+    """For each part the definitions that it is the first to need, in order.
+
+    Examples
+    --------
+    >>> a, b, c = sp.symbols("a b c")
+    >>> definitions = (Definition(b, a + 1), Definition(c, b**2))
+    >>> [[str(d.symbol) for d in own] for own in _shared_out(definitions, [[b], [c], [a]])]
+    [['b'], ['c'], []]
+    """
+    shared: list[tuple[Definition, ...]] = []
+    for results in parts:
+        before = {d.symbol for own in shared for d in own}
+        own = used_definitions(definitions, results)
+        shared.append(tuple(d for d in own if d.symbol not in before))
+    return shared
+
+
+def _give_names(leg: RecordedLeg, number: int) -> None:
+    """Names for wrenches w and compliances c."""
+    several = len(leg.wrenches) > 1
+    for k, (w, mu) in enumerate(zip(leg.wrenches, leg.mu, strict=True), start=1):
+        own = f"{number}_{k}" if several else f"{number}"
+        if isinstance(mu, Entry):
+            mu.named(f"c_{own}")
+        for i, x in enumerate(w, start=1):
+            if isinstance(x, Entry):
+                x.named(f"w_{own}_{i}")
+
+
+def _facts_of(placed: PlacedLeg, redundant: Sequence[bool]) -> dict[str, Any]:
+    """Names of a leg, its passive freedoms, which of them are redundant, and its elastic parts."""
+    return _facts(placed.name, passive_freedoms(placed), redundant, elastic_parts(placed))
+
+
+def _facts_of_robot(placed: PlacedRobot, recorded: RecordedRobot) -> list[dict[str, Any]]:
+    """Facts of each leg; of legs on a flexible platform together with its parts."""
+    legs = [own.leg for own in placed.legs]
+    if placed.robot.platform is None:
+        return [_facts_of(leg, own.redundant) for leg, own in zip(legs, recorded.legs, strict=True)]
+    (whole,) = recorded.legs
+    joints = tuple(f"{leg.name}/{joint}" for leg in legs for joint in passive_freedoms(leg))
+    parts = [f"platform/{part.name}" for part in placed.robot.platform.parts]
+    elastic = (f"{leg.name}/{part}" for leg in legs for part in elastic_parts(leg))
+    name = "all legs, on the flexible platform"
+    return [_facts(name, joints, whole.redundant, (*elastic, *parts))]
+
+
+def _facts(
+    name: str, joints: tuple[str, ...], redundant: Sequence[bool], elastic: tuple[str, ...]
+) -> dict[str, Any]:
+    lost = tuple(joint for joint, own in zip(joints, redundant, strict=True) if own)
+    return {"name": name, "joints": joints, "redundant": lost, "elastic": elastic}

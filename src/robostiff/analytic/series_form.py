@@ -14,15 +14,15 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.budget import FormulaTooLargeError
-from robostiff.analytic.exact.definition import used_definitions
-from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.exact.definition import count_of, used_definitions
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
-from robostiff.analytic.legs.leg_geometry import LegGeometry
+from robostiff.analytic.legs import LegGeometry
 from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import ClosedReading
-from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
+from robostiff.analytic.springs.sampled_leg import SampledLeg
+from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.analytic.vectors.forms import InSeries, VectorForm
 from robostiff.analytic.vectors.leg_table import LegTable
 from robostiff.analytic.vectors.vector_expressions import (
@@ -177,8 +177,7 @@ def _kind_of_leg(placed: PlacedRobot, numbers: list[int], read: NamedReading) ->
     if found is None or not found.passive:
         return None
     # A passive joint that depends on those before it takes nothing.
-    ranks = [np.linalg.matrix_rank(sample.J[0, :, :k]) for k in range(len(found.passive) + 1)]
-    lost = {x for x, a, b in zip(found.passive, ranks, ranks[1:], strict=False) if a == b}
+    lost = {x for x, own in zip(found.passive, sample.redundant, strict=True) if own}
     return replace(
         found,
         passive=tuple(x for x in found.passive if x not in lost),

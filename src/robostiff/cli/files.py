@@ -29,7 +29,8 @@ from robostiff.errors import InputError, NoAnswerError, Words, warn_of_slip
 FORMATS = ("text", "latex", "pdf", "md", "html", "json", "python", "c", "julia", "matlab")
 _OUTPUT = "The file to write; standard output when left out."
 _YAML = (".yaml", ".yml")
-_FORMS = dict.fromkeys(("snapshot", "graph"), (".json", *_YAML))
+_KERNELS = {"c": (".c",), "cuda": (".cu",)}
+_FORMS = dict.fromkeys(("snapshot", "graph"), (".json", *_YAML)) | _KERNELS
 _TEMPLATES = resources.files("robostiff.robots") / "templates"
 _PLAIN_NAME = re.compile(r"[A-Za-z][A-Za-z0-9 ._-]*[A-Za-z0-9]")
 _WORDS_OF_YAML = {"true", "false", "null", "yes", "no", "on", "off"}
@@ -245,10 +246,11 @@ def templates() -> tuple[str, ...]:
 
 
 class Convert(Command, name="convert"):
-    """Write a robot at a pose as a file: a snapshot, or a finite element model.
+    """Write a robot at a pose as a file, or its stiffness at any pose as a program.
 
     $ convert hexapod --pose "0 0 0.85 0 0 0" --to graph -o hexapod.json
     $ convert hexapod --pose "0 0 0.85 0 0 0" --to opensees -o hexapod.tcl
+    $ convert hexapod --to c -o hexapod.c
 
     Exit status: 0 for a file, 1 when the pose is out of reach, 2 for bad input.
     """
@@ -256,10 +258,10 @@ class Convert(Command, name="convert"):
     model: Model = group(Model)
     form: str = option(
         "--to",
-        metavar="snapshot|graph|opensees|calculix",
+        metavar="snapshot|graph|opensees|calculix|c|cuda",
         default="snapshot",
-        help="By legs, or as bodies and joints (.json or .yaml); or a model of OpenSees (.tcl or "
-        ".py) or CalculiX (.inp).",
+        help="By legs, or as bodies and joints (.json or .yaml); a model of OpenSees (.tcl or .py) "
+        "or CalculiX (.inp); or the kernel of its stiffness at any pose in C99 (.c) or CUDA (.cu).",
     )
     output: str | None = output_option(_OUTPUT, None)
     place: Posing = group(Posing, "pose", "joints", "near")
@@ -287,8 +289,11 @@ class Convert(Command, name="convert"):
                 hint=f"or write {', '.join(others)}",
             )
         ending = "" if path is None else path.suffix.lower()
-        frozen = _frozen(self.model.source, self.model.load(), self.place, form)
-        if writer is not None:
+        robot = self.model.load()
+        frozen = None if form in _KERNELS else _frozen(self.model.source, robot, self.place, form)
+        if form in _KERNELS:
+            text = _kernel(robot, self.place, form)
+        elif writer is not None:
             text = writer.text(frozen, ending)
         else:
             from robostiff.io.document.read import yaml_of
@@ -340,6 +345,17 @@ def _frozen(source: str, robot: Any, place: Posing, form: str) -> Any:
         got = Words("a flexible platform")
         raise InputError(subject, got=got, expected="a rigid one", hint=hint)
     return robot
+
+
+def _kernel(robot: Any, place: Posing, form: str) -> str:
+    """The source of a kernel of K, which takes all poses."""
+    from robostiff.analysis.compiled_stiffness import compile_stiffness
+    from robostiff.compiled import Backend, SourceLanguage
+
+    if any(own is not None for own in (place.pose, place.joints, place.near)):
+        raise InputError("--pose, --joints, --near", expected=f"none beside --to {form}")
+    made = compile_stiffness(robot, backend=Backend.ARRAYS)
+    return made.source(SourceLanguage(form))
 
 
 def _write(path: Path, text: str) -> None:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -30,9 +29,6 @@ _ENOUGH, _LEFT = 1e-8**2, 0.25
 _CUT, _SHORTEST_PART = 4.0, 1.0 / 64.0
 
 
-_NUMBERS = ("home", "state", "unknowns", "first_steps", "steps", "most_steps")
-
-
 @dataclass(frozen=True)
 class StepCodes:
     """Steps one by one: the first ones, one from what the last handed on, and what follows them."""
@@ -47,7 +43,7 @@ class StepCodes:
     def by(self, code: Callable[[Program], Code]) -> StepCodes:
         """The same programs, run by another code."""
         programs = (self.first, self.step, self.last, self.arrival)
-        return StepCodes(*(own and code(own.program) for own in programs))  # pyright: ignore[reportArgumentType]
+        return StepCodes(*(own and own.by(code) for own in programs))  # pyright: ignore[reportArgumentType]
 
 
 @dataclass(frozen=True)
@@ -89,34 +85,14 @@ class ClosedCode:
             steps=closure.steps,
             most_steps=closure.most_steps,
             whole=code(whole) if is_short and whole else None,
-            many=few.by(code),
+            many=few,
             few=few,
-        )
+        ).by(code)
 
-    def as_data(self) -> dict[str, Any]:
-        """Numbers and programs, as JSON has them."""
-        few = self.few
-        programs = {"first": few.first, "step": few.step, "last": few.last, "arrival": few.arrival}
-        data = {name: own and own.program.as_data() for name, own in programs.items()}
-        data["whole"] = self.whole and self.whole.program.as_data()
-        return {**data, **{name: getattr(self, name) for name in _NUMBERS}}
-
-    @classmethod
-    def from_data(cls, data: Mapping[str, Any], code: Callable[[Program], Code]) -> ClosedCode:
-        """From what `as_data` gave; errors as of `Program.from_data`."""
-        names = ("first", "step", "last", "arrival", "whole")
-        read = {name: data[name] and Program.from_data(data[name]) for name in names}
-        whole = read.pop("whole")
-        few = StepCodes(*(own and ArrayCode(own) for own in read.values()))
-        numbers = {name: data[name] for name in _NUMBERS}
-        numbers["home"], numbers["state"] = tuple(data["home"]), tuple(data["state"])
-        whole = whole and code(whole)
-        return cls(**numbers, whole=whole, many=few.by(code), few=few)
-
-    def in_machine_code(self) -> ClosedCode:
-        """The same in machine code."""
-        whole = None if self.whole is None else MachineCode(self.whole.program)
-        return replace(self, whole=whole, many=self.many.by(MachineCode))
+    def by(self, code: Callable[[Program], Code]) -> ClosedCode:
+        """The same programs, run by another code."""
+        many = self.few if code is ArrayCode else self.few.by(code)
+        return replace(self, whole=self.whole and self.whole.by(code), many=many)
 
     @property
     def in_arrays(self) -> ClosedCode:

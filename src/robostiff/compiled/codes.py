@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -75,6 +75,9 @@ _FLOAT_FUNCTIONS: dict[Operation, Callable[..., float]] = {
 _Instruction = tuple[Any, Any, Any, int]
 
 
+OneCode = TypeVar("OneCode")
+
+
 @dataclass(frozen=True)
 class _Code:
     program: Program
@@ -93,9 +96,9 @@ class _Code:
         """Number of results."""
         return len(self.program.outputs)
 
-    def in_machine_code(self) -> MachineCode:
-        """The same program in machine code."""
-        return MachineCode(self.program)
+    def by(self, code: Callable[[Program], OneCode]) -> OneCode:
+        """The same program, run by another code."""
+        return code(self.program)
 
 
 @dataclass(frozen=True)

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import math
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import Any
 
 import numpy as np
 
 from robostiff.compiled.closed import ClosedCode
-from robostiff.compiled.codes import ArrayCode, MachineCode, room_for
+from robostiff.compiled.codes import POSES_A_CHUNK, ArrayCode, MachineCode, room_for
 from robostiff.compiled.machine_code import Rows, machine_code_is_available
 from robostiff.compiled.outputs import Output
 from robostiff.compiled.rates import Rates
@@ -23,6 +21,7 @@ from robostiff.recorded import RecordedRobot, flags_of
 from robostiff.spatial import Space
 
 _POSES_A_THREAD = 100_000  # below, starting a thread takes as long as what it saves
+_CHUNKS_OF_STEPS = 16
 
 
 class Backend(Enum):
@@ -77,38 +76,24 @@ class Kernel:
         """Number of rows of results, checks included."""
         return self.code.rows
 
+    @property
+    def chunk(self) -> int:
+        """Poses at once whose results stay in the cache; many, of which some need more steps."""
+        return POSES_A_CHUNK * (_CHUNKS_OF_STEPS if isinstance(self.code, ClosedCode) else 1)
+
     def evaluate(
-        self, inputs: np.ndarray, out: np.ndarray | None = None, *, threads: int = 1
-    ) -> np.ndarray:
+        self, inputs: np.ndarray, out: Rows | None = None, *, threads: int | None = 1
+    ) -> Rows:
         """Rows of results at rows of inputs.
 
         Parameters
         ----------
         inputs : (n_inputs, N) array
-            Equal coordinates of all poses side by side [m, rad].
-        out : (rows, N) array, optional
-            Filled and returned when given; see `fill`.
-        threads : int
-
-        Raises
-        ------
-        InputError
-            When an array has another shape, order or type.
-        """
-        if out is None:
-            out = room_for(self.rows, inputs.shape[1] if np.ndim(inputs) == 2 else 0)
-        self.fill(inputs, out, threads=threads)
-        return out
-
-    def fill(self, inputs: np.ndarray, out: Rows, *, threads: int | None = 1) -> None:
-        """Write rows of results, each where it is wanted.
-
-        Parameters
-        ----------
-        inputs : (n_inputs, N) array
-            Rows of float64 with poses side by side are read where they are.
-        out : rows of (N,) arrays
-            Of float64, poses side by side in each row. Rows a power of two apart are slow.
+            Equal coordinates of all poses side by side [m, rad]; rows of float64 are read where
+            they are.
+        out : (rows, N) array, or rows of (N,) arrays, optional
+            Filled and returned when given: float64, poses side by side in each row. Rows a power of
+            two apart are slow.
         threads : int or None
             None for one for each 10^5 poses, at most as many as processors.
 
@@ -126,13 +111,13 @@ class Kernel:
         if inputs.dtype != np.float64 or (inputs.size and inputs.strides[1] != inputs.itemsize):
             inputs = np.ascontiguousarray(inputs, dtype=np.float64)
         count = inputs.shape[1]
-        each = out[:1] if isinstance(out, np.ndarray) else out
+        out = room_for(self.rows, count) if out is None else out
         fits = len(out) == self.rows and all(
             row.shape == (count,)
             and row.dtype == np.float64
             and (count < 2 or row.strides == (8,))
             and row.flags.writeable
-            for row in each
+            for row in (out[:1] if isinstance(out, np.ndarray) else out)
         )
         if not fits:
             got = [(row.shape, row.strides, str(row.dtype)) for row in out[:1]]
@@ -141,50 +126,26 @@ class Kernel:
                 got=f"{len(out)} rows, of shape, strides and type {got}",
                 expected=f"{self.rows} rows ({count},) of float64, poses side by side",
             )
-        if threads is None:
-            are_left = hasattr(os, "sched_getaffinity")
-            most = len(os.sched_getaffinity(0)) if are_left else os.cpu_count() or 1
-            threads = max(1, min(most, count // _POSES_A_THREAD))
-        self.code.evaluate(inputs, out, whole_threads(threads))
+        self.code.evaluate(inputs, out, whole_threads(threads, count))
+        return out
 
-    def in_machine_code(self) -> Kernel:
-        """The same kernel in machine code."""
-        return replace(self, code=self.code.in_machine_code())
-
-    def as_data(self) -> dict[str, Any]:
-        """What it consists of but for its outputs, as JSON has it."""
-        closed = self.code.as_data() if isinstance(self.code, ClosedCode) else None
-        plain = None if isinstance(self.code, ClosedCode) else self.code.program.as_data()
-        own = {"inputs": self.inputs, "checks": self.checks, "space": self.space.size}
-        return {**own, "program": plain, "closed": closed}
-
-    @classmethod
-    def from_data(
-        cls, data: Mapping[str, Any], outputs: Sequence[Output], backend: Backend
-    ) -> Kernel:
-        """The kernel of such outputs from what `as_data` gave; errors as of `Program.from_data`."""
-        code, closed = code_of(backend), data["closed"]
-        made = (
-            code(Program.from_data(data["program"]))
-            if closed is None
-            else ClosedCode.from_data(closed, code)
-        )
-        space = Space.of_size(data["space"])
-        kernel = cls(tuple(data["inputs"]), tuple(outputs), tuple(data["checks"]), space, made)
-        rows = sum(math.prod(output.shape(space)) for output in outputs) + len(kernel.checks)
-        if kernel.rows != rows:
-            raise ValueError("a kernel of other outputs")
-        return kernel
+    def by(self, code: type[MachineCode | ArrayCode]) -> Kernel:
+        """The same kernel, run by another code."""
+        return replace(self, code=self.code.by(code))
 
 
-def whole_threads(threads: int) -> int:
-    """A number of threads as it was given.
+def whole_threads(threads: int | None, poses: int = 0) -> int:
+    """A number of threads as it was given; of None, one for each 10^5 poses.
 
     Raises
     ------
     InputError
         When it is none.
     """
+    if threads is None:
+        are_left = hasattr(os, "sched_getaffinity")
+        most = len(os.sched_getaffinity(0)) if are_left else os.cpu_count() or 1
+        return max(1, min(most, poses // _POSES_A_THREAD))
     if not isinstance(threads, int) or isinstance(threads, bool) or threads < 1:
         raise InputError("threads", got=threads, expected="a whole number from 1")
     return threads

@@ -75,20 +75,11 @@ _WIDTH_OF_ESTIMATES = 8  # AVX-512 estimates reciprocals and roots of doubles
 
 @dataclass(frozen=True)
 class Processor:
-    """What code is compiled for.
+    """What code is compiled for."""
 
-    Attributes
-    ----------
-    name : str
-        As LLVM calls it.
-    features : str
-    width : int
-        Number of poses an operation takes.
-    """
-
-    name: str
+    name: str  # as LLVM calls it
     features: str
-    width: int
+    width: int  # how many poses an operation takes
 
 
 @cache
@@ -126,20 +117,11 @@ _Compiled = Callable[[int, int, int, int], None]
 
 @dataclass(frozen=True)
 class VectorFunction:
-    """A program as machine code for one processor.
-
-    Attributes
-    ----------
-    address : callable
-    width : int
-        Number of poses an operation takes.
-    engine : object
-        What owns the machine code; it must live as long as the function.
-    """
+    """A program as machine code for one processor."""
 
     address: _Compiled
-    width: int
-    engine: Any = field(repr=False)
+    width: int  # how many poses an operation takes
+    engine: Any = field(repr=False)  # owns the machine code, and lives as long as the function
 
     @staticmethod
     def of(program: Program, processor: Processor) -> VectorFunction:
@@ -160,19 +142,21 @@ class VectorFunction:
 
     def fill(self, inputs: Rows, outputs: Rows, part: slice) -> None:
         """Fill rows of results at a part of the poses, float64, poses side by side in each row."""
-        start, stop = part.start, part.stop
-        whole = stop - (stop - start) % self.width
-        if whole > start:
+        start, stop, width = part.start, part.stop, self.width
+        if stop - start >= width:
             tables = _addresses(inputs), _addresses(outputs)
-            self.address(tables[0].ctypes.data, tables[1].ctypes.data, start, whole)
-        if whole < stop:
-            # The last poses, filled up by the last one.
-            last = np.minimum(np.arange(whole, whole + self.width), stop - 1)
-            some = np.array([row[last] for row in inputs])
-            found = np.empty((len(outputs), self.width))
-            self.fill(some, found, slice(0, self.width))
+            given = [own.ctypes.data for own in tables]
+            whole = stop - (stop - start) % width
+            self.address(*given, start, whole)
+            if whole < stop:  # the last poses, together with some of those before
+                self.address(*given, stop - width, stop)
+        elif start < stop:
+            # Fewer poses than an operation takes are filled up by the last one.
+            last = np.minimum(np.arange(start, start + width), stop - 1)
+            found = np.empty((len(outputs), width))
+            self.fill(np.array([row[last] for row in inputs]), found, slice(0, width))
             for row, own in zip(outputs, found, strict=True):
-                row[whole:stop] = own[: stop - whole]
+                row[start:stop] = own[: stop - start]
 
 
 def _addresses(rows: Rows) -> np.ndarray:

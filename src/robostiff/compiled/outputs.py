@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,15 +34,22 @@ class Output(Protocol):
         ...
 
 
+class _OfTwists:
+    """An output with as many dimensions of the size of a twist: a matrix, a vector, or a number."""
+
+    dims: ClassVar[int] = 0
+
+    def shape(self, space: Space) -> tuple[int, ...]:
+        """(n, n), (n,) or ()."""
+        return (space.size,) * self.dims
+
+
 @dataclass(frozen=True)
-class StiffnessMatrix:
+class StiffnessMatrix(_OfTwists):
     """K about the reference point, world axes [N/m, N, N m]."""
 
     name = "K"
-
-    def shape(self, space: Space) -> tuple[int, ...]:
-        """(n, n)."""
-        return (space.size, space.size)
+    dims = 2
 
     def recorded(self, robot: RecordedRobot) -> list[Any]:
         """Entries of K; those below the diagonal are those above it."""
@@ -50,14 +57,11 @@ class StiffnessMatrix:
 
 
 @dataclass(frozen=True)
-class ComplianceMatrix:
+class ComplianceMatrix(_OfTwists):
     """K^-1 about the reference point, world axes [m/N, 1/N, rad/(N m)]."""
 
     name = "compliance"
-
-    def shape(self, space: Space) -> tuple[int, ...]:
-        """(n, n)."""
-        return (space.size, space.size)
+    dims = 2
 
     def recorded(self, robot: RecordedRobot) -> list[Any]:
         """Entries of K^-1.
@@ -72,17 +76,8 @@ class ComplianceMatrix:
 
 
 @dataclass(frozen=True)
-class DeflectionUnder:
-    """Twist of the reference point under a wrench about it, world axes [m, rad].
-
-    Attributes
-    ----------
-    wrench : tuple of float
-        Fx, Fy, Fz, Mx, My, Mz, or Fx, Fy, Mz in the plane [N, N m].
-    """
-
+class _UnderWrench(_OfTwists):
     wrench: tuple[float, ...]
-    name = "deflection"
 
     def __init__(self, wrench: ArrayLike) -> None:
         units = {space.size: space.wrench_units for space in Space}
@@ -92,13 +87,33 @@ class DeflectionUnder:
         object.__setattr__(self, "wrench", tuple(numbers.tolist()))
 
     def shape(self, space: Space) -> tuple[int, ...]:
-        """(n,)."""
+        """InputError when the wrench has not as many entries as K."""
         if len(self.wrench) != space.size:
             raise InputError("wrench", got=self.wrench, expected=f"{space.size} numbers")
-        return (space.size,)
+        return super().shape(space)
+
+    def _twist(self, robot: RecordedRobot) -> list[Any]:
+        """The twist x with K x = F."""
+        self.shape(robot.space)
+        _require_full_rank(robot, "deflection")
+        return robot.factors.solved(list(self.wrench))
+
+
+@dataclass(frozen=True, init=False)
+class DeflectionUnder(_UnderWrench):
+    """Twist of the reference point under a wrench about it, world axes [m, rad].
+
+    Attributes
+    ----------
+    wrench : tuple of float
+        Fx, Fy, Fz, Mx, My, Mz, or Fx, Fy, Mz in the plane [N, N m].
+    """
+
+    name = "deflection"
+    dims = 1
 
     def recorded(self, robot: RecordedRobot) -> list[Any]:
-        """The twist x with K x = F.
+        """The twist.
 
         Raises
         ------
@@ -107,13 +122,28 @@ class DeflectionUnder:
         NoAnswerError
             When the platform has free motions at every pose.
         """
-        self.shape(robot.space)
-        _require_full_rank(robot, "deflection")
-        return robot.factors.solved(list(self.wrench))
+        return self._twist(robot)
+
+
+@dataclass(frozen=True, init=False)
+class DisplacementUnder(_UnderWrench):
+    """Size of the displacement of the reference point under a wrench about it [m].
+
+    Attributes
+    ----------
+    wrench : tuple of float
+        As of `DeflectionUnder`.
+    """
+
+    name = "displacement"
+
+    def recorded(self, robot: RecordedRobot) -> list[Any]:
+        """Root of the sum of squares of the first entries of the twist."""
+        return [plain_root(sum(x * x for x in self._twist(robot)[: robot.space.translations]))]
 
 
 @dataclass(frozen=True)
-class WorstDeflection:
+class WorstDeflection(_OfTwists):
     """Largest displacement of the reference point per unit force, over all directions [m/N].
 
     The largest eigenvalue of the displacement-force block of K^-1: no moment acts, and the platform
@@ -121,10 +151,6 @@ class WorstDeflection:
     """
 
     name = "worst_deflection"
-
-    def shape(self, space: Space) -> tuple[int, ...]:
-        """()."""
-        return ()
 
     def recorded(self, robot: RecordedRobot) -> list[Any]:
         """The largest eigenvalue.
@@ -149,7 +175,7 @@ class WorstDeflection:
 
 
 @dataclass(frozen=True)
-class PrincipalStiffness:
+class PrincipalStiffness(_OfTwists):
     """Eigenvalues of the force-displacement and the moment-rotation block of K, ascending.
 
     The first are stiffnesses against forces with rotations held [N/m], the second against moments
@@ -157,10 +183,7 @@ class PrincipalStiffness:
     """
 
     name = "principal_stiffness"
-
-    def shape(self, space: Space) -> tuple[int, ...]:
-        """(n,): first the translational, then the rotational ones."""
-        return (space.size,)
+    dims = 1
 
     def recorded(self, robot: RecordedRobot) -> list[Any]:
         """Eigenvalues of both blocks."""
@@ -228,44 +251,13 @@ class EntryOf:
 
 
 @dataclass(frozen=True)
-class DisplacementUnder:
-    """Size of the displacement of the reference point under a wrench about it [m].
-
-    Attributes
-    ----------
-    wrench : tuple of float
-        As of `DeflectionUnder`.
-    """
-
-    wrench: tuple[float, ...]
-    name = "displacement"
-
-    def __init__(self, wrench: ArrayLike) -> None:
-        object.__setattr__(self, "wrench", DeflectionUnder(wrench).wrench)
-
-    def shape(self, space: Space) -> tuple[int, ...]:
-        """()."""
-        DeflectionUnder(self.wrench).shape(space)
-        return ()
-
-    def recorded(self, robot: RecordedRobot) -> list[Any]:
-        """Root of the sum of squares of the first entries of the twist."""
-        moved = DeflectionUnder(self.wrench).recorded(robot)[: robot.space.translations]
-        return [plain_root(sum(x * x for x in moved))]
-
-
-@dataclass(frozen=True)
-class TotalMass:
+class TotalMass(_OfTwists):
     """Mass of all parts of the robot, as far as it is known [kg].
 
     Beams have the mass of their density and size; telescopes are as long as they are at the pose.
     """
 
     name = "mass"
-
-    def shape(self, space: Space) -> tuple[int, ...]:
-        """()."""
-        return ()
 
     def recorded(self, robot: RecordedRobot) -> list[Any]:
         """The sum.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -19,25 +18,16 @@ from robostiff.spatial import Space
 _MEET = 1e-9  # a gap at which eigenvalues are the same
 
 
-class Rates(ABC):
-    """Rates of another output with inputs of its kernel: `Derivative` or `Gradient`.
-
-    Attributes
-    ----------
-    of : Output
-    """
+class Rates:
+    """Rates of another output with inputs of its kernel: `Derivative` or `Gradient`."""
 
     of: Output
+    by: Any
 
     @property
-    @abstractmethod
     def inputs(self) -> tuple[str, ...]:
         """Names of the inputs."""
-
-    @property
-    @abstractmethod
-    def name(self) -> str:
-        """Its name in the result."""
+        return (self.by,) if isinstance(self.by, str) else self.by
 
     def gaps(self, robot: RecordedRobot) -> list[Any]:
         """Relative distances between eigenvalues, which have no rates where they meet."""
@@ -47,9 +37,8 @@ class Rates(ABC):
         for gap in self.gaps(robot):
             size = gap.sample if isinstance(gap, Entry) else float(gap)
             if np.all(np.abs(size) < _MEET):
-                raise NoAnswerError(
-                    f"no {self.name} of {robot.name!r}: eigenvalues meet at every pose"
-                )
+                name = f"d{self.of.name}/d{', '.join(self.inputs)}"
+                raise NoAnswerError(f"no {name} of {robot.name!r}: eigenvalues meet at every pose")
 
 
 @dataclass(frozen=True)
@@ -65,11 +54,6 @@ class Derivative(Rates):
 
     of: Output
     by: str
-
-    @property
-    def inputs(self) -> tuple[str, ...]:
-        """The one input."""
-        return (self.by,)
 
     @property
     def name(self) -> str:
@@ -122,11 +106,6 @@ class Gradient(Rates):
             )
         object.__setattr__(self, "of", of)
         object.__setattr__(self, "by", tuple(by))
-
-    @property
-    def inputs(self) -> tuple[str, ...]:
-        """All inputs."""
-        return self.by
 
     @property
     def name(self) -> str:

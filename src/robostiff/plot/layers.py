@@ -98,7 +98,7 @@ def layers_of(
     >>> import robostiff as rs
     >>> bent = rs.deflection(rs.load("hexapod"), wrench=[500, 0, 0, 0, 0, 0])
     >>> layers_of(bent, {"robot", "load"}).notes
-    ('displacements × 10000',)
+    ('displacements × 5000',)
     """
     colours: Mapping[str, Paint] = {}
     if isinstance(answer, CableResponse):

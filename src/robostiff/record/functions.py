@@ -4,46 +4,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from functools import wraps
 from typing import Any
 
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.record.record import OPERATORS, Entry, Operation, Record, is_exact, is_zero, step_of
-
-_LONGEST = 40  # characters of an exact root
-_BITS = int(_LONGEST * 3.33)  # of a fraction that takes as many
+from robostiff.record.exact import entry_by_entry, exact_root, exact_value, is_exact
+from robostiff.record.record import OPERATORS, Entry, Operation, Record, is_zero, step_of
 
 
-def _entry_by_entry(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    @wraps(function)
-    def over_arrays(x: Any) -> Any:
-        if not isinstance(x, np.ndarray):
-            return function(x)
-        out = np.empty(x.size, dtype=object)
-        for place, value in enumerate(x.ravel().tolist()):
-            out[place] = function(value)
-        return out.reshape(x.shape)
-
-    return over_arrays
-
-
-@_entry_by_entry
+@entry_by_entry
 def square_root(x: Any) -> Any:
     """Square root of an entry, a number, or each entry of an array."""
     if isinstance(x, Entry):
         return _root_of_product(x)
-    return _exact_root(x) if is_exact(x) else math.sqrt(x)
+    return exact_root(x) if is_exact(x) else math.sqrt(x)
 
 
-@_entry_by_entry
+@entry_by_entry
 def sine(x: Any) -> Any:
     """Sine of an angle [rad]; that of zero is a whole number, which keeps formulas exact."""
     return _of_turn(x, 0, Operation.SINE, math.sin)
 
 
-@_entry_by_entry
+@entry_by_entry
 def cosine(x: Any) -> Any:
     """Cosine of an angle [rad]; that of zero is a whole number, which keeps formulas exact."""
     return _of_turn(x, 1, Operation.COSINE, math.cos)
@@ -59,27 +43,27 @@ def _of_turn(x: Any, at_zero: int, operation: Operation, function: Callable[...,
         known = x.record.turns.get(x.step)
         return x.apply(operation) if known is None else known[at_zero]
     if is_exact(x):
-        return _exact(operation.value, x)
+        return exact_value(operation.value, x)
     return at_zero if x == 0 else function(x)
 
 
-@_entry_by_entry
+@entry_by_entry
 def arc_cosine(x: Any) -> Any:
     """Angle in 0 to pi of a cosine [rad]."""
     if isinstance(x, Entry):
         return x.apply(Operation.ARC_COSINE)
-    return _exact("acos", x) if is_exact(x) else math.acos(x)
+    return exact_value("acos", x) if is_exact(x) else math.acos(x)
 
 
-@_entry_by_entry
+@entry_by_entry
 def hyperbolic_tangent(x: Any) -> Any:
     """Of an entry or number."""
     if isinstance(x, Entry):
         return x.apply(Operation.HYPERBOLIC_TANGENT)
-    return _exact("tanh", x) if is_exact(x) else math.tanh(x)
+    return exact_value("tanh", x) if is_exact(x) else math.tanh(x)
 
 
-@_entry_by_entry
+@entry_by_entry
 def reciprocal(x: Any) -> Any:
     """1 / x."""
     return x.reciprocal() if isinstance(x, Entry) else 1 / x
@@ -161,47 +145,6 @@ ENTRY_FUNCTIONS: dict[Operation, Callable[..., Any]] = {
     Operation.LEAST: least,
     Operation.GREATER: greater,
 }
-
-
-def _exact_root(x: Any) -> Any:
-    import sympy as sp
-
-    if x.is_Rational and _bits(x) > 3 * _BITS:
-        # Its root is no shorter than a third; to find that out, SymPy would look for factors.
-        return sp.Rational(repr(float(sp.sqrt(x.n(30)))))
-    root = sp.sqrt(x)
-    # Roots of long fractions under further roots grow beyond what can be computed with.
-    if root.is_number and (_bits(root) > 3 * _BITS or len(str(root)) > _LONGEST):
-        return sp.Rational(repr(float(root)))
-    return root
-
-
-@_entry_by_entry
-def shortened(x: Any) -> Any:
-    """An exact number, or the decimal of its float where its fractions are long.
-
-    Sums of quotients of decimals double their digits again and again.
-    """
-    if not is_exact(x) or not x.is_number or _bits(x) <= 3 * _BITS:
-        return x
-    import sympy as sp
-
-    return sp.Rational(repr(float(x)))
-
-
-def _bits(number: Any) -> int:
-    """Of all fractions in an exact number: Python refuses to write out the longest."""
-    if number.is_Rational:
-        return number.p.bit_length() + number.q.bit_length()
-    import sympy as sp
-
-    return sum(q.p.bit_length() + q.q.bit_length() for q in number.atoms(sp.Rational))
-
-
-def _exact(name: str, x: Any) -> Any:
-    import sympy as sp
-
-    return getattr(sp, name)(x)
 
 
 def usual_size(value: Any) -> float:

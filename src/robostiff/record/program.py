@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from robostiff.record.record import NUMPY_FUNCTIONS, Operation, Record, step_of
 
 
-@dataclass(frozen=True)
-class Step:
+class Step(NamedTuple):
     """One operation of a program on the results of earlier steps."""
 
     operation: Operation
@@ -144,20 +144,14 @@ class Program:
         )
         if not are_steps:
             raise ValueError("a program whose steps work on others than those before them")
-        names = {int(i): str(name) for i, name in data["names"].items()} | dict(enumerate(inputs))
-        numbers = map(float, data["numbers"])
-        steps = tuple(
-            Step(
-                operation,
-                first if size else None,
-                second if size == 2 else None,
-                next(numbers) if operation is Operation.NUMBER else 0.0,
-                names.get(i, ""),
-            )
-            for i, (operation, size, first, second) in enumerate(
-                zip(operations, taken.tolist(), a.tolist(), b.tolist(), strict=True)
-            )
-        )
+        names: list[str] = [*inputs, *[""] * (count - len(inputs))]
+        for i, name in data["names"].items():
+            names[int(i)] = str(name)
+        given = iter(map(float, data["numbers"]))
+        numbers = [next(given) if own is Operation.NUMBER else 0.0 for own in operations]
+        first, second = ([None if k < 0 else k for k in own.tolist()] for own in (a, b))
+        each = zip(operations, first, second, numbers, names, strict=True)
+        steps = tuple(map(partial(tuple.__new__, Step), each))  # in half the time of `Step`
         return cls(inputs, steps, tuple(outputs.tolist()))
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.record.exact import is_exact, shortened
 
 
 class Operation(Enum):
@@ -202,8 +203,6 @@ class Record:
         scale : float
             Size against which a value counts as zero.
         """
-        from robostiff.record.functions import shortened
-
         if not isinstance(value, Entry):
             short = shortened(value)
             return 0 if short is not value and abs(float(short)) <= _SAME * scale else short
@@ -480,11 +479,6 @@ def is_zero(value: Any) -> bool:
 def is_one(value: Any) -> bool:
     """Whether a value is the number 1."""
     return not isinstance(value, Entry) and bool(value == 1)
-
-
-def is_exact(value: Any) -> bool:
-    """Whether a number is one of SymPy's, which stays as it is."""
-    return hasattr(value, "is_number")
 
 
 def step_of(record: Record, value: Any) -> int:

@@ -4,38 +4,23 @@ Closure, placement, elimination of the passive joints in the working frame where
 and the sum over the legs, on recorded entries.
 """
 
-from robostiff.recorded.closure import CLOSED, RecordedClosure, record_closure
-from robostiff.recorded.factor import Factors, eigenvalues, factors_of, inverse_entries
-from robostiff.recorded.flags import Flag, flags_of
-from robostiff.recorded.leg import LegRecorder, RecordedLeg, stiffness_entries
-from robostiff.recorded.parameters import entry_reader, parameter_samples, sample_postures
-from robostiff.recorded.robot import (
-    RecordedRobot,
-    assembled,
-    record_at_joints,
-    record_at_pose,
-    record_robot,
-)
-
-__all__ = [
-    "CLOSED",
-    "Factors",
-    "Flag",
-    "LegRecorder",
-    "RecordedClosure",
-    "RecordedLeg",
-    "RecordedRobot",
-    "assembled",
-    "eigenvalues",
-    "entry_reader",
-    "factors_of",
-    "flags_of",
-    "inverse_entries",
-    "parameter_samples",
-    "record_at_joints",
-    "record_at_pose",
-    "record_closure",
-    "record_robot",
-    "sample_postures",
-    "stiffness_entries",
-]
+from robostiff.recorded.closure import CLOSED as CLOSED
+from robostiff.recorded.closure import RecordedClosure as RecordedClosure
+from robostiff.recorded.closure import record_closure as record_closure
+from robostiff.recorded.factor import Factors as Factors
+from robostiff.recorded.factor import eigenvalues as eigenvalues
+from robostiff.recorded.factor import factors_of as factors_of
+from robostiff.recorded.factor import inverse_entries as inverse_entries
+from robostiff.recorded.flags import Flag as Flag
+from robostiff.recorded.flags import flags_of as flags_of
+from robostiff.recorded.leg import LegRecorder as LegRecorder
+from robostiff.recorded.leg import RecordedLeg as RecordedLeg
+from robostiff.recorded.leg import stiffness_entries as stiffness_entries
+from robostiff.recorded.parameters import entry_reader as entry_reader
+from robostiff.recorded.parameters import parameter_samples as parameter_samples
+from robostiff.recorded.parameters import sample_postures as sample_postures
+from robostiff.recorded.robot import RecordedRobot as RecordedRobot
+from robostiff.recorded.robot import assembled as assembled
+from robostiff.recorded.robot import record_at_joints as record_at_joints
+from robostiff.recorded.robot import record_at_pose as record_at_pose
+from robostiff.recorded.robot import record_robot as record_robot

@@ -5,24 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from enum import IntFlag
 from functools import reduce
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from robostiff.record import Entry, Operation, Record, greater, least
-from robostiff.recorded.leg import lower_bound
-
-if TYPE_CHECKING:
-    from robostiff.recorded.robot import RecordedRobot
+from robostiff.recorded.leg import SHORT, lower_bound
+from robostiff.recorded.robot import RecordedRobot
 
 # Loss of a recorded pivot above which a pose is computed again. The record loses about as many
 # digits as a loss has, and several one after the other more: of n losses each may be 1/sqrt(n) of
 # it. Stiffness falls with the square of the wrenches that hold it: of those, at most a hundredth.
 _SAFE = 1e4
-# Part of `reach` below which a pose is looked at again, and below which it is certainly out of
-# reach: the numerical form decides at a miss of 1e-7.
-SHORT = 1e-5
-_OUT_OF_REACH = -1e-3
+_OUT_OF_REACH = -1e-3  # part of `reach` below which a pose is certainly out of reach
 # An actuator nearer to a limit than this part of its range is looked at again.
 _AT_LIMIT = 1e-9
 # A gap between eigenvalues, as a part of them, below which their derivatives are rounding.

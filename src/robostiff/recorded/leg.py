@@ -54,6 +54,9 @@ def lower_bound(record: Record, step: int) -> float:
     return bounds[step]
 
 
+#: Part of `RecordedRobot.reach` below which a pose is looked at again: the numerical form decides
+#: at a miss of 1e-7.
+SHORT = 1e-5
 # Working frames that are tried in full: those from which the leg looks simplest.
 _PROMISING = 4
 # A compliance below this part of the whole is watched the more closely, so that a loss of 1e4 stays

@@ -18,9 +18,8 @@ from robostiff.record import Entry, Operation, Record, usual_size
 from robostiff.recorded.circulation import legs_on_platform
 from robostiff.recorded.closure import RecordedClosure, record_closure
 from robostiff.recorded.factor import Factors, factors_of
-from robostiff.recorded.flags import SHORT
 from robostiff.recorded.guess import axes_behind_balls, following_balls, pose_on_entries
-from robostiff.recorded.leg import LegRecorder, RecordedLeg, lower_bound, stiffness_entries
+from robostiff.recorded.leg import SHORT, LegRecorder, RecordedLeg, lower_bound, stiffness_entries
 from robostiff.recorded.parameters import (
     closed_samples,
     parameter_samples,

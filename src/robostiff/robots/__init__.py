@@ -171,11 +171,9 @@ def load(
         is_model = not is_snapshot(document)
     if is_model:
         if isinstance(document.data, dict) and "cables" in document.data:
-            from robostiff.io.model_file.cables import cable_robot_from_document
-
             numeric = "a cable robot is computed with numbers, not formulas"
             descriptions.refuse_symbols(name, symbols, numeric)
-            return cable_robot_from_document(document, parameters)
+            symbols = ()
         from robostiff.io.model_file import model_from_document
 
         def shipped_model(own: str) -> Path | None:

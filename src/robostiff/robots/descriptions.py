@@ -215,8 +215,8 @@ def reader_of(value: Any) -> Reader | None:
     for kind in type(value).__mro__:
         package = kind.__module__.partition(".")[0].removesuffix("_pywrap_default")
         name = f"{package}.{kind.__name__}"
-        if name in _OBJECTS:
-            return _OBJECTS[name]
+        if name == "yourdfpy.URDF":
+            return Reader("a URDF of yourdfpy", _of_yourdfpy)
         if is_offered(READERS, name):
             return loaded(READERS, name)
     return None
@@ -226,15 +226,3 @@ def _of_yourdfpy(value: Any) -> RigidTree:
     from robostiff.io.urdf import read_urdf
 
     return read_urdf(f"URDF of yourdfpy {value.robot.name!r}", value.write_xml_string())
-
-
-def _of_pinocchio(value: Any) -> RigidTree:
-    from robostiff.io.pinocchio import tree_of_pinocchio
-
-    return tree_of_pinocchio(value)
-
-
-_OBJECTS = {
-    "yourdfpy.URDF": Reader("a URDF of yourdfpy", _of_yourdfpy),
-    "pinocchio.Model": Reader("a model of Pinocchio", _of_pinocchio),
-}

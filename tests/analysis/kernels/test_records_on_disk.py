@@ -10,6 +10,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.analysis import compiled_stiffness
+from robostiff.analysis.record_file import RecordFile
 from robostiff.record import Program, Record, least, sine
 from tests.analysis.kernels.cases import around_home, model
 from tests.linkage.test_maps_of_linkages import FOUR_BAR
@@ -91,7 +92,7 @@ def _shorter(path):
 
 def _other_number(path):
     content = path.read_bytes()
-    path.write_bytes(content.replace(b'"rank": 3', b'"rank": 2'))
+    path.write_bytes(content.replace(b"\n[3, ", b"\n[2, "))
 
 
 def _with_another_record(path):
@@ -99,6 +100,16 @@ def _with_another_record(path):
     body = json.dumps({"rank": 2}).encode()
     checksum = hashlib.sha256(body).hexdigest().encode()
     path.write_bytes(b"robostiff record 1\n" + checksum + b"\n" + body)
+
+
+def _of_other_outputs(path):
+    made = compiled(model("3-rpr"), [rs.PrincipalStiffness()])
+    parts = made.rank, made.status, made.verified, made.kernel, made.joint_kernel, made.ranks
+    RecordFile(path).write(parts)
+
+
+def _of_other_kinds(path):
+    RecordFile(path).write((3, 4, 5, [6, 7], (), None))
 
 
 def _nothing(path):
@@ -123,6 +134,7 @@ def _link(path):
     "harm",
     [
         *(_shorter, _other_number, _with_another_record, _nothing),
+        *(_of_other_outputs, _of_other_kinds),
         *(
             pytest.param(own, marks=pytest.mark.skipif(os.name == "nt", reason="POSIX"))
             for own in (_writable_for_others, _folder_writable_for_others, _link)
@@ -134,6 +146,7 @@ def test_what_is_damaged_or_of_others_is_recorded_again(harm, cache, monkeypatch
     first = compiled(robot)
     (path,) = cache.iterdir()
     harm(path)
+    made.clear()
     record = compiled_stiffness._recorded_robot
     monkeypatch.setattr(
         compiled_stiffness, "_recorded_robot", lambda *own: made.append(own) or record(*own)
@@ -186,11 +199,3 @@ def test_a_step_works_only_on_steps_before_it(name, place, value):
     data[name] = [value if k == place else own for k, own in enumerate(data[name])]
     with pytest.raises((ValueError, OverflowError)):
         Program.from_data(data)
-
-
-def test_kernels_of_other_outputs_are_refused():
-    made = compiled(model("3-rpr"))
-    with pytest.raises(ValueError, match="other outputs"):
-        type(made).from_data(
-            made.as_data(), lambda _: made.taken, [rs.PrincipalStiffness()], rs.Backend.ARRAYS
-        )

@@ -77,6 +77,7 @@ def test_counts_and_shares(whole, found):
 @pytest.mark.parametrize("scheduler", [Threads(1), Threads(3)])
 def test_blocks_in_any_order_give_the_same(scheduler, found, monkeypatch):
     monkeypatch.setattr("robostiff.analysis.maps.job._BLOCK_BYTES", 2**16)
+    monkeypatch.setattr("robostiff.analysis.maps.reduced_map._CACHE", 2**17)
     again = rs.stiffness_map(loaded("3-rpr"), POSES, QUANTITIES, reduce=ALL, scheduler=scheduler)
     xarray.testing.assert_identical(again, found)
 
@@ -140,6 +141,42 @@ def test_another_question_is_refused_and_nothing_overwritten(begun):
         rs.stiffness_map(*question, reduce=ALL, store=begun)
 
 
+@pytest.mark.parametrize(
+    "poses",
+    [
+        rs.RandomPoses(20_001, {"x": (-0.4, 0.4), "y": (-0.4, 0.4), "rz": (-0.5, 0.5)}, seed=5),
+        rs.Grid(x=rs.Axis(-0.3, 0.3, 7), y=rs.Axis(-0.3, 0.3, 23), rz=rs.Axis(-0.4, 0.4, 101)),
+    ],
+    ids=["random", "grid"],
+)
+@pytest.mark.parametrize("where", [None, lambda pose: pose["x"] + pose["y"] < 0.1])
+def test_kernels_reduce_as_their_maps(poses, where, monkeypatch):
+    """In blocks and pieces of any size, poses of the careful form and excluded ones among them."""
+    question = (loaded("3-rpr"), poses, QUANTITIES)
+    given: Any = {"where": where, "method": rs.Compiled(rs.Backend.ARRAYS)}
+    whole = rs.stiffness_map(*question, **given).load()
+    assert whole.attrs["poses_guarded"] > 0
+    monkeypatch.setattr("robostiff.analysis.maps.reduced_map._BLOCK", 5000)
+    monkeypatch.setattr("robostiff.analysis.maps.reduced_map._CACHE", 2**17)
+    monkeypatch.setattr("robostiff.analysis.maps.reduced_map._TOGETHER", 10)
+    found = rs.stiffness_map(*question, **given, reduce=ALL)
+    for name in ("statuses", "poses", "poses_computed", "poses_reachable", "poses_guarded"):
+        assert found.attrs[name] == whole.attrs[name]
+    for name in ("translational_stiffness", "worst_deflection", "K"):
+        values = whole[name].stack(place=poses.dims).transpose("place", ...)
+        entries = values.values.reshape(values.shape[0], -1)
+        coordinates = np.array([values[own].values for own in ("x", "y", "rz")])
+        for end, find in (("least", np.nanargmin), ("greatest", np.nanargmax)):
+            at = find(entries, axis=0)
+            extreme = found[f"{name}_extreme"].sel(extreme=end).values.ravel()
+            np.testing.assert_array_equal(extreme, entries[at, np.arange(len(at))])
+            own = found[f"{name}_at"].sel(extreme=end).values.reshape(3, -1)
+            np.testing.assert_array_equal(own, coordinates[:, at])
+    values = whole.rotational_stiffness.values.ravel()
+    expected = [np.mean(values[~np.isnan(values)] >= limit) for limit in LIMITS]
+    np.testing.assert_allclose(found.rotational_stiffness_share_above[:, 0], expected, rtol=1e-14)
+
+
 def test_poses_without_an_answer_count_for_nothing():
     grid = rs.Grid(x=rs.Axis(5, 6, 7))  # none is reached
     found = rs.stiffness_map(loaded("3-puu"), grid, reduce=[
@@ -159,7 +196,9 @@ def test_the_first_of_equal_values_counts():
 def test_negative_values_are_in_order():
     values = np.array([[-3.0, -0.5, np.nan, 0.0, 2.0, 7.0]])
     own: Any = rs.Quantiles(shares=[0, 0.4, 0.6, 1])
-    ((_, labels, found, _),) = own.found(own.of_block(values, 0), "", None)
+    state = own.begun(1)
+    own.extend(state, values, range(6))
+    ((_, labels, found, _),) = own.found(state, "", None)
     assert labels == {"share": (0.0, 0.4, 0.6, 1.0)}
     np.testing.assert_allclose(found[:, 0], [-3.0, -0.5, 0.0, 7.0], rtol=0.004, atol=1e-38)
 

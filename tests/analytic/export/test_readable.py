@@ -16,8 +16,8 @@ from robostiff.analytic.export import (
     derivation_text,
     derivation_typst,
 )
-from robostiff.analytic.export.broken_lines import broken_lines, wrapped_formula
 from robostiff.analytic.export.entries import factored_matrix, in_decimals, readable
+from robostiff.analytic.export.language import broken_lines, wrapped_formula
 from tests.analytic.export.derivations import ALL
 from tests.analytic.export.expressions import expressions
 

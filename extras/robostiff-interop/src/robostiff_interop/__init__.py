@@ -1,4 +1,4 @@
-"""Other programs: MJCF of MuJoCo is read, models for OpenSees and CalculiX are written."""
+"""Other programs: MuJoCo and Pinocchio are read, models for OpenSees and CalculiX are written."""
 
 from robostiff.on_demand import import_on_demand
 

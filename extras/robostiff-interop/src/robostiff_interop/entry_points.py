@@ -16,8 +16,12 @@ def _of_file(path: Any) -> RigidTree:
     return robostiff_interop.read_mjcf(path)
 
 
-def _of_object(model: Any) -> RigidTree:
+def _of_mujoco(model: Any) -> RigidTree:
     return robostiff_interop.tree_of_mujoco(model)
+
+
+def _of_pinocchio(model: Any) -> RigidTree:
+    return robostiff_interop.tree_of_pinocchio(model)
 
 
 def _for_opensees(network: Network, ending: str) -> str:
@@ -29,6 +33,7 @@ def _for_calculix(network: Network, _: str) -> str:
 
 
 MJCF = Reader("an MJCF file", _of_file)
-MUJOCO = Reader("a model of MuJoCo", _of_object)
+MUJOCO = Reader("a model of MuJoCo", _of_mujoco)
+PINOCCHIO = Reader("a model of Pinocchio", _of_pinocchio)
 OPENSEES = Writer((".tcl", ".py"), _for_opensees)
 CALCULIX = Writer((".inp",), _for_calculix)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Protocol, cast
 
 import numpy as np
@@ -115,6 +116,7 @@ class MapEvaluator:
     # joint coordinates of all legs that choose the posture [m, rad]; empty for home's
     near: tuple[float, ...] = ()
     kernel: CompiledStiffness | None = None
+    recomputes: bool = True  # else poses that the kernel does not answer are left ``guarded``
 
     @property
     def method(self) -> str:
@@ -126,7 +128,7 @@ class MapEvaluator:
             return f"compiled record, {careful} where it is unsafe"
         return "networks" if isinstance(self.robot, Linkage) else "wrench-basis, batched"
 
-    @property
+    @cached_property
     def variables(self) -> tuple[Variable, ...]:
         """The variables that `evaluate` returns."""
         return map_variables(self.robot, self.quantities)
@@ -212,15 +214,18 @@ class MapEvaluator:
         guarded = np.empty(len(poses), dtype=bool)
         wanted, d = set(self.quantities), self.robot.space.translations
         direct = {v.name: out[v.name] for v in self.variables if v.dtype == "float64"}
-        for where, values, found in kernel.results(self.columns.as_pose(poses), direct):
+        for where, found in kernel.results(self.columns.as_pose(poses), direct):
+            values = found.values
             here = {name: array[where] for name, array in out.items()}
             here["rank"][...], here["status"][...] = found.rank, found.status_codes
             guarded[where] = found.guarded
             if Quantity.PRINCIPAL_STIFFNESS in wanted:
-                # K is positive semidefinite; what is below zero is rounding.
-                principal = np.maximum(values[_PRINCIPAL.name], 0.0)
-                here["translational_stiffness"][...] = principal[:, :d]
-                here["rotational_stiffness"][...] = principal[:, d:]
+                principal = values[_PRINCIPAL.name].T
+                for kind, rows in (("translational", principal[:d]), ("rotational", principal[d:])):
+                    own = here[f"{kind}_stiffness"].T
+                    own[...] = rows
+                    # K is positive semidefinite; what is below zero is rounding.
+                    np.maximum(own, 0.0, out=own)
             if Quantity.WORST_DEFLECTION in wanted:
                 here["worst_deflection"][...] = values[_WORST.name]
             if Quantity.INDICES in wanted:
@@ -233,7 +238,7 @@ class MapEvaluator:
                 here["displacement"][...] = twist[:, :d]
                 here["rotation"][...] = twist[:, d:]
         rows = np.flatnonzero(guarded)
-        if rows.size:
+        if rows.size and self.recomputes:
             careful = replace(self, kernel=None)
             for name, own in careful.evaluate(poses_at(poses, rows)).items():
                 out[name][rows] = own

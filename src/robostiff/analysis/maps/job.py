@@ -233,6 +233,8 @@ class MapJob:
         """Poses of a block (N, n_coordinates), equal coordinates side by side in memory."""
         values = self.source.values(part)
         count = math.prod(values.shape[1:])
+        if self.source.names == self.columns.names:
+            return values.reshape(-1, count).T
         columns = np.empty((len(self.columns.names), count))
         for k, (name, home) in enumerate(zip(self.columns.names, self.columns.home, strict=True)):
             if name in self.source.names:
@@ -265,15 +267,22 @@ class MapJob:
     ) -> tuple[Mapping[str, np.ndarray], MapSummary]:
         """Arrays (..., N) at the poses of a block, one a variable, perhaps given, and a summary."""
         poses = self.poses(self.partition.slices(index))
-        count = len(poses)
-        if out is None:
-            out = {v.name: np.empty((*v.shape, count), v.dtype) for v in self.variables}
+        out = self.room(len(poses)) if out is None else out
+        guarded = int(np.count_nonzero(self.fill(poses, out)))
+        return out, summarize(out, self.answers, guarded)
+
+    def room(self, count: int) -> dict[str, np.ndarray]:
+        """Arrays (..., N) for so many poses."""
+        return {v.name: np.empty((*v.shape, count), v.dtype) for v in self.variables}
+
+    def fill(self, poses: np.ndarray, out: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Fill arrays (..., N) at poses, and return where a fast evaluator was in doubt (N,)."""
         for variable in self.coordinates:
             out[variable.name][...] = poses[:, self.columns.names.index(variable.name)]
         places = {v.name: np.moveaxis(out[v.name], -1, 0) for v in self.evaluator.variables}
-        chosen = self.selected(poses)
+        chosen, guarded = self.selected(poses), np.zeros(len(poses), dtype=bool)
         if chosen is None or bool(np.all(chosen)):
-            found = self.evaluator.evaluate(poses, places)
+            guarded[:] = self.evaluator.evaluate(poses, places).get("guarded", False)
         else:
             for variable in self.evaluator.variables:
                 missing = EXCLUDED if variable.name == "status" else variable.missing
@@ -281,9 +290,9 @@ class MapJob:
             found = self.evaluator.evaluate(poses_at(poses, chosen)) if chosen.any() else {}
             for name in places.keys() & found.keys():
                 places[name][chosen] = found[name]
+            guarded[chosen] = found.get("guarded", False)
         for variable in self.evaluator.variables:
             if variable.magnitude:
                 components = out[variable.name].astype(float)
                 out[variable.magnitude.name][...] = np.linalg.norm(components, axis=0)
-        guarded = int(np.count_nonzero(found["guarded"])) if "guarded" in found else 0
-        return out, summarize(out, self.answers, guarded)
+        return guarded

@@ -237,13 +237,20 @@ class RandomPoses(PoseSource):
         """Coordinates of some of the poses (names, N)."""
         start, stop, _ = part[0].indices(int(self.count))
         block = np.empty((len(self.ranges), stop - start))
+        ahead = start % _PER_STEP
+        numbers = np.empty(stop - start + ahead)
+        stream = np.random.Philox(0)
+        begun: Any = stream.state
         for k, (low, high) in enumerate(self.ranges.values()):
             # One stream a coordinate; a pose is a place in it.
-            stream = np.random.Philox(key=[self.seed, k])
-            stream.advance(start // _PER_STEP)
-            ahead = start % _PER_STEP
-            block[k] = np.random.Generator(stream).random(stop - start + ahead)[ahead:]
-            block[k] = low + (high - low) * block[k]
+            begun["state"] = {
+                "key": np.array([self.seed, k], dtype=np.uint64),
+                "counter": np.array([start // _PER_STEP, 0, 0, 0], dtype=np.uint64),
+            }
+            stream.state = begun
+            np.random.Generator(stream).random(out=numbers)
+            np.multiply(numbers[ahead:], high - low, out=block[k])
+            block[k] += low
         return block
 
     def description(self) -> Mapping[str, Any]:
@@ -313,7 +320,15 @@ class Axis:
     @property
     def values(self) -> np.ndarray:
         """All of them (count,)."""
-        return np.linspace(self.start, self.stop, self.count)
+        return self.at(slice(0, self.count))
+
+    def at(self, part: slice) -> np.ndarray:
+        """Some of them, to the last bit those of ``numpy.linspace``."""
+        step = (self.stop - self.start) / max(self.count - 1, 1)
+        values = np.arange(part.start, part.stop, dtype=float) * step + self.start
+        if part.stop == self.count > 1:
+            values[-1:] = self.stop
+        return values
 
 
 @dataclass(frozen=True, init=False)
@@ -369,7 +384,7 @@ class Grid(PoseSource):
 
     def values(self, part: tuple[slice, ...]) -> np.ndarray:
         """Coordinates of the poses of a block (names, ...)."""
-        own = [axis.values[where] for axis, where in zip(self.axes.values(), part, strict=True)]
+        own = [axis.at(where) for axis, where in zip(self.axes.values(), part, strict=True)]
         block = np.empty((len(own), *(len(v) for v in own)))
         for k, values in enumerate(own):
             shape = [1] * len(own)

@@ -8,24 +8,31 @@ import os
 import time
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from robostiff.analysis.identity import plain
 from robostiff.analysis.maps.dataset import coordinate_arrays, summary_attributes
-from robostiff.analysis.maps.job import MapJob, MapSummary
+from robostiff.analysis.maps.evaluator import MapEvaluator
+from robostiff.analysis.maps.job import MapJob, MapSummary, Partition
 from robostiff.analysis.maps.reduction import Reduction, State
 from robostiff.analysis.maps.request import MapRequest
 from robostiff.analysis.maps.store import already_there, check_same_map
+from robostiff.analysis.maps.variables import Variable
 from robostiff.errors import InputError
 
 if TYPE_CHECKING:
     import xarray
 
+# Poses of a block by a kernel, and of those left to the careful form at once.
+_BLOCK, _TOGETHER = 2**20, 2**14
+_CACHE = 2**21  # bytes of poses and values that stay in the second-level cache
 _SAVED = 5.0  # s between two states on disk
 _LARGEST = 2**30  # bytes of all arrays in a file
 _FORMAT = "reductions of a map by robostiff"
@@ -36,20 +43,84 @@ BlockFound = tuple[MapSummary, list[State]]
 
 @dataclass(frozen=True)
 class BlockReductions:
-    """Computes blocks of which reductions are left; picklable."""
+    """Computes blocks of which reductions are left; picklable.
+
+    A block is gone through in pieces that stay in the cache. Poses that a kernel leaves to the
+    careful form are computed together, some thousands at once.
+    """
 
     job: MapJob
     reductions: tuple[Reduction, ...]
 
+    @cached_property
+    def each(self) -> list[tuple[Reduction, Variable]]:
+        """Each reduction with each of its variables."""
+        return [(own, v) for own in self.reductions for v in own.variables(self.job)]
+
+    @cached_property
+    def quick(self) -> MapJob | None:
+        """The same by a kernel that leaves some poses; None without a kernel."""
+        own = self.job.evaluator
+        if not isinstance(own, MapEvaluator) or own.kernel is None:
+            return None
+        return replace(self.job, evaluator=replace(own, recomputes=False))
+
+    @cached_property
+    def partition(self) -> Partition:
+        """The blocks."""
+        job = self.job
+        return job.partition if self.quick is None else Partition.of(job.source.shape, _BLOCK)
+
     def compute(self, index: int) -> BlockFound:
         """Counts of a block, and what reductions have of it."""
-        arrays, summary = self.job.compute(index)
-        first, stop = self.job.partition.run(index)
-        return summary, [
-            own.of_block(arrays[v.name].reshape(-1, stop - first), first)
-            for own in self.reductions
-            for v in own.variables(self.job)
-        ]
+        part, (start, _) = self.partition.slices(index), self.partition.run(index)
+        job, names = self.quick or self.job, self.job.variables
+        most = max(1, _CACHE // (job.bytes_a_pose + 8 * len(job.columns.names)))
+        pieces = Partition.of(tuple(s.stop - s.start for s in part), most)
+        room = job.room(min(most, pieces.poses))
+        states = [own.begun(math.prod(v.shape)) for own, v in self.each]
+        statuses, guarded = Counter[int](), 0
+        left: list[np.ndarray] = []  # poses of the careful form, and behind them their numbers
+        for piece in range(len(pieces)):
+            inside = zip(part, pieces.slices(piece), strict=True)
+            poses = job.poses(tuple(slice(s.start + p.start, s.start + p.stop) for s, p in inside))
+            first, stop = pieces.run(piece)
+            arrays = {name: rows[..., : stop - first] for name, rows in room.items()}
+            doubtful = np.flatnonzero(job.fill(poses, arrays))
+            guarded += doubtful.size
+            if doubtful.size and self.quick is not None:
+                left.append(np.vstack([poses[doubtful].T, start + first + doubtful]))
+                statuses.subtract(arrays["status"][doubtful].tolist())
+                for rows in (arrays[v.name] for v in names if v.is_float):
+                    rows[..., doubtful] = np.nan
+            self._add(states, statuses, arrays, range(start + first, start + stop))
+            if left and (piece == len(pieces) - 1 or sum(x.shape[1] for x in left) > _TOGETHER):
+                self._add_careful(states, statuses, np.concatenate(left, axis=1))
+                left = []
+        return MapSummary(pieces.poses, dict(sorted((+statuses).items())), guarded), states
+
+    def _add_careful(self, states: list[State], statuses: Counter[int], left: np.ndarray) -> None:
+        evaluator = replace(cast("MapEvaluator", self.job.evaluator), kernel=None)
+        job = replace(self.job, evaluator=evaluator, where=None)
+        arrays = job.room(left.shape[1])
+        job.fill(left[:-1].T, arrays)
+        self._add(states, statuses, arrays, left[-1].astype(int).tolist())
+
+    def _add(
+        self,
+        states: list[State],
+        statuses: Counter[int],
+        arrays: Mapping[str, np.ndarray],
+        numbers: Sequence[int],
+    ) -> None:
+        """Add poses of such numbers to what was found before."""
+        codes, count = arrays["status"], len(numbers)
+        if np.all(codes == codes[0]):
+            statuses[int(codes[0])] += count
+        else:
+            statuses.update(codes.tolist())
+        for (own, v), state in zip(self.each, states, strict=True):
+            own.extend(state, arrays[v.name].reshape(-1, count), numbers)
 
 
 @dataclass
@@ -86,11 +157,12 @@ class ReducedMap:
     @property
     def todo(self) -> Iterator[int]:
         """Blocks that are not done."""
-        return (k for k in range(len(self.request.job.partition)) if k not in self.done)
+        return (k for k in range(len(self.work.partition)) if k not in self.done)
 
     @property
     def _identity(self) -> dict[str, Any]:
-        return {**self.request.identity(), "reductions": plain(self.work.reductions)}
+        own = plain([self.work.reductions, self.work.partition.block])
+        return {**self.request.identity(), "reductions": own}
 
     def _read(self, path: Path) -> None:
         """Go on from the state on disk; every part of such a file has a checksum."""
@@ -122,7 +194,7 @@ class ReducedMap:
         self, blocks: Iterable[tuple[int, BlockFound]]
     ) -> Iterator[tuple[int, MapSummary]]:
         """Add blocks as they are done, in any order, and keep the state now and then."""
-        each = [own for own in self.work.reductions for _ in own.variables(self.work.job)]
+        each = [own for own, _ in self.work.each]
         saved = -math.inf  # the first block shows whether there is room on the disk
         try:
             for index, (summary, states) in blocks:
@@ -165,18 +237,17 @@ class ReducedMap:
         """Reductions of all poses, with names, units and words of their variables."""
         import xarray
 
-        job, states = self.work.job, iter(self.states)
+        job = self.work.job
         arrays: dict[str, Any] = {}
         coordinates: dict[str, Any] = {}
-        for own in self.work.reductions:
-            for v in own.variables(job):
-                for name, labels, values, has_unit in own.found(next(states), v.name, job):
-                    coordinates |= {dim: (dim, list(known)) for dim, known in labels.items()}
-                    about = {"long_name": f"{name.removeprefix(v.name)[1:]} of the {v.long_name}"}
-                    if isinstance(v.units, str) and has_unit:
-                        about["units"] = v.units
-                    shape = (*values.shape[:-1], *v.shape)
-                    arrays[name] = (*labels, *v.dims), values.reshape(shape), about
+        for (own, v), state in zip(self.work.each, self.states, strict=True):
+            for name, labels, values, has_unit in own.found(state, v.name, job):
+                coordinates |= {dim: (dim, list(known)) for dim, known in labels.items()}
+                about = {"long_name": f"{name.removeprefix(v.name)[1:]} of the {v.long_name}"}
+                if isinstance(v.units, str) and has_unit:
+                    about["units"] = v.units
+                shape = (*values.shape[:-1], *v.shape)
+                arrays[name] = (*labels, *v.dims), values.reshape(shape), about
         dims = {dim for own, _, _ in arrays.values() for dim in own}
         known = coordinate_arrays(job).items()
         coordinates |= {name: array for name, array in known if dims.issuperset(array[0])}

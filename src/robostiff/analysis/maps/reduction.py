@@ -1,7 +1,7 @@
 """What a map comes down to without its arrays: extremes, quantiles, histograms, shares.
 
-Each reduction counts or compares what is in a block of poses, and adds up what is in several, in
-any order: so much memory serves for any number of poses.
+Each reduction counts or compares values of some poses after others while they are in the cache, and
+adds up what it has of several blocks, in any order: so much memory serves for any number of poses.
 """
 
 from __future__ import annotations
@@ -57,8 +57,12 @@ class Reduction(ABC):
         return [*known.values()] if self.of is None else [known[self.of]]
 
     @abstractmethod
-    def of_block(self, values: np.ndarray, first: int) -> State:
-        """What it has of values (entries, N) that may be none; `first` is the number of a pose."""
+    def begun(self, entries: int) -> State:
+        """What it has of no poses."""
+
+    @abstractmethod
+    def extend(self, state: State, values: np.ndarray, numbers: Sequence[int]) -> None:
+        """Add values (entries, N) that may be none, at poses of such numbers."""
 
     @abstractmethod
     def added(self, a: State, b: State) -> State:
@@ -86,11 +90,18 @@ class Extremes(Reduction):
            [-0.1]])
     """
 
-    def of_block(self, values: np.ndarray, first: int) -> State:
+    def begun(self, entries: int) -> State:
         """Values (entries, 2), and numbers of poses, -1 where there is no value."""
-        ends = np.stack([np.fmin.reduce(values, axis=1), np.fmax.reduce(values, axis=1)], axis=1)
-        at = np.stack([np.argmax(values == ends[:, k, None], axis=1) for k in range(2)], axis=1)
-        return {"ends": ends.astype(float), "at": np.where(np.isnan(ends), -1, first + at)}
+        return {"ends": np.full((entries, 2), np.nan), "at": np.full((entries, 2), -1)}
+
+    def extend(self, state: State, values: np.ndarray, numbers: Sequence[int]) -> None:
+        """Look for the poses of entries that are beyond those before alone."""
+        for k, (end, is_no_further) in enumerate(((np.fmin, np.less), (np.fmax, np.greater))):
+            found, ends, at = end.reduce(values, axis=1), state["ends"][:, k], state["at"][:, k]
+            for entry in np.flatnonzero(~(is_no_further(ends, found) | np.isnan(found))):
+                number = numbers[int(np.argmax(values[entry] == found[entry]))]
+                if ends[entry] != found[entry] or number < at[entry]:
+                    ends[entry], at[entry] = found[entry], number
 
     def added(self, a: State, b: State) -> State:
         """The lower and the higher ones; where they are the same, the first pose."""
@@ -144,11 +155,16 @@ class Quantiles(Reduction):
         object.__setattr__(self, "of", of)
         object.__setattr__(self, "shares", tuple(given.tolist()))
 
-    def of_block(self, values: np.ndarray, first: int) -> State:
+    def begun(self, entries: int) -> State:
         """How many numbers there are of each upper half (entries, 2^16)."""
+        return {"counts": np.zeros((entries, _BINS), dtype=int)}
+
+    def extend(self, state: State, values: np.ndarray, numbers: Sequence[int]) -> None:
+        """Count numbers by their upper halves."""
         with np.errstate(over="ignore"):
             upper = np.ascontiguousarray(values, dtype=np.float32).view(np.uint32) >> 16
-        return {"counts": np.array([np.bincount(own, minlength=_BINS) for own in upper])}
+        for counts, own in zip(state["counts"], upper, strict=True):
+            np.add.at(counts, own, 1)
 
     def added(self, a: State, b: State) -> State:
         """Sums of counts."""
@@ -172,15 +188,22 @@ class Quantiles(Reduction):
 
 @dataclass(frozen=True)
 class _Counts(Reduction):
-    """Counts of values between edges."""
+    """Counts of values from each of some edges on."""
 
     edges: tuple[float, ...] = ()
 
-    def of_block(self, values: np.ndarray, first: int) -> State:
-        """Counts below the first edge, between edges, and from the last on (entries, edges + 1)."""
-        edges = np.array(self.edges)
-        places = [np.searchsorted(edges, own[~np.isnan(own)], side="right") for own in values]
-        return {"counts": np.array([np.bincount(p, minlength=len(edges) + 1) for p in places])}
+    def begun(self, entries: int) -> State:
+        """How many values are at least each edge, and how many there are (entries, edges + 1)."""
+        return {"counts": np.zeros((entries, len(self.edges) + 1), dtype=int)}
+
+    def extend(self, state: State, values: np.ndarray, numbers: Sequence[int]) -> None:
+        """Compare with edge after edge, which is faster than a search for each value."""
+        with np.errstate(over="ignore"):
+            edges = np.array(self.edges, dtype=values.dtype)  # rounded, to the next higher number
+        low = edges < np.array(self.edges)
+        edges[low] = np.nextafter(edges[low], np.inf, dtype=values.dtype)
+        for k, edge in enumerate((*edges, -np.inf)):
+            state["counts"][:, k] += np.count_nonzero(values >= edge, axis=1)
 
     def added(self, a: State, b: State) -> State:
         """Sums of counts."""
@@ -217,7 +240,8 @@ class Histogram(_Counts):
 
     def found(self, state: State, name: str, job: MapJob) -> Iterator[Found]:
         """Counts from each edge to the next; values beyond the edges are left out."""
-        yield f"{name}_count", {f"{name}_from": self.edges[:-1]}, state["counts"].T[1:-1], False
+        counts = -np.diff(state["counts"][:, :-1]).T
+        yield f"{name}_count", {f"{name}_from": self.edges[:-1]}, counts, False
 
 
 @dataclass(frozen=True, init=False)
@@ -248,10 +272,9 @@ class ShareAbove(_Counts):
 
     def found(self, state: State, name: str, job: MapJob) -> Iterator[Found]:
         """None where no pose has an answer."""
-        counts = state["counts"].T.astype(float)
-        above = np.cumsum(counts[:0:-1], axis=0)[::-1]
+        counts = state["counts"].T
         with np.errstate(invalid="ignore"):
-            shares = above / counts.sum(axis=0)
+            shares = counts[:-1] / counts[-1]
         yield f"{name}_share_above", {f"{name}_limit": self.edges}, shares, False
 
 

@@ -12,8 +12,13 @@ import sympy as sp
 
 from robostiff.analytic.budget import FormulaTooLargeError, spend
 from robostiff.analytic.exact.element import Element
-from robostiff.analytic.exact.exact_matrix import ExactMatrix, common_denominator, over
-from robostiff.analytic.exact.factors import factored, starts_with_minus
+from robostiff.analytic.exact.factors import (
+    ExactMatrix,
+    common_denominator,
+    factored,
+    over,
+    starts_with_minus,
+)
 from robostiff.analytic.exact.field import ExactField, quotient, shared_field
 from robostiff.errors import InputError
 from robostiff.spatial import move_stiffness

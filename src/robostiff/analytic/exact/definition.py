@@ -1,4 +1,4 @@
-"""Names for intermediates of a formula, and the conditions under which it holds."""
+"""Names for intermediates, conditions of a formula, and how long it is."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 import sympy as sp
+from sympy.core.cache import cacheit
 
 
 @dataclass(frozen=True)
@@ -136,3 +137,107 @@ class WrittenWhole:
     def __getstate__(self) -> dict[str, Any]:
         own: Any = self
         return {x.name: getattr(own, x.name) for x in fields(own)}
+
+
+@cacheit
+def count_of(expression: Any) -> int:
+    """Operations of an expression, as `sympy.count_ops` counts them, and a minus before a sum."""
+    if expression.is_Rational:
+        return (expression.p < 0) + (expression.q != 1)
+    if expression.is_Mul:
+        return _of_product(expression)
+    parts = expression.args
+    if expression.is_Add:
+        minus = [x for x in parts if _has_minus(x)]
+        subtracted = sum(x.is_Mul or x.is_Rational for x in minus)
+        own = sum(map(count_of, parts)) - subtracted
+        return own + len(parts) - 1 + (len(minus) == len(parts))
+    is_counted = bool(parts) and (expression.is_Pow or expression.is_Function)
+    if expression.is_Pow and expression.exp is sp.S.NegativeOne:
+        parts = (expression.base,)
+    return is_counted + sum(map(count_of, parts))
+
+
+def _of_product(product: Any) -> int:
+    """Of what `sympy.fraction` finds above and below, without making it."""
+    number, *factors = product.args
+    negative = _has_minus(product)
+    if number is sp.S.NegativeOne:
+        if len(factors) == 1:
+            return 1 + count_of(factors[0])
+    elif number is not sp.S.One:
+        factors.insert(0, -number if negative else number)
+    above: list[Any] = []
+    below: list[Any] = []
+    for x in factors:
+        if x.is_Rational:
+            above += [sp.Integer(x.p)] if x.p != 1 else ()
+            below += [sp.Integer(x.q)] if x.q != 1 else ()
+        elif x.is_Pow and x.exp.is_Rational and x.exp.p < 0:
+            below.append(x.base if x.exp is sp.S.NegativeOne else x)
+        else:
+            above.append(x)
+    if not below:
+        return negative + len(factors) - 1 + sum(map(count_of, factors))
+    # A power below has no minus.
+    powers = sum(x.is_Pow and x.exp.is_Rational and x.exp.p < 0 for x in below)
+    return negative + 1 + _of_factors(above) + _of_factors(below) - powers
+
+
+def _of_factors(factors: list[Any]) -> int:
+    if len(factors) == 2 and factors[0].is_Integer and factors[1].is_Add:
+        return count_of(factors[0] * factors[1])  # multiplied out, as SymPy does
+    return sum(map(count_of, factors)) + max(0, len(factors) - 1)
+
+
+def _has_minus(term: Any) -> bool:
+    number = term.args[0] if term.is_Mul else term
+    if number.is_Rational:  # SymPy would deduce all that holds of it
+        return bool(number.p < 0)
+    return bool(number.is_Number and number.is_negative)
+
+
+def is_shorter_negated(expression: Any) -> bool:
+    """Whether the negative of an expression has fewer operations."""
+    if expression.is_Add:
+        return all(map(_has_minus, expression.args))
+    if expression.is_Mul and not any(x.is_Add for x in expression.args):
+        return _has_minus(expression)
+    return not expression.is_Symbol and count_of(-expression) < count_of(expression)
+
+
+@cacheit
+def parts_of(expression: Any) -> frozenset[Any]:
+    """All different parts of an expression, itself among them."""
+    found, pending = {expression}, [expression]
+    while pending:
+        new = set(pending.pop().args) - found
+        found |= new
+        pending += new
+    return frozenset(found)
+
+
+@cacheit
+def symbols_in(expression: Any) -> frozenset[Any]:
+    """The symbols of an expression."""
+    return frozenset(x for x in parts_of(expression) if x.is_Symbol)
+
+
+def operations_in(expression: Any) -> int:
+    """Operations of a formula; none of a number."""
+    return count_of(expression) if symbols_in(expression) else 0
+
+
+def operations_of(K: Any, definitions: Sequence[Definition]) -> int:
+    """Operations of the different entries of a matrix, and of what its names stand for."""
+    formulas = (*different_entries(K), *(d.expression for d in definitions))
+    return sum(min(count_of(x), count_of(sp.factor_terms(x))) for x in formulas if x.free_symbols)
+
+
+def different_entries(K: Any) -> list[Any]:
+    """Entries of a matrix that are not zero; those that differ by their sign are one."""
+    entries: dict[Any, None] = {}
+    for entry in K:
+        if entry != 0 and -entry not in entries:
+            entries[entry] = None
+    return list(entries)

@@ -18,7 +18,7 @@ import sympy as sp
 from robostiff.analytic.budget import spend
 from robostiff.analytic.exact.definition import Definition
 from robostiff.errors import InputError
-from robostiff.record import OPERATORS, Entry, Operation, Record
+from robostiff.record import OPERATORS, Operation, Record
 
 _DIGITS = 40
 _ACCURATE = 140  # bits of a ball that are compared
@@ -115,18 +115,6 @@ class ExactPoints:
                 self._numbers[value] = balls_of([exact(value)], {})[0]
         return self._numbers[value]
 
-    def stiffness(self, entries: Mapping[tuple[int, int], Any], n: int) -> tuple[Any, ...]:
-        """A symmetric matrix (n, n) in balls, one a point, of entries and numbers above."""
-        found = []
-        for point in range(self.count):
-            K: Any = flint.arb_mat(n, n)
-            for (i, j), entry in entries.items():
-                is_entry = isinstance(entry, Entry)
-                own = self.values(entry.step)[point] if is_entry else self.number(entry)
-                K[i, j] = K[j, i] = own
-            found.append(K)
-        return tuple(found)
-
     def _computed(self, step: int) -> tuple[Any, ...]:
         spend()
         operation, a, _ = self.record.operations[step]
@@ -178,25 +166,6 @@ def exact(number: Any) -> sp.Expr:
     written = sp.sympify(number)
     is_exact = written.is_Rational or not written.has(sp.Float)
     return written if is_exact else sp.nsimplify(written, rational=True)
-
-
-def writes_the_same(K: Any, stiffness: Iterable[Any]) -> bool:
-    """Whether a matrix is zero or equal, at all points, where a symmetric formula writes so.
-
-    `K` (n, n); `stiffness`: iterable of (n, n) flint.arb_mat.
-    """
-    n, entries = K.rows, K.flat()
-    with flint.ctx.workprec(BITS):
-        for at in stiffness:
-            values = [(entries[i * n + j], at[i, j]) for i in range(n) for j in range(i, n)]
-            size = sum((abs(x) for _, x in values), flint.arb(1))
-            known: dict[Any, Any] = {sp.Integer(0): flint.arb(0)}
-            for entry, value in values:
-                first = known.setdefault(entry, value)
-                known.setdefault(-entry, -value)
-                if not bool(abs(value - first) < _NOTHING * size):
-                    return False
-    return True
 
 
 #: Precision of balls, some ninety digits.

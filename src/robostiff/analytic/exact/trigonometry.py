@@ -10,7 +10,7 @@ from typing import Any
 import sympy as sp
 from sympy.core.cache import cacheit
 
-from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.exact.definition import count_of
 
 # Degree in sine and cosine, and operations, beyond which no shorter form is looked for.
 _DEGREE = 4

@@ -4,8 +4,8 @@ Plain text, LaTeX, Markdown, HTML and Typst (PDF) show how a stiffness matrix ca
 have it with expressions as text; functions of Python, C, Julia and MATLAB compute it.
 """
 
-from robostiff.analytic.export.data import derivation_data
 from robostiff.analytic.export.documents import (
+    derivation_data,
     derivation_html,
     derivation_latex,
     derivation_markdown,

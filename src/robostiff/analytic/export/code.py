@@ -11,8 +11,8 @@ import sympy as sp
 from sympy.printing.codeprinter import CodePrinter
 from sympy.printing.precedence import PRECEDENCE
 
-from robostiff.analytic.derivatives import FormulaDerivative
-from robostiff.analytic.export.broken_lines import wrapped_formula, wrapped_words
+from robostiff.analytic.calculus import FormulaDerivative
+from robostiff.analytic.export.language import wrapped_formula, wrapped_words
 from robostiff.analytic.export.program import LARGE, FormulaProgram, program
 from robostiff.analytic.export.vocabulary import Identifiers, ascii_identifier, function_name
 from robostiff.errors import InputError

@@ -1,12 +1,15 @@
-"""Derivations as documents: plain text, LaTeX, Markdown, HTML, Typst and PDF."""
+"""Derivations as documents: plain text, LaTeX, Markdown, HTML, Typst and PDF; and as data."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
 import sympy as sp
 
+from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.export.blocks import (
     EquationRows,
     FormulaTable,
@@ -16,8 +19,8 @@ from robostiff.analytic.export.blocks import (
     Title,
     Total,
 )
-from robostiff.analytic.export.broken_lines import fitted, math_width, room_beside
 from robostiff.analytic.export.entries import symbols_of
+from robostiff.analytic.export.language import fitted, math_width, room_beside
 from robostiff.analytic.export.languages import (
     LATEX,
     MARKDOWN,
@@ -27,8 +30,9 @@ from robostiff.analytic.export.languages import (
     TEXT,
     TYPST,
 )
+from robostiff.analytic.export.languages_of_code import refuse_derivative
 from robostiff.analytic.export.outline import outline_of
-from robostiff.analytic.legs.leg_elimination import LegElimination
+from robostiff.analytic.legs import LegElimination
 from robostiff.analytic.vectors.vector_expressions import Sum
 from robostiff.errors import InputError, needs_extra, printable
 from robostiff.markup import element, escaped
@@ -330,3 +334,44 @@ def typst_pdf(source: str) -> bytes:
     with needs_extra("PDF files", "pdf"):
         import typst
     return typst.compile(source.encode(), ignore_system_fonts=True, timestamp=0)
+
+
+_SCHEMA = "robostiff derive 2"
+_LEFT_OUT = {"at_vector_level", "general_rank", "steps_asked", "unit", "before"}
+
+
+def derivation_data(derivation: Derivation) -> dict[str, Any]:
+    """A derivation as plain data, ready for JSON.
+
+    Expressions are text such as ``k*r**2/2``, which `robostiff.io.expression.parse` and SymPy read;
+    columns are lists of them, matrices lists of rows.
+
+    Parameters
+    ----------
+    derivation : Derivation
+
+    Examples
+    --------
+    >>> k = sp.Symbol("k", positive=True)
+    >>> K = sp.ImmutableMatrix(sp.diag(k / 2, k**2, 0))
+    >>> data = derivation_data(Derivation("K_C", K, (), K))
+    >>> data["symbols"], data["K"][0]
+    (['k'], ['k/2', '0', '0'])
+    """
+    refuse_derivative(derivation)
+    symbols = [x.name for x in derivation.symbols]
+    return {"schema": _SCHEMA, "symbols": symbols, **_plain(derivation)}
+
+
+def _plain(part: Any) -> Any:
+    if isinstance(part, sp.MatrixBase):
+        rows = [[_plain(x) for x in row] for row in part.tolist()]
+        return [x for (x,) in rows] if part.cols == 1 else rows
+    if isinstance(part, sp.Basic):
+        return sp.sstr(part, full_prec=True)
+    if isinstance(part, tuple):
+        return [_plain(x) for x in part]
+    if is_dataclass(part):
+        names = [x.name for x in fields(part) if x.name not in _LEFT_OUT]
+        return {name: _plain(getattr(part, name)) for name in names}
+    return dict(part) if isinstance(part, Mapping) else part

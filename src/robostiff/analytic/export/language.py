@@ -1,12 +1,15 @@
-"""Documents in a language: words, displayed formulas, tables and names."""
+"""Documents in a language: words, displayed formulas in lines that fit, tables and names."""
 
 from __future__ import annotations
 
 import math
+import re
+import textwrap
 from abc import abstractmethod
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from itertools import accumulate, pairwise
+from typing import Any, ClassVar
 
 import sympy as sp
 
@@ -14,6 +17,7 @@ from robostiff.analytic.export.blocks import (
     Block,
     EquationRows,
     FormulaTable,
+    MatrixEquation,
     Nomenclature,
     Outer,
     Rows,
@@ -21,16 +25,276 @@ from robostiff.analytic.export.blocks import (
     Title,
     Total,
 )
-from robostiff.analytic.export.broken_lines import (
-    broken_lines,
-    fitted,
-    math_width,
-    name_width,
-    room_beside,
-)
+from robostiff.analytic.export.entries import is_greek, ordered_terms, printed_product
 from robostiff.analytic.export.notation import Notation
 from robostiff.analytic.vectors.vector_expressions import Equation, Vector
 from robostiff.errors import printable
+
+# Between two columns of a matrix, and around it [widths of a letter].
+_GAP = 1.8
+_AROUND = 3.0
+_LETTER = 10 * "x"
+
+
+class _Widths(Notation):
+    """Ten characters for the width of a letter; fractions stand upright, subscripts are small."""
+
+    minus = plus = 2 * _LETTER
+    beside, apart, partial = "xx", "xx", _LETTER
+    transposed = inverse = total = total_over = _LETTER
+    cross, dot, norm = _LETTER, "xx", _LETTER + "{}" + _LETTER
+    root, scientific, brackets = "{}" + _LETTER, "{}{}" + 3 * _LETTER, _LETTER + "{}" + _LETTER
+    constants: ClassVar[dict[str, str]] = {"pi": _LETTER, "e": _LETTER}
+
+    def word(self, word: str) -> str:
+        return _LETTER * (1 if is_greek(word) else len(word))
+
+    def bold(self, letter: str) -> str:
+        return self.word(letter)
+
+    def number(self, digits: str) -> str:
+        return self.word(digits)
+
+    def subscripted(self, letter: str, primes: int, subscripts: Sequence[str]) -> str:
+        return letter + primes * "xxxxx" + "".join(self.raise_to("xxxx", x) for x in subscripts)
+
+    def raise_to(self, base: str, power: str) -> str:
+        return base + power[: 7 * len(power) // 10]
+
+    def over(self, above: str, below: str) -> str:
+        return max(above, below, key=len) + "xxxxx"
+
+    def matrix(self, rows: list[list[str]]) -> str:
+        return 2 * _LETTER + max(map("".join, rows), key=len)
+
+    def applied(self, function: Any, power: str = "") -> str:
+        name = self.raise_to(_LETTER * (1 + len(type(function).__name__)), power)
+        return name + "".join(self._print(x) + _LETTER for x in function.args)
+
+    def times(self, factor: str, *, apart: bool) -> str:
+        return self.beside
+
+
+_WIDTHS = _Widths()
+
+
+def math_width(expression: Any) -> float:
+    """Estimate the width of a typeset expression, of scalars or vectors, in widths of a letter.
+
+    Examples
+    --------
+    >>> x, y = sp.symbols("x y")
+    >>> math_width(x), math_width(x + y), math_width((x + y) / (x * y))
+    (1.0, 4.0, 4.5)
+    """
+    return len(_WIDTHS.written(expression).replace("-", _LETTER)) / len(_LETTER)
+
+
+def name_width(name: str) -> float:
+    """Estimate the width of a typeset name, its subscripts small."""
+    return len(_WIDTHS.name(name)) / len(_LETTER)
+
+
+@dataclass(frozen=True)
+class _Piece:
+    text: str
+    width: float
+
+
+def broken_lines(expression: sp.Expr, language: Any, room: float) -> list[str]:
+    """Write an expression on as many lines as it needs.
+
+    The width `room` of a line is in widths of a letter; what cannot be broken may be wider.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> a, b, c, d = sp.symbols("a b c d")
+    >>> plain = SimpleNamespace(write=str, opening="(", closing=")", slash="/", power="**{}")
+    >>> broken_lines((a + b + c + d) / (2 * d), plain, 7)
+    ['( a + b', '+ c + d )', '/ ( 2 d )']
+    """
+    if math_width(expression) <= room:
+        return [language.write(expression)]
+    lines: list[str] = []
+    line, filled = "", 0.0
+    for piece in _pieces(expression, language, room):
+        if line and filled + piece.width > room:
+            lines.append(line)
+            line, filled = "", 0.0
+        line = f"{line} {piece.text}" if line else piece.text
+        filled += piece.width
+    return [*lines, line]
+
+
+def _pieces(expression: Any, language: Any, room: float) -> list[_Piece]:
+    """The pieces of an expression that are not broken, in order."""
+    width = math_width(expression)
+    whole = [_Piece(language.write(expression), width)]
+    # A sum that fits is still broken if otherwise half of the line before it stayed empty.
+    if expression.is_Add and width > room / 4:
+        pieces: list[_Piece] = []
+        for number, term in enumerate(ordered_terms(expression)):
+            first, *rest = _pieces(term, language, room)
+            if number > 0:
+                sign, bare = ("-", first.text[1:]) if first.text[0] == "-" else ("+", first.text)
+                first = _Piece(f"{sign} {bare.lstrip()}", first.width + 2)
+            pieces += [first, *rest]
+        return pieces
+    if not (expression.is_Mul or expression.is_Pow) or width <= room:
+        return whole
+    product = printed_product(expression)
+    alone = product.above[0] if len(product.above) == 1 else None
+    if not product.below and not product.negative and alone and not _is_power_of_a_sum(alone):
+        return whole
+    first, *rest = _factor_pieces(product.above, language, room)
+    pieces = [_Piece(f"-{first.text}", first.width + 1) if product.negative else first, *rest]
+    if product.below:
+        below = _factor_pieces(product.below, language, room)
+        if len(product.below) > 1:
+            below = _bracketed(below, language)
+        first, *rest = below
+        pieces += [_Piece(f"{language.slash} {first.text}", first.width + 1), *rest]
+    return pieces
+
+
+def _factor_pieces(factors: tuple[Any, ...], language: Any, room: float) -> list[_Piece]:
+    pieces: list[_Piece] = []
+    for factor in factors:
+        if isinstance(factor, sp.Add):
+            pieces += _bracketed(_pieces(factor, language, room), language)
+        elif _is_power_of_a_sum(factor) and math_width(factor) > room:
+            pieces += _bracketed(_pieces(factor.base, language, room), language)
+            power = language.power.replace("{}", language.write(factor.exp))
+            pieces[-1] = _Piece(f"{pieces[-1].text}{power}", pieces[-1].width + 1)
+        else:
+            pieces += _pieces(factor, language, room)
+    return pieces or [_Piece("1", 1.0)]
+
+
+def _is_power_of_a_sum(factor: Any) -> bool:
+    return factor.is_Pow and factor.base.is_Add and factor.exp.is_Integer and factor.exp > 1
+
+
+def _bracketed(pieces: list[_Piece], language: Any) -> list[_Piece]:
+    pieces = list(pieces)
+    pieces[0] = _Piece(f"{language.opening} {pieces[0].text}", pieces[0].width + 1)
+    pieces[-1] = _Piece(f"{pieces[-1].text} {language.closing}", pieces[-1].width + 1)
+    return pieces
+
+
+def room_beside(block: MatrixEquation, room: float) -> float:
+    """The room that a name and brackets leave for the columns [widths of a letter]."""
+    return room - name_width(block.name) - 2 - _AROUND - _GAP * (block.whole.cols - 1)
+
+
+def fitted(
+    block: MatrixEquation, measure: Callable[[Any], float], room: float, *, stacked: bool = False
+) -> tuple[Any, sp.ImmutableMatrix, EquationRows]:
+    """Factor, matrix, and what names in it stand for, of a matrix that fits into a width.
+
+    Its common factor stands in front where all fits, and has a name where it is long; otherwise
+    it stays in the entries, and those that are too wide get a name; those that are equal up to
+    their sign share one. The `room` is that of all columns side by side, in the unit of `measure`;
+    `stacked` says that the factor may stand above the matrix.
+    """
+
+    def widths(matrix: Any) -> list[float]:
+        return sorted(max(map(measure, matrix.col(j))) for j in range(matrix.cols))
+
+    whole = block.whole
+    taken = 0 if block.factor == 1 else measure(block.factor)
+    rest = whole if block.rest is None else block.rest
+    needed = sum(widths(rest))
+    if needed + (0 if stacked else taken) <= room and taken <= room / 2:
+        return block.factor, rest, EquationRows(())
+    name = f"{block.name}_f"
+    if needed + len(name) <= room and block.rest is not None and block.factor != 1:
+        named = Equation(name, block.factor, is_vector=False)
+        return sp.Symbol(name), rest, EquationRows((named,))
+    columns = widths(whole)
+    # The widest entry for which all columns fit; narrow columns leave space for the others.
+    shares = [(room - sum(columns[:n])) / (len(columns) - n) for n in range(len(columns))]
+    pairs = zip(columns, shares, strict=True)
+    limit = next((share for width, share in pairs if width > share), columns[-1])
+    names: dict[Any, Any] = {}
+    equations: list[Equation] = []
+    all_entries = set(whole.flat())  # both signs of one get a name, or none
+    for place, entry in enumerate(whole.flat()):
+        if (entry.is_Atom and not entry.is_Float) or entry in names:
+            continue
+        if max(measure(x) for x in (entry, -entry) if x in all_entries) > limit:
+            name = block.entry_name(*divmod(place, whole.cols))
+            names[entry] = sp.Symbol(name)
+            names.setdefault(-entry, -names[entry])
+            equations.append(Equation(name, entry, is_vector=False))
+    shown = [names.get(entry, entry) for entry in whole.flat()]
+    matrix = sp.ImmutableMatrix(whole.rows, whole.cols, shown)
+    return sp.S.One, matrix, EquationRows(tuple(equations))
+
+
+_BEFORE_SIGN_OR_AFTER_COMMA = re.compile(r"(?<= )(?=[+-] )|(?<=, )|(?<=\)/)")
+_AFTER_TIMES_OR_OVER = re.compile(r"(?<=[^*]\*)(?=[^*])|(?<=/)")
+
+
+def wrapped_formula(text: str, width: int, first: str = "", rest: str = "    ") -> list[str]:
+    """Break a formula before ``+`` and ``-``, and inside a term only where it is too long.
+
+    `first` and `rest` stand before the first line and before the others, inside the `width`. What
+    cannot be broken may be longer.
+
+    Examples
+    --------
+    >>> wrapped_formula("alpha + beta*gamma - delta", 16, "x = ")
+    ['x = alpha', '    + beta*gamma', '    - delta']
+    """
+    tokens = _tokens(text, width - max(len(first), len(rest)))
+    lines: list[str] = []
+    line, started = first, False
+    for token in tokens:
+        if started and len((line + token).rstrip()) > width:
+            lines.append(line.rstrip())
+            line = rest
+        line, started = line + token, True
+    return [*lines, line.rstrip()]
+
+
+def _tokens(text: str, room: int) -> list[str]:
+    """Pieces that stay together: sums are broken between brackets before they are broken inside."""
+    depths = [0, *accumulate((x == "(") - (x == ")") for x in text)]  # of brackets
+    places = [m.start() for m in _BEFORE_SIGN_OR_AFTER_COMMA.finditer(text)]
+    cuts = [0, len(text)]
+    for depth in range(max(depths) + 1):
+        at_depth = [place for place in places if depths[place] == depth]
+        cuts = _cut_where_long(cuts, at_depth, room)
+    at_factors = [m.start() for m in _AFTER_TIMES_OR_OVER.finditer(text)]
+    cuts = _cut_where_long(cuts, at_factors, room)
+    return [text[start:stop] for start, stop in pairwise(cuts)]
+
+
+def _cut_where_long(cuts: list[int], places: list[int], room: int) -> list[int]:
+    """More cuts, inside the pieces that are longer than a line."""
+    added = [
+        place
+        for start, stop in pairwise(cuts)
+        if stop - start > room
+        for place in places
+        if start < place < stop
+    ]
+    return sorted({*cuts, *added})
+
+
+def wrapped_words(text: str, width: int, rest: str = "") -> list[str]:
+    """Break a sentence at blanks.
+
+    Examples
+    --------
+    >>> wrapped_words("one two three", 8, "  ")
+    ['one two', '  three']
+    """
+    return textwrap.wrap(
+        text, width, subsequent_indent=rest, break_long_words=False, break_on_hyphens=False
+    )
 
 
 @dataclass(frozen=True)

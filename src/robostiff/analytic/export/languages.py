@@ -11,9 +11,8 @@ from typing import Any, ClassVar
 from sympy.printing.str import StrPrinter
 
 from robostiff.analytic.export.blocks import Block, MatrixEquation
-from robostiff.analytic.export.broken_lines import fitted, wrapped_formula, wrapped_words
-from robostiff.analytic.export.language import Language, Row
-from robostiff.analytic.export.products import GREEK, decimal, is_greek, ordered_terms
+from robostiff.analytic.export.entries import GREEK, decimal, is_greek, ordered_terms
+from robostiff.analytic.export.language import Language, Row, fitted, wrapped_formula, wrapped_words
 from robostiff.markup import element, escaped, typst_text
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from robostiff.analytic.derivatives import FormulaDerivative
-from robostiff.analytic.export.broken_lines import wrapped_formula, wrapped_words
+from robostiff.analytic.calculus import FormulaDerivative
 from robostiff.analytic.export.code import NO_ANSWER, Code, unquoted
 from robostiff.analytic.export.entries import symbols_of
+from robostiff.analytic.export.language import wrapped_formula, wrapped_words
 from robostiff.analytic.export.program import FormulaProgram
 from robostiff.analytic.export.vocabulary import C_WORDS, JULIA_WORDS, MATLAB_WORDS, PYTHON_WORDS
 from robostiff.errors import InputError

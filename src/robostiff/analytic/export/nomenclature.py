@@ -22,8 +22,7 @@ from robostiff.analytic.export.blocks import (
     meanings_of_given,
     scalar,
 )
-from robostiff.analytic.export.entries import EntryNames
-from robostiff.analytic.export.products import differential_parts
+from robostiff.analytic.export.entries import EntryNames, differential_parts
 from robostiff.analytic.robot_derivation import RobotDerivation
 from robostiff.analytic.vectors.forms import FormulaInVectors, VectorForm
 from robostiff.analytic.vectors.vector_expressions import (
@@ -47,10 +46,6 @@ _OF_SPRINGS = {
     "EI_z": ("bending stiffness E I about z", "N m²"),
     "GJ": ("torsional stiffness G J", "N m²"),
 }
-_OF_BEAMS = {"L": "length of a beam"}
-_OF_BEAMS |= {x: f"its {_OF_SPRINGS[x][0]}" for x in ("EA", "EI_y", "EI_z", "GJ")}
-
-
 #: Of names that a search for short formulas gives, by their letter.
 _OF_RECURRING = {
     "L": "length, by its equation",
@@ -302,7 +297,10 @@ def _meanings_of_springs(found: VectorForm, given: EntryNames) -> list[Meaning]:
         rows += [
             ((Vector("D"),), "compliance of a beam about its middle, in its own axes"),
             ((Vector("T"),), OF_T),
-            *(((x + "'" * (x in given.given),), words) for x, words in _OF_BEAMS.items()),
+            (
+                tuple(x + "'" * (x in given.given) for x in ("L", "EA", "EI_y", "EI_z", "GJ")),
+                "its length, and stiffness against traction, bending about y and z, and torsion",
+            ),
         ]
     return rows
 

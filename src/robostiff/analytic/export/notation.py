@@ -9,7 +9,7 @@ import sympy as sp
 from sympy.printing.printer import Printer
 
 from robostiff.analytic.export.blocks import Inner, Inverse, Lever, Outer, Rows, Total
-from robostiff.analytic.export.products import (
+from robostiff.analytic.export.entries import (
     decimal,
     differential_parts,
     is_word,

@@ -6,8 +6,8 @@ from typing import Any
 
 import sympy as sp
 
+from robostiff.analytic.calculus import ComplianceSteps, FormulaDerivative, derivative_name
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.derivatives import FormulaDerivative, derivative_name
 from robostiff.analytic.exact.definition import used_definitions
 from robostiff.analytic.export.blocks import (
     OWN_AXES,
@@ -39,8 +39,7 @@ from robostiff.analytic.export.nomenclature import (
     with_springs,
 )
 from robostiff.analytic.export.robot_outline import outline_in_vectors, robot_outline
-from robostiff.analytic.inverse import ComplianceSteps
-from robostiff.analytic.legs.leg_elimination import LegElimination
+from robostiff.analytic.legs import LegElimination
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.robot_derivation import RobotDerivation
 from robostiff.analytic.vectors.forms import FormulaInVectors

@@ -10,12 +10,11 @@ import sympy as sp
 from sympy.simplify.cse_main import tree_cse
 
 from robostiff.analytic.derivation import Formula
-from robostiff.analytic.exact.definition import Definition, used_definitions
-from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.exact.definition import Definition, count_of, used_definitions
 from robostiff.analytic.export.nomenclature import in_programs
 from robostiff.analytic.export.vocabulary import check_vocabulary
 from robostiff.analytic.reading.combinations import name_combinations
-from robostiff.analytic.reading.letters import in_order
+from robostiff.analytic.reading.rewriting import in_order
 from robostiff.errors import InputError
 
 #: Products of numbers with more digits exceed the range of doubles. Exact arithmetic on decimals

@@ -41,7 +41,7 @@ from robostiff.analytic.export.nomenclature import (
     meanings_of_robot,
     nomenclature_of,
 )
-from robostiff.analytic.placement.legs_at_points import turn_in_words
+from robostiff.analytic.placement.turned_legs import turn_in_words
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.analytic.vectors.forms import (
@@ -459,7 +459,6 @@ def _compliance_of_springs(
 ) -> list[Block]:
     """The compliance as a sum over drives and beams, and the equations after it."""
     t, m, Q, T, D = map(Vector, "tmQTD")
-    blocks: list[Block] = []
     terms: list[tuple[int, Any]] = []
     rows: list[Equation] = []
     if found.drives:
@@ -470,8 +469,9 @@ def _compliance_of_springs(
         moved: Any = Rows(((Q, Lever(m, Q)), (None, Q)))
         terms.append((1, Total("", Outer(T, D))))
         rows.append(Equation("T", moved))
-        blocks.append(MatrixEquation("D", sp.ImmutableMatrix(sp.diag(*own))))
-    return [*blocks, EquationRows((Equation(name, Sum(tuple(terms))), *rows, *after))]
+        diagonal: Any = sp.Function("diag")(*own)
+        rows.append(Equation("D", diagonal))
+    return [EquationRows((Equation(name, Sum(tuple(terms))), *rows, *after))]
 
 
 def _in_known_names(

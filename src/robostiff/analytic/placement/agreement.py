@@ -93,14 +93,10 @@ class RobotInNumbers:
         DisagreementError
             When they differ.
         """
-        at_all = {s: np.array([at[s.name] for at, _, _ in self.places]) for s in self.symbols}
-        found = matrix_value(K, at_all, definitions)
-        found = np.broadcast_to(found, (len(self.places), *K.shape))
-        for own, (values, result, doubtful) in zip(found, self.places, strict=True):
+        for values, result, doubtful in self.places:
+            given = {s: values[s.name] for s in self.symbols}
             limit = _AGREED_IN_DOUBT if doubtful else AGREED
-            if matrix_distance(own, result.K, self.length) > limit:
-                given = {s: values[s.name] for s in self.symbols}
-                check_value(K, definitions, given, result.K, limit, self.where, self.length)
+            check_value(K, definitions, given, result.K, limit, self.where, self.length)
 
 
 @kept
@@ -163,12 +159,10 @@ def _places(
     from robostiff.analysis import stiffness
 
     numeric, postures = sampled_robots(placed, random, spread, count)
-    each, wanted = [values for values, _ in postures], [pose for _, pose in postures]
     found: list[_Place] = []
     refusal = ""
-    asked = stiffness(numeric, wanted[0] if len(wanted) == 1 else _batch(wanted))
-    for i, known in enumerate(each):
-        result = asked if len(wanted) == 1 else asked[i]
+    for known, pose in postures:
+        result = stiffness(numeric, pose)
         if result.answered:
             found.append((known, result, bool(result.status & Status.ILL_CONDITIONED)))
         else:
@@ -205,13 +199,6 @@ def sampled_robots(
         return numeric, [(values, pose_at(placed.given, sample.finder, values, placed.rotation))]
     each = [values | _near_home(placed, sample.finder, random) for _ in range(count)]
     return numeric, [(one, _pose(placed, numeric, sample.finder, one)) for one in each]
-
-
-def _batch(poses: list[Any]) -> Any:
-    """Poses as one question."""
-    if isinstance(poses[0], JointCoordinates):
-        return JointCoordinates(np.array([pose.values for pose in poses]))
-    return np.array(poses)
 
 
 def _near_home(

@@ -7,6 +7,7 @@ known, and the rest are further symbols of the formula.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,26 +17,24 @@ from scipy.spatial.transform import Rotation
 
 from robostiff.analytic.placement.robot_pose import (
     ABOUT_WORLD_AXES,
+    AtCoordinates,
     AtHome,
     AtJoints,
     AtSymbols,
     PoseFormula,
     PoseRotation,
     all_names,
+    coordinate_names,
     exact_angle,
     free_name,
 )
 from robostiff.errors import InputError
 from robostiff.kinematics import PostureFinder, posture_finder
-from robostiff.kinematics.closure.body import tidied, tidied_point
-from robostiff.kinematics.closure.leg_forms import Cluster, Slide, skeleton_of
 from robostiff.kinematics.closure.leg_solver import LegSolver
-from robostiff.kinematics.formula import PlacedFormula, place_leg_at_joints
 from robostiff.kinematics.frames import place_chain
-from robostiff.model import Coordinate, Joint, JointKind, Leg, Robot
-from robostiff.record import Entry, Record, square_root
-from robostiff.record.functions import angle_of
-from robostiff.spatial import cross, exact_number
+from robostiff.model import Joint, JointKind, Leg, Robot
+from robostiff.record import Entry, Record
+from robostiff.spatial import exact_number
 
 #: Part of the robot's size, and of an angle in rad, by which poses differ from home.
 AROUND = 0.03
@@ -64,8 +63,7 @@ class Following:
     robot: Robot
     # by leg number: legs that close by iteration, and an input for each of their coordinates
     legs: dict[int, tuple[str, ...]]
-    # by coordinate: inputs of all six coordinates of the platform, where some of them follow; empty
-    # otherwise
+    # by coordinate: inputs of those of the platform, where it or a leg follows; empty otherwise
     pose: dict[str, str]
     following: tuple[str, ...]  # names of those that do
     rotation: PoseRotation = ABOUT_WORLD_AXES  # what the coordinates of the platform's rotation are
@@ -83,18 +81,21 @@ class Following:
             for i, leg in enumerate(robot.legs):
                 legs[i] = _joint_names(leg, i + 1, taken)
             return cls(robot, legs, {}, (), at_joints=True)
-        if isinstance(pose, AtHome):
-            for i, (leg, solver) in enumerate(zip(robot.legs, finder.solvers, strict=True)):
-                if solver.recorded_form is None:
-                    legs[i] = tuple(
-                        free_name(f"q_{leg.name}_{j + 1}", taken) for j in range(leg.chain.size)
-                    )
-        if not isinstance(pose, AtSymbols) or not (moved := _moved_by_legs(robot, finder)):
+        for i, (leg, solver) in enumerate(zip(robot.legs, finder.solvers, strict=True)):
+            # Away from home, joint coordinates of loops would be many more than those of the pose.
+            is_loop = isinstance(pose, AtSymbols) and leg.chain.has_blocks
+            if solver.recorded_form is None and not (is_loop or isinstance(pose, AtCoordinates)):
+                plain = re.sub(r"\W", "_", leg.name)
+                names = (f"q_{plain}_{j + 1}" for j in range(leg.chain.size))
+                legs[i] = tuple(free_name(name, taken) for name in names)
+        moved = _moved_by_legs(robot, finder) if isinstance(pose, AtSymbols) else ()
+        if isinstance(pose, AtHome) or not (legs or moved):
             return cls(robot, legs, {}, ())
         names = all_names(pose.rotation)
-        all_six = {name: free_name(name, taken) for name in names}
-        following = tuple(all_six[names[i]] for i in moved)
-        return cls(robot, legs, all_six, following, pose.rotation)
+        free = {*coordinate_names(robot, pose.rotation), *(names[i] for i in moved)}
+        inputs = {name: free_name(name, taken) for name in names if name in free}
+        following = tuple(inputs[names[i]] for i in moved)
+        return cls(robot, legs, inputs, following, pose.rotation)
 
     @property
     def any(self) -> bool:
@@ -144,16 +145,15 @@ class Following:
             if not posture.reached[0]:
                 raise InputError(f"pose of {robot.name!r}", got="; ".join(posture.complaints))
             pose = posture.pose[0]
-            if self.at_joints:
-                at = [q[0] for q in posture.coordinates]
+            at = [q[0] for q in posture.coordinates]
         for i, names in self.legs.items():
             coordinates.update(zip(names, map(float, at[i]), strict=True))
         if self.pose:
             x, y, z = pose[:3]
             R = Rotation.from_rotvec(pose[3:]).as_matrix()
             turns = self.rotation.of_rotation(R).values()
-            found = dict(zip(self.pose.values(), map(float, (x, y, z, *turns)), strict=True))
-            coordinates.update(found)
+            found = dict(zip(all_names(self.rotation), map(float, (x, y, z, *turns)), strict=True))
+            coordinates |= {own: found[name] for name, own in self.pose.items()}
         return Sample(values, finder, coordinates, pose)
 
     def samples(self, count: int, seed: int, spread: float) -> list[Sample]:
@@ -223,34 +223,25 @@ def _number(value: float, near: float, *, turns: bool) -> Any:
 
 def _moved_by_legs(robot: Robot, finder: PostureFinder) -> tuple[int, ...]:
     """Places of coordinates that the legs fix and that do not stay as they are at home."""
-    closed = all(solver.recorded_form is not None for solver in finder.solvers)
     given = robot.coordinate_places
-    if not closed or len(given) == 6 or not given:
+    if len(given) == 6 or not given:
         return ()
     random = np.random.default_rng(7)
-    scale = np.where(np.arange(6) < 3, finder.length, 1.0)[given]
-    steps = AROUND * scale * random.uniform(-1, 1, (4, len(given)))
+    scale = np.where(np.arange(6) < 3, finder.length, 1.0)
+    steps = AROUND * scale[given] * random.uniform(-1, 1, (4, len(given)))
     posture = finder.find(finder.home_pose[given] + steps)
-    reached = posture.reached
-    if not np.any(reached):
+    poses, start = posture.pose[posture.reached], finder.home_pose.copy()
+    if not len(poses):
         return ()
-    shift = posture.pose[reached, :3] - finder.home_pose[:3]
-    moved = [
-        k
-        for k in range(3)
-        if k not in given and np.max(np.abs(shift[:, k])) > _KNOWN * finder.length
-    ]
-    turned = posture.pose[reached, 3:]
     if any(k in given for k in (3, 4, 5)):
-        turned = Rotation.from_rotvec(turned).as_euler("xyz")
-        start = np.zeros(3)
-    else:
-        start = finder.home_pose[3:]
-    spatial = range(3) if robot.space.size == 6 else (2,)
-    away = [k for k in spatial if np.max(np.abs(turned[:, k] - start[k])) > _KNOWN]
-    if any(3 + k not in given for k in away):
-        moved += [k for k in (3, 4, 5) if k not in given]
-    return tuple(moved)
+        poses[:, 3:], start[3:] = Rotation.from_rotvec(poses[:, 3:]).as_euler("xyz"), 0.0
+    moves = np.max(np.abs(poses - start) / scale, axis=0) > _KNOWN
+    moves[given] = False
+    if robot.space.size == 3:
+        moves[3:5] = False
+    if np.any(moves[3:]):
+        moves[3:] = [k not in given for k in (3, 4, 5)]
+    return tuple(int(k) for k in np.nonzero(moves)[0])
 
 
 def gap_of(leg: Leg, q: np.ndarray, R: np.ndarray, p: np.ndarray, length: float) -> list[Any]:
@@ -289,64 +280,3 @@ def _joint_names(leg: Leg, number: int, taken: Collection[str]) -> tuple[str, ..
         free_name(f"{'theta' if screw.turns else 's'}_{number}_{j}", taken)
         for j, screw in enumerate(leg.chain.freedoms, start=1)
     )
-
-
-_SMALL = 1e-9  # cosine of perpendicular axes; part of a length
-_POINT = (Coordinate.X, Coordinate.Y, Coordinate.Z)
-
-
-def guiding_post(robot: Robot, solvers: Sequence[LegSolver]) -> int | None:
-    """Number of the post of a robot that is posed by its point alone; None where it has none."""
-    if robot.coordinates != _POINT:
-        return None
-    return next((i for i, own in enumerate(solvers) if _is_post(own.leg)), None)
-
-
-def place_guiding_post(leg: Leg, p: np.ndarray, solver: LegSolver) -> PlacedFormula:
-    """Record a post that brings the origin of the platform to p (3,), in the branch of home.
-
-    From the centre of the joint, of axes a and b, its slide runs along a unit vector u to p; before
-    the joint turns about a, along ``w a + v m`` with w = a.u and m = a x b.
-    """
-    C, a, b, e, arm = _at_zero(leg)
-    _, a_, b_, e_, arm_ = map(np.asarray, _at_zero(solver.leg))
-    m, m_, n, n_ = tidied(cross(a, b)), cross(a_, b_), tidied(cross(b, e)), cross(b_, e_)
-    turn, way = solver.home[1], np.sign(arm_ @ e_ + solver.home[2])
-    side = way * np.sign(np.cos(turn) * (m_ @ e_) + np.sin(turn) * (m_ @ n_))
-    d = tidied(leg.base.R).T @ (p - tidied_point(leg.base.p)) - C
-    L = square_root(d @ d) * int(way)
-    across = square_root((d @ b) * (d @ b) + (d @ m) * (d @ m)) * int(side)
-    w, v = (d @ a) / L, across / L
-    sine, cosine = w * (a @ n) + v * (m @ n), w * (a @ e) + v * (m @ e)
-    q = [
-        angle_of(-(d @ b) / across, (d @ m) / across, float(solver.home[0])),
-        angle_of(sine, cosine, float(turn)),
-        L - arm @ e,
-    ]
-    return place_leg_at_joints(leg, np.array(q, dtype=object))
-
-
-def _is_post(leg: Leg) -> bool:
-    """Whether its slide points from the centre of a universal joint to the platform's origin."""
-    if leg.chain.has_blocks or leg.chain.size != 3:
-        return False
-    match skeleton_of(leg.chain).parts:
-        case (Cluster(axes=(_, _), is_ball=False), Slide()):
-            _, a, b, e, arm = map(np.asarray, _at_zero(leg))
-            beside = np.linalg.norm(cross(arm, e)) / (np.linalg.norm(arm) or 1.0)
-            return bool(max(abs(a @ b), abs(b @ e), beside) <= _SMALL)
-        case _:
-            return False
-
-
-def _at_zero(leg: Leg) -> tuple[Any, ...]:
-    """Centre and axes of the joint, direction of the slide, and from the centre to the platform.
-
-    In the leg's base frame, its coordinates zero.
-    """
-    zero = place_chain(leg.chain, leg.chain.zero, np.eye(3, dtype=int), np.zeros(3, dtype=int))
-    first, second, slide = zero.freedoms
-    R = zero.R @ leg.attachment.R.T
-    arm = zero.p - R @ leg.attachment.p - first.point
-    axes = (tidied(x.axis) for x in (first, second, slide))
-    return tidied_point(first.point), *axes, tidied_point(arm)

@@ -14,8 +14,7 @@ import sympy as sp
 
 from robostiff.analysis import stiffness
 from robostiff.analytic.exact.closed import factored_fraction
-from robostiff.analytic.exact.definition import Condition
-from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.exact.definition import Condition, count_of
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.placement.closed_posture import gap_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot, home_frame

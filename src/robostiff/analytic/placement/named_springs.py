@@ -8,14 +8,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from itertools import count
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.definition import Definition, count_of
 from robostiff.analytic.exact.exact_points import values_of
-from robostiff.analytic.exact.operation_count import count_of
 from robostiff.elasticity import (
     CrossSection,
     Elasticity,
@@ -95,15 +94,8 @@ def named_products(written: Mapping[str, Any], number: int) -> dict[str, Any]:
     return named
 
 
-class _Stiffnesses(NamedTuple):
-    """E A, E I_y, E I_z and G J of a beam, each a name, or a formula that needs none."""
-
-    EA: Any
-    EI_y: Any
-    EI_z: Any
-    GJ: Any
-
-
+#: E A, E I_y, E I_z and G J of a beam by letter, each a name, or a formula that needs none.
+_Stiffnesses = dict[str, Any]
 _Material = tuple[Any, Any, str]  # E, G and its name
 
 
@@ -131,19 +123,18 @@ class NamedSprings:
         elasticity, of_telescope = part.elasticity, getattr(part.own, "beams", ())
         if elasticity is not None and elasticity.beam is not None:
             found = self._beams[elasticity.beam]
-            L, *products = map(read, (exact_number(elasticity.beam.length), *found))
+            L, *products = map(read, (exact_number(elasticity.beam.length), *found.values()))
             compliance = cantilever_compliance(L, 1, 1, *products)
             new["elasticity"] = replace(elasticity, compliance=compliance, beam=None)
         if of_telescope:
             # Products in place of a section, and moduli of 1.
-            each = ((x, self._beams.get(_slender(x))) for x in of_telescope)
             new["beams"] = tuple(
                 x
-                if found is None
+                if (own := self._beams.get(_slender(x))) is None
                 else replace(
-                    x, material=Material(x.material.name, 1, 1), section=CrossSection(*found)
+                    x, material=Material(x.material.name, 1, 1), section=CrossSection(*own.values())
                 )
-                for x, found in each
+                for x in of_telescope
             )
         if part.drive is not None:
             new["role"] = replace(part.own.role, stiffness=self._drives[part.drive])
@@ -197,7 +188,7 @@ class NamedSprings:
         if key not in self._sets:
             self._sets[key] = self._named(written)
         self._beams[beam] = found = self._sets[key]
-        for symbol in found:
+        for symbol in found.values():
             self._of_part(symbol, name)
 
     def _named(self, written: dict[str, Any]) -> _Stiffnesses:
@@ -209,7 +200,7 @@ class NamedSprings:
                 if key not in self._products:
                     self._products[key] = self._define(own[2], own[1])
                 named[letter] = self._products[key]
-        return _Stiffnesses(**named)
+        return named
 
     def _define(self, name: str, expression: Any, unit: str = "") -> Any:
         symbol = sp.Symbol(name, positive=True)

@@ -12,16 +12,7 @@ import sympy as sp
 from scipy.spatial.transform import Rotation
 
 from robostiff.analytic.exact.definition import Definition, in_given_symbols
-from robostiff.analytic.exact.exact_points import ExactPoints
-from robostiff.analytic.placement.closed_posture import (
-    AROUND,
-    Following,
-    Sample,
-    guiding_post,
-    leg_coordinates,
-    place_guiding_post,
-)
-from robostiff.analytic.placement.legs_at_points import Image, turned_legs
+from robostiff.analytic.placement.closed_posture import AROUND, Following, Sample, leg_coordinates
 from robostiff.analytic.placement.named_springs import named_springs, with_samples
 from robostiff.analytic.placement.robot_pose import (
     ABOUT_WORLD_AXES,
@@ -32,6 +23,7 @@ from robostiff.analytic.placement.robot_pose import (
     exact_angle,
     platform_pose,
 )
+from robostiff.analytic.placement.turned_legs import Image, turned_legs
 from robostiff.errors import InputError
 from robostiff.kinematics import PostureFinder, posture_finder
 from robostiff.kinematics.closure.leg_solver import LegSolver
@@ -155,7 +147,6 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     following = follows.following
     at_joints: dict[int, np.ndarray] = {}
     turned: dict[int, tuple[int, Image]] = {}
-    posts: dict[int, PlacedFormula] = {}
 
     if robot.is_posed_by_joints:
         q = _joint_coordinates(entries.legs[0], coordinates, record)
@@ -163,25 +154,25 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         platform = place_leg_at_joints(entries.legs[0], q).platform
     else:
         platform = platform_pose(FormulaPose(*home_frame(entries)), coordinates, rotation)
-        post = None if given is None else guiding_post(robot, finder.solvers)
-        if post is not None:
-            placed = place_guiding_post(entries.legs[post], platform.p, finder.solvers[post])
-            platform, posts[post] = FormulaPose(placed.platform.R, platform.p), placed
         for i, own in follows.legs.items():
-            at_joints[i], left = _following(entries.legs[i], own, record, finder.length)
-            following += left
+            leg = entries.legs[i]
+            q, left = leg_coordinates(leg, own, record, finder.length)
+            pairs = zip(q, leg.chain.freedoms, strict=True)
+            angled = [_as_step(x, record) if screw.turns else x for x, screw in pairs]
+            at_joints[i], following = np.array(angled, dtype=object), following + left
 
     def closing(i: int) -> PlacedFormula:
         leg = entries.legs[i]
         if i in at_joints:
             return place_leg_at_joints(leg, at_joints[i])
-        return posts.get(i) or _closed_leg(leg, platform, finder.solvers[i])
+        _check_closed_form(leg, finder.solvers[i])
+        return place_leg(leg, platform, finder.solvers[i])
 
     place = cache(
         lambda i: with_entries(closing(i), lambda x: x if isinstance(x, Entry) else read(x))
     )
     if given is None and not follows.any and not robot.is_posed_by_joints:
-        turned = turned_legs(robot, entries, finder.solvers, platform, ExactPoints(record))
+        turned = turned_legs(robot, entries, finder.solvers, platform, record.count)
     for i in sorted({*range(len(entries.legs))} - {*turned}):
         place(i)
     if follows.at_joints:
@@ -211,10 +202,8 @@ def _check_reach(
     robot: Robot, finder: PostureFinder, given: Mapping[str, Any], rotation: PoseRotation
 ) -> None:
     """Raise when the legs reach no pose at the nominal dimensions, symbols drawn near home."""
-    post = guiding_post(robot, finder.solvers)
-    for i, (leg, solver) in enumerate(zip(robot.legs, finder.solvers, strict=True)):
-        if i != post:
-            _check_closed_form(leg, solver)
+    for leg, solver in zip(robot.legs, finder.solvers, strict=True):
+        _check_closed_form(leg, solver)
     values = {name: sp.sympify(x).subs(dict(robot.nominal)) for name, x in given.items()}
     at_home = home_values(finder, rotation)
     middle = {str(x): 1.0 for value in values.values() for x in value.free_symbols}
@@ -258,9 +247,6 @@ def pose_at(
 ) -> np.ndarray:
     """The pose (6,) of the platform that has given coordinates, others as at home."""
     six = finder.home_pose
-    if guiding_post(finder.robot, finder.solvers) is not None:
-        at = [number_at(given.get(x, exact_number(six[i])), values) for i, x in enumerate("xyz")]
-        return finder.find(np.array(at)).pose[0]
     home = FormulaPose(Rotation.from_rotvec(six[3:]).as_matrix(), six[:3])
     numbers = {name: number_at(x, values) for name, x in given.items()}
     pose = platform_pose(home, numbers, rotation)
@@ -297,31 +283,16 @@ def home_frame(entries: Robot) -> tuple[np.ndarray, np.ndarray]:
     return np.array(entries.home.R, dtype=object), np.array(entries.home.p, dtype=object)
 
 
-def _following(
-    leg: Leg, names: tuple[str, ...], record: Record, length: float
-) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Joint coordinates of a leg that is closed by iteration, and the names of those left open."""
-    q, left = leg_coordinates(leg, names, record, length)
-    pairs = zip(q, leg.chain.freedoms, strict=True)
-    angled = [_as_step(x, record) if screw.turns else x for x, screw in pairs]
-    return np.array(angled, dtype=object), left
-
-
-def _closed_leg(leg: Leg, platform: FormulaPose, solver: LegSolver) -> PlacedFormula:
-    _check_closed_form(leg, solver)
-    return place_leg(leg, platform, solver)
-
-
 def _check_closed_form(leg: Leg, solver: LegSolver) -> None:
     if solver.recorded_form is not None:
         return
     raise InputError(
         f"closure of leg {leg.name!r}",
         got="a leg without a closed form",
-        expected="a strut, a rod on a slide or a crank, a post with one joint, or with a universal "
-        "joint and a slide to the origin of a platform posed by x, y and z, away from home",
-        hint="derive it at home, or in joint coordinates by pose=AtJoints() where no joint is "
-        "spherical, or compute numbers: rs.stiffness(robot, pose)",
+        expected="a strut, a rod on a slide or a crank, or a post with one joint, at given "
+        "coordinates of the pose",
+        hint="derive it at home, or at pose=AtSymbols(), where joint coordinates of legs without "
+        "parallel blocks may be symbols; or compute numbers: rs.stiffness(robot, pose)",
     )
 
 

@@ -22,10 +22,9 @@ import sympy as sp
 
 from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.exact.definition import Definition, used_definitions
+from robostiff.analytic.exact.definition import Definition, count_of, used_definitions
 from robostiff.analytic.exact.factors import bound_of_terms, is_positive_form, without_sign
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.exact.operation_count import count_of
 from robostiff.analytic.robot_derivation import RobotDerivation
 from robostiff.spatial import Space
 

@@ -10,7 +10,7 @@ import sympy as sp
 
 from robostiff.analytic.budget import FormulaTooLargeError, within
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.exact.exact_matrix import null_space
+from robostiff.analytic.exact.factors import null_space
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.questions.loci import (
     WrittenSteps,

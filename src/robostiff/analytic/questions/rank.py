@@ -13,12 +13,10 @@ import sympy as sp
 
 from robostiff.analytic.budget import BUDGET, FormulaTooLargeError, OutOfTimeError, within
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.exact.definition import Condition, Definition
-from robostiff.analytic.exact.exact_matrix import determinant, echelon
+from robostiff.analytic.exact.definition import Condition, Definition, count_of
 from robostiff.analytic.exact.exact_points import values_of
-from robostiff.analytic.exact.factors import without_sign
+from robostiff.analytic.exact.factors import determinant, echelon, without_sign
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.exact.operation_count import count_of
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.questions.loci import NEARLY_ZERO, Locus, MatrixInNames, rank_locus
 from robostiff.errors import InputError

@@ -9,7 +9,7 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.exact.definition import Definition, used_definitions
+from robostiff.analytic.exact.definition import Definition, count_of, used_definitions
 from robostiff.analytic.exact.element import root_of
 from robostiff.analytic.exact.factors import (
     Product,
@@ -21,8 +21,7 @@ from robostiff.analytic.exact.factors import (
     starts_with_minus,
 )
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.exact.operation_count import count_of
-from robostiff.analytic.reading.letters import free_names
+from robostiff.analytic.reading.rewriting import free_names
 from robostiff.errors import InputError
 
 

@@ -11,15 +11,20 @@ from sympy.core.cache import cacheit
 
 from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.exact.closed import factored_fraction, fraction_in_factors
-from robostiff.analytic.exact.definition import Definition, in_given_symbols
+from robostiff.analytic.exact.definition import (
+    Definition,
+    count_of,
+    in_given_symbols,
+    parts_of,
+    symbols_in,
+)
 from robostiff.analytic.exact.element import above_and_below, root_of
 from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.exact.factors import bound_of_terms, by_powers, completed_squares, factored
 from robostiff.analytic.exact.field import ExactField, shared_field
-from robostiff.analytic.exact.operation_count import count_of, parts_of, symbols_in
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
-from robostiff.analytic.reading.letters import free_names
 from robostiff.analytic.reading.record_reading import ClosedReading
+from robostiff.analytic.reading.rewriting import free_names
 from robostiff.record import Entry, Operation, Record
 from robostiff.recorded import entry_reader
 

@@ -13,11 +13,15 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.budget import spend
-from robostiff.analytic.exact.definition import Definition, used_definitions
+from robostiff.analytic.exact.definition import (
+    Definition,
+    count_of,
+    is_shorter_negated,
+    used_definitions,
+)
 from robostiff.analytic.exact.element import product_of, quotient_of, sum_of
 from robostiff.analytic.exact.exact_points import ExactPoints, Same, chooses_greater, exact
 from robostiff.analytic.exact.field import shared_field
-from robostiff.analytic.exact.operation_count import count_of, is_shorter_negated
 from robostiff.record import OPERATORS, Entry, Operation, Record
 
 _FUNCTIONS: dict[Operation, Any] = {

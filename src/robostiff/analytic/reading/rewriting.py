@@ -1,13 +1,14 @@
-"""Ways to write one expression shorter: a name for what recurs in it, or less of names."""
+"""Formulas in names, and ways to write one shorter: a name for what recurs, or less of names."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
-from itertools import combinations
+from itertools import combinations, count, product
+from string import ascii_lowercase
 from types import MappingProxyType
 from typing import Any
 
@@ -15,9 +16,96 @@ import sympy as sp
 from sympy.core.cache import cacheit
 
 from robostiff.analytic.exact.closed import factored_fraction
-from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.definition import (
+    Definition,
+    count_of,
+    operations_in,
+    parts_of,
+    symbols_in,
+)
 from robostiff.analytic.exact.element import made_of, root_of
-from robostiff.analytic.exact.operation_count import count_of, operations_in, parts_of, symbols_in
+
+_LETTERS = ("c", "d", "e", "k", "p", "s", "theta")  # of names that count
+
+
+@dataclass(frozen=True)
+class Written:
+    """Expressions in names, and what the names stand for."""
+
+    results: tuple[Any, ...]  # what is counted, and printed one a line
+    definitions: tuple[Definition, ...]
+    others: tuple[tuple[Any, ...], ...] = ()  # in the same names, and not counted
+
+
+def free_names(letter: str, taken: Container[str]) -> Iterator[str]:
+    """Names with a letter that stand for nothing else: L_a, L_b, ..., L_z, L_aa, ..."""
+    each = (x for n in count(1) for x in product(ascii_lowercase, repeat=n))
+    return (name for x in each if (name := f"{letter}_{''.join(x)}") not in taken)
+
+
+def in_letters(written: Written, taken: Iterable[str]) -> Written:
+    """The same in order, with letters in that order: e_a before e_b; lengths keep theirs.
+
+    Examples
+    --------
+    >>> R, h, first, last = sp.symbols("R h c_b c_d")
+    >>> names = Definition(first, h * last), Definition(last, 1 / R)
+    >>> [(str(d.symbol), d.expression) for d in in_letters(Written((), names), {"c_a"}).definitions]
+    [('c_b', 1/R), ('c_c', c_b*h)]
+    """
+    definitions = [*in_order(written.definitions)]
+    given = {*taken} - {d.symbol.name for d in definitions}
+    put: dict[Any, Any] = {}
+    letters: dict[str, Iterator[str]] = {}
+    for symbol in (d.symbol for d in definitions):
+        letter, _, own = symbol.name.partition("_")
+        if letter in _LETTERS and own and not own.isdigit():
+            name = next(letters.setdefault(letter, free_names(letter, given)))
+            if name != symbol.name:
+                put[symbol] = sp.Symbol(name, **symbol.assumptions0)
+    return _renamed(replace(written, definitions=tuple(definitions)), put)
+
+
+def _renamed(written: Written, put: Mapping[Any, Any]) -> Written:
+    """The same with other symbols."""
+    if not put:
+        return written
+    return Written(
+        tuple(x.xreplace(put) for x in written.results),
+        tuple(
+            replace(d, symbol=put.get(d.symbol, d.symbol), expression=d.expression.xreplace(put))
+            for d in written.definitions
+        ),
+        tuple(tuple(x.xreplace(put) for x in one) for one in written.others),
+    )
+
+
+def as_components(written: Written, components: Sequence[str], taken: set[str]) -> Written:
+    """Names of ratios that are entries of a wrench, up to their sign: u_x, u_z."""
+    used = taken | {d.symbol.name for d in written.definitions}
+    put: dict[Any, Any] = {}
+    for symbol in (d.symbol for d in written.definitions if d.symbol.name.startswith("s_")):
+        for wrench in (x for x in written.others if len(x) > 1):
+            for name, entry in zip(components, wrench, strict=False):
+                if entry in (symbol, -symbol) and name not in used and symbol not in put:
+                    used.add(name)
+                    put[symbol] = sp.Symbol(name, real=True)
+    return in_letters(_renamed(written, put), taken) if put else written
+
+
+def in_order(definitions: Sequence[Definition]) -> Iterator[Definition]:
+    """Definitions so that each uses those before, otherwise as they came."""
+    left: dict[Any, Definition] = {d.symbol: d for d in definitions}
+
+    for d in definitions:
+        waiting = [d] if d.symbol in left else []
+        while waiting:
+            before = symbols_in(waiting[-1].expression) & left.keys()
+            if before:
+                waiting.append(left[min(before, key=str)])
+            else:
+                yield left.pop(waiting.pop().symbol)
+
 
 _NO_LENGTHS = ("c_", "k", "K", "E", "G", "e_", "theta")  # how their names begin
 _LONGEST_SUM = 60  # operations of a sum in which two symbols may stand as their difference

@@ -21,23 +21,20 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.budget import spend
-from robostiff.analytic.exact.definition import Definition
+from robostiff.analytic.exact.definition import Definition, operations_in, symbols_in
 from robostiff.analytic.exact.element import root_of
 from robostiff.analytic.exact.exact_points import values_of
-from robostiff.analytic.exact.operation_count import operations_in, symbols_in
-from robostiff.analytic.reading.letters import (
-    Written,
-    as_components,
-    free_names,
-    in_letters,
-    in_order,
-)
 from robostiff.analytic.reading.rewriting import (
     CountedFormula,
     Move,
     Writing,
+    Written,
+    as_components,
     by_difference,
     divided,
+    free_names,
+    in_letters,
+    in_order,
     in_squares,
     multiple_of,
     over_a_name,

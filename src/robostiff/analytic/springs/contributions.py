@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.exact.definition import count_of
 from robostiff.analytic.placement.named_springs import LETTERS, named_products
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.springs.unit_wrenches import UnitWrench
@@ -25,21 +25,17 @@ from robostiff.recorded.leg import at_samples
 _SAME, _CLOSE = 1e-11, 1e-9
 
 
-@dataclass(frozen=True)
-class Contribution:
-    """What one way of giving way adds to a compliance."""
-
-    spring: str  # name of the part
-    felt: Any  # square of what the spring feels of the wrench; of two wrenches the product
-    compliance: Any  # of the spring, with the lengths of the part, over a named stiffness
+#: The square of a spring's load under a wrench, of two wrenches the product of its loads, and its
+#: compliance, with the lengths of the part, over a named stiffness.
+Contribution = tuple[Any, Any]
 
 
 def summed(contributions: Sequence[Contribution]) -> Any:
     """The sum of contributions; springs that feel the same stand in one bracket."""
-    of_felt: dict[Any, Any] = {}
-    for one in contributions:
-        of_felt[one.felt] = of_felt.get(one.felt, sp.Integer(0)) + one.compliance
-    return sp.Add(*(felt * compliance for felt, compliance in of_felt.items()))
+    of_load: dict[Any, Any] = {}
+    for square, compliance in contributions:
+        of_load[square] = of_load.get(square, sp.Integer(0)) + compliance
+    return sp.Add(*(square * compliance for square, compliance in of_load.items()))
 
 
 @dataclass
@@ -84,19 +80,19 @@ class ContributionReader:
             self.read.length(beam[0])  # named before anything is written with it
         for part in leg.elements:
             if isinstance(part, PlacedSpring):
-                felt = a.felt_by(part, self.record, self.length)
-                both = felt, felt if b is a else b.felt_by(part, self.record, self.length)
+                load = a.load_on(part, self.record, self.length)
+                both = load, load if b is a else b.load_on(part, self.record, self.length)
                 beam = beams[id(part)]
                 found += self.of_spring(part.name, both, beam, part.elasticity.compliance)
             elif isinstance(part, PlacedBlock) and self.of_block:
                 block = self.of_block(part)
                 shares = [block.shares(w) for w in (a, b)]
                 for x, y, c in zip(*shares, block.compliances, strict=True):
-                    found.append(Contribution(part.name, self._sum((x, y)), c))
+                    found.append((self._sum((x, y)), c))
             elif isinstance(part, PlacedFreedom) and part.stiffness is not None:
                 work = [w.work_on(part, self.record, self.length) for w in (a, b)]
-                found.append(self.of_drive(part.name, work, part.stiffness))
-        return tuple(x for x in found if x.felt != 0)
+                found.append(self.of_drive(work, part.stiffness))
+        return tuple(x for x in found if x[0] != 0)
 
     def of_spring(
         self, name: str, both: Sequence[list[Any]], beam: Any, compliance: Any
@@ -104,11 +100,11 @@ class ContributionReader:
         """What an elastic part adds by what it feels of two wrenches."""
         if beam:
             return self._of_beam(name, both, *beam)
-        return self._of_matrix(name, both, compliance)
+        return self._of_matrix(both, compliance)
 
-    def of_drive(self, name: str, work: Sequence[Any], stiffness: Any) -> Contribution:
+    def of_drive(self, work: Sequence[Any], stiffness: Any) -> Contribution:
         """What a drive adds by the work of two wrenches on it."""
-        return Contribution(name, self._sum((work[0], work[1])), 1 / self.read(stiffness))
+        return self._sum((work[0], work[1])), 1 / self.read(stiffness)
 
     def _of_beam(
         self, name: str, both: Sequence[list[Any]], along: Any, products: dict[str, Any]
@@ -116,7 +112,7 @@ class ContributionReader:
         (fx, fy, fz, mx, my, mz), (gx, gy, gz, nx, ny, nz) = both
         L = self.read.length(along)
         named, value, total = self.products.of(products), self.products.value, self._sum
-        found = [(", traction", total((fx, gx)), L, "EA")]
+        found = [(total((fx, gx)), L, "EA")]
         if named["EI_z"] == named["EI_y"]:
             levers = [(fy, nz), (mz, gy), (-fz, ny), (-my, gz)]
             turning = total((my, ny), (mz, nz))
@@ -124,27 +120,27 @@ class ContributionReader:
                 # A unit couple, of which the rest bends.
                 turning = min(turning, 1 - total((mx, nx)), key=count_of)
             bent = total((fy, gy), (fz, gz)), total(*levers), turning
-            found.append((", bending", *_bent(L, *bent), "EI_z"))
+            found.append((*_bent(L, *bent), "EI_z"))
         else:
             for f, g, m, n, letter in ((fy, gy, mz, nz, "EI_z"), (fz, gz, -my, -ny, "EI_y")):
                 bent = total((f, g)), total((f, n), (m, g)), total((m, n))
-                found.append((", bending", *_bent(L, *bent), letter))
-        found.append((", torsion", total((mx, nx)), L, "GJ"))
+                found.append((*_bent(L, *bent), letter))
+        found.append((total((mx, nx)), L, "GJ"))
         return [
-            Contribution(name + way, felt, along / value(named[letter], name))
-            for way, felt, along, letter in found
-            if felt != 0
+            (square, along / value(named[letter], name))
+            for square, along, letter in found
+            if square != 0
         ]
 
-    def _of_matrix(self, name: str, both: Sequence[list[Any]], C: Any) -> list[Contribution]:
+    def _of_matrix(self, both: Sequence[list[Any]], C: Any) -> list[Contribution]:
         """Contributions of any elastic part: what its compliance couples comes together."""
         w, v = both
         found = []
         for block in ([0, 1, 2], [3, 4, 5]):
             if _is_isotropic(C, block, self.record):
-                felt = self._sum(*((w[i], v[i]) for i in block))
+                square = self._sum(*((w[i], v[i]) for i in block))
                 compliance = self.read(C[block[0], block[0]])
-                found.append(Contribution(name, felt, compliance))
+                found.append((square, compliance))
                 continue
             for group in _coupled(C, block):
                 terms = [
@@ -152,7 +148,7 @@ class ContributionReader:
                     for i in group
                     for j in group
                 ]
-                found.append(Contribution(name, sp.Add(*terms), sp.Integer(1)))
+                found.append((sp.Add(*terms), sp.Integer(1)))
         return found
 
     def _sum(self, *pairs: tuple[Any, Any]) -> Any:
@@ -175,10 +171,10 @@ class ContributionReader:
 def _bent(L: Any, across: Any, lever: Any, turning: Any) -> tuple[Any, Any]:
     """Integral of the squared bending moment over a beam: f x + m, by its end's f and m."""
     terms = (across, 3), (lever, 2), (turning, 1)
-    present = [(felt, L**n / n) for felt, n in terms if felt != 0]
+    present = [(square, L**n / n) for square, n in terms if square != 0]
     if len(present) == 1:
         return present[0]
-    return sp.Add(*(felt * along for felt, along in present)), sp.Integer(1)
+    return sp.Add(*(square * along for square, along in present)), sp.Integer(1)
 
 
 def recognised_beam(spring: PlacedSpring, record: Record) -> tuple[Any, dict[str, Any]] | None:

@@ -16,10 +16,11 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.budget import FormulaTooLargeError
-from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.exact.definition import count_of
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.springs.contributions import BeamProducts, ContributionReader, summed
-from robostiff.analytic.springs.unit_wrenches import IDLE, SampledLeg, UnitWrench, WrenchSearch
+from robostiff.analytic.springs.sampled_leg import SampledLeg
+from robostiff.analytic.springs.unit_wrenches import IDLE, UnitWrench, WrenchSearch
 from robostiff.model import PlacedBlock, PlacedLeg
 from robostiff.record import Entry, is_zero
 from robostiff.recorded.elimination import least_size

@@ -20,13 +20,16 @@ from robostiff.analytic.exact.definition import (
     Definition,
     Unwritten,
     WrittenField,
+    count_of,
+    different_entries,
     in_given_symbols,
+    operations_of,
     used_definitions,
 )
 from robostiff.analytic.exact.element import product_of
-from robostiff.analytic.exact.operation_count import count_of, different_entries, operations_of
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
-from robostiff.analytic.placement.legs_at_points import (
+from robostiff.analytic.placement.robot_placement import PlacedRobot
+from robostiff.analytic.placement.turned_legs import (
     COMPONENTS,
     ROWS,
     Image,
@@ -35,11 +38,10 @@ from robostiff.analytic.placement.legs_at_points import (
     averages,
     orbits_of,
 )
-from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.combinations import name_combinations
-from robostiff.analytic.reading.letters import Written
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import written_size
+from robostiff.analytic.reading.rewriting import Written
 from robostiff.analytic.reading.short_writing import shortest
 from robostiff.analytic.springs.leg_springs import HeldWrench, LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.springs.unit_wrenches import WrenchSearch

@@ -16,11 +16,9 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from robostiff.elasticity import Elasticity
-from robostiff.elastostatics.parallel_block import block_compliance
-from robostiff.elastostatics.tolerance import Tolerance
-from robostiff.kinematics.jacobians import freedom_twist, spring_compliance
-from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.analytic.springs.sampled_leg import SampledLeg, Surroundings
+from robostiff.kinematics.jacobians import freedom_twist
+from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, square_root
 from robostiff.recorded.leg import at_samples
 from robostiff.recorded.working_frame import WorkingFrame, cross, turned_back
@@ -30,8 +28,6 @@ _SAME = 1e-10  # of a unit vector, or of the length
 IDLE = 1e-9  # work on a passive joint, and coupling of two wrenches
 _INDEPENDENT = 1e-6
 _MOST = 1000  # bases that are compared
-_RANK = 1e-7
-_ELASTIC = 1e-9  # of the largest compliance
 
 
 @dataclass
@@ -64,80 +60,6 @@ class Seen:
         return first if alike[first] else None
 
 
-@dataclass(frozen=True)
-class SampledLeg:
-    """A leg at the samples: passive twists and compliance about the reference, scaled.
-
-    Rotations count by the length, and so do moments, so that all entries compare. A parallel block
-    inside the leg leaves free what no branch holds; its compliance is the inverse of the sum of
-    its branches, where they hold anything.
-    """
-
-    J: np.ndarray  # (count, n, p): unit twists that meet no resistance
-    C: np.ndarray  # (count, n, n): compliance under the wrenches that do no work on them
-    # number of independent such wrenches; None where it differs from sample to sample
-    transmitted: int | None
-
-    @property
-    def elastic_directions(self) -> int:
-        """In how many independent directions it yields with its passive joints held."""
-        tolerance = _ELASTIC * np.max(np.abs(self.C))
-        return int(np.min(np.linalg.matrix_rank(self.C, tol=tolerance, hermitian=True)))
-
-    @classmethod
-    def of(cls, leg: PlacedLeg, around: WrenchSearch) -> SampledLeg | None:
-        """A leg in numbers; None where a block holds different motions at different samples."""
-        record, rows, scale = around.record, list(around.space.rows), around.scale
-        reference = at_samples(around.reference, record.count)
-        at = np.asarray(around.reference, dtype=object)
-        n = len(rows)
-        C = np.zeros((record.count, n, n))
-        columns: list[np.ndarray] = []
-        for part in leg.elements:
-            if isinstance(part, PlacedBlock):
-                block = _of_block(part, around)
-                if block is None:
-                    return None
-                C += block.C
-                columns += list(np.moveaxis(block.J, 2, 0))
-                continue
-            if isinstance(part, PlacedSpring):
-                R, p = at_samples(part.rotation, record.count), at_samples(part.point, record.count)
-                own = Elasticity(at_samples(part.elasticity.compliance, record.count))
-                own = spring_compliance(PlacedSpring("", p, R, own), reference)
-            else:
-                twist = at_samples(freedom_twist(part, at), record.count)
-                if part.is_passive:
-                    # Twists by shifts over the length, wrenches by moments: their work stays.
-                    twist = twist * np.where(np.arange(6) < 3, 1 / around.length, 1.0)
-                    columns.append(twist[:, rows])
-                    continue
-                if part.stiffness is None:
-                    continue
-                k = at_samples([part.stiffness], record.count)
-                own = twist[:, :, None] * twist[:, None, :] / k[:, :, None]
-            C += (own * scale[:, None] * scale)[:, rows][:, :, rows]
-        J = np.zeros((record.count, n, 0))
-        if columns:
-            J = np.stack(columns, axis=2)
-            J = J / np.linalg.norm(J, axis=1)[:, None, :]
-        ranks = {int(r) for r in np.linalg.matrix_rank(J, tol=_RANK)} if columns else {0}
-        return cls(J, C, n - ranks.pop() if len(ranks) == 1 else None)
-
-
-def _of_block(block: PlacedBlock, around: WrenchSearch) -> SampledLeg | None:
-    branches = []
-    for branch in block.branches:
-        own = SampledLeg.of(branch, around)
-        if own is None or own.transmitted is None:
-            return None
-        branches.append((own.C, own.J))
-    found = block_compliance(branches, np.ones(around.record.count), Tolerance())
-    if not np.all(np.linalg.norm(found.J_q, axis=1)):
-        return None
-    return SampledLeg(found.J_q, found.C, found.C.shape[1] - found.J_q.shape[2])
-
-
 @dataclass(frozen=True, eq=False)
 class UnitWrench:
     """A unit force along a line, or a unit couple."""
@@ -152,7 +74,7 @@ class UnitWrench:
         moment = cross(self.point - reference, self.direction)
         return [*self.direction, *(record.simplified(x, length) for x in moment)]
 
-    def felt_by(self, spring: PlacedSpring, record: Record, length: float) -> list[Any]:
+    def load_on(self, spring: PlacedSpring, record: Record, length: float) -> list[Any]:
         """Force and moment at an elastic part, in its own axes."""
         return self.seen_from(WorkingFrame(spring.rotation, spring.point), record, length)
 
@@ -193,19 +115,8 @@ class Basis:
         return int(np.sum(np.triu(self.coupled, 1)))
 
 
-@dataclass(frozen=True)
-class WrenchSearch:
+class WrenchSearch(Surroundings):
     """Finds a basis of unit wrenches of which few or none share energy."""
-
-    record: Record
-    reference: np.ndarray  # (3,): reference point, entries or numbers
-    space: Space
-    length: float  # characteristic length [m]
-
-    @property
-    def scale(self) -> np.ndarray:
-        """1 for forces and shifts, the length for moments: by it all entries compare (6,)."""
-        return np.array([1.0] * 3 + [self.length] * 3)
 
     def basis(self, leg: PlacedLeg, *, few_couplings: bool = True) -> Basis | None:
         """The simplest basis of what the passive joints transmit; None where none is found.
@@ -248,8 +159,8 @@ class WrenchSearch:
         each = [w.about(self.reference, self.record, self.length) for w in wrenches]
         W = np.stack([at_samples(w, count) / self.scale for w in each], axis=1)
         W = W[:, :, self.space.rows]
-        is_felt = own.J.size and np.max(np.abs(W @ own.J)) > IDLE * np.max(np.abs(W))
-        if is_felt or np.min(np.linalg.svd(W, compute_uv=False)) < _INDEPENDENT:
+        does_work = own.J.size and np.max(np.abs(W @ own.J)) > IDLE * np.max(np.abs(W))
+        if does_work or np.min(np.linalg.svd(W, compute_uv=False)) < _INDEPENDENT:
             return None
         return Basis(wrenches, W @ own.C @ np.swapaxes(W, 1, 2))
 
@@ -292,7 +203,7 @@ class WrenchSearch:
         entries = wrench.about(self.reference, record, length)
         for part in leg.parts:
             if isinstance(part, PlacedSpring):
-                entries += wrench.felt_by(part, record, length)
+                entries += wrench.load_on(part, record, length)
             elif part.stiffness is not None:
                 entries.append(wrench.work_on(part, record, length))
         used = [x for x in entries if isinstance(x, Entry)]

@@ -18,8 +18,8 @@ from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.exact.definition import used_definitions
 from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.placement.agreement import RobotInNumbers
-from robostiff.analytic.placement.legs_at_points import COMPONENTS, averages, orbits_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot
+from robostiff.analytic.placement.turned_legs import COMPONENTS, averages, orbits_of
 from robostiff.analytic.reading.record_reading import ClosedReading
 from robostiff.analytic.springs.leg_springs import LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.springs.unit_wrenches import WrenchSearch
@@ -42,9 +42,9 @@ from robostiff.analytic.vectors.vector_expressions import (
 from robostiff.analytic.vectors.vector_rods import (
     Bar,
     Carrier,
+    carrier_scalars,
     closure_of,
     cluster_of,
-    felt_by_carrier,
     rod_of,
     rods_of,
     scalars_of,
@@ -190,7 +190,7 @@ class _Recognition:
         """Legs of parallel rods, and what the vector form has of the rods."""
         found = []
         for i, rod in enumerate(rods):
-            self.read.known = felt_by_carrier(rod, 0)
+            self.read.known = carrier_scalars(rod, 0)
             found.append(cluster_of(self.placed, i, rod, self.springs))
         clusters = [x for x in found if x is not None]
         listed = rods_of(clusters)

@@ -243,7 +243,7 @@ def scalars_of(rod: Bar) -> list[tuple[Any, Dot, np.ndarray]]:
     return [(name, written, np.einsum("ni,ni->n", at, u)) for name, written, at in own]
 
 
-def felt_by_carrier(rod: Bar, crank: Any) -> list[tuple[np.ndarray, Any]]:
+def carrier_scalars(rod: Bar, crank: Any) -> list[tuple[np.ndarray, Any]]:
     """Values at the samples of these scalars and of what follows from them, and their names."""
     found = [(x, name) for name, _, x in scalars_of(rod)]
     if rod.carrier in (Carrier.CRANK, Carrier.DYAD):
@@ -259,7 +259,7 @@ def felt_by_carrier(rod: Bar, crank: Any) -> list[tuple[np.ndarray, Any]]:
     return [(x, name) for x, name in found if varies(x)]
 
 
-def felt_across(
+def scalars_across(
     known: list[tuple[np.ndarray, Any]], t: np.ndarray, width: np.ndarray, name: Any
 ) -> list[tuple[np.ndarray, Any]]:
     """What cranks and parallel rods feel of a unit couple across their axis e and the rod.

@@ -16,8 +16,7 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.budget import FormulaTooLargeError
-from robostiff.analytic.exact.definition import Definition
-from robostiff.analytic.exact.operation_count import count_of
+from robostiff.analytic.exact.definition import Definition, count_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import ClosedReading
@@ -37,8 +36,8 @@ from robostiff.analytic.vectors.vector_rods import (
     Bar,
     Carrier,
     are_along,
-    felt_across,
-    felt_by_carrier,
+    carrier_scalars,
+    scalars_across,
     varies,
 )
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
@@ -115,7 +114,7 @@ class WrenchWriter:
             basis = self._with_couples(own, basis, rod)
         known, joint = self._directions(rod)
         e = dict(known)[joint]
-        self.read.known = felt_by_carrier(rod, self.plain(rod.crank))
+        self.read.known = carrier_scalars(rod, self.plain(rod.crank))
         if rod.carrier is Carrier.NOTHING and rod.joint is not None:
             L = np.linalg.norm(rod.end - rod.start, axis=1)
             self.read.known += [(L, _LENGTH), (L / 2, _LENGTH / 2)]
@@ -150,7 +149,9 @@ class WrenchWriter:
                 s, t = np.einsum("ni,ni->n", at, u), np.linalg.norm(np.cross(at, u), axis=1)
                 if rod.carrier is Carrier.NOTHING and _N in at_samples:
                     t = np.einsum("ni,ni->n", e, u)  # the same but for its sign
-                self.read.known += felt_across(self.read.known, t, sampled(rod.width, count), width)
+                self.read.known += scalars_across(
+                    self.read.known, t, sampled(rod.width, count), width
+                )
                 self.read.known += [(x, name) for x, name in ((s, _S), (t, _T)) if varies(x)]
         bars = None
         if _N in at_samples and own.blocks:
@@ -344,7 +345,7 @@ class ParallelBars:
             EI, GJ = self._value(self.bends), self._value("GJ")
             in_series = L * _SINE**2 / (2 * GJ) + L * (1 - _SINE**2) / (2 * EI)
             met = 1 / (6 * EI * w**2 / L**3 + 1 / in_series)
-        return (Contribution(self.bar, sp.Integer(1), met),)
+        return ((sp.Integer(1), met),)
 
     def _value(self, letter: str) -> Any:
         return self.reader.contributions.products.value(self.products[letter], self.bar)

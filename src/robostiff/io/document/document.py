@@ -51,28 +51,6 @@ class Limits:
         got, expected = Words(f"more than {most}{levels}"), f"at most {most}{where}"
         return FileError(place, subject, got=got, expected=expected)
 
-    def check_yaml(self, text: str, file: str) -> None:
-        """Raise for a YAML text that would take long to read.
-
-        Raises
-        ------
-        FileError
-            When it is.
-        """
-        marks = text.count("\n") + text.count(",")
-        for subject, count, words, most in (
-            ("YAML file too large", len(text), "characters", self.yaml_size),
-            ("too many values in YAML", marks, "lines and commas", self.yaml_marks),
-        ):
-            if count > most:
-                raise FileError(
-                    Location(file),
-                    subject,
-                    got=Words(f"{count} {words}"),
-                    expected=f"at most {most}",
-                    hint="write a file of that size as JSON",
-                )
-
 
 _PLAIN_KEY = re.compile(r"[^\W\d][\w-]*")
 
@@ -188,13 +166,6 @@ class _Open:
     path: tuple[str | int, ...]
     key: tuple[str, int, int] | None = None
 
-    @property
-    def next_path(self) -> tuple[str | int, ...]:
-        """The path of what comes next."""
-        if isinstance(self.data, list):
-            return (*self.path, len(self.data))
-        return (*self.path, self.key[0]) if self.key else self.path
-
 
 @dataclass
 class Builder:
@@ -251,7 +222,13 @@ class Builder:
 
     @property
     def _path(self) -> tuple[str | int, ...]:
-        return self._open[-1].next_path if self._open else ()
+        """The path of what comes next."""
+        if not self._open:
+            return ()
+        top = self._open[-1]
+        if isinstance(top.data, list):
+            return (*top.path, len(top.data))
+        return (*top.path, top.key[0]) if top.key else top.path
 
     def _add(self, value: Any, mark: Mark) -> None:
         self._nodes += 1

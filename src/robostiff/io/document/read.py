@@ -116,7 +116,19 @@ def parse_yaml(text: str, file: str, limits: Limits) -> Builder:
             expected="a value without a tag",
             hint=_NO_TAG,
         )
-    limits.check_yaml(text, file)
+    marks = text.count("\n") + text.count(",")
+    for subject, count, words, most in (
+        ("YAML file too large", len(text), "characters", limits.yaml_size),
+        ("too many values in YAML", marks, "lines and commas", limits.yaml_marks),
+    ):
+        if count > most:
+            raise FileError(
+                Location(file),
+                subject,
+                got=Words(f"{count} {words}"),
+                expected=f"at most {most}",
+                hint="write a file of that size as JSON",
+            )
     opened = 0  # also in quotes and comments, where nobody writes so many
     for found in _BRACKET.finditer(text):
         opened += 1 if found[0] in "[{" else -1
@@ -420,8 +432,7 @@ def _decoded(content: bytes, file: str) -> str:
 
 def _yaml_document(text: str, file: str, limits: Limits) -> Document:
     builder = parse_yaml(text, file, limits)
-    mark = builder.mark or Mark(1, 1)
-    return Document(builder.data, file, lambda: mark)
+    return Document(builder.data, file, lambda: builder.mark or Mark(1, 1))
 
 
 def _json_document(text: str, file: str, limits: Limits) -> Document:

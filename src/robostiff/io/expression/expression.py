@@ -55,6 +55,7 @@ LONGEST_TEXT = 1000
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _OPERATOR = re.compile(r"\*\*|[-+*/^(),]")
 _SHOWN = 60
+_SIGNS = {"·": "write *", "⋅": "write *", "×": "write *", "−": "write -", "–": "write -"}
 
 
 @dataclass(frozen=True)
@@ -95,33 +96,26 @@ def tokens(text: str) -> Iterator[Token]:
         )
     start, previous, leading_slash = after_space(text, 0), "", True
     while start < len(text):
-        token, end = _token_at(text, start, leading_slash=leading_slash)
+        if found := NUMBER.match(text, start):
+            token, end = _number(text, found, leading_slash=leading_slash)
+        elif found := _NAME.match(text, start) or _OPERATOR.match(text, start):
+            word, end = found[0], found.end()
+            kind = "name" if found.re is _NAME else "^" if word == "**" else word
+            token = Token(kind, word, start + 1)
+        else:
+            raise error_at(
+                text,
+                start + 1,
+                got=text[start],
+                expected="numbers with units, parameters, + - * / ^, functions and brackets",
+                hint=_SIGNS.get(text[start]),
+            )
         yield token
         is_sign = token.kind in ("+", "-") and previous not in ("number", "name", ")")
         if not is_sign:  # R/-2/m is as ambiguous as R/2/m
             leading_slash = token.kind not in ("/", "^")
         start, previous = after_space(text, end), token.kind
     yield Token("end", "", len(text) + 1)
-
-
-def _token_at(text: str, start: int, *, leading_slash: bool) -> tuple[Token, int]:
-    column = start + 1
-    if found := NUMBER.match(text, start):
-        return _number(text, found, leading_slash=leading_slash)
-    if found := _NAME.match(text, start):
-        return Token("name", found[0], column), found.end()
-    if found := _OPERATOR.match(text, start):
-        kind = "^" if found[0] == "**" else found[0]
-        return Token(kind, found[0], column), found.end()
-    character = text[start]
-    hints = {"·": "write *", "⋅": "write *", "×": "write *", "−": "write -", "–": "write -"}
-    raise error_at(
-        text,
-        column,
-        got=character,
-        expected="numbers with units, parameters, + - * / ^, functions and brackets",
-        hint=hints.get(character),
-    )
 
 
 def _number(text: str, found: re.Match[str], *, leading_slash: bool) -> tuple[Token, int]:
@@ -154,15 +148,6 @@ DEEPEST = 50
 _SUM, _PRODUCT, _SIGN, _POWER = 1, 2, 3, 4
 _BINDING = {"+": _SUM, "-": _SUM, "*": _PRODUCT, "/": _PRODUCT, "^": _POWER}
 _KINDS = {"end": "the end", "number": "a number", "name": "a name"}
-
-
-def parse_tree(text: str) -> tuple[Node, tuple[str, ...]]:
-    """The tree of an expression, and its parameters in order of appearance."""
-    parser = _Parser(text, tuple(tokens(text)))
-    root = parser.expression(_SUM)
-    if parser.next.kind != "end":
-        raise parser.unexpected("an operator or the end")
-    return root, tuple(parser.names)
 
 
 @dataclass
@@ -315,7 +300,48 @@ class Expression:
         >>> parse("2 * 300 mm").evaluate({}).magnitude
         0.6
         """
-        return _Evaluation(self.text, environment, mathematics).value(self.root)
+        return self._value(self.root, environment, mathematics)
+
+    def _value(
+        self, node: Node, environment: Mapping[str, SIQuantity], mathematics: Mathematics
+    ) -> SIQuantity:
+        operations: list[ParsedOperation] = []
+        # Along first operands, which may be many, in a loop.
+        while isinstance(node, ParsedOperation):
+            operations.append(node)
+            node = node.operands[0]
+        if isinstance(node, Literal):
+            number = mathematics.number
+            result = node.quantity if number is None else number(node.digits, node.unit)
+        elif node.name in environment:
+            result = environment[node.name]
+            if not isinstance(result, SIQuantity):
+                got = f"{node.name} = {result!r}"
+                raise error_at(self.text, node.column, got=got, expected="a quantity for it")
+        elif node.name in mathematics.constants:
+            result = make_quantity(mathematics.constants[node.name])
+        else:
+            expected, hint = known_names(environment), did_you_mean(node.name, environment)
+            raise error_at(self.text, node.column, got=node.name, expected=expected, hint=hint)
+        for own in reversed(operations):
+            others = [self._value(x, environment, mathematics) for x in own.operands[1:]]
+            result = self._applied(own, [result, *others], mathematics)
+        return result
+
+    def _applied(
+        self, node: ParsedOperation, operands: list[SIQuantity], mathematics: Mathematics
+    ) -> SIQuantity:
+        """The result of an operation, if there is one."""
+        try:
+            result = functions.apply(node.name, operands, mathematics)
+            if mathematics.is_finite(result.magnitude):
+                return result
+        except Refusal as refusal:
+            raise error_at(self.text, node.column, **vars(refusal)) from None
+        except (ArithmeticError, ValueError):
+            pass
+        got = Words(functions.in_words(node.name, operands))
+        raise error_at(self.text, node.column, got=got, expected="a finite real result")
 
     @property
     def is_quantity(self) -> bool:
@@ -352,60 +378,11 @@ def parse(text: str) -> Expression:
     robostiff.errors.InputError: expression '2 R', column 3: got 'R', expected a unit or an \
 operator; for a product write 2*R
     """
-    root, names = parse_tree(text)
-    return Expression(text, root, names)
-
-
-@dataclass(frozen=True)
-class _Evaluation:
-    text: str
-    environment: Mapping[str, SIQuantity]
-    mathematics: Mathematics
-
-    def value(self, node: Node) -> SIQuantity:
-        operations: list[ParsedOperation] = []
-        # Along first operands, which may be many, in a loop.
-        while isinstance(node, ParsedOperation):
-            operations.append(node)
-            node = node.operands[0]
-        number = self.mathematics.number
-        if isinstance(node, Name):
-            result = self.named(node)
-        else:
-            result = node.quantity if number is None else number(node.digits, node.unit)
-        for own in reversed(operations):
-            result = self.applied(own, [result, *map(self.value, own.operands[1:])])
-        return result
-
-    def named(self, node: Name) -> SIQuantity:
-        if node.name in self.environment:
-            value = self.environment[node.name]
-            if not isinstance(value, SIQuantity):
-                got = f"{node.name} = {value!r}"
-                raise error_at(self.text, node.column, got=got, expected="a quantity for it")
-            return value
-        if node.name in self.mathematics.constants:
-            return make_quantity(self.mathematics.constants[node.name])
-        raise error_at(
-            self.text,
-            node.column,
-            got=node.name,
-            expected=known_names(self.environment),
-            hint=did_you_mean(node.name, self.environment),
-        )
-
-    def applied(self, node: ParsedOperation, operands: list[SIQuantity]) -> SIQuantity:
-        """The result of an operation, if there is one."""
-        try:
-            result = functions.apply(node.name, operands, self.mathematics)
-            if self.mathematics.is_finite(result.magnitude):
-                return result
-        except Refusal as refusal:
-            raise error_at(self.text, node.column, **vars(refusal)) from None
-        except (ArithmeticError, ValueError):
-            pass
-        got = Words(functions.in_words(node.name, operands))
-        raise error_at(self.text, node.column, got=got, expected="a finite real result")
+    parser = _Parser(text, tuple(tokens(text)))
+    root = parser.expression(_SUM)
+    if parser.next.kind != "end":
+        raise parser.unexpected("an operator or the end")
+    return Expression(text, root, tuple(parser.names))
 
 
 def known_names(names: Mapping[str, object]) -> str:

@@ -1,15 +1,13 @@
-"""Cable robots: what may be written of them, and from a document to the model."""
+"""Cable robots: what may be written of them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import Field
 
-from robostiff.errors import FileError, Words
-from robostiff.io.document import Document
 from robostiff.io.model_file.chains import OneOrSeveral, WrittenRepeat, each_of
 from robostiff.io.model_file.place import (
     Force,
@@ -22,13 +20,13 @@ from robostiff.io.model_file.place import (
     WrittenFrame,
     WrittenHead,
     WrittenMapping,
-    check_version,
-    top_place,
 )
 from robostiff.io.units import Dimension
-from robostiff.io.validation import validate
 from robostiff.model.cable import Cable, CableRobot, Weight
 from robostiff.spatial import Space
+
+if TYPE_CHECKING:
+    from robostiff.io.model_file.robots import ModuleFiles
 
 
 class WrittenCableBody(WrittenMapping):
@@ -98,13 +96,16 @@ class WrittenCableRobot(WrittenHead):
     tensions: WrittenTensionLimits = WrittenTensionLimits()
     cables: WrittenCables = Field(description="a list of cables, or one cable with repeat:")
 
-    def build(self, top: Place) -> CableRobot:
-        """The cable robot."""
+    def build(
+        self, top: Place, files: ModuleFiles, holds: Sequence[str] = ()
+    ) -> tuple[CableRobot, list[Place]]:
+        """The cable robot, and no places of legs."""
+        del files, holds
         weight = None if self.weight is None else self.weight.build(top / "weight")
         given = self.tensions.numbers(top / "tensions")
         limits = given if given["greatest"] is not None else {**given, "greatest": np.inf}
         with top.complaints():
-            return CableRobot(
+            robot = CableRobot(
                 name=self.name,
                 cables=tuple(
                     part.build(here, name, limits)
@@ -118,39 +119,4 @@ class WrittenCableRobot(WrittenHead):
                 title=self.title,
                 source=self.source,
             )
-
-
-def cable_robot_from_document(
-    document: Document, parameters: Mapping[str, str | float] | None = None
-) -> CableRobot:
-    r"""The cable robot that a document describes.
-
-    Raises a FileError at the place in the document that is to blame.
-
-    Examples
-    --------
-    >>> from robostiff.io.document import parse_document
-    >>> robot = cable_robot_from_document(parse_document('''
-    ... robostiff: 1
-    ... name: pendulum
-    ... source: an example
-    ... parameters: {L: 2 m}
-    ... home: {at: [0, 0, -L]}
-    ... weight: {force: [0, 0, -50 N]}
-    ... cables:
-    ...   - {name: rope, exit: [0, 0, 0], platform: [0, 0, 0], EA: 80 kN}
-    ... '''), {"L": "3 m"})
-    >>> robot.home.p
-    array([ 0.,  0., -3.])
-    """
-    if "legs" in document.data:
-        raise FileError(
-            document.key_location(("legs",)),
-            "legs",
-            got=Words("legs beside cables"),
-            expected="one of them",
-            hint="robots with legs and cables are not supported",
-        )
-    check_version(document)
-    written = validate(WrittenCableRobot, document)
-    return written.build(top_place(document, written.parameters, parameters or {}))
+        return robot, []

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import Field
 
@@ -57,7 +57,7 @@ from robostiff.model import (
 from robostiff.spatial import Space
 
 if TYPE_CHECKING:
-    from robostiff.io.model_file.robots import ModuleFiles
+    from robostiff.io.model_file.cables import WrittenCableRobot
 
 
 class WrittenRobot(WrittenHead):
@@ -376,23 +376,21 @@ class WrittenMachine(WrittenHead):
         return replace(machine, platform_masses=(*machine.platform_masses, *masses)), []
 
 
-WrittenModel = WrittenRobot | WrittenArm | WrittenMachine
+WrittenModel: TypeAlias = "WrittenRobot | WrittenArm | WrittenMachine | WrittenCableRobot"
 
-#: What describes a robot, the key that shows it, and what to write instead of two of them.
-_KINDS = {
-    "dh": (
-        WrittenArm,
-        "a table describes a serial arm as a whole; write its elements as a leg to add elastic "
-        "links",
-    ),
-    "modules": (WrittenMachine, "legs beside other modules are a module of their own"),
+#: Keys that show what describes a robot, and what to write instead of legs beside them.
+_BESIDE_LEGS = {
+    "cables": "robots with legs and cables are not supported",
+    "dh": "a table describes a serial arm as a whole; write its elements as a leg to add elastic "
+    "links",
+    "modules": "legs beside other modules are a module of their own",
 }
 
 
 def written_model(document: Document) -> WrittenModel:
-    """A model file as it is written: a robot of legs, an arm by its table, or a hybrid machine."""
+    """A model file as it is written: of legs, of cables, an arm by its table, a hybrid machine."""
     check_version(document)
-    for key, (kind, hint) in _KINDS.items():
+    for key, hint in _BESIDE_LEGS.items():
         if key in document.data:
             if "legs" in document.data:
                 raise FileError(
@@ -402,7 +400,11 @@ def written_model(document: Document) -> WrittenModel:
                     expected="one of them",
                     hint=hint,
                 )
-            return validate(kind, document)
+            if key == "cables":  # which a robot of legs does not need
+                from robostiff.io.model_file.cables import WrittenCableRobot
+
+                return validate(WrittenCableRobot, document)
+            return validate(WrittenArm if key == "dh" else WrittenMachine, document)
     return validate(WrittenRobot, document)
 
 
@@ -412,8 +414,8 @@ def model_from_document(
     *,
     symbols: Symbols = (),
     shipped: ShippedFile = lambda _: None,
-) -> Robot:
-    r"""The robot that a document describes.
+) -> Any:
+    r"""The robot that a document describes, a `Robot` or a `CableRobot`, which has no symbols.
 
     Parameters
     ----------
@@ -465,14 +467,13 @@ def model_from_document(
     return completed(symbolic, robot, nominal, meanings)
 
 
-def _built(
-    written: WrittenModel, top: Place, files: ModuleFiles, holds: Sequence[str] = ()
-) -> Robot:
-    """The robot that is written; verified, unless it is one of formulas or a machine of modules."""
+def _built(written: WrittenModel, top: Place, files: ModuleFiles, holds: Sequence[str] = ()) -> Any:
+    """The robot that is written; verified, unless it is one of formulas, or has no legs here."""
     robot, places = written.build(top, files, holds)
     if top.is_exact or not places:
         return robot
     from robostiff.io.model_file.at_home import at_home
 
-    chosen = written.coordinates is not None
-    return at_home(top, robot, places, chosen=chosen, laws=written.laws)
+    found: Any = written  # with legs
+    chosen = found.coordinates is not None
+    return at_home(top, robot, places, chosen=chosen, laws=found.laws)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -48,34 +48,32 @@ TOOL = "tool"
 """Name of the tool point among the ends of a link."""
 
 
-@dataclass(frozen=True)
-class LinkEnd:
-    """Something that a link holds: a joint, a loop closure or the tool point."""
+Ends = list[tuple[str, np.ndarray, bool]]
+"""What a link holds, that is joints, loops and the tool point.
 
-    name: str
-    point: np.ndarray  # (3,), where, in the frame of the link [m]
-    leads_on: bool  # whether it leads to the base, the platform, the tool or a loop
+Name, place in the frame of the link (3,) [m], and whether it leads to the base, the tool or a loop.
+"""
 
 
 def build_links(
     top: Place,
     written: Mapping[str, WrittenElasticLink],
     tree: RigidTree,
-    ends: Mapping[str, list[LinkEnd]],
+    ends_of: Callable[[str], Ends],
 ) -> dict[str, tuple[Connection, str]]:
     """For each elastic link its two bodies and what is between them, and what the far one holds.
 
-    Both bodies have the frame of the link. `ends` has what each link of the tree holds.
+    Both bodies have the frame of the link.
     """
     links = {}
     taken = {joint.name for joint in tree.joints} | {loop.name for loop in tree.loops}
     for name, entry in written.items():
         place = top / "links" / name
         check_known(place, name, "link", tree.links)
-        end = _far_end(place, name, entry, ends.get(name, []))
+        end, to = _far_end(place, name, entry, ends_of(name))
         joint = tree.joint_into(name)
         start = np.zeros(3) if joint is None else joint.after.inverse.p + 0.0
-        to = end.point - start
+        to = to - start
         given: dict[str, Any] = {
             key: getattr(entry, key) for key in type(entry).model_fields if key != "to"
         }
@@ -98,7 +96,7 @@ def build_links(
         connection = Connection(
             own, name, far_body(name), _at(start), link, _at(-start - np.asarray(link.to))
         )
-        links[name] = connection, end.name
+        links[name] = connection, end
     return links
 
 
@@ -107,11 +105,15 @@ def far_body(link: str) -> str:
     return f"{link}, far end"
 
 
-def _far_end(place: Place, name: str, entry: WrittenElasticLink, ends: list[LinkEnd]) -> LinkEnd:
-    by_name = {end.name: end for end in ends}
+def _far_end(
+    place: Place, name: str, entry: WrittenElasticLink, ends: Ends
+) -> tuple[str, np.ndarray]:
+    """Which of the ends of a link is its far one, and where it is."""
     if entry.to is not None:
-        return by_name[check_known(place / "to", entry.to, "end of the link", list(by_name))]
-    leading = [end for end in ends if end.leads_on]
+        places = {end: point for end, point, _ in ends}
+        check_known(place / "to", entry.to, "end of the link", list(places))
+        return entry.to, places[entry.to]
+    leading = [(end, point) for end, point, leads_on in ends if leads_on]
     if len(leading) == 1:
         return leading[0]
     if not leading:
@@ -121,9 +123,10 @@ def _far_end(place: Place, name: str, entry: WrittenElasticLink, ends: list[Link
             expected="a link between the base and the tool",
             key=True,
         )
+    names = listing([end for end, _ in leading])
     raise place.error(
         f"elastic link {name!r}",
-        got=Words(f"{len(leading)} places to which it leads: {listing([e.name for e in leading])}"),
+        got=Words(f"{len(leading)} places to which it leads: {names}"),
         expected="to:, the name of one of them; what holds the others is its near end",
     )
 
@@ -233,8 +236,23 @@ def _linkage(described: DescribedTree) -> Linkage:
     loops = [starting(loop, drawn) for loop in build_loops(top, written, tree)]
     top = stocked(top, written.materials, written.sections)
     tool_point = (top / "tool" / "at").point(tool.at)
-    ends = _ends(tree, loops, tool, tool_point, base, joints)
-    elastic = build_links(top, written.links, tree, ends)
+    leading: set[str] = set()  # joints to the base, the tool and loops
+    for link in {base, tool.link, *(link for loop in loops for link in loop.links)}:
+        joint = tree.joint_into(link)
+        while joint is not None and joint.name not in leading:
+            leading.add(joint.name)
+            joint = tree.joint_into(joint.parent)
+
+    def ends_of(link: str) -> Ends:
+        moving = (own for own in tree.joints_from(link) if own.name in joints)
+        ends = [(own.name, own.drawn_at, own.name in leading) for own in moving]
+        for loop in loops:
+            pairs = zip(loop.links, loop.frames, strict=True)
+            ends += [(loop.name, frame.p, True) for own, frame in pairs if own == link]
+        at_tool = [(TOOL, tool_point, bool(np.any(tool_point)))] if link == tool.link else []
+        return ends + at_tool
+
+    elastic = build_links(top, written.links, tree, ends_of)
 
     def body(link: str, end: str) -> str:
         """The part of a link that holds something."""
@@ -299,32 +317,6 @@ def _tool(top: Place, written: WrittenSide, tree: RigidTree) -> WrittenTool:
                 f"{listing(list(tree.leaves), 30)}, or another one",
             )
     return WrittenTool(link=link)
-
-
-def _ends(
-    tree: RigidTree,
-    loops: list[TreeLoop],
-    tool: WrittenTool,
-    tool_point: np.ndarray,
-    base: str,
-    connecting: Container[str],
-) -> dict[str, list[LinkEnd]]:
-    leading: set[str] = set()
-    for link in {base, tool.link, *(link for loop in loops for link in loop.links)}:
-        joint = tree.joint_into(link)
-        while joint is not None and joint.name not in leading:
-            leading.add(joint.name)
-            joint = tree.joint_into(joint.parent)
-    ends: dict[str, list[LinkEnd]] = {link: [] for link in tree.links}
-    for joint in tree.joints:
-        if joint.name in connecting:
-            end = LinkEnd(joint.name, joint.drawn_at, joint.name in leading)
-            ends[joint.parent].append(end)
-    for loop in loops:
-        for link, frame in zip(loop.links, loop.frames, strict=True):
-            ends[link].append(LinkEnd(loop.name, frame.p, leads_on=True))
-    ends[tool.link].append(LinkEnd(TOOL, tool_point, leads_on=bool(np.any(tool_point))))
-    return ends
 
 
 def robot_of_tree(

@@ -153,7 +153,7 @@ class RigidTree:
                     expected="one",
                     hint="write what closes a loop under loops: in the side file",
                 )
-        roots = [link for link in self.links if link not in self._into]
+        roots = [link for link in self.links if self.joint_into(link) is None]
         if len(roots) != 1:
             raise self.error(
                 "links without a parent",
@@ -172,7 +172,7 @@ class RigidTree:
     @cached_property
     def root(self) -> str:
         """The link without a parent."""
-        return next(link for link in self.links if link not in self._into)
+        return next(link for link in self.links if self.joint_into(link) is None)
 
     @cached_property
     def leaves(self) -> tuple[str, ...]:

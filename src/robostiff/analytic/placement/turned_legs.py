@@ -1,8 +1,4 @@
-"""Legs at exact points: their stiffness in ball arithmetic, and which of them are turns of others.
-
-The equilibrium of springs and joints is inverted as a whole, eq. (7), in numbers that enclose the
-exact ones: no formula is written, and a wrong derivation by elimination differs from them.
-"""
+"""Legs and wrenches that are turns or mirror images of others, seen at the samples."""
 
 from __future__ import annotations
 
@@ -10,188 +6,36 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import combinations, pairwise, product
+from itertools import combinations, product
 from typing import Any
 
-import flint
 import numpy as np
 import sympy as sp
 from scipy.spatial.transform import Rotation
 
-from robostiff.analytic.exact.exact_points import BITS, ExactPoints
 from robostiff.kinematics.closure import LegSolver, legs_alike
 from robostiff.kinematics.formula import FormulaPose
-from robostiff.kinematics.jacobians import freedom_twist
-from robostiff.model import (
-    Chain,
-    CoupledFreedom,
-    Joint,
-    JointKind,
-    Link,
-    Passive,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedSpring,
-    Robot,
-)
+from robostiff.model import Chain, Joint, JointKind, Link, Passive, Robot
 from robostiff.model.entries import are_equal
-from robostiff.record import Entry
-from robostiff.spatial import Space, skew
+from robostiff.recorded.leg import at_samples
+from robostiff.spatial import Space
 
-_REDUNDANT = 1e-9  # of a unit twist, as in the elimination of joints
-_SAME = 1e-10  # of the largest entry, in floats
-_NOTHING = 1e-40  # of the largest entry, in balls; [m]
+_SAME = 1e-10  # of the largest entry
+_PLACE = 1e-12  # of the largest coordinate [m]
 _PARTS = 60  # most parts of a turn
 
 
-@dataclass(frozen=True)
-class LegAtPoints:
-    """A leg in numbers that enclose the exact ones."""
-
-    stiffness: tuple[Any, ...]  # (n, n): about the reference point, world axes; one a point
-    redundant: tuple[bool, ...]  # which passive joints add no freedom to those before
-
-    def turned(self, way: Image, rows: Sequence[int]) -> LegAtPoints:
-        """Its image."""
-        with flint.ctx.workprec(BITS):
-            T = way.exact(rows)
-            return replace(self, stiffness=tuple(T * K * T.transpose() for K in self.stiffness))
-
-    @classmethod
-    def of(
-        cls, leg: PlacedLeg, points: ExactPoints, reference: np.ndarray, rows: Sequence[int]
-    ) -> LegAtPoints:
-        """A leg of joints and springs in series.
-
-        `leg`: on entries of the record of the points; `reference` (3,): reference point,
-        entries or numbers; `rows`: which of six directions there are.
-        """
-        found = [_Flexibility.of(leg, points, i, reference, rows) for i in range(points.count)]
-        lost = [own.redundant for own in found]
-        redundant = tuple(all(joint) for joint in zip(*lost, strict=True))
-        return cls(tuple(own.stiffness(redundant) for own in found), redundant)
-
-
-def is_in_series(leg: PlacedLeg) -> bool:
-    """Whether a leg has no parallel blocks, coupled joints or springs that leave motions free."""
-    return not leg.blocks and not any(
-        part.elasticity.freedoms.shape[1]
-        if isinstance(part, PlacedSpring)
-        else isinstance(part, CoupledFreedom)
-        for part in leg.parts
-    )
-
-
-def total_stiffness(legs: Sequence[LegAtPoints]) -> tuple[Any, ...]:
-    """Sum over the legs, eq. (12), one a point."""
-    with flint.ctx.workprec(BITS):
-        each = zip(*(leg.stiffness for leg in legs), strict=True)
-        return tuple(sum(own[1:], own[0]) for own in each)
-
-
-@dataclass(frozen=True)
-class _Flexibility:
-    """Twists J of the passive joints (p columns), and compliance C of the springs, at a point."""
-
-    J: list[list[Any]]
-    C: Any
-
-    @classmethod
-    def of(
-        cls,
-        leg: PlacedLeg,
-        points: ExactPoints,
-        point: int,
-        reference: np.ndarray,
-        rows: Sequence[int],
-    ) -> _Flexibility:
-        with flint.ctx.workprec(BITS):
-            read = _BallReader(points, point)
-            at = read.array(reference)
-            columns, C = [], flint.arb_mat(6, 6)
-            for part in leg.elements:
-                if isinstance(part, PlacedSpring):
-                    R = read.array(part.rotation).T
-                    lever = R @ skew(at - read.array(part.point))
-                    felt = _matrix(
-                        [[*a, 0, 0, 0] for a in R]
-                        + [[*a, *b] for a, b in zip(lever, R, strict=True)]
-                    )
-                    own = _matrix(read.array(part.elasticity.compliance))
-                    C += felt.transpose() * own * felt
-                elif isinstance(part, PlacedFreedom):
-                    twist = freedom_twist(read.freedom(part), at)
-                    if part.is_passive:
-                        columns.append([twist[i] for i in rows])
-                    elif part.stiffness is not None:
-                        column = _matrix([[x] for x in twist])
-                        C += column * column.transpose() / read(part.stiffness)
-            return cls(columns, _matrix([[C[i, j] for j in rows] for i in rows]))
-
-    @property
-    def redundant(self) -> list[bool]:
-        """Which twists are combinations of those before."""
-        J = np.array([[float(x) for x in twist] for twist in self.J]).reshape(-1, self.C.nrows())
-        J = J / np.linalg.norm(J, axis=1, keepdims=True)
-        count = len(J)
-        ranks = [0, *(np.linalg.matrix_rank(J[: k + 1], tol=_REDUNDANT) for k in range(count))]
-        return [bool(after == before) for before, after in pairwise(ranks)]
-
-    def stiffness(self, redundant: Sequence[bool]) -> Any:
-        """Eq. (7): a block of the inverse of [[C, J], [J^T, 0]]."""
-        J = [twist for twist, is_lost in zip(self.J, redundant, strict=True) if not is_lost]
-        n = self.C.nrows()
-        with flint.ctx.workprec(BITS):
-            whole = flint.arb_mat(n + len(J), n + len(J))
-            for i in range(n):
-                for j in range(n):
-                    whole[i, j] = self.C[i, j]
-                for j, twist in enumerate(J, start=n):
-                    whole[i, j] = whole[j, i] = twist[i]
-            inverse = whole.inv()
-            return _matrix([[inverse[i, j] for j in range(n)] for i in range(n)])
-
-
-@dataclass(frozen=True)
-class _BallReader:
-    """Reads entries and numbers as balls at one of the points."""
-
-    points: ExactPoints
-    point: int
-
-    def __call__(self, value: Any) -> Any:
-        if isinstance(value, Entry):
-            return self.points.values(value.step)[self.point]
-        return self.points.number(value)
-
-    def array(self, values: Any) -> np.ndarray:
-        """An array of them."""
-        given = np.asarray(values, dtype=object)
-        return np.array([self(x) for x in given.flat], dtype=object).reshape(given.shape)
-
-    def freedom(self, part: PlacedFreedom) -> PlacedFreedom:
-        """A joint in balls."""
-        own = {"axis": self.array(part.axis), "point": self.array(part.point)}
-        if part.slides and part.turns:
-            own["pitch"] = self(part.pitch)
-        return replace(part, **own)
-
-
 def turned_legs(
-    robot: Robot,
-    entries: Robot,
-    solvers: Sequence[LegSolver],
-    pose: FormulaPose,
-    points: ExactPoints,
+    robot: Robot, entries: Robot, solvers: Sequence[LegSolver], pose: FormulaPose, count: int
 ) -> dict[int, tuple[int, Image]]:
     """Legs that are an earlier one turned about the vertical through the reference point.
 
     Only turns by all equal parts, of three or more: their average is a short formula. Chains and
-    assembly modes are equal, and so are, in enclosures of exact numbers, where the legs begin and
-    end: a turned leg closes as the first one does.
+    assembly modes are equal, and so are, at all samples, where the legs begin and end: a turned leg
+    closes as the first one does.
 
-    `robot`, `entries`: as it was given, and on entries of the record of the points; `solvers`: of
-    its legs in floats; `pose`: of the platform.
+    `robot`, `entries`: as it was given, and on entries of a record of `count` samples; `solvers`:
+    of its legs in floats; `pose`: of the platform.
 
     Returns
     -------
@@ -203,7 +47,7 @@ def turned_legs(
         chain, left = robot.legs[places[0]].chain, list(places)
         if len(left) < 3 or chain.is_coupled:
             continue
-        ends = _ends(entries, left, pose, points)
+        ends = {i: _ends(entries, i, pose, count) for i in left}
         while len(left) > 2:
             first, *left = left
             # Solvers have numbers, which may be equal where formulas are not.
@@ -218,25 +62,18 @@ def turned_legs(
     return found
 
 
-def _ends(
-    robot: Robot, legs: Sequence[int], pose: FormulaPose, points: ExactPoints
-) -> dict[int, list[Any]]:
-    """Columns in balls, one matrix a point: where legs begin and end, and their axes there."""
-    found: dict[int, list[Any]] = {i: [] for i in legs}
-    for point in range(points.count):
-        read = _BallReader(points, point)
-        with flint.ctx.workprec(BITS):
-            R, p = read.array(pose.R), read.array(pose.p)
-            reference = p + R @ read.array(robot.reference_point)
-            for i, own in found.items():
-                leg = robot.legs[i]
-                end = p + R @ read.array(leg.attachment.p)
-                begin = read.array(leg.base.p)
-                columns = [begin - reference, end - reference, *read.array(leg.base.R).T]
-                if not _turns_freely(leg.chain, robot.space):
-                    columns += [*(R @ read.array(leg.attachment.R)).T]
-                own.append(_matrix(columns).transpose())
-    return found
+def _ends(robot: Robot, number: int, pose: FormulaPose, count: int) -> np.ndarray:
+    """Where a leg begins and ends, and its axes there, at the samples (count, vectors, 3)."""
+    leg = robot.legs[number]
+    R, p = at_samples(pose.R, count), at_samples(pose.p, count)
+    away = np.asarray(leg.attachment.p, dtype=object) - robot.reference_point
+    end = np.einsum("nij,nj->ni", R, at_samples(away, count))
+    reference = p + np.einsum("nij,nj->ni", R, at_samples(robot.reference_point, count))
+    points = np.stack([at_samples(leg.base.p, count) - reference, end], axis=1)
+    axes = [at_samples(leg.base.R, count).mT]
+    if not _turns_freely(leg.chain, robot.space):
+        axes.append((R @ at_samples(leg.attachment.R, count)).mT)
+    return np.concatenate([points, *axes], axis=1)
 
 
 def _turns_freely(chain: Chain, space: Space) -> bool:
@@ -253,67 +90,45 @@ def _turns_freely(chain: Chain, space: Space) -> bool:
     return False
 
 
-def _turn(ends: Sequence[Any], others: Sequence[Any]) -> Fraction | None:
-    """The part of a full turn by which some columns are others, turned."""
-    x, y = (
-        [float(ends[0][row, 0]) for row in (0, 1)],
-        [float(others[0][row, 0]) for row in (0, 1)],
-    )
+def _turn(vectors: np.ndarray, others: np.ndarray) -> Fraction | None:
+    """The part of a full turn about z by which some vectors are others, turned."""
+    x, y = vectors[0, 0], others[0, 0]
     angle = math.atan2(y[1], y[0]) - math.atan2(x[1], x[0])
     part = Fraction(angle / (2 * math.pi) % 1).limit_denominator(_PARTS) % 1
-    with flint.ctx.workprec(BITS):
-        T = Image(part).exact((0, 1, 2))
-        pairs = zip(ends, others, strict=True)
-        apart = [x for A, B in pairs for x in (T * A - B).entries()]
-        return part if all(bool(abs(x) < _NOTHING) for x in apart) else None
+    image = Image(part).of(np.concatenate([vectors, np.zeros_like(vectors)], axis=-1))[..., :3]
+    return part if np.max(np.abs(image - others)) < _PLACE * np.max(np.abs(vectors)) else None
 
 
 def with_mirrored(
     turned: Mapping[int, tuple[int, Image]],
-    legs: Sequence[LegAtPoints],
+    stiffness: Callable[[int], np.ndarray],
     rows: Sequence[int],
-    length: float,
 ) -> dict[int, tuple[int, Image]]:
     """Turned legs, and those that are mirror images of turned ones, all of them.
 
-    `rows`: which of six directions there are; `length`: characteristic length [m].
+    `stiffness`: of a leg, at the samples (count, n, n), moments and turns by a length; `rows`:
+    which of six directions there are.
     """
     orbits: dict[int, dict[int, Fraction]] = {}
     for i, (first, way) in turned.items():
         orbits.setdefault(first, {first: Fraction(0)})[i] = way.part
-    scale = np.array([1.0 if row < 3 else 1 / length for row in rows])
-    K = {}
-    for first in orbits:
-        own = np.array([[float(x) for x in row] for row in legs[first].stiffness[0].table()])
-        K[first] = np.zeros((6, 6))
-        K[first][np.ix_(rows, rows)] = own * np.outer(scale, scale)
+    K: dict[int, np.ndarray] = {}
+    for first in orbits if len(orbits) > 1 else ():
+        own = stiffness(first)
+        K[first] = np.zeros((len(own), 6, 6))
+        K[first][np.ix_(range(len(own)), rows, rows)] = own
     found = dict(turned)
     for first, other in combinations(orbits, 2):
         N = len(orbits[first])
         if first in found or other in found or len(orbits[other]) != N:
             continue
         for way in (Image(Fraction(k, N), mirror) for mirror in MIRRORS for k in range(N)):
-            wanted = way.of(way.of(K[first]).T)
-            near = np.max(np.abs(K[other] - wanted)) <= _SAME * np.max(np.abs(wanted))
-            if near and _is_image(legs[other], legs[first], way, rows):
+            wanted = way.of(way.of(K[first]).mT)
+            if np.max(np.abs(K[other] - wanted)) <= _SAME * np.max(np.abs(wanted)):
                 for i, part in orbits[other].items():
                     found[i] = first, replace(way, part=(way.part + part) % 1)
                 break
     return found
-
-
-def _is_image(leg: LegAtPoints, first: LegAtPoints, way: Image, rows: Sequence[int]) -> bool:
-    """Whether a stiffness is the image of another, by enclosures at all points."""
-    with flint.ctx.workprec(BITS):
-        for K, image in zip(leg.stiffness, first.turned(way, rows).stiffness, strict=True):
-            size = max(map(abs, K.entries()), key=float)
-            if any(not bool(abs(x) < _NOTHING * size) for x in (K - image).entries()):
-                return False
-    return True
-
-
-def _matrix(entries: Any) -> Any:
-    return flint.arb_mat([[flint.arb(x) for x in row] for row in entries])
 
 
 #: Of a wrench in space and in the plane.
@@ -337,13 +152,6 @@ class Image:
         angle = 2 * sp.pi * sp.Rational(self.part.numerator, self.part.denominator)
         return self._image(wrench, sp.cos(angle), sp.sin(angle))
 
-    def exact(self, rows: Sequence[int]) -> Any:
-        """Some rows and columns of the matrix that makes an image, in balls."""
-        part = 2 * flint.fmpq(self.part.numerator, self.part.denominator)
-        c, s = flint.arb.cos_pi_fmpq(part), flint.arb.sin_pi_fmpq(part)
-        columns = [self._image([int(i == j) for i in range(6)], c, s) for j in rows]
-        return flint.arb_mat([[column[i] for column in columns] for i in rows])
-
     def of(self, wrenches: np.ndarray) -> np.ndarray:
         """The images of wrenches in numbers (..., 6)."""
         c, s = np.cos(2 * np.pi * self.part), np.sin(2 * np.pi * self.part)
@@ -360,11 +168,10 @@ class Image:
 
 @dataclass(frozen=True)
 class Orbit:
-    """All images of a wrench under turns by equal parts, and perhaps under a mirror."""
+    """All images of a wrench under turns by equal parts, half of them perhaps in a mirror."""
 
     first: int  # of the wrenches
     images: dict[int, Image]  # for each wrench of the orbit how it is made from the first
-    is_mirrored: bool  # whether half of them are mirror images
 
 
 def orbits_of(wrenches: np.ndarray) -> list[Orbit] | None:
@@ -395,10 +202,10 @@ def orbits_of(wrenches: np.ndarray) -> list[Orbit] | None:
                 mirrored = _orbit(wrenches, first, ways, left)
                 if len(mirrored) == N:
                     left -= mirrored.keys()
-                    found.append(Orbit(first, orbit | mirrored, is_mirrored=True))
+                    found.append(Orbit(first, orbit | mirrored))
                     break
             else:
-                found.append(Orbit(first, orbit, is_mirrored=False))
+                found.append(Orbit(first, orbit))
         if not left:
             return found
     return None

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import FileError, Location, Words
-from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint, mass_of_body
+from robostiff.io.rigid_tree import JointType, Mimic, RigidTree, TreeJoint, mass_of_body
 from robostiff.model import Actuated, Passive
 from robostiff.spatial import Frame
 

@@ -1,0 +1,482 @@
+"""The passive joints of one leg, eliminated one after the other in axes of its own, eq. (15)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import sympy as sp
+from scipy.sparse.csgraph import connected_components
+
+from robostiff.analytic.budget import (
+    BUDGET,
+    FormulaTooLargeError,
+    OutOfTimeError,
+    checked_budget,
+    within,
+)
+from robostiff.analytic.calculus import compliance_formula
+from robostiff.analytic.chain import Closed, Steps, derive_chain
+from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.exact.definition import Definition, Unwritten, count_of, used_definitions
+from robostiff.analytic.exact.trigonometry import shortest_trigonometry
+from robostiff.analytic.placement.agreement import AGREED, check_value, closed_places
+from robostiff.analytic.placement.conditions import conditions_of
+from robostiff.analytic.placement.robot_placement import PlacedRobot, place_robot
+from robostiff.analytic.placement.robot_pose import AtHome, PoseFormula
+from robostiff.analytic.questions.rank import matrix_by_entries
+from robostiff.analytic.reading.named_reading import NamedReading
+from robostiff.analytic.reading.record_reading import StepReading
+from robostiff.analytic.springs.contributions import (
+    BeamProducts,
+    ContributionReader,
+    recognised_beam,
+    summed,
+)
+from robostiff.analytic.springs.sampled_leg import SampledLeg
+from robostiff.analytic.springs.unit_wrenches import WrenchSearch
+from robostiff.analytic.vectors.forms import inverse_in_steps, transport
+from robostiff.errors import InputError
+from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Robot
+from robostiff.recorded.leg import at_samples
+from robostiff.recorded.working_frame import (
+    LocalLeg,
+    LocalSpring,
+    WorkingFrame,
+    energy_of,
+    local_leg,
+    working_frames,
+)
+from robostiff.spatial import Space
+
+_NOTHING = 1e-12
+
+
+@dataclass(frozen=True)
+class LegGeometry:
+    """A leg in its own axes, as entries of the record."""
+
+    placed: PlacedRobot
+    own: PlacedLeg
+    frame: WorkingFrame
+    local: LocalLeg
+    loads: list[list[list[Any]]]  # of each spring under a unit wrench along each row
+    # length and products of each spring that is a beam; None otherwise
+    beams: list[tuple[Any, dict[str, Any]] | None]
+
+    @classmethod
+    def of(cls, own: PlacedLeg, placed: PlacedRobot) -> LegGeometry:
+        """In the axes of one of its parts in which compliance and joints have fewest entries."""
+        record, length = placed.record, placed.length
+        frame, local = _simplest(own, placed)
+        local = replace(local, springs=[_unturned(x, record.count) for x in local.springs])
+        units = [[int(k == row) for k in range(6)] for row in placed.entries.space.rows]
+        loads = [
+            [[record.simplified(x, length) for x in spring.wrench(w)] for w in units]
+            for spring in local.springs
+        ]
+        beams = [recognised_beam(spring, record) for spring in own.springs]
+        return cls(placed, own, frame, local, loads, beams)
+
+    @property
+    def arm(self) -> np.ndarray:
+        """From the reference point to the origin of the axes (3,)."""
+        return self.frame.p - self.placed.reference
+
+    @property
+    def entries(self) -> list[Any]:
+        """Everything that is read."""
+        found = [x for spring in self.loads for w in spring for x in w]
+        found += [x for twist in self.local.twists for x in twist]
+        found += [x for twist, k in self.local.drives for x in (*twist, k)]
+        for spring, beam in zip(self.local.springs, self.beams, strict=True):
+            found += [beam[0], *beam[1].values()] if beam else [*spring.compliance.flat]
+        return [*found, *self.frame.R.flat, *self.arm]
+
+    def check_elastic(self) -> None:
+        """Raise `InputError` where the leg is rigid in a direction."""
+        placed, n = self.placed, self.placed.entries.space.size
+        around = WrenchSearch(placed.record, placed.reference, placed.entries.space, placed.length)
+        sample = SampledLeg.of(self.own, around)
+        rank = n if sample is None else sample.elastic_directions
+        if rank < n:
+            raise InputError(
+                f"K^0 of leg {self.own.name!r}",
+                got=f"springs that yield in {rank} of {n} directions with the passive joints held",
+                expected="elastic parts in all directions: K^0 is the inverse of their compliance",
+                hint="write derive(robot), which needs no inverse; "
+                "or give the links as beams, as gough-stewart-b-beams has them",
+            )
+
+    def compliance(self, read: Any, most: int | None = None) -> list[list[Any]]:
+        """C in names: for each entry what each spring and drive contributes, nothing combined.
+
+        Raises
+        ------
+        FormulaTooLargeError
+            As soon as its different entries have more operations than `most`.
+        """
+        rows = self.placed.entries.space.rows
+        n = len(rows)
+        record, length = self.placed.record, self.placed.length
+        reader = ContributionReader(record, length, read, BeamProducts(read))
+        for beam in filter(None, self.beams):
+            read.length(beam[0])  # named before anything is written with it
+        C: list[list[Any]] = [[sp.Integer(0)] * n for _ in range(n)]
+        operations: dict[Any, int] = {}
+        written: dict[Any, Any] = {}  # by what they are multiplied out, each up to its sign
+        for i in range(n):
+            for j in range(i, n):
+                found = [
+                    one
+                    for k, spring in enumerate(self.own.springs)
+                    for one in reader.of_spring(
+                        spring.name,
+                        (self.loads[k][i], self.loads[k][j]),
+                        self.beams[k],
+                        self.local.springs[k].compliance,
+                    )
+                ]
+                for twist, stiffness in self.local.drives:
+                    found.append(reader.of_drive((twist[rows[i]], twist[rows[j]]), stiffness))
+                entry = summed([x for x in found if x[0] != 0])
+                plain = sp.expand(entry)
+                entry = -written[-plain] if -plain in written else written.setdefault(plain, entry)
+                C[i][j] = C[j][i] = entry
+                operations[entry] = count_of(entry)
+                if most is not None and sum(operations.values()) > most:
+                    raise FormulaTooLargeError.beyond(most)
+        return C
+
+
+class LegInSteps:
+    """Reads the entries of a leg in named steps, which are never long."""
+
+    def __init__(self, geometry: LegGeometry) -> None:
+        placed = geometry.placed
+        self._read = StepReading(placed.record, placed.symbols, geometry.entries)
+        self.definitions: list[Definition] = [*placed.springs, *self._read.definitions]
+        self._taken = {*placed.symbols, *(d.symbol.name for d in self.definitions)}
+
+    def __call__(self, value: Any) -> Any:
+        """The expression of an entry."""
+        return self._read(value)
+
+    def fraction(self, expression: Any) -> Any:
+        """An expression of what was read, as it is."""
+        return expression
+
+    def length(self, value: Any) -> Any:
+        """A length; it has a name where it is used twice."""
+        return self._read(value)
+
+    def are_free(self, names: Iterable[str]) -> bool:
+        """Whether names stand for nothing else."""
+        return self._taken.isdisjoint(names)
+
+    def define(self, letter: str, expression: Any, own: str | None = None, part: str = "") -> Any:
+        """A further name."""
+        symbol = sp.Symbol(own or letter, positive=True)
+        if all(d.symbol != symbol for d in self.definitions):
+            self.definitions.append(Definition(symbol, expression, (part,) if part else ()))
+        return symbol
+
+
+def _simplest(own: PlacedLeg, placed: PlacedRobot) -> tuple[WorkingFrame, LocalLeg]:
+    """The axes in which compliance and joints have fewest entries, near the platform if alike."""
+    space, record = placed.entries.space, placed.record
+    world = WorkingFrame(np.eye(3, dtype=int).astype(object), placed.reference)
+    best: tuple[Any, WorkingFrame, LocalLeg] | None = None
+    for number, one in enumerate(working_frames(own, world)):
+        frame = one
+        if space is Space.PLANAR:
+            if record.simplified(one.R[2, 2]) != 1:
+                continue
+            in_plane = np.array([*one.p[:2], placed.reference[2]], dtype=object)
+            frame = WorkingFrame(one.R, in_plane)
+        local = local_leg(own, frame, record, placed.length)
+        J, C = _sampled_leg(local, placed)
+        entries = int(np.sum(np.max(np.abs(J), axis=0) > _NOTHING)) if J.size else 0
+        entries += int(np.sum(np.max(np.abs(C), axis=0) > _NOTHING * np.max(np.abs(C))))
+        cost = (local.entries + entries, -number)
+        if best is None or cost < best[0]:
+            best = cost, frame, local
+    if best is None:
+        raise InputError(f"leg {own.name!r}", expected="axes in the plane of the robot")
+    return best[1], best[2]
+
+
+def _unturned(spring: LocalSpring, count: int) -> LocalSpring:
+    """A spring that is alike in all directions, in the axes of the leg."""
+    C = at_samples(spring.compliance, count)
+    each = np.repeat(C[:, [0, 3], [0, 3]], 3, axis=1)
+    if np.max(np.abs(C - each[:, :, None] * np.eye(6))) > _NOTHING * np.max(np.abs(C)):
+        return spring
+    return replace(spring, R=np.eye(3, dtype=int).astype(object))
+
+
+def _sampled_leg(local: LocalLeg, placed: PlacedRobot) -> tuple[np.ndarray, np.ndarray]:
+    """J_q and C in the leg's axes at the samples; rotations at the characteristic length."""
+    rows = placed.entries.space.rows
+    count = placed.record.count
+    scale = np.array([1.0 if row < 3 else placed.length for row in rows])
+    J = at_samples([[t[i] for i in rows] for t in local.twists], count)
+    J = J.reshape(count, len(local.twists), len(rows)) * scale
+    energy = energy_of(local, np.eye(len(rows), dtype=int).tolist(), rows)
+    return J, at_samples(energy, count) / scale[:, None] / scale
+
+
+def passive_freedoms(leg: PlacedLeg) -> tuple[str, ...]:
+    """Names of the passive freedoms of a leg, those of its springs and blocks included.
+
+    Blocks after the first add one for what they leave free together with it.
+    """
+    names = []
+    for element in leg.own_parts:
+        if isinstance(element, PlacedFreedom):
+            if element.is_passive:
+                names.append(element.name)
+        else:
+            count = element.elasticity.freedoms.shape[1]
+            names += [f"{element.name}.free[{i}]" for i in range(count)]
+    for block in leg.blocks:
+        for branch in block.branches:
+            names += passive_freedoms(branch)
+    return (*names, *(f"{block.name}.free" for block in leg.blocks[1:]))
+
+
+def elastic_parts(leg: PlacedLeg) -> tuple[str, ...]:
+    """Names of the springs and of the drives with a stiffness."""
+    return tuple(
+        part.name
+        for part in leg.parts
+        if isinstance(part, PlacedSpring) or part.stiffness is not None
+    )
+
+
+_WRITTEN_OUT = 3  # coupled directions of a compliance whose inverse is written out
+_SHORT = 2  # operations of an entry of C that needs no name, such as 1/k
+_SHARE = 0.25  # of the budget, for names and for steps of the geometry each
+_QUESTION = "stiffness of a leg"
+_LONGEST_AXIS = 100  # operations of an entry whose sines are made sums of angles
+_READABLE = 500  # terms of an entry, beyond which a leg is derived in steps
+
+
+@dataclass(frozen=True)
+class LegElimination(Derivation):
+    """The stiffness of one leg, one passive joint after the other.
+
+    K0 and the stages are in axes of its own; K is about the reference point of the platform, in
+    world axes, as all others are.
+
+    Attributes
+    ----------
+    leg : str
+        Its name.
+    where : str
+        The pose, in words.
+    elastic : tuple of str
+        Its elastic parts and drives.
+    C : sympy.ImmutableMatrix
+        Compliance of these with all passive joints held (n x n); K0 = C^-1.
+    axes : sympy.ImmutableMatrix
+        Columns: the leg's own axes in the world (3 x 3).
+    arm : sympy.ImmutableMatrix
+        From the reference point to the origin of these axes (3 x 1) [m], world axes.
+    coordinates : tuple of str
+        Names of the symbols of the pose.
+    """
+
+    leg: str = ""
+    where: str = ""
+    elastic: tuple[str, ...] = ()
+    C: Any = None
+    axes: Any = None
+    arm: Any = None
+    coordinates: tuple[str, ...] = ()
+
+    @property
+    def space(self) -> Space:
+        """Spatial (6 x 6) or planar (3 x 3)."""
+        return Space.of_size(self.K.rows)
+
+    @property
+    def given_symbols(self) -> tuple[Any, ...]:
+        """The given symbols of all stages, some of which cancel in K."""
+        parts = [self.K0, self.C, self.axes, self.arm, *(d.expression for d in self.definitions)]
+        parts += [M for stage in self.stages for M in (stage.J, stage.K)]
+        found = set().union(*(part.free_symbols for part in parts))
+        return tuple(sorted(found - {d.symbol for d in self.definitions}, key=str))
+
+
+def derive_leg(
+    robot: Robot,
+    leg: str,
+    pose: PoseFormula | None = None,
+    form: Closed | Steps | None = None,
+    budget: float | None = BUDGET,
+) -> LegElimination:
+    """Stiffness of a leg as in Section VI: K^0 = C^-1, then one passive joint after the other.
+
+    The axes are those of a part of the leg in which its joints are simplest, so that many of them
+    are trivial or quasi-trivial, eq. (18)-(20); these come first, as the order is arbitrary.
+
+    Parameters
+    ----------
+    robot : Robot
+    leg : str
+        Name of the leg.
+    pose : AtHome, AtSymbols or AtCoordinates
+        Home when left out.
+    form : Closed or Steps
+        As for `derive_chain`; when left out, closed where that is short, and steps otherwise.
+    budget : float or None
+        Seconds of computing for a closed form.
+
+    Raises
+    ------
+    InputError
+        When there is no such leg, it has a parallel block, or it is rigid in a direction, so that
+        C has no inverse.
+    DisagreementError
+        When a stage differs from the recursion in numbers at random parameters.
+    FormulaTooLargeError
+        When a closed form would exceed its limit.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> leg = derive_leg(rs.load("gough-stewart-b-beams", symbols=("h",)), "leg1")
+    >>> for stage in leg.stages[:3]:
+    ...     print(stage.rule)
+    rotation about x at the reference point: trivial joint (19), row and column 4 vanish
+    rotation about y at the reference point: trivial joint (19), row and column 5 vanish
+    rotation about z at the reference point: trivial joint (19), row and column 6 vanish
+    >>> sum(x != 0 for x in leg.stages[-1].K)
+    1
+    """
+    names = [own.name for own in robot.legs]
+    if leg not in names:
+        raise InputError(f"leg of {robot.name!r}", got=leg, expected=", ".join(names))
+    if budget is not None:
+        checked_budget(budget)
+    placed = place_robot(robot, AtHome() if pose is None else pose)
+    own = placed.legs[names.index(leg)].leg
+    if own.blocks:
+        raise InputError(
+            f"leg {leg!r}",
+            got=f"the parallel block {own.blocks[0].name!r}",
+            expected="joints and springs in series: K^0 is the inverse of their compliance",
+            hint="write derive(robot), which supports blocks",
+        )
+    geometry = LegGeometry.of(own, placed)
+    geometry.check_elastic()
+    found = _shortest(geometry, form, budget)
+    check_leg(found, placed)
+    return found
+
+
+def _shortest(
+    geometry: LegGeometry, form: Closed | Steps | None, budget: float | None
+) -> LegElimination:
+    """The first form that ends: names for lengths, then steps for the geometry, then for all."""
+    own, closed = geometry.placed, Closed(_READABLE) if form is None else form
+    share = None if budget is None else _SHARE * budget
+
+    def in_names() -> LegElimination:
+        return _derived(geometry, NamedReading(own.record, own.symbols, own.springs), closed)
+
+    def in_steps() -> LegElimination:
+        return _derived(geometry, LegInSteps(geometry), closed)
+
+    for derive in () if isinstance(form, Steps) else (in_names, in_steps):
+        try:
+            return within(share, derive, _QUESTION)
+        except (FormulaTooLargeError, OutOfTimeError):
+            if form is not None and derive is in_steps:
+                raise
+    return _derived(geometry, LegInSteps(geometry), Steps())
+
+
+def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimination:
+    placed, local, own = geometry.placed, geometry.local, geometry.own
+    rows = placed.entries.space.rows
+    found = geometry.compliance(read)
+    twists = zip(passive_freedoms(own), local.twists, strict=True)
+    joints = dict(
+        sorted(
+            ((name, [read(twist[i]) for i in rows]) for name, twist in twists),
+            key=lambda joint: sum(x != 0 for x in joint[1]),
+        )
+    )
+    R = sp.Matrix(3, 3, [read(x) for x in geometry.frame.R.flat])
+    axes = shortest_trigonometry(R, _LONGEST_AXIS)
+    arm = shortest_trigonometry(sp.Matrix([read(x) for x in geometry.arm]))
+    C, before = sp.ImmutableMatrix(found), tuple(read.definitions)
+    if any(entry.is_Add for entry in C.flat()):  # a single beam needs no names
+        C, before = matrix_by_entries(C, before, "C_", _SHORT)
+    K0, inverted = _inverse(C)
+    chain = derive_chain(K0, joints, form)
+    used = used_definitions(
+        (*before, *inverted),
+        [sp.sympify(x) for part in (C, K0, axes, arm, *joints.values()) for x in part],
+    )
+    T = transport(axes, arm, placed.entries.space)
+    return LegElimination(
+        name="K_C",
+        K0=chain.K0,
+        stages=chain.stages,
+        K=sp.ImmutableMatrix(T * chain.K * T.T),
+        definitions=(*used, *chain.definitions),
+        leg=f"{own.name} of {placed.robot.name}",
+        where=placed.where,
+        elastic=elastic_parts(own),
+        C=C,
+        axes=axes,
+        arm=arm,
+        coordinates=placed.coordinates,
+        conditions=Unwritten(lambda: conditions_of(placed, own.name)),
+        meanings=placed.meanings,
+    )
+
+
+def _inverse(C: Any) -> tuple[sp.ImmutableMatrix, tuple[Definition, ...]]:
+    """K^0 = C^-1: written out where few directions are coupled, in named steps otherwise."""
+    n = C.rows
+    pattern = np.array([[int(C[i, j] != 0) for j in range(n)] for i in range(n)])
+    coupled = connected_components(pattern, directed=False)[1]
+    if np.max(np.bincount(coupled)) <= _WRITTEN_OUT:
+        return compliance_formula(C), ()
+    definitions: list[Definition] = []
+
+    def given(k: int, i: int, j: int, entry: Any) -> Any:
+        # After the last step the inverse is the negative.
+        sign = -1 if k == n - 1 else 1
+        if entry.is_Atom or (-entry).is_Atom:
+            return entry
+        name = f"{'K_0' if k == n - 1 else f'S_{k + 1}'}_{i + 1}{j + 1}"
+        definitions.append(Definition(sp.Symbol(name, real=True), sign * entry))
+        return sign * definitions[-1].symbol
+
+    return inverse_in_steps(C, given), tuple(definitions)
+
+
+_FLOOR = 1e-3  # of K of the robot, added on both sides: rounding of what vanishes is not compared
+
+
+def check_leg(found: LegElimination, placed: PlacedRobot) -> None:
+    """Compare K with that of the wrench basis; `derive_chain` has compared what is before it.
+
+    Raises
+    ------
+    DisagreementError
+    """
+    names = [f"{own.name} of {placed.robot.name}" for own in placed.robot.legs]
+    for values, result, _ in closed_places(placed):
+        expected = result.leg_stiffness[names.index(found.leg)]
+        whole = found.K + sp.Matrix(_FLOOR * result.K)
+        given = {s: values[s.name] for s in found.given_symbols}
+        own = whole, found.definitions, given, expected + _FLOOR * result.K
+        check_value(*own, AGREED, found.leg, placed.length)
