@@ -76,6 +76,10 @@ def test_export_of_a_tracker(arm, tmp_path):
     np.testing.assert_allclose(found.sigma, [[1e-5, 1.5e-5, 2e-5], [2e-5, 1.5e-5, 2e-5]])
     np.testing.assert_allclose(found.wrenches[:, 2], [-100, -300])
     assert found.place(1).endswith("tracker.csv:4")
+    rounded = tmp_path / "rounded.csv"
+    rounded.write_text((DATA / "tracker.csv").read_text("utf-8").replace("0.0200,0.0300", "0,0.03"))
+    first = rs.Measurements.read(rounded, arm, joints=joints)
+    np.testing.assert_allclose(first.sigma[:, 0], [2e-5, 2e-5])  # that of the other line
     latin = tmp_path / "latin.csv"
     latin.write_bytes((DATA / "tracker.csv").read_text("utf-8").encode("latin-1"))
     again = rs.Measurements.read(latin, arm, joints=joints)

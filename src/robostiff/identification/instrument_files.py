@@ -42,8 +42,9 @@ class TrackerPoints:
 def tracker_points(name: str, lines: Sequence[str]) -> TrackerPoints | None:
     """What a tracker has written; None of a file of another kind.
 
-    ``U(95)`` is twice the standard deviation, of each axis where there is one; a word in ``Delete``
-    marks what was taken out.
+    ``U(95)`` is twice the standard deviation, of each axis where there is one; those that are
+    rounded to zero are as large as the smallest that are not. A word in ``Delete`` marks what was
+    taken out.
     """
     first = next((line for line in lines if line.strip()), "")
     if "U(95)" not in first:
@@ -60,6 +61,7 @@ def tracker_points(name: str, lines: Sequence[str]) -> TrackerPoints | None:
     for a in "XYZ":
         own = table.si.get(f"U95 {a}", table.si.get("U95"))
         if own is not None:
+            own = np.where(own == 0, np.min(own, where=own > 0, initial=np.inf), own)
             si[f"sigma_{a.lower()}"] = 0.5 * own
     words = table.words.get("Delete", ("",) * len(table.rows))
     kept = np.array([word in ("", "0") for word in words])
