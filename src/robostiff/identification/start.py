@@ -52,9 +52,8 @@ def model_of(
     p = np.array([own.nominal for own in parameters])
     statics: FiniteLoads | SmallLoads = SmallLoads(states, robot, given)
     if not small:
-        plays = {own.name: own.plays for own in parameters if own.plays}
         of_drives = any(kind.of_drive for kind in measured.kinds)
-        statics = FiniteLoads(states, robot, given, gravity, None, p, plays, of_drives)
+        statics = FiniteLoads.of(states, robot, parameters, gravity, drives=of_drives)
     statics, codes = statics.checked(p)
     _check_states(robot, measured, states, codes)
     _check_plays(statics)

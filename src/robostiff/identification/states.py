@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from robostiff.compiled import Backend
 from robostiff.errors import InputError
 from robostiff.identification.measurements import LoadAxes, Measurements, Reading, coordinates_of
+from robostiff.identification.unknowns import Unknown
 from robostiff.kinematics import JointCoordinates, find_posture
 from robostiff.kinematics.machine_pose import actuator_places
 from robostiff.kinematics.turn import turn_by_vector
@@ -148,6 +149,22 @@ class FiniteLoads:
     nominal: np.ndarray = field(default_factory=lambda: np.zeros(0))  # (n,) of the parameters
     plays: Mapping[str, str] = field(default_factory=dict)  # joints of parameters that are play
     drives: bool = False  # whether what drives carry is asked for
+
+    @classmethod
+    def of(
+        cls,
+        states: States,
+        robot: Robot,
+        parameters: Sequence[Unknown],
+        gravity: ArrayLike | str | None,
+        *,
+        drives: bool = False,
+    ) -> FiniteLoads:
+        """Of unknowns, at their nominal values."""
+        names = tuple(own.name for own in parameters)
+        nominal = np.array([own.nominal for own in parameters])
+        plays = {own.name: own.plays for own in parameters if own.plays}
+        return cls(states, robot, names, gravity, None, nominal, plays, drives)
 
     @cached_property
     def compiled(self):
