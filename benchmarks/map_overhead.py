@@ -19,7 +19,7 @@ from robostiff.analysis.maps.dataset import MapArrays
 from robostiff.analysis.maps.evaluator import room_for
 from robostiff.analysis.maps.job import MapJob, MapSummary
 from robostiff.analysis.maps.pose_columns import SIX, pose_columns
-from robostiff.analysis.maps.run import followed, run_in_threads
+from robostiff.analysis.maps.run import Threads, followed, workforce
 from robostiff.analysis.maps.store import MapStore, create_store
 from robostiff.analysis.maps.variables import map_variables
 
@@ -62,8 +62,9 @@ def main() -> None:
 
         def rate(work, finish, job=job, blocks=blocks):
             started = time.perf_counter()
-            running = run_in_threads(work, blocks, rs.Threads())
-            finish(followed(running, MapSummary(), job.partition.poses, None))
+            with workforce(None, Threads()) as run:
+                running = run(work.compute, blocks)
+                finish(followed(running, MapSummary(), job.partition.poses, None))
             return job.partition.poses / (time.perf_counter() - started) / 1e6
 
         arrays = MapArrays(job, {})

@@ -33,7 +33,7 @@ class Reader:
     kind : str
         What is read, in words: ``"a model of MuJoCo"``.
     read : callable
-        From a path, or an object of another program, to its tree of rigid links.
+        From a path, str or `Path`, or an object of another program, to its tree of rigid links.
     """
 
     kind: str

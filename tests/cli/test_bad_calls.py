@@ -15,7 +15,7 @@ COMMANDS = {
     "indices": (),
     "verify": (),
     "report": ("-o", "new.html"),
-    "map": ("--x", "0 0.1 3", "-o", "new.csv"),
+    "map": ("--x", "0 0.1 3", "-o", "new.nc"),
     "derive": (),
     "cables": (),
 }
@@ -100,7 +100,7 @@ BAD = [
         for command in (
             "deflection",
             "report -o new.html",
-            "map --quantity deflection --x 0,1,2 -o n.csv",
+            "map --quantity deflection --x 0,1,2 -o n.nc",
         )
         for wrench in ("", "1 2 3", "1 m 0 0 0 0 0", "0 0 0 1 N 0 0", "inf 0 0 0 0 0")
     ],
@@ -126,20 +126,20 @@ BAD = [
     ("report", "hexapod", "-o", "."),
     ("report", "hexapod", "-o", "new.html", "--map", "missing.nc"),
     ("report", "hexapod", "-o", "new.html", "--map", "."),
-    *[("map", "hexapod", "--x", given, "-o", "n.csv") for given in ("", "1", "0 1 0", "0 1 -3")],
-    *[("map", "hexapod", "--x", given, "-o", "n.csv") for given in ("0 0 3", "0 1 1", "1 2 nan")],
-    *[("map", "hexapod", "--x", given, "-o", "n.csv") for given in ("0 1 1e14", "0 1 1e300")],
-    *[("map", "hexapod", "--poses", given, "-o", "n.csv") for given in ("missing.csv", ".", "")],
+    *[("map", "hexapod", "--x", given, "-o", "n.nc") for given in ("", "1", "0 1 0", "0 1 -3")],
+    *[("map", "hexapod", "--x", given, "-o", "n.nc") for given in ("0 0 3", "0 1 1", "1 2 nan")],
+    *[("map", "hexapod", "--x", given, "-o", "n.nc") for given in ("0 1 1e14", "0 1 1e300")],
+    *[("map", "hexapod", "--poses", given, "-o", "n.nc") for given in ("missing.csv", ".", "")],
     ("map", "hexapod", "--x", "0 1 9999999", "--y", "0 1 9999999", "-o", "n.zarr"),
-    ("map", "hexapod", "--random", "0", "--x", "0 1", "-o", "n.csv"),
-    ("map", "hexapod", "--random", "-1", "--x", "0 1", "-o", "n.csv"),
-    ("map", "hexapod", "--random", "5", "--seed", "-1", "--x", "0 1", "-o", "n.csv"),
-    ("map", "hexapod", "--x", "0 1 2", "--threads", "-1", "-o", "n.csv"),
+    ("map", "hexapod", "--random", "0", "--x", "0 1", "-o", "n.nc"),
+    ("map", "hexapod", "--random", "-1", "--x", "0 1", "-o", "n.nc"),
+    ("map", "hexapod", "--random", "5", "--seed", "-1", "--x", "0 1", "-o", "n.nc"),
+    ("map", "hexapod", "--x", "0 1 2", "--threads", "-1", "-o", "n.nc"),
     ("map", "hexapod", "--x", "0 1 2", "--workers", "0", "-o", "n.zarr"),
     ("map", "hexapod", "--x", "0 1 2", "--scheduler", "nowhere", "-o", "n.zarr"),
-    ("map", "hexapod", "--x", "0 1 2", "--length", "0", "-o", "n.csv"),
+    ("map", "hexapod", "--x", "0 1 2", "--length", "0", "-o", "n.nc"),
     ("map", "hexapod", "--x", "0 1 2", "-o", ""),
-    ("map", "hexapod", "--x", "0 1 2", "-o", "x" * 300 + ".csv"),
+    ("map", "hexapod", "--x", "0 1 2", "-o", "x" * 300 + ".nc"),
     ("derive", "hexapod", "-o", "x" * 300 + ".tex"),
     ("derive", "hexapod", "-o", "."),
     ("derive", "hexapod", "--symbols", "no_such"),
@@ -164,7 +164,7 @@ def test_calls_that_mean_nothing(arguments):
 @pytest.mark.parametrize("content", [b"", bytes(range(256)), b"\xff\xfe", b"x\n" * 3, b"x,y\n1\n"])
 def test_files_that_are_no_poses(name, content):
     Path(name).write_bytes(content)
-    assert name in refused("map", "hexapod", "--poses", name, "-o", "new.csv")
+    assert name in refused("map", "hexapod", "--poses", name, "-o", "new.nc")
 
 
 @pytest.mark.parametrize("name", ["map.nc", "map.zarr"])

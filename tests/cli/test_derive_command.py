@@ -125,7 +125,7 @@ def test_bad_input_is_2_and_says_what_to_write(arguments, message):
     ("arguments", "option"),
     [
         (("delta", "--leg", "leg1"), "leave out --leg: the formula of the whole robot"),
-        (("h4", "--pose", "symbolic"), "by --pose joints"),
+        (("h4", "--pose", "symbolic"), "or with --pose symbolic, where"),
     ],
 )
 def test_advice_names_options_and_no_python(arguments, option):

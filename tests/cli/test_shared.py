@@ -51,7 +51,7 @@ WITH_JSON = {
     "indices": (("planar-link",),),
     "verify": (("3-rpr",),),
     "cables": (("cable-4-planar",), ("cable-4-planar", "--wrench", "0 -1 0")),
-    "map": (("3-rpr", "--x", "0 10mm 2", "-o", "map.csv"),),
+    "map": (("3-rpr", "--x", "0 10mm 2", "-o", "map.nc"),),
     "derive": (("planar-link",),),
     "plot": (("planar-link", "-o", "link.png"),),
     "report": (("3-rpr", "-o", "page.html"),),
@@ -149,7 +149,7 @@ def test_examples_stay_in_one_line():
     place = lines.index("  Examples:")
     examples = lines[place + 1 : place + 4]
     assert all(line.startswith("    robostiff map hexapod --") for line in examples)
-    assert examples[1].endswith('--wrench "0 0 -500 N 0 0 0" -o deflections.csv')
+    assert examples[1].endswith('--wrench "0 0 -500 N 0 0 0" -o deflections.nc')
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from tests.statics.robots_under_load import loaded
 
 # Functions that the tests damage.
 LOADING = "robostiff.statics.loading.loaded_posture.on_platform"
-REACTIONS = "robostiff.statics.loaded_parts.base_reactions"
+REACTIONS = "robostiff.statics.loaded_parts.CarriedLoads.reactions"
 BEAM_LOADS = "robostiff.network.response.beam_load"
 SUPPORTS = "robostiff.network.internal_loads.reactions"
 LEGS = "robostiff.analysis.leg_loads.ConjugateWrenches.carried"
@@ -110,7 +110,7 @@ def test_a_load_that_loses_its_moment_on_the_way_is_no_load_of_an_equilibrium(
 
     def without_arms(forces: Any, point: np.ndarray) -> Any:
         found = right(forces, point)
-        return replace(found, arms=0 * found.arms)
+        return replace(found, levers=0 * found.levers)
 
     loads = {"platform": rs.DeadForce([0, 0, -50], [0.2, 0.1, 0.5])}
     assert loaded(rs.load("hexapod"), loads=loads).has_answer

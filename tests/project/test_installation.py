@@ -186,7 +186,6 @@ def test_pictures_and_reports_load_no_stores_of_maps(package: str):
     [
         ("map hexapod --x '0 0.1 3' -o map.nc", "maps", "maps"),
         ("map hexapod --x '0 0.1 3' -o map.zarr", "maps", "maps"),
-        ("map hexapod --x '0 0.1 3' -o map.csv", "maps", "maps"),
         ("plot hexapod -o picture.png", "plots", "plot"),
         ("report hexapod -o report.html", "plots", "plot"),
         ("modes hexapod --plot mode.png", "plots", "plot"),

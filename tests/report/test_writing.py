@@ -11,11 +11,13 @@ from click.testing import CliRunner
 import robostiff as rs
 from robostiff.cli.main import app
 from robostiff.errors import InputError
+from robostiff.markup import page_text
 from robostiff.report import (
     TitleBlock,
     described_by,
     report_contents,
     report_html,
+    report_page,
     report_pdf,
     report_typst,
     save_report,
@@ -89,6 +91,13 @@ def test_a_wide_matrix_scrolls_by_itself():
     before = re.findall(r"(<div[^>]*>)?\s*<table class=\"robostiff-matrix\"", report_html(contents))
     assert len(before) == 3
     assert all(before)
+
+
+def test_a_report_says_that_no_critical_load_was_found():
+    contents = report_contents(shipped("3-rpr"), wrench=[1e-9, 0, 0], finite=True)
+    assert contents.under_load is not None
+    assert not contents.under_load.critical.is_found
+    assert "No critical load was found up to" in page_text(report_page(contents))
 
 
 def test_a_pdf_alone(tmp_path):

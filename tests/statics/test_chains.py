@@ -143,10 +143,6 @@ def test_gradient_and_second_derivatives_are_those_of_the_potential(on_entries: 
     beams = [chain.places[1], chain.places[3]]
     of_beams = np.array([own[place] for own, place in zip(rate, beams, strict=True)])
     assert value(terms.beams.rate) == pytest.approx(of_beams, abs=1e-12 * np.max(np.abs(rate)))
-    # what a moment does beside that: the exterior derivative of its work, m . (w_a x w_b)
-    w = value(terms.J[:, 3:])
-    expected = [0.5 * W[3:] @ np.cross(w[i], w[j]) for i, j in zip(a, b, strict=True)]
-    assert value(terms.bracket) == pytest.approx(np.array(expected), abs=1e-13)
 
 
 def test_turns_have_one_value_on_both_sides_of_where_series_end() -> None:

@@ -136,9 +136,8 @@ def test_margin_that_leaps_past_zero_has_the_factor_of_the_leap(monkeypatch: pyt
     """As where a leg turns singular on the way, and its stiffness runs to minus infinity."""
     real = critical_point.least_margin
 
-    def leaping(problem: Any, found: Any) -> Any:
-        leg, own = real(problem, found)
-        return leg, replace(own, value=0.3 if found.factor < 0.123 else -1e9)
+    def leaping(found: Any) -> Any:
+        return replace(real(found), value=0.3 if found.factor < 0.123 else -1e9)
 
     for module in (critical_point, equilibrium_path):
         monkeypatch.setattr(module, "least_margin", leaping)

@@ -130,11 +130,11 @@ def test_what_does_not_fit_is_refused():
 def test_the_command_takes_factors_and_gravity():
     words = ["map", "gough-stewart-b", "--wrench", "0 0 -50 MN 0 0 0", "--quantity", "deflection"]
     run = Running()
-    told = run(*words, "--under-load", "--factor", "0 2 3", "-o", "-")
-    rows = told.stdout.splitlines()
-    assert rows[0].startswith("factor,displacement_dx [m]")
-    assert [row.rpartition(",")[2] for row in rows[1:3]] == ["ok", "ok"]
-    assert "beyond-critical-load" in rows[3]
+    told = run(*words, "--under-load", "--factor", "0 2 3", "-o", "-", "--json")
+    facts = json.loads(told.stdout)
+    assert facts["dimensions"] == {"factor": 3}
+    assert facts["statuses"] == {"ok": 2, "unstable+beyond-critical-load": 1}
+    assert facts["extremes"]["displacement_magnitude"]["least"]["pose"]["factor"] == 0
     refused = run(*words, "--factor", "0 2 3", "-o", "-")
     assert refused.exit_code == 2
     assert "--under-load beside it" in refused.stderr

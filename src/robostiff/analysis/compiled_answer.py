@@ -157,7 +157,7 @@ def decided(
     rank = np.full(len(flags), general.rank, dtype=np.int8)
     closed = closes(kernel, results)
     guarded = given.loose | ~closed if general.verified else np.ones(len(flags), dtype=bool)
-    lost, meet = given.missed, np.zeros_like(guarded)
+    lost, meet = given.missed, None
     if flags.any():
         codes = flags.astype(np.uint8)
         at = {flag: (codes & np.uint8(flag)) != 0 for flag in Flag}
@@ -178,7 +178,7 @@ def decided(
         guarded &= ~lost
         for own in values.values():
             own[lost] = np.nan
-    if meet.any():  # eigenvalues have no derivatives where two of them meet
+    if meet is not None and meet.any():  # eigenvalues have no derivatives where two of them meet
         status[meet] |= np.uint16(Status.ILL_CONDITIONED)
         for output in kernel.outputs:
             if isinstance(output, Rates):

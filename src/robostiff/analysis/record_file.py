@@ -13,7 +13,6 @@ import json
 import os
 import stat
 import sys
-import tempfile
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass
@@ -46,6 +45,7 @@ from robostiff.elastostatics import Status
 from robostiff.record import Program
 from robostiff.spatial import Space
 from robostiff.version import __version__
+from robostiff.whole_file import whole_file
 
 _MAGIC = b"robostiff record 1"
 _LARGEST = 2**26  # bytes
@@ -156,15 +156,9 @@ class RecordFile:
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             if not _is_own(folder.stat()):
                 return
-            handle, begun = tempfile.mkstemp(dir=folder, suffix=".begun")
-            try:
-                with open(handle, "wb") as file:
-                    file.write(_head(body) + body)
-                    file.flush()
-                    os.fsync(handle)
-                Path(begun).replace(self.path)
-            finally:
-                Path(begun).unlink(missing_ok=True)
+            with whole_file(self.path) as begun:
+                begun.touch(mode=0o600)
+                begun.write_bytes(_head(body) + body)
             files = sorted(folder.glob("*.record"), key=lambda own: own.stat().st_mtime)
             for old in files[:-_MOST_FILES]:
                 old.unlink(missing_ok=True)

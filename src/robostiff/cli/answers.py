@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from robostiff.cli.command import BAD_STATUS, answered, slips
 from robostiff.cli.options import (
@@ -189,7 +189,7 @@ class PrintEquilibrium(Command, name="equilibrium"):
         picture = picture_beside(self.plot, self.answer, is_scene=self.factors is None)
         options = {"wrench": F, **loads.loading(robot, self.place, self.loads)}
         factors = None if self.factors is None else loads.factors(self.factors)
-        result = equilibrium(robot, **options)
+        result: Any = equilibrium(robot, **options)
         critical = critical_load(robot, **options) if self.critical else None
         curve = None if factors is None else load_path(robot, factors=factors, **options)
         if picture is not None:

@@ -68,7 +68,7 @@ def pose(robot: Any, place: Posing) -> Any:
         if robot.kind not in readers:
             raise InputError(option, got=given, expected="--pose: cables have no joints")
         return readers[robot.kind](robot, given)
-    if not robot.coordinates:
+    if not (robot.coordinates or hasattr(robot, "legs")):
         expected = f"--joints: a {robot.kind} is moved by its joints"
         raise InputError(option, got=given, expected=expected)
     if given.split()[:1] == ["tip"]:
@@ -105,8 +105,8 @@ def _tool_pose(text: str) -> ToolPose:
 
 def _pose_coordinates(free: Sequence[Coordinate], text: str) -> list[float]:
     """All six coordinates, or the free ones if their number matches."""
-    if len(free) == len(Coordinate):
-        return _read_coordinates(free, text)
+    if len(free) in (0, len(Coordinate)):
+        return _read_coordinates(tuple(Coordinate), text)
     try:
         return _read_coordinates(free, text)
     except InputError as of_free:

@@ -8,6 +8,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from typing import Any
 
 import click
@@ -132,8 +133,16 @@ def ended_by_status(quiet: bool = False, verbose: bool = False) -> Iterator[_End
     """Turn bad input and what else ends a command into a message and an exit status."""
     ended = _Ended()
     try:
-        with slips(_ignore if quiet else _warn), _traced(verbose):
-            yield ended
+        warn = (lambda _: 0) if quiet else partial(_complain, status=0, word="warning")
+        with slips(warn):
+            try:
+                yield ended
+            except Exception:
+                if verbose:  # where an error arose
+                    import traceback
+
+                    click.echo(traceback.format_exc().rstrip(), err=True)
+                raise
     except InputError as error:
         ended.status = _complain(str(error), BAD_INPUT)
     except (NoAnswerError, DisagreementError) as error:
@@ -158,19 +167,6 @@ def ended_by_status(quiet: bool = False, verbose: bool = False) -> Iterator[_End
         where = f" {str(error.filename)!r}" if error.filename else ""
         reason = error.strerror or str(error)
         ended.status = _complain(f"could not read or write{where}: {reason}", BAD_INPUT)
-
-
-@contextmanager
-def _traced(wanted: bool) -> Iterator[None]:
-    """Print where an error arose, if that is wanted."""
-    try:
-        yield
-    except Exception:
-        if wanted:
-            import traceback
-
-            click.echo(traceback.format_exc().rstrip(), err=True)
-        raise
 
 
 def _say_how(seconds: float) -> None:
@@ -201,17 +197,9 @@ def ready_streams() -> None:
         sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
 
 
-def _complain(message: str, status: int) -> int:
-    click.echo(f"robostiff: error: {printable(message, kept=chr(10))}", err=True)
+def _complain(message: str, status: int, word: str = "error") -> int:
+    click.echo(f"robostiff: {word}: {printable(message, kept=chr(10))}", err=True)
     return status
-
-
-def _warn(message: str) -> None:
-    click.echo(f"robostiff: warning: {printable(message, kept=chr(10))}", err=True)
-
-
-def _ignore(_: str) -> None:
-    """Show nothing."""
 
 
 def _write_no_more() -> None:

@@ -59,11 +59,11 @@ from robostiff.errors import InputError
 from robostiff.io.model_file import ParameterChoice
 from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension, parse_quantities
-from robostiff.io.whole_file import whole_file
 from robostiff.markup import Bullets, Page, page_text
 from robostiff.model import Robot
 from robostiff.robots import robot_of_legs
 from robostiff.spatial import Space
+from robostiff.whole_file import whole_file
 
 
 def pose_from(text: str, robot: Robot, angles: str | None = None) -> PoseFormula:
@@ -162,6 +162,7 @@ _AS_OPTIONS = {
     "form=Steps()": "--steps",
     "form=Closed()": "--closed",
     "pose=AtJoints()": "--pose joints",
+    "at pose=AtSymbols()": "with --pose symbolic",
     "AtSymbols()": "--pose symbolic",
     "rs.stiffness(robot, pose)": "robostiff stiffness",
 }

@@ -290,7 +290,9 @@ class Convert(Command, name="convert"):
             )
         ending = "" if path is None else path.suffix.lower()
         robot = self.model.load()
-        frozen = None if form in _KERNELS else _frozen(self.model.source, robot, self.place, form)
+        frozen: Any = robot
+        if form not in _KERNELS:
+            frozen = _frozen(self.model.source, robot, self.place, form)
         if form in _KERNELS:
             text = _kernel(robot, self.place, form)
         elif writer is not None:
@@ -359,7 +361,7 @@ def _kernel(robot: Any, place: Posing, form: str) -> str:
 
 
 def _write(path: Path, text: str) -> None:
-    from robostiff.io.whole_file import whole_file
+    from robostiff.whole_file import whole_file
 
     with whole_file(path) as begun:
         begun.write_text(text, encoding="utf-8")

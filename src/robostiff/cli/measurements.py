@@ -255,15 +255,14 @@ class Plan(Command, name="plan"):
             choose_poses,
             random_postures,
         )
-        from robostiff.io.whole_file import whole_file
         from robostiff.page.identification import chosen_poses_page
+        from robostiff.whole_file import whole_file
 
         output = output_beside(self.output, self.answer)
         robot = _robot(self.model, self.unknowns)
         criteria: dict[str, Any] = {"d": DOptimal(), "a": AOptimal(), "test-pose": None}
-        criterion = written.chosen("--criterion", self.criterion, criteria) or self._test_pose(
-            robot
-        )
+        criterion = written.chosen("--criterion", self.criterion, criteria)
+        criterion = criterion or self._test_pose(robot)
         found = choose_poses(
             robot,
             random_postures(robot, self.candidates, self.seed),
@@ -273,7 +272,7 @@ class Plan(Command, name="plan"):
             criterion=criterion,
             forces=[written.force(own, "--force") for own in self.forces] or None,
             hook=written.three_lengths(self.hook, "--hook") if self.hook else None,
-            sigma=written.length(self.sigma, "--sigma"),
+            sigma=written.length(self.sigma, "--sigma") or 0.0,
             fixed=self.fixed,
             gravity=written.gravity(self.gravity),
             seed=self.seed,

@@ -124,7 +124,7 @@ def picture_beside(plot: str | None, answer: Answer, *, is_scene: bool = True) -
 def draw(picture: Picture, path: Path, other: Picture | None = None) -> None:
     """Into a file; on a page, moving to another picture and back."""
     from robostiff import plot
-    from robostiff.io.whole_file import whole_file
+    from robostiff.whole_file import whole_file
 
     with whole_file(path) as begun:
         if path.suffix.lower() != ".html":

@@ -136,6 +136,9 @@ class Plot(Command, name="plot"):
             return (plot.robot(robot, colouring=plot.Colouring.NAMES, **shown),)
         if what in _OF_LOADS:
             F = written.wrench(self.wrench, robot.space)
+            if what == "energy":
+                kinds, expected = {"robot", "snapshot", "network", "linkage"}, "a robot with legs"
+                written.check_kind(robot, kinds, "--what energy", expected=expected)
             if getattr(robot, "cables", ()):
                 bent: Any = cable_response(robot, place["pose"], F)
             else:
@@ -271,7 +274,7 @@ class MakeMap(Command, name="map"):
 
     $ map hexapod --x "-100 mm 100 mm 41" --rz "0 20 deg 5" -o map.nc
     $ map hexapod --poses path.csv --quantity deflection --wrench "0 0 -500 N 0 0 0"
-      -o deflections.csv
+      -o deflections.nc
     $ map hexapod --x "-0.1 0.1 5" --wrench "0 0 -1 MN 0 0 0" --under-load --factor "0 5 6"
       -o loaded.nc
     $ map hexapod --random 1000000 --x "-0.1 0.1" --y "-0.1 0.1" -o map.zarr --resume
@@ -320,6 +323,9 @@ class MakeMap(Command, name="map"):
         "Keep no map, but extremes, quantiles 0.05 0.5, histogram VARIABLE EDGES or above VARIABLE "
         "LIMITS (SI units), in little memory",
     )
+    dtype: str = option(
+        "--dtype", metavar="float64|float32", default="float64", help="Of the stiffness matrix."
+    )
     wrench: str | None = wrench_option(
         "Load about the reference point, for deflection and actuator-forces, and for --under-load"
     )
@@ -337,8 +343,8 @@ class MakeMap(Command, name="map"):
     length: str | None = length_option()
     place: Posing = group(Posing, "near")
     output: str = output_option(
-        "FILE.zarr (of any size, can be resumed), FILE.nc (NetCDF), FILE.csv, or - for CSV on "
-        "standard output; with --reduce FILE.npz (can be resumed), or -."
+        "FILE.zarr (of any size, can be resumed), FILE.nc (NetCDF), or - for the summary alone; "
+        "with --reduce FILE.npz (can be resumed), or -."
     )
     resume: bool = option("--resume", help="Continue an interrupted map in FILE.zarr or FILE.npz.")
     plot: str | None = plot_option(

@@ -15,11 +15,11 @@ from robostiff.elastostatics import Status
 from robostiff.errors import InputError, Location
 from robostiff.io.csv_table import CsvTable, read_table
 from robostiff.io.posture_columns import posture_columns, postures_of
-from robostiff.io.whole_file import whole_file
 from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.machine_pose import actuator_places
 from robostiff.kinematics.pose import joint_units
 from robostiff.model import Robot
+from robostiff.whole_file import whole_file
 
 _EULER = re.compile(r"(?:[xyz]{3}|[XYZ]{3})\Z")
 

@@ -22,6 +22,7 @@ from robostiff.spatial import Space
 
 _POSES_A_THREAD = 100_000  # below, starting a thread takes as long as what it saves
 _CHUNKS_OF_STEPS = 16
+_ROWS = 32  # of so many, a chunk of `POSES_A_CHUNK` stays in the cache
 
 
 class Backend(Enum):
@@ -78,8 +79,10 @@ class Kernel:
 
     @property
     def chunk(self) -> int:
-        """Poses at once whose results stay in the cache; many, of which some need more steps."""
-        return POSES_A_CHUNK * (_CHUNKS_OF_STEPS if isinstance(self.code, ClosedCode) else 1)
+        """Poses at once whose rows stay in the cache; many, of which some need more steps."""
+        if isinstance(self.code, ClosedCode):
+            return POSES_A_CHUNK * _CHUNKS_OF_STEPS
+        return POSES_A_CHUNK * max(1, _ROWS // (self.rows + len(self.inputs)))
 
     def evaluate(
         self, inputs: np.ndarray, out: Rows | None = None, *, threads: int | None = 1

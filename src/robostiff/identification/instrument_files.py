@@ -11,8 +11,8 @@ import numpy as np
 
 from robostiff.analysis.maps.pose_columns import coordinate_units
 from robostiff.errors import FileError, Location
+from robostiff.io.bounded_file import bounded_bytes
 from robostiff.io.csv_table import table_of
-from robostiff.io.whole_file import bounded_bytes
 from robostiff.model import Robot
 from robostiff.spatial.rotation import vector_of_rotation
 

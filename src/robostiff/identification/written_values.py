@@ -15,7 +15,7 @@ from robostiff.identification.identified import Identified
 from robostiff.identification.unknowns import Unknown, UnknownKind, spring_values
 from robostiff.io.document import Document, read_document
 from robostiff.io.model_file import model_from_document
-from robostiff.io.whole_file import whole_file
+from robostiff.whole_file import whole_file
 
 _VALUE = re.compile(r"\"[^\"]*\"|'[^']*'|[^,}\]#\n]*[^,}\]#\n\s]")
 # Of a value as it is written: what digits leave.

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from robostiff.errors import FileError, InputError, Location
+from robostiff.io.bounded_file import bounded_bytes
 from robostiff.io.units import Dimension, parse_quantity, to_si
-from robostiff.io.whole_file import bounded_bytes
 
 _MOST_BYTES = 2_000_000_000
 _LARGEST = 1e30

@@ -1,45 +1,62 @@
-"""Maps as CSV and NetCDF files, and read from any of their files; poses from CSV."""
+"""Maps as NetCDF files, and read from stores and files; poses from CSV."""
 
 from __future__ import annotations
 
-import hashlib
+import io
 import json
-import math
 import os
-import re
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from robostiff.analysis.maps import PoseList
 from robostiff.analysis.maps.pose_columns import POSE_UNITS, Mapped, coordinate_units
-from robostiff.analysis.maps.store import open_map
-from robostiff.analysis.maps.stored import damaged
-from robostiff.analysis.maps.variables import status_words
-from robostiff.errors import FileError, InputError, Location, needs_extra, printable
+from robostiff.analysis.maps.store import damaged, open_map
+from robostiff.errors import FileError, InputError, Location, needs_extra
 from robostiff.io.child_process import READ_HDF5, ProcessLimits, answer_of
 from robostiff.io.csv_table import read_table
-from robostiff.io.whole_file import whole_file
 from robostiff.model import Snapshot
+from robostiff.whole_file import whole_file
 
 if TYPE_CHECKING:
     import xarray
 
 
-_FLAGS = ("flag_masks", "flag_values")
-# After the end of HDF5, which other programs ignore: a checksum of everything before.
-_SEAL = re.compile(rb"\nrobostiff map, sha256 of all before: ([0-9a-f]{64})\n\Z")
-_SEAL_BYTES = len(b"\nrobostiff map, sha256 of all before: \n") + 64
+_BLOCK_BYTES = 2**23  # of a variable in memory
 _SECONDS, _BYTES_A_SECOND = 20, 5_000_000
 _MOST_EXPANSION = 1100  # of deflate
 
 
-def write_map_netcdf(found: xarray.Dataset, path: str | os.PathLike[str]) -> None:
-    """Write a map as NetCDF 4, whole or not at all.
+class _HeldError(io.FileIO):
+    """A file whose first error waits until all is written: HDF5 fails badly on a full disk."""
 
-    Every chunk has a checksum (fletcher32), and so has the whole file.
+    error: OSError | None = None
+
+    def write(self, content: Any) -> int:
+        """Write all of it, or keep the error."""
+        rest = memoryview(content).cast("B")
+        try:
+            while rest:
+                rest = rest[super().write(rest) :]
+        except OSError as error:
+            self.error = self.error or error
+        return len(content)
+
+    def truncate(self, size: int | None = None) -> int:
+        """Set the length, or keep the error."""
+        try:
+            return super().truncate(size)
+        except OSError as error:
+            self.error = self.error or error
+            return size or 0
+
+
+def write_map_netcdf(found: xarray.Dataset, path: str | os.PathLike[str]) -> None:
+    """Write a map as NetCDF 4, block by block, whole or not at all.
+
+    Every chunk has a checksum (fletcher32). A map that is read from a store is never in memory.
 
     Parameters
     ----------
@@ -53,27 +70,51 @@ def write_map_netcdf(found: xarray.Dataset, path: str | os.PathLike[str]) -> Non
     OSError
     """
     check_netcdf()
-    written = found.copy()
-    written.attrs = {name: value for name, value in found.attrs.items() if value != ""}
-    for variable in written.variables.values():
-        # CF requires flags and ranges in the type of their variable.
-        for name in (*_FLAGS, "actual_range"):
-            if name in variable.attrs:
-                variable.attrs = {
-                    **variable.attrs,
-                    name: np.array(variable.attrs[name], dtype=variable.dtype),
-                }
-    checked = {"zlib": True, "complevel": 1, "shuffle": True, "fletcher32": True}
-    encoding = {
-        name: checked if array.ndim and array.size else {}
-        for name, array in written.data_vars.items()
-    }
-    # Made in memory, because HDF5 fails badly on a full disk.
-    content = written.to_netcdf(engine="h5netcdf", encoding=encoding)
-    seal = hashlib.sha256(content).hexdigest()
-    with whole_file(path) as begun, begun.open("wb") as file:
-        file.write(content)
-        file.write(f"\nrobostiff map, sha256 of all before: {seal}\n".encode())
+    import h5netcdf
+
+    with whole_file(path) as begun, _HeldError(begun, "wb+") as file:
+        with h5netcdf.File(file, "w") as whole:
+            whole.dimensions = {str(name): size for name, size in found.sizes.items()}
+            whole.attrs.update({name: own for name, own in found.attrs.items() if own != ""})
+            for name, array in found.variables.items():
+                _write_variable(whole, str(name), array, _coordinates_of(found, name))
+        if file.error is not None:
+            raise file.error
+
+
+def _coordinates_of(found: xarray.Dataset, name: Hashable) -> str:
+    """Names of the coordinates of a quantity that are no dimensions."""
+    dims = set(found[name].dims)
+    own = [n for n, c in found.coords.items() if n not in found.dims and dims.issuperset(c.dims)]
+    return " ".join(map(str, own)) if name in found.data_vars else ""
+
+
+def _write_variable(whole: Any, name: str, array: xarray.Variable, coordinates: str) -> None:
+    """A variable with its attributes, by blocks of those that it has in a store or of some MB."""
+    import h5py
+
+    kind, options = array.dtype.kind, {}
+    if array.size and array.ndim and kind != "U":
+        if array.chunks is None:
+            rows = max(1, _BLOCK_BYTES * len(array) // (array.size * array.dtype.itemsize))
+            array = array.to_base_variable().chunk({array.dims[0]: rows})
+        options = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+        options |= {"fletcher32": True, "chunks": tuple(own[0] for own in array.chunks or ())}
+    missing = np.nan if kind == "f" else None
+    dtype = h5py.string_dtype() if kind == "U" else array.dtype
+    made = whole.create_variable(name, array.dims, dtype, fillvalue=missing, **options)
+    for key, value in {**array.attrs, "coordinates": coordinates}.items():
+        if key in ("flag_masks", "flag_values", "actual_range"):
+            made.attrs[key] = np.array(value, array.dtype)  # CF requires the type of the variable
+        elif not isinstance(value, str) or value:
+            made.attrs[key] = value
+    if not options:
+        made[...] = array.values.astype(object) if kind == "U" else array.values
+        return
+    starts, values = [np.cumsum((0, *own)) for own in array.chunks or ()], cast(Any, array.data)
+    for block in np.ndindex(*(len(own) - 1 for own in starts)):
+        part = tuple(slice(own[k], own[k + 1]) for own, k in zip(starts, block, strict=True))
+        made[part] = values.blocks[block].compute(scheduler="synchronous")
 
 
 def read_map_netcdf(path: Path) -> xarray.Dataset:
@@ -81,23 +122,19 @@ def read_map_netcdf(path: Path) -> xarray.Dataset:
     check_netcdf()
     import xarray
 
+    size = path.stat().st_size
+    expanded = _MOST_EXPANSION * size
+    limits = ProcessLimits(2**31 + expanded, _SECONDS + size // _BYTES_A_SECOND)
+    request = {"path": str(path), "expanded": expanded}
     try:
-        size = path.stat().st_size
-        seal_holds = _seal_holds(path, size)
-    except OSError as error:
-        raise InputError(
-            "map", got=str(path), expected=f"a NetCDF file ({error.strerror})"
-        ) from None
-    if seal_holds is False:
-        raise damaged(path, "a content that does not agree with its checksum")
-    _try_elsewhere(path, size)
-    try:
+        answer_of(READ_HDF5, request, Location(str(path)), "map", "HDF5", limits)
         with xarray.open_dataset(path, engine="h5netcdf") as found:
             return found.load()
+    except FileError as error:
+        raise damaged(path, f"contents that HDF5 cannot read ({error.got})") from None
     except Exception as error:  # any failure of HDF5 or xarray at a file of another program
-        raise damaged(
-            path, f"contents that cannot be read ({type(error).__name__}: {error})"
-        ) from None
+        words = f"contents that cannot be read ({type(error).__name__}: {error})"
+        raise damaged(path, words) from None
 
 
 def check_netcdf() -> None:
@@ -105,34 +142,6 @@ def check_netcdf() -> None:
     with needs_extra("maps", "maps"):
         import h5netcdf  # noqa: F401
         import h5py  # noqa: F401
-
-
-def _seal_holds(path: Path, size: int) -> bool | None:
-    """Whether the checksum is right; None for a file of another program."""
-    with path.open("rb") as file:
-        if file.read(8) != b"\x89HDF\r\n\x1a\n":
-            raise damaged(path, "a start that is not that of a NetCDF 4 file")
-        file.seek(max(0, size - _SEAL_BYTES))
-        seal = _SEAL.search(file.read())
-        if seal is None:
-            return None
-        file.seek(0)
-        checksum, rest = hashlib.sha256(), size - _SEAL_BYTES
-        while rest > 0 and (part := file.read(min(rest, 2**20))):
-            checksum.update(part)
-            rest -= len(part)
-        return checksum.hexdigest().encode() == seal[1]
-
-
-def _try_elsewhere(path: Path, size: int) -> None:
-    """Read all of a file in a process with limits on memory and time."""
-    expanded = _MOST_EXPANSION * size
-    limits = ProcessLimits(2**31 + expanded, _SECONDS + size // _BYTES_A_SECOND)
-    request = {"path": str(path), "expanded": expanded}
-    try:
-        answer_of(READ_HDF5, request, Location(str(path)), "map", "HDF5", limits)
-    except FileError as error:
-        raise damaged(path, f"contents that HDF5 cannot read ({error.got})") from None
 
 
 def read_map(path: str | Path) -> xarray.Dataset:
@@ -187,104 +196,6 @@ def _is_listing(text: Any) -> bool:
         return isinstance(json.loads(text), dict)
     except (TypeError, ValueError, RecursionError):
         return False
-
-
-_ROWS = 50_000
-_UNITS_OF_K = {("F", "d"): "N/m", ("F", "r"): "N/rad", ("M", "d"): "N m/m", ("M", "r"): "N m/rad"}
-
-
-def write_map_csv(found: xarray.Dataset, path: str | os.PathLike[str]) -> None:
-    """Write a map as CSV, whole or not at all; see `map_csv_lines`.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        From `stiffness_map`.
-    path : path
-        Overwritten.
-
-    Raises
-    ------
-    OSError
-    """
-    with whole_file(path) as begun, begun.open("w", encoding="utf-8", newline="\n") as file:
-        file.writelines(f"{line}\n" for line in map_csv_lines(found))
-
-
-def map_csv_lines(found: xarray.Dataset) -> Iterator[str]:
-    """A map as lines of CSV: headings with units, then a line a pose.
-
-    Coordinates, quantities, rank, and the status in words. A field is empty where there is no
-    answer. All digits are written.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> found = rs.stiffness_map(rs.load("3-puu"), rs.Grid(x=rs.Axis(0, 5, 2)), [])
-    >>> list(map_csv_lines(found))
-    ['x [m],rank,status', '0.0,6,ok', '5.0,-1,unreachable']
-    """
-    dims = found["status"].dims
-    shape = tuple(found.sizes[dim] for dim in dims)
-    columns = list(_columns(found, dims))
-    yield ",".join(heading for heading, _, _ in columns)
-    count = int(np.prod(shape))
-    for start in range(0, count, _ROWS):
-        rows = np.arange(start, min(start + _ROWS, count))
-        place = dict(zip(dims, np.unravel_index(rows, shape), strict=True))
-        texts = [
-            _texts(heading, values[tuple(place[dim] for dim in own)])
-            for heading, own, values in columns
-        ]
-        yield from (",".join(row) for row in zip(*texts, strict=True))
-
-
-def _columns(
-    found: xarray.Dataset, dims: tuple[Hashable, ...]
-) -> Iterator[tuple[str, tuple[Hashable, ...], np.ndarray]]:
-    """Heading, dimensions of the poses and values of each column."""
-    for name in [*found.coords, *found.data_vars]:
-        array = found[name]
-        along = tuple(dim for dim in array.dims if dim in dims)
-        if not along:
-            continue  # names of rows and columns go into the headings
-        values = array.values
-        own = tuple(dim for dim in array.dims if dim not in dims)
-        labels = [
-            [str(v) for v in found[dim].values]
-            if dim in found.coords
-            else [str(k + 1) for k in range(found.sizes[dim])]
-            for dim in own
-        ]
-        for index in np.ndindex(*(len(words) for words in labels)):
-            words = [labels[k][i] for k, i in enumerate(index)]
-            unit = array.attrs.get("units", "1")
-            if len(words) == 2:
-                unit = _UNITS_OF_K[words[0][0], words[1][0]]
-            elif f"{name}_units" in found.coords:
-                unit = str(found[f"{name}_units"].values[index])
-            heading = "_".join([str(name), *words])
-            heading += "" if unit == "1" else f" [{unit}]"
-            yield _field(heading), along, values[(..., *index)]
-
-
-def _field(heading: str) -> str:
-    """A heading as a single field that spreadsheets do not interpret as a formula."""
-    shown = printable(heading).replace(",", ";")
-    if heading[:1] in tuple("=+-@\t\r"):
-        shown = f"'{shown}"
-    return '"' + shown.replace('"', '""') + '"' if '"' in shown else shown
-
-
-def _texts(heading: str, values: np.ndarray) -> list[str]:
-    if heading == "status":
-        words = {int(code): status_words(int(code)) for code in np.unique(values)}
-        return [words[code] for code in values.tolist()]
-    if values.dtype.kind != "f":
-        return [str(value) for value in values.tolist()]
-    # As few digits as reproduce the number exactly; nine suffice for single precision.
-    written = repr if values.dtype.itemsize == 8 else "{:.9g}".format
-    return ["" if math.isnan(value) else written(value) for value in values.tolist()]
 
 
 def read_poses(robot: Mapped | Snapshot, path: str | os.PathLike[str]) -> PoseList:

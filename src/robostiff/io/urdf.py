@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from robostiff.errors import Location, Words, needs_extra
+from robostiff.io.bounded_file import read_elsewhere
 from robostiff.io.child_process import EXPAND_XACRO, answer_of
 from robostiff.io.plausibility import question, warn_of_parts_not_read
 from robostiff.io.rigid_tree.build import drawn_links
@@ -31,7 +32,6 @@ from robostiff.io.rigid_tree.tree import (
 from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, frame_of, read_xml
 from robostiff.io.suggest import did_you_mean, listing
 from robostiff.io.units import Dimension
-from robostiff.io.whole_file import read_elsewhere
 from robostiff.model import Actuated, Joint, Mass, Passive, prismatic, revolute, spherical
 from robostiff.spatial import Frame
 

@@ -33,11 +33,6 @@ class Trace:
     metadata: tuple[Any, ...]  # bounds and the like on the type
     container: Any  # type of what has the last step as a key or position
 
-    @property
-    def model(self) -> type[BaseModel] | None:
-        """The model that has the last step as a key."""
-        return self.container if _is_model(self.container) else None
-
 
 def _trace(model: type[BaseModel], data: Any, steps: Sequence[Step]) -> Trace:
     """Follow the ``loc`` of an error through the model, and through the data where it says nothing.
@@ -207,7 +202,7 @@ def _problem(details: Mapping[str, Any], found: Trace, data: Any) -> Problem:
 def _problem_of_key(value: Any, found: Trace, data: Any, *, unknown: bool) -> Problem:
     """A key that is unknown or missing; or too short a list for a tuple."""
     *parent, key = found.path
-    fields = found.model.model_fields.items() if found.model else ()
+    fields = found.container.model_fields.items() if _is_model(found.container) else ()
     if unknown:
         present = reduce(getitem, parent, data)
         required_first = sorted(fields, key=lambda item: not item[1].is_required())

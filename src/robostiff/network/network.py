@@ -119,6 +119,12 @@ class Network(FrozenSubject):
         yield from self.springs
         yield from self.joints
 
+    @property
+    def named_masses(self) -> Iterator[tuple[str, PlacedMass]]:
+        """All masses, by the names of the nodes and parts that have them."""
+        for own in (*self.nodes, *self.beams, *self.springs):
+            yield from ((own.name, mass) for mass in own.masses)
+
     def moving_masses(self, nodes: Container[str]) -> Iterator[PlacedMass]:
         """Masses of given nodes, and of the elements that move with them."""
         for node in self.nodes:

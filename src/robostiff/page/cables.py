@@ -19,7 +19,7 @@ from robostiff.markup import (
     number,
 )
 from robostiff.page.data import UNDER_LOAD, order, page_data
-from robostiff.page.stiffness import load_table, named, place_of, stiffness_matrix
+from robostiff.page.stiffness import load_table, named, posed_page, stiffness_matrix
 
 if TYPE_CHECKING:
     from robostiff.analysis import CableResponse, CableStiffness
@@ -28,17 +28,14 @@ if TYPE_CHECKING:
 def cable_stiffness_page(result: CableStiffness) -> Page:
     """Tensions and stiffness of a cable robot at a single pose."""
     answered = bool(np.all(result.answered))
-    blocks: list[Block | None] = [_balanced(result)]
+    blocks = _balanced(result)
     if answered:
         blocks += [tension_table(result), Facts((("tensions", result.rule),))]
         blocks += [stiffness_matrix(result), *_rank_and_motions(result)]
     known = ("elastic", "geometric", "of_forces", "missing_wrench")
-    return Page(
-        result.name,
-        place_of(result),
-        result.status,
+    return posed_page(
+        result,
         blocks,
-        result.advice,
         {
             "pose": result.pose,
             "reference_point": result.reference_point,
@@ -74,7 +71,7 @@ def cable_response_page(found: CableResponse) -> Page:
     """A cable robot under a load: where it rests, tensions, and stiffness there."""
     before, after, event = found.before, found.after, found.first_slack
     load = named(before.space.wrench_order, found.load, "N", "N m")
-    blocks: list[Block | None] = [_balanced(before)]
+    blocks = _balanced(before)
     if found.has_answer:
         blocks += cable_load_blocks(found)
     else:
@@ -83,12 +80,9 @@ def cable_response_page(found: CableResponse) -> Page:
             carried = f"{number(found.carried)} of the load"
             facts = (("tensions", before.rule), ("carried", carried), *_first_slack(found))
             blocks += [tension_table(before), Facts(facts)]
-    return Page(
-        before.name,
-        place_of(before),
-        found.status,
+    return posed_page(
+        before,
         blocks,
-        found.advice,
         {
             "order": order(before.space),
             "units": UNDER_LOAD,
@@ -100,6 +94,7 @@ def cable_response_page(found: CableResponse) -> Page:
             "before": page_data(cable_stiffness_page(before)),
             "after": None if after is None else page_data(cable_stiffness_page(after)),
         },
+        found,
     )
 
 
@@ -142,11 +137,10 @@ def tension_table(result: CableStiffness, after: CableStiffness | None = None) -
     return Table(header, rows)
 
 
-def _balanced(result: CableStiffness) -> Facts | None:
+def _balanced(result: CableStiffness) -> list[Block | None]:
     """The wrench beside the weight that the cables balance."""
-    if not np.any(result.wrench):
-        return None
-    return Facts((("balanced", named(result.space.wrench_order, result.wrench, "N", "N m")),))
+    words = named(result.space.wrench_order, result.wrench, "N", "N m")
+    return [Facts((("balanced", words),))] if np.any(result.wrench) else []
 
 
 def _first_slack(found: CableResponse) -> tuple[tuple[str, str], ...]:

@@ -14,8 +14,7 @@ from robostiff.elastostatics import Status
 from robostiff.kinematics import find_posture, with_body_springs, with_masses
 from robostiff.linkage import Linkage
 from robostiff.markup import STIFFNESS_UNITS, Block, Bullets, Facts, Page, Table, row
-from robostiff.model import Actuated, Joint, Passive, PlacedLeg, PlacedMass, Robot, Snapshot
-from robostiff.model.cable import CableRobot
+from robostiff.model import Actuated, Joint, Passive, PlacedLeg, PlacedMass, Robot
 from robostiff.model.in_words import elements_in_words, placed_in_words
 from robostiff.network import Network
 
@@ -25,8 +24,8 @@ _HEADS = {"network": "parts of the network", "cable robot": "cables at home"}
 _ONE = {"bodies": "body"}
 
 
-def machine_page(machine: Robot | CableRobot | Snapshot | Network | Linkage) -> Page:
-    """A machine in short: title, symbols, its parts, free coordinates and source."""
+def machine_page(machine: Any) -> Page:
+    """A machine of any kind in short: title, symbols, parts, free coordinates and source."""
     blocks: list[Block | None] = [leg_table(machine)]
     facts: dict[str, str] = {}
     if hasattr(machine, "cables"):
@@ -74,23 +73,29 @@ def facts_page(facts: Mapping[str, Any]) -> Page:
     return Page(facts["name"], place, None, blocks, facts["home"]["advice"], facts)
 
 
-def facts_of(
-    robot: Robot | CableRobot | Snapshot | Network, with_parts: bool = False
-) -> dict[str, Any]:
-    """Plain data, the stiffness at home included, and each part where it is wanted.
+def facts_of(robot: Any, with_parts: bool = False) -> dict[str, Any]:
+    """Plain data of a robot of legs or cables, a snapshot or a network, as far as they have it.
 
-    Springs between bodies are listed; the stiffness is that of the legs.
+    The stiffness at home is included, that of the legs where there are springs between bodies; and
+    each part where it is wanted.
     """
     own: dict[str, Any] = {}
-    home = stiffness(robot.with_springs() if isinstance(robot, Robot) else robot)
-    if isinstance(robot, Network):
+    home = stiffness(robot.with_springs() if hasattr(robot, "with_springs") else robot)
+    if hasattr(robot, "nodes"):
         own = _network_facts(robot)
     elif hasattr(robot, "cables"):
         own["cables"] = robot.cable_names
     elif Status.UNREACHABLE not in home.status:
         own = masses_at_home(robot)
-    if isinstance(robot, Robot) and robot.platform is not None:
-        own = {"platform": _platform_facts(robot), **own}
+    platform: Any = getattr(robot, "platform", None)
+    if platform is not None and not robot.is_frozen:
+        shape = {
+            "nodes": [node.name for node in platform.nodes],
+            "parts": [part.name for part in platform.parts],
+            "tool": platform.tool,
+            "legs": dict(zip((leg.name for leg in robot.legs), robot.holds, strict=True)),
+        }
+        own = {"platform": shape, **own}
     legs = _legs(robot)
     units = {"length": "m", "angle": "rad", "force": "N", "mass": "kg"}
     known: dict[str, Any] = {
@@ -132,18 +137,6 @@ def _network_facts(network: Network) -> dict[str, Any]:
     }
 
 
-def _platform_facts(robot: Robot) -> dict[str, Any]:
-    """Nodes, parts, tool, and the node that holds each leg; nothing for a rigid platform."""
-    platform: Any = robot.platform
-    names = [leg.name for leg in robot.legs]
-    return {
-        "nodes": [node.name for node in platform.nodes],
-        "parts": [part.name for part in platform.parts],
-        "tool": platform.tool,
-        "legs": dict(zip(names, robot.holds, strict=True)),
-    }
-
-
 def _legs(machine: Any) -> list[dict[str, Any]]:
     """Elements of every leg in words, and how many freedoms are passive and actuated."""
     found = []
@@ -165,22 +158,17 @@ def _legs(machine: Any) -> list[dict[str, Any]]:
     return found
 
 
-def masses_at_home(machine: Robot | CableRobot | Snapshot | Network | Linkage) -> dict[str, Any]:
+def masses_at_home(machine: Any) -> dict[str, Any]:
     """Masses, gravity and springs between bodies at home, as `masses_in_words` takes them."""
     if isinstance(machine, Linkage):
         machine = machine.network_at({})
-    if isinstance(machine, Network):
-        # the mass of a beam has the beam's name
-        named = (
-            (own.name if mass.name == own.name else f"{own.name}/{mass.name}", mass)
-            for own in (*machine.nodes, *machine.beams, *machine.springs)
-            for mass in own.masses
-        )
-        return {"kind": machine.kind, **_mass_facts(named, machine.gravity)}
     posture = find_posture(machine) if isinstance(machine, Robot) else None
-    snapshot: Any = machine if posture is None else with_masses(posture).one(0)
-    masses = ((f"{own}/{m.name}", m) for own, m in getattr(snapshot, "named_masses", ()))
-    facts = {"kind": _kind_of(machine), **_mass_facts(masses, getattr(snapshot, "gravity", None))}
+    placed: Any = machine if posture is None else with_masses(posture).one(0)
+    masses = (
+        (owner if mass.name == owner else f"{owner}/{mass.name}", mass)
+        for owner, mass in getattr(placed, "named_masses", ())
+    )
+    facts = {"kind": _kind_of(machine), **_mass_facts(masses, getattr(placed, "gravity", None))}
     if posture is not None and machine.springs:
         facts["springs"] = [
             {
@@ -198,7 +186,8 @@ def masses_at_home(machine: Robot | CableRobot | Snapshot | Network | Linkage) -
 
 def _kind_of(machine: Any) -> str:
     """In words; a robot is called by its file."""
-    return {"robot": "model"}.get(machine.kind, machine.kind)
+    kind: str = machine.kind
+    return {"robot": "model"}.get(kind, kind)
 
 
 def _mass_facts(

@@ -18,7 +18,7 @@ from robostiff.analysis.indices import (
 from robostiff.elastostatics import Status
 from robostiff.markup import Block, Bullets, Cell, Number, Page, Table, number, row
 from robostiff.page.data import order
-from robostiff.page.stiffness import place_of, stiffness_page
+from robostiff.page.stiffness import posed_page, stiffness_page
 
 _SMALL = 1e-9
 _NAMES = (
@@ -31,12 +31,9 @@ def indices_page(asked: StiffnessIndices | Stiffness) -> Page:
     """The indices at a pose; of a stiffness, which has none without a matrix, that it has none."""
     found, result = (None, asked) if isinstance(asked, Stiffness) else (asked, asked.result)
     blocks = stiffness_page(result).blocks if found is None else _blocks(found)
-    return Page(
-        result.name,
-        place_of(result),
-        result.status,
+    return posed_page(
+        result,
         blocks,
-        result.advice,
         {
             "pose": result.pose,
             "reference_point": result.reference_point,

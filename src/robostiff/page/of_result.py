@@ -24,6 +24,7 @@ _WRITERS = {
     "Identified": ("identification", "identification_page"),
     "Optimum": ("design", "optimum_page"),
     "Tolerances": ("design", "tolerances_page"),
+    "Dataset": ("maps", "map_page"),
 }
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -46,12 +46,9 @@ def stiffness_page(result: Stiffness) -> Page:
         facts += [("rigid direction", _unit_load(w, result)) for w in result.rigid_directions]
         facts.append(("decided by", str(result.decision)))
     facts.append(("method", f"{result.method.name}, {result.method.equation}"))
-    return Page(
-        result.name,
-        place_of(result),
-        result.status,
+    return posed_page(
+        result,
         [*found, Facts(tuple(facts))],
-        result.advice,
         {
             **_posture_data(result),
             "units": {
@@ -89,12 +86,9 @@ def deflection_page(result: Deflection) -> Page:
         if result.energy > 0:
             blocks.append(energy_table(result.parts, result.energy))
         blocks.append(actuator_table(result))
-    return Page(
-        answer.name,
-        place_of(answer),
-        result.status,
+    return posed_page(
+        answer,
         blocks,
-        result.advice,
         {
             **_posture_data(answer),
             "units": UNDER_LOAD,
@@ -106,6 +100,7 @@ def deflection_page(result: Deflection) -> Page:
             "reactions": picked(result.reactions, "leg joint wrench point"),
             "free_motions": [str(motion) for motion in answer.free_motions] if reached else [],
         },
+        result,
         posture=_posture(answer),
     )
 
@@ -142,6 +137,18 @@ def verification_page(result: Verification) -> Page:
             "agree": result.agree,
         },
     )
+
+
+def posed_page(
+    result: Stiffness | CableStiffness,
+    blocks: Sequence[Block | None],
+    data: Mapping[str, Any],
+    answer: Any = None,
+    posture: str = "",
+) -> Page:
+    """The page of a result at a pose, with status and advice of what is answered there."""
+    of, place = result if answer is None else answer, place_of(result)
+    return Page(result.name, place, of.status, blocks, of.advice, data, posture=posture)
 
 
 def place_of(result: Stiffness | CableStiffness) -> str:

@@ -170,14 +170,14 @@ def comparison(
     if names is None and called[0] == called[1]:
         called = f"{called[0]}, first", f"{called[1]}, second"
     d, title, shifts, turns = one.space.translations, measure.value, "translational", "rotational"
-    names: tuple[str, ...] = ()
+    words: tuple[str, ...] = ()
     if isinstance(first, Deflection) and isinstance(second, Deflection):
         title, shifts, turns, units = "deflection", "displacement", "rotation", ("m", "rad")
-        names, values = one.space.twist_order, (first.twist, second.twist)
+        words, values = one.space.twist_order, (first.twist, second.twist)
     elif measure is Measure.DIAGONAL:
         shifts, turns, units = "force / displacement", "moment / rotation", ("N/m", "N m/rad")
         pairs = zip(one.space.wrench_order, one.space.twist_order, strict=True)
-        names, values = tuple(map("/".join, pairs)), (np.diag(one.K), np.diag(other.K))
+        words, values = tuple(map("/".join, pairs)), (np.diag(one.K), np.diag(other.K))
     else:
         qualities = (Quality.STIFFNESS, Quality.ROTATIONAL_STIFFNESS)
         units = tuple(own.unit for own in qualities)
@@ -187,10 +187,10 @@ def comparison(
         )
         # softest first, as in maps
         for n in (d, one.space.size - d):
-            names += (("stiffness",), ("least", "most"), ("least", "middle", "most"))[n - 1]
+            words += (("stiffness",), ("least", "most"), ("least", "middle", "most"))[n - 1]
     parts = ((shifts, units[0], slice(d)), (turns, units[1], slice(d, None)))
     panels = tuple(
-        _panel(label, unit, names[own], [v[own] for v in values], called)
+        _panel(label, unit, words[own], [v[own] for v in values], called)
         for label, unit, own in parts
     )
     return drawn_by(backend, Bars(title, panels))

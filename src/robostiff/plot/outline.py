@@ -158,18 +158,14 @@ def outline_of(posed: Any) -> Outline:
 @kept
 def _of_snapshot(snapshot: Snapshot) -> Outline:
     """The outline of a robot of legs at a single pose."""
-    points = [snapshot.reference_point]
-    for leg in snapshot.legs:
-        points += [leg.end, _foot(leg), *(part.point for part in leg.parts)]
-    size = size_of(points)
-    heights = [points[0], *(leg.end for leg in snapshot.legs)]
-    heights += [part.point for leg in snapshot.legs for part in leg.parts]
+    at, feet = snapshot.reference_point, [_foot(leg) for leg in snapshot.legs]
+    points = [[leg.end, *(part.point for part in leg.parts)] for leg in snapshot.legs]
+    size = size_of([at, *feet, *(p for own in points for p in own)])
     joints = [list(_joints(leg, f"{leg.name}/", _GROUND, leg.name)) for leg in snapshot.legs]
     # of legs whose joints have the same names, those of the first
     named = {tuple(joint.name for joint in own): own for own in reversed(joints)}
-    ends = [leg.end for leg in snapshot.legs]
-    plates, lines = _platform_plate(ends, points[0])
-    base = plate(np.array([_foot(leg) for leg in snapshot.legs]))
+    plates, lines = _platform_plate([leg.end for leg in snapshot.legs], at)
+    base = plate(np.array(feet))
     names = [
         part.name
         for leg in snapshot.legs
@@ -182,25 +178,20 @@ def _of_snapshot(snapshot: Snapshot) -> Outline:
             own.name: PointOfBody(snapshot.platform.in_world(own.at), node_key(own.name))
             for own in tree.nodes
         }
-        plates, lines = (
-            [],
-            [
-                Line(nodes[part.a], nodes[part.b], PLATFORM, part.name, bends=True)
-                for part in tree.parts
-            ],
-        )
+        plates = []
+        lines = [Line(nodes[p.a], nodes[p.b], PLATFORM, p.name, bends=True) for p in tree.parts]
         names += [own.name for own in tree.parts if np.any(own.elasticity.compliance)]
     for i, leg in enumerate(snapshot.legs):
         # without rigid lines too short to be visible
-        apart = _SAME * (size_of([_foot(leg), leg.end, *(part.point for part in leg.parts)]) or 1.0)
+        apart = _SAME * (size_of([feet[i], *points[i]]) or 1.0)
         for line in _along(leg, leg.name, _GROUND, end_key(snapshot, i), []):
             if line.part or np.linalg.norm(line.end.point - line.start.point) > apart:
                 lines.append(line)
     if base is not None:
         plates.insert(0, Plate(base, _GROUND, PlainColour.FAINT))
-    level = np.ptp([p[2] for p in heights]) <= _SAME * size
+    level = np.ptp([p[2] for p in (at, *(x for own in points for x in own))]) <= _SAME * size
     return Outline(
-        PointOfBody(points[0], PLATFORM),
+        PointOfBody(at, PLATFORM),
         size,
         snapshot.space is Space.PLANAR or bool(level),
         tuple(lines),

@@ -126,9 +126,15 @@ class Scene:
     @property
     def box(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner (3,) of the range of the axes."""
-        parts = [_points(item) for item in self.items]
-        if self.frame is not None:
-            parts.append(self.frame)
+        parts = [] if self.frame is None else [self.frame]
+        for item in self.items:
+            match item:
+                case Arrow(start, tip):
+                    parts.append(np.stack([start, tip]))
+                case Text(point):
+                    parts.append(point[None])
+                case Path(points) | Marks(points) | Face(points) | Mesh(points):
+                    parts.append(points)
         points = np.concatenate(parts)
         return points.min(axis=0), points.max(axis=0)
 
@@ -137,18 +143,6 @@ class Scene:
         low, high = self.box
         across = float((point - 0.5 * (low + high))[:2] @ _TO_THE_RIGHT)
         return not self.is_flat and across > _NEAR_EDGE * float(np.linalg.norm((high - low)[:2]))
-
-
-def _points(item: Item) -> np.ndarray:
-    if isinstance(item, Path | Marks):
-        return item.points
-    if isinstance(item, Face):
-        return item.corners
-    if isinstance(item, Arrow):
-        return np.stack([item.start, item.tip])
-    if isinstance(item, Text):
-        return item.point[None]
-    return item.vertices
 
 
 class PlainColour(Enum):

@@ -355,8 +355,8 @@ def mode(
 
 def _springs(result: Equilibrium, sketch: Sketch) -> Iterator[Item]:
     """Springs between bodies as coils, their ends displaced as the bodies are."""
-    label = "spring"
-    for unloaded, own in zip(result.posed.springs, result.springs, strict=True):
+    label, posed = "spring", cast("Snapshot", result.posed)
+    for unloaded, own in zip(posed.springs, result.springs, strict=True):
         pairs = zip(unloaded.points, own.points, strict=True)
         a, b = (p + sketch.scale * (now - p) for p, now in pairs)
         about = f"{own.name}: {own.tension:.4g} N"

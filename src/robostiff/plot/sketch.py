@@ -179,7 +179,8 @@ class Sketch:
         """
         if factor is None:
             factor = round_factor(self.shifts, self.size)
-            factor = finite_factor(factor) if is_finite else factor
+            if is_finite:  # below a part of the robot they are rounding, and not drawn
+                factor = max(factor, 1.0) if 0 < factor < _SEEN / _ROUNDING else 0.0
         if not np.isfinite(factor):
             raise InputError("exaggeration of a plot", got=factor, expected="a finite number")
         return replace(self, scale=float(factor))
@@ -279,20 +280,6 @@ def round_factor(displacements: np.ndarray, size: float) -> float:
     wanted = _SEEN * size / largest
     power = 10.0 ** np.floor(np.log10(wanted))
     return float(max(step * power for step in (1, 2, 5) if step * power <= wanted * (1 + 1e-9)))
-
-
-def finite_factor(factor: float) -> float:
-    """How far displacements under finite loads are exaggerated, from what `round_factor` has.
-
-    They are drawn at least as large as they are. Below a 1e-12 of the robot they are rounding of
-    places, and not drawn.
-
-    Examples
-    --------
-    >>> finite_factor(0.5), finite_factor(2000.0), finite_factor(2e15)
-    (1.0, 2000.0, 0.0)
-    """
-    return max(factor, 1.0) if 0 < factor < _SEEN / _ROUNDING else 0.0
 
 
 def exaggeration_note(scale: float) -> tuple[str, ...]:

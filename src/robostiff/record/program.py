@@ -99,10 +99,9 @@ class Program:
                 known.append(values[step.name])
             elif step.operation is Operation.NUMBER:
                 known.append(step.number)
-            elif step.b is None:
-                known.append(table[step.operation](known[_place(step.a)]))
             else:
-                known.append(table[step.operation](known[_place(step.a)], known[step.b]))
+                arguments = [known[k] for k in (step.a, step.b) if k is not None]
+                known.append(table[step.operation](*arguments))
         return [known[i] for i in self.outputs]
 
     def as_data(self) -> dict[str, Any]:
@@ -167,9 +166,3 @@ _TAKEN = {
     **dict.fromkeys((Operation.INPUT, Operation.NUMBER), 0),
     **dict.fromkeys(_OF_TWO, 2),
 }
-
-
-def _place(step: int | None) -> int:
-    if step is None:
-        raise ValueError("an operation without an argument")
-    return step

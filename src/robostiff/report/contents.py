@@ -262,7 +262,7 @@ def _derivation(robot: Robot | Snapshot | Network) -> tuple[RobotDerivation | No
     """The formula at home; in steps where the closed form would be too long to read."""
     from robostiff.analytic import derive_robot
 
-    if robot.is_frozen:
+    if not isinstance(robot, Robot):
         return None, f"a {robot.kind} has no symbols"
     if not robot.symbols:
         # without symbols a formula adds nothing to the matrix, and exact roots can take hours

@@ -102,8 +102,8 @@ def described_by(
     InputError
         When there is no such file, or it cannot be used.
     """
+    from robostiff.io.bounded_file import files_that_are_read
     from robostiff.io.document import parse_document
-    from robostiff.io.whole_file import files_that_are_read
     from robostiff.robots import load, robot_file, shipped_names
 
     file = robot_file(str(path)) if str(path) in shipped_names() else Path(path)

@@ -18,7 +18,6 @@ from robostiff.analysis import CableStiffness
 from robostiff.analytic.export.documents import TYPST_DERIVATIONS, typst_pdf
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, needs_extra
-from robostiff.io.whole_file import whole_file
 from robostiff.kinematics import Near, Pose
 from robostiff.linkage import Linkage
 from robostiff.markup import (
@@ -61,6 +60,7 @@ from robostiff.report.sections.the_robot import (
     robot_section,
 )
 from robostiff.version import __version__
+from robostiff.whole_file import whole_file
 
 if TYPE_CHECKING:
     import xarray
@@ -98,10 +98,6 @@ def report_page(contents: ReportContents) -> Page:
 
 def report_html(contents: ReportContents) -> str:
     """A report as one HTML page that contains its style, script and figures.
-
-    Parameters
-    ----------
-    contents : ReportContents
 
     Raises
     ------
@@ -181,10 +177,6 @@ _PREAMBLE = """\
 
 def report_typst(contents: ReportContents) -> str:
     """A report as the source of a Typst document; its figures are inside.
-
-    Parameters
-    ----------
-    contents : ReportContents
 
     Raises
     ------

@@ -116,33 +116,26 @@ def derive(
     >>> len(leg.stages), left[0, 0] == leg.K0[0, 0], left.rank()
     (5, True, 1)
     """
-    loaded = symbolic_robot(robot, symbols)
-    if leg is None:
-        return derive_robot(loaded, pose, form, budget)
-    return derive_leg(loaded, leg, pose, form, budget)
-
-
-def symbolic_robot(robot: Robot | str | Path, symbols: Symbols | None) -> Robot:
-    """A robot as it is, or loaded with the symbols of a formula."""
-    if isinstance(robot, Robot):
-        if symbols is not None:
-            raise InputError(
-                "symbols of a formula",
-                got=f"names beside the loaded robot {robot.name!r}",
-                expected="a robot that was loaded with its symbols",
-                hint='write derive(load("NAME", symbols=(...))), or derive("NAME", symbols=(...))',
-            )
-        return robot
-    if not isinstance(robot, str | Path):
+    if isinstance(robot, str | Path):
+        if symbols is None:
+            symbols = ParameterChoice.ALL
+        elif isinstance(symbols, Iterable) and not isinstance(symbols, str | Mapping):
+            symbols = tuple(symbols) or ParameterChoice.NONE
+        robot = robot_of_legs(load(robot, symbols=symbols), str(robot))
+    elif not isinstance(robot, Robot):
         raise InputError(
             "robot of a formula",
             got=type(robot).__name__,
             expected="a Robot, the name of a shipped robot, or a model file",
             hint="a snapshot of formulas is derived by robostiff.analytic.snapshot_formula",
         )
-    if symbols is None:
-        symbols = ParameterChoice.ALL
-    elif isinstance(symbols, Iterable) and not isinstance(symbols, str | Mapping):
-        symbols = tuple(symbols) or ParameterChoice.NONE
-    loaded = load(robot, symbols=symbols)
-    return robot_of_legs(loaded, str(robot))
+    elif symbols is not None:
+        raise InputError(
+            "symbols of a formula",
+            got=f"names beside the loaded robot {robot.name!r}",
+            expected="a robot that was loaded with its symbols",
+            hint='write derive(load("NAME", symbols=(...))), or derive("NAME", symbols=(...))',
+        )
+    if leg is None:
+        return derive_robot(robot, pose, form, budget)
+    return derive_leg(robot, leg, pose, form, budget)

@@ -77,6 +77,8 @@ def described(
         return _tree(_description_of(value, allow_xacro)), value
     reader = reader_of(value)
     if reader is None:
+        if (ending := Path(value).suffix.lower()) not in _URDF:
+            loaded(READERS, ending)  # without it the name of the side file is not known
         # The side file first: it is the one that is likely to be missing.
         document = read_side(value, side)
         return _tree(value), document

@@ -18,14 +18,9 @@ from robostiff.kinematics import Pose
 from robostiff.model.cable import CableRobot
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 from robostiff.statics.equations.newton import FoundEquilibrium, equilibrium_at
-from robostiff.statics.equations.problem import (
-    LOST,
-    DeadForces,
-    EquilibriumProblem,
-    LoadCase,
-    State,
-)
-from robostiff.statics.loading.from_cables import cables_loaded
+from robostiff.statics.equations.problem import LOST, EquilibriumProblem, LoadCase, State
+from robostiff.statics.loading.given_loads import on_platform
+from robostiff.statics.loading.loaded_posture import cables_loaded
 
 _FURTHEST = 100.0  # times the load, up to which slack is searched for
 _SHORTEST_STEP = 1e-4  # of the load, before the path is given up
@@ -79,9 +74,8 @@ def cable_response(
         return CableResponse(F, before, before.status, 0.0)
     if before.status & barred:
         return CableResponse(F, before, before.status | Status.NO_EQUILIBRIUM, 0.0)
-    none = DeadForces(np.zeros((0, 3)), np.zeros((0, 3)))
     loading = _GrowingLoad(
-        cables_loaded(before, before.reference_point, none),
+        cables_loaded(before, before.reference_point, on_platform((), before.reference_point)),
         LoadCase(np.zeros(len(F)), F),
         Hanging.at_rest(before.placed, before.axial, before.tensions),
     )
@@ -93,7 +87,7 @@ def cable_response(
         return CableResponse(F, before, status, carried, first_slack=slack)
     after = _after(before, loading.hanging(found), F)
     status = after.status | status_of_cables(robot, after.tensions)
-    moved = loading.problem.displacement(found.state)
+    moved = found.displacement
     beyond = tuple(beyond_limits(robot, after.tensions))
     return CableResponse(F, before, status, 1.0, moved, after, slack, beyond)
 

@@ -19,11 +19,10 @@ from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
-from robostiff.statics.chains.body_springs import loaded_springs
 from robostiff.statics.equations.critical_point import CriticalPoint
 from robostiff.statics.equations.equilibrium_path import SAFE, first_critical
 from robostiff.statics.equations.newton import FoundEquilibrium, equilibrium_at
-from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
+from robostiff.statics.equations.problem import Linearised, LoadCase
 from robostiff.statics.equations.stability import (
     Regular,
     leg_margins,
@@ -31,7 +30,7 @@ from robostiff.statics.equations.stability import (
     meets_stiffness,
     platform_margin,
 )
-from robostiff.statics.loaded_parts import is_balanced
+from robostiff.statics.loaded_parts import CarriedLoads
 from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads
 from robostiff.statics.loading.loaded_posture import LoadedPosture, postures_of, wrenches_of
 from robostiff.statics.result import Equilibria, Equilibrium
@@ -175,13 +174,13 @@ def solved(
         first = problem.under_load(unloaded, loading, 1.0)
     found = equilibrium_at(problem, loading, 1.0, problem.unloaded, target, first=first)
     critical: CriticalPoint | None = None
-    margins = _margins(problem, found.known) if found.converged else {}
+    margins = _margins(found.known) if found.converged else {}
     near = not found.converged or not found.direct or min(margins.values()) < SAFE
-    if displacement is None and (near or _has_branched(problem, found)):
-        confirmed, critical = _confirmed(problem, loading, found)
+    if displacement is None and (near or _has_branched(found)):
+        confirmed, critical = _confirmed(found)
         if confirmed is not found:
             found = confirmed
-            margins = _margins(problem, found.known) if found.converged else {}
+            margins = _margins(found.known) if found.converged else {}
     held = found.known.held
     if displacement is not None and held and np.linalg.norm(held.gap) > _OPEN * problem.length:
         # legs stay open at the pose of the platform
@@ -191,31 +190,32 @@ def solved(
         status |= Status.BEYOND_CRITICAL_LOAD
     if not found.converged:
         status |= Status.NO_EQUILIBRIUM
-        if displacement is None and not meets_stiffness(problem, problem.at_rest):
+        if displacement is None and not meets_stiffness(problem.at_rest):
             status |= Status.FREE_MOTIONS
         return Equilibrium(loaded.name, loaded.space, status, critical)
-    return _answer(loaded, loading, margins, found, status, critical, displacement is not None)
+    return _answer(loaded, margins, found, status, critical, displacement is not None)
 
 
-def _has_branched(problem: EquilibriumProblem, found: FoundEquilibrium) -> bool:
+def _has_branched(found: FoundEquilibrium) -> bool:
     """Whether a cable has become slack on the way from the unloaded posture.
 
     Or rigid bars may have passed a singular posture.
     """
-    slack = (own.is_cable and own.tension == 0 for own in loaded_springs(problem, found.state, 1.0))
+    problem = found.problem
+    slack = (
+        own.is_cable and own.tension == 0 for own in CarriedLoads(problem, found.state).springs()
+    )
     return any(slack) or (
-        may_be_singular(problem)
-        and Regular.of(problem, problem.at_rest).ratio(problem, found.known) <= 0
+        may_be_singular(problem) and Regular.of(problem.at_rest).ratio(found.known) <= 0
     )
 
 
-def _confirmed(
-    problem: EquilibriumProblem, loading: LoadCase, found: FoundEquilibrium
-) -> tuple[FoundEquilibrium, CriticalPoint | None]:
+def _confirmed(found: FoundEquilibrium) -> tuple[FoundEquilibrium, CriticalPoint | None]:
     """The equilibrium on the path from the unloaded posture, and the critical load before it."""
-    if not meets_stiffness(problem, problem.at_rest):
+    problem = found.problem
+    if not meets_stiffness(problem.at_rest):
         return found, None  # what nothing elastic holds leaves the unloaded posture at once
-    ended, critical, searched_to = first_critical(problem, loading, 1.0)
+    ended, critical, searched_to = first_critical(problem, found.loading, 1.0)
     if critical is not None:
         return found, critical
     if ended is None or searched_to < 1.0:
@@ -223,29 +223,26 @@ def _confirmed(
     return ended, None
 
 
-def _margins(problem: EquilibriumProblem, known: Linearised) -> dict[str, float]:
+def _margins(known: Linearised) -> dict[str, float]:
     """Of the platform and of every leg, by name."""
-    margins = {"platform": platform_margin(problem, known).value}
-    return margins | {
-        problem.leg_names[k]: own.value for k, own in leg_margins(problem, known).items()
-    }
+    names, legs = known.problem.leg_names, leg_margins(known)
+    return {"platform": platform_margin(known).value} | {names[k]: legs[k].value for k in legs}
 
 
 def _answer(
     loaded: LoadedPosture,
-    loading: LoadCase,
     margins: dict[str, float],
     found: FoundEquilibrium,
     status: Status,
     critical: CriticalPoint | None,
     held: bool,
 ) -> Equilibrium:
-    problem, known = loaded.problem, found.known
+    problem, known, loading = loaded.problem, found.known, found.loading
     wrench = loading.wrench + loading.wrench_rate
     share = loading.shares(found.factor).value
-    if not held and not is_balanced(problem, found.state, wrench, share):
+    if not held and not CarriedLoads(problem, found.state, share).are_balanced(wrench):
         return Equilibrium(loaded.name, loaded.space, status | Status.ILL_CONDITIONED, critical)
-    if not held and not meets_stiffness(problem, known):
+    if not held and not meets_stiffness(known):
         status |= Status.FREE_MOTIONS
     if not (known.regular and problem.at_rest.regular):
         status |= Status.REDUNDANT_JOINTS
@@ -254,8 +251,6 @@ def _answer(
         space=loaded.space,
         status=status,
         critical=critical,
-        problem=problem,
-        loading=loading,
         found=found,
         margins=margins,
         held=held,

@@ -176,7 +176,7 @@ def critical_load(
         status |= Status.RIGID_DIRECTION
     loading = LoadCase(nothing, F, share=1.0, share_rate=0.0)
     _, point, searched_to = first_critical(problem, loading, up_to)
-    is_free = not meets_stiffness(problem, problem.at_rest)
+    is_free = not meets_stiffness(problem.at_rest)
     if is_free:
         status |= Status.FREE_MOTIONS
     if is_free and point is not None and point.factor <= 0:
@@ -249,9 +249,9 @@ def load_path(
     found = Equilibria(tuple(solved(loaded, factor * F, None, standing=True) for factor in s))
     with needs_extra("maps", "maps"):
         import xarray
-    space, problem, along = loaded.space, loaded.problem, _path(loaded, F, float(s.max()))
+    space, along = loaded.space, _path(loaded, F, float(s.max()))
     energy = np.array([own.energy if own.has_answer else np.nan for own in found])
-    steps = [problem.displacement(own.found.state) for own in along]
+    steps = [own.found.displacement for own in along]
     critical = [point for own in along for point in own.critical]
     beyond = np.logical_or.accumulate([bool(own.critical) for own in along])
     stable = np.array([own.is_stable for own in along], dtype=bool)
@@ -302,9 +302,9 @@ def _path(loaded: LoadedPosture, F: np.ndarray, furthest: float) -> list[OnPath]
     for step in path(problem, loading, largest=0.1 * furthest):
         own, at = step, step.found
         if at.factor > furthest:  # the last step ends at the largest factor
-            last = own.at(problem, loading, furthest)
+            last = own.at(furthest)
             at = last if last.converged else at
-            is_stable = least_margin(problem, at)[1].value >= 0
+            is_stable = least_margin(at).value >= 0
             met = tuple(point for point in own.critical if point.factor <= at.factor)
             own = OnPath(at, is_stable, met)
         if found and own.is_stable != found[-1].is_stable:

@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.analysis.maps import Batched, Compiled, Quantity
 from robostiff.analysis.maps.evaluator import Evaluator, MapEvaluator, room_for
 from robostiff.analysis.maps.request import Method
-from robostiff.analysis.maps.variables import NO_RANK, Variable, map_variables
+from robostiff.analysis.maps.variables import NO_RANK, Variable
 from robostiff.analysis.measures import principal_stiffnesses, stiffness_indices
 from robostiff.compiled import Backend
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
@@ -147,7 +147,7 @@ class LoadedEvaluator:
     @property
     def variables(self) -> tuple[Variable, ...]:
         """The variables that `evaluate` returns."""
-        return map_variables(self.like.robot, self.like.quantities)
+        return self.like.variables
 
     @property
     def most_poses(self) -> int:

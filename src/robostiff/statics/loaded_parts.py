@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -63,189 +64,223 @@ class LoadedPart:
     unit: str = ""
 
 
-def loaded_parts(
-    problem: EquilibriumProblem,
-    state: State,
-    share: float,
-    places: State | None = None,
-    pulls: np.ndarray | None = None,
-) -> tuple[LoadedPart, ...]:
-    """Every joint and elastic part, leg by leg from base to platform, under a share of the loads.
+@dataclass(frozen=True)
+class LoadedSpring:
+    """A spring between two bodies under load.
 
-    Wrenches act where the robot is at `places`: for small loads the unloaded posture, else the
-    state. Springs between bodies pull on their anchors with `pulls` (A, 3), where these are not
-    those at the state.
+    Attributes
+    ----------
+    name : str
+    points : (2, 3) array
+        Where its ends are [m].
+    length : float
+        [m].
+    tension : float
+        Negative where it pushes [N].
+    energy : float
+        Stored [J]: from its free length; of a constant force, from the unloaded posture.
+    is_cable : bool
+        Whether it only pulls.
     """
-    found: list[tuple[Owner, LoadedPart]] = []
-    legs, where = problem.legs, (state if places is None else places).legs
-    acting, energies = _acting(problem, state, share, pulls), legs.energies(state.legs)
-    sums = _sums(problem, state, share)
-    for c, (chain, motion) in enumerate(zip(legs.chains, legs.moved(where), strict=True)):
-        W = np.zeros(6)
-        W[list(problem.rows)] = state.legs.W[c]
-        P = motion[-1].of(legs.end_points[c])
-        names = [e.name for e in chain.elements]
-        for k, (wrench, point) in enumerate(_carried(chain, motion, W, P, acting[c])):
-            element, x = chain.elements[k], state.legs.x[legs.places[c, k]]
-            load, moved, unit = None, x, ""
-            if isinstance(element, FiniteJoint):
-                load = element.force(float(x[0])) - share * float(element.preload)
-                unit = "N m" if element.turns else "N"
-            else:
-                moved = element.modes @ x
-            part = LoadedPart(
-                leg=chain.owner.name,
-                part=element.name,
-                number=1 + names[:k].count(element.name),
-                of=names.count(element.name),
-                wrench=wrench,
-                point=point,
-                motion=moved,
-                load=load,
-                energy=energies[c][k],
-                unit=unit,
-            )
-            found.append((chain.owner, part))
-            driven = (values for at, values in sums if at == (c, k))
-            found += [(chain.owner, replace(part, number=1, of=1, **own)) for own in driven]
-    return tuple(part for _, part in sorted(found, key=lambda item: item[0]))
+
+    name: str
+    points: np.ndarray
+    length: float
+    tension: float
+    energy: float
+    is_cable: bool = False
 
 
-def _sums(
-    problem: EquilibriumProblem, state: State, share: float
-) -> list[tuple[tuple[int, int], dict[str, Any]]]:
-    """Of every coupling, its name, motion, load and energy, by the place of what follows."""
-    legs, found, pushing = problem.legs, [], iter(state.legs.held)
-    for coupling, s in zip(legs.couplings, legs.sums(state.legs), strict=True):
-        drive = coupling.drive
-        load = -next(pushing) if coupling.is_rigid else drive.force(s)
-        values = {
-            "part": drive.name,
-            "motion": np.array([s]),
-            "load": float(load - share * drive.preload),
-            "energy": drive.energy(s),
-        }
-        found.append((coupling.place, values))
-    return found
+@dataclass(frozen=True)
+class CarriedLoads:
+    """What a robot carries at a state, under a share of preloads and of forces on legs.
 
-
-def base_reactions(
-    problem: EquilibriumProblem,
-    state: State,
-    share: float,
-    places: State | None = None,
-    pulls: np.ndarray | None = None,
-) -> tuple[np.ndarray, ...]:
-    """What every leg exerts on the base about the point of the platform (6,) [N, N m].
-
-    Places and pulls as of `loaded_parts`.
+    Attributes
+    ----------
+    problem : EquilibriumProblem
+    state : State
+    share : float
+    small : bool
+        Whether loads are small, and act where the robot is without them.
+    forces : (S, 3) array or None
+        On the first points of springs between bodies, where these are not those at the state [N].
     """
-    where, legs = state if places is None else places, problem.legs
-    found = {leg: np.zeros(6) for leg in problem.leg_names}
-    acting, moved = _acting(problem, state, share, pulls), legs.moved(where.legs)
-    for c, (chain, motion) in enumerate(zip(legs.chains, moved, strict=True)):
-        if chain.start is not None:
-            continue
-        f = np.zeros(6)
-        f[list(problem.rows)] = state.legs.W[c]
-        total = move_wrench(f, where.p - motion[-1].of(legs.end_points[c]))
-        for load in acting[c]:
-            total += wrench_at(where.p, motion[load.after].of(load.point), load.force)
-        found[chain.owner.leg] += total
-    return tuple(found.values())
 
+    problem: EquilibriumProblem
+    state: State
+    share: float = 1.0
+    small: bool = False
+    forces: np.ndarray | None = None
 
-def about_the_tool(
-    problem: EquilibriumProblem, state: State, by_twist: np.ndarray
-) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """What the nodes of a flexible platform exert on each leg (r,), and its rate (r, r).
+    @property
+    def _where(self) -> State:
+        return self.problem.unloaded if self.small else self.state
 
-    About the point of the tool P, which moves along: with f at a node's point p, the moment has the
-    rate ``dm + (dp - dP) x f + (p - P) x df`` by the twist of the tool. The unknowns of the legs
-    move by `by_twist` (T, r).
-    """
-    rows, platform = list(problem.rows), max(problem.leg_names)
-    legs, moved = problem.legs, np.eye(6)[:, rows]  # twist of the tool
-    W, K = np.zeros((platform, 6)), np.zeros((platform, 6, len(rows)))
-    parts = [own for own in legs.chains if own.owner.leg == platform]
-    held = {None, *(body for own in parts for body in (own.start, own.end))}
-    for c, chain in enumerate(legs.chains):
-        if chain.owner.leg == platform or chain.end not in held:
-            continue
-        own, rate, node = np.zeros(6), np.zeros((6, len(rows))), moved
-        own[rows], rate[rows] = state.legs.W[c], by_twist[legs.numbers.W[c]]
-        arm = np.zeros(3)
-        if chain.end is not None:
-            node = np.zeros((6, len(rows)))
-            node[rows] = by_twist[legs.numbers.bodies[chain.end]]
-            arm = state.legs.p[chain.end] - state.p
-        rate[3:] += skew(arm) @ rate[:3] - skew(own[:3]) @ (node - moved)[:3]
-        own[3:] += np.cross(arm, own[:3])
-        W[chain.owner.leg] += own
-        K[chain.owner.leg] += rate
-    return list(W[:, rows]), list(K[:, rows])
+    @cached_property
+    def _moved(self) -> list[list[BodyPlace]]:
+        """Of every chain, where the bodies at its start and behind every element are."""
+        return self.problem.legs.moved(self._where.legs)
 
+    @cached_property
+    def _acting(self) -> list[list[BodyLoad]]:
+        """Forces on the bodies of each chain, those of springs between bodies among them."""
+        legs = self.problem.legs
+        found = [
+            [replace(load, force=self.share * load.force) for load in chain.loads]
+            for chain in legs.chains
+        ]
+        if legs.springs:
+            pulls = legs.spring_arrays.on_anchors(self._pulls)
+            for (spot, point), force in zip(legs.spring_arrays.anchors, pulls, strict=True):
+                found[spot.chain].append(BodyLoad(spot.after, point, force))
+        return found
 
-def is_balanced(
-    problem: EquilibriumProblem,
-    state: State,
-    wrench: np.ndarray,
-    share: float,
-    places: State | None = None,
-    forces: np.ndarray | None = None,
-) -> bool:
-    """Whether what acts on a robot is what it exerts on the base, forces and moments.
+    @property
+    def _pulls(self) -> np.ndarray:
+        """Of springs on their first points (S, 3) [N]."""
+        if self.forces is not None:
+            return self.forces
+        return self.problem.legs.pulls(self.state.legs, self.share).force
 
-    A wrench (r,) acts on the platform about its point, beside a share of all other loads. What
-    moves the robot by rounding of its length is no load, and is not looked at. For small
-    loads the robot is where it is at `places`, and springs between bodies have `forces` (S, 3) on
-    their first points.
-    """
-    where = state if places is None else places
-    rows, about = list(problem.rows), where.p
-    on_platform = np.zeros(6)
-    on_platform[rows] = wrench
-    applied = [on_platform, share * problem.dead.acting(where.R)[0]]
-    if problem.steady is not None:
-        on_platform[rows] += problem.steady.moment
-        applied.append(problem.steady.weights.acting(where.R)[0])
-    carried: list[np.ndarray] = []
-    legs, pulls = problem.legs, None
-    moved = legs.moved(where.legs) if any(chain.loads for chain in legs.chains) else []
-    for chain, motion in zip(legs.chains, moved, strict=False):
-        for load in chain.loads:
-            at = motion[load.after].of(load.point)
-            applied.append(wrench_at(about, at, share * load.force))
-    if legs.springs:
-        now = legs.spring_arrays.at(legs, where.legs, share)
-        force = now.force if forces is None else forces
-        pulls = legs.spring_arrays.on_anchors(force)
-        for side, spring in zip(*np.nonzero(legs.spring_arrays.on_base), strict=True):
-            sign = 1.0 if side == 0 else -1.0
-            carried.append(wrench_at(about, now.points[side, spring], sign * force[spring]))
-    carried += base_reactions(problem, state, share, places, pulls)
-    both = np.array([*applied, *(-own for own in carried)])[:, rows] / problem.scale
-    stiffness = np.max(np.abs(problem.at_rest.K / np.outer(problem.scale, problem.scale)))
-    if np.abs(both[: len(applied)]).sum() <= _ROUNDING * problem.length * stiffness:
-        return True
-    return bool(np.all(np.abs(both.sum(axis=0)) <= _BALANCED * np.abs(both).sum()))
+    def parts(self) -> tuple[LoadedPart, ...]:
+        """Every joint and elastic part, leg by leg from base to platform."""
+        found: list[tuple[Owner, LoadedPart]] = []
+        legs, state = self.problem.legs, self.state
+        energies, sums = legs.energies(state.legs), self._sums()
+        for c, (chain, motion) in enumerate(zip(legs.chains, self._moved, strict=True)):
+            W = np.zeros(6)
+            W[list(legs.rows)] = state.legs.W[c]
+            P = motion[-1].of(legs.end_points[c])
+            names = [e.name for e in chain.elements]
+            for k, (wrench, point) in enumerate(_carried(chain, motion, W, P, self._acting[c])):
+                element, x = chain.elements[k], state.legs.x[legs.places[c, k]]
+                load, moved, unit = None, x, ""
+                if isinstance(element, FiniteJoint):
+                    load = element.force(float(x[0])) - self.share * float(element.preload)
+                    unit = "N m" if element.turns else "N"
+                else:
+                    moved = element.modes @ x
+                part = LoadedPart(
+                    leg=chain.owner.name,
+                    part=element.name,
+                    number=1 + names[:k].count(element.name),
+                    of=names.count(element.name),
+                    wrench=wrench,
+                    point=point,
+                    motion=moved,
+                    load=load,
+                    energy=energies[c][k],
+                    unit=unit,
+                )
+                found.append((chain.owner, part))
+                driven = (values for at, values in sums if at == (c, k))
+                found += [(chain.owner, replace(part, number=1, of=1, **own)) for own in driven]
+        return tuple(part for _, part in sorted(found, key=lambda item: item[0]))
 
+    def _sums(self) -> list[tuple[tuple[int, int], dict[str, Any]]]:
+        """Of every coupling, its name, motion, load and energy, by the place of what follows."""
+        legs, state, found = self.problem.legs, self.state.legs, []
+        pushing = iter(state.held)
+        for coupling, s in zip(legs.couplings, legs.sums(state), strict=True):
+            drive = coupling.drive
+            load = -next(pushing) if coupling.is_rigid else drive.force(s)
+            values = {
+                "part": drive.name,
+                "motion": np.array([s]),
+                "load": float(load - self.share * drive.preload),
+                "energy": drive.energy(s),
+            }
+            found.append((coupling.place, values))
+        return found
 
-def _acting(
-    problem: EquilibriumProblem, state: State, share: float, pulls: np.ndarray | None = None
-) -> list[list[BodyLoad]]:
-    """Forces on the bodies of each chain, those of springs between bodies among them."""
-    legs = problem.legs
-    found = [
-        [replace(load, force=share * load.force) for load in chain.loads] for chain in legs.chains
-    ]
-    if legs.springs:
-        arrays = legs.spring_arrays
-        if pulls is None:
-            pulls = arrays.on_anchors(arrays.at(legs, state.legs, share).force)
-        for (spot, point), force in zip(arrays.anchors, pulls, strict=True):
-            found[spot.chain].append(BodyLoad(spot.after, point, force))
-    return found
+    def reactions(self) -> tuple[np.ndarray, ...]:
+        """What every leg exerts on the base about the point of the platform (6,) [N, N m]."""
+        where, legs = self._where, self.problem.legs
+        found = {leg: np.zeros(6) for leg in self.problem.leg_names}
+        for c, (chain, motion) in enumerate(zip(legs.chains, self._moved, strict=True)):
+            if chain.start is not None:
+                continue
+            f = np.zeros(6)
+            f[list(legs.rows)] = self.state.legs.W[c]
+            total = move_wrench(f, where.p - motion[-1].of(legs.end_points[c]))
+            for load in self._acting[c]:
+                total += wrench_at(where.p, motion[load.after].of(load.point), load.force)
+            found[chain.owner.leg] += total
+        return tuple(found.values())
+
+    def about_the_tool(self, by_twist: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
+        """What the nodes of a flexible platform exert on each leg (r,), and its rate (r, r).
+
+        About the point of the tool P, which moves along: with f at a node's point p, the moment has
+        the rate ``dm + (dp - dP) x f + (p - P) x df`` by the twist of the tool. The unknowns of the
+        legs move by `by_twist` (T, r).
+        """
+        legs, rows, platform = (
+            self.problem.legs,
+            list(self.problem.rows),
+            max(self.problem.leg_names),
+        )
+        where, moved = self._where, np.eye(6)[:, rows]  # twist of the tool
+        W, K = np.zeros((platform, 6)), np.zeros((platform, 6, len(rows)))
+        parts = [own for own in legs.chains if own.owner.leg == platform]
+        held = {None, *(body for own in parts for body in (own.start, own.end))}
+        for c, chain in enumerate(legs.chains):
+            if chain.owner.leg == platform or chain.end not in held:
+                continue
+            own, rate, node = np.zeros(6), np.zeros((6, len(rows))), moved
+            own[rows], rate[rows] = self.state.legs.W[c], by_twist[legs.numbers.W[c]]
+            arm = np.zeros(3)
+            if chain.end is not None:
+                node = np.zeros((6, len(rows)))
+                node[rows] = by_twist[legs.numbers.bodies[chain.end]]
+                arm = where.legs.p[chain.end] - where.p
+            rate[3:] += skew(arm) @ rate[:3] - skew(own[:3]) @ (node - moved)[:3]
+            own[3:] += np.cross(arm, own[:3])
+            W[chain.owner.leg] += own
+            K[chain.owner.leg] += rate
+        return list(W[:, rows]), list(K[:, rows])
+
+    def are_balanced(self, wrench: np.ndarray) -> bool:
+        """Whether what acts on the robot is what it exerts on the base, forces and moments.
+
+        A wrench (r,) acts on the platform about its point beside all other loads. What moves the
+        robot by rounding of its length is no load, and is not looked at.
+        """
+        problem, legs, where = self.problem, self.problem.legs, self._where
+        rows, about, on_platform = list(problem.rows), where.p, np.zeros(6)
+        on_platform[rows] = wrench
+        applied = [on_platform, self.share * problem.dead.acting(where.R)[0]]
+        if problem.steady is not None:
+            on_platform[rows] += problem.steady.moment
+            applied.append(problem.steady.weights.acting(where.R)[0])
+        for chain, motion in zip(legs.chains, self._moved, strict=True):
+            for load in chain.loads:
+                at = motion[load.after].of(load.point)
+                applied.append(wrench_at(about, at, self.share * load.force))
+        carried: list[np.ndarray] = []
+        if legs.springs:
+            points = legs.pulls(where.legs, self.share).points
+            for side, spring in zip(*np.nonzero(legs.spring_arrays.on_base), strict=True):
+                force = self._pulls[spring] * (1 - 2 * side)
+                carried.append(wrench_at(about, points[side, spring], force))
+        carried += self.reactions()
+        both = np.array([*applied, *(-own for own in carried)])[:, rows] / problem.scale
+        stiffness = np.max(np.abs(problem.at_rest.K / np.outer(problem.scale, problem.scale)))
+        if np.abs(both[: len(applied)]).sum() <= _ROUNDING * problem.length * stiffness:
+            return True
+        return bool(np.all(np.abs(both.sum(axis=0)) <= _BALANCED * np.abs(both).sum()))
+
+    def springs(self) -> tuple[LoadedSpring, ...]:
+        """Every spring between bodies."""
+        legs, found = self.problem.legs, []
+        if not legs.springs:
+            return ()
+        now = legs.pulls(self.state.legs, self.share)
+        for i, spring in enumerate(legs.springs):
+            length, tension = float(now.length[i]), float(now.tension[i])
+            ends, energy = now.points[:, i], spring.energy(length, tension)
+            found.append(LoadedSpring(spring.name, ends, length, tension, energy, spring.is_cable))
+        return tuple(found)
 
 
 def shares_of(parts: Sequence[LoadedPart]) -> tuple[PartShare, ...]:

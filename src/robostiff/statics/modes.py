@@ -24,8 +24,10 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
-from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase, State
-from robostiff.statics.equations.vibration import CarriedMasses, SmallMotions
+from robostiff.statics.equations.newton import FoundEquilibrium
+from robostiff.statics.equations.problem import EquilibriumProblem, LoadCase
+from robostiff.statics.equations.stability import energies_of
+from robostiff.statics.equations.vibration import SmallMotions
 from robostiff.statics.equilibrium import solved
 from robostiff.statics.loaded_parts import BodyPlaces, body_places, shares
 from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads, Masses
@@ -47,19 +49,6 @@ _PART = 1e-3
 
 
 @dataclass(frozen=True)
-class _Equilibrium:
-    """What vibrates, and where it is at rest."""
-
-    problem: EquilibriumProblem
-    state: State
-
-    @cached_property
-    def places(self) -> BodyPlaces:
-        """Where the bodies are."""
-        return body_places(self.problem, self.state)
-
-
-@dataclass(frozen=True)
 class Mode:
     """One natural vibration.
 
@@ -77,7 +66,7 @@ class Mode:
     frequency: float
     growth: float
     twist: np.ndarray
-    equilibrium: _Equilibrium = field(repr=False, compare=False)
+    equilibrium: FoundEquilibrium = field(repr=False, compare=False)
     shape: np.ndarray = field(repr=False, compare=False)
 
     @cached_property
@@ -85,7 +74,7 @@ class Mode:
         """Elastic energy of the parts, largest first."""
         problem = self.equilibrium.problem
         motion = _of_legs(problem, self.shape)[: problem.legs.numbers.total]
-        stored = problem.legs.energies_of(motion, np.zeros(problem.legs.inner_modes.shape))
+        stored = energies_of(problem.legs, motion, np.zeros(problem.legs.inner_modes.shape))
         return tuple(own for own in shares(stored) if own.energy > 0)
 
     @cached_property
@@ -116,7 +105,7 @@ class Mode:
         own, step = self.equilibrium, _of_legs(self.equilibrium.problem, self.shape)
         part = _PART / max(own.problem.size_of_legs(step), own.problem.size_of(self.twist))
         moved = own.problem.moved(own.state, part * self.twist, part * step)
-        return body_places(own.problem, moved).since(own.places)
+        return body_places(own.problem, moved).since(body_places(own.problem, own.state))
 
     def __str__(self) -> str:
         rate = f"{self.frequency:.4g} Hz" if self.growth == 0 else f"grows by {self.growth:.4g} /s"
@@ -328,10 +317,21 @@ def modes(
 def _modes_of(loaded: LoadedPosture, wrench: np.ndarray) -> Modes:
     if not loaded.has_posture:
         return Modes(loaded.name, loaded.space, loaded.status)
-    problem, known, state, status = _about(loaded, wrench)
-    if known is None or state is None:
+    problem = loaded.problem
+    if problem.loads_platform_alone and not problem.dead.act and not np.any(wrench):
+        status, loading = loaded.status, LoadCase(wrench, wrench)
+        known = problem.linearised(problem.unloaded, loading, 0.0)
+        found = FoundEquilibrium(loading, problem.unloaded, 0.0, known, True, 0)
+    else:
+        answer = solved(loaded, wrench, None)
+        status, found = answer.status, answer.found
+    if found is None:
         return Modes(loaded.name, loaded.space, status)
-    each = _vibrating(problem, loaded.masses, known, state)
+    small, each = SmallMotions.of(problem, loaded.masses, found.known, found.state), []
+    for square, shape in zip(*small.vibrations(), strict=True):
+        rate, twist = float(np.sqrt(abs(square))), shape[len(shape) - problem.size :]
+        frequency, growth = (rate / (2 * np.pi), 0.0) if square >= 0 else (0.0, rate)
+        each.append(Mode(frequency, growth, twist, found, shape))
     if not each:
         raise InputError(
             f"masses of {loaded.name!r}",
@@ -339,34 +339,7 @@ def _modes_of(loaded: LoadedPosture, wrench: np.ndarray) -> Modes:
             hint='write masses={"platform": 150}, rs.Mass(12, inertia=...) in place of a number; '
             '--mass "platform=150 kg"; or mass: in the model file',
         )
-    return Modes(loaded.name, loaded.space, status, each, loaded.posed, problem)
-
-
-def _about(
-    loaded: LoadedPosture, wrench: np.ndarray
-) -> tuple[EquilibriumProblem, Linearised | None, State | None, Status]:
-    """The equilibrium about which a robot vibrates; a direction may be rigid without load."""
-    problem = loaded.problem
-    if problem.loads_platform_alone and not len(problem.dead.forces) and not np.any(wrench):
-        nothing, state = np.zeros(problem.size), problem.unloaded
-        known = problem.linearised(state, LoadCase(nothing, nothing), 0.0)
-        return problem, known, state, loaded.status
-    answer = solved(loaded, wrench, None)
-    if answer.found is None:
-        return problem, None, None, answer.status
-    return problem, answer.found.known, answer.found.state, answer.status
-
-
-def _vibrating(
-    problem: EquilibriumProblem, masses: CarriedMasses, known: Linearised, state: State
-) -> tuple[Mode, ...]:
-    squares, shapes = SmallMotions.of(problem, masses, known, state).vibrations()
-    rest, each = _Equilibrium(problem, state), []
-    for square, shape in zip(squares, shapes, strict=True):
-        rate, twist = float(np.sqrt(abs(square))), shape[len(shape) - problem.size :]
-        frequency, growth = (rate / (2 * np.pi), 0.0) if square >= 0 else (0.0, rate)
-        each.append(Mode(frequency, growth, twist, rest, shape))
-    return tuple(each)
+    return Modes(loaded.name, loaded.space, status, tuple(each), loaded.posed, problem)
 
 
 def _of_legs(problem: EquilibriumProblem, shape: np.ndarray) -> np.ndarray:

@@ -18,17 +18,15 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.spatial.rotation import vector_of_rotation
-from robostiff.statics.chains.body_springs import LoadedSpring, loaded_springs
 from robostiff.statics.equations.critical_point import CriticalPoint
 from robostiff.statics.equations.newton import FoundEquilibrium
-from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
+from robostiff.statics.equations.problem import EquilibriumProblem, Linearised
 from robostiff.statics.loaded_parts import (
     BodyPlaces,
+    CarriedLoads,
     LoadedPart,
-    about_the_tool,
-    base_reactions,
+    LoadedSpring,
     body_places,
-    loaded_parts,
     shares_of,
 )
 from robostiff.statics.loading.loaded_posture import as_snapshot
@@ -58,9 +56,9 @@ class Equilibrium(InNotebooks):
         curvature of the energy to that without load.
     held : bool
         Whether the pose of the platform was given, and the wrench follows.
-    problem, loading, found, frame, posed
-        What was solved, where it ended, the unloaded frame of the platform, and the robot there,
-        as a snapshot, a network or a cable robot.
+    found, frame, posed
+        Where Newton's method ended, the unloaded frame of the platform, and the robot there, as a
+        snapshot, a network or a cable robot.
     """
 
     name: str
@@ -69,11 +67,14 @@ class Equilibrium(InNotebooks):
     critical: CriticalPoint | None = None
     margins: Mapping[str, float] = field(default_factory=dict)
     held: bool = False
-    problem: EquilibriumProblem | None = None
-    loading: LoadCase | None = None
     found: FoundEquilibrium | None = None
     frame: tuple[np.ndarray, np.ndarray] | None = None
     posed: Snapshot | Network | CableRobot | None = None
+
+    @property
+    def problem(self) -> EquilibriumProblem | None:
+        """What was solved."""
+        return self.found and self.found.problem
 
     @property
     def snapshot(self) -> Snapshot | None:
@@ -121,8 +122,8 @@ class Equilibrium(InNotebooks):
     @property
     def displacement(self) -> np.ndarray:
         """Of the point and rotation vector of the platform, from the unloaded posture (r,)."""
-        problem, found = self._require()
-        return problem.displacement(found.state)
+        found = self._require()
+        return found.displacement
 
     @property
     def pose(self) -> np.ndarray:
@@ -130,16 +131,16 @@ class Equilibrium(InNotebooks):
 
         Of a snapshot the frame is at its reference point, along the world axes without load.
         """
-        problem, found = self._require()
-        R, p = self.frame or (np.eye(3), problem.point)
+        found = self._require()
+        R, p = self.frame or (np.eye(3), found.problem.point)
         state = found.state
-        place = state.p + state.R @ (p - problem.point)
+        place = state.p + state.R @ (p - found.problem.point)
         return np.concatenate([place, vector_of_rotation(state.R @ R)])
 
     @property
     def point(self) -> np.ndarray:
         """Where the point is now, about which matrices and wrenches are (3,) [m]."""
-        return self._require()[1].state.p
+        return self._require().state.p
 
     @property
     def K(self) -> np.ndarray:
@@ -172,13 +173,13 @@ class Equilibrium(InNotebooks):
         NoAnswerError
             Where nothing resists some motion.
         """
-        problem, found = self._require()
+        found = self._require()
         if self.status & Status.FREE_MOTIONS:
             raise NoAnswerError(
                 f"no compliance of {self.name!r} under load ({self.status}): a load along a free "
                 "motion meets no stiffness"
             )
-        known, scale = found.known, problem.scale
+        known, scale = found.known, found.problem.scale
         C = np.linalg.inv(known.K_total / np.outer(scale, scale))
         if known.held is not None:
             C = C @ known.held.free @ known.held.free.T
@@ -191,20 +192,20 @@ class Equilibrium(InNotebooks):
         Springs on the platform add to K beside them. Of a flexible platform by the twist of the
         tool; none is symmetric by itself.
         """
-        problem, known = self._require()[0], self._known_stiffness
+        known = self._known_stiffness
         through = self._through_platform
         if through is not None:
             return tuple(through[1])
-        return problem.by_leg(known.by_twist[problem.legs.numbers.W])
+        return known.problem.by_leg(known.by_twist[known.problem.legs.numbers.W])
 
     @property
     def leg_wrenches(self) -> tuple[np.ndarray, ...]:
         """What the platform exerts on each leg about `point`, world axes (r,) [N, N m]."""
-        problem, found = self._require()
+        found = self._require()
         through = self._through_platform
         if through is not None:
             return tuple(through[0])
-        return problem.by_leg(found.state.legs.W)
+        return found.problem.by_leg(found.state.legs.W)
 
     @property
     def reactions(self) -> tuple[np.ndarray, ...]:
@@ -212,8 +213,7 @@ class Equilibrium(InNotebooks):
 
         Weights of parts that the base carries itself are included.
         """
-        problem, found = self._require()
-        return base_reactions(problem, found.state, self._share)
+        return self._carried.reactions()
 
     @property
     def wrench(self) -> np.ndarray:
@@ -221,12 +221,10 @@ class Equilibrium(InNotebooks):
 
         Of a given displacement, without what rigid parts would carry.
         """
-        if self.loading is None:
-            self._require()
-        if not self.held and self.loading is not None:
-            return self.loading.wrench + self.loading.wrench_rate
-        problem, found = self._require()
-        held, scale = found.known.held, problem.scale
+        found = self._require()
+        if not self.held:
+            return found.loading.wrench + found.loading.wrench_rate
+        held, scale = found.known.held, found.problem.scale
         if held is None:
             return -found.known.missing
         return -held.free @ (held.free.T @ (found.known.missing / scale)) * scale
@@ -239,28 +237,26 @@ class Equilibrium(InNotebooks):
     @property
     def potential(self) -> float:
         """Energy less the work of preloads and dead forces, the wrench left out [J]."""
-        problem, found = self._require()
-        if self.loading is None:
-            return self.energy
-        return self.energy + problem.platform_potential(found.state, self.loading, found.factor)
+        found = self._require()
+        return self.energy + found.problem.platform_potential(
+            found.state, found.loading, found.factor
+        )
 
     @cached_property
     def parts(self) -> tuple[LoadedPart, ...]:
         """What every joint and elastic part carries, and how it has moved."""
-        problem, found = self._require()
-        return loaded_parts(problem, found.state, self._share)
+        return self._carried.parts()
 
     @property
     def places(self) -> BodyPlaces:
         """Where the bodies behind all joints and elastic parts are, and the platform."""
-        problem, found = self._require()
-        return body_places(problem, found.state)
+        found = self._require()
+        return body_places(found.problem, found.state)
 
     @cached_property
     def springs(self) -> tuple[LoadedSpring, ...]:
         """Springs between bodies: how long they are, and how much they pull."""
-        problem, found = self._require()
-        return loaded_springs(problem, found.state, self._share)
+        return self._carried.springs()
 
     @property
     def shares(self) -> tuple[PartShare, ...]:
@@ -278,14 +274,15 @@ class Equilibrium(InNotebooks):
         )
 
     @property
-    def _share(self) -> float:
-        """Of preloads and of forces on legs that acts."""
-        found = self._require()[1]
-        return 1.0 if self.loading is None else self.loading.shares(found.factor).value
+    def _carried(self) -> CarriedLoads:
+        """What it carries under the share of preloads and of forces on legs that acts."""
+        found = self._require()
+        share = found.loading.shares(found.factor).value
+        return CarriedLoads(found.problem, found.state, share)
 
     @property
     def _known_stiffness(self) -> Linearised:
-        known = self._require()[1].known
+        known = self._require().known
         if known.held is not None:
             raise NoAnswerError(
                 f"no stiffness matrix of {self.name!r} under load ({self.status}): "
@@ -296,17 +293,16 @@ class Equilibrium(InNotebooks):
     @property
     def _through_platform(self) -> tuple[list[np.ndarray], list[np.ndarray]] | None:
         """Wrenches and stiffnesses of legs by the tool of a flexible platform; None of others."""
-        problem, found = self._require()
         if self.snapshot is None or self.snapshot.platform is None:
             return None
-        return about_the_tool(problem, found.state, found.known.by_twist)
+        return self._carried.about_the_tool(self._require().known.by_twist)
 
-    def _require(self) -> tuple[EquilibriumProblem, FoundEquilibrium]:
-        if self.problem is None or self.found is None:
+    def _require(self) -> FoundEquilibrium:
+        if self.found is None:
             raise NoAnswerError(
                 f"no equilibrium of {self.name!r} ({self.status}): {'; '.join(self.advice)}"
             )
-        return self.problem, self.found
+        return self.found
 
 
 @dataclass(frozen=True, repr=False)

@@ -24,7 +24,7 @@ from robostiff.spatial import Space, move_twist, move_wrench
 from robostiff.statics.chains.beam_bowing import Linear
 from robostiff.statics.chains.equilibrated import LOST
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
-from robostiff.statics.loaded_parts import about_the_tool, is_balanced, loaded_parts, shares_of
+from robostiff.statics.loaded_parts import CarriedLoads, shares_of
 from robostiff.statics.loading.given_loads import (
     Acting,
     Gravity,
@@ -170,7 +170,7 @@ def deflection(
         relaxed = (replace(s, constant=-s.stiffness * s.length) for s in problem.legs.springs)
         problem = replace(problem, legs=replace(problem.legs, springs=tuple(relaxed)))
     flexible = asked.snapshot is not None and asked.snapshot.platform is not None
-    return _under_small_loads(problem, F, rest, flexible)
+    return _under_smloadedloads(problem, F, rest, flexible)
 
 
 def _of_network(
@@ -205,7 +205,7 @@ def _of_network(
     return deflection_at(rest.stiffness, rest.wrench, tuple(forces))
 
 
-def _under_small_loads(
+def _under_smloadedloads(
     problem: EquilibriumProblem, F: np.ndarray, rest: Deflection, has_flexible_platform: bool
 ) -> Deflection:
     """A robot under small loads, from how it is without any."""
@@ -239,16 +239,15 @@ def _under_small_loads(
     state = problem.moved(at_rest, nothing, step)
     legs, forces = problem.legs, None
     if has_springs:  # tension among them, as the bodies move
-        own = legs.spring_arrays.at(legs, at_rest.legs, 0.0)
+        own = legs.pulls(at_rest.legs, 0.0)
         forces = (own.D @ (own.J @ step[: legs.numbers.total])[..., None])[..., 0] + own.rate
-    if not is_balanced(problem, state, F, 1.0, at_rest, forces):
+    loaded = CarriedLoads(problem, state, small=True, forces=forces)
+    if not loaded.are_balanced(F):
         return none(Status.ILL_CONDITIONED)
-    pulls = None if forces is None else legs.spring_arrays.on_anchors(forces)
-    parts = loaded_parts(problem, state, 1.0, at_rest, pulls)
+    parts = loaded.parts()
     wrenches: Sequence[np.ndarray] = problem.by_leg(state.legs.W)
     if has_flexible_platform:  # nodes are where they are without load
-        placed = replace(at_rest, legs=replace(state.legs, p=at_rest.legs.p))
-        wrenches = about_the_tool(problem, placed, known.by_twist)[0]
+        wrenches = loaded.about_the_tool(known.by_twist)[0]
     joints = [(part, part.load) for part in parts if part.load is not None]
     driven = {(own.leg, own.joint) for own in rest.actuators}
     return Deflection(

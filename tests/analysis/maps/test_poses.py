@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import robostiff as rs
-from robostiff.analysis.maps.job import Partition, poses_in_a_block
+from robostiff.analysis.maps.job import Partition
 from robostiff.analysis.maps.pose_columns import pose_columns
 from robostiff.errors import InputError
 from tests.analysis.maps.robots import loaded
@@ -31,8 +31,6 @@ def test_blocks_are_runs_that_cover_the_map_once(shape, most):
 def test_blocks_are_not_smaller_than_they_must_be():
     assert Partition.of((20,) * 6, 2**20).block == (1, 5, 20, 20, 20, 20)
     assert len(Partition.of((10**9,), 2**20)) == 954
-    assert poses_in_a_block(3, 2**20) == 2**20
-    assert poses_in_a_block(288 + 3, 2**20) * 291 == pytest.approx(8 * 2**20, rel=1e-4)
 
 
 @given(SHAPES, st.integers(1, 100))

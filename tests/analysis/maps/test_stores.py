@@ -38,7 +38,7 @@ def interrupted_after(blocks):
 
 @pytest.fixture(scope="module")
 def undisturbed():
-    return rs.stiffness_map(loaded("3-rpr"), POSES)
+    return rs.stiffness_map(loaded("3-rpr"), POSES, method=rs.Batched())
 
 
 def begun(path, blocks=1):
@@ -46,6 +46,7 @@ def begun(path, blocks=1):
         rs.stiffness_map(
             loaded("3-rpr"),
             POSES,
+            method=rs.Batched(),
             store=path,
             scheduler=Threads(1),
             progress=interrupted_after(blocks),
@@ -72,9 +73,12 @@ def test_a_store_holds_what_memory_would(poses, tmp_path):
         name: own.dtype for name, own in stored.items()
     }
     assert list(memory.data_vars) == list(stored.data_vars)
-    # Any other program can read it.
+    # Any other program can read it; of K it has the upper triangle, row by row.
     again = xarray.open_zarr(tmp_path / "map.zarr", consolidated=False)
-    np.testing.assert_array_equal(again.K, memory.K)
+    row, column = np.triu_indices(3)
+    upper = memory.K.values[..., row, column]
+    np.testing.assert_array_equal(again.K.transpose(..., "entry"), upper)
+    assert again.K.attrs["entries"] == "Fx dx, Fx dy, Fx rz, Fy dy, Fy rz, Mz rz"
     assert set(again.coords) == set(memory.coords)
     assert not list((tmp_path).glob(".*"))
 
@@ -98,9 +102,14 @@ def test_an_interrupted_map_goes_on_where_it_was(tmp_path, undisturbed):
     begun(path, blocks=2)
     reported = []
     found = rs.stiffness_map(
-        loaded("3-rpr"), POSES, store=path, resume=True, progress=reported.append
+        loaded("3-rpr"),
+        POSES,
+        method=rs.Batched(),
+        store=path,
+        resume=True,
+        progress=reported.append,
     )
-    assert reported[0].resumed == 2 * reported[0].done // 3
+    assert reported[-1].resumed == POSES.count // 2  # two of four blocks
     assert reported[-1].done == POSES.count
     xarray.testing.assert_identical(found.load(), undisturbed)
     assert not list(path.glob("progress*"))
@@ -118,15 +127,19 @@ def test_a_map_that_is_half_there_says_so(tmp_path):
 def test_a_torn_mark_and_torn_chunks_are_made_again(tmp_path, undisturbed):
     path = tmp_path / "map.zarr"
     begun(path, blocks=3)
-    torn = path / "progress" / "0"
-    torn.write_text(torn.read_text()[:-20])
-    for chunk in (path / "translational_stiffness" / "c" / "1").iterdir():
-        chunk.write_bytes(b"torn")
+    torn = path / "progress" / "done" / "c" / "0"
+    torn.write_bytes(torn.read_bytes()[:-2])
+    (path / "translational_stiffness" / "c" / "0" / "1").write_bytes(b"torn")
     reported = []
     found = rs.stiffness_map(
-        loaded("3-rpr"), POSES, store=path, resume=True, progress=reported.append
+        loaded("3-rpr"),
+        POSES,
+        method=rs.Batched(),
+        store=path,
+        resume=True,
+        progress=reported.append,
     )
-    assert reported[0].resumed == POSES.count // 4  # one of four blocks
+    assert reported[-1].resumed == POSES.count // 4  # one of four blocks
     xarray.testing.assert_identical(found.load(), undisturbed)
 
 
@@ -142,18 +155,23 @@ def test_a_store_is_filled_by_one_process_at_a_time(tmp_path, undisturbed):
         assert other.stdout is not None
         assert other.stdout.readline() == "locked\n"
         with pytest.raises(InputError, match="another process is filling"):
-            rs.stiffness_map(loaded("3-rpr"), POSES, store=path, resume=True)
+            rs.stiffness_map(loaded("3-rpr"), POSES, method=rs.Batched(), store=path, resume=True)
         other.kill()  # a lock ends with its process
-    found = rs.stiffness_map(loaded("3-rpr"), POSES, store=path, resume=True)
+    found = rs.stiffness_map(loaded("3-rpr"), POSES, method=rs.Batched(), store=path, resume=True)
     xarray.testing.assert_identical(found.load(), undisturbed)
 
 
 def test_a_finished_map_is_given_without_work(tmp_path, undisturbed):
     path = tmp_path / "map.zarr"
-    rs.stiffness_map(loaded("3-rpr"), POSES, store=path)
+    rs.stiffness_map(loaded("3-rpr"), POSES, method=rs.Batched(), store=path)
     reported = []
     found = rs.stiffness_map(
-        loaded("3-rpr"), POSES, store=path, resume=True, progress=reported.append
+        loaded("3-rpr"),
+        POSES,
+        method=rs.Batched(),
+        store=path,
+        resume=True,
+        progress=reported.append,
     )
     assert reported == []
     xarray.testing.assert_identical(found.load(), undisturbed)
@@ -180,7 +198,7 @@ OTHERS = {
 def test_another_map_is_refused(part, tmp_path):
     path = tmp_path / "map.zarr"
     begun(path)
-    asked = {"robot": loaded("3-rpr"), "poses": POSES, **OTHERS[part]}
+    asked = {"robot": loaded("3-rpr"), "poses": POSES, "method": rs.Batched(), **OTHERS[part]}
     with pytest.raises(InputError, match=f"other .*{part}"):
         rs.stiffness_map(**asked, store=path, resume=True)
 
@@ -216,7 +234,7 @@ def test_another_version_is_refused(tmp_path, monkeypatch):
     begun(path)
     monkeypatch.setattr("robostiff.analysis.maps.request.__version__", "99.0")
     with pytest.raises(InputError, match="other version of robostiff"):
-        rs.stiffness_map(loaded("3-rpr"), POSES, store=path, resume=True)
+        rs.stiffness_map(loaded("3-rpr"), POSES, method=rs.Batched(), store=path, resume=True)
 
 
 def test_nothing_is_overwritten(tmp_path):
@@ -251,7 +269,7 @@ def test_a_store_needs_nothing_of_posix(tmp_path, undisturbed, monkeypatch):
     path = tmp_path / "map.zarr"
     begun(path)
     with pytest.raises(InputError, match="another process is filling"):
-        rs.stiffness_map(loaded("3-rpr"), POSES, store=path, resume=True)
+        rs.stiffness_map(loaded("3-rpr"), POSES, method=rs.Batched(), store=path, resume=True)
     held.clear()
-    found = rs.stiffness_map(loaded("3-rpr"), POSES, store=path, resume=True)
+    found = rs.stiffness_map(loaded("3-rpr"), POSES, method=rs.Batched(), store=path, resume=True)
     xarray.testing.assert_identical(found.load(), undisturbed)

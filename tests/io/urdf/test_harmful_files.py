@@ -158,11 +158,14 @@ def test_a_missing_extra_is_named(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("name", ["m.xml", "m.mjcf"])
 def test_a_missing_reader_is_named(name, tmp_path, monkeypatch):
-    monkeypatch.setattr(extras, "added", lambda group: {})
+    monkeypatch.setattr(extras, "added", lambda _: {})
     path = _file(tmp_path, "<mujoco/>", name)
     expected = r"^MJCF files need 'robostiff-interop', .* \./extras/robostiff-interop in a checkout"
     with pytest.raises(rs.InputError, match=expected):
         rs.load(path, side=with_side(tmp_path, SIDE))
+    if name == "m.mjcf":
+        with pytest.raises(rs.InputError, match=expected):
+            rs.load(path)
 
 
 def test_xacro_is_expanded_with_what_it_includes(tmp_path, monkeypatch):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -49,6 +48,7 @@ def coordinate_arrays(job: MapJob) -> dict[str, tuple[tuple[str, ...], Any, dict
             about = {"long_name": f"unit of each entry of {variable.name}"}
             found[f"{variable.name}_units"] = variable.dims, np.array(variable.units), about
     taken = {v.name for v in job.answers} | {d for v in job.variables for d in v.dims}
+    taken |= {"entry", "progress"}  # of a store
     for name in source.names:
         if name in taken or "/" in name:
             raise InputError(
@@ -62,27 +62,24 @@ def coordinate_arrays(job: MapJob) -> dict[str, tuple[tuple[str, ...], Any, dict
 
 def own_coordinates(job: MapJob) -> list[str]:
     """Names of the coordinates that are no dimension: of single poses, time, units of entries."""
-    parameter = job.source.parameter()
-    several = [v.name for v in job.answers if not isinstance(v.units, str)]
-    units = [f"{name}_units" for name in several]
-    return [v.name for v in job.coordinates] + ([parameter[0]] if parameter else []) + units
+    found = [v.name for v in job.coordinates]
+    found += [name for name, (dims, *_) in coordinate_arrays(job).items() if dims != (name,)]
+    return found
 
 
 def variable_attributes(job: MapJob, variable: Variable) -> dict[str, Any]:
     """Units and words of a variable, and the flags of the status (CF conventions, 3.5)."""
-    has_one = isinstance(variable.units, str)
-    attributes: dict[str, Any] = {"units": variable.units} if has_one else {}
-    attributes["long_name"] = variable.long_name
-    if variable in job.coordinates:
-        attributes["long_name"] = _meaning(job, variable.name)
-    if variable.note:
-        attributes["comment"] = variable.note
+    is_coordinate = variable in job.coordinates
+    attributes: dict[str, Any] = {
+        "units": variable.units if isinstance(variable.units, str) else "",
+        "long_name": _meaning(job, variable.name) if is_coordinate else variable.long_name,
+        "comment": variable.note,
+    }
     if variable.name == "status":
         flags = status_flags()
-        attributes["flag_masks"] = list(flags)
-        attributes["flag_values"] = list(flags)
+        attributes |= {key: list(flags) for key in ("flag_masks", "flag_values")}
         attributes["flag_meanings"] = " ".join(flags.values())
-    return attributes
+    return {name: own for name, own in attributes.items() if own}
 
 
 def map_attributes(
@@ -155,24 +152,13 @@ class MapArrays:
 
     def dataset(self, summary: MapSummary) -> xarray.Dataset:
         """The map, once all blocks are there."""
-        shape = self.job.partition.shape
-        arrays = {v.name: v.poses_first(self._rows[v.name], shape) for v in self.job.variables}
+        import xarray
+
+        job, ranges, arrays = self.job, range_attributes(summary), {}
+        for v in job.variables:
+            values = v.poses_first(self._rows[v.name], job.partition.shape)
+            about = {**variable_attributes(job, v), **ranges.get(v.name, {})}
+            arrays[v.name] = (*job.source.dims, *v.dims), values, about
         attributes = {**self.attributes, **summary_attributes(summary)}
-        return map_dataset(self.job, arrays, attributes, range_attributes(summary))
-
-
-def map_dataset(
-    job: MapJob,
-    arrays: Mapping[str, Any],
-    attributes: Mapping[str, Any],
-    ranges: Mapping[str, Mapping[str, Any]] = MappingProxyType({}),
-) -> xarray.Dataset:
-    """A map of arrays by variable (dimensions of the poses first), with coordinates."""
-    import xarray
-
-    found: dict[str, Any] = {}
-    for variable in job.variables:
-        about = {**variable_attributes(job, variable), **ranges.get(variable.name, {})}
-        found[variable.name] = (*job.source.dims, *variable.dims), arrays[variable.name], about
-    made = xarray.Dataset({**found, **coordinate_arrays(job)}, attrs=dict(attributes))
-    return made.set_coords(own_coordinates(job))
+        made = xarray.Dataset({**arrays, **coordinate_arrays(job)}, attrs=attributes)
+        return made.set_coords(own_coordinates(job))

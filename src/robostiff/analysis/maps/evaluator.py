@@ -28,7 +28,6 @@ from robostiff.cables import structure_matrix
 from robostiff.compiled import (
     Backend,
     DeflectionUnder,
-    Output,
     PrincipalStiffness,
     StiffnessMatrix,
     WorstDeflection,
@@ -54,22 +53,24 @@ _OF_K = {Quantity.STIFFNESS, Quantity.PRINCIPAL_STIFFNESS, Quantity.INDICES}
 
 
 class Evaluator(Protocol):
-    """Computes the variables of a map at poses; made once, picklable, safe in several threads."""
+    """Computes the variables of a map at poses; made once, picklable, safe in several threads.
+
+    Attributes
+    ----------
+    method : str
+        Name of the method; part of the fingerprint of a map.
+    variables : tuple of Variable
+        Those that `evaluate` returns, rank and status among them.
+    most_poses : int
+        Largest suitable number of poses in a call.
+    """
 
     @property
-    def method(self) -> str:
-        """Name of the method; part of the fingerprint of a map."""
-        ...
-
+    def method(self) -> str: ...  # noqa: D102
     @property
-    def variables(self) -> tuple[Variable, ...]:
-        """The variables that `evaluate` returns, rank and status among them."""
-        ...
-
+    def variables(self) -> tuple[Variable, ...]: ...  # noqa: D102
     @property
-    def most_poses(self) -> int:
-        """Largest suitable number of poses in a call."""
-        ...
+    def most_poses(self) -> int: ...  # noqa: D102
 
     def evaluate(
         self, poses: np.ndarray, out: Mapping[str, np.ndarray] | None = None
@@ -115,6 +116,7 @@ class MapEvaluator:
     length: float = 1.0  # characteristic length of the indices [m]
     # joint coordinates of all legs that choose the posture [m, rad]; empty for home's
     near: tuple[float, ...] = ()
+    dtype: str = "float64"  # of K
     kernel: CompiledStiffness | None = None
     recomputes: bool = True  # else poses that the kernel does not answer are left ``guarded``
 
@@ -123,15 +125,16 @@ class MapEvaluator:
         """Name of the method."""
         if isinstance(self.robot, CableRobot):
             return "cables, batched"
-        careful = "networks" if isinstance(self.robot, Linkage) else "wrench-basis"
+        is_network = isinstance(self.robot, Linkage)
         if self.kernel is not None:
+            careful = "networks" if is_network else "wrench-basis"
             return f"compiled record, {careful} where it is unsafe"
-        return "networks" if isinstance(self.robot, Linkage) else "wrench-basis, batched"
+        return "networks" if is_network else "wrench-basis, batched"
 
     @cached_property
     def variables(self) -> tuple[Variable, ...]:
         """The variables that `evaluate` returns."""
-        return map_variables(self.robot, self.quantities)
+        return map_variables(self.robot, self.quantities, self.dtype, self.columns.loads > 0)
 
     @property
     def of_wrench(self) -> tuple[Quantity, ...]:
@@ -154,43 +157,32 @@ class MapEvaluator:
             When the robot has none for these quantities and coordinates.
         """
         robot, columns = cast("Robot | Linkage", self.robot), self.columns
-        subject = f"map of {robot.name!r} by a kernel"
+
+        def refused(got: str, expected: str) -> InputError:
+            hint = "leave the method out, or write method=Batched()"
+            subject = f"map of {robot.name!r} by a kernel"
+            return InputError(subject, got=got, expected=expected, hint=hint)
+
         if Quantity.ACTUATOR_FORCES in self.quantities:
-            raise InputError(
-                subject, got="actuator forces", expected="other quantities", hint=_OTHERWISE
-            )
+            raise refused("actuator forces", "other quantities")
+        outputs = {
+            _STIFFNESS: {Quantity.STIFFNESS, Quantity.INDICES},
+            _PRINCIPAL: {Quantity.PRINCIPAL_STIFFNESS},
+            _WORST: {Quantity.WORST_DEFLECTION},
+            DeflectionUnder(self.wrench): {Quantity.DEFLECTION},
+        }
+        wanted = [own for own, quantities in outputs.items() if quantities & set(self.quantities)]
         if isinstance(robot, Linkage):
             joints = [name for name, _ in columns.drives]
-            made = compile_stiffness(robot, self._outputs, joints=joints, backend=backend)
+            made = compile_stiffness(robot, wanted, joints=joints, backend=backend)
             return replace(self, kernel=made)
         free = tuple(coordinate.value for coordinate in robot.coordinates)
         if not columns.of_joints and columns.names != free:
-            raise InputError(
-                subject,
-                got=" ".join(columns.names),
-                expected=f"coordinates that are free: {' '.join(free)}",
-                hint=_OTHERWISE,
-            )
-        compiled = compile_stiffness(robot, self._outputs, backend=backend)
-        if columns.of_joints and not compiled.takes_joints:
-            raise InputError(
-                subject, got="joint coordinates", expected=" ".join(free), hint=_OTHERWISE
-            )
-        return replace(self, kernel=compiled)
-
-    @property
-    def _outputs(self) -> list[Output]:
-        quantities = self.quantities
-        found: list[Output] = []
-        if {Quantity.STIFFNESS, Quantity.INDICES} & set(quantities):
-            found.append(_STIFFNESS)
-        if Quantity.PRINCIPAL_STIFFNESS in quantities:
-            found.append(_PRINCIPAL)
-        if Quantity.WORST_DEFLECTION in quantities:
-            found.append(_WORST)
-        if Quantity.DEFLECTION in quantities:
-            found.append(DeflectionUnder(self.wrench))
-        return found
+            raise refused(" ".join(columns.names), f"coordinates that are free: {' '.join(free)}")
+        made = compile_stiffness(robot, wanted, backend=backend)
+        if columns.of_joints and not made.takes_joints:
+            raise refused("joint coordinates", " ".join(free))
+        return replace(self, kernel=made)
 
     def evaluate(
         self, poses: np.ndarray, out: Mapping[str, np.ndarray] | None = None
@@ -200,10 +192,10 @@ class MapEvaluator:
         out = room_for(self.variables, count) if out is None else out
         if self.kernel is not None:
             return self._by_kernel(self.kernel, poses, out)
+        of_some = self._of_cables if isinstance(self.robot, CableRobot) else self._of_legs
         for start in range(0, count, _CHUNK):
             part = slice(start, start + _CHUNK)
-            is_cables = isinstance(self.robot, CableRobot)
-            found = (self._cables if is_cables else self._chunk)(poses[part])
+            found = of_some(poses[part])
             for name, array in out.items():
                 array[part] = found[name]
         return out
@@ -219,6 +211,8 @@ class MapEvaluator:
             here = {name: array[where] for name, array in out.items()}
             here["rank"][...], here["status"][...] = found.rank, found.status_codes
             guarded[where] = found.guarded
+            if Quantity.STIFFNESS in wanted and "K" not in direct:
+                here["K"][...] = values[_STIFFNESS.name]
             if Quantity.PRINCIPAL_STIFFNESS in wanted:
                 principal = values[_PRINCIPAL.name].T
                 for kind, rows in (("translational", principal[:d]), ("rotational", principal[d:])):
@@ -257,9 +251,10 @@ class MapEvaluator:
             found |= worst_deflection(C())
         return found
 
-    def _chunk(self, poses: np.ndarray) -> dict[str, np.ndarray]:
+    def _of_legs(self, poses: np.ndarray) -> dict[str, np.ndarray]:
         pose = self.columns.as_pose(poses)
-        result = direct_stiffness(cast(Any, self.robot), pose, near=self._near)
+        near = np.array(self.near) if self.near else None
+        result = direct_stiffness(cast(Any, self.robot), pose, near=near)
         status = result.status_codes
         K = stiffness_where_answered(result) if _OF_K & set(self.quantities) else np.empty(0)
         found = self._of_matrices(K, result.rank, lambda: result.compliances, definite=True)
@@ -271,11 +266,12 @@ class MapEvaluator:
             found |= {"displacement": twist[:, :d], "rotation": twist[:, d:]}
             if Quantity.ACTUATOR_FORCES in self.quantities:
                 known = np.isfinite(twist[:, 0])
-                found["actuator_force"] = self._actuator_forces(pose, result, known, F)
+                snapshot = find_posture(cast("Robot", self.robot), pose, near=near).snapshot
+                found["actuator_force"] = _actuator_forces(snapshot, result, known, F)
         found["status"] = status
         return found
 
-    def _cables(self, poses: np.ndarray) -> dict[str, np.ndarray]:
+    def _of_cables(self, poses: np.ndarray) -> dict[str, np.ndarray]:
         """Of cables; a deflection is linear, and known where no cable becomes slack.
 
         Loads among the columns are balanced by the tensions instead.
@@ -298,38 +294,28 @@ class MapEvaluator:
             found |= cables_under_wrench(robot, result, C, np.array(self.wrench))
         return found
 
-    @property
-    def _near(self) -> np.ndarray | None:
-        return np.array(self.near) if self.near else None
 
-    def _actuator_forces(
-        self, pose: Any, result: Stiffness, known: np.ndarray, wrench: np.ndarray
-    ) -> np.ndarray:
-        """Load on each actuator (N, actuators) [N or N m]: what its chain carries along it."""
-        if not isinstance(self.robot, Robot):
-            raise TypeError("actuator forces of a linkage are no quantity of maps")
-        whole = np.broadcast_to(wrench, (len(known), len(wrench)))
-        about_origin = move_wrench(whole, -result.offset)
-        loads = leg_loads(result[known], about_origin[known])
-        posture = find_posture(self.robot, pose, near=self._near)
-        rows = list(self.robot.space.rows)
-        forces = []
-        for i, leg in enumerate(posture.snapshot.legs):
-            F = np.zeros((len(known), 6))
-            if loads is not None:
-                F[np.ix_(known, np.array(rows))] = loads.wrenches[i]
-            forces += [
-                np.einsum("...i,...i->...", freedom_twist(element, result.origin), carried)
-                for element, carried in carried_by(leg, result.details().leg_blocks[i], F, rows)
-                if isinstance(element, PlacedFreedom) and isinstance(element.role, Actuated)
-            ]
-        out = empty_batch((len(known),), (len(forces),))
-        held = known if loads is not None else np.zeros_like(known)
-        out[...] = np.where(held[:, None], np.stack(forces, axis=-1), np.nan)
-        return out
-
-
-_OTHERWISE = "leave the method out, or write method=Batched()"
+def _actuator_forces(
+    snapshot: Any, result: Stiffness, known: np.ndarray, wrench: np.ndarray
+) -> np.ndarray:
+    """Load on each actuator (N, actuators) [N or N m]: what its chain carries along it."""
+    whole = np.broadcast_to(wrench, (len(known), len(wrench)))
+    about_origin = move_wrench(whole, -result.offset)
+    loads = leg_loads(result[known], about_origin[known])
+    rows, forces = list(result.space.rows), []
+    for i, leg in enumerate(snapshot.legs):
+        F = np.zeros((len(known), 6))
+        if loads is not None:
+            F[np.ix_(known, np.array(rows))] = loads.wrenches[i]
+        forces += [
+            np.einsum("...i,...i->...", freedom_twist(element, result.origin), carried)
+            for element, carried in carried_by(leg, result.details().leg_blocks[i], F, rows)
+            if isinstance(element, PlacedFreedom) and isinstance(element.role, Actuated)
+        ]
+    out = empty_batch((len(known),), (len(forces),))
+    held = known if loads is not None else np.zeros_like(known)
+    out[...] = np.where(held[:, None], np.stack(forces, axis=-1), np.nan)
+    return out
 
 
 def cables_under_wrench(

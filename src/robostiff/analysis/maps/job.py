@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -25,6 +26,7 @@ class MapSummary:
     poses: int = 0  # all of them, those excluded as well
     statuses: Mapping[int, int] = field(default_factory=dict)  # how many poses have each status
     guarded: int = 0  # poses that a fast evaluator gave to the batched numeric form
+    resumed: int = 0  # poses that were on disk before
     # Smallest and largest value of each variable in one unit; none where no pose has an answer
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
@@ -55,37 +57,30 @@ class MapSummary:
         >>> MapSummary.total([one, other]).statuses
         {0: 3, 64: 2}
         """
-        poses = guarded = 0
-        statuses: dict[int, int] = {}
-        ranges: dict[str, tuple[float, float]] = {}
-        for part in parts:
-            poses += part.poses
-            guarded += part.guarded
-            for code, count in part.statuses.items():
-                statuses[code] = statuses.get(code, 0) + count
+        every, statuses, ranges = list(parts), Counter[int](), {}
+        for part in every:
+            statuses.update(part.statuses)
             for name, (low, high) in part.ranges.items():
                 least, most = ranges.get(name, (low, high))
                 ranges[name] = (min(low, least), max(high, most))
-        return MapSummary(poses, dict(sorted(statuses.items())), guarded, ranges)
+        return MapSummary(
+            sum(own.poses for own in every),
+            dict(sorted(statuses.items())),
+            sum(own.guarded for own in every),
+            sum(own.resumed for own in every),
+            ranges,
+        )
 
     def as_data(self) -> dict[str, Any]:
         """As JSON has it."""
-        return {
-            "poses": self.poses,
-            "statuses": {str(code): count for code, count in self.statuses.items()},
-            "guarded": self.guarded,
-            "ranges": {name: list(ends) for name, ends in self.ranges.items()},
-        }
+        return asdict(self)
 
     @classmethod
     def from_data(cls, data: Mapping[str, Any]) -> MapSummary:
-        """From what `as_data` gave."""
-        return cls(
-            poses=data["poses"],
-            statuses={int(code): count for code, count in data["statuses"].items()},
-            guarded=data["guarded"],
-            ranges={name: (low, high) for name, (low, high) in data["ranges"].items()},
-        )
+        """From what `as_data` gave, through JSON."""
+        statuses = {int(code): count for code, count in data["statuses"].items()}
+        ranges = {name: (low, high) for name, (low, high) in data["ranges"].items()}
+        return cls(**{**data, "statuses": statuses, "ranges": ranges})
 
 
 def summarize(
@@ -110,6 +105,7 @@ def summarize(
     )
 
 
+MOST_POSES = 10**12
 # Small enough for the cache, large enough to hide the cost of a block.
 _BLOCK_BYTES = 8 * 2**20
 
@@ -166,22 +162,14 @@ class Partition:
 
     def slices(self, index: int) -> tuple[slice, ...]:
         """Where a block lies."""
-        starts = [i * b for i, b in zip(self.place(index), self.block, strict=True)]
-        return tuple(
-            slice(start, min(start + b, n))
-            for start, b, n in zip(starts, self.block, self.shape, strict=True)
-        )
+        every = zip(self.place(index), self.block, self.shape, strict=True)
+        return tuple(slice(i * b, min(i * b + b, n)) for i, b, n in every)
 
     def run(self, index: int) -> tuple[int, int]:
         """First pose of a block in memory order, and the first after it."""
         part = self.slices(index)
         start = int(np.ravel_multi_index([s.start for s in part], self.shape))
         return start, start + math.prod(s.stop - s.start for s in part)
-
-
-def poses_in_a_block(bytes_a_pose: int, most: int) -> int:
-    """How many poses make a block of about 8 MiB, and no more than `most`."""
-    return max(1, min(most, _BLOCK_BYTES // max(bytes_a_pose, 1)))
 
 
 Selection = Callable[[Mapping[str, np.ndarray]], np.ndarray]
@@ -226,8 +214,8 @@ class MapJob:
     @cached_property
     def partition(self) -> Partition:
         """The blocks, which depend on the poses only, not on the processors."""
-        most = poses_in_a_block(self.bytes_a_pose, self.evaluator.most_poses)
-        return Partition.of(self.source.shape, most)
+        most = _BLOCK_BYTES // max(self.bytes_a_pose, 1)
+        return Partition.of(self.source.shape, min(most, self.evaluator.most_poses))
 
     def poses(self, part: tuple[slice, ...]) -> np.ndarray:
         """Poses of a block (N, n_coordinates), equal coordinates side by side in memory."""

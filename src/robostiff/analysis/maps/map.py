@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from collections.abc import Callable, Iterable
+from contextlib import AbstractContextManager
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, DTypeLike
 
 from robostiff.analysis.maps.dataset import MapArrays
-from robostiff.analysis.maps.job import MapJob, MapSummary, Selection
+from robostiff.analysis.maps.job import MapSummary, Selection
 from robostiff.analysis.maps.pose_columns import Mapped
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.reduced_map import ReducedMap
@@ -22,26 +22,18 @@ from robostiff.analysis.maps.request import (
     LoadedMethod,
     MapRequest,
     Method,
-    check_memory,
+    check_room,
     checked_request,
 )
-from robostiff.analysis.maps.run import (
-    Progress,
-    Threads,
-    Work,
-    dask_client,
-    followed,
-    run_in_threads,
-    run_on_dask,
-)
+from robostiff.analysis.maps.run import Progress, Run, Threads, followed, workforce
 from robostiff.analysis.maps.store import (
     MapStore,
     already_there,
-    check_identity,
-    check_room,
     create_store,
+    is_complete,
     locked,
     open_map,
+    remove_marks,
 )
 from robostiff.analysis.maps.variables import Quantity
 from robostiff.errors import InputError, needs_extra
@@ -52,7 +44,6 @@ if TYPE_CHECKING:
     import xarray
     from distributed import Client
 
-_Run = Callable[[Work[Any], Iterable[int]], Iterator[tuple[int, Any]]]
 _DEFAULT_QUANTITIES = (Quantity.PRINCIPAL_STIFFNESS,)
 
 
@@ -72,6 +63,7 @@ def stiffness_map(
     scheduler: str | Client | Threads | None = None,
     progress: Callable[[Progress], None] | None = None,
     reduce: Reduction | Iterable[Reduction] = (),
+    dtype: DTypeLike = "float64",
 ) -> xarray.Dataset:
     """Stiffness of a robot at many poses, as arrays with named dimensions.
 
@@ -115,6 +107,8 @@ def stiffness_map(
         ``Extremes``, ``Quantiles``, ``Histogram``, ``ShareAbove``: what becomes of the quantities,
         which are not kept themselves. So much memory serves for any number of poses; with `store`,
         a file such as ``map.npz``, an interrupted map goes on.
+    dtype : float64 or float32
+        Of the stiffness matrix; all other quantities are float32.
 
     Returns
     -------
@@ -141,57 +135,43 @@ def stiffness_map(
         import xarray  # noqa: F401
     reductions = [reduce] if isinstance(reduce, Reduction) else list(reduce)
     path = None if store is None else Path(store).absolute()
-    room: Callable[[MapJob], None] = check_memory if path is None else partial(check_room, path)
-    if reductions:
-        room = _needs_no_room
-    request = checked_request(robot, poses, quantities, wrench, length, where, method, room, near)
-    threads, job = _threads(workers, scheduler), request.job
+    # reductions take as much memory for any number of poses
+    room = None if reductions else partial(check_room, path=path)
+    request = checked_request(
+        robot, poses, quantities, wrench, length, where, method, room, near, dtype
+    )
+    job = request.job
     if path is None and resume:
         raise InputError("store to resume", got="none", expected='such as store="map.zarr"')
-    workforce = _workforce(threads, workers, scheduler)
+    running = workforce(workers, scheduler)
     if reductions:
         check_reductions(reductions, job)
-        with workforce as run:
+        with running as run:
             made = ReducedMap.begun(request, tuple(reductions), path, resume)
-            blocks = made.gathered(run(made.work, made.todo))
+            blocks = made.gathered(run(made.work.compute, made.todo))
             followed(blocks, made.summary, job.partition.poses, progress)
         return made.dataset()
     if path is not None:
-        _fill(path, request, resume, workforce, progress)
+        _fill(path, request, resume, running, progress)
         return open_map(path)
-    if threads is not None:
+    if workers is None and (scheduler is None or isinstance(scheduler, Threads)):
         arrays = MapArrays(job, request.attributes)
-        found = run_in_threads(arrays, range(len(job.partition)), threads)
-        return arrays.dataset(followed(found, MapSummary(), job.partition.poses, progress))
-    if scheduler is not None:
+        with running as run:
+            blocks = run(arrays.compute, range(len(job.partition)))
+            return arrays.dataset(followed(blocks, MapSummary(), job.partition.poses, progress))
+    if workers is None:
         raise InputError("store of a map", got="none", expected="a path that all workers see")
     with TemporaryDirectory(prefix="robostiff-map-") as folder:
         path = Path(folder) / "map.zarr"
-        _fill(path, request, False, workforce, progress)
+        _fill(path, request, False, running, progress)
         return open_map(path).load()
-
-
-def _needs_no_room(job: MapJob) -> None:
-    """Reductions take as much for any number of poses."""
-
-
-@contextmanager
-def _workforce(
-    threads: Threads | None, workers: int | None, scheduler: str | Client | Threads | None
-) -> Iterator[_Run]:
-    """What computes blocks of a store: threads, processes or a cluster."""
-    if threads is not None:
-        yield lambda work, todo: run_in_threads(work, todo, threads)
-    else:
-        with dask_client(workers, scheduler) as client:
-            yield lambda work, todo: run_on_dask(client, work, todo)
 
 
 def _fill(
     path: Path,
     request: MapRequest,
     resume: bool,
-    workforce: AbstractContextManager[_Run],
+    running: AbstractContextManager[Run[MapSummary]],
     progress: Callable[[Progress], None] | None,
 ) -> None:
     """Begin a store, or take that of the same request, and compute what is not there yet."""
@@ -199,35 +179,15 @@ def _fill(
         import dask.array  # noqa: F401
         import zarr  # noqa: F401
     identity = request.identity()
-    with ExitStack() as during:
-        if path.exists():
-            if not resume:
-                raise already_there(path)
-            if check_identity(path, identity).identity["complete"]:
-                return
-            during.enter_context(locked(path))
-            run = during.enter_context(workforce)
-        else:
-            run = during.enter_context(workforce)
+    if path.exists() and not resume:
+        raise already_there(path)
+    if path.exists() and is_complete(path, identity):
+        return
+    with running as run:
+        if not path.exists():
             create_store(path, request.job, identity, request.attributes)
-            during.enter_context(locked(path))
-        partition = request.job.partition
-        store = MapStore(path, request.job)
-        done = store.done()
-        todo = (index for index in range(len(partition)) if index not in done)
-        before = MapSummary.total(done.values())
-        store.finish(followed(run(store, todo), before, partition.poses, progress))
-    store.remove_marks()
-
-
-def _threads(workers: int | None, scheduler: str | Client | Threads | None) -> Threads | None:
-    """Threads of this process; None for Dask."""
-    if workers is not None:
-        if scheduler is not None:
-            raise InputError("workers and scheduler", expected="one of them")
-        if not isinstance(workers, int) or workers < 1:
-            raise InputError("workers", got=workers, expected="a whole number from 1")
-        return None
-    if scheduler is None:
-        return Threads()
-    return scheduler if isinstance(scheduler, Threads) else None
+        with locked(path):
+            store, partition = MapStore(path, request.job), request.job.partition
+            blocks = run(store.compute, range(len(partition)))
+            store.finish(followed(blocks, MapSummary(), partition.poses, progress))
+    remove_marks(path)

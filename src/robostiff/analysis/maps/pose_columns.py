@@ -101,30 +101,24 @@ def pose_columns(robot: Mapped, used: Sequence[str]) -> PoseColumns:
     if isinstance(robot, Linkage):
         return _of_drives(robot, used)
     free = tuple(coordinate.value for coordinate in robot.coordinates)
-    six = SIX if robot.space is Space.SPATIAL else tuple(SIX[k] for k in robot.space.rows)
+    six = tuple(SIX[k] for k in robot.space.rows)
     joints = joint_columns(robot.legs[0]) if isinstance(robot, Robot) and robot.is_serial else None
-    wanted = set(used)
+    wanted, subject = set(used), f"coordinate of {robot.name!r}"
     if joints is not None and wanted and wanted <= set(joints.names):
         by_joints = isinstance(robot, Robot) and robot.is_posed_by_joints
-        if by_joints or not (both := wanted & set(six)):
-            return joints
-        raise InputError(
-            f"coordinate of {robot.name!r}",
-            got=min(both),
-            expected="a name that a joint or the platform has alone",
-            hint="rename the joint",
-        )
-    if wanted and wanted <= set(free):
-        return _of_platform(robot, free)
-    if wanted and wanted <= set(six):
-        return _of_platform(robot, SIX)
+        if not by_joints and (both := wanted & set(six)):
+            expected = "a name that a joint or the platform has alone"
+            raise InputError(subject, got=min(both), expected=expected, hint="rename the joint")
+        return joints
+    for names, every in ((free, free), (six, SIX)):
+        if wanted and wanted <= set(names):
+            return _of_platform(robot, every)
     allowed = six if joints is None else (*six, *joints.names)
-    strange = [name for name in used if name not in allowed]
-    if strange:
+    if strange := [name for name in used if name not in allowed]:
         expected = f"some of {', '.join(six)}"
         if joints is not None:
             expected += f"; or some of the joints {', '.join(joints.names)}"
-        raise InputError(f"coordinate of {robot.name!r}", got=strange[0], expected=expected)
+        raise InputError(subject, got=strange[0], expected=expected)
     raise InputError(
         f"coordinates of {robot.name!r}",
         got=", ".join(used) or "none",
@@ -134,21 +128,16 @@ def pose_columns(robot: Mapped, used: Sequence[str]) -> PoseColumns:
 
 def _of_drives(linkage: Linkage, used: Sequence[str]) -> PoseColumns:
     every = {name: c.name for c in linkage.connections for name in coordinate_names(c)}
+    subject = f"coordinate of linkage {linkage.name!r}"
     strange = [name for name in used if name not in every]
     if strange or not used:
-        raise InputError(
-            f"coordinate of linkage {linkage.name!r}",
-            got=strange[0] if strange else "none",
-            expected=f"some of its joints: {', '.join(every)}",
-        )
+        expected = f"some of its joints: {', '.join(every)}"
+        raise InputError(subject, got=strange[0] if strange else "none", expected=expected)
     joints = tuple(dict.fromkeys(every[name] for name in used))
     driven = driven_by(linkage, joints)
     if missing := [name for name in joints if name not in driven.drives]:
-        raise InputError(
-            f"coordinate of linkage {linkage.name!r}",
-            got=missing[0],
-            expected="joints between base and platform: this one changes nothing",
-        )
+        expected = "joints between base and platform: this one changes nothing"
+        raise InputError(subject, got=missing[0], expected=expected)
     sizes = tuple((name, driven.home.coordinates[name].size) for name in driven.drives)
     home = tuple(driven.at_home.tolist())
     return PoseColumns(driven.inputs, driven.units, home, of_joints=True, drives=sizes)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -56,11 +57,11 @@ class PoseSource(ABC):
         for name, unit in self.units_given.items():
             if unit != units[name]:
                 kinds = {"m": "lengths", "rad": "angles"}
-                raise InputError(
-                    f"values of {name!r}",
-                    got=kinds[unit],
-                    expected=f"{kinds[units[name]]} [{units[name]}]",
-                )
+                expected = f"{kinds[units[name]]} [{units[name]}]"
+                raise InputError(f"values of {name!r}", got=kinds[unit], expected=expected)
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {math.prod(self.shape)} poses: {' '.join(self.names)}>"
 
 
 class PoseList(PoseSource):
@@ -92,31 +93,34 @@ class PoseList(PoseSource):
         path_length: ArrayLike | None = None,
     ) -> None:
         self.names: tuple[str, ...] = (names,) if isinstance(names, str) else tuple(names)
+        subject = "list of poses"
         if not self.names or len(set(self.names)) < len(self.names):
-            raise InputError(
-                "coordinates of a list of poses", got=list(names), expected="each name once"
-            )
+            raise InputError(f"coordinates of a {subject}", got=[*names], expected="each name once")
         columns = f"{len(self.names)} columns ({' '.join(self.names)})"
-        self.units_given: Mapping[str, str]
         rows, self.units_given = self._read(poses, f"rows of {columns}")
         if rows.ndim != 2 or rows.shape[1] != len(self.names) or not len(rows):
-            raise InputError(
-                "shape of a list of poses",
-                got=rows.shape,
-                expected=f"(N, {len(self.names)}), of one pose at least",
-            )
-        self._columns = np.ascontiguousarray(rows.T)
+            expected = f"(N, {len(self.names)}), of one pose at least"
+            raise InputError(f"shape of a {subject}", got=rows.shape, expected=expected)
+        self._columns, self.shape = np.ascontiguousarray(rows.T), (len(rows),)
         if time is not None and path_length is not None:
             raise InputError("time and path_length", expected="one of them")
         self._parameter: tuple[str, str, np.ndarray] | None = None
         for name, unit, given in (("time", "s", time), ("s", "m", path_length)):
             if given is not None:
-                values = as_floats(f"{name} of a list of poses", given, "finite numbers", unit)
+                own = f"{name} of a {subject}"
+                values = as_floats(own, given, "finite numbers", unit)
                 if values.shape != (len(rows),):
-                    raise InputError(
-                        f"{name} of a list of poses", got=values.shape, expected=f"({len(rows)},)"
-                    )
+                    raise InputError(own, got=values.shape, expected=f"({len(rows)},)")
                 self._parameter = (name, unit, values)
+
+    def parameter(self) -> tuple[str, str, np.ndarray] | None:
+        """Time [s] or path length [m] of each pose."""
+        return self._parameter
+
+    def description(self) -> Mapping[str, Any]:
+        """All of its numbers."""
+        numbers = {"poses": self._columns, "parameter": self._parameter}
+        return {"kind": "list", "names": self.names, **numbers}
 
     def _read(self, poses: ArrayLike, expected: str) -> tuple[np.ndarray, Mapping[str, str]]:
         """Rows in SI units, and the units of joints that came as quantities."""
@@ -138,30 +142,9 @@ class PoseList(PoseSource):
         given = {n: unit for n, (_, unit) in zip(self.names, found, strict=True) if unit}
         return np.stack([values for values, _ in found], axis=-1), given
 
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """How many poses there are."""
-        return (self._columns.shape[1],)
-
     def values(self, part: tuple[slice, ...]) -> np.ndarray:
         """Coordinates of some of the poses (names, N)."""
         return self._columns[:, part[0]]
-
-    def parameter(self) -> tuple[str, str, np.ndarray] | None:
-        """Time [s] or path length [m] of each pose."""
-        return self._parameter
-
-    def description(self) -> Mapping[str, Any]:
-        """All of its numbers."""
-        return {
-            "kind": "list",
-            "names": self.names,
-            "poses": self._columns,
-            "parameter": self._parameter,
-        }
-
-    def __repr__(self) -> str:
-        return f"<PoseList of {self.shape[0]} poses: {' '.join(self.names)}>"
 
 
 # Philox makes four 64-bit numbers a step of its counter.
@@ -169,7 +152,6 @@ _PER_STEP = 4
 _MOST = 2**63
 
 
-@dataclass(frozen=True)
 class RandomPoses(PoseSource):
     """Independent, uniformly distributed poses; coordinates left out stay at home.
 
@@ -191,51 +173,39 @@ class RandomPoses(PoseSource):
     True
     """
 
-    count: int
-    ranges: Mapping[str, tuple[float, float]]
-    seed: int = 0
-    units_given: Mapping[str, str] = field(
-        default_factory=dict, init=False, repr=False, compare=False
-    )
-
-    def __post_init__(self) -> None:
-        for name, value, least in (("count", self.count, 1), ("seed", self.seed, 0)):
+    def __init__(
+        self, count: int, ranges: Mapping[str, tuple[float, float]], seed: int = 0
+    ) -> None:
+        for name, value, least in (("count", count, 1), ("seed", seed, 0)):
             if not isinstance(value, int | np.integer) or not least <= value < _MOST:
-                raise InputError(
-                    f"{name} of random poses", got=value, expected=f"a whole number from {least} on"
-                )
-        if not self.ranges:
+                expected = f"a whole number from {least} on"
+                raise InputError(f"{name} of random poses", got=value, expected=expected)
+        if not ranges:
             raise InputError(
                 "ranges of random poses",
                 got="none",
                 expected="at least one coordinate",
                 hint='write {"x": (-0.1, 0.1)}',
             )
-        ranges, units = {}, {}
-        for name, given in self.ranges.items():
+        self.count, self.seed = int(count), int(seed)
+        self.ranges: dict[str, tuple[float, float]] = {}
+        self.units_given: dict[str, str] = {}
+        for name, given in ranges.items():
             subject, expected = f"range of {name!r}", "lowest and highest value"
             ends, unit = read_coordinate(subject, given, expected, name)
             if ends.shape != (2,) or ends[0] > ends[1]:
                 raise InputError(subject, got=given, expected=expected)
-            ranges[name] = (float(ends[0]), float(ends[1]))
-            if unit:
-                units[name] = unit
-        object.__setattr__(self, "ranges", ranges)
-        object.__setattr__(self, "units_given", units)
+            self.ranges[name] = (float(ends[0]), float(ends[1]))
+            self.units_given |= {name: unit} if unit else {}
+        self.names, self.shape = tuple(self.ranges), (self.count,)
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Coordinates that vary."""
-        return tuple(self.ranges)
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """How many poses there are."""
-        return (int(self.count),)
+    def description(self) -> Mapping[str, Any]:
+        """Count, ranges and seed."""
+        return {"kind": "random", "count": self.count, "ranges": self.ranges, "seed": self.seed}
 
     def values(self, part: tuple[slice, ...]) -> np.ndarray:
         """Coordinates of some of the poses (names, N)."""
-        start, stop, _ = part[0].indices(int(self.count))
+        start, stop, _ = part[0].indices(self.count)
         block = np.empty((len(self.ranges), stop - start))
         ahead = start % _PER_STEP
         numbers = np.empty(stop - start + ahead)
@@ -252,11 +222,6 @@ class RandomPoses(PoseSource):
             np.multiply(numbers[ahead:], high - low, out=block[k])
             block[k] += low
         return block
-
-    def description(self) -> Mapping[str, Any]:
-        """Count, ranges and seed."""
-        ranges = {name: tuple(map(float, ends)) for name, ends in self.ranges.items()}
-        return {"kind": "random", "count": self.count, "ranges": ranges, "seed": self.seed}
 
 
 _MOST_VALUES = 10**8
@@ -289,26 +254,19 @@ class Axis:
     unit_given: str | None = field(default=None, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        ends, unit = read_coordinate(
-            "start and stop of an axis", [self.start, self.stop], "two finite numbers"
-        )
+        subject, expected = "start and stop of an axis", "two finite numbers"
+        ends, unit = read_coordinate(subject, [self.start, self.stop], expected)
         if ends.shape != (2,):
-            raise InputError(
-                "start and stop of an axis",
-                got=(self.start, self.stop),
-                expected="two finite numbers",
-            )
-        for name, value in zip(("start", "stop"), ends.tolist(), strict=True):
+            raise InputError(subject, got=(self.start, self.stop), expected=expected)
+        for name, value in (("start", float(ends[0])), ("stop", float(ends[1]))):
             object.__setattr__(self, name, value)
         object.__setattr__(self, "unit_given", unit)
         if not isinstance(self.count, int | np.integer) or self.count < 1:
-            raise InputError(
-                "count of an axis", got=self.count, expected="a whole number from 1 on"
-            )
+            expected = "a whole number from 1 on"
+            raise InputError("count of an axis", got=self.count, expected=expected)
         if self.count > _MOST_VALUES:
-            raise InputError(
-                "count of an axis", got=self.count, expected=f"at most {_MOST_VALUES} values"
-            )
+            expected = f"at most {_MOST_VALUES} values"
+            raise InputError("count of an axis", got=self.count, expected=expected)
         if (self.start == self.stop) != (self.count == 1):
             raise InputError(
                 "axis",
@@ -331,7 +289,6 @@ class Axis:
         return values
 
 
-@dataclass(frozen=True, init=False)
 class Grid(PoseSource):
     """All combinations of the values of some coordinates; the other coordinates stay at home.
 
@@ -349,15 +306,13 @@ class Grid(PoseSource):
     (20, 6)
     """
 
-    axes: Mapping[str, Axis]
-
     def __init__(self, axes: Mapping[str, Axis] | None = None, /, **more: Axis) -> None:
-        every = {**(axes or {}), **more}
-        if not every:
+        self.axes: dict[str, Axis] = {**(axes or {}), **more}
+        if not self.axes:
             raise InputError(
                 "grid", got="no axis", expected="at least one", hint="write Grid(x=Axis(0, 1, 11))"
             )
-        for name, axis in every.items():
+        for name, axis in self.axes.items():
             if not isinstance(axis, Axis):
                 raise InputError(
                     f"axis {name!r} of a grid",
@@ -365,43 +320,21 @@ class Grid(PoseSource):
                     expected="an Axis",
                     hint=f"write {name}=Axis(-0.1, 0.1, 21)",
                 )
-        object.__setattr__(self, "axes", every)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Its coordinates."""
-        return tuple(self.axes)
-
-    @property
-    def dims(self) -> tuple[str, ...]:
-        """Its coordinates are its dimensions."""
-        return tuple(self.axes)
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """How many values each coordinate takes."""
-        return tuple(int(axis.count) for axis in self.axes.values())
-
-    def values(self, part: tuple[slice, ...]) -> np.ndarray:
-        """Coordinates of the poses of a block (names, ...)."""
-        own = [axis.at(where) for axis, where in zip(self.axes.values(), part, strict=True)]
-        block = np.empty((len(own), *(len(v) for v in own)))
-        for k, values in enumerate(own):
-            shape = [1] * len(own)
-            shape[k] = len(values)
-            block[k] = values.reshape(shape)
-        return block
-
-    def axis_values(self) -> Mapping[str, np.ndarray]:
-        """Values of each coordinate."""
-        return {name: axis.values for name, axis in self.axes.items()}
-
-    @property
-    def units_given(self) -> Mapping[str, str]:
-        """SI units of coordinates that came as quantities."""
-        return {name: axis.unit_given for name, axis in self.axes.items() if axis.unit_given}
+        given = self.axes.items()
+        self.names = self.dims = tuple(self.axes)
+        self.shape = tuple(int(axis.count) for _, axis in given)
+        self.units_given = {name: axis.unit_given for name, axis in given if axis.unit_given}
 
     def description(self) -> Mapping[str, Any]:
         """Its axes."""
         axes = {name: [axis.start, axis.stop, axis.count] for name, axis in self.axes.items()}
         return {"kind": "grid", "axes": axes}
+
+    def axis_values(self) -> Mapping[str, np.ndarray]:
+        """Values of each coordinate."""
+        return {name: axis.values for name, axis in self.axes.items()}
+
+    def values(self, part: tuple[slice, ...]) -> np.ndarray:
+        """Coordinates of the poses of a block (names, ...)."""
+        own = [axis.at(where) for axis, where in zip(self.axes.values(), part, strict=True)]
+        return np.stack(np.broadcast_arrays(*np.ix_(*own)))

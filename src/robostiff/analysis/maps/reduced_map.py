@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 # Poses of a block by a kernel, and of those left to the careful form at once.
 _BLOCK, _TOGETHER = 2**20, 2**14
-_CACHE = 2**21  # bytes of poses and values that stay in the second-level cache
+_CACHE = 2**22  # bytes of poses and values that stay in the second-level cache
 _SAVED = 5.0  # s between two states on disk
 _LARGEST = 2**30  # bytes of all arrays in a file
 _FORMAT = "reductions of a map by robostiff"
@@ -114,11 +114,8 @@ class BlockReductions:
         numbers: Sequence[int],
     ) -> None:
         """Add poses of such numbers to what was found before."""
-        codes, count = arrays["status"], len(numbers)
-        if np.all(codes == codes[0]):
-            statuses[int(codes[0])] += count
-        else:
-            statuses.update(codes.tolist())
+        counts, count = np.bincount(arrays["status"]), len(numbers)
+        statuses.update({int(code): int(counts[code]) for code in np.flatnonzero(counts)})
         for (own, v), state in zip(self.each, states, strict=True):
             own.extend(state, arrays[v.name].reshape(-1, count), numbers)
 

@@ -64,9 +64,9 @@ class Reduction(ABC):
     def extend(self, state: State, values: np.ndarray, numbers: Sequence[int]) -> None:
         """Add values (entries, N) that may be none, at poses of such numbers."""
 
-    @abstractmethod
     def added(self, a: State, b: State) -> State:
-        """What it has of both."""
+        """What it has of both: sums of counts."""
+        return {name: own + b[name] for name, own in a.items()}
 
     @abstractmethod
     def found(self, state: State, name: str, job: MapJob) -> Iterator[Found]:
@@ -166,10 +166,6 @@ class Quantiles(Reduction):
         for counts, own in zip(state["counts"], upper, strict=True):
             np.add.at(counts, own, 1)
 
-    def added(self, a: State, b: State) -> State:
-        """Sums of counts."""
-        return {"counts": a["counts"] + b["counts"]}
-
     def found(self, state: State, name: str, job: MapJob) -> Iterator[Found]:
         """The middle of the numbers of one upper half."""
         upper = np.arange(_BINS, dtype=np.uint32)
@@ -204,10 +200,6 @@ class _Counts(Reduction):
         edges[low] = np.nextafter(edges[low], np.inf, dtype=values.dtype)
         for k, edge in enumerate((*edges, -np.inf)):
             state["counts"][:, k] += np.count_nonzero(values >= edge, axis=1)
-
-    def added(self, a: State, b: State) -> State:
-        """Sums of counts."""
-        return {"counts": a["counts"] + b["counts"]}
 
 
 @dataclass(frozen=True, init=False)

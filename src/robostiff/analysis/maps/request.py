@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import math
 import os
+import shutil
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, DTypeLike
 
 from robostiff.analysis.cable_tensions import cable_tensions
 from robostiff.analysis.identity import plain
 from robostiff.analysis.maps.dataset import coordinate_arrays, map_attributes
 from robostiff.analysis.maps.evaluator import Evaluator, MapEvaluator
-from robostiff.analysis.maps.job import MapJob, Selection
+from robostiff.analysis.maps.job import MOST_POSES, MapJob, Selection
 from robostiff.analysis.maps.pose_columns import Mapped, columns_under_load, pose_columns
 from robostiff.analysis.maps.pose_source import PoseSource
-from robostiff.analysis.maps.stored import MOST_POSES
 from robostiff.analysis.maps.variables import Quantity
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.analysis.result import given_wrenches
@@ -61,9 +62,11 @@ class LoadedMethod(Protocol):
 Method = Compiled | Batched
 
 _MEMORY_SHARE = 0.8
+_SHRINKS = 20  # how much smaller a map may become on disk
 _SAMPLED_BLOCKS = 16
-# A kernel takes about a second to make, in which the batched form computes some 10^5 poses.
-_WORTH_COMPILING = 50_000
+# A kernel takes as long to make as the batched form takes for so many poses of a hexapod, or
+# longer where no record of it is kept.
+_WORTH_COMPILING = 10_000
 _LINKAGE_PAYS = 40  # as many networks
 
 
@@ -97,10 +100,60 @@ def checked_request(
     given_length: float | None,
     where: Selection | None,
     method: Method | LoadedMethod | None = None,
-    check_room: Callable[[MapJob], None] = lambda _: None,
+    check_room: Callable[[MapJob], None] | None = None,
     near: Near = None,
+    dtype: DTypeLike = "float64",
 ) -> MapRequest:
     """The checked request for a map; it chooses the method."""
+    robot = _checked_robot(robot, poses, where)
+    if method is not None and not isinstance(method, Compiled | Batched):
+        if not hasattr(method, "evaluator"):
+            expected = "Compiled(), Batched() or UnderLoad()"
+            raise InputError("method of a map", got=method, expected=expected)
+        loaded, unloaded = method, None
+    else:
+        loaded, unloaded = None, method
+    wanted = _quantities(quantities)
+    F = _wrench(robot, wanted, wrench, loaded is not None)
+    length = _length(robot, given_length)
+    if loaded is None:
+        columns = pose_columns(robot, poses.names)
+    elif not isinstance(robot, Linkage):
+        columns = columns_under_load(robot, poses.names, F)
+    else:
+        raise InputError(
+            "map under load",
+            got=f"linkage {robot.name!r}",
+            expected="a Robot",
+            hint="rs.equilibrium(linkage, values) answers at one configuration",
+        )
+    poses.check_units(dict(zip(columns.names, columns.units, strict=True)))
+    own = _near(robot, near, unloaded)
+    if own and loaded is not None:
+        raise InputError("near of a map under load", got=near, expected="none: postures are home's")
+    if own:
+        unloaded = Batched()  # a kernel has the posture of home
+    batched = MapEvaluator(robot, columns, wanted, F, length, own, _float_type(dtype))
+    if check_room is not None:  # before a kernel is made
+        check_room(MapJob(batched, columns, poses, where))
+    count = math.prod(poses.shape)
+    evaluator = (
+        _evaluator(batched, unloaded, count) if loaded is None else loaded.evaluator(batched, count)
+    )
+    job = MapJob(evaluator, columns, poses, where)
+    coordinate_arrays(job)
+    settings = {
+        **{"quantities": wanted, "wrench": F, "length": length, "dtype": batched.dtype},
+        **{"method": loaded, "near": own},
+    }
+    attributes = map_attributes(robot, job, F, length)
+    if own:
+        attributes["near"] = list(own)
+    return MapRequest(job, attributes, robot, settings)
+
+
+def _checked_robot(robot: Mapped | Snapshot, poses: Any, where: Any) -> Mapped:
+    """A robot that can move, with poses and a selection that are such."""
     if not isinstance(robot, Mapped):
         raise InputError(
             "robot of a map",
@@ -130,69 +183,30 @@ def checked_request(
             expected=f"at most {MOST_POSES:.0e}, which take weeks",
             hint="take fewer values along each axis, or random poses",
         )
-    wanted = _quantities(quantities)
-    loaded, unloaded = _by_load(method)
-    F = _wrench(robot, wanted, wrench, loaded is not None)
-    length = _length(robot, given_length)
-    if loaded is None:
-        columns = pose_columns(robot, poses.names)
-    elif not isinstance(robot, Linkage):
-        columns = columns_under_load(robot, poses.names, F)
+    return robot
+
+
+def check_room(job: MapJob, path: Path | None) -> None:
+    """Raise when a map does not fit into memory, or would fill the disk even nearly empty."""
+    subject, hint = "map in memory", 'write it to disk: store="map.zarr" (-o map.zarr)'
+    if path is None:
+        try:
+            room = _MEMORY_SHARE * os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+        except (AttributeError, ValueError, OSError):  # not available on every system
+            return
+    elif path.exists() or not path.parent.is_dir():
+        return  # nothing is begun here
     else:
-        raise InputError(
-            "map under load",
-            got=f"linkage {robot.name!r}",
-            expected="a Robot",
-            hint="rs.equilibrium(linkage, values) answers at one configuration",
-        )
-    poses.check_units(dict(zip(columns.names, columns.units, strict=True)))
-    own = _near(robot, near, unloaded)
-    if own and loaded is not None:
-        raise InputError("near of a map under load", got=near, expected="none: postures are home's")
-    if own:
-        unloaded = Batched()  # a kernel has the posture of home
-    batched = MapEvaluator(robot, columns, wanted, F, length, own)
-    check_room(MapJob(batched, columns, poses, where))  # before a kernel is made
-    count = math.prod(poses.shape)
-    evaluator = (
-        _evaluator(batched, unloaded, count) if loaded is None else loaded.evaluator(batched, count)
-    )
-    job = MapJob(evaluator, columns, poses, where)
-    coordinate_arrays(job)
-    settings: dict[str, Any] = {"quantities": wanted, "wrench": F, "length": length}
-    attributes = map_attributes(robot, job, F, length)
-    if loaded is not None:
-        settings["method"] = loaded
-    if own:
-        settings["near"], attributes["near"] = own, list(own)
-    return MapRequest(job, attributes, robot, settings)
-
-
-def check_memory(job: MapJob) -> None:
-    """Raise when a map does not fit into the memory of this machine."""
-    try:
-        memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, ValueError, OSError):  # not available on every system
-        return
+        subject, hint = "map on disk", "take fewer poses or quantities, or another disk"
+        room = _SHRINKS * shutil.disk_usage(path.parent).free
     needed = job.bytes_a_pose * job.partition.poses
-    if needed > _MEMORY_SHARE * memory:
+    if needed > room:
         raise InputError(
-            "map in memory",
+            subject,
             got=f"{needed / 2**30:.3g} GiB for {job.partition.poses} poses",
-            expected=f"at most {_MEMORY_SHARE * memory / 2**30:.3g} GiB on this machine",
-            hint='write it to disk: store="map.zarr" (-o map.zarr)',
+            expected=f"at most {room / 2**30:.3g} GiB, for which there is room",
+            hint=hint,
         )
-
-
-def _by_load(method: Method | LoadedMethod | None) -> tuple[LoadedMethod | None, Method | None]:
-    """A method under load or one without."""
-    if method is None or isinstance(method, Compiled | Batched):
-        return None, method
-    if not hasattr(method, "evaluator"):
-        raise InputError(
-            "method of a map", got=method, expected="Compiled(), Batched() or UnderLoad()"
-        )
-    return method, None
 
 
 def _evaluator(batched: MapEvaluator, method: Method | None, count: int) -> Evaluator:
@@ -210,6 +224,16 @@ def _evaluator(batched: MapEvaluator, method: Method | None, count: int) -> Eval
         except (InputError, NoAnswerError):
             pass  # a rigid robot, free motions everywhere, a quantity that no kernel has
     return batched
+
+
+def _float_type(dtype: DTypeLike) -> str:
+    try:
+        name = np.dtype(dtype).name
+    except TypeError:
+        name = ""
+    if name not in ("float64", "float32"):
+        raise InputError("dtype of a map", got=dtype, expected="float64 or float32")
+    return name
 
 
 def _quantities(quantities: Iterable[Quantity]) -> tuple[Quantity, ...]:

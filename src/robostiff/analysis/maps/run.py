@@ -11,8 +11,9 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from robostiff.analysis.maps.job import MapSummary
 from robostiff.errors import InputError, NoAnswerError, needs_extra
@@ -55,55 +56,57 @@ class Threads:
 
 
 Found = TypeVar("Found")
-Computed_co = TypeVar("Computed_co", covariant=True)
+#: Calls a function at the numbers of blocks, and yields numbers with what it gives.
+Run = Callable[[Callable[[int], Found], Iterable[int]], Iterator[tuple[int, Found]]]
 
 
-class Work(Protocol[Computed_co]):
-    """What computes blocks; picklable where processes share it."""
+@contextmanager
+def workforce(workers: int | None, scheduler: Any) -> Iterator[Run[Any]]:
+    """What computes blocks: threads of this process, processes, or a cluster.
 
-    def compute(self, index: int) -> Computed_co:
-        """What is found in a block."""
-        ...
+    Raises InputError where there is no such scheduler.
+    """
+    if workers is None and (scheduler is None or isinstance(scheduler, Threads)):
+        yield partial(_in_threads, scheduler or Threads())
+    else:
+        with _dask_client(workers, scheduler) as client:
+            yield partial(_on_dask, client)
 
 
-def run_in_threads(
-    work: Work[Found], todo: Iterable[int], threads: Threads
+def _in_threads(
+    threads: Threads, compute: Callable[[int], Found], todo: Iterable[int]
 ) -> Iterator[tuple[int, Found]]:
-    """Do blocks, and yield what is found in each when it is done."""
     rest = iter(todo)
     if threads.number == 1:
         for index in rest:
-            yield index, work.compute(index)
+            yield index, compute(index)
         return
     pool = ThreadPoolExecutor(threads.number, thread_name_prefix="robostiff-map")
     running: dict[Future[Found], int] = {}
     try:
         for index in islice(rest, _AHEAD * threads.number):
-            running[pool.submit(work.compute, index)] = index
+            running[pool.submit(compute, index)] = index
         while running:
             done, _ = wait(running, return_when=FIRST_COMPLETED)
             for future in done:
                 index = running.pop(future)
                 found = future.result()
                 for following in islice(rest, 1):
-                    running[pool.submit(work.compute, following)] = following
+                    running[pool.submit(compute, following)] = following
                 yield index, found
     finally:
         pool.shutdown(cancel_futures=True)
 
 
-def run_on_dask(
-    client: Client, work: Work[Found], todo: Iterable[int]
+def _on_dask(
+    client: Client, compute: Callable[[int], Found], todo: Iterable[int]
 ) -> Iterator[tuple[int, Found]]:
-    """Let Dask workers compute blocks, and yield what is found in each when it is done.
-
-    Only this passes through the scheduler. The work of a worker that dies is given to another.
-    """
+    """Only what is found passes through the scheduler; another worker follows one that dies."""
     from distributed import KilledWorker, as_completed
 
     run = uuid.uuid4().hex[:8]
     # A task like the others, which is done again where the worker that held it has died.
-    shared = client.submit(_received, work, key=f"robostiff-map-{run}", pure=False)
+    shared = client.submit(_received, compute, key=f"robostiff-map-{run}", pure=False)
     rest = iter(todo)
 
     def submit(index: int) -> Any:
@@ -126,46 +129,54 @@ def run_on_dask(
         yield index, found
 
 
+def _received(compute: Found) -> Found:
+    return compute
+
+
+def _computed(compute: Callable[[int], Found], index: int) -> tuple[int, Found]:
+    return index, compute(index)
+
+
 @contextmanager
-def dask_client(workers: int | None, scheduler: Any) -> Iterator[Client]:
+def _dask_client(workers: int | None, scheduler: Any) -> Iterator[Client]:
     """A client of the scheduler given, or of a cluster of processes that lives as long as this."""
+    if workers is not None and scheduler is not None:
+        raise InputError("workers and scheduler", expected="one of them")
+    if workers is not None and (not isinstance(workers, int) or workers < 1):
+        raise InputError("workers", got=workers, expected="a whole number from 1")
     with needs_extra("maps", "maps"):
         import dask.config
         from distributed import Client, LocalCluster
     if isinstance(scheduler, Client):
         yield scheduler
-    elif scheduler is not None:
-        if not isinstance(scheduler, str) or "://" not in scheduler:
-            raise InputError(
-                "scheduler",
-                got=scheduler,
-                expected="the address of a Dask scheduler or a dask.distributed.Client",
-                hint='write scheduler="tcp://host:8786"',
-            )
+        return
+    if workers is None:
+        expected, hint = "the address of a Dask scheduler or a dask.distributed.Client", None
         try:
+            if not isinstance(scheduler, str) or "://" not in scheduler:
+                hint = 'write scheduler="tcp://host:8786"'
+                raise ValueError
             client = Client(scheduler, timeout=_PATIENCE, set_as_default=False)
         except (OSError, ValueError) as error:
-            raise InputError(
-                "scheduler", got=scheduler, expected=f"one that answers ({error})"
-            ) from None
+            expected = expected if hint else f"one that answers ({error})"
+            raise InputError("scheduler", got=scheduler, expected=expected, hint=hint) from None
         with client:
             yield client
-    else:
-        own: dict[str, Any] = {
-            "n_workers": workers,
-            "threads_per_worker": 1,
-            "processes": True,
-            "dashboard_address": "localhost:0",  # any free port: several maps may run at once
-            "silence_logs": logging.CRITICAL,
-        }
-        key = "distributed.nanny.pre-spawn-environ"
-        with (
-            dask.config.set({key: {**dask.config.get(key), **_ALLOCATOR}}),
-            LocalCluster(**own) as cluster,
-            Client(cluster, set_as_default=False) as client,
-        ):
-            client.register_plugin(_left_to_end_by_us())
-            yield client
+        return
+    key = "distributed.nanny.pre-spawn-environ"
+    with (
+        dask.config.set({key: {**dask.config.get(key), **_ALLOCATOR}}),
+        LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address="localhost:0",  # any free port: several maps may run at once
+            silence_logs=logging.CRITICAL,
+        ) as cluster,
+        Client(cluster, set_as_default=False) as client,
+    ):
+        client.register_plugin(_left_to_end_by_us())
+        yield client
 
 
 def _left_to_end_by_us() -> Any:
@@ -179,14 +190,6 @@ def _left_to_end_by_us() -> Any:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     return IgnoreInterrupts()
-
-
-def _received(work: Work[Found]) -> Work[Found]:
-    return work
-
-
-def _computed(work: Work[Found], index: int) -> tuple[int, Found]:
-    return index, work.compute(index)
 
 
 @dataclass(frozen=True)
@@ -233,11 +236,10 @@ def followed(
 
     `before` is what an earlier run has done, of a total of poses.
     """
-    started = time.monotonic()
-    summary = before
+    started, summary = time.monotonic(), before
     for _, own in blocks:
         summary = MapSummary.total((summary, own))
         if progress is not None:
-            seconds = time.monotonic() - started
-            progress(Progress(summary.poses, total, before.poses, seconds, summary.guarded))
+            seconds, resumed = time.monotonic() - started, before.poses + summary.resumed
+            progress(Progress(summary.poses, total, resumed, seconds, summary.guarded))
     return summary

@@ -1,63 +1,85 @@
-"""A map on disk: Zarr that xarray writes region by region, resumed after a kill at any moment.
+"""A map on disk: Zarr that is written block by block, and goes on after a kill at any moment.
 
-A block is a region of every array, in one chunk. When it is written it is marked as done, by a
-file with its summary; a block without a mark, or with a damaged chunk, is computed again. When all
-are done the summary moves to the attributes of the store, and the marks go.
+A block is one chunk of every array, with the checksum (crc32c) that Zarr makes and looks at. The
+array ``progress/done`` marks it afterwards; a marked block is read again when the map goes on, and
+computed again if that fails. When all are done ``progress`` goes. Entries of a quantity come before
+the poses, as in memory, and symmetric matrices have each entry once; `open_map` turns them round.
 """
 
 from __future__ import annotations
 
-import json
+import math
 import shutil
 import sys
 import uuid
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from zlib import crc32
 
 import numpy as np
 
 from robostiff.analysis.identity import differences
 from robostiff.analysis.maps.dataset import (
     coordinate_arrays,
-    map_dataset,
+    own_coordinates,
     range_attributes,
     summary_attributes,
+    variable_attributes,
 )
-from robostiff.analysis.maps.job import MapJob, MapSummary
-from robostiff.analysis.maps.stored import (
-    IDENTITY,
-    StoredMap,
-    damaged,
-    is_sound,
-    read_store,
-    write_root,
-)
+from robostiff.analysis.maps.job import MOST_POSES, MapJob, MapSummary, summarize
 from robostiff.analysis.maps.variables import Variable
 from robostiff.errors import InputError, needs_extra
 
 if TYPE_CHECKING:
     import xarray
 
-_MARKS = "progress"
-_LOCK = "lock"
-_LONGEST = 2**20  # values in a chunk of a coordinate
+_IDENTITY, _ENTRIES = "robostiff_map", "entries"
+_PROGRESS, _DONE = "progress", "progress/done"
 _NAMED = 3  # differences between two maps
-_SHRINKS = 20  # how much smaller a map may become on disk
+# Of stores by strangers: values in a chunk, values a pose, bytes of a description.
+_LARGEST_CHUNK, _MOST_VALUES, _LONGEST = 2**24, 2**10, 2**24
 
 
 def create_store(
     path: Path, job: MapJob, identity: Mapping[str, Any], attributes: Mapping[str, Any]
 ) -> None:
-    """Make an empty store beside its place, then move it there whole."""
+    """Make a store of attributes, coordinates and empty arrays, then move it to its place whole."""
+    import zarr
+    from zarr.codecs import BloscCodec, Crc32cCodec
+
     if not path.parent.is_dir():
         raise InputError("store of a map", got=str(path), expected="a path in an existing folder")
-    begun = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}")
+    begun, partition = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}"), job.partition
+    kept = {v.name: [v.dims, v.shape, v.is_symmetric] for v in job.variables}
+    about = {"parts": dict(identity), "variables": kept, "complete": False}
+    own = {"coordinates": " ".join(own_coordinates(job)), _IDENTITY: about}
     try:
-        _fill_with_nothing(begun, job, identity, attributes)
+        root = zarr.create_group(begun, attributes={**attributes, **own})
+        for v in job.variables:
+            root.create_array(
+                v.name,
+                shape=(*v.stored_shape, *partition.shape),
+                chunks=(*v.stored_shape, *partition.block),
+                dtype=v.dtype,
+                fill_value=v.missing,  # 0 would make a place that was not written an answer
+                compressors=(BloscCodec(cname="lz4", clevel=1, shuffle="shuffle"), Crc32cCodec()),
+                dimension_names=(*v.stored_dims, *job.source.dims),
+                attributes={**variable_attributes(job, v), **_entries(v)},
+            )
+        for name, (dims, values, words) in coordinate_arrays(job).items():
+            is_text = values.dtype.kind == "U"
+            root.create_array(
+                name,
+                data=values.astype(np.dtypes.StringDType()) if is_text else values,
+                compressors=Crc32cCodec(),
+                dimension_names=dims,
+                attributes=words,
+            )
+        marks = {"shape": (len(partition),), "chunks": (1,), "dtype": "int64"}
+        root.create_array(_DONE, compressors=Crc32cCodec(), **marks)
         if path.exists():
             raise already_there(path)
         begun.rename(path)
@@ -65,81 +87,40 @@ def create_store(
         shutil.rmtree(begun, ignore_errors=True)
 
 
-def check_room(path: Path, job: MapJob) -> None:
-    """Raise where even a map that is nearly all out of reach would fill the disk."""
-    if path.exists() or not path.parent.is_dir():
-        return  # nothing is begun here
-    needed, free = job.bytes_a_pose * job.partition.poses, shutil.disk_usage(path.parent).free
-    if needed > _SHRINKS * free:
-        raise InputError(
-            "map on disk",
-            got=f"{needed / 2**30:.3g} GiB for {job.partition.poses} poses",
-            expected=f"not much more than the {free / 2**30:.3g} GiB that are free",
-            hint="take fewer poses or quantities, or another disk",
-        )
+def is_complete(path: Path, identity: Mapping[str, Any]) -> bool:
+    """Whether the store of this very map is complete; InputError where it holds another map."""
+    about = _about(path)
+    check_same_map(path, about["parts"], identity)
+    return about["complete"]
 
 
-def _fill_with_nothing(
-    begun: Path, job: MapJob, identity: Mapping[str, Any], attributes: Mapping[str, Any]
-) -> None:
-    """Attributes, coordinates, and arrays without a chunk."""
-    import dask.array
-    import zarr
-    from zarr.codecs import BloscCodec, Crc32cCodec, TransposeCodec
+def _entries(variable: Variable) -> dict[str, str]:
+    """Names of the entries of a symmetric matrix in a store, as an attribute."""
+    if not variable.is_symmetric:
+        return {}
+    row, column = variable.labels
+    upper = zip(*np.triu_indices(len(row)), strict=True)
+    return {_ENTRIES: ", ".join(f"{row[i]} {column[j]}" for i, j in upper)}
 
-    partition = job.partition
-    lead, arrays, encoding = len(partition.shape), {}, {}
-    for variable in job.variables:
-        shape, own = (*partition.shape, *variable.shape), len(variable.shape)
-        arrays[variable.name] = dask.array.empty(shape, dtype=variable.dtype, chunks=-1)
-        # Entries of a matrix lie in planes, as in memory: writing needs no transposition, and
-        # neighbours are alike.
-        order = (*range(lead, lead + own), *range(lead))
-        encoding[variable.name] = {
-            "chunks": (*partition.block, *variable.shape),
-            "filters": (TransposeCodec(order=order),) if own else (),
-            "compressors": (BloscCodec(cname="lz4", clevel=1, shuffle="shuffle"), Crc32cCodec()),
-            # 0 would make a place that was not written look like an answer.
-            "fill_value": variable.missing,
-            "_FillValue": None,
-        }
-    identity = {"parts": dict(identity), "variables": list(arrays), "complete": False}
-    empty = map_dataset(job, arrays, {**attributes, IDENTITY: identity})
-    for name in coordinate_arrays(job):
-        values = empty[name]
-        encoding[name] = {
-            "chunks": tuple(max(1, min(n, _LONGEST)) for n in values.shape),
-            "compressors": (Crc32cCodec(),),
-        }
-        if values.dtype.kind == "U":  # of any length, as Zarr has them
-            empty[name] = values.astype(np.dtypes.StringDType())
-    empty.to_zarr(
-        begun,
-        mode="w-",
-        compute=False,
-        zarr_format=3,
-        consolidated=False,
-        encoding=encoding,
-        write_empty_chunks=True,  # zeros are values like others
+
+def damaged(path: Path, what: str) -> InputError:
+    """The error for a damaged store or file."""
+    return InputError(
+        f"map {str(path)!r} is damaged: it has {what}",
+        hint="make the map again at another path, or take a copy of it",
     )
-    zarr.open_group(begun).create_group(_MARKS)
-    root = json.loads((begun / "zarr.json").read_text(encoding="utf-8"))
-    root["consolidated_metadata"] = {
-        "kind": "inline",
-        "must_understand": False,
-        "metadata": {
-            name: json.loads((begun / name / "zarr.json").read_text(encoding="utf-8"))
-            for name in encoding
-        },
-    }
-    write_root(begun, root)
 
 
-def check_identity(path: Path, identity: Mapping[str, Any]) -> StoredMap:
-    """The store at a path; InputError unless it holds the very map that is asked for."""
-    stored = read_store(path)
-    check_same_map(path, stored.identity["parts"], identity)
-    return stored
+@contextmanager
+def _undamaged(path: Path, what: str) -> Iterator[None]:
+    """Any failure of Zarr at a store of which it should be able to read this."""
+    try:
+        yield
+    except InputError:
+        raise
+    except Exception as error:
+        words = f"{what} that cannot be read ({type(error).__name__}: {error})"
+        raise damaged(path, words) from None
 
 
 def check_same_map(path: Path, parts: Mapping[str, Any], identity: Mapping[str, Any]) -> None:
@@ -170,11 +151,7 @@ def already_there(path: Path) -> InputError:
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
     """Keep other processes from filling the same store; the lock ends with the process."""
-    try:
-        file = (path / _MARKS / _LOCK).open("w")
-    except (FileNotFoundError, IsADirectoryError, NotADirectoryError):
-        raise damaged(path, f"no folder {_MARKS!r} of its own") from None
-    with file:
+    with (path / _PROGRESS / "lock").open("w") as file:
         try:
             if sys.platform == "win32":
                 import msvcrt
@@ -201,104 +178,148 @@ class MapStore:
     path: Path
     job: MapJob
 
+    @cached_property
+    def _arrays(self) -> dict[str, Any]:
+        """Arrays by name, and which blocks are done: guarded poses and one, or zero."""
+        import zarr
+
+        with _undamaged(self.path, "arrays"):
+            root: Any = zarr.open_group(self.path, mode="r+", zarr_format=3, use_consolidated=False)
+            # A chunk of zeros is written, too: a chunk that is not there is lost.
+            every = {"write_empty_chunks": True}
+            names = (*(v.name for v in self.job.variables), _DONE)
+            return {"": root, **{name: root[name].with_config(every) for name in names}}
+
     def compute(self, index: int) -> MapSummary:
-        """Compute a block, put it on disk, and sum it up."""
+        """Compute a block and put it on disk, unless it is there, and sum it up."""
+        if (stored := self._stored(index)) is not None:
+            return stored
         block, summary = self.job.compute(index)
-        try:
-            self._write(index, block, summary)
-        except (FileNotFoundError, FileExistsError, IsADirectoryError, NotADirectoryError) as error:
-            raise damaged(self.path, f"{error.filename!r}: {error.strerror}") from None
+        part = self.job.partition.slices(index)
+        for v in self.job.variables:
+            values = block[v.name][np.triu_indices(v.shape[0])] if v.is_symmetric else block[v.name]
+            own = *v.stored_shape, *(where.stop - where.start for where in part)
+            self._arrays[v.name][(*map(slice, v.stored_shape), *part)] = values.reshape(own)
+        self._arrays[_DONE][index] = summary.guarded + 1
         return summary
 
-    def _write(self, index: int, block: Mapping[str, np.ndarray], summary: MapSummary) -> None:
-        """Put a block on disk, and only then mark it as done."""
-        import xarray
-
-        part, dims = self.job.partition.slices(index), self.job.source.dims
-        shape = tuple(where.stop - where.start for where in part)
-        arrays: dict[str, Any] = {
-            v.name: ((*dims, *v.dims), v.poses_first(block[v.name], shape))
-            for v in self.job.variables
-        }
-        # A chunk without an answer is written, too: a chunk that is not there is lost.
-        region = dict(zip(dims, part, strict=True))
-        xarray.Dataset(arrays).to_zarr(self.path, region=region, write_empty_chunks=True)
-        text = json.dumps(summary.as_data())
-        mark = f"{text} {crc32(text.encode()):08x}"
-        (self.path / _MARKS / str(index)).write_text(mark, encoding="utf-8")
-
-    def done(self) -> dict[int, MapSummary]:
-        """Blocks that are on disk as they were written, with their summaries.
-
-        A block is computed again where its mark or one of its chunks is damaged. Descriptions of
-        arrays are written again from that of the whole, which was checked.
-        """
-        stored = read_store(self.path)
+    def _stored(self, index: int) -> MapSummary | None:
+        """Summary of a block that was done before, and can be read."""
+        done = self._arrays[_DONE]
         try:
-            self._describe(stored)
-        except OSError as error:
-            raise damaged(self.path, f"{error.filename!r}: {error.strerror}") from None
-        found: dict[int, MapSummary] = {}
-        for index in range(len(self.job.partition)):
-            try:
-                mark = (self.path / _MARKS / str(index)).read_text(encoding="utf-8")
-            except (OSError, UnicodeDecodeError):
-                continue
-            text, _, checksum = mark.rpartition(" ")  # of a killed process it may be torn
-            chunks = (self._chunk(variable, index) for variable in self.job.variables)
-            if checksum == f"{crc32(text.encode()):08x}" and all(map(is_sound, chunks)):
-                found[index] = MapSummary.from_data(json.loads(text))
-        return found
-
-    def _chunk(self, variable: Variable, index: int) -> bytes | None:
-        """What the file of a chunk holds; None without one."""
-        place = (*self.job.partition.place(index), *[0] * len(variable.shape))
-        with suppress(OSError):
-            return self.path.joinpath(variable.name, "c", *map(str, place)).read_bytes()
-        return None
+            if not (mark := int(done[index])):
+                return None
+            place = self.job.partition.place(index)
+            block = {
+                v.name: _chunk(self.path, v.name, (*[0] * len(v.stored_shape), *place))
+                for v in self.job.variables
+            }
+        except Exception:  # damaged in any way: computed again
+            return None
+        flat = {name: values.reshape(-1, block["status"].size) for name, values in block.items()}
+        found = summarize(flat | {"status": flat["status"][0]}, self.job.answers, mark - 1)
+        return replace(found, resumed=found.poses)
 
     def finish(self, summary: MapSummary) -> None:
         """Write the summary, which makes the map complete."""
-        stored = read_store(self.path)
         for name, attributes in range_attributes(summary).items():
-            stored.described[name]["attributes"] |= attributes
-        self._describe(stored)
-        stored.root["attributes"] |= summary_attributes(summary)
-        stored.identity["complete"] = True
-        write_root(self.path, stored.root)
+            self._arrays[name].update_attributes(attributes)
+        root = self._arrays[""]
+        about = {**root.attrs[_IDENTITY], "complete": True}
+        root.update_attributes({**summary_attributes(summary), _IDENTITY: about})
 
-    def _describe(self, stored: StoredMap) -> None:
-        for name, own in stored.described.items():
-            (self.path / name / "zarr.json").write_text(json.dumps(own), encoding="utf-8")
 
-    def remove_marks(self) -> None:
-        """Away with the marks of a complete map, all at once: half a folder would not be Zarr."""
-        away = self.path.with_name(f".{self.path.name}.{uuid.uuid4().hex[:8]}")
-        (self.path / _MARKS).rename(away)
-        shutil.rmtree(away, ignore_errors=True)
+def remove_marks(path: Path) -> None:
+    """Away with the progress of a complete map."""
+    shutil.rmtree(path / _PROGRESS, ignore_errors=True)
+
+
+def _about(path: Path) -> dict[str, Any]:
+    """What a store says of itself; its arrays are no larger than those of maps.
+
+    Raises InputError when it is none or damaged.
+    """
+    import zarr
+
+    described = path / "zarr.json"
+    with _undamaged(path, "a description"):
+        if described.is_file():
+            for file in described, *path.glob("*/zarr.json"):
+                if file.stat().st_size > _LONGEST:
+                    raise damaged(path, f"a zarr.json of more than {_LONGEST} bytes")
+            root = zarr.open_group(path, mode="r", zarr_format=3, use_consolidated=False)
+            for name, array in root.arrays():
+                chunk, whole = math.prod(array.chunks), math.prod(array.shape)
+                if chunk > _LARGEST_CHUNK or whole > _MOST_VALUES * MOST_POSES:
+                    raise damaged(path, f"{name!r} larger than robostiff writes")
+            about: Any = root.attrs.get(_IDENTITY)
+            if about is not None:
+                return about | {"parts": dict(about["parts"]), "complete": bool(about["complete"])}
+    raise InputError("store of a map", got=str(path), expected="a map that was begun by robostiff")
 
 
 def open_map(path: Path) -> xarray.Dataset:
-    """The map in a store, read and checked when its values are asked for."""
+    """The map in a store, poses first, read and checked when its values are asked for."""
     with needs_extra("maps", "maps"):
+        import dask.array
         import xarray
+    about = _about(path)
+    with _undamaged(path, "contents"):
+        found = xarray.open_zarr(path, chunks=None, consolidated=False, zarr_format=3)
+        poses, arrays = found["status"].dims, {}
+        for name, (dims, shape, is_symmetric) in about["variables"].items():
+            stored = found[name].variable
+            lead = stored.ndim - len(poses)
+            sizes = zip(stored.shape[lead:], stored.encoding["chunks"][lead:], strict=True)
+            blocks = [(b,) * (n // b) + ((n % b,) if n % b else ()) for n, b in sizes]
+            read = partial(_block, path, name, shape, is_symmetric, about["complete"])
+            values = dask.array.map_blocks(
+                read,
+                chunks=(*blocks, *((n,) for n in shape)),
+                dtype=stored.dtype,
+                meta=np.empty((0,) * (len(poses) + len(dims)), stored.dtype),
+            )
+            stored.attrs.pop(_ENTRIES, None)
+            arrays[name] = (*poses, *dims), values, stored.attrs
+        coordinates: dict[str, Any] = {
+            # NetCDF and older programs know no texts of any length
+            str(name): own.copy(data=np.array(own.values.tolist()))
+            if own.dtype.kind in "TO"
+            else own
+            for name, own in found.coords.items()
+            if name not in arrays
+        }
+        kept = {name: own for name, own in found.attrs.items() if name != _IDENTITY}
+        opened = xarray.Dataset(arrays, coordinates, kept)
+        return opened.set_coords([name for name in arrays if name in found.coords])
 
-        from robostiff.analysis.maps.chunks import CheckedChunks
 
-    store: Any = CheckedChunks(read_store(path))
-    try:
-        found = xarray.open_zarr(store, consolidated=True, zarr_format=3)
-    except InputError:
-        raise
-    except Exception as error:  # any failure of Zarr at a store of another program
-        raise damaged(
-            path, f"contents that Zarr cannot read ({type(error).__name__}: {error})"
-        ) from None
-    about = found.attrs.pop(IDENTITY)
-    ordered = [name for name in about["variables"] if name in found.data_vars]
-    words = {
-        name: found[name].copy(data=np.array(found[name].values.tolist()))
-        for name in found.coords
-        if found[name].dtype.kind in "TO"  # NetCDF and older programs know no such texts
-    }
-    return found[ordered].assign_coords(words)
+def _block(
+    path: Path,
+    name: str,
+    shape: tuple[int, ...],
+    is_symmetric: bool,
+    is_complete: bool,
+    block_id: tuple[int, ...],
+) -> np.ndarray:
+    """A block of a variable (poses, *shape of a pose)."""
+    own = len(shape)
+    place = (*[0] * (1 if is_symmetric else own), *block_id[: len(block_id) - own])
+    values = _chunk(path, name, place, is_complete)
+    if is_symmetric:
+        entries, (row, column) = np.empty(shape, dtype=int), np.triu_indices(shape[0])
+        entries[row, column] = entries[column, row] = range(len(row))
+        values = values[entries]
+    return np.moveaxis(values, range(own), range(-own, 0))
+
+
+def _chunk(path: Path, name: str, place: tuple[int, ...], is_needed: bool = True) -> np.ndarray:
+    """A chunk of an array; raises InputError where it is damaged, or not there though needed."""
+    import zarr
+
+    file = "/".join([name, "c", *map(str, place)])
+    if is_needed and not (path / file).is_file():
+        raise damaged(path, f"no {file}")
+    with _undamaged(path, file):
+        array: Any = zarr.open_array(path, path=name, mode="r", zarr_format=3)
+        return array.get_block_selection(place)

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
 import numpy as np
 
-from robostiff.analysis.maps.pose_columns import Mapped, joint_columns
+from robostiff.analysis.maps.pose_columns import Mapped
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.linkage import Linkage
 from robostiff.model import Actuated
 from robostiff.model.cable import CableRobot
+from robostiff.spatial import Space
 
 EXCLUDED = 256
 NOT_COMPUTED = 512
@@ -36,6 +37,7 @@ class Variable:
     labels: tuple[tuple[str, ...], ...] = ()
     note: str = ""  # what a reader must know
     is_vector: bool = False  # whether its entries are components of a vector
+    is_symmetric: bool = False  # a matrix of which a store has the upper triangle, row by row
 
     @property
     def magnitude(self) -> Variable | None:
@@ -50,6 +52,17 @@ class Variable:
         own = len(self.shape)
         whole = values.reshape(*self.shape, *shape)
         return np.moveaxis(whole, range(own), range(-own, 0))
+
+    @property
+    def stored_shape(self) -> tuple[int, ...]:
+        """Shape of what a store has of a pose: of a symmetric matrix each entry once."""
+        n = self.shape[0] if self.shape else 0
+        return (n * (n + 1) // 2,) if self.is_symmetric else self.shape
+
+    @property
+    def stored_dims(self) -> tuple[str, ...]:
+        """Dimensions of what a store has of a pose."""
+        return ("entry",) if self.is_symmetric else self.dims
 
     @property
     def is_float(self) -> bool:
@@ -148,8 +161,10 @@ class Quantity(Enum):
         return self in {Quantity.DEFLECTION, Quantity.ACTUATOR_FORCES}
 
 
-def map_variables(robot: Mapped, quantities: Iterable[Quantity]) -> tuple[Variable, ...]:
-    """The arrays of a map of a robot, rank and status last.
+def map_variables(
+    robot: Mapped, quantities: Iterable[Quantity], dtype: str = "float64", is_loaded: bool = False
+) -> tuple[Variable, ...]:
+    """The arrays of a map of a robot, rank and status last; K of a type, symmetric without load.
 
     Examples
     --------
@@ -160,15 +175,89 @@ def map_variables(robot: Mapped, quantities: Iterable[Quantity]) -> tuple[Variab
     """
     found: list[Variable] = []
     for quantity in quantities:
-        found += _of(quantity, robot)
+        match quantity:
+            case Quantity.STIFFNESS:
+                own = _matrix(robot.space)
+                is_symmetric = not (is_loaded or isinstance(robot, CableRobot))
+                found.append(replace(own, dtype=dtype, is_symmetric=is_symmetric))
+            case Quantity.ACTUATOR_FORCES:
+                found.append(_actuator_forces(robot))
+            case Quantity.TENSIONS:
+                found += _tensions(robot)
+            case _:
+                found += _FLOATS[quantity](robot.space)
     return (*found, RANK, STATUS)
 
 
-def actuator_labels(robot: Mapped) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """``leg/joint`` of every actuated freedom, and the unit of its load."""
-    names, units = [], []
-    if isinstance(robot, CableRobot):
-        return tuple(robot.cable_names), ("N",) * len(robot.cables)
+def _matrix(space: Space) -> Variable:
+    # as UDUNITS reads them; a radian is 1, and so is a metre per metre
+    named = ("N m-1", "N", "N m rad-1")
+    turns = [name.startswith("r") for name in space.twist_order]
+    return Variable(
+        "K",
+        ("row", "column"),
+        (space.size, space.size),
+        tuple(tuple(named[row + column] for column in turns) for row in turns),
+        "Cartesian stiffness matrix about the reference point, world axes",
+        labels=(space.wrench_order, space.twist_order),
+        note="force or moment (row) per displacement or rotation (column)",
+    )
+
+
+def _principal(space: Space) -> list[Variable]:
+    d, words = space.translations, "eigenvalues of the {} block of K, {} held; ascending"
+    forces = words.format("force-displacement", "rotations")
+    moments = words.format("moment-rotation", "displacements")
+    return [
+        Variable("translational_stiffness", ("principal_translation",), (d,), "N/m", forces),
+        Variable(
+            "rotational_stiffness", ("principal_rotation",), (space.size - d,), "N m/rad", moments
+        ),
+    ]
+
+
+def _worst(space: Space) -> list[Variable]:
+    words = "largest displacement per unit force over all directions, no moment"
+    note = "none where a force can drive a free motion"
+    return [Variable("worst_deflection", (), (), "m/N", words, note=note)]
+
+
+def _indices(space: Space) -> list[Variable]:
+    determinant = "log10 of the determinant of K scaled to N/m"
+    return [
+        Variable("smallest_eigenvalue", (), (), "N/m", "of K scaled to lengths"),
+        Variable("largest_eigenvalue", (), (), "N/m", "of K scaled to lengths"),
+        Variable("isotropy", (), (), "1", "smallest over largest eigenvalue of K, 0 to 1"),
+        Variable("log10_determinant", (), (), "1", determinant, note="none where K is singular"),
+    ]
+
+
+def _deflection(space: Space) -> list[Variable]:
+    d, twist = space.translations, space.twist_order
+    return [
+        Variable(name, (f"{name}_axis",), (len(own),), unit, words, labels=(own,), is_vector=True)
+        for name, own, unit, words in (
+            (
+                "displacement",
+                twist[:d],
+                "m",
+                "displacement of the reference point under the wrench",
+            ),
+            ("rotation", twist[d:], "rad", "rotation of the platform under the wrench"),
+        )
+    ]
+
+
+_FLOATS: dict[Quantity, Callable[[Space], list[Variable]]] = {
+    Quantity.PRINCIPAL_STIFFNESS: _principal,
+    Quantity.WORST_DEFLECTION: _worst,
+    Quantity.INDICES: _indices,
+    Quantity.DEFLECTION: _deflection,
+}
+
+
+def _actuator_forces(robot: Mapped) -> Variable:
+    """Of every actuated freedom, ``leg/joint``."""
     if isinstance(robot, Linkage):
         raise InputError(
             f"quantity of a map of linkage {robot.name!r}",
@@ -176,118 +265,43 @@ def actuator_labels(robot: Mapped) -> tuple[tuple[str, ...], tuple[str, ...]]:
             expected="another one",
             hint="rs.deflection(linkage, values, wrench) has the loads of actuators at each pose",
         )
-    for leg in robot.legs:
-        columns = joint_columns(leg)
-        for name, role, screw in zip(
-            columns.names, leg.chain.roles, leg.chain.freedoms, strict=True
-        ):
-            if isinstance(role, Actuated):
-                names.append(f"{leg.name}/{name}")
-                units.append(screw.load_unit)
-    return tuple(names), tuple(units)
+    if isinstance(robot, CableRobot):
+        found = [(name, "N") for name in robot.cable_names]
+    else:
+        found = [
+            (f"{leg.name}/{name}", screw.load_unit)
+            for leg in robot.legs
+            for name, role, screw in zip(
+                leg.chain.coordinate_names, leg.chain.roles, leg.chain.freedoms, strict=True
+            )
+            if isinstance(role, Actuated)
+        ]
+    if not found:
+        subject = f"actuator forces of {robot.name!r}"
+        raise InputError(subject, got="no actuated joint", expected="at least one")
+    names, units = map(tuple, zip(*found, strict=True))
+    return Variable(
+        "actuator_force",
+        ("actuator",),
+        (len(names),),
+        units[0] if len(set(units)) == 1 else units,
+        "load on the actuator along its coordinate under the wrench",
+        labels=(names,),
+        note="the drive holds the opposite",
+    )
 
 
-def _of(quantity: Quantity, robot: Mapped) -> Iterator[Variable]:
-    space = robot.space
-    d, n = space.translations, space.size
-    twist = space.twist_order
-    match quantity:
-        case Quantity.STIFFNESS:
-            # as UDUNITS reads them; a radian is 1, and so is a metre per metre
-            named = ("N m-1", "N", "N m rad-1")
-            turns = [name.startswith("r") for name in twist]
-            yield Variable(
-                "K",
-                ("row", "column"),
-                (n, n),
-                tuple(tuple(named[row + column] for column in turns) for row in turns),
-                "Cartesian stiffness matrix about the reference point, world axes",
-                dtype="float64",
-                labels=(space.wrench_order, twist),
-                note="force or moment (row) per displacement or rotation (column)",
-            )
-        case Quantity.PRINCIPAL_STIFFNESS:
-            yield Variable(
-                "translational_stiffness",
-                ("principal_translation",),
-                (d,),
-                "N/m",
-                "eigenvalues of the force-displacement block of K, rotations held; ascending",
-            )
-            yield Variable(
-                "rotational_stiffness",
-                ("principal_rotation",),
-                (n - d,),
-                "N m/rad",
-                "eigenvalues of the moment-rotation block of K, displacements held; ascending",
-            )
-        case Quantity.WORST_DEFLECTION:
-            yield Variable(
-                "worst_deflection",
-                (),
-                (),
-                "m/N",
-                "largest displacement per unit force over all directions, no moment",
-                note="none where a force can drive a free motion",
-            )
-        case Quantity.INDICES:
-            yield Variable("smallest_eigenvalue", (), (), "N/m", "of K scaled to lengths")
-            yield Variable("largest_eigenvalue", (), (), "N/m", "of K scaled to lengths")
-            yield Variable("isotropy", (), (), "1", "smallest over largest eigenvalue of K, 0 to 1")
-            yield Variable(
-                "log10_determinant",
-                (),
-                (),
-                "1",
-                "log10 of the determinant of K scaled to N/m",
-                note="none where K is singular",
-            )
-        case Quantity.DEFLECTION:
-            yield Variable(
-                "displacement",
-                ("displacement_axis",),
-                (d,),
-                "m",
-                "displacement of the reference point under the wrench",
-                labels=(twist[:d],),
-                is_vector=True,
-            )
-            yield Variable(
-                "rotation",
-                ("rotation_axis",),
-                (n - d,),
-                "rad",
-                "rotation of the platform under the wrench",
-                labels=(twist[d:],),
-                is_vector=True,
-            )
-        case Quantity.ACTUATOR_FORCES:
-            names, units = actuator_labels(robot)
-            if not names:
-                raise InputError(
-                    f"actuator forces of {robot.name!r}",
-                    got="no actuated joint",
-                    expected="at least one",
-                )
-            yield Variable(
-                "actuator_force",
-                ("actuator",),
-                (len(names),),
-                units[0] if len(set(units)) == 1 else units,
-                "load on the actuator along its coordinate under the wrench",
-                labels=(names,),
-                note="the drive holds the opposite",
-            )
-        case Quantity.TENSIONS:
-            if not isinstance(robot, CableRobot):
-                raise InputError(
-                    f"quantity of a map of {robot.name!r}",
-                    got=quantity.value,
-                    expected="another one: it has no cables",
-                )
-            names = tuple(robot.cable_names)
-            which = "that balance weight and load before winches are locked"
-            words = f"tensions of the cables {which}"
-            yield Variable("tension", ("cable",), (len(names),), "N", words, labels=(names,))
-            for end in ("least", "greatest"):
-                yield Variable(f"{end}_tension", (), (), "N", f"{end} of the tensions {which}")
+def _tensions(robot: Mapped) -> list[Variable]:
+    if not isinstance(robot, CableRobot):
+        subject, expected = f"quantity of a map of {robot.name!r}", "another one: it has no cables"
+        raise InputError(subject, got=Quantity.TENSIONS.value, expected=expected)
+    names, which = (
+        tuple(robot.cable_names),
+        "that balance weight and load before winches are locked",
+    )
+    words = f"tensions of the cables {which}"
+    return [
+        Variable("tension", ("cable",), (len(names),), "N", words, labels=(names,)),
+        Variable("least_tension", (), (), "N", f"least of the tensions {which}"),
+        Variable("greatest_tension", (), (), "N", f"greatest of the tensions {which}"),
+    ]

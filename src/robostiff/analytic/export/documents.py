@@ -110,16 +110,7 @@ def derivation_latex(derivation: Any) -> str:
 
 
 def derivation_markdown(derivation: Any) -> str:
-    r"""A derivation as Markdown, its formulas in ``$...$`` and ``$$...$$``.
-
-    Examples
-    --------
-    >>> from robostiff.analytic import Derivation
-    >>> k = sp.Symbol("k_tau")
-    >>> K = sp.ImmutableMatrix(sp.diag(k / 3, k / 3, 0))
-    >>> derivation_markdown(Derivation("K_C", K, (), K)).splitlines()[4]
-    '## Result'
-    """
+    """A derivation as Markdown, its formulas in ``$...$`` and ``$$...$$``."""
     return "\n\n".join(MARKDOWN.document(outline_of(derivation))) + "\n"
 
 
@@ -211,16 +202,7 @@ def fragment_of_notebook(derivation: Any) -> str:
 
 
 def derivation_page(derivation: Any) -> str:
-    """A derivation as a whole page of HTML.
-
-    Examples
-    --------
-    >>> from robostiff.analytic import Derivation
-    >>> K = sp.ImmutableMatrix(sp.diag(2, 2, 0))
-    >>> page = derivation_page(Derivation("K_C", K, (), K))
-    >>> page.startswith("<!DOCTYPE html>")
-    True
-    """
+    """A derivation as a whole page of HTML."""
     head = (
         '<meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'

@@ -17,8 +17,8 @@ from types import MappingProxyType
 from typing import Any
 
 from robostiff.errors import FileError, Location, Words
+from robostiff.io.bounded_file import bounded_bytes, too_large
 from robostiff.io.document.document import Builder, Document, Limits, Mark
-from robostiff.io.whole_file import bounded_bytes, too_large
 
 # part of the parser's words: (what is wrong, what to do, whether the place is where it began)
 _PLAIN_WORDS: tuple[tuple[str, str, str | None, bool], ...] = (

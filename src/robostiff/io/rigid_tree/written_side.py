@@ -10,6 +10,7 @@ from annotated_types import MaxLen, MinLen
 from pydantic import AfterValidator, Field, Tag
 
 from robostiff.errors import FileError, InputError, Words
+from robostiff.extras import READERS, added
 from robostiff.io.document import Document, read_document
 from robostiff.io.model_file.joints import WrittenJoint
 from robostiff.io.model_file.links import (
@@ -153,7 +154,6 @@ def check_known(place: Place, name: str, what: str, known: Sequence[str]) -> str
     return name
 
 
-_ENDINGS = (".xacro", ".urdf", ".xml", ".mjcf")
 _EXAMPLE = (
     "write robostiff: 1, source: where the numbers come from, tool: the name of a link, joints: "
     '{"*": {stiffness: 1e4 N m/rad}}, or the like'
@@ -177,7 +177,7 @@ def read_side(description: Path | str, side: Path | str | None = None) -> Docume
     """
     if side is None:
         name = Path(description).name
-        for ending in _ENDINGS:
+        for ending in (".xacro", ".urdf", ".xml", *added(READERS)):
             name = name[: -len(ending)] if name.lower().endswith(ending) else name
         found = Path(description).with_name(f"{name}.stiffness.yaml")
         if not found.exists():

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robostiff.errors import FileError, Location, Words
-from robostiff.io.whole_file import bounded_bytes
+from robostiff.io.bounded_file import bounded_bytes
 from robostiff.spatial import Frame
 
 Numbers = Sequence[float] | np.ndarray

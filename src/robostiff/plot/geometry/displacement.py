@@ -107,8 +107,10 @@ def _parts(leg: PlacedLeg, owner: str, path: str) -> Iterator[tuple[str, str]]:
 def _of_nodes(posed: Snapshot, nodes: Motions) -> dict[str, BodyMotion]:
     """Motions of the nodes of a flexible platform."""
     placed = posed.platform
-    names = () if placed is None else placed.platform.nodes
-    return {node_key(own.name): nodes[platform_node(placed, own.name)] for own in names}
+    if placed is None:
+        return {}
+    names = (own.name for own in placed.platform.nodes)
+    return {node_key(name): nodes[platform_node(placed, name)] for name in names}
 
 
 def finite_motions(posed: Any, places: BodyPlaces) -> Motions:

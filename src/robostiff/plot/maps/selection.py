@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import count
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -43,25 +44,16 @@ def regions(found: xarray.Dataset, values: np.ndarray, full_rank: int) -> tuple[
     """
     status, rank = found["status"].values, found["rank"].values
     flags = {name: flag for flag, name in status_flags().items()}
-    marked = np.zeros(status.shape, dtype=bool)
-    parts = []
-
-    def add(name: str, where: np.ndarray, cover: Cover) -> None:
-        if np.any(where):
-            parts.append(Region(name, where, cover, _NAMES.index(name)))
-
-    for name in _INSTEAD:
-        where = ((status & flags[name]) != 0) & ~marked
-        add(name, where, Cover.INSTEAD)
-        marked |= where
-    deficient = (rank < full_rank) & ~marked
-    add(RANK_DEFICIENT, deficient, Cover.INSTEAD)
-    marked |= deficient
-    add(NO_VALUE, ~np.isfinite(values) & ~marked, Cover.INSTEAD)
-    marked |= ~np.isfinite(values)
+    parts, hidden = [], np.zeros(status.shape, dtype=bool)
+    instead = {name: (status & flags[name]) != 0 for name in _INSTEAD}
+    instead |= {RANK_DEFICIENT: rank < full_rank, NO_VALUE: ~np.isfinite(values)}
+    for name, where in instead.items():
+        parts.append(Region(name, where & ~hidden, Cover.INSTEAD, _NAMES.index(name)))
+        hidden |= where
     for name in _OVER:
-        add(name, ((status & flags[name]) != 0) & ~marked, Cover.OVER)
-    return tuple(parts)
+        over = ((status & flags[name]) != 0) & ~hidden
+        parts.append(Region(name, over, Cover.OVER, _NAMES.index(name)))
+    return tuple(part for part in parts if np.any(part.where))
 
 
 CLASSES = ("rank", "status")
@@ -81,26 +73,15 @@ def classes(found: xarray.Dataset, variable: str) -> tuple[Region, ...]:
         named[f"rank {value}"] = by_rank & (rank == value)
     for code in np.unique(status[~by_rank]):
         named[status_words(int(code))] = ~by_rank & (status == code)
-    parts, others = [], 0
+    parts, others = [], count()
     for name, where in named.items():
         first, _, value = name.partition(" ")
         if name in _INSTEAD:
             parts.append(Region(name, where, Cover.INSTEAD, _NAMES.index(name)))
-        elif first == "rank":
-            parts.append(Region(name, where, Cover.INSTEAD, paint=int(value) / _FULL))
         else:
-            parts.append(Region(name, where, Cover.INSTEAD, paint=Category(others)))
-            others += 1
+            paint = int(value) / _FULL if first == "rank" else Category(next(others))
+            parts.append(Region(name, where, Cover.INSTEAD, paint=paint))
     return tuple(parts)
-
-
-def shown_values(values: np.ndarray, parts: tuple[Region, ...]) -> np.ndarray:
-    """Values with NaN where a region stands instead."""
-    hidden = np.zeros(values.shape, dtype=bool)
-    for region in parts:
-        if region.cover is Cover.INSTEAD:
-            hidden |= region.where
-    return np.where(hidden, np.nan, values)
 
 
 At = Mapping[str, float | str | int]
@@ -160,11 +141,12 @@ def select(
     open_dims = [dim for dim in remaining if not (others and dim in pose_dims)]
     if open_dims:
         dim = open_dims[0]
+        middle = found[dim].values[len(found[dim]) // 2].item() if dim in found.coords else 0
         raise InputError(
             f"part of the map of {variable!r} to be drawn",
             got=f"nothing about {', '.join(open_dims)}",
             expected=f"a choice: {dim} has {_choices(found, array, dim)}",
-            hint=f"write at={{{dim!r}: {_first(found, dim)!r}}}",
+            hint=f"write at={{{dim!r}: {middle!r}}}",
         )
     own = found[["rank", "status"]].isel({d: i for d, i in chosen.items() if d in pose_dims})
     part = array.isel(chosen)
@@ -175,28 +157,25 @@ def select(
         parts, values = classes(own, variable), np.full(values.shape, np.nan)
     else:
         parts = regions(own, values, matrix_size(found) if full_rank is None else full_rank)
-    shown = shown_values(values, parts)
+    hidden = [part.where for part in parts if part.cover is Cover.INSTEAD]
+    shown = np.where(np.any([np.zeros(values.shape, bool), *hidden], axis=0), np.nan, values)
     largest = float(np.nanmax(np.abs(shown))) if np.any(np.isfinite(shown)) else 0.0
     times, unit = prefixed(largest, str(array.attrs.get("units", "")))
     label = variable.replace("_", " ")
-    axes = tuple(coordinate_axis(found, name) for name in along)
+    axes = []
+    for name in along:
+        own = found[name].attrs.get("units", "")
+        heading = f"{name} [{own}]" if own else name
+        axes.append(PlotAxis(heading, np.asarray(found[name].values, dtype=float)))
     title = f"{label} [{unit}]" if unit and unit != "1" else label
     return Selection(
         name=str(found.attrs.get("robot", "")),
         label=title,
-        axes=axes,
+        axes=tuple(axes),
         values=times * shown,
         regions=parts,
         where=", ".join(words),
         factor=times,
-    )
-
-
-def coordinate_axis(found: xarray.Dataset, name: str) -> PlotAxis:
-    """A coordinate with its unit."""
-    unit = found[name].attrs.get("units", "")
-    return PlotAxis(
-        f"{name} [{unit}]" if unit else name, np.asarray(found[name].values, dtype=float)
     )
 
 
@@ -257,13 +236,6 @@ def _choices(found: xarray.Dataset, array: xarray.DataArray, name: str) -> str:
             return f"values from {values.min():.4g} to {values.max():.4g}"
         return " or ".join(map(str, values))
     return f"0 to {array.sizes[name] - 1}"
-
-
-def _first(found: xarray.Dataset, name: str) -> float | str | int:
-    if name in found.coords:
-        value = found[name].values[len(found[name]) // 2]
-        return float(value) if found[name].dtype.kind in "fiu" else str(value)
-    return 0
 
 
 def matrix_size(found: xarray.Dataset) -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -87,8 +86,14 @@ def _slices(
     start = 0
     if others:
         start = int(np.argmin(np.abs(np.array(levels) - _near(contents, found, others[0]))))
+    caption = str(found[variable].attrs.get("long_name", variable))
+    if OVERVIEW.get(variable, {}):
+        caption = f"The smallest of the {caption.partition(';')[0]}"  # which are in ascending order
+    units = {name: found[name].attrs["units"] for name in fixed}
+    places = ", ".join(f"{n} = {number(value)} {units[n]}" for n, value in fixed.items())
+    caption = f"{caption[0].upper()}{caption[1:]}{f', at {places}' if places else ''}."
     shown = map(Level, labels, _on_one_scale(pictures))
-    return Figure(variable.replace("_", "-"), _caption(found, variable, fixed), tuple(shown), start)
+    return Figure(variable.replace("_", "-"), caption, tuple(shown), start)
 
 
 def _near(contents: ReportContents, found: xarray.Dataset, name: str) -> float:
@@ -101,30 +106,10 @@ def _near(contents: ReportContents, found: xarray.Dataset, name: str) -> float:
 
 def _on_one_scale(pictures: list[Field]) -> list[Field]:
     """The same colours for the same values at all levels."""
-    known = [
-        picture.scale
-        for picture in pictures
-        if picture.scale is not None and np.isfinite(picture.values).any()
-    ]
-    if not known:
-        return pictures
-    low, high = min(scale.low for scale in known), max(scale.high for scale in known)
+    scales = [own.scale for own in pictures if np.isfinite(own.values).any()]
+    known = [own for own in scales if own is not None]
+    low, high = min((s.low for s in known), default=0), max((s.high for s in known), default=0)
     return [
-        picture
-        if picture.scale is None
-        else replace(picture, scale=replace(picture.scale, low=low, high=high))
-        for picture in pictures
+        replace(own, scale=replace(own.scale, low=low, high=high)) if own.scale and known else own
+        for own in pictures
     ]
-
-
-def _caption(found: xarray.Dataset, variable: str, fixed: Mapping[str, float]) -> str:
-    what = str(found[variable].attrs.get("long_name", variable))
-    if OVERVIEW.get(variable, {}):
-        what = f"The smallest of the {what.partition(';')[0]}"  # which are in ascending order
-    what = what[0].upper() + what[1:]
-    if not fixed:
-        return f"{what}."
-    places = (
-        f"{name} = {number(value)} {found[name].attrs['units']}" for name, value in fixed.items()
-    )
-    return f"{what}, at {', '.join(places)}."

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -127,14 +128,15 @@ def finite_load_section(contents: ReportContents) -> Section | None:
     result, robot = known.equilibrium, contents.robot
     words = stability_in_words(result) if result.has_answer else "no equilibrium was found"
     blocks: list[Block | None] = [Paragraph(f"Status {result.status}: {words}.")]
-    if not robot.is_frozen and robot.gravity is not None:
+    if not robot.is_frozen and getattr(robot, "gravity", None) is not None:
         blocks.append(Paragraph("The weights of the robot act besides the load."))
     if result.advice:
         blocks.append(Bullets(tuple(result.advice), Tone.WARNING))
     if result.has_answer:
         bent = contents.deflection
-        known_too = isinstance(bent, Deflection) and bent.has_answer
-        small = shown_twist(bent) if known_too else [None] * result.space.size
+        small: Any = [None] * result.space.size
+        if isinstance(bent, Deflection) and bent.has_answer:
+            small = shown_twist(bent)
         moved = result.space.without_rounding(result.displacement)
         heads = ["displacement", "under the load", "proportional to the load"]
         rows = [
@@ -157,11 +159,11 @@ def finite_load_section(contents: ReportContents) -> Section | None:
         caption = "Force and deflection up to twice the load; dashed where the robot does not stay."
         blocks.append(one_figure("load-curve", caption, load_curve(known.curve, backend=DATA)))
     critical = known.critical
-    words = f"Critical load: {critical.factor:.4g} times the load. There {critical.mode}."
-    if not critical.is_found:
-        why = "; ".join(critical.advice)
-        words = f"No critical load was found up to {critical.searched_to:g} times the load"
-        words = f"{words}: {why}." if why else f"{words}."
+    if critical.is_found:
+        words = f"Critical load: {critical.factor:.4g} times the load. There {critical.mode}."
+    else:
+        found = f"No critical load was found up to {critical.searched_to:g} times the load"
+        words = f"{found}: {'; '.join(critical.advice)}." if critical.advice else f"{found}."
     blocks.append(Paragraph(words))
     return Section("finite-load", "Under finite load", blocks)
 

@@ -110,7 +110,7 @@ def inputs_section(contents: ReportContents) -> Section:
         if not changed:
             heads, rows = heads[:2], [cells[:2] for cells in rows]
         blocks += [Heading("Parameters"), Table(heads, rows)]
-    numeric = robot.numeric
+    numeric: Any = robot.numeric
     parts = parts_at_home(numeric)
     whole = len(parts) == 1 and not hasattr(numeric, "legs")
     listed = [

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,10 +19,6 @@ from robostiff.errors import InputError
 from robostiff.model import PlacedBodySpring
 from robostiff.record import reciprocal, square_root, usual_size
 from robostiff.statics.chains.elements import Spot
-
-if TYPE_CHECKING:
-    from robostiff.statics.chains.legs import Legs, LegState
-    from robostiff.statics.equations.problem import EquilibriumProblem, State
 
 _IDENTITY = np.eye(3, dtype=int)
 # Of the length of a spring at the unloaded posture, or of its tension: none.
@@ -118,13 +114,15 @@ class SpringArrays:
             np.array([own.is_cable for own in springs]),
         )
 
-    def at(self, legs: Legs, state: LegState, share: float) -> Pulls:
-        """Where they are, and what they do, at a state of legs under a share of loads."""
+    def at(self, anchors: np.ndarray, rates: np.ndarray, share: float) -> Pulls:
+        """What they do under a share of loads, where anchors are (A, 3) [m].
+
+        `rates` (A, 3, T) are velocities of anchors by the unknowns of legs.
+        """
         points, kind = self.points.copy(), self.points.dtype
         of_entries = kind == np.dtype(object)
-        J = np.zeros((len(self.length), 3, legs.numbers.total), dtype=int).astype(kind)
-        at, rates = legs.anchored(state)
-        points[self.side, self.of_spring] = at
+        J = np.zeros((len(self.length), *rates.shape[1:]), dtype=int).astype(kind)
+        points[self.side, self.of_spring] = anchors
         for i, side, rate in zip(self.of_spring, self.side, rates, strict=True):
             J[i] += rate * (2 * side - 1)
         d, k = points[1] - points[0], self.stiffness
@@ -176,44 +174,3 @@ class Pulls:
     def by_share(self) -> np.ndarray:
         """Derivative of the gradient of the energy by the share of loads (T,)."""
         return self.J.reshape(-1, self.J.shape[-1]).T @ self.rate.ravel()
-
-
-@dataclass(frozen=True)
-class LoadedSpring:
-    """A spring between two bodies under load.
-
-    Attributes
-    ----------
-    name : str
-    points : (2, 3) array
-        Where its ends are [m].
-    length : float
-        [m].
-    tension : float
-        Negative where it pushes [N].
-    energy : float
-        Stored [J]: from its free length; of a constant force, from the unloaded posture.
-    is_cable : bool
-        Whether it only pulls.
-    """
-
-    name: str
-    points: np.ndarray
-    length: float
-    tension: float
-    energy: float
-    is_cable: bool = False
-
-
-def loaded_springs(
-    problem: EquilibriumProblem, state: State, share: float
-) -> tuple[LoadedSpring, ...]:
-    """Every spring between bodies at a state of a robot."""
-    if not problem.legs.springs:
-        return ()
-    now, found = problem.legs.spring_arrays.at(problem.legs, state.legs, share), []
-    for i, spring in enumerate(problem.legs.springs):
-        length, tension = float(now.length[i]), float(now.tension[i])
-        ends, energy = now.points[:, i], spring.energy(length, tension)
-        found.append(LoadedSpring(spring.name, ends, length, tension, energy, spring.is_cable))
-    return tuple(found)

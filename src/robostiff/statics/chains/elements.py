@@ -59,13 +59,13 @@ class FiniteJoint:
         """The joint following a law of its own."""
         return replace(self, stiffness=law.tangent(0.0), law=law)
 
-    def force(self, q: float) -> float:
+    def force(self, q: Any) -> Any:
         """What it resists with, its preload left out [N or N m]."""
-        return float(self.stiffness * q) if self.law is None else self.law.at(q)
+        return self.stiffness * q if self.law is None else self.law.at(float(q))
 
-    def tangent(self, q: float) -> float:
+    def tangent(self, q: Any) -> Any:
         """Derivative of that force."""
-        return float(self.stiffness) if self.law is None else self.law.tangent(q)
+        return self.stiffness if self.law is None else self.law.tangent(float(q))
 
     def energy(self, q: float) -> float:
         """Stored, work of its preload left out [J]."""

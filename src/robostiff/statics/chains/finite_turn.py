@@ -98,6 +98,11 @@ def crossed(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return a[..., NEXT] * b[..., LAST] - a[..., LAST] * b[..., NEXT]
 
 
+def sum_of_crossed(S: np.ndarray) -> np.ndarray:
+    """Sum of ``s x f`` (..., 3) from that of ``s f^T`` (..., 3, 3)."""
+    return S[..., NEXT, LAST] - S[..., LAST, NEXT]
+
+
 def _factors(u: np.ndarray) -> np.ndarray:
     """b, c, and their derivatives by a, divided by a (..., 4), of ``u = a^2`` (..., 1)."""
     is_near = np.ones(u.shape, dtype=bool) if u.dtype == object else u < FURTHEST_TURN**2

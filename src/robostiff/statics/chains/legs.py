@@ -7,9 +7,11 @@ are one component: its unknowns do not follow from those of others while the pla
 from __future__ import annotations
 
 import itertools
+from collections import defaultdict
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -25,8 +27,9 @@ from robostiff.statics.chains.elements import (
     Owner,
     Share,
 )
+from robostiff.statics.chains.finite_turn import crossed, skews, sum_of_crossed
 from robostiff.statics.chains.moving_chain import ChainTerms, MovingChains
-from robostiff.statics.chains.numbers import Component, ComponentBlock, Numbers
+from robostiff.statics.chains.numbers import Component, ComponentBlock, Numbers, summed
 
 
 @dataclass(frozen=True)
@@ -45,24 +48,20 @@ class LegState:
 
 @dataclass(frozen=True)
 class LegEquations:
-    """Residual and tangent of all T unknowns of the legs, platform apart."""
+    """Residual and tangent of all T unknowns of the legs, platform apart.
+
+    Closures ``J dx - dt`` stand in the rows of wrenches, ``-J^T`` in their columns, else A is
+    symmetric: unknown are steps of wrenches in axes that turn half as far as the body at the end,
+    see `Legs.steps`.
+    """
 
     A: tuple[np.ndarray, ...]  # (N, n, n), block by block
     r: np.ndarray  # (T,): residual
-    A_t: np.ndarray  # (T, r): derivative by the twist of the platform
     r_factor: np.ndarray  # (T,): derivative by the factor of the loads
     state: LegState
-    # (B,), (B, 6) and (B, 6): what axial forces of beams lack, how they follow the coordinates of
-    # the beams, and places of these among the unknowns
-    missing: np.ndarray
-    rate: np.ndarray
-    beam_places: np.ndarray
-
-    def completed(self, found: np.ndarray) -> np.ndarray:
-        """Steps (T, k) of the unknowns, those of axial forces behind; the first are Newton's."""
-        axial = (self.rate[..., None] * found[self.beam_places]).sum(axis=1)
-        axial[:, 0] += self.missing
-        return np.concatenate([found, axial])
+    half: np.ndarray  # (C, r): of wrenches, moments of which turn half of the gaps
+    terms: ChainTerms
+    pulls: Pulls | None
 
 
 @dataclass(frozen=True)
@@ -152,7 +151,70 @@ class Legs:
     @cached_property
     def numbers(self) -> Numbers:
         """Where all unknowns are."""
-        return Numbers.of(self)
+        r, chains, of_chain = len(self.rows), self.chains, defaultdict(list)
+        for i, (c, k, beam) in enumerate(self.beams):
+            of_chain[c].append((i, k, beam))
+        kinds: dict[Hashable, list[Component]] = defaultdict(list)
+        for own in self.components:
+            beams = ((k, self.inner_modes[i]) for c in own.chains for i, k, _ in of_chain[c])
+            sizes = tuple(tuple(e.size for e in chains[c].elements) for c in own.chains)
+            turns = tuple(self.rigid[i].drive.turns for i in own.rigid)
+            kind = sizes, len(own.bodies), turns, tuple((k, has.tobytes()) for k, has in beams)
+            kinds[kind].append(own)
+        x, held = (np.zeros(n, dtype=int) for n in (len(self.arrays.coordinates), len(self.rigid)))
+        bodies, W = (np.zeros((len(n), r), dtype=int) for n in (self.points, chains))
+        none, blocks, total, entries = np.zeros(0, dtype=int), [], 0, 0
+        rows, local = [none], [none]
+        for each in kinds.values():
+            at = []
+            free = sum(chains[c].size for c in each[0].chains) + r * len(each[0].bodies)
+            for own, inner, rigid in each:
+                parts = [x[self.coordinates[c]] for c in own] + [bodies[b] for b in inner]
+                parts += [*(W[c] for c in own), *(held[i : i + 1] for i in rigid)]
+                n = sum(map(len, parts))
+                at.append(np.arange(total, total + n))
+                for part, place in zip(parts, _split(at[-1], parts), strict=True):
+                    part[:] = place
+                rows.append(entries + n * np.arange(n))
+                local.append(np.arange(n))
+                total, entries = total + n, entries + n * n
+            beams = [[beam for c in own for beam in of_chain[c]] for own, *_ in each]
+            blocks.append(
+                ComponentBlock(
+                    np.array(at),
+                    free,
+                    np.array([own for own, *_ in each]),
+                    np.array([[i for i, *_ in own] for own in beams], dtype=int),
+                )
+            )
+        a, b = self.arrays.pairs
+        starts = ((bodies[own.start] if own.start is not None else none) for own in chains)
+        both = zip(starts, (x[own] for own in self.coordinates), strict=True)
+        columns = np.concatenate([none, *(part for pair in both for part in pair)])
+        a, b, across = columns[a], columns[b], W[self.arrays.of_chain]
+        to, fro, one = W[self.inner_chains], bodies[self.ends[self.inner_chains]], columns[:, None]
+        every = [(a, b), (b[a != b], a[a != b]), (across, one), (one, across), (to, fro), (fro, to)]
+        rows, local = np.concatenate(rows), np.concatenate(local)
+        by_twist = np.zeros((total, r))
+        by_twist[W[self.on_platform]] = -np.eye(r)
+        beams = np.zeros((len(self.beams), 6), dtype=int)
+        for i, (c, k, beam) in enumerate(self.beams):
+            beams[i, : beam.size] = x[self.places[c, k]]
+        return Numbers(
+            total=total,
+            blocks=tuple(blocks),
+            x=x,
+            bodies=bodies,
+            W=W,
+            held=held,
+            columns=columns,
+            beams=beams,
+            rows=rows,
+            local=local,
+            entries=np.concatenate([(rows[i] + local[j]).ravel() for i, j in every]),
+            constants=np.repeat([-1.0, 1.0], to.size),
+            by_twist=by_twist,
+        )
 
     @cached_property
     def on_platform(self) -> np.ndarray:
@@ -208,39 +270,39 @@ class Legs:
         """Of every coupling: the factors of its sum, by unknown (T,)."""
         found = []
         for own in self.couplings:
-            a = np.zeros(self.numbers.total)
+            a = np.zeros(self.numbers.total, dtype=int).astype(own.factors.dtype)
             for place, factor in zip(own.terms, own.factors, strict=True):
                 a[self.numbers.x[self.places[place]]] = factor
             found.append(a)
         return found
 
-    def sums(self, state: LegState) -> list[float]:
+    def sums(self, state: LegState) -> list[Any]:
         """Of every coupling: its sum [m or rad]."""
-        return [float(a[self.numbers.x] @ state.x) for a in self.sum_rows]
+        return [a[self.numbers.x] @ state.x for a in self.sum_rows]
 
     def equations(
         self, state: LegState, R: np.ndarray, p: np.ndarray, share: Share
     ) -> LegEquations:
-        """Equilibrium and closure of all legs; axes and point [m] of the platform are R, p."""
+        """Equilibrium and closure of all legs; axes and point [m] of the platform are R, p.
+
+        Of numbers or of entries, whose gaps in turning are sines.
+        """
         rows, at = list(self.rows), self.numbers
-        pulls = self.spring_arrays.at(self, state, share.value) if self.springs else None
+        pulls = self.pulls(state, share.value) if self.springs else None
         terms = self.terms(state, pulls, share.value)
         R_end, p_end = self._placed(self.ends, state, R, p)
-        turn = vector_of_rotation(terms.R @ np.swapaxes(R_end, -1, -2))
+        D = terms.R @ np.swapaxes(R_end, -1, -2)
+        turn = sum_of_crossed(D) * -0.5 if D.dtype == object else vector_of_rotation(D)
         gap = np.concatenate([terms.P - p_end, turn], axis=-1)[:, rows]
         J, (a, b) = terms.J[:, rows], self.arrays.pairs
-        A = at.summed(
-            at.entries,
-            terms.tangent + terms.bracket,
-            (terms.tangent - terms.bracket)[a != b],
-            J,
-            -J,
-            at.constants,
-        )
-        r = np.bincount(at.columns, terms.gradient, at.total)
-        r_factor = np.bincount(at.columns, terms.by_share * share.rate, at.total)
+        tangent = terms.tangent
+        A = at.summed(at.entries, [tangent, tangent[a != b], J, -J, at.constants])
+        r = summed(at.columns, terms.gradient, at.total)
+        r_factor = summed(at.columns, terms.by_share * share.rate, at.total)
         r[at.W] += gap
-        np.add.at(r, at.bodies[self.ends[self.inner_chains]], state.W[self.inner_chains])
+        half = crossed(state.W @ self._turning.T, turn) @ self._turning * 0.5
+        inner = self.inner_chains
+        np.add.at(r, at.bodies[self.ends[inner]], (state.W + half)[inner])
         blocks = at.as_blocks(A)
         if self.couplings:
             self._add_couplings(state, share, A, r, r_factor)
@@ -250,8 +312,30 @@ class Legs:
                 for each, u in zip(own, block.coordinates, strict=True):
                     each[: block.free, : block.free] += K[np.ix_(u, u)]
             r_factor += share.rate * pulls.by_share
-        missing, rate = terms.beams.missing, terms.beams.rate
-        return LegEquations(blocks, r, at.by_twist, r_factor, state, missing, rate, at.beams)
+        return LegEquations(blocks, r, r_factor, state, half, terms, pulls)
+
+    @cached_property
+    def _turning(self) -> np.ndarray:
+        """Of the coordinates of bodies those that turn (3, r)."""
+        return np.eye(6, dtype=int)[3:, list(self.rows)]
+
+    def steps(self, eq: LegEquations, step: np.ndarray, twist: np.ndarray) -> np.ndarray:
+        """Steps (T + B, k) of unknowns and axial forces, from solutions (T, k), the first Newton's.
+
+        Under twists (r, k) of the platform, in axes at rest.
+
+        Where the body at the end of a chain turns by a vector θ, the moment m of its wrench turns
+        by θ/2: of its rate ``m x θ / 2`` goes off. So the tangent of a chain is symmetric.
+        """
+        at, T = self.numbers, self._turning
+        turn = T @ np.concatenate([step[at.bodies], twist[None]])[self.ends]
+        found, m = step.copy(), eq.state.W @ T.T
+        found[at.W] = found[at.W] - T.T @ (skews(m) @ turn) * 0.5
+        found[at.W, 0] = found[at.W, 0] + eq.half
+        beams = eq.terms.beams
+        axial = (beams.rate[..., None] * found[at.beams]).sum(axis=1)
+        axial[:, 0] = axial[:, 0] + beams.missing
+        return np.concatenate([found, axial])
 
     def terms(self, state: LegState, pulls: Pulls | None, share: float) -> ChainTerms:
         """What the chains contribute, of numbers or of entries, with springs between bodies."""
@@ -289,9 +373,9 @@ class Legs:
         A is flat, see `Numbers`; it, r and r_factor are changed in place.
         """
         at, rigid = self.numbers, iter(range(len(self.rigid)))
-        for own, a, s in zip(self.couplings, self.sum_rows, self.sums(state), strict=True):
-            x = np.flatnonzero(a)
-            factors, push = a[x], float(own.drive.preload)
+        for own, s in zip(self.couplings, self.sums(state), strict=True):
+            x = np.concatenate([at.x[self.places[place]] for place in own.terms])
+            factors, push = own.factors, own.drive.preload
             if own.is_rigid:
                 i = next(rigid)
                 row = at.held[i]
@@ -317,6 +401,10 @@ class Legs:
             state.axial + step[at.total :],
         )
 
+    def pulls(self, state: LegState, share: float) -> Pulls:
+        """What springs between bodies do at a state under a share of loads."""
+        return self.spring_arrays.at(*self.anchored(state), share)
+
     def anchored(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
         """Where anchors of springs are (A, 3) [m], and their velocities by unknown (A, 3, T)."""
         points, rates = self.arrays.anchored(state.x, *self._starting(state))
@@ -330,62 +418,10 @@ class Legs:
         found = self.arrays.energies(state.x, state.axial)
         return [found[own[1:]].tolist() for own in self.arrays.bodies]
 
-    def energies_of(self, motion: np.ndarray, inner: np.ndarray) -> list[tuple[str, str, float]]:
-        """Legs and parts, and what they store in a motion of all unknowns (T,) [J].
-
-        `inner` (B, 12) are amplitudes of inner modes of beams, see `with_modes`.
-        """
-        x = motion[self.numbers.x]
-        found = [
-            (self.chains[c].owner.name, beam.name, 0.5 * float(own @ own))
-            for (c, _, beam), own in zip(self.beams, inner, strict=True)
-        ]
-        for (c, k), at in self.places.items():
-            e = self.chains[c].elements[k]
-            energy = 0.5 * float(np.sum(e.stiffness * x[at] * x[at]))
-            found.append((self.chains[c].owner.name, e.name, energy))
-        for coupling, a in zip(self.couplings, self.sum_rows, strict=True):
-            leg, drive = self.chains[coupling.place[0]].owner.name, coupling.drive
-            found.append((leg, drive.name, 0.5 * float(drive.stiffness * (a @ motion) ** 2)))
-        return found
-
-    def with_modes(self, block: ComponentBlock, A: np.ndarray, state: LegState) -> np.ndarray:
-        """Curvature by the m free unknowns, and by amplitudes of inner modes of beams behind."""
-        m, count = block.free, block.beams.shape[1]
-        if not count:
-            return A[:, :m, :m]
-        found = np.zeros((len(A), *[m + 12 * count] * 2))
-        found[:, :m, :m] = A[:, :m, :m]
-        arrays = self.arrays
-        y = arrays.spring_coordinates(state.x)[arrays.beams]
-        parts = arrays.bending.with_modes(y, state.axial, arrays.along, arrays.axial)
-        for i, first in enumerate(block.beams[0]):
-            less, mixed, inside = (own[block.beams[:, i]] for own in parts)
-            beam, modes = self.beams[first][2], slice(m + 12 * i, m + 12 * i + 12)
-            at = self.numbers.beams[first, : beam.size] - block.at[0, 0]
-            found[:, at[:, None], at] += less[:, : beam.size, : beam.size]
-            found[:, modes, at] = mixed[:, :, : beam.size]
-            found[:, at, modes] = np.swapaxes(mixed[:, :, : beam.size], -1, -2)
-            found[:, modes, modes] = inside
-        kept = m + np.flatnonzero(self.inner_modes[block.beams[0]])
-        kept = np.concatenate([np.arange(m), kept])
-        return found[:, kept[:, None], kept]
-
-    def whole_motion(
-        self, block: ComponentBlock, i: int, mode: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """A motion of component i of a block, as in `with_modes`, as `energies_of` takes them."""
-        motion, inner = np.zeros(self.numbers.total), np.zeros(self.inner_modes.shape)
-        motion[block.coordinates[i]] = mode[: block.free]
-        own = np.zeros((block.beams.shape[1], 12))
-        own[self.inner_modes[block.beams[i]]] = mode[block.free :]
-        inner[block.beams[i]] = own
-        return motion, inner
-
     def load_potential(self, state: LegState, share: float) -> float:
         """Potential of loads on its bodies and of preloads, 0 at the unloaded posture [J]."""
         pushed = zip(self.couplings, self.sums(state), strict=True)
-        total = -sum(float(own.drive.preload) * s for own, s in pushed)
+        total = -sum(own.drive.preload * s for own, s in pushed)
         return share * (total + self.arrays.load_potential(state.x, *self._starting(state)))
 
     def twists(self, state: LegState, about: np.ndarray, c: int) -> np.ndarray:
@@ -411,21 +447,6 @@ class Legs:
         found[self.numbers.x] = stiff
         return found
 
-    def own_curvature(self, block: ComponentBlock) -> np.ndarray:
-        """Curvature of the elastic energy of parts and couplings, unloaded (N, m, m)."""
-        u = block.coordinates
-        h = self.stiffness[u][..., None] * np.eye(block.free)
-        for own, a in zip(self.couplings, self.sum_rows, strict=True):
-            h += float(own.drive.stiffness) * a[u][:, :, None] * a[u][:, None]
-        return h
-
-    def unloaded_curvature(self, block: ComponentBlock) -> np.ndarray:
-        """The same with that of springs between bodies (N, m, m)."""
-        if not self.springs:
-            return self.own_curvature(block)
-        K = self.spring_arrays.at(self, self.unloaded, 0.0).stiffness
-        return self.own_curvature(block) + np.array([K[np.ix_(u, u)] for u in block.coordinates])
-
     def units(self, length: float) -> np.ndarray:
         """What makes unknowns numbers (T,), in robot lengths and radians.
 
@@ -450,3 +471,8 @@ class Legs:
             springs=tuple(own.renumbered(number) for own in self.springs),
             couplings=tuple(own.renumbered(number) for own in self.couplings),
         )
+
+
+def _split(values: np.ndarray, parts: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Values cut into as many as each part has."""
+    return np.split(values, np.cumsum([len(own) for own in parts[:-1]], dtype=int))

@@ -16,7 +16,7 @@ import numpy as np
 from robostiff.record import cosine, sine
 from robostiff.statics.chains.bending import Bending, BowingTerms
 from robostiff.statics.chains.elements import BodyLoad, FiniteChain, FiniteJoint, FiniteSpring, Spot
-from robostiff.statics.chains.finite_turn import LAST, NEXT, FiniteTurn, crossed, skews
+from robostiff.statics.chains.finite_turn import FiniteTurn, crossed, skews, sum_of_crossed
 
 # Columns of the modes of every elastic part; those that it lacks are empty.
 _WIDE = 6
@@ -37,10 +37,8 @@ class ChainTerms:
     R: np.ndarray
     P: np.ndarray
     J: np.ndarray  # (Q, 6): velocity of the end point and angular velocity
-    # (P,): curvature of the energy, less what wrench and loads do in second order, symmetric part;
-    # what moments add to it, antisymmetric
+    # (P,): curvature of the energy, less what wrench and loads do in second order, symmetric part
     tangent: np.ndarray
-    bracket: np.ndarray
     gradient: np.ndarray  # (Q,): of the energy, less the work of wrench and loads
     by_share: np.ndarray  # (Q,): derivative of the gradient by the share of loads and preloads
     turns: np.ndarray  # (S, 1): squares of the turns of elastic parts [rad^2]
@@ -152,7 +150,6 @@ class MovingChains:
         self.pairs: np.ndarray = np.concatenate([np.zeros((2, 0), dtype=int), *upper], axis=1)
         a, b = self.pairs
         self._same = np.flatnonzero(self.body[a] == self.body[b])
-        self._body_pairs = np.flatnonzero(self.body[b] < C)
         width = np.array([s.stop - s.start for s in self.columns], dtype=int)
         start = np.cumsum([0, *(width * (width + 1) // 2)])[:-1]
         #: Of each column: its pair with itself; that with the k-th behind it stands k further.
@@ -324,9 +321,8 @@ class MovingChains:
         ``d_b v_a = w_b x v_a`` and ``d_b w_a = w_b x w_a``, the Lie bracket. Within an element,
         ``d_b v_a = d_b w_a x s + w_a x (w_b x s)``, s from its point to the one that moves. A force
         f feels of that ``w_a . (J_b x f)``, with J_b the velocity of its own point by b, and within
-        an element ``w_a . ((w_b x s) x f)``. The antisymmetric part is ``w_a . (w_b x m) / 2`` of
-        the moment m of the end wrench; between two twists of the body at the start, which are no
-        coordinates, m is less by the moment about its point.
+        an element ``w_a . ((w_b x s) x f)``. The antisymmetric part, ``w_a . (w_b x m) / 2`` of the
+        moment m of the end wrench, is left out: see `Legs.turned`.
 
         Parameters
         ----------
@@ -348,26 +344,25 @@ class MovingChains:
         turning = crossed(w, P[self.of_chain] - C[self.body])
         moving = v + turning
         gradient = -(moving * F + w * M).sum(axis=-1)
-        across, within, half = crossed(moving, F), crossed(turning, F), crossed(w, M) * 0.5
+        across, within = crossed(moving, F), crossed(turning, F)
         by_share, columns = self._zeros(len(gradient)), self.coordinates[self.joint_x]
         by_share[columns] = -self.preload
-        bodies = np.concatenate([self._spring_bodies, self.body[self._body_columns]])
+        bodies = self._spring_bodies
         chains = self._chains[bodies]
         moment = m[chains] + crossed(P[chains] - C[bodies], f[chains])
         if len(self.load_bodies):
             arms = self._arms(behind, C)
             G, S = self._beyond(arms, self.load_force)
-            by_share -= (v * G[self.body] + w * _axial(S)[self.body]).sum(axis=-1)
+            by_share -= (v * G[self.body] + w * sum_of_crossed(S)[self.body]).sum(axis=-1)
             acting = self.load_force * share + (0 if pulls is None else pulls)
             G, S = self._beyond(arms, acting)
-            gradient -= (v * G[self.body] + w * _axial(S)[self.body]).sum(axis=-1)
-            moment = moment + _axial(S)[bodies]
+            gradient -= (v * G[self.body] + w * sum_of_crossed(S)[self.body]).sum(axis=-1)
+            moment = moment + sum_of_crossed(S)[bodies]
             spread = S - np.trace(S, axis1=-2, axis2=-1)[:, None, None] * np.eye(3, dtype=int)
             turned_forces = (spread[self.body] @ w[..., None])[..., 0]
             across = across + crossed(v, G[self.body]) + turned_forces
             within = within + turned_forces
-        n = len(self._spring_bodies)
-        tangent, bracket = self._second_order(w, across, within, half, moment[n:])
+        tangent = self._second_order(w, across + crossed(w, M) * 0.5, within)
         q = x[self.joint_x]
         tangent[self._diagonal[columns]] += self.stiffness
         gradient[columns] += self.stiffness * q - self.preload * share
@@ -377,50 +372,34 @@ class MovingChains:
             tangent[self._diagonal[column]] += law.tangent(own) - k
         y = self.spring_coordinates(x)
         beams = self.bending.terms(y[self.beams], axial, self.along, self.axial)
-        if n:
+        if len(bodies):
             force, curvature = self.mode_stiffness * y, self._elastic.copy()
             force[self.beams] += beams.gradient
             curvature[self.beams] += beams.curvature
             gradient[self.coordinates[self.spring_x]] += force.ravel()[self.full]
-            turned_axes = np.swapaxes(before[self._spring_bodies, :3, :3], -1, -2)
-            about, V = (turned_axes @ moment[:n, :, None])[..., 0], self._modes[:, 3:]
+            turned_axes = np.swapaxes(before[bodies, :3, :3], -1, -2)
+            about, V = (turned_axes @ moment[..., None])[..., 0], self._modes[:, 3:]
             block = curvature - np.swapaxes(V, -1, -2) @ turned.rate(about) @ V
             tangent[self._block_pairs] += block[self._block_entries]
         J = np.concatenate([moving, w], axis=-1)
-        return ChainTerms(
-            end[:, :3, :3], P, J, tangent, bracket, gradient, by_share, turned.square, beams
-        )
+        return ChainTerms(end[:, :3, :3], P, J, tangent, gradient, by_share, turned.square, beams)
 
-    def _second_order(
-        self,
-        w: np.ndarray,
-        across: np.ndarray,
-        within: np.ndarray,
-        half: np.ndarray,
-        moment: np.ndarray,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Symmetric and antisymmetric part (P,) of what forces do in second order.
+    def _second_order(self, w: np.ndarray, across: np.ndarray, within: np.ndarray) -> np.ndarray:
+        """What forces do in second order (P,).
 
         By each column, `across` (Q, 3) is what the velocities of the points of all forces make of
-        these, ``sum(J x f)``, `within` the part of that which is due to turning, `half` is that of
-        the moment of the end wrench, halved; `moment` is that of all forces about the body at the
-        start, of each of its columns.
+        these, ``sum(J x f)``, and half of that of the moment at the end; `within` is the part of
+        the forces that is due to turning.
         """
         a, b = self.pairs
         if w.dtype == object or len(w) > _MANY:
-            bracket = (w[a] * half[b]).sum(axis=-1)
-            tangent = -(w[a] * (across + half)[b]).sum(axis=-1)
+            tangent = -(w[a] * across[b]).sum(axis=-1)
         else:  # faster than to gather the vectors
-            bracket, tangent = (w @ half.T)[a, b], (w @ -(across + half).T)[a, b]
+            tangent = (w @ -across.T)[a, b]
         a, b = a[self._same], b[self._same]
         H = (w[a] * within[b]).sum(axis=-1) + (w[b] * within[a]).sum(axis=-1)
         tangent[self._same] = H * -0.5
-        if len(self._body_columns):
-            turned = self._zeros(len(w), 3)
-            turned[self._body_columns] = crossed(w[self._body_columns], moment) * 0.5
-            a, b = (own[self._body_pairs] for own in self.pairs)
-            bracket[self._body_pairs] -= (w[a] * turned[b]).sum(axis=-1)
-        return tangent, bracket
+        return tangent
 
     def _columns(
         self, before: np.ndarray, behind: np.ndarray, turned: FiniteTurn
@@ -492,8 +471,3 @@ class MovingChains:
         at = self._loaded_points(self._placed(x, R, p)[1])
         work = np.sum(self.load_force * (at - self._load_point))
         return -float(np.sum(self.preload * x[self.joint_x]) + work)
-
-
-def _axial(S: np.ndarray) -> np.ndarray:
-    """Sum of ``s x f`` (..., 3) from that of ``s f^T`` (..., 3, 3)."""
-    return S[..., NEXT, LAST] - S[..., LAST, NEXT]

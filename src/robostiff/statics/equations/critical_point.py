@@ -8,9 +8,17 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from robostiff.analysis.free_motion import free_motions_in_words
+from robostiff.kept import kept
 from robostiff.statics.equations.newton import FoundEquilibrium, PathStep
-from robostiff.statics.equations.problem import EquilibriumProblem, LoadCase
-from robostiff.statics.equations.stability import Margin, Regular, leg_margins, platform_margin
+from robostiff.statics.equations.stability import (
+    Margin,
+    Regular,
+    energies_of,
+    leg_margins,
+    platform_margin,
+    whole_motion,
+    with_modes,
+)
 
 # Of the margins around a critical point: where interpolation begins, and how many are tried before
 # the interval is halved, and then.
@@ -65,9 +73,7 @@ class CriticalPoint:
     found: FoundEquilibrium
 
 
-def refined(
-    problem: EquilibriumProblem, loading: LoadCase, step: PathStep
-) -> CriticalPoint | float:
+def refined(step: PathStep) -> CriticalPoint | float:
     """Where the margin vanishes between a stable and an unstable equilibrium, in either order.
 
     By polynomials on a smooth way; elsewhere by regula falsi (Illinois) up to where equations are
@@ -75,38 +81,38 @@ def refined(
     where a leg turns singular, is enclosed by halves. Where equilibria leap to another branch, or
     there are none, an arc before that.
     """
-    left, right, at_ends = 0.0, step.arc, [step.here, step.found]
-    found = step.found
-    at_left = least_margin(problem, step.here)[1].value
-    at_right = least_margin(problem, found)[1].value
-    smooth = _on_a_smooth_way(problem, loading, step, at_left, at_right)
+    smooth = _on_a_smooth_way(step)
     if smooth is not None:
         return smooth
-    smallest, best = min((abs(at_left), step.here), (abs(at_right), found), key=lambda own: own[0])
+    problem, left, right, at_ends = step.here.problem, 0.0, step.arc, [step.here, step.found]
+    found = step.found
+    at_left, at_right = (least_margin(own).value for own in at_ends)
+    best = min(at_ends, key=lambda own: abs(least_margin(own).value))
+    smallest = min(abs(at_left), abs(at_right))
     small = _SMALL * min(1.0, max(abs(at_left), abs(at_right)))
     met = {at_left: step.here.factor, at_right: found.factor}
     for trial in range(_TRIALS + _HALVES):
         h = (left * at_right - right * at_left) / (at_right - at_left)
         if trial >= _TRIALS:
             h = 0.5 * (left + right)
-        found = step.along(problem, loading, h)
+        found = step.along(h)
         if not found.converged:  # equations that are singular to rounding: a little aside
             h += _ASIDE * (left - h)
-            found = step.along(problem, loading, h)
-        one, other = (problem.displacement(own.state) * problem.scale for own in at_ends)
+            found = step.along(h)
+        one, other = (own.displacement * problem.scale for own in at_ends)
         near = _TORN * step.unit * abs(right - left) + _SAME * problem.length
         if not found.converged and smallest < _NEARLY * small:
             break
         if not found.converged or np.linalg.norm(one - other) > near:
             return _TOWARDS * h
-        value = least_margin(problem, found)[1].value
+        value = least_margin(found).value
         met[value] = found.factor
         if abs(value) < smallest:
             smallest, best = abs(value), found
         if smallest < small:
             # A leg that buckles alone may follow the platform: then that lost its margin before.
-            before = step.along(problem, loading, h + _ASIDE * (left - h))
-            earlier = least_margin(problem, before)[1].value if before.converged else value
+            before = step.along(h + _ASIDE * (left - h))
+            earlier = least_margin(before).value if before.converged else value
             if abs(earlier) <= 10 * small or earlier * at_left > 0:
                 break
             h, found, value, smallest = h + _ASIDE * (left - h), before, earlier, np.inf
@@ -118,39 +124,35 @@ def refined(
         right, at_right, at_ends[1] = h, value, found
     else:
         # It leaps at a corner, as where a cable becomes slack: the mode is that behind it.
-        leaving = min(at_ends, key=lambda own: least_margin(problem, own)[1].value)
-        return point_at(problem, loading, leaving, *least_margin(problem, leaving))
-    point = point_at(problem, loading, best, *least_margin(problem, best))
-    return replace(point, factor=_at_zero(met))
+        leaving = min(at_ends, key=lambda own: least_margin(own).value)
+        return point_at(leaving)
+    return replace(point_at(best), factor=_at_zero(met))
 
 
-def _on_a_smooth_way(
-    problem: EquilibriumProblem, loading: LoadCase, step: PathStep, at_left: float, at_right: float
-) -> CriticalPoint | None:
+def _on_a_smooth_way(step: PathStep) -> CriticalPoint | None:
     """Where the margin vanishes, by polynomials through equilibria around it; None without them.
 
     Nearer to it equations are nearly singular, and equilibria may be those of another branch.
     """
-    left, right = (0.0, at_left), (step.arc, at_right)
+    left, right = (0.0, least_margin(step.here).value), (step.arc, least_margin(step.found).value)
     h, beside = _secant(left, right)
     for _ in range(_SECANTS):
         if beside <= left[0]:
             break
-        found = step.along(problem, loading, beside)
+        found = step.along(beside)
         if not found.converged:
             return None
-        left = beside, least_margin(problem, found)[1].value
+        left = beside, least_margin(found).value
         if left[1] * right[1] >= 0:
             return None
         h, beside = _secant(left, right)
     low, high = beside, 2.0 * h - beside
-    arcs, every, least = [], [], []
+    arcs, every = [], []
     for own in low + (high - low) * _NODES:
-        found = step.along(problem, loading, own)
-        margin = least_margin(problem, found)
-        if found.converged and abs(margin[1].value) > _BLURRED:
-            arcs, every, least = [*arcs, own], [*every, found], [*least, margin]
-    values, most = np.array([own[1].value for own in least]), len(arcs) - 1
+        found = step.along(own)
+        if found.converged and abs(least_margin(found).value) > _BLURRED:
+            arcs, every = [*arcs, own], [*every, found]
+    values, most = np.array([least_margin(own).value for own in every]), len(arcs) - 1
     if len(arcs) < _ENOUGH or np.min(values) > 0 or np.max(values) < 0:
         return None
     line = Polynomial.fit(arcs, values, most - 1)
@@ -164,14 +166,14 @@ def _on_a_smooth_way(
     factor = float(factors(inside[0]))
     stable = np.flatnonzero(values > 0)
     best = int(stable[np.argmin(values[stable])])
-    at, (leg, margin) = every[best], least[best]
+    at = every[best]
     # It is met itself, or, a singular point of the equations, a little on the stable side.
     for own in (inside[0], inside[0] + _ASIDE * (arcs[best] - inside[0])):
-        met = step.along(problem, loading, own)
+        met = step.along(own)
         if met.converged and abs(met.factor - factors(own)) < _SMOOTH * abs(factor):
-            at, (leg, margin) = met, least_margin(problem, met)
+            at = met
             break
-    return replace(point_at(problem, loading, at, leg, margin), factor=factor)
+    return replace(point_at(at), factor=factor)
 
 
 def _secant(left: tuple[float, float], right: tuple[float, float]) -> tuple[float, float]:
@@ -181,34 +183,32 @@ def _secant(left: tuple[float, float], right: tuple[float, float]) -> tuple[floa
     return h, h - _WIDE / abs(rate)
 
 
-def singular(
-    problem: EquilibriumProblem, loading: LoadCase, step: PathStep
-) -> CriticalPoint | None:
+def singular(step: PathStep) -> CriticalPoint | None:
     """Where rigid bars lie in a singular posture on the way; None where they do not.
 
     By the polynomials through equilibria around it: beside it equations are nearly singular.
     """
-    regular = Regular.of(problem, step.here.known)
-    if regular.ratio(problem, step.found.known) > _BESIDE:
+    regular = Regular.of(step.here.known)
+    if regular.ratio(step.found.known) > _BESIDE:
         return None
     along, every, ratios = [], [], []
     for h in _AROUND * step.arc:
-        found = step.along(problem, loading, h)
-        ratio = regular.ratio(problem, found.known)
+        found = step.along(h)
+        ratio = regular.ratio(found.known)
         if found.converged and abs(ratio) > _BESIDE:
             along, every, ratios = [*along, h], [*every, found], [*ratios, ratio]
     signs = np.flatnonzero(np.diff(np.sign(ratios)))
     if not len(signs):
         return None
     left, right = every[signs[0]], every[signs[0] + 1]
-    if Regular.of(problem, left.known).ratio(problem, right.known) > 0:
+    if Regular.of(left.known).ratio(right.known) > 0:
         return None  # the posture has only turned far from that before the step
     ends, most = (along[signs[0]], along[signs[0] + 1]), len(along) - 1
     roots = Polynomial.fit(along, ratios, most).roots()
     h = next(own.real for own in roots if own.imag == 0 and ends[0] < own.real < ends[1])
     factor = float(Polynomial.fit(along, [own.factor for own in every], most)(h))
     words = "rigid bars lie in a singular posture, where another assembly mode begins"
-    return CriticalPoint(factor, words, None, np.zeros(problem.size), False, left)
+    return CriticalPoint(factor, words, None, np.zeros(left.problem.size), False, left)
 
 
 def _at_zero(met: dict[float, float]) -> float:
@@ -224,30 +224,24 @@ def _at_zero(met: dict[float, float]) -> float:
     return total
 
 
-def least_margin(problem: EquilibriumProblem, found: FoundEquilibrium) -> tuple[int | None, Margin]:
-    """The least margin, and the leg that has it; None for the platform."""
-    margins: dict[int | None, Margin] = {None: platform_margin(problem, found.known)}
-    margins |= leg_margins(problem, found.known)
-    leg = min(margins, key=lambda key: margins[key].value)
-    return leg, margins[leg]
+@kept
+def least_margin(found: FoundEquilibrium) -> Margin:
+    """The least margin, of the platform or of a leg."""
+    every = platform_margin(found.known), *leg_margins(found.known).values()
+    return min(every, key=lambda own: own.value)
 
 
-def point_at(
-    problem: EquilibriumProblem,
-    loading: LoadCase,
-    found: FoundEquilibrium,
-    leg: int | None,
-    least: Margin,
-) -> CriticalPoint:
-    """What happens at a critical equilibrium, by its least margin and the leg that has it."""
-    if leg is not None:
+def point_at(found: FoundEquilibrium, least: Margin | None = None) -> CriticalPoint:
+    """What happens at a critical equilibrium, by its least margin."""
+    problem, least = found.problem, least or least_margin(found)
+    if least.leg is not None:
         # Of legs that buckle together, rounding must not choose the one that is named.
-        margins = leg_margins(problem, found.known)
+        margins = leg_margins(found.known)
         leg = min(key for key in margins if margins[key].value <= least.value + _TOGETHER)
         least = margins[leg]
         g, i = least.at
-        parts = problem.legs.energies_of(
-            *problem.legs.whole_motion(problem.blocks[g], i, least.mode)
+        parts = energies_of(
+            problem.legs, *whole_motion(problem.legs, problem.blocks[g], i, least.mode)
         )
         name, part, _ = max(parts, key=lambda own: own[2])
         words = f"leg {name!r} buckles while the platform stays: most in {part!r}"
@@ -259,25 +253,27 @@ def point_at(
     load = found.known.by_factor
     work = abs(float(load @ twist))
     # rigid parts may carry the load, and leave rounding of it
-    whole = float(np.linalg.norm(np.append(load, loading.wrench_rate) / np.tile(problem.scale, 2)))
+    whole = float(
+        np.linalg.norm(np.append(load, found.loading.wrench_rate) / np.tile(problem.scale, 2))
+    )
     is_limit = work > _BRANCHES * whole
     how = "snaps through" if is_limit else "buckles"
-    words = f"the platform {how}: {motion}{_bent_beam(problem, found, twist)}"
+    words = f"the platform {how}: {motion}{_bent_beam(found, twist)}"
     return CriticalPoint(found.factor, words, None, motion.twist, is_limit, found)
 
 
-def _bent_beam(problem: EquilibriumProblem, found: FoundEquilibrium, twist: np.ndarray) -> str:
+def _bent_beam(found: FoundEquilibrium, twist: np.ndarray) -> str:
     """The beam that bends most between its ends in a motion of the platform, if most bends so."""
-    known, legs = found.known, problem.legs
+    known, problem, legs = found.known, found.problem, found.problem.legs
     moved = known.by_twist[: legs.numbers.total] @ twist
     bent = np.zeros(legs.inner_modes.shape)
     for block, A in zip(problem.blocks, known.equations.A, strict=True):
-        m, Q = block.free, legs.with_modes(block, A, known.equations.state)
+        m, Q = block.free, with_modes(legs, block, A, known.equations.state)
         motion = moved[block.coordinates]
         bends = -np.linalg.pinv(Q[:, m:, m:]) @ Q[:, m:, :m] @ motion[..., None]
         for i, own in enumerate(bends[..., 0]):
-            bent += legs.whole_motion(block, i, np.append(motion[i], own))[1]
-    parts = legs.energies_of(moved, bent)
+            bent += whole_motion(legs, block, i, np.append(motion[i], own))[1]
+    parts = energies_of(legs, moved, bent)
     inner = parts[: len(bent)]
     if not sum(own[2] for own in inner) > 0.5 * sum(own[2] for own in parts):
         return ""

@@ -55,7 +55,7 @@ class OnPath:
     critical: tuple[CriticalPoint, ...] = ()
     step: PathStep | None = None
 
-    def at(self, problem: EquilibriumProblem, loading: LoadCase, factor: float) -> FoundEquilibrium:
+    def at(self, factor: float) -> FoundEquilibrium:
         """The equilibrium at a factor between this one and the one before, on the path itself.
 
         By regula falsi (Illinois) along the arc, before a critical point on it: near that Newton's
@@ -65,23 +65,23 @@ class OnPath:
             return self.found
         first = self.critical[0].factor if self.critical else self.found.factor
         if first < factor:
-            return equilibrium_at(problem, loading, factor, self.found.state)
+            return self.found.under(factor)
         best, low, high = self.step.here, 0.0, self.step.arc
         at_low, at_high = best.factor - factor, max(first, self.found.factor) - factor
         for _ in range(2 * _HALVES):
             if abs(best.factor - factor) <= _SAME_FACTOR * (1.0 + abs(factor)):
                 return replace(best, factor=factor)
             h = (low * at_high - high * at_low) / (at_high - at_low)
-            found = self.step.along(problem, loading, h)
+            found = self.step.along(h)
             if not found.converged:
                 break
             over = found.factor - factor
-            beyond = self.critical and least_margin(problem, found)[1].value < 0
+            beyond = self.critical and least_margin(found).value < 0
             if over > 0 or beyond:
                 high, at_high, at_low = h, max(over, 0.5 * at_high), 0.5 * at_low
             else:
                 best, low, at_low, at_high = found, h, over, 0.5 * at_high
-        return equilibrium_at(problem, loading, factor, best.state)
+        return best.under(factor)
 
 
 def path(problem: EquilibriumProblem, loading: LoadCase, largest: float = 0.25) -> Iterator[OnPath]:
@@ -97,46 +97,46 @@ def path(problem: EquilibriumProblem, loading: LoadCase, largest: float = 0.25) 
     if not here.converged:
         yield from (OnPath(point.found, False, at_once) for point in at_once)
         return
-    least = least_margin(problem, here)
-    if not at_once and least[1].value <= 0:
-        at_once = (point_at(problem, loading, here, *least),)
-    margin, slope = least[1].value, 0.0  # of the path, and its change along the arc
+    margin = least_margin(here).value
+    if not at_once and margin <= 0:
+        at_once = (point_at(here),)
+    slope = 0.0  # of the margin along the arc
     is_stable, branches = margin >= 0, may_be_singular(problem)
     yield OnPath(here, is_stable, at_once)
-    unit = _unit(problem, here)
+    unit = _unit(here)
     h = min(_FIRST, _NEAREST * problem.length / unit)
-    direction = _direction(problem, here, None, unit)
+    direction = _direction(here, None, unit)
     shortest, before, ahead = 1e-7 * h, h, None  # singular posture beyond a step
     for _ in range(_LONGEST):
         if h < shortest:
             if ahead is None and is_stable and problem.has_corners:
-                ahead = _lost_at_corner(problem, loading, here, direction, unit)
+                ahead = _lost_at_corner(here, direction, unit)
             yield from (OnPath(here, is_stable, (point,)) for point in (ahead,) if point)
             return
-        found = (step := PathStep(here, direction, h, unit, here)).along(problem, loading, h)
-        following = _direction(problem, found, direction, unit) if found.converged else direction
+        found = (step := PathStep(here, direction, h, unit, here)).along(h)
+        following = _direction(found, direction, unit) if found.converged else direction
         if not found.converged or (h > SHARP and float(following @ direction) < TURNS):
             beyond = None
             if is_stable and h <= SHARP and problem.has_corners:
-                beyond = _beyond_corner(problem, loading, here, h * abs(direction[-1]))
+                beyond = _beyond_corner(here, h * abs(direction[-1]))
             if beyond is None:
                 h *= 0.5
                 continue
-            found, following = beyond, _direction(problem, beyond, None, unit)
-        ahead_margin = least_margin(problem, found)[1].value
+            found, following = beyond, _direction(beyond, None, unit)
+        ahead_margin = least_margin(found).value
         remains = ahead_margin >= 0
         step = replace(step, found=found)
-        point = refined(problem, loading, step) if remains != is_stable else None
+        point = refined(step) if remains != is_stable else None
         # On a stable branch the load grows: so the determinant of K and of this arc has its sign.
         leapt = isinstance(point, float | int)
         falls = following[-1] < -_BACK if remains else _is_below(point, here)
         if remains and margin + slope * h < 0 and h > _LEAST * before:
-            falls = falls or _is_lost_between(problem, loading, step)
+            falls = falls or _is_lost_between(step)
         if leapt or (is_stable and falls):
             h = max(point, _LEAST * h) if leapt else 0.5 * h
             continue
         known, ahead = ahead, None
-        flat = known or (singular(problem, loading, step) if branches else None)
+        flat = known or (singular(step) if branches else None)
         if flat is not None and known is None and (flat.factor - found.factor) * following[-1] > 0:
             ahead, flat = flat, None
         critical = sorted(filter(None, [flat, point]), key=lambda own: own.factor)
@@ -144,22 +144,22 @@ def path(problem: EquilibriumProblem, loading: LoadCase, largest: float = 0.25) 
         direction, here, is_stable = following, found, remains
         margin, slope, before = ahead_margin, (ahead_margin - margin) / h, h
         if found.steps <= _EASILY:
-            h = _next(problem, replace(step, direction=direction), largest)
+            h = _next(replace(step, direction=direction), largest)
 
 
-def _next(problem: EquilibriumProblem, before: PathStep, largest: float) -> float:
+def _next(before: PathStep, largest: float) -> float:
     """Arc of the next step: longer after few Newton steps, unless load or platform move far."""
-    steps, ahead = before.found.steps, before.direction
+    steps, ahead, problem = before.found.steps, before.direction, before.here.problem
     of_load = largest * (1.0 + abs(before.found.factor)) / max(abs(float(ahead[-1])), 1e-12)
     shift = max(before.unit * float(np.linalg.norm(ahead[:-1])), 1e-12 * problem.length)
     more = 2.5 if steps <= _STRAIGHT else 1.6 if steps < _EASILY - 1 else 1.2
     return min(of_load, _FURTHEST * problem.length / shift, more * before.arc)
 
 
-def _is_lost_between(problem: EquilibriumProblem, loading: LoadCase, step: PathStep) -> bool:
+def _is_lost_between(step: PathStep) -> bool:
     """Whether stability is lost and comes back within a step, by its middle."""
-    middle = step.along(problem, loading, 0.5 * step.arc)
-    return middle.converged and least_margin(problem, middle)[1].value < 0
+    middle = step.along(0.5 * step.arc)
+    return middle.converged and least_margin(middle).value < 0
 
 
 def _is_below(point: CriticalPoint | float | None, here: FoundEquilibrium) -> bool:
@@ -178,7 +178,7 @@ def _start(
     here = equilibrium_at(problem, loading, 0.0, problem.unloaded)
     if loading.share == 0 and not np.any(loading.wrench):
         return here, None
-    if here.converged and here.direct and least_margin(problem, here)[1].value >= SAFE:
+    if here.converged and here.direct and least_margin(here).value >= SAFE:
         return here, None
     growing = LoadCase(np.zeros(problem.size), loading.wrench, 0.0, loading.share)
     ended, critical, searched_to = first_critical(problem, growing, 1.0)
@@ -187,53 +187,48 @@ def _start(
     return equilibrium_at(problem, loading, 0.0, ended.state), None
 
 
-def _beyond_corner(
-    problem: EquilibriumProblem, loading: LoadCase, here: FoundEquilibrium, more: float
-) -> FoundEquilibrium | None:
+def _beyond_corner(here: FoundEquilibrium, more: float) -> FoundEquilibrium | None:
     """The stable equilibrium near by, under so much more of the load; None without one.
 
     The arc does not lead there where the path turns by a right angle or more.
     """
-    found = equilibrium_at(problem, loading, here.factor + more, here.state)
-    if not found.converged or least_margin(problem, found)[1].value < 0:
+    found = here.under(here.factor + more)
+    if not found.converged or least_margin(found).value < 0:
         return None
-    moved = problem.displacement(found.state) - problem.displacement(here.state)
-    return found if problem.size_of(moved) < SHARP else None
+    moved = found.displacement - here.displacement
+    return found if found.problem.size_of(moved) < SHARP else None
 
 
 def _lost_at_corner(
-    problem: EquilibriumProblem,
-    loading: LoadCase,
-    here: FoundEquilibrium,
-    direction: np.ndarray,
-    unit: float,
+    here: FoundEquilibrium, direction: np.ndarray, unit: float
 ) -> CriticalPoint | None:
     """The corner at which a stable path ends, if what is behind it is not stable; else None.
 
     Where nothing resists the load behind it, as where all cables are slack, it is a limit.
     """
+    problem = here.problem
 
     def behind(arc: float) -> FoundEquilibrium:
         twist, more = arc * direction[:-1] * unit / problem.scale, arc * float(direction[-1])
         state, *_ = problem.stepped(here.state, here.known, twist, more, CAP)
-        known = problem.linearised(state, loading, here.factor + more)
+        known = problem.linearised(state, here.loading, here.factor + more)
         return replace(here, state=state, known=known, factor=float(here.factor + more))
 
     def least(arc: float) -> float:
-        return least_margin(problem, behind(arc))[1].value
+        return least_margin(behind(arc)).value
 
     low, high = 0.0, next((arc for arc in _BEHIND if least(arc) <= 0), 0.0)
-    if high == 0 or not meets_stiffness(problem, problem.at_rest):
+    if high == 0 or not meets_stiffness(problem.at_rest):
         return None
     for _ in range(_HALVES):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if least(middle) <= 0 else (middle, high)
     found = behind(high)
-    leg, margin = least_margin(problem, found)
+    margin = least_margin(found)
     if margin.value == 0:
         pulled = margin.basis.T @ found.known.by_factor
         margin = replace(margin, form=-np.outer(pulled, pulled))
-    return point_at(problem, loading, found, leg, margin)
+    return point_at(found, margin)
 
 
 def first_critical(
@@ -253,31 +248,28 @@ def first_critical(
         if own.critical:
             first = own.critical[0]
             if first.factor > up_to:
-                last = own.at(problem, loading, up_to)
-                if least_margin(problem, last)[1].value >= 0:
+                last = own.at(up_to)
+                if least_margin(last).value >= 0:
                     return last, None, up_to
                 first = replace(first, factor=up_to)  # another margin is lost just before it
             return here, first, first.factor
-        here = own.at(problem, loading, up_to)
+        here = own.at(up_to)
         if here.factor >= up_to:
             break
     return here, None, min(up_to, furthest)
 
 
-def _unit(problem: EquilibriumProblem, at: FoundEquilibrium) -> float:
+def _unit(at: FoundEquilibrium) -> float:
     """Shift [m] that counts as much as the whole load: what the platform does under it."""
-    K, load = at.known.K_total, at.known.by_factor
+    K, load, problem = at.known.K_total, at.known.by_factor, at.problem
     twist = solve_least(K, load, problem.scale, problem.length)
     shift = float(np.linalg.norm(twist * problem.scale))
     return min(max(shift, 1e-9 * problem.length), problem.length)
 
 
-def _direction(
-    problem: EquilibriumProblem, at: FoundEquilibrium, before: np.ndarray | None, unit: float
-) -> np.ndarray:
+def _direction(at: FoundEquilibrium, before: np.ndarray | None, unit: float) -> np.ndarray:
     """Unit direction (r + 1,) of the path in scaled twist and factor."""
-    known = at.known
-    r = problem.size
+    known, problem, r = at.known, at.problem, at.problem.size
     scaled = known.K_total / problem.scale[:, None] / problem.scale * unit
     load = known.by_factor / problem.scale
     system = np.column_stack([scaled, -load])

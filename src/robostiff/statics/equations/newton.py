@@ -39,6 +39,7 @@ _FREE_RUN = 0.5 * CAP
 class FoundEquilibrium:
     """Where Newton's method ended."""
 
+    loading: LoadCase
     state: State
     factor: float  # of the loads
     known: Linearised  # the equations there, refined
@@ -46,6 +47,20 @@ class FoundEquilibrium:
     steps: int
     # every step was whole, at most half of the one before, and little or a smaller part than that
     direct: bool = False
+
+    @property
+    def problem(self) -> EquilibriumProblem:
+        """Whose equilibrium it is."""
+        return self.known.problem
+
+    @property
+    def displacement(self) -> np.ndarray:
+        """Of the point of the platform, and its rotation vector, from the unloaded posture (r,)."""
+        return self.problem.displacement(self.state)
+
+    def under(self, factor: float) -> FoundEquilibrium:
+        """The equilibrium near by under another factor of the loads."""
+        return equilibrium_at(self.problem, self.loading, factor, self.state)
 
 
 def equilibrium_at(
@@ -91,7 +106,7 @@ def equilibrium_at(
         direct = direct and part == 1 and size <= max(most * last, _DONE)
         most = HALF if done == 1 else min(HALF, max(FALLS * size / last, LITTLE))
         if refined and size < _NOTHING:
-            return FoundEquilibrium(state, factor, known, True, done, direct)
+            return FoundEquilibrium(loading, state, factor, known, True, done, direct)
         if size < _DONE or (size < _NEAR and size > 0.3 * last):
             return _ended(problem, loading, factor, state, done, direct)
         last = size
@@ -107,7 +122,7 @@ def _ended(
     direct: bool = False,
 ) -> FoundEquilibrium:
     known = problem.linearised(state, loading, factor, _REFINEMENTS)
-    return FoundEquilibrium(state, factor, known, True, steps, direct)
+    return FoundEquilibrium(loading, state, factor, known, True, steps, direct)
 
 
 @dataclass(frozen=True)
@@ -134,10 +149,11 @@ class PathStep:
     unit: float
     found: FoundEquilibrium
 
-    def along(self, problem: EquilibriumProblem, loading: LoadCase, h: float) -> FoundEquilibrium:
+    def along(self, h: float) -> FoundEquilibrium:
         """The equilibrium a step h along the arc."""
-        r, scale, here, direction = problem.size, problem.scale, self.here, self.direction
-        state, factor, known = here.state, here.factor, here.known
+        here, direction = self.here, self.direction
+        problem, loading, r = here.problem, here.loading, here.problem.size
+        scale, state, factor, known = problem.scale, here.state, here.factor, here.known
         moved, last = np.zeros(r + 1), np.inf
         for done in range(1, 13):
             system = np.zeros((r + 1, r + 1))

@@ -8,10 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.spatial import skew
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 from robostiff.statics.chains.elements import NOBODY, Share, Spot
 from robostiff.statics.chains.equilibrated import Bordered, Closure, HeldPlatform, solved, unit_free
+from robostiff.statics.chains.finite_turn import sum_of_crossed
 from robostiff.statics.chains.legs import LegEquations, Legs, LegState
 from robostiff.statics.chains.numbers import ComponentBlock
 
@@ -41,24 +41,31 @@ class LoadCase:
 
 @dataclass(frozen=True)
 class DeadForces:
-    """Forces on the platform that keep their directions."""
+    """Forces f on the platform that keep their directions, at arms b from its point.
 
-    arms: np.ndarray  # (k, 3): from the point of the platform, at the unloaded posture [m]
-    forces: np.ndarray  # (k, 3): [N]
+    Of numbers or of entries, at the unloaded posture.
+    """
+
+    force: np.ndarray  # (3,): their sum [N]
+    levers: np.ndarray  # (3, 3): sum of ``b f^T`` [N m]
+
+    @cached_property
+    def act(self) -> bool:
+        """Whether there are any."""
+        return bool(np.any(self.force) or np.any(self.levers))
 
     def acting(self, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Their wrench (6,) about that point, and its rate (6, 6) by the twist of the platform."""
-        total, turning = np.zeros(6), np.zeros((6, 6))
-        for arm, force in zip(self.arms, self.forces, strict=True):
-            b = R @ arm
-            total += np.concatenate([force, np.cross(b, force)])
-            turning[3:, 3:] += skew(force) @ skew(b)
-        return total, turning
+        """Their wrench (6,) about that point, and its rate (6, 6) by the twist of the platform.
+
+        With ``f x (b x w) = b (f . w) - (f . b) w``.
+        """
+        S, turning = R @ self.levers, np.zeros((6, 6), dtype=int).astype(self.levers.dtype)
+        turning[3:, 3:] = S - np.trace(S) * np.eye(3, dtype=int)
+        return np.concatenate([self.force, sum_of_crossed(S)]), turning
 
     def potential(self, R: np.ndarray, shift: np.ndarray) -> float:
         """Of the platform turned by R, and its point shifted [J]."""
-        pairs = zip(self.arms, self.forces, strict=True)
-        return -sum(float(force @ (shift + R @ arm - arm)) for arm, force in pairs)
+        return -float(self.force @ shift + np.trace((R - np.eye(3)) @ self.levers))
 
 
 @dataclass(frozen=True)
@@ -86,6 +93,7 @@ class Linearised:
     the motions left, and steps of the legs include what rigid parts carry.
     """
 
+    problem: EquilibriumProblem
     K: np.ndarray  # (r, r): rate of what all legs carry by the twist of the platform
     K_total: np.ndarray  # (r, r): less that of the forces that act on the platform
     missing: np.ndarray  # (r,): to be carried more, all legs in closure and equilibrium
@@ -194,7 +202,7 @@ class EquilibriumProblem:
         rank: int | None,
     ) -> Linearised:
         eq = self.legs.equations(state.legs, state.R, state.p, loading.shares(factor))
-        wanted = -np.column_stack([eq.r, eq.A_t, eq.r_factor])
+        wanted = -np.column_stack([eq.r, self.legs.numbers.by_twist, eq.r_factor])
         every, regular = np.zeros(wanted.shape), True
         lacking: dict[int, Bordered] = {}
         for g, (block, A) in enumerate(zip(self.blocks, eq.A, strict=True)):
@@ -208,6 +216,8 @@ class EquilibriumProblem:
             regular = regular and bool(np.all(regulars))
         # what only the base holds has no end on the platform
         ends = self.legs.on_platform
+        twist = np.eye(self.size, self.size + 2, 1)
+        every = self.legs.steps(eq, every, twist)
         carried = every[self.legs.numbers.W[ends]].sum(axis=0)
         K = carried[:, 1:-1]
         acting, rate, turning = self._on_platform(state, loading, factor)
@@ -223,15 +233,15 @@ class EquilibriumProblem:
             for g, own in lacking.items():
                 N, d = own.gaps.shape[:2]
                 more = own.carried @ z[at : at + N * d].reshape(N, d, -1)
-                every[self.blocks[g].at] = own.found + more
+                every[self.blocks[g].at] += more
                 at += N * d
             s = np.outer(self.scale, self.scale)
             missing = held.missing(K_total / s, missing / self.scale) * self.scale
             by_factor = held.free @ (held.free.T @ (by_factor / self.scale)) * self.scale
             K, K_total = held.within(K / s) * s, held.within(K_total / s) * s
             held = held if held.rank else None
-        every = eq.completed(every)
         return Linearised(
+            problem=self,
             K=K,
             K_total=K_total,
             missing=missing,
@@ -340,7 +350,7 @@ class EquilibriumProblem:
         share = loading.shares(factor)
         acting, rate = loading.wrench + factor * loading.wrench_rate, loading.wrench_rate
         turning = np.zeros((6, 6))
-        if len(self.dead.arms):
+        if self.dead.act:
             total, turning = self.dead.acting(state.R)
             turning = share.value * turning
             acting, rate = acting + share.value * total[rows], rate + share.rate * total[rows]

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robostiff.statics.chains.elements import NOBODY
-from robostiff.statics.chains.legs import LegState
+from robostiff.statics.chains.legs import Legs, LegState
 from robostiff.statics.chains.numbers import ComponentBlock
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised
 
@@ -46,6 +46,7 @@ class Margin:
     value: float
     form: np.ndarray  # (k, k): that motion is its eigenvector of the least eigenvalue
     basis: np.ndarray  # (n, k): columns are the motions of which form has the coordinates
+    leg: int | None = None  # that has it; None for the platform
     at: tuple[int, int] = (0, 0)  # of a leg: its block, and its row there
 
     @property
@@ -122,15 +123,17 @@ def _norm(A: np.ndarray) -> np.ndarray:
     return np.sqrt(np.sum(A * A, axis=(-1, -2)))
 
 
-def meets_stiffness(problem: EquilibriumProblem, known: Linearised) -> bool:
+def meets_stiffness(known: Linearised) -> bool:
     """Whether every motion of the platform does."""
+    problem = known.problem
     scaled = known.K_total / np.outer(problem.scale, problem.scale)
     values = np.abs(np.linalg.eigvalsh(0.5 * (scaled + scaled.T)))
     return bool(values.min() > _FREE * max(values.max(), 0.0))
 
 
-def platform_margin(problem: EquilibriumProblem, known: Linearised) -> Margin:
+def platform_margin(known: Linearised) -> Margin:
     """Of the platform, legs in equilibrium; its mode is a twist (r,)."""
+    problem = known.problem
     scale = np.outer(problem.scale, problem.scale)
     free = np.eye(problem.size) if known.held is None else known.held.free
     now, before = (free.T @ (own.K_total / scale) @ free for own in (known, problem.at_rest))
@@ -138,9 +141,10 @@ def platform_margin(problem: EquilibriumProblem, known: Linearised) -> Margin:
     return found.among(free / problem.scale[:, None])
 
 
-def leg_margins(problem: EquilibriumProblem, known: Linearised) -> dict[int, Margin]:
+def leg_margins(known: Linearised) -> dict[int, Margin]:
     """Of each leg with the platform held, by its index; modes are coordinates and bodies."""
     found: dict[int, Margin] = {}
+    problem = known.problem
     each = zip(problem.blocks, known.equations.A, problem.missing, strict=True)
     for g, (block, A, missing) in enumerate(each):
         if block.free <= block.closures - missing and not block.beams.size:
@@ -152,7 +156,7 @@ def leg_margins(problem: EquilibriumProblem, known: Linearised) -> dict[int, Mar
                 # legs that are held together have one margin, under the first of them
                 least = found.get(owner.leg)
                 if least is None or one.value < least.value:
-                    found[owner.leg] = replace(one, at=(g, row))
+                    found[owner.leg] = replace(one, leg=owner.leg, at=(g, row))
     return dict(sorted(found.items()))
 
 
@@ -164,12 +168,12 @@ def margins_of(
     None for one that the platform holds.
     """
     m, legs = block.free, problem.legs
-    Q = legs.with_modes(block, A, state)
+    Q = with_modes(legs, block, A, state)
     Q0 = np.tile(np.eye(Q.shape[1]), (len(Q), 1, 1))
-    Q0[:, :m, :m] = legs.unloaded_curvature(block)
+    Q0[:, :m, :m] = unloaded_curvature(legs, block)
     C = A[:, m:, :m] * problem.units[block.at[0, m:]][:, None]
     # Without springs between bodies: what these add to a passive joint may be rounding.
-    scale = unit_sizes(C, np.diagonal(legs.own_curvature(block), axis1=-2, axis2=-1))
+    scale = unit_sizes(C, np.diagonal(own_curvature(legs, block), axis1=-2, axis2=-1))
     columns = C * scale[:, None]
     rows = np.linalg.norm(columns, axis=2)
     columns = columns / np.where(rows > 0, rows, 1.0)[..., None]
@@ -230,9 +234,9 @@ class Regular:
     log: float
 
     @staticmethod
-    def of(problem: EquilibriumProblem, known: Linearised) -> Regular:
+    def of(known: Linearised) -> Regular:
         """At a posture that is not singular."""
-        G = whole_closure(problem, known)
+        G = whole_closure(known)
         V, R = np.linalg.qr(G.T)
         size = np.abs(np.diagonal(R))
         if len(size) == len(G) and np.all(size > _INDEPENDENT * np.max(size, initial=0.0)):
@@ -243,9 +247,9 @@ class Regular:
             U, V = U[:, :k], Vt[:k].T
         return Regular(U, V, *np.linalg.slogdet(U.T @ G @ V))
 
-    def ratio(self, problem: EquilibriumProblem, known: Linearised) -> float:
+    def ratio(self, known: Linearised) -> float:
         """Determinant of ``U^T G V`` at a posture near by: 1 here, 0 where it is singular."""
-        sign, log = np.linalg.slogdet(self.U.T @ whole_closure(problem, known) @ self.V)
+        sign, log = np.linalg.slogdet(self.U.T @ whole_closure(known) @ self.V)
         return float(sign * self.sign * np.exp(log - self.log))
 
 
@@ -262,14 +266,86 @@ def may_be_singular(problem: EquilibriumProblem) -> bool:
     return False
 
 
-def whole_closure(problem: EquilibriumProblem, known: Linearised) -> np.ndarray:
+def whole_closure(known: Linearised) -> np.ndarray:
     """G (c, n): of all legs by their coordinates and by the twist of the platform, as numbers."""
-    units, eq = problem.units, known.equations
+    problem, eq, units = known.problem, known.equations, known.problem.units
     G = np.zeros((len(units), len(units) + problem.size))
     for block, A in zip(problem.blocks, eq.A, strict=True):
         for at, own in zip(block.at, A, strict=True):
             G[at[:, None], at[: block.free]] = own[:, : block.free] / units[at[: block.free]]
-    G[:, len(units) :] = eq.A_t * problem.length / problem.scale
+    G[:, len(units) :] = problem.legs.numbers.by_twist * problem.length / problem.scale
     closures = np.delete(np.arange(len(units)), problem.free)
     kept = np.append(problem.free, np.arange(len(units), G.shape[1]))
     return units[closures, None] * G[np.ix_(closures, kept)]
+
+
+def energies_of(legs: Legs, motion: np.ndarray, inner: np.ndarray) -> list[tuple[str, str, float]]:
+    """Legs and parts, and what they store in a motion of all unknowns (T,) [J].
+
+    `inner` (B, 12) are amplitudes of inner modes of beams, see `with_modes`.
+    """
+    x = motion[legs.numbers.x]
+    found = [
+        (legs.chains[c].owner.name, beam.name, 0.5 * float(own @ own))
+        for (c, _, beam), own in zip(legs.beams, inner, strict=True)
+    ]
+    for (c, k), at in legs.places.items():
+        e = legs.chains[c].elements[k]
+        energy = 0.5 * float(np.sum(e.stiffness * x[at] * x[at]))
+        found.append((legs.chains[c].owner.name, e.name, energy))
+    for coupling, a in zip(legs.couplings, legs.sum_rows, strict=True):
+        leg, drive = legs.chains[coupling.place[0]].owner.name, coupling.drive
+        found.append((leg, drive.name, 0.5 * float(drive.stiffness * (a @ motion) ** 2)))
+    return found
+
+
+def with_modes(legs: Legs, block: ComponentBlock, A: np.ndarray, state: LegState) -> np.ndarray:
+    """Curvature by the m free unknowns, and by amplitudes of inner modes of beams behind."""
+    m, count = block.free, block.beams.shape[1]
+    if not count:
+        return A[:, :m, :m]
+    found = np.zeros((len(A), *[m + 12 * count] * 2))
+    found[:, :m, :m] = A[:, :m, :m]
+    arrays = legs.arrays
+    y = arrays.spring_coordinates(state.x)[arrays.beams]
+    parts = arrays.bending.with_modes(y, state.axial, arrays.along, arrays.axial)
+    for i, first in enumerate(block.beams[0]):
+        less, mixed, inside = (own[block.beams[:, i]] for own in parts)
+        beam, modes = legs.beams[first][2], slice(m + 12 * i, m + 12 * i + 12)
+        at = legs.numbers.beams[first, : beam.size] - block.at[0, 0]
+        found[:, at[:, None], at] += less[:, : beam.size, : beam.size]
+        found[:, modes, at] = mixed[:, :, : beam.size]
+        found[:, at, modes] = np.swapaxes(mixed[:, :, : beam.size], -1, -2)
+        found[:, modes, modes] = inside
+    kept = m + np.flatnonzero(legs.inner_modes[block.beams[0]])
+    kept = np.concatenate([np.arange(m), kept])
+    return found[:, kept[:, None], kept]
+
+
+def whole_motion(
+    legs: Legs, block: ComponentBlock, i: int, mode: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """A motion of component i of a block, as in `with_modes`, as `energies_of` takes them."""
+    motion, inner = np.zeros(legs.numbers.total), np.zeros(legs.inner_modes.shape)
+    motion[block.coordinates[i]] = mode[: block.free]
+    own = np.zeros((block.beams.shape[1], 12))
+    own[legs.inner_modes[block.beams[i]]] = mode[block.free :]
+    inner[block.beams[i]] = own
+    return motion, inner
+
+
+def own_curvature(legs: Legs, block: ComponentBlock) -> np.ndarray:
+    """Curvature of the elastic energy of parts and couplings, unloaded (N, m, m)."""
+    u = block.coordinates
+    h = legs.stiffness[u][..., None] * np.eye(block.free)
+    for own, a in zip(legs.couplings, legs.sum_rows, strict=True):
+        h += float(own.drive.stiffness) * a[u][:, :, None] * a[u][:, None]
+    return h
+
+
+def unloaded_curvature(legs: Legs, block: ComponentBlock) -> np.ndarray:
+    """The same with that of springs between bodies (N, m, m)."""
+    if not legs.springs:
+        return own_curvature(legs, block)
+    K = legs.pulls(legs.unloaded, 0.0).stiffness
+    return own_curvature(legs, block) + np.array([K[np.ix_(u, u)] for u in block.coordinates])

@@ -12,7 +12,7 @@ from robostiff.spatial import skew
 from robostiff.statics.chains.beam_bowing import UniformBeam, uniform_beam
 from robostiff.statics.chains.elements import BodyPlace, FiniteJoint, Spot
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, State
-from robostiff.statics.equations.stability import unit_sizes, whole_closure
+from robostiff.statics.equations.stability import unit_sizes, unloaded_curvature, whole_closure
 
 # Cosine, less than one by this: an elastic part whose own x axis is not along it.
 _ASIDE = 1e-9
@@ -229,7 +229,7 @@ class SmallMotions:
         for block, A in zip(problem.blocks, known.equations.A, strict=True):
             m, at = block.free, number[block.coordinates]
             K[at[:, :, None], at[:, None]] = A[:, :m, :m]
-            stiff[at] = np.diagonal(legs.unloaded_curvature(block), axis1=-2, axis2=-1)
+            stiff[at] = np.diagonal(unloaded_curvature(legs, block), axis1=-2, axis2=-1)
         K[n - r :, n - r :] += known.K_total - known.K
         B = [np.zeros((0, n)), _rates_of_drives(problem, n)]
         moved = legs.moved(state.legs) if masses.on_legs else []
@@ -243,7 +243,7 @@ class SmallMotions:
             rate[:, n - r :] = np.concatenate([np.eye(3), -skew(b)], axis=1)[:, rows]
             B.append(np.sqrt(float(mass.value)) * rate)
         sizes = np.append(problem.units[problem.free], problem.scale / problem.length)
-        C = whole_closure(problem, known) * sizes
+        C = whole_closure(known) * sizes
         return SmallMotions(0.5 * (K + K.T), np.concatenate(B), C, unit_sizes(C, stiff))
 
     def vibrations(self) -> tuple[np.ndarray, np.ndarray]:

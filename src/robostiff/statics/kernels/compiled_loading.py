@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,17 +14,19 @@ from robostiff.compiled import Kernel
 from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.codes import chunks_of, in_shares
 from robostiff.compiled.kernel import whole_threads
-from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
+from robostiff.elastostatics.status import Status, StatusOfPoses
 from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kinematics import JointCoordinates, Pose, posture_finder
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import ALL_COORDINATES, Robot
-from robostiff.model.cable import Weight
 from robostiff.recorded import CLOSED
 from robostiff.spatial import as_floats
 from robostiff.spatial.rotation import vector_of_quaternion
+from robostiff.statics.equilibrium import solved
 from robostiff.statics.kernels.forces_on_bodies import StandingLoads
-from robostiff.statics.loading.loaded_posture import wrenches_of
+from robostiff.statics.loading.given_loads import Acting
+from robostiff.statics.loading.loaded_posture import postures_of, wrenches_of
+from robostiff.statics.result import Equilibria
 
 # Of a displacement: by how much a kernel may be off whose rates are used; and of the length.
 _SAME, _ROUNDING = 1e-5, 1e-12
@@ -56,7 +58,7 @@ class Platforms:
 
 
 @dataclass(frozen=True, repr=False)
-class LoadedAnswer:
+class LoadedAnswer(StatusOfPoses):
     """Equilibria of a robot at N poses under N wrenches.
 
     Attributes
@@ -108,16 +110,6 @@ class LoadedAnswer:
         turning = self.arms - np.trace(self.arms, axis1=1, axis2=2)[:, None, None] * np.eye(3)
         K[:, -len(turned) :, -len(turned) :] -= turning[:, turned][:, :, turned]
         return K
-
-    @property
-    def answered(self) -> np.ndarray:
-        """Where there is an equilibrium (N,)."""
-        return (self.status_codes & int(WITHOUT_STIFFNESS)) == 0
-
-    @property
-    def status(self) -> Status:
-        """Everything that happened to any of them."""
-        return Status(int(np.bitwise_or.reduce(self.status_codes, initial=0)))
 
     @property
     def guarded_share(self) -> float:
@@ -351,26 +343,17 @@ class CompiledLoading:
         rows: np.ndarray,
         answer: LoadedAnswer,
     ) -> None:
-        if levers.any():
-            # forces of 1 N at the levers, and back at the reference point: the wrench has them
-            for k, own in enumerate(levers.reshape(-1, 3, 3)):
-                point, given = robot.reference_point, self.standing.loads or {}
-                mine = given.get("platform", ())
-                pairs = [
-                    Weight(axis * sign, point + arm * (sign > 0))
-                    for axis, arm in zip(np.eye(3), own.T, strict=True)
-                    for sign in (1.0, -1.0)
-                ]
-                several = [*(mine if isinstance(mine, Sequence) else (mine,)), *pairs]
-                loaded = replace(self.standing, loads={**given, "platform": several})
-                by_joints = isinstance(pose, JointCoordinates)
-                one = JointCoordinates(pose.values[k : k + 1]) if by_joints else pose[k : k + 1]  # pyright: ignore
-                again = replace(self, standing=loaded)
-                again._compute_again(
-                    robot, one, F[k : k + 1], np.zeros((1, 9)), rows[k : k + 1], answer
-                )
-            return
-        found = self.standing.equilibria(robot, pose, F)
+        postures, acting = postures_of(robot, pose, None), Acting(**self.standing.given, laws={})
+        each = []
+        for k, (wrench, own) in enumerate(zip(F, levers, strict=True)):
+            loaded = postures.loaded(k, acting)
+            if own.any():  # the wrench has their forces
+                dead = loaded.problem.dead
+                own_levers = dead.levers + loaded.frame[0] @ own.reshape(3, 3)
+                problem = replace(loaded.problem, dead=replace(dead, levers=own_levers))
+                loaded = replace(loaded, problem=problem)
+            each.append(solved(loaded, wrench, None))
+        found = Equilibria(tuple(each))
         K = found.K.filled(np.nan)
         answer.K_sym[rows] = 0.5 * (K + np.swapaxes(K, -1, -2))
         displacement = found.displacement.filled(np.nan)
@@ -380,8 +363,7 @@ class CompiledLoading:
         answer.stable[rows], answer.status_codes[rows] = found.stable, found.status_codes
         for row, one in zip(rows, found, strict=True):
             if one.problem is not None and one.found is not None:
-                b = one.problem.dead.arms @ one.found.state.R.T
-                answer.arms[row] = b.T @ one.problem.dead.forces
+                answer.arms[row] = one.found.state.R @ one.problem.dead.levers
 
     def _place_again(
         self,

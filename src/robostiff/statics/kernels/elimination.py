@@ -34,21 +34,21 @@ class SymmetricElimination:
     as coordinates: T reduced to the closure is positive definite.
     """
 
-    # dict of str to dicts of entries or numbers: rows without zeros, both triangles
-    A: dict[str, dict[str, Any]] = field(default_factory=dict)
-    right: dict[str, Any] = field(default_factory=dict)  # dict of str to entries or numbers
+    # dict of int to dicts of entries or numbers: rows without zeros, both triangles
+    A: dict[int, dict[int, Any]] = field(default_factory=dict)
+    right: dict[int, Any] = field(default_factory=dict)  # dict of int to entries or numbers
     # entries or numbers: positive where the signs are as they should be
     pivots: list[Any] = field(default_factory=list)
     # entries or numbers: positive where coordinates that are left at zero stay there
     still: list[Any] = field(default_factory=list)
-    _scale: dict[str, float] = field(default_factory=dict)
+    _scale: dict[int, float] = field(default_factory=dict)
     _solved: list[Any] = field(default_factory=list)
 
-    def unknown(self, name: str, size: float) -> None:
+    def unknown(self, name: int, size: float) -> None:
         """An unknown, and a number that makes its unit like that of others."""
         self.A[name], self.right[name], self._scale[name] = {}, 0, size
 
-    def add(self, a: str, b: str, value: Any) -> None:
+    def add(self, a: int, b: int, value: Any) -> None:
         """To an entry, and to the one across the diagonal."""
         if is_zero(value):
             return
@@ -59,20 +59,16 @@ class SymmetricElimination:
             else:
                 self.A[i][j] = total
 
-    def add_right(self, a: str, value: Any) -> None:
+    def add_right(self, a: int, value: Any) -> None:
         """To the right side."""
         self.right[a] = self.right[a] + value
 
-    def follows(self, name: str, missing: Any, rates: Mapping[str, Any]) -> None:
-        """An unknown that moves by something, and with others at some rates."""
-        self._solved.append(({name: {n: -rate for n, rate in rates.items()}}, {name: missing}))
-
     def eliminate(
         self,
-        elastic: Sequence[str],
-        free: Sequence[str],
-        multipliers: Sequence[str],
-        carried: Sequence[tuple[str, str]],
+        elastic: Sequence[int],
+        free: Sequence[int],
+        multipliers: Sequence[int],
+        carried: Sequence[tuple[int, int]],
         by_loads: float,
     ) -> None:
         """Eliminate a leg: bodies, pairs, what is elastic, then single multipliers.
@@ -119,7 +115,7 @@ class SymmetricElimination:
             self.pivots.append(_as_part(-self.A[own][own]))
             self._one(own)
 
-    def solution(self, known: dict[str, Any]) -> dict[str, Any]:
+    def solution(self, known: dict[int, Any]) -> dict[int, Any]:
         """Every unknown that was eliminated, from the others."""
         found = dict(known)
         for rows, rights in reversed(self._solved):
@@ -131,7 +127,7 @@ class SymmetricElimination:
                 found[name] = value
         return found
 
-    def _drop(self, name: str, by_loads: float) -> None:
+    def _drop(self, name: int, by_loads: float) -> None:
         """Leave a coordinate at zero, where nothing drives it, and loads do not push it away."""
         row, right = self.A.pop(name), self.right.pop(name)
         for other in row:
@@ -142,7 +138,7 @@ class SymmetricElimination:
         self.still += [held, _NOTHING**2 - driven * driven]
         self._solved.append(({name: {}}, {name: 0}))
 
-    def _one(self, own: str) -> None:
+    def _one(self, own: int) -> None:
         row = self.A.pop(own)
         pivot, right = row.pop(own), self.right.pop(own)
         inverse = 1 / pivot
@@ -158,7 +154,7 @@ class SymmetricElimination:
                 self.right[a] = self.right[a] - solved[a] * right
         self._solved.append(({own: solved}, {own: new_right}))
 
-    def _two(self, q: str, j: str) -> None:
+    def _two(self, q: int, j: int) -> None:
         """A pair, by ``[[a, b], [b, d]]^-1 = [[d, -b], [-b, a]] / (a d - b^2)``."""
         first, second = self.A.pop(q), self.A.pop(j)
         a, b, d = first.pop(q, 0), first.pop(j), second.pop(j, 0)
@@ -175,7 +171,7 @@ class SymmetricElimination:
         for name in names:
             self.A[name].pop(q, None)
             self.A[name].pop(j, None)
-        rows: dict[str, dict[str, Any]] = {q: {}, j: {}}
+        rows: dict[int, dict[int, Any]] = {q: {}, j: {}}
         for name in names:
             x, y = first.get(name, 0), second.get(name, 0)
             rows[q][name], rows[j][name] = of_q * x + of_both * y, of_both * x + of_j * y
@@ -189,7 +185,7 @@ class SymmetricElimination:
         rows = {k: {n: v for n, v in own.items() if not is_zero(v)} for k, own in rows.items()}
         self._solved.append((rows, rights))
 
-    def _pair(self, free: Sequence[str], left: Sequence[str]) -> tuple[str, str] | None:
+    def _pair(self, free: Sequence[int], left: Sequence[int]) -> tuple[int, int] | None:
         best: tuple[Any, ...] | None = None
         for q in free:
             sizes = {
@@ -208,7 +204,7 @@ class SymmetricElimination:
                 best = key if best is None else min(best, key)
         return None if best is None else (best[-2], best[-1])
 
-    def _size(self, a: str, b: str) -> tuple[float, float]:
+    def _size(self, a: int, b: int) -> tuple[float, float]:
         """Least and mean size over the samples."""
         value = self.A[a].get(b, 0)
         return least_size(value), usual_size(value)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -11,18 +11,11 @@ import numpy as np
 
 from robostiff.model import PlacedFreedom, PlacedSpring
 from robostiff.record import Entry, is_zero, reciprocal, square_root, usual_size
-from robostiff.spatial import Space, cross
+from robostiff.spatial import Space
 from robostiff.statics.chains.beam_bowing import elastic_element, in_series
-from robostiff.statics.chains.body_springs import Pulls
-from robostiff.statics.chains.elements import (
-    NOBODY,
-    Element,
-    FiniteCoupling,
-    FiniteJoint,
-    FiniteSpring,
-)
-from robostiff.statics.chains.legs import Legs, LegState
-from robostiff.statics.chains.moving_chain import ChainTerms
+from robostiff.statics.chains.elements import NOBODY, Element, FiniteJoint, FiniteSpring, Share
+from robostiff.statics.chains.legs import LegEquations, Legs, LegState
+from robostiff.statics.chains.numbers import Component
 from robostiff.statics.kernels.elimination import SymmetricElimination
 
 # Of the product of two diagonal entries of a compliance: a square beside it that is rounding.
@@ -176,79 +169,46 @@ class MovedBody:
 
 
 @dataclass(frozen=True)
-class RecordedCoupling:
-    """A sum ``s = sum(a q)`` of coordinates that is the motion of a spring, or 0 where it is rigid.
-
-    What it pushes with is an unknown of its own; see `FiniteCoupling`.
-    """
-
-    name: str  # its unknowns begin with it
-    terms: Sequence[tuple[str, Any]]  # of (str, entry or number): coordinates, and a
-    own: FiniteCoupling
-
-    @property
-    def push(self) -> str:
-        """Name of what it pushes with [N or N m]."""
-        return f"{self.name}.f"
-
-    @property
-    def motion(self) -> list[str]:
-        """Name of the motion of its spring; none of a rigid one."""
-        return [] if self.own.is_rigid else [f"{self.name}.s"]
-
-    def add_to(
-        self, elimination: SymmetricElimination, values: Mapping[str, Any], length: float
-    ) -> None:
-        """Add ``sum(a q) - s = 0`` and what pushes."""
-        elimination.unknown(self.push, unit(self.own.drive, length))
-        terms = [*self.terms, *((name, -1) for name in self.motion)]
-        for name in self.motion:
-            elimination.unknown(name, 1.0)
-            k = self.own.drive.stiffness
-            elimination.add(name, name, k)
-            elimination.add_right(name, self.own.drive.preload - k * values[name])
-        for name, factor in terms:
-            elimination.add(self.push, name, factor)
-            elimination.add_right(name, values[self.push] * factor)
-            elimination.add_right(self.push, -(values[name] * factor))
-
-
-@dataclass(frozen=True)
 class RecordedLegs:
-    """Legs whose coordinates and wrenches are unknowns."""
+    """Legs whose coordinates, wrenches and bodies are unknowns, numbered as those of `Legs`.
+
+    Values of axial forces of beams are named by the numbers behind them. What holds springs at the
+    platform is the platform itself.
+    """
 
     legs: Legs
     length: float  # of the robot [m]
+    force: float  # under which the platform moves by about a thousandth of that [N]
 
     @cached_property
-    def names(self) -> list[str]:
-        """Of all unknowns; what holds springs at the platform moves as the platform does."""
-        found = [f"u{u}" for u in range(self.legs.numbers.total)]
-        for chain in self.legs.chains:
-            if chain.owner == NOBODY and chain.start is not None:
-                for row, u in zip(
-                    self.legs.rows, self.legs.numbers.bodies[chain.start], strict=True
-                ):
-                    found[u] = f"t{row}"
-        return found
-
-    def names_of(self, unknowns: Iterable[int]) -> list[str]:
-        """Names of some unknowns."""
-        return [self.names[u] for u in unknowns]
+    def twist(self) -> range:
+        """Numbers of the twist of the platform in the elimination."""
+        return range(self.legs.numbers.total, self.legs.numbers.total + len(self.legs.rows))
 
     @cached_property
-    def sizes(self) -> dict[str, float]:
+    def lengths(self) -> np.ndarray:
+        """What makes moments of forces, and shifts of turns (r,) [m]; 1 of those in turning."""
+        return np.array([self.length if row < 3 else 1.0 for row in self.legs.rows])
+
+    @cached_property
+    def bodies(self) -> dict[int, MovedBody]:
+        """The bodies between its chains."""
+        held = [chain.start for chain in self.legs.chains if chain.owner == NOBODY]
+        points = enumerate(self.legs.points)
+        return {b: MovedBody(f"b{b}", p) for b, p in points if b not in held}
+
+    @cached_property
+    def sizes(self) -> list[float]:
         """A unit of each coordinate: a radian, or the length of the robot [m]."""
         every = (e for chain in self.legs.chains for e in chain.elements)
-        units = [size for e in every for size in [unit(e, self.length)] * e.size]
-        return dict(zip(self.names_of(self.legs.numbers.x), units, strict=True))
+        return [size for e in every for size in [unit(e, self.length)] * e.size]
 
     @cached_property
-    def drives(self) -> dict[str, tuple[str, Any]]:
-        """Elastic joints, by ``leg/joint``: names of their coordinates, and stiffnesses."""
+    def drives(self) -> dict[str, tuple[int, Any]]:
+        """Elastic joints, by ``leg/joint``: numbers of their coordinates, and stiffnesses."""
         found = {}
         for c, chain in enumerate(self.legs.chains):
-            own = iter(self.names_of(self.legs.numbers.x[self.legs.coordinates[c]]))
+            own = iter(self.legs.numbers.x[self.legs.coordinates[c]].tolist())
             for e in chain.elements:
                 first, *_ = [next(own) for _ in range(e.size)]
                 if isinstance(e, FiniteJoint) and not is_zero(e.stiffness):
@@ -256,65 +216,24 @@ class RecordedLegs:
         return found
 
     @cached_property
-    def wrenches(self) -> dict[int, list[str]]:
-        """Names of the components of the wrenches of chains."""
-        numbers = enumerate(self.legs.numbers.W)
-        return {c: self.names_of(W) for c, W in numbers if self.legs.chains[c].owner != NOBODY}
-
-    @cached_property
-    def bodies(self) -> dict[int, MovedBody]:
-        """The bodies between its chains; what holds springs at the platform is the platform."""
-        held = [chain.start for chain in self.legs.chains if chain.owner == NOBODY]
-        points = enumerate(self.legs.points)
-        return {b: MovedBody(f"b{b}", p) for b, p in points if b not in held}
-
-    @cached_property
-    def axial(self) -> list[str]:
-        """Names of the axial forces of its beams."""
-        return [f"N{i}" for i in range(len(self.legs.beams))]
-
-    @cached_property
-    def couplings(self) -> list[RecordedCoupling]:
-        """Its couplings."""
-        legs, found = self.legs, []
-        for i, own in enumerate(legs.couplings):
-            names = [self.names_of(legs.numbers.x[legs.places[at]])[0] for at in own.terms]
-            found.append(RecordedCoupling(f"c{i}", list(zip(names, own.factors, strict=True)), own))
-        return found
+    def samples(self) -> dict[str, float]:
+        """Sizes of coordinates, wrenches and axial forces under the force, by their names."""
+        legs, at, held = self.legs, self.legs.numbers, {}
+        usual = dict(zip(at.x.tolist(), [1e-3 * size for size in self.sizes], strict=True))
+        for W, chain in zip(at.W.tolist(), legs.chains, strict=True):
+            if chain.owner != NOBODY:
+                usual |= dict(zip(W, self.force * self.length / self.lengths, strict=True))
+        for u, own in zip(at.held.tolist(), legs.rigid, strict=True):
+            held[u] = self.force * self.length / unit(own.drive, self.length)
+        found = {f"u{u}": float(size) for u, size in (usual | held).items()}
+        return found | {f"u{at.total + i}": self.force for i in range(len(legs.beams))}
 
     @property
     def start(self) -> dict[str, float]:
         """Its unknowns at the unloaded posture."""
-        found = dict.fromkeys([*self.sizes, *self.axial], 0.0)
-        for names in self.wrenches.values():
-            found |= dict.fromkeys(names, 0.0)
+        found = dict.fromkeys(self.samples, 0.0)
         for body in self.bodies.values():
             found |= body.start
-        for own in self.couplings:
-            found |= dict.fromkeys([own.push, *own.motion], 0.0)
-        return found
-
-    def samples(
-        self, shares: np.ndarray, force: float, random: np.random.Generator
-    ) -> dict[str, Any]:
-        """Values of its unknowns somewhat off the unloaded posture, by shares of a load."""
-        count, L = len(shares), self.length
-
-        def small() -> np.ndarray:
-            return 1e-3 * shares * random.uniform(-1, 1, count)
-
-        found: dict[str, Any] = {name: size * small() for name, size in self.sizes.items()}
-        found |= {name: 1e3 * force * small() for name in self.axial}
-        for names in self.wrenches.values():
-            for name, row in zip(names, self.legs.rows, strict=True):
-                found[name] = 1e3 * force * (1.0 if row < 3 else L) * small()
-        for body in self.bodies.values():
-            x = [*(L * small() for _ in range(3)), np.ones(count)]
-            found |= dict(zip(body.coordinates, [*x, *(small() for _ in range(3))], strict=True))
-        for own in self.couplings:
-            size = unit(own.own.drive, L)
-            found[own.push] = 1e3 * force * (L / size) * small()
-            found |= {name: size * small() for name in own.motion}
         return found
 
     def add_to(
@@ -322,154 +241,91 @@ class RecordedLegs:
         elimination: SymmetricElimination,
         values: Mapping[str, Any],
         platform: MovingBody,
-        twist: Sequence[str],
-        force: float,
         share: int,
-    ) -> tuple[np.ndarray, list[Any]]:
+    ) -> tuple[LegEquations, np.ndarray]:
         """Add their equations to those of the platform, and eliminate their unknowns.
 
-        Loads and preloads act, or, at the share 0, do not. Returns the moment that they take from
-        the platform (3,), and squares of turns of their parts.
+        Loads and preloads act, or, at the share 0, do not. Returns the equations, and the moment
+        that they take from the platform (3,).
         """
-        legs, rows, at = self.legs, list(self.legs.rows), self.legs.numbers
-        moved = {b: body.moved(values) for b, body in self.bodies.items()}
-        places = [moved.get(b, platform) for b in range(len(legs.points))]
-        every = (self.wrenches.get(c) for c in range(len(legs.chains)))
-        wrenches = [[values[name] for name in own] if own else [0] * len(rows) for own in every]
+        legs, at, rows = self.legs, self.legs.numbers, list(self.legs.rows)
+        places = [
+            self.bodies[b].moved(values) if b in self.bodies else platform
+            for b in range(len(legs.points))
+        ]
+        u = _entries([values.get(f"u{i}", 0) for i in range(at.total + len(legs.beams))])
         state = LegState(
-            _entries([values[name] for name in self.sizes]),
-            _entries([W for own in wrenches for W in own]).reshape(-1, len(rows)),
+            u[at.x],
+            u[at.W],
             _entries([x for R, _ in places for x in R.flat]).reshape(-1, 3, 3),
             _entries([x for _, p in places for x in p]).reshape(-1, 3),
-            np.zeros(0),
-            _entries([values[name] for name in self.axial]),
+            u[at.held],
+            u[at.total :],
         )
-        pulls = legs.spring_arrays.at(legs, state, share) if legs.springs else None
-        terms, moment = legs.terms(state, pulls, share), np.zeros(6, dtype=int).astype(object)
-        for name in self.sizes:
-            elimination.unknown(name, 1.0)
-        for u in (*at.bodies[[*self.bodies]], *at.W[[*self.wrenches]]):
-            for name, row in zip(self.names_of(u), rows, strict=True):
-                elimination.unknown(name, self.length if row < 3 else 1.0)
-        a, b = (self.names_of(at.columns[own]) for own in legs.arrays.pairs)
-        for one, other, value in zip(a, b, terms.tangent, strict=True):
-            elimination.add(one, other, value)
-        for name, value in zip(self.names_of(at.columns), terms.gradient, strict=True):
-            elimination.add_right(name, -value)
-        for c, chain in enumerate(legs.chains):
-            if c not in self.wrenches:  # what holds springs is the platform itself
-                moment[rows] = moment[rows] + terms.gradient[legs.arrays.columns[c]]
-                continue
-            if chain.end is None:
-                moment[rows] = moment[rows] + state.W[c]
-            end = platform if chain.end is None else places[chain.end]
-            ends = twist if chain.end is None else self.names_of(at.bodies[chain.end])
-            self._close(elimination, c, ends, terms, end, state.W[c])
-        self._add_beams(elimination, terms)
-        if pulls is not None:
-            self._add_springs(elimination, pulls)
-        for own in self.couplings:
-            own.add_to(elimination, values, self.length)
-        for chains, inner, _ in legs.components:
-            self._eliminate(elimination, chains, inner, force * self.length)
-        return moment[3:], [*terms.turns.flat]
-
-    def _eliminate(
-        self,
-        elimination: SymmetricElimination,
-        chains: Sequence[int],
-        inner: Sequence[int],
-        by_loads: float,
-    ) -> None:
-        """Eliminate a component, of some chains and bodies between them."""
-        legs, at = self.legs, self.legs.numbers
-        elastic, free, left = [], [], [b for b in inner if b in self.bodies]
-        multipliers, carried = [], []
-        for c in (c for c in chains if c in self.wrenches):
-            stiffness = (k for e in legs.chains[c].elements for k in np.ravel(e.stiffness))
-            own = self.names_of(at.x[legs.coordinates[c]])
-            for name, k in zip(own, stiffness, strict=True):
-                (free if is_zero(k) else elastic).append(name)
-            multipliers += self.wrenches[c]
-            end = legs.chains[c].end
-            if end in left:
-                left.remove(end)
-                carried += zip(self.names_of(at.bodies[end]), self.wrenches[c], strict=True)
-        for own in (own for own in self.couplings if own.own.place[0] in chains):
-            elastic += own.motion
-            multipliers.append(own.push)
-        elimination.eliminate(elastic, free, multipliers, carried, by_loads)
-
-    def _add_springs(self, elimination: SymmetricElimination, pulls: Pulls) -> None:
-        """Add the stiffness of springs between bodies."""
-        K = pulls.stiffness
-        for u, v in zip(*np.triu_indices(len(K)), strict=True):
-            elimination.add(self.names[u], self.names[v], K[u, v])
-        for spring, length in zip(self.legs.springs, pulls.length, strict=True):
+        eq = legs.equations(state, platform.R, platform.p, Share(share, 0))
+        units = np.ones(at.total)
+        units[at.bodies], units[at.W] = self.lengths, self.lengths
+        units[at.held] = [unit(own.drive, self.length) for own in legs.rigid]
+        for number, (size, residual) in enumerate(zip(units.tolist(), eq.r, strict=True)):
+            elimination.unknown(number, size)
+            elimination.add_right(number, -residual)
+        for block, A in zip(at.blocks, eq.A, strict=True):
+            for own, rates in zip(block.at.tolist(), A, strict=True):
+                for i, j in zip(*np.tril_indices(len(own)), strict=True):
+                    elimination.add(own[i], own[j], rates[i, j])
+        moment = np.zeros(6, dtype=int).astype(object)
+        for c in legs.on_platform:
+            start, W = legs.chains[c].start, state.W[c]
+            is_platform = legs.chains[c].owner == NOBODY
+            moment[rows] = moment[rows] + (eq.r[at.bodies[start]] if is_platform else W)
+            for number, t, own in zip(at.W[c].tolist(), self.twist, W + eq.half[c], strict=True):
+                elimination.add(number, t, -1)
+                elimination.add_right(t, -own)
+        elimination.pivots += [own for own in eq.terms.beams.pivots.flat if isinstance(own, Entry)]
+        for spring, length in zip(legs.springs, eq.pulls.length if eq.pulls else (), strict=True):
             if spring.constant and isinstance(length, Entry):
                 elimination.pivots.append(length * (1 / usual_size(length)))
+        for own in legs.components:
+            self._eliminate(elimination, own)
+        return eq, moment[3:]
 
-    def _close(
-        self,
-        elimination: SymmetricElimination,
-        c: int,
-        ends: Sequence[str],
-        terms: ChainTerms,
-        end: MovingBody,
-        W: np.ndarray,
-    ) -> None:
-        """Add the closure of a chain, whose end moves by some unknowns."""
-        to, R, columns = end.R, terms.R[c], self.legs.arrays.columns[c]
-        D = [[R[i] @ to[j] for j in range(3)] for i in range(3)]
-        turn = [(D[i][j] - D[j][i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))]
-        gap, moving = (
-            [*(terms.P[c] - end.p), *turn],
-            self.names_of(self.legs.numbers.columns[columns]),
-        )
-        # what is left of the gap turns the axes of the multiplier half as far, as steps do
-        m = np.zeros(6, dtype=int).astype(object)
-        m[list(self.legs.rows)] = W
-        half = [0, 0, 0, *(cross(m[3:], np.array(turn, dtype=object)) * 0.5)]
-        for i, (name, row) in enumerate(zip(self.wrenches[c], self.legs.rows, strict=True)):
-            for own, rate in zip(moving, terms.J[columns, row], strict=True):
-                elimination.add(name, own, rate)
-            elimination.add(name, ends[i], -1)
-            elimination.add_right(name, -gap[row])
-            elimination.add_right(ends[i], -W[i] - half[row])
-
-    def _add_beams(self, elimination: SymmetricElimination, terms: ChainTerms) -> None:
-        """Let axial forces of beams follow the coordinates."""
-        beams, numbers = terms.beams, self.legs.numbers.beams
-        for i, (name, (_, _, beam)) in enumerate(zip(self.axial, self.legs.beams, strict=True)):
-            rates = zip(self.names_of(numbers[i, : beam.size]), beams.rate[i], strict=False)
-            elimination.follows(name, beams.missing[i], dict(rates))
-        elimination.pivots += [own for own in beams.pivots.flat if isinstance(own, Entry)]
+    def _eliminate(self, elimination: SymmetricElimination, own: Component) -> None:
+        """Eliminate a component."""
+        legs, at = self.legs, self.legs.numbers
+        follow = [at.x[legs.places[one.place]][0] for one in legs.couplings if not one.is_rigid]
+        elastic, free, left = [], [], list(own.bodies)
+        multipliers, carried = at.held[own.rigid].tolist(), []
+        for c in own.chains:
+            chain = legs.chains[c]
+            stiffness = (k for e in chain.elements for k in np.ravel(e.stiffness))
+            for u, k in zip(at.x[legs.coordinates[c]].tolist(), stiffness, strict=True):
+                (free if is_zero(k) and u not in follow else elastic).append(u)
+            multipliers += at.W[c].tolist()
+            end = chain.start if chain.owner == NOBODY else chain.end
+            if end in left:
+                left.remove(end)
+                carried += zip(at.bodies[end].tolist(), at.W[c].tolist(), strict=True)
+        elimination.eliminate(elastic, free, multipliers, carried, self.force * self.length)
 
     def stepped(
-        self, values: Mapping[str, Any], found: Mapping[str, Any], platform_twist: np.ndarray
+        self,
+        values: Mapping[str, Any],
+        eq: LegEquations,
+        found: Mapping[int, Any],
+        platform_twist: np.ndarray,
     ) -> tuple[dict[str, Any], list[Any]]:
         """Its unknowns after a step; and steps of its coordinates, in radians and lengths."""
-        rows = list(self.legs.rows)
-        after: dict[str, Any] = {}
-        twists: dict[int | None, np.ndarray] = {None: platform_twist}
+        rows, at = list(self.legs.rows), self.legs.numbers
+        step = _entries([found[u] for u in range(at.total)])[:, None]
+        step[at.W], step[at.held] = -step[at.W], -step[at.held]
+        step = self.legs.steps(eq, step, platform_twist[rows][:, None])[:, 0]
+        after = {name: values[name] + step[int(name[1:])] for name in self.samples}
         for b, body in self.bodies.items():
-            twists[b] = twist = np.zeros(6, dtype=int).astype(object)
-            twist[rows] = [found[name] for name in self.names_of(self.legs.numbers.bodies[b])]
+            twist = np.zeros(6, dtype=int).astype(object)
+            twist[rows] = step[at.bodies[b]]
             after |= body.stepped(values, twist)
-        after |= {name: values[name] + found[name] for name in (*self.sizes, *self.axial)}
-        for c, names in self.wrenches.items():
-            m = np.zeros(6, dtype=int).astype(object)
-            m[rows] = [values[name] for name in names]
-            # the multiplier's step is that of the wrench in axes that turn half as far
-            turn = twists[self.legs.chains[c].end][3:]
-            lag = np.concatenate([np.zeros(3, dtype=int), cross(m[3:], turn) * 0.5])
-            for name, row in zip(names, rows, strict=True):
-                after[name] = values[name] - found[name] - lag[row]
-        for own in self.couplings:
-            after[own.push] = values[own.push] - found[own.push]
-            for name in own.motion:
-                after[name] = values[name] + found[name]
-        return after, [found[name] * (1 / size) for name, size in self.sizes.items()]
+        each = zip(step[at.x], self.sizes, strict=True)
+        return after, [x * (1 / size) for x, size in each]
 
 
 def _entries(values: Sequence[Any]) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial, reduce
 from operator import add
 from typing import Any
@@ -26,9 +26,11 @@ from robostiff.record import (
 from robostiff.recorded import RecordedRobot, flags_of
 from robostiff.recorded.closure import BEFORE_FIRST, LAST, RecordedSteps, contraction, handed_on
 from robostiff.recorded.robot import RobotOnEntries
-from robostiff.spatial import Space, cross
+from robostiff.spatial import Space
 from robostiff.statics.chains.finite_turn import FURTHEST_TURN
+from robostiff.statics.chains.legs import LegEquations
 from robostiff.statics.equations.newton import FALLS, HALF, LITTLE
+from robostiff.statics.equations.problem import DeadForces
 from robostiff.statics.kernels.elimination import Factored, SymmetricElimination
 from robostiff.statics.kernels.forces_on_bodies import (
     StandingLoads,
@@ -50,7 +52,7 @@ from robostiff.statics.kernels.strut import (
     turning_forces,
 )
 from robostiff.statics.loading.assembly import of_legs
-from robostiff.statics.loading.given_loads import acting_gravity, given_forces
+from robostiff.statics.loading.given_loads import acting_gravity, given_forces, on_platform
 from robostiff.statics.loading.legs import loaded_legs
 from robostiff.statics.loading.loaded_posture import LoadedPosture
 
@@ -72,17 +74,16 @@ HANDED = BEFORE_FIRST | {_PART: HALF**2}
 class _Equations:
     """The platform's equations at a state, legs eliminated.
 
-    K is that of the legs, `K_total` that less what dead forces f on the platform do, both symmetric
-    parts; `arms` is the sum of ``b f^T``, b their arms.
+    K is that of the legs, `K_total` that less what dead forces on the platform do, both symmetric
+    parts.
     """
 
     elimination: SymmetricElimination
     K: dict[tuple[int, int], Any]
     K_total: dict[tuple[int, int], Any]
     antisymmetric: np.ndarray
-    arms: np.ndarray
     right: list[Any]
-    turns: list[Any]
+    legs: LegEquations
     buckling: list[Any]
     struts: StrutTerms | None
 
@@ -111,13 +112,9 @@ class LoadedRobot:
     platform: MovedBody
     space: Space
     length: float
-    force: float
     wrench: list[Any]  # entries
-    # arms from the point of the platform at the unloaded posture [m], and forces [N]
-    dead: list[tuple[np.ndarray, np.ndarray]]
+    dead: DeadForces  # of those at hooks the levers alone: these forces are part of the wrench
     stands: bool  # whether anything acts beside the wrench
-    # (3, 3): as HOOKS, at the unloaded posture in world axes; these forces are part of the wrench
-    hooks: np.ndarray | None = None
     axes: Any = None  # (3, 3): of the platform at the unloaded posture, where its rates are asked
     parameters: tuple[str, ...] = ()  # by which rates are asked for
     with_drives: bool = False  # whether deflections of drives are asked for, too
@@ -134,52 +131,37 @@ class LoadedRobot:
 
         Dead forces and preloads act, or, at the share 0, do not: springs are relaxed.
         """
-        rows = list(self.space.rows)
-        twist = [f"t{row}" for row in rows]
+        rows, twist = list(self.space.rows), self.legs.twist
         elimination = SymmetricElimination()
         for name in twist:
             elimination.unknown(name, 1.0)
         for name, own in zip(twist, self.wrench, strict=True):
             elimination.add_right(name, own)
         body = self.platform.moved(values)
-        moment, turns = self.legs.add_to(elimination, values, body, twist, self.force, share)
+        legs, moment = self.legs.add_to(elimination, values, body, share)
         buckling, terms = [], None
         if self.struts:
             terms = strut_terms([*self.struts.values()], body, forces)
             for (i, j), value in terms.K.items():
-                elimination.add(f"t{i}", f"t{j}", value)
+                elimination.add(twist[i], twist[j], value)
             for name, own in zip(twist, terms.W, strict=True):
                 elimination.add_right(name, -own)
             moment = moment + terms.moment
             for number, t, length in zip(self.struts, terms.t, terms.lengths, strict=True):
                 buckling += self.buckling[number].checks(t, length, SAFE)
-        arms = np.zeros((3, 3), dtype=int).astype(object)
-        for arm, force in self.dead if share else ():
-            b = body.R @ arm
-            arms = arms + b[:, None] * force[None, :]
-            acting = np.concatenate([force, cross(b, force)])
-            moment = moment - acting[3:]
-            for name, row in zip(twist, rows, strict=True):
-                elimination.add_right(name, acting[row])
-        if self.hooks is not None and share:
-            b_f = body.R @ self.hooks
-            arms = arms + b_f
-            turning_moment = [b_f[1, 2] - b_f[2, 1], b_f[2, 0] - b_f[0, 2], b_f[0, 1] - b_f[1, 0]]
-            moment = moment - turning_moment
-            for name, row in zip(twist, rows, strict=True):
-                if row >= 3:
-                    elimination.add_right(name, turning_moment[row - 3])
+        acting, turning = (own * share for own in self.dead.acting(body.R))
+        moment = moment - acting[3:]
+        for name, row in zip(twist, rows, strict=True):
+            elimination.add_right(name, acting[row])
+        turning = (turning + turning.T) * 0.5
         n = len(rows)
         K = {
             (i, j): elimination.A[twist[i]].get(twist[j], 0) for i in range(n) for j in range(i, n)
         }
-        turning = np.zeros((6, 6), dtype=int).astype(object)
-        trace = arms[0, 0] + arms[1, 1] + arms[2, 2]
-        turning[3:, 3:] = (arms + arms.T) * 0.5 - np.eye(3, dtype=int) * trace
         K_total = {(i, j): own - turning[rows[i], rows[j]] for (i, j), own in K.items()}
         right = [elimination.right[name] for name in twist]
         A = _antisymmetric(moment)[np.ix_(rows, rows)]
-        return _Equations(elimination, K, K_total, A, arms, right, turns, buckling, terms)
+        return _Equations(elimination, K, K_total, A, right, legs, buckling, terms)
 
     def first(self, values: Mapping[str, Any]) -> list[Any]:
         """The state after the first step, the linear answer; of struts after three more.
@@ -248,11 +230,10 @@ class LoadedRobot:
         """
         full = np.zeros(6, dtype=int).astype(object)
         full[list(self.space.rows)] = twist
-        names = [f"t{row}" for row in self.space.rows]
-        found = at.elimination.solution(dict(zip(names, twist, strict=True)))
+        found = at.elimination.solution(dict(zip(self.legs.twist, twist, strict=True)))
         after = self.platform.stepped(values, full)
         moved = self.sizes(twist)
-        own, motion = self.legs.stepped(values, found, full)
+        own, motion = self.legs.stepped(values, at.legs, found, full)
         after |= own
         moved += motion
         size = reduce(add, (x * x for x in moved if not is_zero(x)))
@@ -284,21 +265,26 @@ class LoadedRobot:
             *(own - _PIVOT for own in at.elimination.pivots if isinstance(own, Entry)),
             *at.elimination.still,
             *at.buckling,
-            *(FURTHEST_TURN**2 - turn for turn in at.turns if isinstance(turn, Entry)),
+            *(
+                FURTHEST_TURN**2 - turn
+                for turn in at.legs.terms.turns.flat
+                if isinstance(turn, Entry)
+            ),
             contraction(values),
         ]
         safe = [x for x in safe if isinstance(x, Entry)]
         K = [at.K[min(place), max(place)] for place in np.ndindex(n, n)]
         place = [values[name] for name in self.platform.coordinates]
-        arms = [*at.arms.flat] if self.has_arms else []
+        arms = self.platform.moved(values).R @ self.dead.levers
         rates = [] if self.axes is None else self._rates(values, at)
         flags = flags_of(self.unloaded)
+        arms = [*arms.flat] if self.has_arms else []
         return [*K, *place, *arms, *rates, flags, gap, reduce(least, safe)]
 
     @property
     def has_arms(self) -> bool:
         """Whether dead forces act on the platform."""
-        return bool(self.dead) or self.hooks is not None
+        return not all(map(is_zero, self.dead.levers.flat))
 
     def _rates(self, values: Mapping[str, Any], at: _Equations) -> list[Any]:
         """Place of the unloaded platform (12), and rates with parameters: of it, and of the state.
@@ -310,14 +296,13 @@ class LoadedRobot:
         record, R = self.unloaded.record, self.axes
         unloaded = [*self.platform.origin, *R.flat]
         found, drives = list(unloaded), list(self.legs.drives.values()) if self.with_drives else []
-        deflections = [values[name] for name, _ in drives]
+        deflections = [values[f"u{u}"] for u, _ in drives]
         stiffnesses = [k for _, k in drives]
-        step: dict[str, Any] = {}
+        step: dict[int, Any] = {}
         if drives:
             twist = at.factored.solved(at.right)
-            names = (f"t{row}" for row in self.space.rows)
-            step = at.elimination.solution(dict(zip(names, twist, strict=True)))
-        steps = [step[name] for name, _ in drives]
+            step = at.elimination.solution(dict(zip(self.legs.twist, twist, strict=True)))
+        steps = [step[u] for u, _ in drives]
         loads = [k * q for k, q in zip(stiffnesses, deflections, strict=True)]
         of_drives, last = [*deflections, *loads], 12 + len(at.right)
         for name in self.parameters:
@@ -401,7 +386,7 @@ def record_loading(
     rows = zip(robot.space.wrench_order, robot.space.rows, strict=True)
     sizes = {name: force * (1.0 if row < 3 else finder.length) for name, row in rows}
     wrench = [record.add_input(name, small(size)) for name, size in sizes.items()]
-    hooks = None
+    hooks: Any = 0
     if platforms:
         levers = [record.add_input(name, small(force * finder.length)) for name in HOOKS]
         hooks = here.pose.R @ np.reshape(np.array(levers, dtype=object), (3, 3))
@@ -429,14 +414,8 @@ def record_loading(
         {},
         {},
     )
-    acting += found.on_platform
-    dead = [
-        (
-            np.array(reference if own.point is None else own.point, dtype=object) - reference,
-            np.array(own.force, dtype=object),
-        )
-        for own in acting
-    ]
+    dead = on_platform([*acting, *found.on_platform], reference)
+    dead = replace(dead, levers=dead.levers + hooks)
     struts: dict[int, RecordedStrut] = {}
     gone: list[int] = []
     for chains, *_ in found.legs.components:
@@ -447,7 +426,7 @@ def record_loading(
         if strut is not None:
             struts[leg] = strut
             gone += chains
-    legs = RecordedLegs(found.legs.without(gone), L)
+    legs = RecordedLegs(found.legs.without(gone), L, force)
     loaded = LoadedRobot(
         unloaded,
         legs,
@@ -456,13 +435,9 @@ def record_loading(
         MovedBody("platform", reference),
         robot.space,
         L,
-        force,
         wrench,
         dead,
-        stands=bool(
-            dead or springs or standing.loads or standing.preload or np.any(gravity) or platforms
-        ),
-        hooks=hooks,
+        stands=bool(springs or standing.loads or standing.preload or weigh or platforms),
         axes=np.array(here.pose.R, dtype=object) if platforms else None,
         parameters=tuple(map(str, robot.symbols)),
         with_drives=drives,
@@ -471,8 +446,12 @@ def record_loading(
     lengths = dict.fromkeys(loaded.platform.coordinates[:3], 1e-3 * finder.length)
     for name, size in (lengths | dict.fromkeys(loaded.platform.coordinates[3:], 1e-3)).items():
         record.add_input(name, small(size) if start[name] == 0.0 else start[name])
-    for name, sample in legs.samples(shares, force, random).items():
-        record.add_input(name, sample)
+    for name, size in legs.samples.items():
+        record.add_input(name, small(size))
+    for body in legs.bodies.values():
+        for name, value in body.start.items():
+            size = finder.length if name[-2:] in (".x", ".y", ".z") else 1.0
+            record.add_input(name, value + 1e-3 * small(size))
     for name in HANDED:
         record.add_input(name, 1.0)
     values = {name: record.input(name) for name in record.inputs}

@@ -172,10 +172,14 @@ def given_forces(
 
 
 def on_platform(forces: Sequence[DeadForce], point: np.ndarray) -> DeadForces:
-    """Forces on the platform, about a point of it (3,) [m]."""
-    arms = [np.zeros(3) if own.point is None else own.point - point for own in forces]
-    given = [own.force for own in forces]
-    return DeadForces(np.array(arms).reshape(-1, 3), np.array(given).reshape(-1, 3))
+    """Forces on the platform, about a point of it (3,) [m], of numbers or of entries."""
+    force = np.zeros(3, dtype=int).astype(point.dtype)
+    levers = np.outer(force, force)
+    for own in forces:
+        force = force + own.force
+        if own.point is not None:
+            levers = levers + np.outer(own.point - point, own.force)
+    return DeadForces(force, levers)
 
 
 def _force(

@@ -1,18 +1,19 @@
-"""What is asked of a robot under load."""
+"""Robots at postures with their loads, ready to be solved; of cables, springs that only pull."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import singledispatch
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.analysis import CableStiffness, cable_stiffness
 from robostiff.analysis.result import require_one_pose
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.kinematics import Near, Posture, find_posture, with_body_springs, with_masses
+from robostiff.kinematics import Near, Pose, Posture, find_posture, with_body_springs, with_masses
 from robostiff.kinematics.masses_and_springs import bodies_of
 from robostiff.kinematics.pose import check_is_not_posed
 from robostiff.kinematics.turn import turn_by_vector
@@ -23,12 +24,15 @@ from robostiff.model.mass import one_of
 from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats
 from robostiff.statics.chains.beam_bowing import ElementsOfParts
-from robostiff.statics.chains.elements import wrench_at
-from robostiff.statics.equations.problem import EquilibriumProblem
+from robostiff.statics.chains.body_springs import FiniteBodySpring
+from robostiff.statics.chains.elements import FiniteChain, Spot, wrench_at
+from robostiff.statics.chains.legs import Legs
+from robostiff.statics.equations.problem import DeadForces, EquilibriumProblem, Steady
 from robostiff.statics.equations.vibration import CarriedMasses
 from robostiff.statics.loading.assembly import assembly_of
 from robostiff.statics.loading.given_loads import (
     Acting,
+    DeadForce,
     Frame,
     Masses,
     acting_gravity,
@@ -39,10 +43,9 @@ from robostiff.statics.loading.given_loads import (
 )
 from robostiff.statics.loading.legs import loaded_legs
 
-if TYPE_CHECKING:
-    from robostiff.statics.loading.from_cables import CablePostures
-
 _NO_MASSES = CarriedMasses()
+# What is said of a pose before the load, and holds under it.
+_LASTING = Status.UNBALANCED | Status.UNREACHABLE | Status.INFEASIBLE | Status.FORM_DOES_NOT_HOLD
 # Of the loads: what is missing of them that is no rounding.
 _MISSED = 1e-9
 _NO_POSTURE = Status.UNREACHABLE | Status.INFEASIBLE | Status.FORM_DOES_NOT_HOLD
@@ -218,16 +221,124 @@ def _check_all_act(
     `wanted` are the forces as they are given, and the masses as the robot has them, by their
     points.
     """
-    dead = problem.dead
-    acting = [(problem.point + own, f) for own, f in zip(dead.arms, dead.forces, strict=True)]
-    acting += [(load.point, load.force) for c in problem.legs.chains for load in c.loads]
-    if not wanted and not acting:
-        return
-    points, forces = (np.array(own, dtype=float) for own in zip(*wanted, *acting, strict=True))
-    each = wrench_at(problem.point, points, forces) / np.repeat([1.0, problem.length], 3)
-    each[len(wanted) :] *= -1
+    wanted = wanted + [(load.point, -load.force) for c in problem.legs.chains for load in c.loads]
+    each = np.array(
+        [
+            -problem.dead.acting(np.eye(3))[0],
+            *(wrench_at(problem.point, np.asarray(at), np.asarray(f)) for at, f in wanted),
+        ]
+    ) / np.repeat([1.0, problem.length], 3)
     if np.linalg.norm(each.sum(axis=0)) > _MISSED * np.sum(np.linalg.norm(each, axis=1)):
         raise NoAnswerError(f"no answer of {name!r}: its loads are not those that are given")
+
+
+@dataclass(frozen=True)
+class CablePostures:
+    """A cable robot at poses, without the loads: its tensions balance its weight.
+
+    Attributes
+    ----------
+    robot : CableRobot
+    before : CableStiffness
+        Of one pose or a batch.
+    """
+
+    robot: CableRobot
+    before: CableStiffness
+
+    @staticmethod
+    def of(robot: CableRobot, pose: Pose, near: Near) -> CablePostures:
+        """At a pose or a batch of poses (N, 6).
+
+        Raises
+        ------
+        InputError
+            When the poses do not fit, or lie along several axes; when a posture is chosen.
+        """
+        if near is not None:
+            raise InputError(
+                f"near of {robot.name!r}", got=near, expected="none: cables have one posture"
+            )
+        before = cable_stiffness(robot, pose)
+        if len(before.batch_shape) > 1:
+            raise InputError(
+                f"poses of {robot.name!r}", got=before.batch_shape, expected="poses along one axis"
+            )
+        return CablePostures(robot, before)
+
+    @property
+    def batch(self) -> tuple[int, ...]:
+        """Shape of its batch, () for one."""
+        return self.before.batch_shape
+
+    def loaded(self, i: int, acting: Acting, masses: Masses | None = None) -> LoadedPosture:
+        """The robot at pose i with its loads and masses, which are on the platform.
+
+        Raises
+        ------
+        InputError
+            When they are on anything but the platform, or what a cable robot does not have is
+            given.
+        """
+        others = {"preload": acting.preload, "laws": acting.laws}
+        for name, own in {**others, "gravity": acting.gravity}.items():
+            if own is not None and (name == "gravity" or own):
+                raise InputError(
+                    f"{name} of {self.robot.name!r}",
+                    expected="none: cables have tensions, and the platform its weight",
+                )
+        before = self.before[i] if self.batch else self.before
+        placed, space = before.placed, before.space
+        point = point_at(acting.at, placed.reference_point)
+        frame = turn_by_vector(before.pose[3:]), before.pose[:3]
+        frame_of = {"platform": frame}.get
+        forces = given_forces(acting.loads, np.zeros(3), space, frame_of)
+        moving = given_masses(masses or {}, {"platform": point}, frame_of)
+        forces_on_it, on_it = forces.pop("platform", ()), tuple(moving.pop("platform", ()))
+        for what, others in (("loads", forces), ("masses", moving)):
+            for name in others:
+                raise InputError(
+                    what, got=name, expected="platform: cables have no weight and carry no loads"
+                )
+        problem = cables_loaded(before, point, on_platform(forces_on_it, point))
+        status = before.status & _LASTING
+        masses_of = CarriedMasses((), on_it)
+        return LoadedPosture(before.name, problem, space, frame, status, self.robot, masses_of)
+
+
+def cables_loaded(
+    before: CableStiffness, point: np.ndarray, loads: DeadForces
+) -> EquilibriumProblem:
+    """The problem of a platform that rests in its cables, as they are without the loads.
+
+    Wrenches are about a point of the platform (3,) [m]. What cables and weight leave without the
+    loads is held by others, as a force at the reference point and a moment.
+    """
+    placed, rows = before.placed, before.space.rows
+    springs = tuple(
+        FiniteBodySpring(
+            name,
+            np.array([placed.exit_points[i], placed.attachments[i]]),
+            (None, Spot(0, 0)),
+            float(before.axial[i]),
+            float(placed.lengths[i]),
+            float(before.tensions[i] - before.axial[i] * placed.lengths[i]),
+            is_cable=True,
+        )
+        for i, name in enumerate(before.cable_names)
+    )
+    left = np.zeros(6)
+    if before.answered:
+        left[list(rows)] = before.missing_wrench
+    pulls = (
+        DeadForce(placed.weight_force, placed.weight_point),
+        DeadForce(left[:3], placed.reference_point),
+    )
+    moment = np.where(np.arange(6) < 3, 0.0, left)[list(rows)]
+    steady = Steady(on_platform(pulls, point), moment)
+    legs = Legs((FiniteChain(0, None, ()),), point[None], point, rows, springs)
+    size = float(placed.characteristic_length)
+    return EquilibriumProblem(legs, rows, point, size, loads, steady)
 
 
 @singledispatch
@@ -271,8 +382,6 @@ def _(robot: Snapshot, pose: Any, near: Near) -> Postures:
 
 @postures_of.register(CableRobot)
 def _(robot: CableRobot, pose: Any, near: Near) -> CablePostures:
-    from robostiff.statics.loading.from_cables import CablePostures
-
     return CablePostures.of(robot, pose, near)
 
 
