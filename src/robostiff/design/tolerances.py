@@ -401,13 +401,13 @@ class _DrawnRobots:
         """
         positive = np.array([name in self.positive for name in self.names])
         wrong = (values <= 0) & positive[:, None]
-        lost = wrong.any(axis=0)
+        lost, count = wrong.any(axis=0), values.shape[1]
         nominal = np.array([value for _, _, value in self.each])
         kept = np.where(wrong, nominal[:, None], values) if lost.any() else values
         parameters, rows = dict(zip(self.names, kept, strict=True)), self.rows
-        found = {x.name: np.empty((len(lost), len(rows))) for x in self.compiled.kernel.outputs}
+        found = {x.name: np.empty((count, len(rows))) for x in self.compiled.kernel.outputs}
         for place, row in enumerate(rows):
-            pose: Any = np.broadcast_to(row[:, None], (len(row), len(lost))).copy().T
+            pose: Any = np.broadcast_to(row[:, None], (len(row), count)).copy().T
             if isinstance(self.poses, JointCoordinates):
                 pose = JointCoordinates(pose)
             answer = self.compiled.evaluate(pose, parameters=parameters, threads=self.threads)

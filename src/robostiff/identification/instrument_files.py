@@ -50,7 +50,7 @@ def tracker_points(name: str, lines: Sequence[str]) -> TrackerPoints | None:
     if "U(95)" not in first:
         return None
     plain = tuple(line.replace("U(95)", "U95").replace('"', "") for line in lines)
-    units = dict.fromkeys(("X", "Y", "Z", "U95", "U95 X", "U95 Y", "U95 Z"), "m")
+    units: dict[str, str] = dict.fromkeys(("X", "Y", "Z", "U95", "U95 X", "U95 Y", "U95 Z"), "m")
     table = table_of(
         name, plain, units, "point", passes_others=True, words=("Delete",), may_miss=units
     )

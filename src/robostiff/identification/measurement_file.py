@@ -110,7 +110,9 @@ def read_measurements(
     """
     names = ("sigma", "sigma_turn")[: len(sigma)]
     expected = "one or two numbers [m, rad]"
-    known = dict(zip(names, as_floats("sigma", sigma, expected, None, (len(names),)), strict=True))
+    known: dict[str, float] = dict(
+        zip(names, as_floats("sigma", sigma, expected, None, (len(names),)), strict=True)
+    )
     lines = lines_of(path)
     points = tracker_points(str(path), lines)
     if points is not None:
@@ -200,7 +202,7 @@ class _Table:
         si, words = _by_marker(table, several)
         rows = (np.repeat(table.rows, max(len(several), 1)) + first).tolist()
         default = {name: np.full(len(rows), own) for name, own in known.items()}
-        si = default | si | (given or {})
+        si = {**default, **si, **(given or {})}
         return cls(robot, path, tuple(rows), names, si, words, hooks or {}, bool(several))
 
     def at(self, row: int) -> Location:

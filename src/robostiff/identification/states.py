@@ -225,7 +225,7 @@ class FiniteLoads:
         rows = list(self.robot.space.rows)
         known = np.flatnonzero(np.isfinite(answer.K_total).all(axis=(1, 2)))
         found = np.zeros((len(answer.K_total), 6, 6))
-        found[np.ix_(known, rows, rows)] = np.linalg.pinv(answer.K_total[known])
+        found[np.ix_(known.tolist(), rows, rows)] = np.linalg.pinv(answer.K_total[known])
         return found
 
     def _answer(
