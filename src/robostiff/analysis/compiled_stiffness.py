@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from types import MappingProxyType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -100,10 +100,10 @@ class CompiledStiffness(AtGeneralPoses):
     ) -> CompiledStiffness:
         """What is on disk about a robot or linkage and outputs; else it is made, and put there."""
         file = RecordFile.of(*about)
-        read: Any = None if file is None else file.read()
-        is_whole = read is not None and len(read) == _PARTS
-        is_whole = is_whole and getattr(read[3], "outputs", None) == tuple(about[1])
-        rank, status, verified, kernel, joint_kernel, ranks = parts = read if is_whole else make()
+        read = () if file is None else file.read() or ()
+        is_whole = len(read) == _PARTS and getattr(read[3], "outputs", None) == tuple(about[1])
+        parts = cast("_Parts", read) if is_whole else make()
+        rank, status, verified, kernel, joint_kernel, ranks = parts
         if is_whole:
             code, of_joints = code_of(backend), joint_kernel is kernel
             kernel, other = kernel.by(code), joint_kernel and joint_kernel.by(code)
