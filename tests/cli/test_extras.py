@@ -74,4 +74,4 @@ def test_a_writer_is_a_form_of_convert(tmp_path):
     assert "models for OpenSees need 'robostiff-interop'" in printed
     status, printed = ran("convert", "hexapod", "--to", "counted")
     assert status == 2
-    assert "expected snapshot, graph, count; did you mean count?" in printed
+    assert "expected snapshot, graph, c, cuda, count; did you mean count?" in printed
