@@ -71,7 +71,9 @@ def declared(command: str) -> type[Command]:
 
 
 def test_commands_are_those_that_are_declared():
-    assert {declared(command) for command in COMMANDS} == set(Command.named.values())
+    listed = {declared(command) for command in COMMANDS}
+    known = {own for own in Command.named.values() if own.__module__.startswith("robostiff")}
+    assert listed == known
 
 
 @pytest.mark.parametrize("command", COMMANDS)
