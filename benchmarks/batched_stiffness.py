@@ -1,6 +1,6 @@
 """Time a pose takes: `rs.stiffness` over a batch, beside loops over poses of eq. (7) in NumPy.
 
-`rs.stiffness` runs the robot's record, which the first run makes; the careful form, which chooses
+`rs.stiffness` runs the robot's record, which the first run makes; the direct form, which chooses
 pivots at each pose, computes what else a result holds, and the poses that a record leaves to it.
 
 The robot is the Stewart-Gough platform of case B whose legs are flexible tubes with elastic
@@ -53,7 +53,7 @@ def main() -> None:
 
     rows: list[tuple[str, Callable[[], np.ndarray]]] = [
         ("rs.stiffness, all poses at once", lambda: rs.stiffness(robot, poses).K),
-        ("the careful form, all poses at once", lambda: direct_stiffness(robot, poses).K),
+        ("the direct form, all poses at once", lambda: direct_stiffness(robot, poses).K),
         ("NumPy loop over poses, six legs stacked", lambda: loop(numbers, poses, legs_stacked)),
         ("NumPy loop over poses and legs", lambda: loop(numbers, poses, leg_by_leg)),
     ]

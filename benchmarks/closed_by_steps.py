@@ -1,7 +1,7 @@
 """Robots whose legs are closed by iteration: poses to K_C, rank and status, in one thread.
 
 "In the kernel": Newton steps from home are recorded in front of the stiffness, and the kernel takes
-poses. "Before it": postures are found on batches by the careful closure, and the kernel takes
+poses. "Before it": postures are found on batches by the iterative closure, and the kernel takes
 coordinates of the legs. Both must give the K_C of `rs.stiffness`. Times are those of the
 processor, so that other programs disturb them less.
 
@@ -119,7 +119,7 @@ def comparison(robot: Robot, kernel: Kernel, poses: np.ndarray) -> tuple[float, 
     K = np.moveaxis(results[: n * n, :FEW].reshape(n, n, FEW), -1, 0)
     result = rs.stiffness(robot, poses[:FEW])
     own = closed[:FEW] & result.answered
-    expected = result.details().whole.matrix[own]
+    expected = result.details().matrix[own]
     size = np.sqrt(np.einsum("nii->ni", expected))
     apart = np.abs(K[own] - expected) / (size[:, :, None] * size[:, None, :])
     return 1 - float(np.mean(closed)), float(np.max(apart))

@@ -54,7 +54,7 @@ from robostiff.recorded import record_at_pose
 
 PLACES = [(i, j) for i in range(6) for j in range(i, 6)]
 BY_HAND = "closed form (25) in C, by hand"
-CAREFUL = "the careful form, all poses at once"
+DIRECT = "the direct form, all poses at once"
 # Peers, and how many times fewer poses than the kernel they get.
 PEERS: dict[str, tuple[Callable[[Hexapod], Way], int]] = {
     BY_HAND: (closed_form_in_c, 1),
@@ -100,7 +100,7 @@ def hexapod_rows(count: int) -> tuple[list[Row], list[str]]:
     for words, given in (("poses side by side", inputs.T), ("a pose a row", poses)):
         name = f"rs.compile, (N, 6, 6), rank, status, {words}"
         rows.append(Row(name, count, lambda x=given: compiled.evaluate(x).matrix))
-    rows.append(Row(CAREFUL, len(few), lambda: direct_stiffness(robot, few).K))
+    rows.append(Row(DIRECT, len(few), lambda: direct_stiffness(robot, few).K))
     rows.append(
         Row("lean NumPy loop, eq. (7)", len(fewer), lambda: loop(numbers, fewer, legs_stacked))
     )
@@ -116,7 +116,7 @@ def upper_triangle(found: np.ndarray) -> np.ndarray:
 
 
 def report(rows: list[Row]) -> None:
-    reference = upper_triangle(next(row.found for row in rows if row.name == CAREFUL))
+    reference = upper_triangle(next(row.found for row in rows if row.name == DIRECT))
     by_hand = [row.microseconds for row in rows if row.name == BY_HAND]
     first = by_hand[0] if by_hand else rows[0].microseconds
     print(f"{'':56}{'us a pose':>11}{'ratio':>10}{'K':>10}")

@@ -82,7 +82,7 @@ def robots_table(count: int, turns: int) -> None:
 
 
 def largest_difference(robot: Robot, finder: PostureFinder, count: int = 200) -> float:
-    """Of K, as a part of sqrt(K_ii K_jj), from the careful form where the kernel answers."""
+    """Of K, as a part of sqrt(K_ii K_jj), from the direct form where the kernel answers."""
     rng = np.random.default_rng(0)
     if robot.home is None:
         home = robot.legs[0].chain.home
@@ -96,7 +96,7 @@ def largest_difference(robot: Robot, finder: PostureFinder, count: int = 200) ->
     own = ~answer.guarded & result.answered
     if not own.any():
         return np.inf
-    K = result.details().whole.matrix[own]
+    K = result.details().matrix[own]
     size = np.sqrt(np.einsum("nii->ni", K))
     size = np.maximum(size, 1e-6 * size.max(axis=-1, keepdims=True))  # what rounding leaves of 0
     allowed = size[:, :, None] * size[:, None, :]

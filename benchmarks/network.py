@@ -62,7 +62,7 @@ def main() -> None:
             start = time.process_time()
             network = lattice(cells, hinged=kind == "hinged")
             built = time.process_time()
-            result = condense(network).whole
+            result = condense(network)
             end = time.process_time()
             now = len(network.beams), end - start
             growth = before and np.log(now[1] / before[1]) / np.log(now[0] / before[0])

@@ -41,7 +41,7 @@ class Times:
 
     kernel: float
     stiffness: float
-    careful: float
+    direct: float
     apart: float
 
 
@@ -77,7 +77,7 @@ def many(name: str, backend: rs.Backend, count: int, turns: int) -> Times:
     rows = [
         Row("kernel", count, kernel_run(kernel, inputs)),
         Row("rs.stiffness", count, lambda: asked(rs.stiffness(robot, poses))),
-        Row("careful form", len(few), lambda: asked(direct_stiffness(robot, few))),
+        Row("direct form", len(few), lambda: asked(direct_stiffness(robot, few))),
     ]
     timed(rows, turns)
     K = rows[2].found
@@ -114,7 +114,7 @@ def questions(name: str, count: int, turns: int) -> list[tuple[str, float, float
 
 
 def one(name: str, turns: int) -> tuple[float, float]:
-    """Milliseconds of a call of the careful form, and of `rs.stiffness`."""
+    """Milliseconds of a call of the direct form, and of `rs.stiffness`."""
     robot: Any = rs.load(name)
     poses: Any = poses_of(robot, 1)
     if robot.is_posed_by_joints:
@@ -122,7 +122,7 @@ def one(name: str, turns: int) -> tuple[float, float]:
     else:
         pose = poses[0]
     rows = [
-        Row("careful form", 1, lambda: asked(direct_stiffness(robot, pose))),
+        Row("direct form", 1, lambda: asked(direct_stiffness(robot, pose))),
         Row("rs.stiffness", 1, lambda: asked(rs.stiffness(robot, pose))),
     ]
     timed(rows, turns)
@@ -136,7 +136,7 @@ def main() -> None:
     count, turns = (5_000, 1) if options.quick else (100_000, 5)
     print(f"{count} poses, K, rank and status, 1 thread, us a pose; goal: {GOAL:g} x the kernel")
     print(
-        f"{'':18}{'':>10}{'kernel':>12}{'rs.stiffness':>14}{'careful form':>14}"
+        f"{'':18}{'':>10}{'kernel':>12}{'rs.stiffness':>14}{'direct form':>14}"
         f"{'ratio':>10}{'before':>10}{'K':>9}"
     )
     for name in ("hexapod", "3-puu") if options.quick else ("hexapod", "3-puu", "delta"):
@@ -144,8 +144,8 @@ def main() -> None:
             own = many(name, backend, count, turns)
             print(
                 f"{name:18}{backend.value:>10}{own.kernel:12.4f}{own.stiffness:14.4f}"
-                f"{own.careful:14.2f}{own.stiffness / own.kernel:10.1f}"
-                f"{own.careful / own.kernel:10.0f}{own.apart:9.0e}"
+                f"{own.direct:14.2f}{own.stiffness / own.kernel:10.1f}"
+                f"{own.direct / own.kernel:10.0f}{own.apart:9.0e}"
             )
     print(f"\n{count // 10} poses, us a pose")
     print(f"{'':18}{'':>12}{'by record':>12}{'direct':>12}{'ratio':>10}")
@@ -153,7 +153,7 @@ def main() -> None:
         for question, now, before in questions(name, count // 10, turns):
             print(f"{name:18}{question:>12}{now:12.2f}{before:12.1f}{before / now:10.1f}")
     print("\none pose, K, rank and status, ms a call")
-    print(f"{'':24}{'careful form':>12}{'rs.stiffness':>14}{'ratio':>10}")
+    print(f"{'':24}{'direct form':>12}{'rs.stiffness':>14}{'ratio':>10}")
     for name in ("hexapod", "3-prs") if options.quick else rs.shipped_robots():
         before, now = one(name, turns)
         print(f"{name:24}{before:12.2f}{now:14.2f}{before / now:10.1f}")

@@ -118,6 +118,7 @@ from robostiff.identification.identified import Identified as Identified
 from robostiff.identification.identify import Robust as Robust
 from robostiff.identification.identify import Squares as Squares
 from robostiff.identification.identify import identify as identify
+from robostiff.identification.measurements import LoadAxes as LoadAxes
 from robostiff.identification.measurements import Measurements as Measurements
 from robostiff.identification.measurements import Reading as Reading
 from robostiff.io.model_file import ALL_PARAMETERS as ALL_PARAMETERS

@@ -53,7 +53,7 @@ def assert_equal(found: Stiffness, expected: Stiffness) -> None:
     assert np.all(expected.answered)
     assert found.details().passive_joint_names == expected.details().passive_joint_names
     for one, other in [
-        (found.details().whole, expected.details().whole),
+        (found.details(), expected.details()),
         *zip(found.details().legs, expected.details().legs, strict=True),
     ]:
         np.testing.assert_array_equal(one.status_codes, other.status_codes)

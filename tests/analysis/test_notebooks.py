@@ -46,10 +46,11 @@ def test_a_load_on_cables_shows_displacement_tensions_and_slack():
     found = rs.cable_response(rs.load("cable-8"), wrench=[0, 0, -200, 0, 0, 0])
     text = text_of(found._repr_html_())
     assert found.displacement is not None
+    assert found.after is not None
     assert text.count("slack") >= 4
     assert f"{1e6 * found.displacement[2]:.5g}".replace("-", "−") in text
     kept = [float(value) for value in re.findall('<data value="(.*?)">', found._repr_html_())]
-    assert kept[-36:] == found.K.ravel().tolist()
+    assert kept[-36:] == found.after.K.ravel().tolist()
 
 
 def test_what_is_loaded_is_printed_in_a_line():

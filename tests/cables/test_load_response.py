@@ -86,7 +86,9 @@ def test_matrix_under_load_is_the_derivative_of_the_load():
             * Rotation.from_rotvec(answered(less).pose[3:]).inv()
         )
         twist = np.concatenate([moved[:3], turn.as_rotvec()])
-        np.testing.assert_allclose(response.K @ twist, 2 * step * np.eye(6)[i], atol=1e-3 * step)
+        np.testing.assert_allclose(
+            answered(response).K @ twist, 2 * step * np.eye(6)[i], atol=1e-3 * step
+        )
 
 
 @pytest.mark.parametrize(
@@ -157,7 +159,7 @@ def test_no_load_moves_nothing():
     response = rs.cable_response(cable_robot("cable-8"), wrench=np.zeros(6))
     assert response.displacement is not None
     np.testing.assert_allclose(response.displacement, 0, atol=1e-12)
-    np.testing.assert_allclose(response.K, response.before.K, rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(answered(response).K, response.before.K, rtol=1e-9, atol=1e-6)
     assert response.first_slack is None
 
 

@@ -410,8 +410,8 @@ def _other_ways(
     if rng.uniform() < _OTHERS:
         network = condense(network_of_snapshot(snapshot))
         v = snapshot.reference_point - network.origin
-        K = move_stiffness(network.whole.K, v) if truth.K is not None else np.zeros((6, 6))
-        compare(judge, "network", truth, network.whole.status, int(network.whole.rank), K)
+        K = move_stiffness(network.K, v) if truth.K is not None else np.zeros((6, 6))
+        compare(judge, "network", truth, network.status, int(network.rank), K)
     if rng.uniform() < _OTHERS:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, "robot.json")

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.analysis.compiled_answer import CompiledAnswer
+from robostiff.analysis import CompiledAnswer
 from robostiff.analysis.linkage_stiffness import ConfigurationsOfLinkage
 from robostiff.elasticity import circle, material
 from robostiff.elastostatics import Status
@@ -303,7 +303,7 @@ def moved_linkage(rng: np.random.Generator) -> list[Complaint]:
         joint.name: float(joint.home[0]) + spread * way
         for joint, way in zip(actuated, ways, strict=True)
     }
-    asked = ConfigurationsOfLinkage.of(linkage, values)
+    asked = ConfigurationsOfLinkage.asked(linkage, values)
     configurations = asked.driven.at(asked.numbers)
     networks = rs.stiffness(linkage, values)
     for i, found in enumerate(configurations):

@@ -74,4 +74,5 @@ def test_a_writer_is_a_form_of_convert(tmp_path):
     assert "models for OpenSees need 'robostiff-interop'" in printed
     status, printed = ran("convert", "hexapod", "--to", "counted")
     assert status == 2
-    assert "expected snapshot, graph, c, cuda, count; did you mean count?" in printed
+    assert "expected snapshot, graph, " in printed
+    assert ", count; did you mean count?" in printed

@@ -47,7 +47,7 @@ def agreement(compiled: CompiledStiffness, space: PoseSpace, rows: np.ndarray) -
     own = answer.values["K"]
     if not np.array_equal(np.isfinite(own).all((-1, -2)), answered):
         raise AssertionError("finite K where there is none, or none where there is")
-    K = result.details().whole.matrix[answered]
+    K = result.details().matrix[answered]
     size = np.sqrt(np.einsum("nii->ni", K))
     # What rounding leaves of a zero on the diagonal is no measure; the robots are about a metre.
     largest = size.max(axis=-1, keepdims=True, initial=0.0)

@@ -16,6 +16,6 @@ def test_all_ways_to_k_agree():
         text=True,
         check=True,
     )
-    for name in ("rs.compile", "careful form", "lean NumPy loop", "hexapod, legs U-P-U"):
+    for name in ("rs.compile", "direct form", "lean NumPy loop", "hexapod, legs U-P-U"):
         assert name in run.stdout
     assert "WRONG" not in run.stdout

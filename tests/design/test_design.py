@@ -9,6 +9,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.kinematics import with_masses
+from tests.identification.campaigns import hexapod_campaign, hexapod_frames
 
 POSES = np.array([[0, 0, 0.8, 0, 0, 0], [0.1, 0, 0.8, 0, 0.1, 0], [0, 0.1, 0.75, 0.1, 0, 0.2]])
 RANGES = {"R": (0.2, 2.0), "r": (0.1, 1.0)}
@@ -189,3 +190,40 @@ def test_sobol_indices_are_those_of_the_closed_form():
         rs.sobol_indices(robot, spreads, samples=1000)
     with pytest.raises(rs.NoAnswerError, match="have no answer"):
         rs.sobol_indices(robot, {"k": rs.Uniform(2.0)})
+
+
+def test_errors_of_an_identification_go_together():
+    """Six struts whose compliances are known together: first order, and many robots, agree."""
+    found = rs.identify(
+        rs.load("hexapod"), hexapod_campaign(), ["leg*/strut"], frames=hexapod_frames()
+    )
+    spread = rs.tolerances(found.robot, found, samples=2**11)
+    name = "worst_deflection"
+    assert list(spread.deviations) == list(found.names)
+    np.testing.assert_allclose(list(spread.deviations.values()), list(found.std.values()))
+    expected = float(rs.compliance(found.robot)[2, 2])
+    assert expected > 0
+    np.testing.assert_allclose(np.cov(spread.drawn.T), found.covariance,
+                               atol=0.1 * np.diag(found.covariance).max())  # fmt: skip
+    assert spread.first_order(name)[0] == pytest.approx(spread.deviation(name)[0], rel=0.05)
+    g = spread.rates[name][0]
+    assert spread.first_order(name)[0] == pytest.approx((g @ found.covariance @ g) ** 0.5)
+    alone = np.sqrt(np.sum((g * np.array(list(found.std.values()))) ** 2))
+    assert not np.isclose(alone, spread.first_order(name)[0], rtol=0.01, atol=0)
+    assert sum(spread.shares(name).values()) == pytest.approx(1.0)
+
+
+def test_histograms_and_ranks(platform):
+    """A stiffness has all of the variance that a radius beside it hardly has; ranks say so, too."""
+    spread = {"k": rs.Uniform(0.3), "R": rs.Normal("0.5 mm")}
+    found = rs.tolerances(platform, spread, samples=2**12)
+    counts, edges = found.histogram("worst_deflection", 16)
+    assert counts.sum() == 2**12
+    assert edges[0] == found.samples["worst_deflection"].min()
+    ranks = found.rank_correlations("worst_deflection")
+    assert ranks["k"] < -0.99
+    assert abs(ranks["R"]) < 0.15
+    for asked in (lambda: found.histogram("mass"), lambda: found.histogram("worst_deflection", 0),
+                  lambda: found.rank_correlations("worst_deflection", 1)):  # fmt: skip
+        with pytest.raises(rs.InputError):
+            asked()

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robostiff.elastostatics import Status, Tolerance, aggregate, leg_wrenches, solved_leg
-from robostiff.elastostatics.leg import felt_by_compliance, transmitted
+from robostiff.elastostatics.leg import loads_of_compliance, transmitted
 from robostiff.elastostatics.parallel_block import BlockCompliance, block_of
 
 ONE, TOLERANCE = np.array(1.0), Tolerance()
@@ -15,7 +15,7 @@ TRIANGLE = [(0, 2), (0, 3), (2, 1), (3, 1), (2, 3)]  # two legs on a frame of th
 
 
 def solved(C: np.ndarray, J_q: np.ndarray):
-    wrenches = leg_wrenches(J_q, felt_by_compliance(C, ONE), ONE, TOLERANCE)
+    wrenches = leg_wrenches(J_q, loads_of_compliance(C, ONE), ONE, TOLERANCE)
     return solved_leg(wrenches, ONE, TOLERANCE)
 
 

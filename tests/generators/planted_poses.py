@@ -93,7 +93,7 @@ class PoseSpace:
         def worth(t: np.ndarray) -> np.ndarray:
             rows = self.home + t * (towards - self.home)
             result = stiffness(self.robot, self.pose(rows))
-            K = result.details().whole.matrix
+            K = result.details().matrix
             return _regularity(np.where(result.answered[:, None, None], K, np.nan))
 
         grid = np.linspace(0, 1, 41)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.kinematics.turn import turn_by_vector
 
 JOINTS = "joint1 [deg],joint2 [deg],joint3 [deg],joint4 [deg],joint5 [deg],joint6 [deg]"
 DATA = Path(__file__).parent / "data"
@@ -75,10 +76,114 @@ def test_export_of_a_tracker(arm, tmp_path):
     np.testing.assert_allclose(found.sigma, [[1e-5, 1.5e-5, 2e-5], [2e-5, 1.5e-5, 2e-5]])
     np.testing.assert_allclose(found.wrenches[:, 2], [-100, -300])
     assert found.place(1).endswith("tracker.csv:4")
+    rounded = tmp_path / "rounded.csv"
+    rounded.write_text((DATA / "tracker.csv").read_text("utf-8").replace("0.0200,0.0300", "0,0.03"))
+    first = rs.Measurements.read(rounded, arm, joints=joints)
+    np.testing.assert_allclose(first.sigma[:, 0], [2e-5, 2e-5])  # that of the other line
     latin = tmp_path / "latin.csv"
     latin.write_bytes((DATA / "tracker.csv").read_text("utf-8").encode("latin-1"))
     again = rs.Measurements.read(latin, arm, joints=joints)
     np.testing.assert_array_equal(again.values, found.values)
+
+
+JOINT_NAMES = [f"joint{k} [deg]" for k in range(1, 7)]
+THREE = [f"{m}.{a} [mm]" for m in ("n1", "n2", "n3") for a in "xyz"]
+IN_ORDER = [*THREE, *JOINT_NAMES, "", "", ""]
+
+
+def off(arm, found: rs.Measurements, marker: str, place: list[float]) -> np.ndarray:
+    """Distances of readings from a marker on the unloaded arm, seen in world axes."""
+    rows = [k for k, name in enumerate(found.markers) if name == marker]
+    pose = rs.find_posture(arm, found.chosen(rows).postures).pose
+    points = pose[:, :3] + turn_by_vector(pose[:, 3:]) @ place - [-0.4, 0.2, 0.1]
+    return np.linalg.norm(found.values[rows, :3] - points, axis=1)
+
+
+def test_three_markers_a_line_without_headings(arm, tmp_path):
+    """Blanks between numbers; unused columns have no heading."""
+    file = DATA / "three_markers.txt"
+    found = rs.Measurements.read(file, arm, columns=IN_ORDER)
+    assert repr(found) == "<Measurements: 15 readings of 3 markers at 5 postures>"
+    for name, place in (("n1", [0.08, 0.1, 0]), ("n3", [0.05, -0.05, -0.1])):
+        assert off(arm, found, name, place).max() < 1e-12
+    assert found.place(4) == f"{file}:2"
+    with pytest.raises(rs.FileError, match=r"txt:1:1: reading: got '18 fields', expected 15"):
+        rs.Measurements.read(file, arm, columns=IN_ORDER[:-3])
+    lines, other = file.read_text().splitlines(), tmp_path / "other.txt"
+    fields = lines[1].split()
+    other.write_text("\n".join([lines[0], " ".join([*fields[:10], "east", *fields[11:]])]))
+    with pytest.raises(rs.FileError, match=r"txt:2:.*joint2.*got 'east'"):
+        rs.Measurements.read(other, arm, columns=IN_ORDER)
+
+
+def test_three_markers_under_headings(arm, tmp_path):
+    """A marker that is hidden has empty fields."""
+    text = "\n".join([
+        ",".join([*THREE, *JOINT_NAMES]),
+        "1,2,3,4,5,6,7,8,9,10,20,15,10,50,0",
+        "1,2,3,,,,7,8,10,20,20,15,10,50,0",
+    ])  # fmt: skip
+    found = read(arm, tmp_path, text)
+    assert found.markers == ("n1", "n2", "n3", "n1", "n3")
+    np.testing.assert_allclose(found.values[4], [0.007, 0.008, 0.010])
+    assert found.place(4).endswith("csv:3")
+
+
+@pytest.mark.parametrize("begins", [0, 1], ids=["headings", "no headings"])
+def test_auto_id(arm, tmp_path, begins):
+    """Roll about x, pitch about y, yaw about z, in this order about axes that stay."""
+    lines = (DATA / "auto_id.txt").read_text().splitlines()[begins:]
+    file = tmp_path / "auto.txt"
+    file.write_text("\n".join(lines) + "\n")
+    found = rs.Measurements.read(file, arm, sigma=(2e-5, 1e-4))
+    assert set(found.kinds) == {rs.Reading.POSE}
+    assert off(arm, found, "tool", [0.08, 0.1, 0]).max() < 1e-9
+    pose = rs.find_posture(arm, found.postures).pose
+    np.testing.assert_allclose(
+        turn_by_vector(found.values[:, 3:]), turn_by_vector(pose[:, 3:]), atol=1e-7
+    )
+    np.testing.assert_allclose(found.sigma[0], [2e-5] * 3 + [1e-4] * 3)
+    assert found.place(0) == f"{file}:{2 - begins}"
+    with pytest.raises(rs.InputError, match="sigma: got 'none, or one for all'"):
+        rs.Measurements.read(file, arm)
+    file.write_text("\n".join([*lines, "P6\t1\t2\t3"]))
+    with pytest.raises(rs.FileError, match=rf"txt:{7 - begins}:1: point: got 'P6"):
+        rs.Measurements.read(file, arm, sigma=(2e-5, 1e-4))
+
+
+def test_auto_id_of_points_alone(arm, tmp_path):
+    """Turns that are zero in all lines were not measured."""
+    file = tmp_path / "auto.txt"
+    file.write_text("P1\t1\t2\t3\t0\t0\t0\t10\t20\t15\t10\t50\t0\n")
+    found = rs.Measurements.read(file, arm)
+    assert found.kinds == (rs.Reading.POINT,)
+    np.testing.assert_allclose(found.values, [[0.001, 0.002, 0.003]])
+
+
+def test_drives_poses_and_directions(arm, tmp_path):
+    found = read(
+        arm,
+        tmp_path,
+        f"{JOINTS},drive,torque [N m],angle [deg],sigma_torque [N m],sigma_turn [mrad],axes,"
+        "direction,at,Fz [N],sigma_F [N],marker,x [mm],y [mm],z [mm],rx [deg],ry [deg],rz [deg],"
+        "sigma [um]\n"
+        "10,20,15,10,50,0,joint2,12.5,,1,,platform,loading,hook,-5,0.1,,,,,,,,\n"
+        "10,20,15,10,50,0,joint3,,15.1,,0.1,,unloading,tip,-5,,,,,,,,,\n"
+        "10,20,15,10,50,0,,,,,0.2,instrument,,,,,m,1,2,3,0,0,90,20\n",
+        hooks={"hook": [0, 0, 0.1]},
+    )
+    assert [kind.value for kind in found.kinds] == ["torque", "joint", "pose"]
+    np.testing.assert_allclose(found.values[:2, 0], [12.5, np.radians(15.1)])
+    np.testing.assert_allclose(found.values[2], [0.001, 0.002, 0.003, 0, 0, np.pi / 2])
+    np.testing.assert_allclose(found.sigma[2], [2e-5] * 3 + [2e-4] * 3)
+    np.testing.assert_allclose(found.sigma[:2, 0], [1, 1e-4])
+    assert found.drives == ("joint2", "joint3", "")
+    assert [own.value for own in found.axes] == ["platform", "world", "instrument"]
+    assert found.directions == (1, -1, 0)
+    np.testing.assert_allclose(found.hooks[0], [0, 0, 0.1])
+    np.testing.assert_allclose(found.forces[0], [0, 0, -5])
+    np.testing.assert_allclose(found.wrenches[1], [0, 0, -5, 0, 0, 0])
+    np.testing.assert_allclose(found.sigma_wrench[0], [0.1] * 3 + [0] * 3)
 
 
 GOOD = "10,20,15,10,50,0,m,1,2,3"
@@ -100,6 +205,12 @@ HEAD = f"{JOINTS},marker,x [mm],y [mm],z [mm]"
         (f"row,reference,{HEAD}\n1,7,{GOOD}\n", r"csv:2: reference: got '7'"),
         (f"at_x [mm],{HEAD}\n5,{GOOD}\n", r"csv:2: hook: got 'a part of it'"),
         (f"{HEAD},sigma [deg]\n{GOOD},1\n", r"csv:1:.*unit of sigma"),
+        (f"at,{HEAD}\nnose,{GOOD}\n", r"csv:2: hook: got 'nose', expected tip, or one of"),
+        (f"axes,{HEAD}\ntool,{GOOD}\n", r"csv:2: axes: got 'tool', expected world, platform"),
+        (f"direction,{HEAD}\nup,{GOOD}\n", r"csv:2: direction: got 'up', expected loading"),
+        (f"dx [mm],{HEAD}\n1,{GOOD}\n", r"csv:2: reading: got 'point and displacement'"),
+        (f"{HEAD},rx [deg]\n{GOOD},1\n", r"csv:2: pose: got 'a part'"),
+        (f"{HEAD}\n{GOOD},7\n", r"csv:2:1: reading: got '11 fields'"),
     ],
 )  # fmt: skip
 def test_mistakes_are_named_with_their_place(arm, tmp_path, text, words):

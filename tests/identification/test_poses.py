@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -74,3 +75,14 @@ def test_loads_that_cannot_tell():
             robot, rs.random_postures(robot, 12), 4, ["arm/joint1", "arm/joint2"], MARKS,
             forces=[0, 0, -1500],
         )  # fmt: skip
+
+
+def test_play_needs_loads_to_both_sides():
+    """Where all torques have one sign, play is told apart from the zero by none of the postures."""
+    robot = rs.load(Path(__file__).parents[2] / "examples" / "loaded-arm.yaml")
+    asked = ["arm/joint3.zero", "arm/joint3.play"]
+    down = rs.JointCoordinates(np.radians([[20.0 * k, 20, 15, 10 * k, 50, 0] for k in range(6)]))
+    with pytest.raises(rs.NoAnswerError, match=r"joint3\.play"):
+        rs.choose_poses(robot, down, 6, asked, MARKS)
+    found = rs.choose_poses(robot, down, 6, asked, MARKS, forces=[0, 0, 3000])
+    assert found.std["arm/joint3.play"] < 1e-3

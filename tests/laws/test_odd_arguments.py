@@ -100,7 +100,7 @@ def _path():
 
 
 def _compensation():
-    return rs.compensate(rs.load("hexapod"), [[0, 0, 0.9, 0, 0, 0]], LOAD)
+    return rs.compensate(rs.load("gough-stewart-b"), HOME, LOAD)
 
 
 def _measured():
@@ -108,7 +108,7 @@ def _measured():
                            kinds=rs.Reading.DISPLACEMENT)  # fmt: skip
 
 
-LOAD = [0, 0, -1.0, 0, 0, 0]
+LOAD, HOME = [0, 0, -1.0, 0, 0, 0], [[0, 0, 0.8, 0, 0, 0]]
 Z = [0, 0, 1.0]
 COMMON = {"pose": None, "at": None, "near": None, "tolerance": rs.Tolerance()}
 LOADED = {
@@ -338,7 +338,7 @@ GOOD = {
         **{"output": rs.WorstDeflection(), "samples": 8, "seed": 0, "threads": 1},
     },
     rs.compensate: lambda: {
-        **{"robot": rs.load("hexapod"), "path": [[0, 0, 0.9, 0, 0, 0]], "wrenches": LOAD},
+        **{"robot": rs.load("gough-stewart-b"), "path": HOME, "wrenches": LOAD},
         **{"method": rs.Exact(), "axes": rs.Axes.WORLD, "loads": None, "gravity": None},
         **{"preload": None, "beams": rs.Linear(), "near": None},
     },
@@ -349,8 +349,10 @@ GOOD = {
         **{"postures": [[0, 0, 0.9, 0, 0, 0]], "values": [[1e-6, 0, 2e-6]], "wrenches": LOAD},
         **{"forces": Z, "hooks": Z, "markers": "m", "sigma": 1e-6, "toward": Z},
         **{"kinds": rs.Reading.DISPLACEMENT, "references": [-1], "lines": (), "source": "file"},
+        **{"drives": "", "axes": rs.LoadAxes.WORLD, "sigma_wrench": [1.0] * 6, "directions": 0},
     },
-    rs.KnownFrames: lambda: {"markers": {"marker": Z}, "instrument": (0, 0, 0, 0, 0, 0)},
+    rs.KnownFrames: lambda: {"markers": {"marker": Z}, "instrument": (0, 0, 0, 0, 0, 0),
+                             "turns": None},
     rs.UnknownFrames: dict,
     rs.Squares: dict,
     rs.Robust: lambda: {"scale": 2.0},
@@ -364,8 +366,8 @@ GOOD = {
     },
     rs.random_postures: lambda: {"robot": rs.load("hexapod"), "count": 3, "seed": 0},
     rs.choose_poses: lambda: {
-        **{"robot": rs.load("hexapod"), "candidates": [[0, 0, 0.9, 0, 0, 0], [0, 0, 0.8, 0, 0, 0]]},
-        **{"count": 2, "parameters": ["leg1/strut"], "markers": {"a": Z, "b": [1, 0, 0]}},
+        **{"robot": rs.load("gough-stewart-b"), "candidates": [*HOME, [0, 0, 0.75, 0, 0, 0.1]]},
+        **{"count": 2, "parameters": ["leg1/actuator"], "markers": {"a": Z, "b": [1, 0, 0]}},
         **{"forces": [900.0, 100, -2000], "hook": Z, "sigma": 1e-6, "fixed": (), "existing": None},
         **{"criterion": rs.DOptimal(), "repeats": True, "gravity": None, "starts": 1, "seed": 0},
     },

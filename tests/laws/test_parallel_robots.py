@@ -38,7 +38,7 @@ def test_sum_of_the_legs_about_one_point(robot: FreeRobot):
 def test_rank_is_that_of_the_wrenches_that_hold_the_platform(robot: FreeRobot):
     result = stiffness(robot.snapshot)
     assert int(result.rank) == robot.rank()
-    free = result.details().whole.free_motions
+    free = result.details().free_motions
     assert len(free) == 6 - robot.rank()
     assert (Status.FREE_MOTIONS in result.status) == (robot.rank() < 6)
     K = result.K
@@ -117,9 +117,7 @@ def test_recursion_and_wrenches_agree(robot: FreeRobot):
         K0 = sum(np.linalg.inv(leg.compliance(robot.reference)) for leg in robot.legs)
         default = stiffness(robot.snapshot)
         assert distance(recursive.K, default.K, sizes_of=np.asarray(K0)) <= 1e-9
-        assert np.array_equal(
-            recursive.details().whole.redundant, default.details().whole.redundant
-        )
+        assert np.array_equal(recursive.details().redundant, default.details().redundant)
 
 
 def test_a_soft_spring_that_alone_holds_a_direction():

@@ -177,6 +177,7 @@ def test_question_of_numbers_names_the_symbols(question):
     [
         (("RR",), r"'RR'.*one of the parameters R, r, h, k; did you mean R"),
         ("R", r"write symbols=\('R',\)"),
+        ("all", r"write symbols=rs.ALL_PARAMETERS"),
         (3, "names of parameters"),
     ],
 )

@@ -69,8 +69,8 @@ def test_a_chain_of_a_thousand_beams_is_one_beam():
     beams = [beam_between(a, b, STEEL, BAR) for a, b in pairwise(nodes)]
     tip = nodes[-1]
     network = Network("chain", tuple(nodes), ("0",), tip.name, tip.point, tuple(beams))
-    K = condense(network).whole.K
+    K = condense(network).K
     whole = beam_between(nodes[0], tip, STEEL, BAR)
-    one = condense(Network("beam", (nodes[0], tip), ("0",), tip.name, tip.point, (whole,))).whole.K
+    one = condense(Network("beam", (nodes[0], tip), ("0",), tip.name, tip.point, (whole,))).K
     size = np.sqrt(np.outer(np.diag(one), np.diag(one)))
     assert np.max(np.abs(K - one) / size) < 1e-9

@@ -86,6 +86,7 @@ PUBLIC = [
     "Leg",
     "Linear",
     "Link",
+    "LoadAxes",
     "LoadedAnswer",
     "Locked",
     "Mass",

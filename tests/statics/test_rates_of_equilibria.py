@@ -40,6 +40,28 @@ def test_rates_of_an_arm(tmp_path, name, step):
     np.testing.assert_allclose(here.rates[:, 3:, k], spin, atol=1e-7 * np.abs(spin).max())
 
 
+def test_what_drives_carry_and_its_rates(tmp_path):
+    """Deflections are those of a spring under its load; rates are those of differences."""
+    names, steps = ("c2", "upper"), (1e-8, 1e-4)
+    robot = rs.load(model_file("arm", tmp_path), symbols=names)
+    fast = rs.compile_loaded(robot, parameters=names, drives=True, backend=rs.Backend.ARRAYS)
+    assert fast.drives == tuple(f"arm/joint{k}" for k in range(1, 7))
+    q = column("arm", "joint_coordinates")
+    wrench = [100.0, -300, -900, 20, 30, 40]
+
+    def drives(name: str, shift: float):
+        values = {name: robot.nominal[name] + shift}
+        return fast.evaluate(rs.JointCoordinates(q), wrench, parameters=values).platforms
+
+    for name, step in zip(names, steps, strict=True):
+        before, here, after = (drives(name, x) for x in (-step, 0.0, step))
+        rate = (after.drives - before.drives) / (2 * step)
+        own = here.drive_rates[..., fast.parameters.index(name)]
+        for k in range(2):
+            np.testing.assert_allclose(own[:, k], rate[:, k], atol=1e-7 * np.abs(rate[:, k]).max())
+        np.testing.assert_allclose(here.drives[:, 0, 1], 2e-6 * here.drives[:, 1, 1], rtol=1e-12)
+
+
 def test_hooks_turn_with_the_platform(tmp_path):
     """A force at a hook is a `Weight` of `equilibrium`."""
     robot = rs.load(model_file("arm", tmp_path))

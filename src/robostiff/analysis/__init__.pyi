@@ -1,3 +1,4 @@
+from robostiff.analysis.answer_of_kernel import CompiledAnswer
 from robostiff.analysis.cable_stiffness import (
     CableResponse,
     CableStiffness,
@@ -5,7 +6,6 @@ from robostiff.analysis.cable_stiffness import (
     cable_stiffness,
 )
 from robostiff.analysis.cable_tensions import CableTensions, cable_tensions
-from robostiff.analysis.compiled_answer import CompiledAnswer
 from robostiff.analysis.compiled_stiffness import CompiledStiffness
 from robostiff.analysis.compiled_stiffness import compile_stiffness as compile
 from robostiff.analysis.deflection_under_load import (
@@ -14,10 +14,9 @@ from robostiff.analysis.deflection_under_load import (
     DeflectionsOfPoses,
     JointReaction,
     PartShare,
-    deflection,
 )
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
-from robostiff.analysis.posed_stiffness import compliance, stiffness
+from robostiff.analysis.posed_stiffness import compliance, deflection, stiffness
 from robostiff.analysis.result import Stiffness
 from robostiff.analysis.verification import Comparison, Outcome, Verification, verify
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.cable_tensions import CableAnswer, cable_tensions
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
-from robostiff.analysis.result import in_short, points_given
+from robostiff.analysis.result import points_given
 from robostiff.cables import (
     TensionRule,
     axial_stiffness,
@@ -22,9 +22,8 @@ from robostiff.cables import (
     weight_wrench,
 )
 from robostiff.cables.equilibrium import Stability, stability
-from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, StiffnessOfPoses, Tolerance
 from robostiff.elastostatics.result import scaled_inverse
-from robostiff.elastostatics.status import WITHOUT_STIFFNESS
 from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import NoAnswerError
 from robostiff.kinematics import Pose
@@ -36,7 +35,7 @@ _ROUNDING = 1e-12  # of squares, with room
 
 
 @dataclass(frozen=True, repr=False)
-class CableStiffness(InNotebooks, CableAnswer):
+class CableStiffness(StiffnessOfPoses, InNotebooks, CableAnswer):
     """Stiffness of a cable robot about a point, in world axes, with tensions and status.
 
     Attributes
@@ -76,34 +75,23 @@ class CableStiffness(InNotebooks, CableAnswer):
         return self.placed.reference_point
 
     @property
-    def K(self) -> np.ndarray:
-        """Stiffness matrix (..., n, n) [N/m, N, N m]: elastic, geometric, of weight and wrench.
+    def matrix(self) -> np.ndarray:
+        """K (..., n, n): elastic, geometric, of weight and wrench; meaningful where `answered`.
 
         The second derivative of the potential energy; symmetric.
-
-        Raises
-        ------
-        NoAnswerError
-            When a pose has none.
         """
-        self._require_answer()
-        return self.matrix
-
-    @property
-    def matrix(self) -> np.ndarray:
-        """K, meaningful where `answered` (..., n, n)."""
         return elastic_stiffness(self.placed, self.axial) + steady_stiffness(self)
 
     @property
     def elastic(self) -> np.ndarray:
         """The part of stretching cables, A^T diag(k) A (..., n, n)."""
-        self._require_answer()
+        self.check_answered()
         return elastic_stiffness(self.placed, self.axial)
 
     @property
     def geometric(self) -> np.ndarray:
         """The part of turning cables under tension (..., n, n)."""
-        self._require_answer()
+        self.check_answered()
         return geometric_stiffness(self.placed, self.tensions)
 
     @property
@@ -112,7 +100,7 @@ class CableStiffness(InNotebooks, CableAnswer):
 
         Those that act at the reference point have none.
         """
-        self._require_answer()
+        self.check_answered()
         return _of_forces(self)
 
     @property
@@ -132,7 +120,7 @@ class CableStiffness(InNotebooks, CableAnswer):
         """Compliance matrix, or an exception that says why there is none."""
         C = self.compliance
         if C is None:
-            self._require_answer()
+            self.check_answered()
             reason = Status.FREE_MOTIONS.advice[0]
             raise NoAnswerError(f"no compliance matrix of {self.name!r}: {reason}")
         return C
@@ -140,7 +128,7 @@ class CableStiffness(InNotebooks, CableAnswer):
     @property
     def missing_wrench(self) -> np.ndarray:
         """Wrench (..., n) that cables, weight and the applied wrench do not balance [N, N m]."""
-        self._require_answer()
+        self.check_answered()
         pulled = np.einsum("...ij,...j->...i", structure_matrix(self.placed), self.tensions)
         return -(pulled + weight_wrench(self.placed) + self.wrench)
 
@@ -166,33 +154,14 @@ class CableStiffness(InNotebooks, CableAnswer):
         wrench = move_wrench(self.wrench, v[..., : self.space.translations])
         return replace(self, placed=placed, wrench=wrench)
 
-    def __repr__(self) -> str:
-        return in_short(self, "CableStiffness")
-
     def _in_words(self, kind: str) -> tuple[FreeMotion, ...]:
-        if self.batch_shape:
-            raise NoAnswerError(
-                f"{kind} motions of {np.prod(self.batch_shape)} poses at once: they differ in "
-                "number; take one pose, result[i]"
-            )
+        self.check_is_single(f"{kind} motions")
         if not self.answered:
             return ()
         length = self.placed.characteristic_length
         found = stability_of(self[None])
         basis = found.motions[0][:, getattr(found, kind)[0]].T / scaling(length, self.space)
         return free_motions_in_words(basis, self.reference_point, float(length))
-
-    def _require_answer(self) -> None:
-        if np.all(self.answered):
-            return
-        why = Status(self.status & WITHOUT_STIFFNESS)
-        advice = " ".join(f"{line}." for line in why.advice)
-        where = "at this pose"
-        if self.batch_shape:
-            poses = np.count_nonzero(~self.answered)
-            where = f"at {poses} of {self.answered.size} poses"
-            advice += " result[result.answered] keeps the others."
-        raise NoAnswerError(f"no stiffness matrix of {self.name!r} {where}: {advice}")
 
 
 def steady_stiffness(result: CableStiffness) -> np.ndarray:
@@ -378,17 +347,6 @@ class CableResponse(InNotebooks):
             When the load is not carried.
         """
         return self._answer().tensions
-
-    @property
-    def K(self) -> np.ndarray:
-        """Stiffness matrix under the load (n, n), of the cables that are taut.
-
-        Raises
-        ------
-        NoAnswerError
-            When the load is not carried.
-        """
-        return self._answer().K
 
     @property
     def slack(self) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.analysis.answer_of_kernel import CompiledAnswer
 from robostiff.analysis.kernel_inputs import InputRows
 from robostiff.analysis.measures import values_of
 from robostiff.analysis.result import Stiffness
@@ -26,9 +27,7 @@ from robostiff.compiled import (
 from robostiff.compiled.codes import chunks_of
 from robostiff.compiled.machine_code import Rows
 from robostiff.elastostatics import Status
-from robostiff.elastostatics.batched import PoseBatch
 from robostiff.elastostatics.conditioning import smallest_held_stiffness
-from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.elastostatics.tolerance import DEFAULT_TOLERANCE, scaling
 from robostiff.recorded import CLOSED, Flag, RecordedRobot
 from robostiff.spatial import Space
@@ -191,43 +190,6 @@ def closes(kernel: Kernel, results: Rows) -> np.ndarray:
     if "open" not in kernel.checks:
         return np.broadcast_to(True, np.shape(results[0]))
     return (results[-2] < CLOSED) & (results[-1] > 0)
-
-
-@dataclass(frozen=True, repr=False)
-class CompiledAnswer(StatusOfPoses, PoseBatch):
-    """The result of a compiled robot at a batch of poses.
-
-    Attributes
-    ----------
-    values : dict of names to (N, ...) arrays
-        One array an output; not a number where the status says that there is no answer.
-    status_codes : (N,) array of uint16
-        See `Status`.
-    rank : (N,) array of int8
-        -1 where out of reach.
-    guarded : (N,) array of bool
-        Poses that were computed again by the wrench basis form on batches.
-    """
-
-    values: dict[str, np.ndarray]
-    status_codes: np.ndarray
-    rank: np.ndarray
-    guarded: np.ndarray
-
-    def __repr__(self) -> str:
-        names = ", ".join(self.values)
-        share = f"{self.guarded_share:.2%} recomputed"
-        return f"<CompiledAnswer of {len(self.rank)} poses: {names}; {share}>"
-
-    @property
-    def matrix(self) -> np.ndarray:
-        """Stiffness matrices (N, n, n), of a kernel that has them."""
-        return self.values[StiffnessMatrix.name]
-
-    @property
-    def guarded_share(self) -> float:
-        """Part of the poses that were recomputed."""
-        return float(np.mean(self.guarded)) if self.guarded.size else 0.0
 
 
 def attempted(

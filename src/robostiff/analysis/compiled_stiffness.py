@@ -6,29 +6,35 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from types import MappingProxyType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.analysis.answer_of_kernel import CompiledAnswer
 from robostiff.analysis.compiled_answer import (
     AtGeneralPoses,
-    CompiledAnswer,
     RecordedRanks,
     attempted,
     decided_chunks,
     put_direct,
 )
-from robostiff.analysis.details import Question
 from robostiff.analysis.kernel_inputs import (
     InputRows,
     KernelInputs,
     LinkageInputs,
     ParameterValues,
+    checked_outputs,
     with_parameters,
 )
+from robostiff.analysis.questions import Question
 from robostiff.analysis.record_file import RecordFile
-from robostiff.analysis.record_trust import NEARER, depends_on_what_is_held, is_trusted
+from robostiff.analysis.record_trust import (
+    NEARER,
+    check_derivatives,
+    depends_on_what_is_held,
+    is_trusted,
+)
 from robostiff.analysis.result import Stiffness
 from robostiff.compiled import (
     Backend,
@@ -100,10 +106,10 @@ class CompiledStiffness(AtGeneralPoses):
     ) -> CompiledStiffness:
         """What is on disk about a robot or linkage and outputs; else it is made, and put there."""
         file = RecordFile.of(*about)
-        read: Any = None if file is None else file.read()
-        is_whole = read is not None and len(read) == _PARTS
-        is_whole = is_whole and getattr(read[3], "outputs", None) == tuple(about[1])
-        rank, status, verified, kernel, joint_kernel, ranks = parts = read if is_whole else make()
+        read = () if file is None else file.read() or ()
+        is_whole = len(read) == _PARTS and getattr(read[3], "outputs", None) == tuple(about[1])
+        parts = cast("_Parts", read) if is_whole else make()
+        rank, status, verified, kernel, joint_kernel, ranks = parts
         if is_whole:
             code, of_joints = code_of(backend), joint_kernel is kernel
             kernel, other = kernel.by(code), joint_kernel and joint_kernel.by(code)
@@ -340,48 +346,15 @@ def compile_stiffness(
     >>> answer.values["principal_stiffness"].shape
     (1000, 6)
     """
-    if isinstance(robot, Linkage):
-        names = [name for c in robot.connections for name in coordinate_names(c)]
-        driven = DrivenLinkage.of(with_parameters(robot, parameters, names), joints)
-        return compile_linkage(driven, checked_outputs(outputs), backend)
-    if not isinstance(robot, Robot):
+    compiled = _COMPILERS.get(getattr(robot, "kind", ""))
+    if compiled is None:
         raise InputError(
             "robot to compile",
             got=type(robot).__name__,
             expected="a Robot or a Linkage",
             hint='write compile(load("hexapod")), compile(load_linkage("four-bar.xml"))',
         )
-    if joints is not None:
-        raise InputError(
-            f"driven joints of {robot.name!r}",
-            got=joints,
-            expected="none: a robot with legs takes poses",
-        )
-    return compile_robot(robot, outputs, parameters, backend)
-
-
-def checked_outputs(outputs: Sequence[Output]) -> tuple[Output, ...]:
-    """Outputs to compile, as they were given.
-
-    Raises InputError when there is none, one is no output, or two have the same name.
-    """
-    kinds = "StiffnessMatrix(), PrincipalStiffness()"
-    if not isinstance(outputs, Sequence) or not outputs:
-        raise InputError(
-            "outputs to compile", got=outputs, expected="several", hint=f"write [{kinds}]"
-        )
-    for output in outputs:
-        if isinstance(output, type) or not isinstance(output, Output):
-            raise InputError("output to compile", got=output, expected=f"such as {kinds}")
-    names = [output.name for output in outputs]
-    if len(set(names)) < len(names):
-        raise InputError(
-            "outputs to compile",
-            got=names,
-            expected="each name once",
-            hint="compile once for each load case",
-        )
-    return tuple(outputs)
+    return compiled(robot, outputs, parameters, joints, backend)
 
 
 def compile_robot(
@@ -423,7 +396,7 @@ def _recorded_robot(
         recorded = record_at_joints(robot, finder, most)
     # A derivative may need more of the closure than its Newton steps give.
     if recorded.joints and not robot.is_posed_by_joints:
-        _check_derivatives(robot.name, recorded, outputs)
+        check_derivatives(robot.name, recorded, outputs)
     joint_kernel = None
     names = {coordinate.value for coordinate in ALL_COORDINATES}
     by_pose = any(isinstance(x, Rates) and not names.isdisjoint(x.inputs) for x in outputs)
@@ -462,7 +435,7 @@ def compile_linkage(
 
 def _recorded_linkage(driven: DrivenLinkage, outputs: Sequence[Output], backend: Backend) -> _Parts:
     recorded, undetermined, nearer = _record_of(driven)
-    _check_derivatives(driven.part.name, recorded, outputs)
+    check_derivatives(driven.part.name, recorded, outputs)
     kernel, taken = kernel_of(recorded, outputs, backend), LinkageInputs(driven)
     try:
         verified = is_trusted(recorded, kernel, taken, nearer)
@@ -502,15 +475,24 @@ def _undetermined(driven: DrivenLinkage, names: Sequence[str]) -> InputError:
     )
 
 
-def _check_derivatives(name: str, recorded: RecordedRobot, outputs: Sequence[Output]) -> None:
-    """Raise for derivatives that recorded Newton steps do not give."""
-    for output in outputs:
-        if not isinstance(output, Rates):
-            continue
-        if recorded.closure is None or isinstance(output.of, Rates):
-            raise InputError(
-                f"derivative {output.name}",
-                got=f"{name!r}, which is closed by iteration",
-                expected="first derivatives, of what has a kernel from pose to matrix",
-                hint="take differences of rs.stiffness at two poses instead",
-            )
+def _compiled_robot(
+    robot: Robot, outputs: Any, parameters: Sequence[str], joints: Any, backend: Backend
+) -> CompiledStiffness:
+    if joints is not None:
+        raise InputError(
+            f"driven joints of {robot.name!r}",
+            got=joints,
+            expected="none: a robot with legs takes poses",
+        )
+    return compile_robot(robot, outputs, parameters, backend)
+
+
+def _compiled_linkage(
+    linkage: Linkage, outputs: Any, parameters: Sequence[str], joints: Any, backend: Backend
+) -> CompiledStiffness:
+    names = [name for c in linkage.connections for name in coordinate_names(c)]
+    driven = DrivenLinkage.of(with_parameters(linkage, parameters, names), joints)
+    return compile_linkage(driven, checked_outputs(outputs), backend)
+
+
+_COMPILERS = {Robot.kind: _compiled_robot, Linkage.kind: _compiled_linkage}

@@ -8,28 +8,17 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from robostiff.analysis.leg_loads import LegLoads, leg_loads, loads_known
-from robostiff.analysis.posed_stiffness import question_of
-from robostiff.analysis.result import Stiffness, given_wrenches
-from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD, branches_of, name_of_part
-from robostiff.elastostatics import DEFAULT_TOLERANCE, BlockCompliance, Status, Tolerance
+from robostiff.analysis.result import Stiffness
+from robostiff.analysis.snapshot_stiffness import branches_of, name_of_part
+from robostiff.elastostatics import BlockCompliance, Status
 from robostiff.elastostatics.status import StatusOfPoses
-from robostiff.errors import InputError, NoAnswerError
-from robostiff.kinematics import Near, Pose, freedom_twist
-from robostiff.linkage import DriveValues, Linkage
+from robostiff.errors import NoAnswerError
+from robostiff.kinematics import freedom_twist
 from robostiff.markup import InNotebooks
-from robostiff.model import (
-    Actuated,
-    PlacedBlock,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedSpring,
-    Robot,
-    Snapshot,
-)
-from robostiff.network import Network, NodeForce, network_under_loads
+from robostiff.model import Actuated, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.network import NodeForce, network_under_loads
 from robostiff.spatial import move_twist, move_wrench
 
 
@@ -204,10 +193,10 @@ def deflection_at(
         few = Status.ILL_CONDITIONED if answer.status.has_stiffness else Status.OK
         return replace(none, status=answer.status | few)
     placed: Any = answer.placed()
-    if placed.kind == "network":
+    if not answer.question.has_legs:
         at_own = placed.reference_point - answer.reference_point
         v = at_own[: placed.space.translations]
-        tolerance = answer.details().whole.tolerance
+        tolerance = answer.details().tolerance
         found = network_under_loads(placed, move_wrench(wrench, v), forces, tolerance)
         if found.status:
             return replace(none, status=answer.status | found.status)
@@ -328,10 +317,10 @@ class DeflectionsOfPoses(StatusOfPoses):
         if known.any():
             twist[known] = np.einsum("...ij,...j->...i", C[known], self.wrench[known])
         if not known.all():
-            careful, n = self.stiffness.careful, self.wrench.shape[-1]
-            loads = _loads(careful, self.wrench[~known].reshape(*careful.batch_shape, n))
+            rest, n = self.stiffness.not_inverted, self.wrench.shape[-1]
+            loads = _loads(rest, self.wrench[~known].reshape(*rest.batch_shape, n))
             codes[~known] = loads.status_codes.ravel()
-            twist[~known] = move_twist(loads.twist, careful.offset).reshape(-1, n)
+            twist[~known] = move_twist(loads.twist, rest.offset).reshape(-1, n)
         return codes, twist
 
     @property
@@ -384,41 +373,3 @@ class DeflectionsOfPoses(StatusOfPoses):
         if some.batch_shape:
             return replace(self, wrench=self.wrench[index], stiffness=some)
         return deflection_at(some, self.wrench[index])
-
-
-def deflection(
-    robot: Robot | Snapshot | Network | Linkage,
-    pose: Pose | DriveValues = None,
-    wrench: ArrayLike | None = None,
-    *,
-    at: ArrayLike | None = None,
-    near: Near = None,
-    tolerance: Tolerance = DEFAULT_TOLERANCE,
-) -> Any:
-    """Deflection of the platform under a wrench, and how the parts of the robot share in it.
-
-    Parameters as for `robostiff.deflection`, which takes loads at bodies besides.
-
-    Returns
-    -------
-    Deflection or DeflectionsOfPoses
-        The latter of a batch.
-
-    Raises
-    ------
-    InputError
-        When the wrench or the pose does not fit.
-    """
-    if getattr(robot, "kind", None) == "cable robot":
-        raise InputError(
-            "robot of a deflection",
-            got=f"cable robot {robot.name!r}",
-            expected="a robot without cables: these may become slack, and need not stay near",
-            hint="write cable_response(robot, pose, wrench=...), or 'robostiff cables'",
-        )
-    question = question_of(robot, pose, DEFAULT_METHOD, near, tolerance)
-    # One pose is asked for legs besides, which the direct form finds.
-    answer = Stiffness.of(question, at, by_record=bool(question.rows.shape))
-    hint = "write deflection(robot, pose, wrench) or wrench=[...]: the pose comes first"
-    F = given_wrenches(wrench, answer.space, answer.batch_shape, hint=hint)
-    return DeflectionsOfPoses(F, answer) if answer.batch_shape else deflection_at(answer, F)

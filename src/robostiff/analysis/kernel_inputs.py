@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Generic
+from typing import Generic, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.details import Question
 from robostiff.analysis.linkage_stiffness import ConfigurationsOfLinkage
-from robostiff.analysis.questions import CHUNK, PosesOfRobot
+from robostiff.analysis.questions import CHUNK, PosesOfRobot, Question
+from robostiff.compiled import Output
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Tolerance
 from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kinematics import (
@@ -112,6 +112,30 @@ def with_parameters(robot: OfSymbols, names: Sequence[str], taken: Sequence[str]
         return in_numbers
     others = {name: robot.nominal[name] for name in symbols if name not in names}
     return robot.substituted(others)
+
+
+def checked_outputs(outputs: Sequence[Output]) -> tuple[Output, ...]:
+    """Outputs to compile, as they were given.
+
+    Raises InputError when there is none, one is no output, or two have the same name.
+    """
+    kinds = "StiffnessMatrix(), PrincipalStiffness()"
+    if not isinstance(outputs, Sequence) or not outputs:
+        raise InputError(
+            "outputs to compile", got=outputs, expected="several", hint=f"write [{kinds}]"
+        )
+    for output in outputs:
+        if isinstance(output, type) or not isinstance(output, Output):
+            raise InputError("output to compile", got=output, expected=f"such as {kinds}")
+    names = [output.name for output in outputs]
+    if len(set(names)) < len(names):
+        raise InputError(
+            "outputs to compile",
+            got=names,
+            expected="each name once",
+            hint="compile once for each load case",
+        )
+    return tuple(outputs)
 
 
 def at_joints(robot: Robot, pose: Pose) -> Pose:
@@ -255,7 +279,7 @@ class LinkageInputs:
     @property
     def subject(self) -> Linkage:
         """The part between base and platform; its symbols are the parameters."""
-        return self.driven.part
+        return cast("Linkage", self.driven.part)
 
     def read(self, pose: DriveValues) -> DriveValues:
         """Coordinates of the drives as they are."""

@@ -33,20 +33,20 @@ def leg_loads(answer: Stiffness, wrench: np.ndarray) -> LegLoads:
     They share it with the least energy, the primary result of linear statics: that needs a
     stiffness matrix neither of a leg nor of the robot, and holds where a direction is rigid.
     """
-    details = answer.details()
-    whole, every = details.whole, details.whole.wrenches
+    whole = answer.details()
+    every = whole.wrenches
     s = scaling(whole.length, whole.space)
     F = (wrench / s)[..., None]
     found = whole.shared
     sizes = found.shares @ F, found.rigid_shares @ F
     (among,) = ConjugateWrenches.carried([every], *sizes)
-    if details.shares is None:
-        known = [leg.carried for leg in details.legs if leg.carried is not None]
+    if whole.shares is None:
+        known = [leg.carried for leg in whole.legs if leg.carried is not None]
         wrenches = ConjugateWrenches.carried(known, *sizes)
     else:
-        of_each = np.einsum("...bij,...j->...bi", details.shares, wrench)
+        of_each = np.einsum("...bij,...j->...bi", whole.shares, wrench)
         wrenches = list(np.moveaxis(of_each / s[..., None, :], -2, 0)[..., None])
-    of_legs = wrenches[: len(details.legs)]
+    of_legs = wrenches[: len(whole.legs)]
     return LegLoads(
         twist=(found.compliance @ F)[..., 0] / s,
         status_codes=_codes(F, of_legs, among, whole.rank),
@@ -77,4 +77,4 @@ def _codes(
 
 def loads_known(answer: Stiffness) -> np.ndarray:
     """Where `leg_loads` has an answer (...)."""
-    return (answer.rank >= 0) & (answer.details().whole.wrenches.count >= answer.rank)
+    return (answer.rank >= 0) & (answer.details().wrenches.count >= answer.rank)

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
-from robostiff.analysis.details import Details, Question
-from robostiff.analysis.robot_record import KeptRecord
+from robostiff.analysis.questions import OwnPose, Question, StructuralAnalysis, differences
 from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD, solve_snapshot
-from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Details, Form, Status, Tolerance
 from robostiff.errors import InputError
-from robostiff.kept import kept
-from robostiff.kinematics import ActuatorCoordinates
-from robostiff.kinematics.pose import six_coordinates
+from robostiff.kinematics import ActuatorCoordinates, Near
+from robostiff.kinematics.pose import check_is_not_posed, six_coordinates
 from robostiff.linkage import Configuration, DrivenLinkage, Linkage
 from robostiff.linkage.closure import as_rounded
 from robostiff.linkage.driven import driven_by
@@ -25,52 +22,20 @@ from robostiff.model import Joint
 from robostiff.network import Network, condense
 from robostiff.spatial import Space, as_floats
 
-if TYPE_CHECKING:
-    from robostiff.analysis.compiled_answer import CompiledAnswer
-    from robostiff.analysis.compiled_stiffness import CompiledStiffness
 
+class PoseOfNetwork(OwnPose):
+    """A network, solved as a whole."""
 
-def network_details(network: Network, tolerance: Tolerance) -> Details:
-    """Stiffness of the platform of a network.
+    has_legs: ClassVar[bool] = False
 
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from robostiff.elasticity import circle, material
-    >>> from robostiff.network import Node, beam_between
-    >>> wall, tip = Node("wall", np.zeros(3)), Node("tip", np.array([1.0, 0, 0]))
-    >>> rod = beam_between(wall, tip, material("steel"), circle(0.02))
-    >>> network = Network("rod", (wall, tip), ("wall",), "tip", tip.point, beams=(rod,))
-    >>> int(network_details(network, Tolerance()).whole.rank)
-    6
-    """
-    solved = condense(network, tolerance)
-    return Details(
-        whole=solved.whole,
-        origin=solved.origin,
-        reference_point=network.reference_point,
-        passive_joint_names=solved.freedom_names,
-    )
-
-
-# Recording takes as long as the direct form at some 340 configurations of a batch, or in 20 calls
-# (double pantograph), and machine code as long to make as NumPy at some 10^5 poses.
-_COSTS = 17, 340, 2**17
-
-
-@kept
-def record_of_linkage(linkage: Linkage, joints: tuple[str, ...] | None) -> KeptRecord:
-    """The record of a linkage that some joints drive, made once it pays."""
-    return KeptRecord(partial(_compiled, driven_by(linkage, joints)), *_COSTS)
-
-
-def _compiled(driven: DrivenLinkage, may_record: bool) -> CompiledStiffness | None:
-    from robostiff.analysis.compiled_stiffness import compile_linkage
-    from robostiff.compiled import Backend
-
-    if not (may_record and driven.drives and driven.home.is_closed):
-        return None
-    return compile_linkage(driven, backend=Backend.ARRAYS)
+    @classmethod
+    def asked(
+        cls, machine: Any, pose: Any, method: Form, near: Near, tolerance: Tolerance
+    ) -> PoseOfNetwork:
+        """Only its own pose."""
+        del method, near
+        check_is_not_posed(machine, pose)
+        return cls(machine, StructuralAnalysis(), tolerance, condense(machine, tolerance))
 
 
 class ConfigurationsOfLinkage(Question):
@@ -82,58 +47,49 @@ class ConfigurationsOfLinkage(Question):
     given : (..., n) array
         Coordinates of the drives [m, rad].
     tolerance : Tolerance
-    record : KeptRecord or None
     """
 
     driven: DrivenLinkage
-    record: KeptRecord | None
-    numbers: np.ndarray
+    has_legs: ClassVar[bool] = False
     opinions: ClassVar[str] = "the record of a linkage and the wrench basis form"
     free: ClassVar[float] = 1e-4  # what rounding leaves of zero, with all wrenches at once
 
     def __init__(
-        self,
-        driven: DrivenLinkage,
-        given: np.ndarray,
-        tolerance: Tolerance = DEFAULT_TOLERANCE,
-        record: KeptRecord | None = None,
+        self, driven: DrivenLinkage, given: np.ndarray, tolerance: Tolerance = DEFAULT_TOLERANCE
     ) -> None:
         name, batch = driven.part.name, given.shape[:-1]
-        super().__init__(name, Space.SPATIAL, DEFAULT_METHOD, tolerance, batch)
-        self.driven, self.record = driven, record
-        # (N, n): one configuration a row
-        self.numbers = given.reshape(self.rows.size, given.shape[-1])
+        super().__init__(name, Space.SPATIAL, DEFAULT_METHOD, tolerance, batch, given)
+        self.driven = driven
 
     @classmethod
-    def of(
-        cls, linkage: Linkage, values: Any = None, tolerance: Tolerance = DEFAULT_TOLERANCE
+    def asked(
+        cls,
+        machine: Linkage,
+        pose: Any = None,
+        method: Form = DEFAULT_METHOD,
+        near: Near = None,
+        tolerance: Tolerance = DEFAULT_TOLERANCE,
     ) -> ConfigurationsOfLinkage:
-        """Values as `stiffness` takes them: of joints by name, of all actuated ones, or home.
-
-        Raises InputError when they do not fit the joints.
-        """
-        values = values.values if isinstance(values, ActuatorCoordinates) else values
+        """At values of joints by name, of all actuated ones, or home."""
+        del method, near
+        values = pose.values if isinstance(pose, ActuatorCoordinates) else pose
         values = {} if values is None else values
         if not isinstance(values, Mapping):
-            driven = driven_by(linkage, None)
+            driven = driven_by(machine, None)
             if not driven.drives:
                 raise InputError(
-                    f"values of linkage {linkage.name!r}",
+                    f"values of linkage {machine.name!r}",
                     got=values,
                     expected="values of joints by their names: it has no actuated joint",
                     hint='write {"crank": 0.1}',
                 )
-            return cls(driven, driven.rows(values), tolerance, record_of_linkage(linkage, None))
-        driven = driven_by(linkage, tuple(values))
-        drives, record = driven.drives, record_of_linkage(linkage, tuple(values))
+            return cls(driven, driven.rows(values), tolerance)
+        driven = driven_by(machine, tuple(values))
+        drives = driven.drives
         rows = driven.rows({name: values[name] for name in drives})
-        others = [j for j in linkage.joints if j.name in values and j.name not in drives]
+        others = [j for j in machine.joints if j.name in values and j.name not in drives]
         batch = np.broadcast_shapes(rows.shape[:-1], *(_batch(j, values[j.name]) for j in others))
-        return cls(driven, np.broadcast_to(rows, (*batch, rows.shape[-1])), tolerance, record)
-
-    def place(self, row: int) -> list[float]:
-        """Coordinates of the drives of one configuration [m, rad]."""
-        return self.numbers[row].tolist()
+        return cls(driven, np.broadcast_to(rows, (*batch, rows.shape[-1])), tolerance)
 
     def reference_points(self, rows: np.ndarray) -> np.ndarray:
         """Of the platform in the world (..., 3) [m]."""
@@ -154,12 +110,11 @@ class ConfigurationsOfLinkage(Question):
         (found,) = self._at(row)
         return network_of(self.driven.part, found)
 
-    def from_record(self) -> CompiledAnswer | None:
-        """What the record gives; None where there is none, or it does not pay yet."""
-        if self.record is None or not self.numbers.size or self.tolerance != DEFAULT_TOLERANCE:
+    def recordable(self) -> tuple[Any, np.ndarray] | None:
+        """The driven linkage and coordinates of its drives."""
+        if not self.numbers.size or self.tolerance != DEFAULT_TOLERANCE:
             return None
-        answer = self.record.answer(self.numbers)
-        return None if answer is None else answer.reshaped(self.rows.shape)
+        return self.driven, self.numbers
 
     def _at(self, rows: np.ndarray) -> list[Configuration]:
         return self.driven.at(self.numbers[rows.reshape(-1)])
@@ -178,7 +133,8 @@ class ConfigurationsOfLinkage(Question):
         R, p = map(np.array, zip(*(one.places[part.platform] for one in every), strict=True))
         whole = replace(
             found,
-            whole=replace(found.whole, status_codes=np.asarray(status, dtype=np.uint16)),
+            status_codes=np.asarray(status, dtype=np.uint16),
+            rank=np.where(closed, found.rank, -1),
             pose=six_coordinates(R, p),
             joint_coordinates={
                 joint.name: np.array([one.coordinates[joint.name] for one in every]).reshape(
@@ -207,8 +163,10 @@ class ConfigurationsOfLinkage(Question):
         here, there = found[moved], self._of_branches([*near.values()])
         there = replace(there, reference_point=here.reference_point)
         for k, i in enumerate(moved):  # what is soft is not free
-            free = 0.0 if int(here.whole.rank[k]) == self.space.size else self.free
-            lost[i] = bool(here[[k]].differences(there[[k]], free))
+            free = 0.0 if int(here.rank[k]) == self.space.size else self.free
+            one = there[[k]]
+            apart = differences(here[[k]], one.status_codes, one.rank, one.at_reference, free)
+            lost[i] = bool(apart)
         return lost
 
 

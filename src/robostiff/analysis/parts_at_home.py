@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from robostiff.model import (
     PlacedFreedom,
     PlacedSpring,
     Robot,
+    Snapshot,
 )
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
@@ -30,12 +31,10 @@ def parts_at_home(robot: Any) -> dict[str, list[dict[str, Any]]]:
 
     Those of a network, and cables, are one list.
     """
-    if robot.kind == "cable robot":
-        return {"cables": list(_cables(robot))}
-    if robot.kind == "network":
-        return {"network": list(_of_network(robot))}
-    if robot.kind == "snapshot":
-        return {leg.name: [_part(part, {}, {}) for part in leg.parts] for leg in robot.legs}
+    return _PARTS[robot.kind](robot)
+
+
+def _of_robot(robot: Robot) -> dict[str, list[dict[str, Any]]]:
     posture = find_posture(robot)
     found = {}
     each = zip(robot.legs, posture.snapshot.one(0).legs, posture.coordinates, strict=True)
@@ -45,6 +44,10 @@ def parts_at_home(robot: Any) -> dict[str, list[dict[str, Any]]]:
         lengths = dict(_lengths(leg.chain, ""))
         found[leg.name] = [_part(part, known, lengths) for part in placed.parts]
     return found
+
+
+def _of_snapshot(snapshot: Snapshot) -> dict[str, list[dict[str, Any]]]:
+    return {leg.name: [_part(part, {}, {}) for part in leg.parts] for leg in snapshot.legs}
 
 
 def mobility_at_home(robot: Robot) -> dict[str, Any]:
@@ -97,6 +100,14 @@ def _cables(robot: CableRobot) -> Iterator[dict[str, Any]]:
             "winch_stiffness": cable.winch_stiffness,
             "tension_limits": [float(cable.least_tension), greatest if greatest < np.inf else None],
         }
+
+
+_PARTS: Mapping[str, Callable[[Any], dict[str, list[dict[str, Any]]]]] = {
+    "robot": _of_robot,
+    "snapshot": _of_snapshot,
+    "network": lambda network: {"network": list(_of_network(network))},
+    "cable robot": lambda robot: {"cables": list(_cables(robot))},
+}
 
 
 def part_in_words(part: dict[str, Any]) -> str:

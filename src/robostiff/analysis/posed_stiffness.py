@@ -1,20 +1,20 @@
-"""Stiffness and compliance of machines of all kinds, at a pose or many."""
+"""Stiffness, compliance and deflection of machines of all kinds, at a pose or many."""
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, cast, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.details import Question, StructuralAnalysis
-from robostiff.analysis.questions import OwnPose, PosesOfRobot
-from robostiff.analysis.result import Stiffness
-from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD, solve_snapshot
+from robostiff.analysis.questions import Question
+from robostiff.analysis.result import Stiffness, given_wrenches
+from robostiff.analysis.robot_record import ask_record, recorded_at_one
+from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Form, Tolerance
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
-from robostiff.kinematics.pose import check_is_not_posed
 from robostiff.model import Robot, Snapshot
 
 if TYPE_CHECKING:
@@ -24,36 +24,35 @@ if TYPE_CHECKING:
     from robostiff.network import Network
 
 
+# The questions of each kind of machine: modules that are imported with the first of them.
+_QUESTIONS = {
+    "robot": ("questions", "PosesOfRobot"),
+    "snapshot": ("questions", "OwnPose"),
+    "network": ("linkage_stiffness", "PoseOfNetwork"),
+    "linkage": ("linkage_stiffness", "ConfigurationsOfLinkage"),
+}
+
+
 def question_of(
     machine: Any, pose: Any, method: Form, near: Near, tolerance: Tolerance
 ) -> Question:
     """What is asked for by arguments of `stiffness`, which are checked."""
-    kind = getattr(machine, "kind", None)
-    _check_options(machine, kind, method, near, tolerance)
-    if kind == "robot":
-        machine.check_has_no_springs("stiffness without load")
-        return PosesOfRobot(machine, pose, method, near, tolerance)
-    if kind == "linkage":
-        from robostiff.analysis.linkage_stiffness import ConfigurationsOfLinkage
-
-        return ConfigurationsOfLinkage.of(machine, pose, tolerance)
-    if kind not in ("snapshot", "network"):
+    place = _QUESTIONS.get(getattr(machine, "kind", ""))
+    _check_options(method, tolerance)
+    if place is None:
         raise InputError(
             "robot",
             got=machine,
             expected="a Robot, a Snapshot, a Network, a Linkage or a CableRobot",
             hint='write load("hexapod")',
         )
-    check_is_not_posed(machine, pose)
-    if kind == "snapshot":
-        machine.check_has_no_springs("stiffness without load")
-        return OwnPose(machine, method, tolerance, solve_snapshot(machine, method, tolerance))
-    from robostiff.analysis.linkage_stiffness import network_details
-
-    return OwnPose(machine, StructuralAnalysis(), tolerance, network_details(machine, tolerance))
+    module, name = place
+    question: type[Question] = getattr(import_module(f"robostiff.analysis.{module}"), name)
+    _check_fits(machine, method, near, question.has_legs, question.has_postures)
+    return question.asked(machine, pose, method, near, tolerance)
 
 
-def _check_options(machine: Any, kind: str | None, method: Any, near: Near, tolerance: Any) -> None:
+def _check_options(method: Any, tolerance: Any) -> None:
     if isinstance(method, type) or not isinstance(method, Form):
         name = method.__name__ if isinstance(method, type) else "WrenchBasis"
         raise InputError(
@@ -66,18 +65,31 @@ def _check_options(machine: Any, kind: str | None, method: Any, near: Near, tole
             expected="a Tolerance",
             hint="write tolerance=Tolerance(independence=1e-9)",
         )
-    if method != DEFAULT_METHOD and kind in ("linkage", "network", "cable robot"):
+
+
+def _check_fits(machine: Any, method: Form, near: Near, has_legs: bool, has_postures: bool) -> None:
+    if method != DEFAULT_METHOD and not has_legs:
         raise InputError(
-            f"method for {kind} {machine.name!r}",
+            f"method for {machine.kind} {machine.name!r}",
             got=method.name,
-            expected=f"none: forms of K_C are of legs, and a {kind} is solved as a whole",
+            expected=f"none: forms of K_C are of legs, and a {machine.kind} is solved as a whole",
         )
-    if near is not None and kind not in ("robot", None):
+    if near is not None and not has_postures:
         raise InputError(
             f"near of {machine.name!r}",
             got=near,
             expected="none: only a robot of joints and legs has postures to choose from",
         )
+
+
+def stiffness_by_record(
+    machine: Any, pose: Any, at: ArrayLike | None, near: Near, tolerance: Tolerance
+) -> Stiffness:
+    """As `stiffness`, of one pose by the direct form: for what asks for the legs at one pose."""
+    question = question_of(machine, pose, DEFAULT_METHOD, near, tolerance)
+    if question.rows.shape:
+        ask_record(question)
+    return Stiffness.of(question, at)
 
 
 def direct_stiffness(
@@ -173,16 +185,18 @@ def stiffness(
     """
     plain = method is DEFAULT_METHOD and tolerance is DEFAULT_TOLERANCE and near is None
     if plain and type(robot) is Robot:
-        one = PosesOfRobot.recorded_at_one(robot, pose)
+        one = recorded_at_one(robot, pose)
         if one is not None:
             return Stiffness(one, one.rows).about(at)
-    if getattr(robot, "kind", None) == "cable robot":
-        _check_options(robot, robot.kind, method, near, tolerance)
+    if getattr(robot, "kind", "") == "cable robot":
+        _check_options(method, tolerance)
+        _check_fits(robot, method, near, has_legs=False, has_postures=False)
         from robostiff.analysis.cable_stiffness import cable_stiffness
 
         return cable_stiffness(cast("Any", robot), cast("Any", pose), at=at, tolerance=tolerance)
     question = question_of(robot, pose, method, near, tolerance)
-    return Stiffness.of(question, at, by_record=True)
+    ask_record(question)
+    return Stiffness.of(question, at)
 
 
 def compliance(
@@ -220,3 +234,41 @@ def compliance(
     machine: Any = robot
     found = stiffness(machine, pose, at=at, near=near, tolerance=tolerance)
     return found.required_compliance()
+
+
+def deflection(
+    robot: Robot | Snapshot | Network | Linkage,
+    pose: Pose | DriveValues = None,
+    wrench: ArrayLike | None = None,
+    *,
+    at: ArrayLike | None = None,
+    near: Near = None,
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
+) -> Any:
+    """Deflection of the platform under a wrench, and how the parts of the robot share in it.
+
+    Parameters as for `robostiff.deflection`, which takes loads at bodies besides.
+
+    Returns
+    -------
+    Deflection or DeflectionsOfPoses
+        The latter of a batch.
+
+    Raises
+    ------
+    InputError
+        When the wrench or the pose does not fit.
+    """
+    if getattr(robot, "kind", None) == "cable robot":
+        raise InputError(
+            "robot of a deflection",
+            got=f"cable robot {robot.name!r}",
+            expected="a robot without cables: these may become slack, and need not stay near",
+            hint="write cable_response(robot, pose, wrench=...), or 'robostiff cables'",
+        )
+    answer = stiffness_by_record(robot, pose, at, near, tolerance)
+    from robostiff.analysis.deflection_under_load import DeflectionsOfPoses, deflection_at
+
+    hint = "write deflection(robot, pose, wrench) or wrench=[...]: the pose comes first"
+    F = given_wrenches(wrench, answer.space, answer.batch_shape, hint=hint)
+    return DeflectionsOfPoses(F, answer) if answer.batch_shape else deflection_at(answer, F)

@@ -1,16 +1,16 @@
-"""Poses of robots, snapshots and networks at which their stiffness is asked for."""
+"""Poses of machines at which their stiffness is asked for, and what the direct form finds there."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import numpy as np
 
-from robostiff.analysis.details import Details, Question, StructuralAnalysis
-from robostiff.analysis.robot_record import record_of
 from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD, solve_snapshot
-from robostiff.elastostatics import DEFAULT_TOLERANCE, Form, Status, Tolerance, scaling
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Details, Form, Status, Tolerance, scaling
+from robostiff.errors import DisagreementError
 from robostiff.kept import kept
 from robostiff.kinematics import (
     JointCoordinates,
@@ -21,15 +21,188 @@ from robostiff.kinematics import (
     posture_finder,
 )
 from robostiff.kinematics.closure import LegSolver
-from robostiff.kinematics.pose import PoseRequest
+from robostiff.kinematics.pose import PoseRequest, check_is_not_posed
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import PlacedLeg, Robot, Snapshot
-from robostiff.model.checks import FARTHEST, FULL_TURN
+from robostiff.spatial import Space
 
 if TYPE_CHECKING:
-    from robostiff.analysis.compiled_answer import CompiledAnswer
+    from robostiff.analysis.answer_of_kernel import CompiledAnswer
     from robostiff.kinematics import Pose
     from robostiff.network import Network
+
+# Poses of a batch that are worked out together when they are asked for one by one.
+_BLOCK = 64
+# Of the size of an entry: by what equal matrices may differ.
+_AGREEMENT = 1e-9
+
+Differences = list[tuple[int, float | str]]
+
+
+@dataclass(frozen=True)
+class StructuralAnalysis:
+    """Matrix structural analysis: all bodies and all wrenches between them in one system."""
+
+    name = "network"
+    equation = "[[0, A^T], [A, -S]] [x; f] = [F; 0], condensed to the platform"
+
+
+def distances(K: np.ndarray, other: np.ndarray, scale: np.ndarray, free: float) -> np.ndarray:
+    """How far stiffness matrices are from others, (..., n, n) each; scale (..., n) of wrenches.
+
+    Entries are judged by sqrt(K_ii K_jj) of the other, those of free motions not by zero. Where the
+    other vanishes as a whole, as that of legs that transmit nothing does, the distance is 0 or
+    infinite.
+    """
+    size = np.sqrt(np.maximum(np.einsum("...ii->...i", other), 0.0)) / scale
+    size = np.maximum(size, free * np.max(size, axis=-1, keepdims=True)) * scale
+    each = size[..., :, None] * size[..., None, :]
+    apart = np.abs(K - other)
+    parts = np.where(apart == 0, 0.0, np.inf)
+    np.divide(apart, each, out=parts, where=each > 0)
+    return np.max(parts, axis=(-1, -2))
+
+
+def differences(
+    direct: Details, codes: np.ndarray, rank: np.ndarray, K: np.ndarray, free: float
+) -> Differences:
+    """Numbers of N poses at which another answer differs from that of the direct form, by how much.
+
+    Differences of the status come first, then of the rank, then of K (N, n, n) about the reference
+    point, the largest first; none within rounding, which leaves `free` of zero, as a part of the
+    largest size.
+    """
+    found: Differences = []
+    alike = codes == direct.status_codes
+    for i in np.flatnonzero(~alike).tolist():
+        words = (Status(int(own[i])) for own in (codes, direct.status_codes))
+        found.append((i, "on the status, {} and {},".format(*words)))
+    same = alike & (rank == direct.rank)
+    for i in np.flatnonzero(alike & ~same).tolist():
+        found.append((i, f"on the rank, {int(rank[i])} and {int(direct.rank[i])},"))
+    rows = np.flatnonzero(same & direct.answered)
+    if rows.size:
+        scale = scaling(direct.length[rows], direct.space)
+        apart = distances(K[rows], direct.at_reference[rows], scale, free)
+        order = [i for i in np.argsort(-apart) if not apart[i] <= _AGREEMENT]
+        found += [(int(rows[i]), float(apart[i])) for i in order]
+    return found
+
+
+class Question(ABC):
+    """Poses of a machine at which its stiffness is asked for, and what was found out there.
+
+    Parameters
+    ----------
+    name : str
+        Of the machine.
+    space : Space
+    method : Form or StructuralAnalysis
+    tolerance : Tolerance
+    batch : tuple of int
+        Shape of the batch of poses.
+    numbers : (..., n) array
+        What each pose is given by [m, rad]; kept one pose a row.
+    """
+
+    name: str
+    space: Space
+    method: Form | StructuralAnalysis
+    tolerance: Tolerance
+    rows: np.ndarray
+    numbers: np.ndarray
+    #: Whether the machine has legs, each of which has forms of K_C; others are solved as a whole.
+    has_legs: ClassVar[bool] = True
+    #: Whether one pose has several postures, of which the nearest to given ones may be asked for.
+    has_postures: ClassVar[bool] = False
+    #: Between what a record and the direct form differ.
+    opinions: ClassVar[str] = ""
+    #: Of the largest size: what rounding leaves of zero.
+    free: ClassVar[float] = 0.0
+
+    def __init__(
+        self,
+        name: str,
+        space: Space,
+        method: Form | StructuralAnalysis,
+        tolerance: Tolerance,
+        batch: tuple[int, ...],
+        numbers: np.ndarray,
+    ) -> None:
+        self.name, self.space, self.method, self.tolerance = name, space, method, tolerance
+        self.rows = np.arange(int(np.prod(batch, dtype=int))).reshape(batch)
+        self.numbers = numbers.reshape(self.rows.size, numbers.shape[-1])
+        self.recorded: CompiledAnswer | None = None
+        self._whole: Details | None = None
+        self._blocks: dict[int, Details] = {}
+        self._asked_for_one = False
+
+    def details(self, rows: np.ndarray) -> Details:
+        """What the direct form finds at some of the poses, with the shape of the rows.
+
+        Raises DisagreementError where it is another answer than that of the record.
+        """
+        if rows is self.rows or np.array_equal(rows, self.rows):
+            if self._whole is None:
+                self._whole = self._checked(rows)
+            return self._whole
+        if self._whole is not None:
+            return self._whole[np.unravel_index(rows, self.rows.shape)]
+        if rows.shape or not self._asked_for_one:
+            self._asked_for_one |= not rows.shape
+            return self._checked(rows)
+        start = int(rows) // _BLOCK * _BLOCK
+        if start not in self._blocks:
+            stop = min(start + _BLOCK, self.rows.size)
+            self._blocks[start] = self._checked(np.arange(start, stop))
+        return self._blocks[start][int(rows) - start]
+
+    def _checked(self, rows: np.ndarray) -> Details:
+        flat = rows.reshape(-1)
+        found = self.solved(flat)
+        if self.recorded is not None:
+            own = self.recorded.reshaped((-1,))[flat]
+            given = own.status_codes, own.rank, own.matrix
+            for i, distance in differences(found, *given, self.free):
+                where = f"{self.name!r} at {self.place(flat[i])}"
+                raise DisagreementError(self.opinions, distance, where)
+        return found if rows.ndim == 1 else found.reshaped(rows.shape)
+
+    @classmethod
+    @abstractmethod
+    def asked(
+        cls, machine: Any, pose: Any, method: Form, near: Near, tolerance: Tolerance
+    ) -> Question:
+        """By the arguments of `stiffness`; an InputError where they do not fit the machine."""
+
+    def recordable(self) -> tuple[Any, JointCoordinates | np.ndarray] | None:
+        """Of what a record answers, with the inputs (N, n) that it takes; None where none does."""
+        return None
+
+    @abstractmethod
+    def solved(self, rows: np.ndarray) -> Details:
+        """What the direct form finds at N of the poses, a batch of them."""
+
+    @abstractmethod
+    def placed(self, row: np.ndarray) -> Snapshot | Network:
+        """The machine in the world at one pose."""
+
+    def place(self, row: int) -> list[float]:
+        """The numbers of one pose [m, rad]."""
+        return self.numbers[row].tolist()
+
+    def pose_at(self, rows: np.ndarray) -> np.ndarray | None:
+        """Pose coordinates (..., 6) where all of them are given."""
+        return None
+
+    def reference_points(self, rows: np.ndarray) -> np.ndarray | None:
+        """The reference point in the world (..., 3) [m], where it is known without the posture."""
+        return None
+
+    def complaints(self, rows: np.ndarray, status: Status) -> tuple[str, ...]:
+        """What is to be said of one pose of that status, or of several, beside their status."""
+        return ()
+
 
 #: Poses worked on at once: few enough for the cache, enough to hide the cost of a NumPy call.
 CHUNK = 4096
@@ -45,7 +218,7 @@ class PosesOfRobot(Question):
     near: Near
     #: A PoseRequest, or joint coordinates (..., size).
     request: PoseRequest | np.ndarray
-    numbers: np.ndarray
+    has_postures: ClassVar[bool] = True
     opinions: ClassVar[str] = "the record of a robot and the wrench basis form"
     free: ClassVar[float] = 1e-6
 
@@ -62,47 +235,18 @@ class PosesOfRobot(Question):
         is_read = type(pose) is PoseRequest
         self.request = request = pose if is_read else self.finder.request(cast("Pose", pose))
         by_joints = isinstance(request, np.ndarray)
+        # Pose coordinates (N, 6), or joint coordinates (..., size).
         batch = request.shape[:-1] if by_joints else request.batch
-        super().__init__(robot.name, robot.space, method, tolerance, batch)
-        # Pose coordinates (N, 6), or joint coordinates (N, size), one pose a row.
-        self.numbers = (
-            request.reshape(self.rows.size, request.shape[-1]) if by_joints else request.coordinates
-        )
+        numbers = request if by_joints else request.coordinates
+        super().__init__(robot.name, robot.space, method, tolerance, batch, numbers)
 
     @classmethod
-    def recorded_at_one(cls, robot: Robot, pose: Any) -> PosesOfRobot | None:
-        """One pose of free coordinates in plain numbers, answered by the record of the robot.
-
-        None of other poses, and where the record does not answer at once: for `stiffness`, which
-        then reads and answers the pose as any other.
-        """
-        record = record_of(robot)
-        if record.compiled is None:
-            return None
-        places, home = _plain_coordinates(robot)
-        numbers = pose.tolist() if type(pose) is np.ndarray else pose
-        if type(numbers) is not list or len(numbers) != len(places):
-            return None
-        turned = 0.0
-        for place, x in zip(places, numbers, strict=True):
-            if not (isinstance(x, float) or type(x) is int):
-                return None
-            if place < 3 and not abs(x - home[place]) <= FARTHEST:
-                return None
-            turned += x * x if place >= 3 else 0.0
-        given = np.array(numbers, dtype=float)
-        if not turned <= FULL_TURN**2 or (found := record.answer_at_one(given)) is None:
-            return None
-        coordinates = home.copy()
-        coordinates[places] = given
-        left = tuple(place for place in robot.space.rows if place not in places)
-        question = cls(robot, PoseRequest((), coordinates[None], left))
-        question.recorded = found
-        return question
-
-    def place(self, row: int) -> list[float]:
-        """The numbers of one pose [m, rad]."""
-        return self.numbers[row].tolist()
+    def asked(
+        cls, machine: Robot, pose: Any, method: Form, near: Near, tolerance: Tolerance
+    ) -> PosesOfRobot:
+        """A robot with springs between its bodies is refused: those need a load."""
+        machine.check_has_no_springs("stiffness without load")
+        return cls(machine, pose, method, near, tolerance)
 
     def pose_at(self, rows: np.ndarray) -> np.ndarray | None:
         """Pose coordinates (..., 6) where all of them are given."""
@@ -123,19 +267,15 @@ class PosesOfRobot(Question):
         """The robot in the world at one pose."""
         return self._posture(row.reshape(1)).snapshot.one(0)
 
-    def from_record(self) -> CompiledAnswer | None:
-        """What the record gives; None where the direct form is to be used.
+    def recordable(self) -> tuple[Any, JointCoordinates | np.ndarray] | None:
+        """The robot and its free coordinates, where they are asked for as a record gives them.
 
-        That is so for other methods, tolerances and postures than a record has, for robots that
-        have none, and until a record pays.
+        That is not so for other methods, tolerances and postures than a record has.
         """
-        given = self._inputs()
+        given, robot = self._inputs(), self.finder.robot
         if given is None or not given.size:  # no poses, or a structure that has one alone
             return None
-        robot = self.finder.robot
-        by_joints = robot.is_posed_by_joints
-        answer = record_of(robot).answer(JointCoordinates(given) if by_joints else given)
-        return None if answer is None else answer.reshaped(self.rows.shape)
+        return robot, JointCoordinates(given) if robot.is_posed_by_joints else given
 
     def _inputs(self) -> np.ndarray | None:
         """Free coordinates of poses (N, n), where they are asked for as a record gives them."""
@@ -174,9 +314,9 @@ class PosesOfRobot(Question):
             return Details.joined([self.solved(rows[start : start + CHUNK]) for start in starts])
         posture = self._posture(rows)
         found = solve_snapshot(posture.snapshot, self.form, self.tolerance)
-        reached, whole = posture.reached, found.whole
+        reached = posture.reached
         status = (
-            np.where(reached, whole.status_codes, np.uint16(Status.UNREACHABLE))
+            np.where(reached, found.status_codes, np.uint16(Status.UNREACHABLE))
             | (reached & ~posture.within_limits) * np.uint16(Status.BEYOND_LIMITS)
             | (reached & posture.undetermined) * np.uint16(Status.ILL_CONDITIONED)
         )
@@ -184,7 +324,8 @@ class PosesOfRobot(Question):
         each = zip(legs, posture.coordinates, strict=True)
         return replace(
             found,
-            whole=replace(whole, status_codes=np.asarray(status, dtype=np.uint16)),
+            status_codes=np.asarray(status, dtype=np.uint16),
+            rank=np.where(reached, found.rank, -1),
             pose=posture.pose,
             joint_coordinates={leg.name: q for leg, q in each},
             joint_names={leg.name: leg.chain.coordinate_names for leg in legs},
@@ -219,8 +360,20 @@ class OwnPose(Question):
         tolerance: Tolerance,
         found: Details,
     ) -> None:
-        super().__init__(machine.name, machine.space, method, tolerance, found.whole.batch_shape)
+        batch = found.batch_shape
+        none = np.zeros((*batch, 0))
+        super().__init__(machine.name, machine.space, method, tolerance, batch, none)
         self.machine, self._whole = machine, found
+
+    @classmethod
+    def asked(
+        cls, machine: Snapshot, pose: Any, method: Form, near: Near, tolerance: Tolerance
+    ) -> OwnPose:
+        """Only its own pose."""
+        del near
+        check_is_not_posed(machine, pose)
+        machine.check_has_no_springs("stiffness without load")
+        return cls(machine, method, tolerance, solve_snapshot(machine, method, tolerance))
 
     def solved(self, rows: np.ndarray) -> Details:
         """What was found at N of the poses."""
@@ -229,14 +382,6 @@ class OwnPose(Question):
     def placed(self, row: np.ndarray) -> Snapshot | Network:
         """The machine itself, or one pose of a batch along one axis."""
         return self.machine.one(int(row)) if self.rows.shape else self.machine  # type: ignore[union-attr]
-
-
-@kept
-def _plain_coordinates(robot: Robot) -> tuple[list[int], np.ndarray]:
-    """Places of free pose coordinates among all six, and those of home; of an arm no places."""
-    places = robot.coordinate_places if not robot.is_serial else ()
-    inside = all(place in robot.space.rows for place in places)
-    return list(places) if inside else [], posture_finder(robot).home_pose
 
 
 # Of the stiffness of a leg: two postures that differ by less are the same to it.

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from robostiff.analysis.compiled_answer import AtGeneralPoses, attempted, closes
 from robostiff.analysis.kernel_inputs import KernelInputs, LinkageInputs, ParameterValues
-from robostiff.analysis.posed_stiffness import direct_stiffness
-from robostiff.analysis.questions import PosesOfRobot
+from robostiff.analysis.questions import PosesOfRobot, differences
 from robostiff.analysis.result import Stiffness
-from robostiff.compiled import Backend, Kernel, StiffnessMatrix, kernel_of
+from robostiff.compiled import Backend, Kernel, Output, Rates, StiffnessMatrix, kernel_of
 from robostiff.elastostatics import Status, Tolerance
-from robostiff.errors import DisagreementError
+from robostiff.errors import DisagreementError, InputError
 from robostiff.kinematics import JointCoordinates, PostureFinder
 from robostiff.model import Robot
 from robostiff.recorded import RecordedRobot, sample_postures
@@ -69,7 +69,8 @@ def _agrees(kernel: Kernel, general: AtGeneralPoses, taken: Any, seed: int, firs
             question = taken.question(other, pose, given[own])
             direct = Stiffness.of(question)
         decided = ~(answer.guarded[own] | _doubtful(direct))
-        for k, distance in direct.details().differences(answer[own], question.free):
+        answers = answer.status_codes[own], answer.rank[own], answer.matrix[own]
+        for k, distance in differences(direct.details(), *answers, question.free):
             if decided[k]:
                 place = f"{subject.name!r} at {question.place(k)}"
                 for name, x in zip(samples, values.rows[:, own[k]].tolist(), strict=True):
@@ -89,7 +90,7 @@ def depends_on_what_is_held(recorded: RecordedRobot, robot: Robot, finder: Postu
 
     A rod that spins between spherical joints is held by nothing, and transmits the same. A passive
     joint that folds a chain of beams is held by nothing either, but K depends on the fold: there
-    the record and the careful closure may be at different postures.
+    the record and the direct form may be at different postures.
     """
     held = () if recorded.closure is None else recorded.closure.held
     if not held:
@@ -100,11 +101,26 @@ def depends_on_what_is_held(recorded: RecordedRobot, robot: Robot, finder: Postu
     for row, pose in enumerate(posture.pose):
         q = [own[row] for own in posture.coordinates]
         here, there = (
-            direct_stiffness(finder.robot, pose, near=near)
+            Stiffness.of(PosesOfRobot(finder.robot, pose, near=near))
             for near in (q, np.split(np.concatenate(q) + moved, ends))
         )
         if not (here.answered and there.answered):
             return True
-        if there.details()[None].differences(here.details()[None], PosesOfRobot.free):
+        own = here.status_codes[None], here.rank[None], here.matrix[None]
+        if differences(there.details()[None], *own, PosesOfRobot.free):
             return True
     return False
+
+
+def check_derivatives(name: str, recorded: RecordedRobot, outputs: Sequence[Output]) -> None:
+    """Raise for derivatives that recorded Newton steps do not give."""
+    for output in outputs:
+        if not isinstance(output, Rates):
+            continue
+        if recorded.closure is None or isinstance(output.of, Rates):
+            raise InputError(
+                f"derivative {output.name}",
+                got=f"{name!r}, which is closed by iteration",
+                expected="first derivatives, of what has a kernel from pose to matrix",
+                hint="take differences of rs.stiffness at two poses instead",
+            )

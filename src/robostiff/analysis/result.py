@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.details import Details, Question, StructuralAnalysis
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
-from robostiff.elastostatics import Form, RankDecision, Status
+from robostiff.analysis.questions import Question, StructuralAnalysis
+from robostiff.elastostatics import Details, Form, RankDecision, Status, StiffnessOfPoses
 from robostiff.elastostatics.result import definite_inverse
-from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.markup import InNotebooks
 from robostiff.model import Snapshot
@@ -32,13 +31,12 @@ from robostiff.spatial.rotation import matrix_of_rotation, rigid_transform
 if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
-    from robostiff.analysis.cable_stiffness import CableStiffness
-    from robostiff.analysis.compiled_answer import CompiledAnswer
+    from robostiff.analysis.answer_of_kernel import CompiledAnswer
     from robostiff.network import Network
 
 
 @dataclass(frozen=True, repr=False)
-class Stiffness(StatusOfPoses, InNotebooks):
+class Stiffness(StiffnessOfPoses, InNotebooks):
     """K_C of a machine about a point, in world axes, with rank and status, at one pose or many.
 
     Matrix, rank and status are those of the record of the machine where it has one, and compliance
@@ -60,14 +58,11 @@ class Stiffness(StatusOfPoses, InNotebooks):
     point: np.ndarray | None = None
 
     @classmethod
-    def of(
-        cls, question: Question, at: ArrayLike | None = None, *, by_record: bool = False
-    ) -> Stiffness:
+    def of(cls, question: Question, at: ArrayLike | None = None) -> Stiffness:
         """The stiffness at all poses of a question, about the reference point or a point [m].
 
-        By the record of the machine where there is one and it pays, else by the direct form.
+        By the direct form where no record has answered.
         """
-        question.recorded = question.from_record() if by_record else None
         found = cls(question, question.rows)
         if question.recorded is None:
             found.details()  # bad input is found now
@@ -147,24 +142,12 @@ class Stiffness(StatusOfPoses, InNotebooks):
     def _found(self) -> Details | CompiledAnswer:
         return self.details() if self.recorded is None else self.recorded
 
-    @property
-    def K(self) -> np.ndarray:
-        """Stiffness matrix (..., n, n) [N/m, N, N m] about the reference point.
-
-        Raises
-        ------
-        NoAnswerError
-            When a pose has none.
-        """
-        self._require_answer()
-        return self.matrix
-
     @cached_property
     def matrix(self) -> np.ndarray:
         """K (..., n, n) of all poses, unchecked: meaningful where they have a stiffness matrix."""
         if self.recorded is None:
             found = self.details()
-            return found.matrix if self.point is None else found.whole.moved(self.offset)
+            return found.at_reference if self.point is None else found.moved(self.offset)
         return self._moved(self.recorded.matrix, move_stiffness)
 
     def _moved(self, A: np.ndarray, move: Callable[..., np.ndarray]) -> np.ndarray:
@@ -201,11 +184,11 @@ class Stiffness(StatusOfPoses, InNotebooks):
         """Where every load meets a finite compliance (...), also where a direction is rigid."""
         known = self.inverted[1].copy()
         if not known.all():
-            known[~known] = np.ravel(self.careful.details().whole.has_compliance)
+            known[~known] = np.ravel(self.not_inverted.details().has_compliance)
         return known
 
     @cached_property
-    def careful(self) -> Stiffness:
+    def not_inverted(self) -> Stiffness:
         """The answer at those poses at which K of the record is not inverted, one after the other.
 
         The answer itself where there is no other pose.
@@ -223,12 +206,12 @@ class Stiffness(StatusOfPoses, InNotebooks):
         C, known = self.inverted
         if known.all():
             return C
-        n, careful = self.space.size, self.careful
+        n, rest = self.space.size, self.not_inverted
         found = empty_batch(self.batch_shape, (n, n))
         found[...] = np.nan
         if known.any():
             found[known] = C[known]
-        whole, offset = careful.details().whole, careful.offset
+        whole, offset = rest.details(), rest.offset
         has = whole.has_compliance
         if has.any():
             some = (whole if has.all() else whole[has]).inverse
@@ -254,8 +237,8 @@ class Stiffness(StatusOfPoses, InNotebooks):
         if C is not None:
             return C
         if not self.batch_shape:
-            if self.details().whole.carried is None or Status.UNREACHABLE in self.status:
-                self._require_answer()
+            if self.details().carried is None or Status.UNREACHABLE in self.status:
+                self.check_answered()
             why = Status(self.status & (Status.FREE_MOTIONS | Status.ILL_CONDITIONED))
             raise NoAnswerError(
                 f"no compliance matrix of {self.name!r} ({self.status}): {'; '.join(why.advice)}"
@@ -266,25 +249,24 @@ class Stiffness(StatusOfPoses, InNotebooks):
     @cached_property
     def complaints(self) -> tuple[str, ...]:
         """What keeps a single pose from being reached or allowed, and postures not chosen."""
-        reasons = self.details().reasons if self.recorded is None else ()
-        return (*reasons, *self.question.complaints(self.rows, self.status))
+        return self.question.complaints(self.rows, self.status)
 
     @property
     def advice(self) -> tuple[str, ...]:
         """What to know about this answer, a sentence each."""
-        reason = self.details().whole.reason if self.recorded is None else ""
+        reason = self.details().reason if self.recorded is None else ""
         why = (f"{self.method.name}: {reason}",) if reason else ()
         return (*self.complaints, *why, *self.status.advice)
 
     @property
     def free_motions(self) -> tuple[FreeMotion, ...]:
         """Free motions of the platform, at a single pose."""
-        if self.details().whole.carried is None or Status.UNREACHABLE in self.status:
+        if self.details().carried is None or Status.UNREACHABLE in self.status:
             return ()
         # About the robot's own point: from far away every rotation resembles a translation.
         found = self.details()
-        length = float(found.whole.length)
-        motions = free_motions_in_words(found.whole.free_motions, found.origin, length)
+        length = float(found.length)
+        motions = free_motions_in_words(found.free_motions, found.origin, length)
         return tuple(
             FreeMotion(move_twist(motion.twist, self.offset), motion.screw) for motion in motions
         )
@@ -292,24 +274,24 @@ class Stiffness(StatusOfPoses, InNotebooks):
     @property
     def rigid_directions(self) -> np.ndarray:
         """Rigid wrenches about the reference point, rows (r, n), at a single pose."""
-        return move_wrench(self.details().whole.rigid_directions, self.offset)
+        return move_wrench(self.details().rigid_directions, self.offset)
 
     @property
     def redundant_joints(self) -> tuple[str, ...]:
         """``leg/joint`` of the passive freedoms that add nothing to those before, at any pose."""
-        redundant, names = self.details().whole.redundant, self.details().passive_joint_names
+        redundant, names = self.details().redundant, self.details().passive_joint_names
         lost = np.atleast_1d(redundant.any(axis=tuple(range(redundant.ndim - 1))))
         return tuple(name for name, is_lost in zip(names, lost, strict=True) if is_lost)
 
     @property
     def decision(self) -> RankDecision:
         """How the rank was decided, at a single pose."""
-        return self.details().whole.decision
+        return self.details().decision
 
     @property
     def length(self) -> np.ndarray:
         """Characteristic length (...) [m], by which rotations are compared with displacements."""
-        return self.details().whole.length
+        return self.details().length
 
     @property
     def origin(self) -> np.ndarray:
@@ -328,7 +310,7 @@ class Stiffness(StatusOfPoses, InNotebooks):
         On a flexible platform, what each leg carries for a twist of the tool: not symmetric, as
         the legs share the bending of the platform.
         """
-        self._require_answer()
+        self.check_answered()
         return tuple(move_stiffness(leg.K, self.offset) for leg in self.details().legs)
 
     def about(self, point: ArrayLike | None) -> Stiffness:
@@ -346,14 +328,14 @@ class Stiffness(StatusOfPoses, InNotebooks):
 
     def snapshot(self) -> Snapshot:
         """The robot in the world at a single pose."""
-        found: Any = self.placed()
-        if found.kind != "snapshot":
+        if not self.question.has_legs:
             raise InputError(
                 f"snapshot of {self.name!r}",
                 got="bodies in any arrangement",
                 expected="a robot with legs",
                 hint="result.placed() is the network",
             )
+        found: Any = self.placed()
         return found
 
     def __getitem__(self, index: Any) -> Stiffness:
@@ -361,34 +343,19 @@ class Stiffness(StatusOfPoses, InNotebooks):
         point = None if self.point is None else self.point[index]
         return Stiffness(self.question, np.asarray(self.rows[index]), point)
 
-    def __repr__(self) -> str:
-        return in_short(self, "Stiffness")
-
     @property
     def offset(self) -> np.ndarray:
         """From `origin` to the reference point, in the coordinates of the space (..., d) [m]."""
         v = self.reference_point - self.origin
         return v[..., : self.space.translations]
 
-    def _require_answer(self) -> None:
+    def check_answered(self) -> None:
+        """Raise a NoAnswerError unless all poses have a matrix; what a single one complains of."""
         if np.all(self.answered):
             return
         if self.complaints:
             raise NoAnswerError(f"no stiffness matrix of {self.name!r}: {'; '.join(self.advice)}")
-        _ = self.details().whole.K
-
-
-def in_short(result: Stiffness | CableStiffness, kind: str) -> str:
-    """What is printed of a result: point, rank and status; how many matrices a batch has."""
-    if result.batch_shape:
-        answered = int(np.count_nonzero(result.answered))
-        poses = int(np.prod(result.batch_shape))
-        return f"<{kind} of {result.name!r}, {poses} poses, {answered} with a matrix>"
-    point = ", ".join(f"{x:.5g}" for x in result.reference_point)
-    return (
-        f"<{kind} of {result.name!r} about ({point}) m, rank {int(result.rank)} of "
-        f"{result.space.size}, status {result.status}>"
-    )
+        self.details().check_answered()
 
 
 def points_given(at: ArrayLike, batch_shape: tuple[int, ...]) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The record of a robot, kept with it: made once it pays, and asked for many poses or for one."""
+"""The record of a machine, kept with it: made once it pays, and asked for many poses or for one."""
 
 from __future__ import annotations
 
@@ -11,17 +11,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from robostiff.analysis.questions import PosesOfRobot, Question
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kept import kept
-from robostiff.kinematics import JointCoordinates
+from robostiff.kinematics import JointCoordinates, posture_finder
+from robostiff.kinematics.pose import PoseRequest
 from robostiff.model import Robot
+from robostiff.model.checks import FARTHEST, FULL_TURN
 
 if TYPE_CHECKING:
-    from robostiff.analysis.compiled_answer import CompiledAnswer
+    from robostiff.analysis.answer_of_kernel import CompiledAnswer
     from robostiff.analysis.compiled_stiffness import CompiledStiffness
+    from robostiff.linkage import DrivenLinkage
 
-# Recording takes as long as the direct form at some 6,000 poses of a batch, or in 20 to 30 calls
-# (all shipped robots: 3,000 to 9,000 poses, 10 to 30 calls). It begins when as much was spent.
+# Recording a robot takes as long as the direct form at some 6,000 poses of a batch, or in 20 to 30
+# calls (all shipped robots: 3,000 to 9,000 poses, 10 to 30 calls). It begins when that was spent.
 _A_CALL = 250  # poses of a batch, which take as long as what a call begins with
 _PAYS = 6_000
 # Of a record, numbers and trials of working frames among them: some two seconds, and an arm of a
@@ -30,6 +34,8 @@ _MOST_OPERATIONS = 100_000
 # Machine code is some 0.5 us a pose faster than NumPy, and takes 0.1 s to compile after 0.5 s to
 # load the compiler: below a million poses NumPy is done before. A call counts as `_A_CALL` poses.
 _MACHINE_CODE_PAYS = 2**20
+# Of a linkage: some 340 configurations of a batch, or 20 calls (double pantograph), and 10^5 poses.
+_OF_LINKAGES = 17, 340, 2**17
 _READER = "robostiff.analysis.compiled_stiffness"
 
 
@@ -90,18 +96,79 @@ class KeptRecord:
 
 
 @kept
-def record_of(robot: Robot) -> KeptRecord:
-    """The record of a robot, made once it pays."""
-    return KeptRecord(partial(_compiled, robot), _A_CALL, _PAYS, _MACHINE_CODE_PAYS)
+def record_of(subject: Any) -> KeptRecord:
+    """The record of a robot or of a driven linkage, made once it pays."""
+    return KeptRecord(partial(_compiled, subject), *_costs()[subject.kind])
 
 
-def _compiled(robot: Robot, may_record: bool) -> CompiledStiffness:
-    """The robot's kernel on NumPy.
+def _costs() -> dict[str, tuple[int, int, int]]:
+    return {"robot": (_A_CALL, _PAYS, _MACHINE_CODE_PAYS), "linkage": _OF_LINKAGES}
 
-    Raises NoAnswerError where its record would be longer than what it can ever pay for.
+
+def _compiled(subject: Any, may_record: bool) -> CompiledStiffness | None:
+    """The kernel of K of a robot or driven linkage on NumPy.
+
+    A robot is looked for on disk even where it is not recorded yet. Raises NoAnswerError where its
+    record would be longer than what it can ever pay for.
     """
-    from robostiff.analysis.compiled_stiffness import compile_robot
+    from robostiff.analysis.compiled_stiffness import compile_linkage, compile_robot
     from robostiff.compiled import Backend, StiffnessMatrix
 
-    most = _MOST_OPERATIONS if may_record else 0
-    return compile_robot(robot.numeric, (StiffnessMatrix(),), (), Backend.ARRAYS, most)
+    def of_robot(robot: Robot) -> CompiledStiffness:
+        most = _MOST_OPERATIONS if may_record else 0
+        return compile_robot(robot.numeric, (StiffnessMatrix(),), (), Backend.ARRAYS, most)
+
+    def of_linkage(driven: DrivenLinkage) -> CompiledStiffness | None:
+        has_record = may_record and driven.drives and driven.home.is_closed
+        return compile_linkage(driven, backend=Backend.ARRAYS) if has_record else None
+
+    kinds: dict[str, Callable[[Any], Any]] = {"robot": of_robot, "linkage": of_linkage}
+    return kinds[subject.kind](subject)
+
+
+def ask_record(question: Question) -> None:
+    """Have a question answered by the record of its machine, where there is one and it pays."""
+    given = question.recordable()
+    if given is not None:
+        subject, inputs = given
+        answer = record_of(subject).answer(inputs)
+        question.recorded = None if answer is None else answer.reshaped(question.rows.shape)
+
+
+def recorded_at_one(robot: Robot, pose: Any) -> PosesOfRobot | None:
+    """One pose of free coordinates in plain numbers, answered by the record of the robot.
+
+    None of other poses, and where the record does not answer at once: for `stiffness`, which then
+    reads and answers the pose as any other.
+    """
+    record = record_of(robot)
+    if record.compiled is None:
+        return None
+    places, home = _plain_coordinates(robot)
+    numbers = pose.tolist() if type(pose) is np.ndarray else pose
+    if type(numbers) is not list or len(numbers) != len(places):
+        return None
+    turned = 0.0
+    for place, x in zip(places, numbers, strict=True):
+        if not (isinstance(x, float) or type(x) is int):
+            return None
+        if place < 3 and not abs(x - home[place]) <= FARTHEST:
+            return None
+        turned += x * x if place >= 3 else 0.0
+    given = np.array(numbers, dtype=float)
+    if not turned <= FULL_TURN**2 or (found := record.answer_at_one(given)) is None:
+        return None
+    coordinates = home.copy()
+    coordinates[places] = given
+    left = tuple(place for place in robot.space.rows if place not in places)
+    question = PosesOfRobot(robot, PoseRequest((), coordinates[None], left))
+    question.recorded = found
+    return question
+
+
+@kept
+def _plain_coordinates(robot: Robot) -> tuple[list[int], np.ndarray]:
+    """Places of free pose coordinates among all six, and those of home; of an arm no places."""
+    places = robot.coordinate_places if not robot.is_serial else ()
+    inside = all(place in robot.space.rows for place in places)
+    return list(places) if inside else [], posture_finder(robot).home_pose

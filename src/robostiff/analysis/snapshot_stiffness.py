@@ -8,10 +8,10 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from robostiff.analysis.details import Details
 from robostiff.elastostatics import (
     BlockCompliance,
     CartesianStiffness,
+    Details,
     Form,
     LegWrenches,
     Status,
@@ -25,12 +25,12 @@ from robostiff.elastostatics import (
     solved_leg,
 )
 from robostiff.elastostatics.conjugate_wrenches import conjugate_wrenches
-from robostiff.elastostatics.leg import felt_by_modes, transmitted
+from robostiff.elastostatics.leg import loads_of_modes, transmitted
 from robostiff.elastostatics.parallel_block import block_of
 from robostiff.elastostatics.plane import check_compliance_in_plane, check_joints_in_plane
 from robostiff.elastostatics.tolerance import last_moved
 from robostiff.errors import InputError
-from robostiff.kinematics import felt_by_springs, leg_compliance, passive_jacobian
+from robostiff.kinematics import leg_compliance, passive_jacobian, spring_loads
 from robostiff.kinematics.legs_together import LegsTogether, in_order, legs_alone, legs_together
 from robostiff.kinematics.spanning_tree import branches
 from robostiff.model import PlacedBlock, PlacedLeg, PlacedSpring, Snapshot
@@ -64,18 +64,18 @@ class LegMatrices:
 
     def wrenches(self, length: np.ndarray, tolerance: Tolerance) -> LegWrenches:
         """Transmitted wrenches and their energy, in coordinates scaled by a length [m]."""
-        felt = partial(self.felt, length=length)
-        return leg_wrenches(self.J_q, felt, length, tolerance, self.present)
+        loads = partial(self.spring_loads, length=length)
+        return leg_wrenches(self.J_q, loads, length, tolerance, self.present)
 
-    def felt(self, W: np.ndarray, length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What its springs and blocks feel of scaled wrenches W, as `felt_by_springs`."""
+    def spring_loads(self, W: np.ndarray, length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Loads of its springs and blocks under scaled wrenches W, as `kinematics.spring_loads`."""
         wrenches = empty_batch(W.shape[:-2], (6, W.shape[-1]))
         wrenches[...] = 0.0
         wrenches[..., list(self.space.rows), :] = W * scaling(length, self.space)[..., None]
-        rows, sizes = felt_by_springs(self.placed.without_blocks, self.at, wrenches, length)
+        rows, sizes = spring_loads(self.placed.without_blocks, self.at, wrenches, length)
         if not self.blocks:
             return rows, sizes
-        of_blocks = [felt_by_modes(block.whole.modes)(W) for block in self.blocks]
+        of_blocks = [loads_of_modes(block.whole.modes)(W) for block in self.blocks]
         return (
             np.concatenate([rows, *(own for own, _ in of_blocks)], axis=-2),
             np.concatenate([sizes, *(size for _, size in of_blocks)], axis=-1),
@@ -303,8 +303,8 @@ def _solved_together(
         for own, one in zip(together, problems, strict=True)
         for k, i in enumerate(own.places)
     }
-    return Details(
-        whole=whole,
+    return Details.of(
+        whole,
         origin=origin,
         reference_point=snapshot.reference_point,
         passive_joint_names=tuple(names),
@@ -329,7 +329,7 @@ def _between_bodies(
     wrenches = LegWrenches(
         together.W,
         np.zeros((*first.batch_shape, 0)),
-        conjugate_wrenches(together.W, *felt_by_modes(together.modes)(together.W), tolerance),
+        conjugate_wrenches(together.W, *loads_of_modes(together.modes)(together.W), tolerance),
     )
     solved = solved_leg(wrenches, first.length, tolerance)
     whole = aggregate((replace(solved, held=together.held),))

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis.details import StructuralAnalysis
 from robostiff.analysis.posed_stiffness import direct_stiffness
+from robostiff.analysis.questions import StructuralAnalysis
 from robostiff.analysis.result import Stiffness, require_one_pose
 from robostiff.elastostatics import (
     DEFAULT_TOLERANCE,
@@ -182,7 +182,7 @@ def verify(
         raise NoAnswerError(f"nothing to verify: {'; '.join(reference.advice)}")
     placed: Any = reference.placed()
     network, others = placed, []
-    if placed.kind == "snapshot":
+    if reference.question.has_legs:
         network = network_of_snapshot(placed)
         others = [
             direct_stiffness(robot, pose, method=form, near=near, tolerance=tolerance)
@@ -198,7 +198,7 @@ def verify(
 def _compared(reference: Stiffness, other: Stiffness, agreement: float) -> Comparison:
     name, rank = other.method.name, int(other.rank)
     if Status.FORM_DOES_NOT_HOLD in other.status:
-        reason = other.details().whole.reason
+        reason = other.details().reason
         return Comparison(name, Outcome.DOES_NOT_HOLD, None, None, reason)
     rigid, other_rigid = (Status.RIGID_DIRECTION in r.status for r in (reference, other))
     doubtful = Status.ILL_CONDITIONED in other.status | reference.status
@@ -206,7 +206,7 @@ def _compared(reference: Stiffness, other: Stiffness, agreement: float) -> Compa
     if rigid or other_rigid:
         outcome = Outcome.AGREES if rigid and other_rigid else differs
         return Comparison(name, outcome, None, rank, "a rigid direction" if other_rigid else "")
-    distance = _distance(other.K, reference)
+    distance = matrix_distance(other.K, reference.K, float(reference.length))
     reason = "" if rank == reference.rank else f"rank {rank}, and not {int(reference.rank)}"
     agrees = distance <= agreement and not reason
     return Comparison(name, Outcome.AGREES if agrees else differs, distance, rank, reason)
@@ -226,10 +226,6 @@ def _energy(
         return Comparison("energy", Outcome.AGREES if rigid else differs, None, None, str(error))
     if rigid:
         return Comparison("energy", differs, None, None, "no rigid direction")
-    distance = _distance(K, reference)
+    distance = matrix_distance(K, reference.K, float(reference.length))
     outcome = Outcome.AGREES if distance <= agreement else differs
     return Comparison("energy", outcome, distance, None, "")
-
-
-def _distance(K: np.ndarray, reference: Stiffness) -> float:
-    return matrix_distance(K, reference.K, float(reference.length))

@@ -7,16 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.cables.stiffness_matrix import (
-    PlacedCables,
-    elastic_stiffness,
-    geometric_stiffness,
-    structure_matrix,
-    weight_stiffness,
-    weight_wrench,
-)
+from robostiff.cables.stiffness_matrix import PlacedCables
 from robostiff.elastostatics import Tolerance
-from robostiff.spatial.rotation import matrix_of_rotation
 
 
 @dataclass(frozen=True)
@@ -56,30 +48,6 @@ class Hanging:
     def tensions(self) -> np.ndarray:
         """Tensions (m,) [N]; zero for slack cables."""
         return np.maximum(self.pulls, 0.0)
-
-    @cached_property
-    def holding(self) -> np.ndarray:
-        """Wrench that must be applied to hold the platform here (n,) [N, N m]."""
-        now = self.now
-        return -(structure_matrix(now) @ self.tensions + weight_wrench(now))
-
-    @cached_property
-    def stiffness(self) -> np.ndarray:
-        """Second derivative of the energy (n, n), of the cables that are taut."""
-        now, pulls = self.now, self.pulls
-        taut = np.where(pulls >= 0, self.axial, 0.0)
-        return (
-            elastic_stiffness(now, taut)
-            + geometric_stiffness(now, np.maximum(pulls, 0.0))
-            + weight_stiffness(now)
-        )
-
-    def moved(self, x: np.ndarray) -> Hanging:
-        """Displaced by a translation of the reference point and then a turn about it (n,)."""
-        six = np.zeros(6)
-        six[list(self.placed.space.rows)] = x
-        turn = matrix_of_rotation(six[3:])
-        return replace(self, shift=self.shift + six[:3], R=turn @ self.R)
 
 
 _ROUNDING = 1e-12

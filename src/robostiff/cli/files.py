@@ -7,6 +7,7 @@ import re
 import shutil
 import sys
 from dataclasses import asdict
+from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -290,18 +291,16 @@ class Convert(Command, name="convert"):
             )
         ending = "" if path is None else path.suffix.lower()
         robot = self.model.load()
-        frozen: Any = robot
-        if form not in _KERNELS:
-            frozen = _frozen(self.model.source, robot, self.place, form)
+        frozen = partial(_frozen, self.model.source, robot, self.place, form)
         if form in _KERNELS:
             text = _kernel(robot, self.place, form)
         elif writer is not None:
-            text = writer.text(frozen, ending)
+            text = writer.text(frozen(), ending)
         else:
             from robostiff.io.document.read import yaml_of
             from robostiff.io.snapshot import network_to_data, snapshot_to_data
 
-            data = (snapshot_to_data if form == "snapshot" else network_to_data)(frozen)
+            data = (snapshot_to_data if form == "snapshot" else network_to_data)(frozen())
             # rows of numbers and of names stand in a line each, as people write them
             text = json.dumps(data, indent=1, allow_nan=False) + "\n"
             text = re.sub(r"\[\n *([^][{}]+?)\n *\]", _in_a_line, text)

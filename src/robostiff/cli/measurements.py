@@ -27,7 +27,7 @@ from robostiff.errors import InputError
 _GRAVITY = "Acceleration of free fall: -z, or three numbers with units; by default the model's."
 _PARAMETERS = (
     "What is to be found: drives and springs by name, as arm/joint* (their compliance); "
-    "arm/forearm.factor, arm/joint3.zero; or parameters of the model file"
+    "arm/forearm.factor, arm/joint3.zero, arm/joint2.play; or parameters of the model file"
 )
 
 
@@ -127,6 +127,20 @@ class Identify(Command, name="identify"):
     postures: str | None = option(
         "--postures", metavar="FILE.csv", help="Those of the points of a tracker export, and loads."
     )
+    columns: str | None = option(
+        "--columns",
+        metavar="HEADINGS",
+        help="Of a file without them, with commas between: 'n1.x [mm],n1.y [mm],n1.z [mm],"
+        "joint1 [deg],,'; what has none is passed over.",
+    )
+    hooks: tuple[str, ...] = repeatable(
+        "--hook", "NAME=X Y Z", "Where a hook that the column at names is, in the platform frame"
+    )
+    sigma: str | None = option(
+        "--sigma",
+        metavar='"LENGTH ANGLE"',
+        help="Standard deviations of lengths and turns that the file does not have.",
+    )
     loss: str = option(
         "--loss", metavar="NAME", default="squares", help="squares; or robust, for outliers."
     )
@@ -152,9 +166,17 @@ class Identify(Command, name="identify"):
         if self.instrument is not None or markers:
             place = self.instrument and written.six_coordinates(self.instrument, "--instrument")
             frames = KnownFrames(markers or None, place)
+        measured = Measurements.read(
+            self.path,
+            robot,
+            joints=self.postures,
+            columns=None if self.columns is None else self.columns.split(","),
+            hooks=_markers(self.hooks, "--hook"),
+            sigma=written.length_and_angle(self.sigma, "--sigma") if self.sigma else (),
+        )
         found = identify(
             robot,
-            Measurements.read(self.path, robot, joints=self.postures),
+            measured,
             self.unknowns,
             fixed=self.fixed,
             shared=self.shared,
@@ -294,12 +316,12 @@ def _robot(model: Model, patterns: Sequence[str]) -> Any:
     return robot
 
 
-def _markers(texts: tuple[str, ...]) -> dict[str, list[float]]:
-    """Places of markers in the platform frame."""
+def _markers(texts: tuple[str, ...], option: str = "--marker") -> dict[str, list[float]]:
+    """Places of markers, or hooks, in the platform frame."""
     from robostiff.cli.arguments import three_lengths
 
-    pairs = named_values("--marker", texts, "NAME=X Y Z")
-    return {name: three_lengths(own, "--marker") for name, own in pairs}
+    pairs = named_values(option, texts, "NAME=X Y Z")
+    return {name: three_lengths(own, option) for name, own in pairs}
 
 
 def _table(robot: Any, postures: Any) -> str:

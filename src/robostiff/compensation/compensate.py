@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.compiled import Backend
 from robostiff.elastostatics.status import Status, StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import (
@@ -18,14 +19,15 @@ from robostiff.kinematics import (
     Pose,
     Posture,
     actuator_names,
-    find_posture,
     freedom_twist,
+    posture_finder,
 )
 from robostiff.kinematics.machine_pose import actuator_places
-from robostiff.kinematics.pose import Near
+from robostiff.kinematics.pose import Near, PoseRequest
 from robostiff.markup import InNotebooks
 from robostiff.model import Actuated, PlacedFreedom, Robot
 from robostiff.spatial import as_floats
+from robostiff.spatial.rotation import vector_of_quaternion
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.loading.given_loads import Gravity, Loads
 
@@ -33,6 +35,8 @@ if TYPE_CHECKING:
     from robostiff.statics import CompiledLoading
 
 _BOWING = Bowing()
+# Points from which on machine code is worth its compilation.
+_MANY = 1_000
 # Of the size of the robot: closer than this no step is taken.
 _THERE = 1e-14
 # A correction changes by so many times the median between neighbours: a jump. Below, in metres and
@@ -183,7 +187,7 @@ def compensate(
     >>> bool(np.abs(found.deviation).max() > 1e-6), bool(np.abs(found.residual).max() < 1e-12)
     (True, True)
     """
-    from robostiff.statics.kernels.compile import compile_loaded
+    from robostiff.statics.kernels.compile import compile_loaded, kept_loading
 
     if not isinstance(robot, Robot):
         raise InputError(
@@ -192,34 +196,45 @@ def compensate(
             expected="a Robot",
             hint='write compensate(load("hexapod"), path, wrenches)',
         )
-    wanted = find_posture(robot, path, near=near)
+    finder = posture_finder(robot)
+    request = finder.request(path)
+    wanted, pose = None, getattr(request, "coordinates", None)
+    if near is not None or robot.is_serial or not _is_whole(request):
+        wanted = finder.at(request, near)
+        pose = wanted.pose
+    pose = np.asarray(pose)
     size = robot.space.size
     F = as_floats("wrenches", wrenches, f"{size} numbers, or that of each point")
-    if F.shape not in {(size,), (len(wanted.pose), size)}:
+    if F.shape not in {(size,), (len(pose), size)}:
         raise InputError(
             "wrenches",
             got=f"shape {F.shape}",
-            expected=f"({size},) or ({len(wanted.pose)}, {size}), one for each point of the path",
+            expected=f"({size},) or ({len(pose)}, {size}), one for each point of the path",
         )
-    F = _in_world(np.broadcast_to(F, (len(wanted.pose), size)), wanted, axes, robot)
-    commands = _Commands(
-        robot,
-        compile_loaded(robot, loads=loads, gravity=gravity, preload=preload, beams=beams),
-        wanted,
-        F,
-    )
-    return commands.corrected(method)
+    F = _in_world(np.broadcast_to(F, (len(pose), size)), pose, axes, robot)
+    backend = Backend.BEST if len(pose) >= _MANY else Backend.ARRAYS
+    if loads is None and preload is None:
+        loaded = kept_loading(robot, gravity, beams=beams, backend=backend)
+    else:
+        given = {"loads": loads, "gravity": gravity, "preload": preload, "beams": beams}
+        loaded = compile_loaded(robot, **given, backend=backend)
+    return _Commands(robot, loaded, pose, wanted, F).corrected(method)
 
 
-def _in_world(F: np.ndarray, wanted: Posture, axes: Axes, robot: Robot) -> np.ndarray:
-    """Wrenches (N, r) in world axes."""
+def _is_whole(request: PoseRequest | np.ndarray) -> bool:
+    """Whether a pose has all six coordinates, so that no leg is asked for others."""
+    return isinstance(request, PoseRequest) and request.find is None and not request.open
+
+
+def _in_world(F: np.ndarray, pose: np.ndarray, axes: Axes, robot: Robot) -> np.ndarray:
+    """Wrenches (N, r) in world axes, at wanted poses (N, 6)."""
     if axes is Axes.WORLD:
         return F
     from scipy.spatial.transform import Rotation
 
-    R = Rotation.from_rotvec(wanted.pose[:, 3:]).as_matrix()
+    R = Rotation.from_rotvec(pose[:, 3:]).as_matrix()
     if axes is Axes.PATH:
-        R = _along_path(wanted.pose[:, :3], R[:, :, 2])
+        R = _along_path(pose[:, :3], R[:, :, 2])
     if robot.space.size == 3:
         turned = np.einsum("nij,nj->ni", R[:, :2, :2], F[:, :2])
         return np.column_stack([turned, F[:, 2]])
@@ -253,7 +268,8 @@ class _Commands:
 
     robot: Robot
     loaded: CompiledLoading
-    wanted: Posture
+    pose: np.ndarray  # (N, 6): wanted
+    wanted: Posture | None  # where joints follow, or coordinates are left open
     F: np.ndarray  # (N, r), world axes
 
     @property
@@ -275,41 +291,34 @@ class _Commands:
                 command = self._moved(command, residual)
                 residual, codes = self._missing(command)
                 largest = float(np.nanmax(np.abs(residual[:, self._followed]), initial=0.0))
-                if largest <= _THERE * self.wanted.length or not largest < before:
+                if largest <= _THERE * posture_finder(self.robot).length or not largest < before:
                     break
                 before = largest
-        posture = self._unloaded(command)
+        commanded, drives = self._unloaded(command)
         codes, residual = codes.copy(), residual.copy()
-        codes[~posture.within_limits] |= np.uint16(Status.BEYOND_LIMITS)
+        codes[_beyond_limits(self.robot, drives)] |= np.uint16(Status.BEYOND_LIMITS)
         lost = ~np.isfinite(residual).all(axis=1)
-        drives = np.concatenate(
-            [
-                q[:, places]
-                for q, places in zip(posture.coordinates, actuator_places(self.robot), strict=True)
-            ],
-            axis=1,
-        )
-        commanded = posture.pose.copy()
+        commanded = commanded.copy()
         for values in (commanded, drives, command, residual):
             values[lost] = np.nan
         return Compensation(
             robot=self.robot,
-            target=self.wanted.pose,
+            target=self.pose,
             commanded=commanded,
             coordinates=command,
             drives=drives,
             deviation=first,
             residual=residual,
             status_codes=codes,
-            jumps=_jumps(_between(self.wanted.pose, commanded)),
+            jumps=_jumps(_between(self.pose, commanded)),
         )
 
     @property
     def _start(self) -> np.ndarray:
         """The targets as commands (N, n)."""
-        if self.by_joints:
+        if self.by_joints and self.wanted is not None:
             return self.wanted.coordinates[0].copy()
-        return self.wanted.pose[:, self.robot.coordinate_places].copy()
+        return self.pose[:, self.robot.coordinate_places].copy()
 
     @property
     def _followed(self) -> np.ndarray:
@@ -317,10 +326,18 @@ class _Commands:
         places = np.arange(6) if self.by_joints else np.asarray(self.robot.coordinate_places)
         return places if len(places) else np.arange(6)
 
-    def _unloaded(self, command: np.ndarray) -> Posture:
-        """Postures without load."""
+    def _unloaded(self, command: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Poses (N, 6) without load, and coordinates of the drives (N, d)."""
         given = JointCoordinates(command) if self.by_joints else command
-        return find_posture(self.robot, given)
+        finder = posture_finder(self.robot)
+        request = finder.request(given)
+        if isinstance(request, PoseRequest) and _is_whole(request):
+            pose, every = request.coordinates, finder.leg_coordinates(request)
+        else:
+            posture = finder.at(request)
+            pose, every = posture.pose, posture.coordinates
+        each = zip(every, actuator_places(self.robot), strict=True)
+        return pose, np.concatenate([q[:, places] for q, places in each], axis=1)
 
     def _missing(self, command: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What is missing of the targets under load (N, 6), and status codes (N,)."""
@@ -329,10 +346,10 @@ class _Commands:
         if command.shape[1] == 6 and not self.by_joints:
             pose = _six(command, self.robot.coordinate_places)
         else:
-            pose = self._unloaded(command).pose
+            pose = self._unloaded(command)[0]
         moved = np.zeros((len(pose), 6))
         moved[:, list(self.robot.space.rows)] = answer.displacement
-        return _between(_after(pose, moved), self.wanted.pose), answer.status_codes
+        return _between(_after(pose, moved), self.pose), answer.status_codes
 
     def _moved(self, command: np.ndarray, missing: np.ndarray) -> np.ndarray:
         """Commands whose unloaded poses are further by a shift and a rotation (N, 6)."""
@@ -349,12 +366,15 @@ class _Commands:
 
     def _mirrored(self, start: np.ndarray, missing: np.ndarray) -> np.ndarray:
         """Commands at the target less its deviation, rotations by R R_loaded^T R."""
-        aim = _after(self.wanted.pose, missing)
+        aim = _after(self.pose, missing)
         command = self._moved(start, missing)
         for _ in range(Exact.steps if self.by_joints else 0):  # joints that lead there
-            step = _between(self._unloaded(command).pose, aim)
+            step = _between(self._unloaded(command)[0], aim)
             command = self._moved(command, step)
-            if not np.nanmax(np.abs(step), initial=0.0) > _THERE * self.wanted.length:
+            if (
+                not np.nanmax(np.abs(step), initial=0.0)
+                > _THERE * posture_finder(self.robot).length
+            ):
                 break
         return command
 
@@ -364,6 +384,7 @@ class _Commands:
 
         Raises NoAnswerError where a joint is passive: its coordinate is no command.
         """
+        assert self.wanted is not None  # noqa: S101 - it is an arm's
         (leg,) = self.wanted.snapshot.legs
         if not all(isinstance(role, Actuated) for role in self.robot.legs[0].chain.roles):
             raise NoAnswerError(
@@ -371,7 +392,7 @@ class _Commands:
                 "coordinates are no commands"
             )
         moving = [e for e in leg.elements if isinstance(e, PlacedFreedom)]
-        columns = [freedom_twist(e, self.wanted.pose[:, :3]) for e in moving]
+        columns = [freedom_twist(e, self.pose[:, :3]) for e in moving]
         J = np.stack([np.broadcast_to(c, (len(self.F), 6)) for c in columns], axis=-1)
         return np.linalg.pinv(J, rcond=1e-9)
 
@@ -385,26 +406,32 @@ def _six(coordinates: np.ndarray, places: list[int]) -> np.ndarray:
 
 def _after(pose: np.ndarray, moved: np.ndarray) -> np.ndarray:
     """Poses (N, 6) after a shift and a rotation (N, 6), world axes."""
-    from scipy.spatial.transform import Rotation
-
-    found = pose + moved
-    known = np.isfinite(found).all(axis=1)
-    turned = Rotation.from_rotvec(moved[known, 3:]) * Rotation.from_rotvec(pose[known, 3:])
-    found[known, 3:] = turned.as_rotvec()
-    found[~known] = np.nan
-    return found
+    return np.concatenate([pose[:, :3] + moved[:, :3], _turn(moved[:, 3:], pose[:, 3:])], axis=1)
 
 
 def _between(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Shift and rotation (N, 6) from poses to others, world axes."""
-    from scipy.spatial.transform import Rotation
+    return np.concatenate([end[:, :3] - start[:, :3], _turn(end[:, 3:], -start[:, 3:])], axis=1)
 
-    found = end - start
-    known = np.isfinite(found).all(axis=1)
-    turned = Rotation.from_rotvec(end[known, 3:]) * Rotation.from_rotvec(start[known, 3:]).inv()
-    found[known, 3:] = turned.as_rotvec()
-    found[~known] = np.nan
-    return found
+
+def _turn(second: np.ndarray, first: np.ndarray) -> np.ndarray:
+    """Rotation vectors (N, 3) of turns after others, by products of their quaternions."""
+    each = []
+    for r in (second.T, first.T):
+        angle = np.sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2])
+        each.append((r * (0.5 * np.sinc(angle / (2 * np.pi))), np.cos(0.5 * angle)))
+    ((a, b, c), d), ((e, f, g), h) = each
+    q = [d * e + h * a + b * g - c * f, d * f + h * b + c * e - a * g]
+    q += [d * g + h * c + a * f - b * e, d * h - a * e - b * f - c * g]
+    return vector_of_quaternion(np.array(q).T)
+
+
+def _beyond_limits(robot: Robot, drives: np.ndarray) -> np.ndarray:
+    """Where some of the drives (N, d) are beyond their limits (N,)."""
+    roles = (role for leg in robot.legs for role in leg.chain.roles)
+    limits = [role.limits or (-np.inf, np.inf) for role in roles if isinstance(role, Actuated)]
+    low, high = np.array(limits, dtype=float).reshape(-1, 2).T
+    return np.any((drives < low) | (drives > high), axis=1)
 
 
 def _jumps(corrections: np.ndarray) -> tuple[int, ...]:

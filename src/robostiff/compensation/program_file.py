@@ -12,11 +12,12 @@ import numpy as np
 from robostiff.analysis.maps.pose_columns import POSE_UNITS, coordinate_units
 from robostiff.compensation.compensate import Compensation
 from robostiff.elastostatics import Status
-from robostiff.errors import FileError, InputError, Location
+from robostiff.errors import InputError, Location
 from robostiff.io.csv_table import CsvTable, read_table
+from robostiff.io.posture_columns import posture_columns, postures_of
 from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.machine_pose import actuator_places
-from robostiff.kinematics.pose import home_coordinates, joint_units
+from robostiff.kinematics.pose import joint_units
 from robostiff.model import Robot
 from robostiff.whole_file import whole_file
 
@@ -163,38 +164,14 @@ def read_program(
     forces = dict(zip(robot.space.wrench_order, robot.space.wrench_units, strict=True))
     table = read_table(path, coordinates | forces, "point", passes_others=True)
     place, count = Location(str(path), table.header + 1, 1), len(table.rows)
-    if not coordinates.keys() & table.si.keys():
-        expected = f"some of {', '.join(coordinates)}, with units"
-        raise FileError(place, "names of columns", got=table.lines[table.header], expected=expected)
-    wrenches = [table.si.get(name, np.zeros(count)) for name in forces]
-    poses = _poses(robot, table.si, count, angles, place)
-    return ProgramFile(robot, table, angles, poses, np.array(wrenches).T)
-
-
-def _poses(
-    robot: Robot, si: dict[str, np.ndarray], count: int, angles: str | None, place: Location
-) -> np.ndarray | JointCoordinates:
-    """Poses (N, 6), or joints, by the values of columns."""
-    joints = coordinate_units(robot)
-    given = [name for name in joints if name in si]
-    if given and any(name in si for name in POSE_UNITS):
-        raise FileError(
-            place, "headings", got="joints and pose coordinates", expected="one kind of them"
-        )
-    if given:
-        home = robot.numeric.legs[0].chain.home
-        each = [
-            si.get(name, np.full(count, float(q))) for name, q in zip(joints, home, strict=True)
-        ]
-        return JointCoordinates(np.array(each).T)
-    home = home_coordinates(robot.numeric)
-    poses = np.array([si.get(name, np.full(count, home[k])) for k, name in enumerate(POSE_UNITS)]).T
-    if angles is not None:
+    names = posture_columns(robot, table.si.keys(), place, table.lines[table.header])
+    poses = postures_of(robot, names, table.si, count)
+    if angles is not None and not isinstance(poses, JointCoordinates):
         from scipy.spatial.transform import Rotation
 
-        turned = poses[:, _places(angles)]
-        poses[:, 3:] = Rotation.from_euler(angles, turned).as_rotvec()
-    return poses
+        poses[:, 3:] = Rotation.from_euler(angles, poses[:, _places(angles)]).as_rotvec()
+    wrenches = [table.si.get(name, np.zeros(count)) for name in forces]
+    return ProgramFile(robot, table, angles, poses, np.array(wrenches).T)
 
 
 def write_program(program: ProgramFile, found: Compensation, path: str | os.PathLike[str]) -> None:

@@ -7,12 +7,13 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from typing import Any
 
 import numpy as np
 
 from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.codes import POSES_A_CHUNK, ArrayCode, MachineCode, room_for
-from robostiff.compiled.machine_code import Rows, machine_code_is_available
+from robostiff.compiled.machine_code import machine_code_is_available
 from robostiff.compiled.outputs import Output
 from robostiff.compiled.rates import Rates
 from robostiff.errors import InputError
@@ -84,9 +85,7 @@ class Kernel:
             return POSES_A_CHUNK * _CHUNKS_OF_STEPS
         return POSES_A_CHUNK * max(1, _ROWS // (self.rows + len(self.inputs)))
 
-    def evaluate(
-        self, inputs: np.ndarray, out: Rows | None = None, *, threads: int | None = 1
-    ) -> Rows:
+    def evaluate(self, inputs: np.ndarray, out: Any = None, *, threads: int | None = 1) -> Any:
         """Rows of results at rows of inputs.
 
         Parameters

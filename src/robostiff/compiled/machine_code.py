@@ -145,11 +145,11 @@ class VectorFunction:
         start, stop, width = part.start, part.stop, self.width
         if stop - start >= width:
             tables = _addresses(inputs), _addresses(outputs)
-            given = [own.ctypes.data for own in tables]
+            a, b = (own.ctypes.data for own in tables)
             whole = stop - (stop - start) % width
-            self.address(*given, start, whole)
+            self.address(a, b, start, whole)
             if whole < stop:  # the last poses, together with some of those before
-                self.address(*given, stop - width, stop)
+                self.address(a, b, stop - width, stop)
         elif start < stop:
             # Fewer poses than an operation takes are filled up by the last one.
             last = np.minimum(np.arange(start, start + width), stop - 1)

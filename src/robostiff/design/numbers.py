@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from robostiff.analysis.compiled_stiffness import CompiledStiffness, compile_stiffness
 from robostiff.compiled import ComplianceMatrix, EntryOf, Gradient, Output, WorstDeflection
 from robostiff.errors import InputError
+from robostiff.kept import kept
 from robostiff.kinematics import JointCoordinates, find_posture
 from robostiff.model import Robot
 from robostiff.spatial import as_floats
@@ -38,6 +39,14 @@ def parameters_like(robot: Robot, pattern: str) -> tuple[str, ...]:
             hint='load it with symbols, rs.load(file, symbols=("R", "k"))',
         )
     return found
+
+
+@kept
+def kept_kernel(
+    robot: Robot, outputs: tuple[Output, ...], names: tuple[str, ...]
+) -> CompiledStiffness:
+    """The kernel of outputs with these parameters; it is kept with the robot."""
+    return compile_stiffness(robot, outputs, parameters=names)
 
 
 @dataclass(frozen=True)
@@ -72,7 +81,7 @@ class NumbersOfDesigns:
             for part in _smooth(output, robot.space.translations)
         }
         rates = [Gradient(part, names) for part in parts.values()]
-        compiled = compile_stiffness(robot, [*parts.values(), *rates], parameters=tuple(names))
+        compiled = kept_kernel(robot, (*parts.values(), *rates), tuple(names))
         return NumbersOfDesigns(compiled, tuple(outputs), tuple(names), kernel_poses(robot, poses))
 
     def at(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
-from robostiff.analysis.compiled_stiffness import CompiledStiffness, compile_stiffness
+from robostiff.analysis.compiled_stiffness import CompiledStiffness
 from robostiff.compiled import Gradient, Output, WorstDeflection
-from robostiff.design.numbers import NumbersOfDesigns, Poses, kernel_poses, parameters_like
+from robostiff.design.numbers import (
+    NumbersOfDesigns,
+    Poses,
+    kept_kernel,
+    kernel_poses,
+    parameters_like,
+)
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.expression import parse
 from robostiff.kinematics import JointCoordinates
@@ -19,7 +25,7 @@ from robostiff.model import Robot
 
 # Sequences of points that know nothing of one another: their spread is the error of a quantile.
 _SEQUENCES = 8
-_CHUNK = 8192
+_CHUNK = 2**15
 _WORST = WorstDeflection()
 
 
@@ -85,6 +91,15 @@ def _size(given: float | str, nominal: float, name: str) -> float:
     return size
 
 
+class Estimate(Protocol):
+    """Parameters whose errors go together, such as what `identify` found."""
+
+    @property
+    def estimate(self) -> tuple[Robot, dict[str, float], np.ndarray]:
+        """A robot with symbols, values of these, and their covariance (n, n)."""
+        ...
+
+
 @dataclass(frozen=True)
 class Tolerances(InNotebooks):
     """Numbers of a robot whose parameters are spread.
@@ -102,6 +117,10 @@ class Tolerances(InNotebooks):
         Of each output with each parameter, in the order of `deviations`.
     answered : float
         Part of the robots for which this is not so.
+    covariance : (n, n) array
+        Of the parameters.
+    drawn : (m, n) array
+        Parameters of the first robots.
     """
 
     samples: dict[str, np.ndarray]
@@ -109,6 +128,8 @@ class Tolerances(InNotebooks):
     nominal: dict[str, np.ndarray]
     rates: dict[str, np.ndarray]
     answered: float
+    covariance: np.ndarray
+    drawn: np.ndarray
 
     def quantile(self, name: str, q: float) -> tuple[np.ndarray, np.ndarray]:
         """A quantile (N,) of an output at each pose, and its standard error (N,).
@@ -117,8 +138,7 @@ class Tolerances(InNotebooks):
 
         Raises InputError when there is no such output, or q is not between 0 and 1.
         """
-        if name not in self.samples:
-            raise InputError("output", got=name, expected=", ".join(self.samples))
+        self._check(name)
         if not 0 <= q <= 1:
             raise InputError("quantile", got=q, expected="a number from 0 to 1")
         values = self.samples[name]
@@ -126,6 +146,42 @@ class Tolerances(InNotebooks):
         of_parts = np.array([np.nanquantile(part, q, axis=0) for part in parts])
         error = np.std(of_parts, axis=0, ddof=1) / _SEQUENCES**0.5
         return np.nanquantile(values, q, axis=0), error
+
+    def _check(self, name: str) -> None:
+        if name not in self.samples:
+            raise InputError("output", got=name, expected=", ".join(self.samples))
+
+    def histogram(self, name: str, bins: int = 50, pose: int = 0) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers of robots (bins,) between values (bins + 1,) of an output at a pose.
+
+        Raises InputError when there is no such output or pose, or no bin.
+        """
+        values = self._at(name, pose)
+        if not (isinstance(bins, int) and bins > 0):
+            raise InputError("bins", got=bins, expected="a whole number from 1 on")
+        return np.histogram(values[np.isfinite(values)], bins)
+
+    def rank_correlations(self, name: str, pose: int = 0) -> dict[str, float]:
+        """Spearman's correlation of each parameter with an output, of the first robots.
+
+        Its square is near to the share of a parameter wherever the output follows it in one
+        direction, to first order or not.
+        """
+        from scipy.stats import rankdata
+
+        values = self._at(name, pose)[: len(self.drawn)]
+        known = np.isfinite(values)
+        ranks = rankdata(np.column_stack([self.drawn[known], values[known]]), axis=0)
+        each = np.corrcoef(ranks, rowvar=False)[-1, :-1]
+        return dict(zip(self.deviations, each.tolist(), strict=True))
+
+    def _at(self, name: str, pose: int) -> np.ndarray:
+        """Values (samples,) of an output at a pose."""
+        self._check(name)
+        count = self.samples[name].shape[1]
+        if not (isinstance(pose, int) and 0 <= pose < count):
+            raise InputError("pose", got=pose, expected=f"0 to {count - 1}")
+        return self.samples[name][:, pose]
 
     def mean(self, name: str) -> np.ndarray:
         """Mean (N,) of an output at each pose."""
@@ -140,13 +196,16 @@ class Tolerances(InNotebooks):
         return np.sqrt(np.sum(self._parts(name), axis=1))
 
     def shares(self, name: str, pose: int = 0) -> dict[str, float]:
-        """Share of each parameter in the variance of an output, to first order, largest first."""
+        """Share of each parameter in the variance of an output, to first order, largest first.
+
+        Of parameters whose errors go together with its covariance: some may be below zero.
+        """
         parts = self._parts(name)[pose]
         each = zip(self.deviations, (parts / np.sum(parts)).tolist(), strict=True)
         return dict(sorted(each, key=lambda pair: -pair[1]))
 
     def _parts(self, name: str) -> np.ndarray:
-        return (self.rates[name] * np.array([*self.deviations.values()])) ** 2
+        return self.rates[name] * (self.rates[name] @ self.covariance)
 
     def __repr__(self) -> str:
         count = len(next(iter(self.samples.values())))
@@ -160,7 +219,7 @@ class Tolerances(InNotebooks):
 
 def tolerances(
     robot: Robot,
-    spreads: Mapping[str, Uniform | Normal],
+    spreads: Mapping[str, Uniform | Normal] | Estimate,
     outputs: Sequence[Output] = (WorstDeflection(),),
     poses: Poses = None,
     *,
@@ -170,15 +229,16 @@ def tolerances(
 ) -> Tolerances:
     """Numbers of many robots whose parameters are spread about their nominal values.
 
-    Parameters are independent. Their values are eight scrambled Sobol sequences, whose spread gives
-    the errors of quantiles. Shares in the variance are to first order, by the gradient at nominal
-    values.
+    Parameters are independent, or those of an identification with their covariance,
+    ``rs.tolerances(found.robot, found)``. Their values are eight scrambled Sobol sequences, whose
+    spread gives the errors of quantiles. Shares in the variance are to first order, by the gradient
+    at nominal values.
 
     Parameters
     ----------
     robot : Robot
         With symbols for the parameters.
-    spreads : mapping of str to Uniform or Normal
+    spreads : mapping of str to Uniform or Normal, or Identified
         By name, or by a pattern for several: ``{"k*": rs.Uniform(0.2), "R": rs.Normal("0.2 mm")}``.
     outputs : sequence of Output
         Of one number a pose.
@@ -210,25 +270,29 @@ def tolerances(
     from scipy.stats import qmc
 
     drawn = _DrawnRobots.of(robot, spreads, outputs, poses, threads)
-    at_nominal = NumbersOfDesigns.of(robot, outputs, drawn.names, poses)
+    at_nominal = NumbersOfDesigns.of(drawn.robot, outputs, drawn.names, poses)
     numbers, rates, _ = at_nominal.at(np.array([value for _, _, value in drawn.each]))
     in_sequence = 2 ** max(0, int(np.ceil(np.log2(max(samples, 1) / _SEQUENCES))))
     shape = _SEQUENCES * in_sequence, len(drawn.rows)
     found = {x.name: np.empty(shape) for x in outputs}
-    start = 0
+    start, first = 0, np.empty((0, len(drawn.each)))
     for k in range(_SEQUENCES):
         points = qmc.Sobol(len(drawn.each), rng=np.random.default_rng([seed, k]))
         for _ in range(0, in_sequence, _CHUNK):
             u = points.random(min(_CHUNK, in_sequence)).T
             where = slice(start, start := start + u.shape[1])
-            for name, values in drawn.numbers(u).items():
-                found[name][where] = values
+            values = drawn.values(u)
+            first = first if len(first) else values.T.copy()
+            for name, own in drawn.numbers(values).items():
+                found[name][where] = own
     return Tolerances(
         samples=found,
-        deviations={name: own.deviation_of(value, name) for name, own, value in drawn.each},
+        deviations=dict(zip(drawn.names, np.sqrt(np.diag(drawn.covariance)).tolist(), strict=True)),
         nominal={x.name: own for x, own in zip(outputs, numbers, strict=True)},
         rates={x.name: own for x, own in zip(outputs, rates, strict=True)},
         answered=float(np.mean(np.isfinite(next(iter(found.values()))[:, 0]))),
+        covariance=drawn.covariance,
+        drawn=first,
     )
 
 
@@ -238,17 +302,23 @@ class _DrawnRobots:
 
     Attributes
     ----------
+    robot : Robot
+        With symbols.
     compiled : CompiledStiffness
     each : tuple of (str, spread, float)
-        Parameters with their nominal values.
+        Parameters with their nominal values; no spread of those whose errors go together.
+    covariance : (n, n) array
+        Of the parameters.
     positive : frozenset of str
         Parameters that formulas of the model were written for positive values of.
     poses : (N, n) array or JointCoordinates
     threads : int
     """
 
+    robot: Robot
     compiled: CompiledStiffness
-    each: tuple[tuple[str, Uniform | Normal, float], ...]
+    each: tuple[tuple[str, Uniform | Normal | None, float], ...]
+    covariance: np.ndarray
     positive: frozenset[str]
     poses: np.ndarray | JointCoordinates
     threads: int
@@ -267,7 +337,7 @@ class _DrawnRobots:
     @staticmethod
     def of(
         robot: Robot,
-        spreads: Mapping[str, Uniform | Normal],
+        spreads: Mapping[str, Uniform | Normal] | Estimate,
         outputs: Sequence[Output],
         poses: Poses,
         threads: int = 1,
@@ -277,49 +347,75 @@ class _DrawnRobots:
         Raises InputError for a name that is no parameter, no spread, or an output of several
         numbers.
         """
-        of: dict[str, Uniform | Normal] = {}
-        for pattern, spread in spreads.items():
-            if not isinstance(spread, Uniform | Normal):
-                raise InputError(
-                    f"spread of {pattern!r}",
-                    got=spread,
-                    expected='Uniform(0.2) or Normal("0.2 mm")',
-                )
-            of |= dict.fromkeys(parameters_like(robot, pattern), spread)
-        each = tuple((name, spread, float(robot.nominal[name])) for name, spread in of.items())
+        each: list[tuple[str, Uniform | Normal | None, float]] = []
+        if isinstance(spreads, Mapping):
+            of: dict[str, Uniform | Normal] = {}
+            for pattern, spread in spreads.items():
+                if not isinstance(spread, Uniform | Normal):
+                    raise InputError(
+                        f"spread of {pattern!r}",
+                        got=spread,
+                        expected='Uniform(0.2) or Normal("0.2 mm")',
+                    )
+                of |= dict.fromkeys(parameters_like(robot, pattern), spread)
+            for name, spread in of.items():
+                each.append((name, spread, float(robot.nominal[name])))
+            deviations = [of[name].deviation_of(value, name) for name, _, value in each]
+            covariance = np.diag(np.square(deviations))
+        elif hasattr(spreads, "estimate"):
+            robot, values, covariance = spreads.estimate
+            each = [(name, None, value) for name, value in values.items()]
+        else:
+            expected = 'such as {"k*": rs.Uniform(0.2)}, or what identify found'
+            raise InputError("spreads", got=type(spreads).__name__, expected=expected)
+        names = tuple(name for name, _, _ in each)
         for output in outputs:
-            Gradient(output, tuple(of)).shape(robot.space)  # raises where it has several
+            Gradient(output, names).shape(robot.space)  # raises where it has several
         return _DrawnRobots(
-            compile_stiffness(robot, outputs, parameters=tuple(of)),
-            each,
+            robot,
+            kept_kernel(robot, tuple(outputs), names),
+            tuple(each),
+            covariance,
             frozenset(str(symbol) for symbol in robot.symbols if symbol.is_positive),
             kernel_poses(robot, poses),
             threads,
         )
 
-    def numbers(self, u: np.ndarray) -> dict[str, np.ndarray]:
-        """Each output (m, N) of m robots, by quantiles u (n, m) of their parameters.
+    def values(self, u: np.ndarray) -> np.ndarray:
+        """Parameters (n, m) of m robots, by quantiles u (n, m)."""
+        from scipy.special import ndtri
+
+        if self.each and self.each[0][1] is None:
+            least, mean = np.finfo(float).eps, np.array([value for _, _, value in self.each])
+            root = np.linalg.cholesky(self.covariance)
+            return mean[:, None] + root @ ndtri(np.clip(u, least, 1.0 - least))
+        found = np.empty(u.shape)
+        for row, (name, spread, value), own in zip(found, self.each, u, strict=True):
+            row[:] = spread.values(value, name, own) if spread else value
+        return found
+
+    def numbers(self, values: np.ndarray) -> dict[str, np.ndarray]:
+        """Each output (m, N) of m robots with parameters (n, m).
 
         Not a number for a robot that has no answer at some pose.
         """
-        lost, parameters = np.zeros(u.shape[1], dtype=bool), {}
-        for (name, spread, value), own in zip(self.each, u, strict=True):
-            drawn = spread.values(value, name, own)
-            wrong = (drawn <= 0) & (name in self.positive)
-            lost |= wrong
-            parameters[name] = np.where(wrong, value, drawn)
-        rows, outputs = self.rows, self.compiled.kernel.outputs
-        found = {x.name: np.empty((u.shape[1], len(rows))) for x in outputs}
+        positive = np.array([name in self.positive for name in self.names])
+        wrong = (values <= 0) & positive[:, None]
+        lost, count = wrong.any(axis=0), values.shape[1]
+        nominal = np.array([value for _, _, value in self.each])
+        kept = np.where(wrong, nominal[:, None], values) if lost.any() else values
+        parameters, rows = dict(zip(self.names, kept, strict=True)), self.rows
+        found = {x.name: np.empty((count, len(rows))) for x in self.compiled.kernel.outputs}
         for place, row in enumerate(rows):
-            pose: Any = np.broadcast_to(row[:, None], (len(row), u.shape[1])).copy().T
+            pose: Any = np.broadcast_to(row[:, None], (len(row), count)).copy().T
             if isinstance(self.poses, JointCoordinates):
                 pose = JointCoordinates(pose)
             answer = self.compiled.evaluate(pose, parameters=parameters, threads=self.threads)
-            for name, values in found.items():
-                values[:, place] = answer.values[name]
-                lost |= ~np.isfinite(values[:, place])
-        for values in found.values():
-            values[lost] = np.nan
+            for name, own in found.items():
+                own[:, place] = answer.values[name]
+                lost |= ~np.isfinite(own[:, place])
+        for own in found.values():
+            own[lost] = np.nan
         return found
 
 
@@ -380,7 +476,7 @@ def sobol_indices(
         raise InputError("samples of indices", got=samples, expected="a power of two")
 
     def numbers(u: np.ndarray) -> np.ndarray:
-        values = drawn.numbers(u)[output.name][:, 0]
+        values = drawn.numbers(drawn.values(u))[output.name][:, 0]
         if not np.isfinite(values).all():
             lost = int(np.count_nonzero(~np.isfinite(values)))
             raise NoAnswerError(f"{lost} of {len(values)} robots have no answer: spread them less")

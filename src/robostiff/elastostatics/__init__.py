@@ -10,6 +10,7 @@ from robostiff.elastostatics.aggregation import aggregate, aggregate_matrices
 from robostiff.elastostatics.chain import chain_stiffness, solve_chain
 from robostiff.elastostatics.chain_problem import Form
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, LeastEnergy, least_energy
+from robostiff.elastostatics.details import Details
 from robostiff.elastostatics.forms import (
     Block,
     IndexRules,
@@ -26,7 +27,7 @@ from robostiff.elastostatics.forms import (
 )
 from robostiff.elastostatics.leg import LegWrenches, leg_wrenches, solved_leg
 from robostiff.elastostatics.parallel_block import BlockCompliance, block_compliance
-from robostiff.elastostatics.result import CartesianStiffness
+from robostiff.elastostatics.result import CartesianStiffness, StiffnessOfPoses
 from robostiff.elastostatics.status import Status
 from robostiff.elastostatics.tolerance import (
     DEFAULT_TOLERANCE,
@@ -43,6 +44,7 @@ __all__ = [
     "BlockCompliance",
     "CartesianStiffness",
     "ConjugateWrenches",
+    "Details",
     "Form",
     "IndexRules",
     "LeastEnergy",
@@ -51,6 +53,7 @@ __all__ = [
     "Recursive",
     "SaddlePoint",
     "Status",
+    "StiffnessOfPoses",
     "Tolerance",
     "WrenchBasis",
     "aggregate",

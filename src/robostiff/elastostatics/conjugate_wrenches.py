@@ -166,7 +166,7 @@ def eliminated(
     rest : (..., k, m - pivots) array
         X of the others, which are left without what they share with the pivots.
     blurred : (...) array of bool
-        Where rounding of the rows is felt in the tenth digit.
+        Where rounding of the rows reaches the tenth digit.
     """
     found = []
     blurred = np.zeros(np.broadcast_shapes(G.shape[:-2], sizes.shape[:-1]), dtype=bool)
@@ -183,8 +183,8 @@ def eliminated(
         G = G[..., 1:] - g[..., :, None] * part[..., None, :]
         X = X[..., 1:] - x[..., :, None] * part[..., None, :]
         reach = np.sqrt(np.einsum("...k,...k->...", x, x))
-        felt = np.max(np.abs(g) * sizes, axis=-1, initial=0.0)
-        blurred = blurred | (felt * reach > _FEW_DIGITS * energy)
+        largest = np.max(np.abs(g) * sizes, axis=-1, initial=0.0)
+        blurred = blurred | (largest * reach > _FEW_DIGITS * energy)
         found.append((x, energy))
     return found, X, blurred
 
@@ -204,7 +204,7 @@ def _conjugate(
     """The first wrenches made conjugate, their compliances, and the others without energy shared.
 
     The others feel springs by less than decides. Of a spring that is much softer than the rest
-    that is still felt, were it not taken out of them.
+    that is still a load, were it not taken out of them.
     """
     found, rest, blurred = eliminated(rows * sizes[..., None], W, sizes, elastic)
     if not found:

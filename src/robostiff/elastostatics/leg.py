@@ -20,9 +20,9 @@ from robostiff.elastostatics.transmitted_wrenches import unit_twists_and_wrenche
 from robostiff.spatial import Space, compliance_modes
 from robostiff.spatial.shapes import Float
 
-#: What each spring feels of scaled wrenches W (..., n, m): rows (..., p, m) along unit twists, and
+#: Loads of each spring under scaled wrenches W (..., n, m): rows (..., p, m) along unit twists, and
 #: roots of the compliances along them (..., p).
-Felt = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+SpringLoads = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class LegWrenches(PoseBatch):
 
 def leg_wrenches(
     J_q: Float[np.ndarray, "*batch n q"],
-    felt: Felt,
+    spring_loads: SpringLoads,
     length: np.ndarray,
     tolerance: Tolerance,
     present: np.ndarray | None = None,
@@ -61,8 +61,8 @@ def leg_wrenches(
     ----------
     J_q : (..., n, q) array
         Twists of the passive joints about one point.
-    felt : Felt
-        What the springs feel of wrenches about the same point.
+    spring_loads : SpringLoads
+        Loads of the springs under wrenches about the same point.
     length : (...) array
         Characteristic length [m].
     tolerance : Tolerance
@@ -71,17 +71,17 @@ def leg_wrenches(
     """
     s = scaling(length, Space.of_size(J_q.shape[-2]))
     _, W, margins = unit_twists_and_wrenches(J_q * s[..., :, None], tolerance, present)
-    return LegWrenches(W, margins, conjugate_wrenches(W, *felt(W), tolerance))
+    return LegWrenches(W, margins, conjugate_wrenches(W, *spring_loads(W), tolerance))
 
 
-def felt_by_compliance(C: Float[np.ndarray, "*batch n n"], length: np.ndarray) -> Felt:
-    """What is felt by a chain of which the compliance alone is known."""
+def loads_of_compliance(C: Float[np.ndarray, "*batch n n"], length: np.ndarray) -> SpringLoads:
+    """Loads along the modes of a compliance, of a chain of which it alone is known."""
     s = scaling(length, Space.of_size(C.shape[-1]))
-    return felt_by_modes(np.swapaxes(compliance_modes(C) * s[..., :, None], -1, -2))
+    return loads_of_modes(np.swapaxes(compliance_modes(C) * s[..., :, None], -1, -2))
 
 
-def felt_by_modes(modes: Float[np.ndarray, "*batch p n"]) -> Felt:
-    """What is felt where a load F stores the energy ``|modes F|^2 / 2``, in scaled coordinates."""
+def loads_of_modes(modes: Float[np.ndarray, "*batch p n"]) -> SpringLoads:
+    """Loads along modes by which a load F stores ``|modes F|^2 / 2``, in scaled coordinates."""
     sizes = np.sqrt(np.einsum("...pn,...pn->...p", modes, modes))
     unit = modes / np.where(sizes > 0, sizes, 1.0)[..., None]
     return lambda W: (unit @ W, sizes)

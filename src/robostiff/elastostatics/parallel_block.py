@@ -9,7 +9,7 @@ import numpy as np
 
 from robostiff.elastostatics.batched import PoseBatch
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, least_energy
-from robostiff.elastostatics.leg import LegWrenches, felt_by_compliance, leg_wrenches
+from robostiff.elastostatics.leg import LegWrenches, leg_wrenches, loads_of_compliance
 from robostiff.elastostatics.tolerance import Tolerance, scaling
 from robostiff.spatial import Space
 from robostiff.spatial.shapes import Bool, Float
@@ -115,7 +115,7 @@ def block_compliance(
     legs = [
         leg_wrenches(
             J_q,
-            felt_by_compliance(C, length),
+            loads_of_compliance(C, length),
             length,
             tolerance,
             None if present is None else present[i],

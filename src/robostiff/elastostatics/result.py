@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -71,8 +72,67 @@ def definite_inverse(K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return C.reshape(K.shape), certain.reshape(K.shape[:-2])
 
 
+class StiffnessOfPoses(StatusOfPoses):
+    """Base of results that have a stiffness matrix, rank and status at each pose.
+
+    They have a ``matrix`` (..., n, n) of all poses, meaningful where `answered`.
+    """
+
+    @property
+    def K(self: Any) -> np.ndarray:
+        """Stiffness matrix (..., n, n) [N/m, N, N m] about the reference point.
+
+        Raises
+        ------
+        NoAnswerError
+            When a pose has none; ``result[result.answered]`` keeps the others.
+        """
+        self.check_answered()
+        return self.matrix
+
+    @property
+    def space(self: Any) -> Space:
+        """Spatial (6 x 6) or planar (3 x 3)."""
+        return Space.of_size(self.matrix.shape[-1])
+
+    def __repr__(self: Any) -> str:
+        """Point, rank and status; of a batch how many poses have a matrix."""
+        kind = f"{type(self).__name__} of {self.name!r}"
+        if self.batch_shape:
+            count = int(np.count_nonzero(self.answered))
+            return f"<{kind}, {int(np.prod(self.batch_shape))} poses, {count} with a matrix>"
+        point = ", ".join(f"{x:.5g}" for x in self.reference_point)
+        rank = f"rank {int(self.rank)} of {self.space.size}"
+        return f"<{kind} about ({point}) m, {rank}, status {self.status}>"
+
+    def check_answered(self: Any) -> None:
+        """Raise a NoAnswerError, with the advice of the status, unless all poses have a matrix."""
+        if np.all(self.answered):
+            return
+        name, reason = getattr(self, "name", ""), getattr(self, "reason", "")
+        what = f"no stiffness matrix of {name!r}" if name else "no stiffness matrix"
+        advice = " ".join(f"{line}." for line in Status(self.status & WITHOUT_STIFFNESS).advice)
+        advice += f" Reason: {reason}." if reason else ""
+        if not self.batch_shape:
+            raise NoAnswerError(f"{what} at this pose ({self.status}): {advice}")
+        first = tuple(int(i) for i in np.argwhere(~self.answered)[0])
+        raise NoAnswerError(
+            f"{what} at {np.count_nonzero(~self.answered)} of {self.answered.size} poses, the "
+            f"first being {first} ({self.status}): {advice} "
+            "result[result.answered] keeps the others."
+        )
+
+    def check_is_single(self: Any, what: str) -> None:
+        """Raise a NoAnswerError for what poses of a batch have in different numbers."""
+        if self.batch_shape:
+            raise NoAnswerError(
+                f"{what} of {np.prod(self.batch_shape)} poses at once: they differ in number; "
+                f"take one pose, result[i]"
+            )
+
+
 @dataclass(frozen=True)
-class CartesianStiffness(StatusOfPoses, PoseBatch):
+class CartesianStiffness(StiffnessOfPoses, PoseBatch):
     """K_C about a point, at one pose or a batch of poses, with rank, free motions and status.
 
     Attributes
@@ -111,26 +171,6 @@ class CartesianStiffness(StatusOfPoses, PoseBatch):
     reason: str = ""
     carried: ConjugateWrenches | None = None
 
-    @property
-    def space(self) -> Space:
-        """Spatial (6 x 6) or planar (3 x 3)."""
-        return Space.of_size(self.matrix.shape[-1])
-
-    @property
-    def K(self) -> np.ndarray:
-        """Stiffness matrix (..., n, n) [N/m, N, N m].
-
-        Raises
-        ------
-        NoAnswerError
-            When a pose has none; `answered` marks the others, and ``result[result.answered]``
-            keeps the others.
-        """
-        answered = self.answered
-        if not np.all(answered):
-            raise NoAnswerError(self._complaint(answered))
-        return self.matrix
-
     def moved(self, v: np.ndarray) -> np.ndarray:
         """K (..., n, n) about a point that is v (..., 3) away [m], unchecked."""
         v = v[..., : self.space.translations]
@@ -142,7 +182,7 @@ class CartesianStiffness(StatusOfPoses, PoseBatch):
 
         Each row has unit length when rotations are multiplied by `length`.
         """
-        self._single("free motions")
+        self.check_is_single("free motions")
         U, values, _ = np.linalg.svd(self.held)
         free = U[:, np.count_nonzero(values > self.tolerance.independence) :].T
         return free / scaling(self.length, self.space)
@@ -150,7 +190,7 @@ class CartesianStiffness(StatusOfPoses, PoseBatch):
     @property
     def rigid_directions(self) -> np.ndarray:
         """Wrenches that meet no compliance, rows of an (r, n) array; of a single pose."""
-        self._single("rigid directions")
+        self.check_is_single("rigid directions")
         columns = self.rigid.T[np.any(self.rigid != 0, axis=0)]
         return columns * scaling(self.length, self.space)
 
@@ -214,7 +254,7 @@ class CartesianStiffness(StatusOfPoses, PoseBatch):
     @property
     def decision(self) -> RankDecision:
         """How the rank of a single pose was decided."""
-        self._single("rank decision")
+        self.check_is_single("rank decision")
         values = np.linalg.svd(self.held, compute_uv=False)
         kept = values[values > self.tolerance.independence]
         dropped = values[values <= self.tolerance.independence]
@@ -223,24 +263,4 @@ class CartesianStiffness(StatusOfPoses, PoseBatch):
             largest_dropped=float(dropped.max()) if dropped.size else None,
             tolerance=self.tolerance.independence,
             length=float(self.length),
-        )
-
-    def _single(self, what: str) -> None:
-        if self.batch_shape:
-            raise NoAnswerError(
-                f"{what} of {np.prod(self.batch_shape)} poses at once: they differ in number; "
-                f"take one pose, result[i]"
-            )
-
-    def _complaint(self, answered: np.ndarray) -> str:
-        advice = " ".join(f"{line}." for line in Status(self.status & WITHOUT_STIFFNESS).advice)
-        if self.reason:
-            advice += f" Reason: {self.reason}."
-        if not self.batch_shape:
-            return f"no stiffness matrix at this pose ({self.status}): {advice}"
-        first = tuple(int(i) for i in np.argwhere(~answered)[0])
-        return (
-            f"no stiffness matrix at {np.count_nonzero(~answered)} of {answered.size} poses, the "
-            f"first being {first} ({self.status}): {advice} "
-            "result[result.answered] keeps the others."
         )

@@ -202,10 +202,9 @@ def choose_poses(
         markers=list(names) * (len(rows) * len(loads)),
         sigma=sigma,
     )
-    statics = FiniteLoads(
-        States.of(changed, measured), changed, tuple(own.name for own in unknowns), gravity
-    )
-    model = ReadingModel(measured, statics, unknowns, None, None, np.eye(3), names)
+    statics = FiniteLoads.of(States.of(changed, measured, np.eye(3)), changed, unknowns, gravity)
+    turns = np.tile(np.eye(3), (len(names), 1, 1))
+    model = ReadingModel(measured, statics, unknowns, None, None, np.eye(3), names, turns)
     x = np.concatenate([[own.nominal for own in unknowns], np.zeros(6), places.ravel()])
     scale = np.array([abs(own.nominal) or 1e-3 for own in model.unknowns])
     J = (model.predicted(x)[1] * scale / sigma).reshape(len(rows), -1, len(x))
@@ -217,7 +216,7 @@ def choose_poses(
     before = np.zeros(M.shape[1:])
     every = [np.asarray(np.linalg.qr(J.reshape(-1, len(x)), mode="r"))]
     if existing is not None:
-        other = statics.with_states(States.of(changed, existing))
+        other = statics.with_states(States.of(changed, existing, np.eye(3)))
         own = replace(model, measured=existing, statics=other.checked(x[: len(unknowns)])[0])
         every.append(own.predicted(x)[1] * scale / own.sigma[:, None])
         before = every[1].T @ every[1]
@@ -284,7 +283,8 @@ def _rates_at(
     wrenches = np.zeros((len(q), 6))
     wrenches[:, list(robot.space.rows)] = as_floats("wrenches", criterion.wrenches, "[N, N m]")
     given = JointCoordinates(q) if by_joints else q
-    states = States.of(robot, Measurements(given, np.zeros((len(q), 3)), wrenches=wrenches))
+    readings = Measurements(given, np.zeros((len(q), 3)), wrenches=wrenches)
+    states = States.of(robot, readings, np.eye(3))
     rates = statics.with_states(states).checked(values)[0].at(values).rates[:, :3]
     if not np.isfinite(rates).all():
         raise InputError("test poses", got="one near a singular posture", expected="others")

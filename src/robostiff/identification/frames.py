@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
+from robostiff.identification.measurements import Measurements, Reading
 from robostiff.kinematics.turn import turn_by_vector
+from robostiff.spatial import as_floats
 
 _ROUNDS = 20
 
@@ -31,10 +33,69 @@ class KnownFrames:
         In the platform frame [m].
     instrument : (6,) array or None
         Its place in the world [m], and the rotation vector from world to instrument axes [rad].
+    turns : mapping of str to (3,) array, or None
+        Of markers whose poses are read: rotation vectors from their axes to those of the platform.
     """
 
     markers: Mapping[str, ArrayLike] | None = None
     instrument: ArrayLike | None = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    turns: Mapping[str, ArrayLike] | None = None
+
+
+def known_frames(
+    measured: Measurements, frames: UnknownFrames | KnownFrames
+) -> tuple[np.ndarray | None, np.ndarray | None, np.ndarray, tuple[int, ...]]:
+    """Place of the instrument (6,), markers (K, 3), their turns (K, 3, 3), and unknown turns.
+
+    None is what is to be found. Readings of drives alone need no frames.
+
+    Raises
+    ------
+    InputError
+        When a marker has no place, or readings do not tell where it is.
+    """
+    known = frames if isinstance(frames, KnownFrames) else KnownFrames(None, None)
+    if all(kind.of_drive for kind in measured.kinds):
+        known = KnownFrames({})
+    names, instrument, markers = measured.marker_names, None, None
+    if known.instrument is not None:
+        instrument = as_floats("place of the instrument", known.instrument, "six", None, (6,))
+    if known.markers is not None:
+        for name in names:
+            if name not in known.markers:
+                expected = ", ".join(map(str, known.markers))
+                raise InputError("marker", got=name, expected=f"a place for it, beside {expected}")
+        rows = [known.markers[name] for name in names] or np.zeros((0, 3))
+        markers = as_floats("places of the markers", rows, "three numbers each [m]")
+        markers = markers.reshape(len(names), 3)
+    kinds: dict[str, list[Reading]] = {name: [] for name in names}
+    for name, kind in zip(measured.markers, measured.kinds, strict=True):
+        kinds.setdefault(name, []).append(kind)
+    if (instrument is None or markers is None) and not {Reading.POINT, Reading.POSE} & {
+        *measured.kinds
+    }:
+        raise InputError(
+            "frames of displacements and distances",
+            got="unknown ones",
+            expected="known ones: only points tell where instrument and markers are",
+            hint='write frames=rs.KnownFrames({"marker": [0, 0, 0.05]})',
+        )
+    for name in names if markers is None else ():
+        if len(kinds[name]) == 1:
+            raise InputError(
+                f"marker {name!r} of {measured.place(measured.markers.index(name))}",
+                got="one reading",
+                expected="several readings of a marker whose place is not known",
+            )
+    turned: tuple[int, ...] = ()
+    if known.turns is None:
+        turned = tuple(k for k, name in enumerate(names) if Reading.POSE in kinds[name])
+    given = known.turns or {}
+    vectors = [
+        as_floats(f"turn of {name!r}", given.get(name, np.zeros(3)), "[rad]", "rad", (3,))
+        for name in names
+    ]
+    return instrument, markers, turn_by_vector(np.reshape(vectors, (-1, 3))), turned
 
 
 @dataclass(frozen=True, eq=False)

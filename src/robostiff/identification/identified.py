@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, NoAnswerError
 from robostiff.identification.measurements import Measurements
 from robostiff.identification.readings import ReadingModel
 from robostiff.identification.states import States
 from robostiff.identification.unknowns import Unknown
 from robostiff.identification.words import Identifiability
+from robostiff.kinematics.turn import turn_by_vector
 from robostiff.markup import InNotebooks
 from robostiff.model import Robot
 from robostiff.spatial.rotation import vector_of_rotation
@@ -37,6 +38,7 @@ class FitStatus(Flag):
     DOES_NOT_FIT = 8
     OUTLIERS = 16
     NOT_CONVERGED = 32
+    TOO_FEW_ROWS = 64
 
     @property
     def is_bad(self) -> bool:
@@ -63,6 +65,7 @@ class Fit:
     told: Identifiability
     converged: bool
     known: np.ndarray  # (M,) numbers that were used
+    too_few: str = ""  # what is missing, where there are less numbers than unknowns
 
 
 @dataclass(frozen=True)
@@ -71,10 +74,10 @@ class CrossValidation:
 
     Attributes
     ----------
-    errors : (N, 3) array
-        Of readings [m], each by the fit to the other postures; not a number where none is read.
+    errors : (N, 3) or (N, 6) array
+        Of readings, each by the fit to the other postures; not a number where none is read.
     rms : float
-        Root of their mean square [m].
+        Root of their mean square [m], of what is read of markers.
     rms_of_fit : float
         That of the fit to all postures [m].
     """
@@ -118,15 +121,24 @@ class Identified(InNotebooks):
         """Of all unknowns [SI]; those that are not identified keep the nominal ones.
 
         The turn of the instrument is the rotation vector from world to instrument axes, and its
-        covariance that of a further rotation.
+        covariance that of a further rotation; turns of markers are those to platform axes. Empty
+        where there are too few readings.
         """
-        x, n = self.fit.x.copy(), len(self.model.parameters)
+        if self.fit.too_few:
+            return {}
+        x, n, turned = self.fit.x.copy(), len(self.model.parameters), self.model.turned
+        R, *_, turns = self.model.frames(x)
         if self.model.instrument is None:
-            x[n + 3 : n + 6] = vector_of_rotation(self.model.frames(x)[0])
+            x[n + 3 : n + 6] = vector_of_rotation(R)
+        for i, k in enumerate(turned, -len(turned)):
+            turn = turn_by_vector(turns[k]) @ self.model.first_turns[k]
+            x[len(x) + 3 * i : len(x) + 3 * i + 3] = vector_of_rotation(turn)
         return dict(zip((own.name for own in self.unknowns), x.tolist(), strict=True))
 
     @cached_property
     def _found(self) -> list[int]:
+        if self.fit.too_few:
+            return []
         return [k for k in range(len(self.unknowns)) if k not in self.fit.told.fixed]
 
     @cached_property
@@ -237,22 +249,28 @@ class Identified(InNotebooks):
 
     @cached_property
     def residuals(self) -> np.ndarray:
-        """What was read less what is predicted (N, 3) [m]; not a number where nothing is read."""
-        found = np.full(3 * len(self.measured), np.nan)
-        found[self.model.read] = self.model.values - self._predicted[0]
-        return found.reshape(-1, 3)
+        """What was read less what is predicted, as its values; not a number where none is."""
+        return self._as_values(self.model, self.model.values - self._predicted[0])
+
+    @staticmethod
+    def _as_values(model: ReadingModel, numbers: np.ndarray) -> np.ndarray:
+        """Numbers (M,) where readings (N, width) have them."""
+        found = np.full(model.measured.values.shape, np.nan)
+        found.ravel()[model.read] = numbers
+        return found
 
     @cached_property
     def _left_out(self) -> tuple[np.ndarray, np.ndarray]:
         """Leverage of readings (N,), and what leaving one out takes from the sum of squares."""
         r, A = self._scaled
-        count, read = len(self.measured), np.flatnonzero(self.model.read)[self.fit.known]
-        own, Q = np.zeros(3 * count), np.zeros((3 * count, A.shape[1]))
+        (count, width), read = self.measured.values.shape, np.flatnonzero(self.model.read)
+        read = read[self.fit.known]
+        own, Q = np.zeros(width * count), np.zeros((width * count, A.shape[1]))
         own[read], Q[read] = r, A @ self._inverse_root
-        own, Q = own.reshape(-1, 3), Q.reshape(count, 3, -1)
+        own, Q = own.reshape(-1, width), Q.reshape(count, width, -1)
         H = Q @ np.swapaxes(Q, 1, 2)
         # what decides an unknown alone has no residual
-        left = np.linalg.solve(np.eye(3) * (1 + 1e-12) - H, own[:, :, None])[:, :, 0]
+        left = np.linalg.solve(np.eye(width) * (1 + 1e-12) - H, own[:, :, None])[:, :, 0]
         return np.trace(H, axis1=1, axis2=2), np.sum(own * left, axis=1)
 
     @property
@@ -301,6 +319,8 @@ class Identified(InNotebooks):
     @cached_property
     def status(self) -> FitStatus:
         """What happened."""
+        if self.fit.too_few:
+            return FitStatus.TOO_FEW_ROWS
         facts = {
             FitStatus.NOT_IDENTIFIED: bool(self.not_identified),
             FitStatus.WEAK: bool(self.weak),
@@ -317,6 +337,8 @@ class Identified(InNotebooks):
     @cached_property
     def advice(self) -> tuple[str, ...]:
         """What to do, in sentences."""
+        if self.fit.too_few:
+            return (self.fit.too_few,)
         found = [*self.not_identified, *self.weak]
         for name, side in self.at_bound.items():
             found.append(f"{name} is at its {side} value: its interval has one side")
@@ -342,9 +364,40 @@ class Identified(InNotebooks):
 
     @cached_property
     def robot(self) -> Robot:
-        """The robot with the values that were found."""
-        values = {own.name: self.values[own.name] for own in self.model.parameters}
+        """The robot with the values that were found.
+
+        Raises NoAnswerError where there are too few readings. Play is no part of it.
+        """
+        self._check_rows()
+        each = self.model.parameters
+        values = {own.name: 0.0 if own.plays else self.values[own.name] for own in each}
         return self.model.statics.robot.substituted(values)
+
+    @property
+    def estimate(self) -> tuple[Robot, dict[str, float], np.ndarray]:
+        """The robot with symbols for parameters that were found, their values, and covariance.
+
+        Play is no part of it, and the places of instrument and markers are left out.
+
+        Raises NoAnswerError where there are too few readings.
+        """
+        self._check_rows()
+        rows = [k for k, i in enumerate(self._found) if i < len(self.model.parameters)]
+        rows = [k for k in rows if not self.unknowns[self._found[k]].plays]
+        found = {self.names[k]: self.values[self.names[k]] for k in rows}
+        rest = {own.name: 0.0 if own.plays else self.values[own.name]
+                for own in self.model.parameters if own.name not in found}  # fmt: skip
+        robot = self.model.statics.robot
+        robot = robot.substituted(rest) if rest else robot
+        return (
+            replace(robot, nominal={**robot.nominal, **found}),
+            found,
+            self.covariance[np.ix_(rows, rows)],
+        )
+
+    def _check_rows(self) -> None:
+        if self.fit.too_few:
+            raise NoAnswerError(self.fit.too_few)
 
     def write(
         self, path: str | os.PathLike[str], source: str | os.PathLike[str], level: float = 0.95
@@ -360,31 +413,36 @@ class Identified(InNotebooks):
         """
         from robostiff.identification.written_values import write_values
 
+        self._check_rows()
         write_values(self, path, source, level)
 
     def predict(self, measured: Measurements) -> tuple[np.ndarray, np.ndarray]:
-        """What would be read elsewhere (N, 3), and its standard deviation by that of the unknowns.
+        """What would be read elsewhere, and its standard deviation by that of the unknowns.
 
         Parameters
         ----------
         measured : Measurements
             Postures, loads and markers; its values say which numbers are wanted.
+
+        Returns
+        -------
+        two (N, 3) or (N, 6) arrays, as the values.
         """
-        model = self._model_of(measured)
+        self._check_rows()
+        model = self.model_for(measured)
         y, J = model.predicted(self.fit.x)
         L = J[:, self._found] @ self._inverse_root * self.sigma
-        found = np.full((2, 3 * len(measured)), np.nan)
-        found[0, model.read], found[1, model.read] = y, np.linalg.norm(L, axis=1)
-        return found[0].reshape(-1, 3), found[1].reshape(-1, 3)
+        return self._as_values(model, y), self._as_values(model, np.linalg.norm(L, axis=1))
 
-    def _model_of(self, measured: Measurements) -> ReadingModel:
+    def model_for(self, measured: Measurements) -> ReadingModel:
         """Other readings of the same markers, by the kernel that is compiled already."""
         names = self.model.names
         for name in measured.marker_names:
             if name not in names:
                 raise InputError("marker", got=name, expected=f"one of {', '.join(names)}")
         own = self.model.statics
-        statics = own.with_states(States.of(own.robot, measured))
+        R = self.model.frames(self.fit.x)[0]
+        statics = own.with_states(States.of(own.robot, measured, R))
         statics, _ = statics.checked(self.fit.x[: len(self.model.parameters)])
         return replace(self.model, measured=measured, statics=statics)
 
@@ -399,7 +457,7 @@ class Identified(InNotebooks):
         """
         from robostiff.identification.identify import fitted
 
-        model = self._model_of(measured)
+        model = self.model_for(measured)
         return fitted(model, self.fit.x, self.fit.bounds, loss or self.fit.loss)
 
     def cross_validated(self, folds: int = 5, seed: int = 0) -> CrossValidation:
@@ -416,7 +474,7 @@ class Identified(InNotebooks):
         if not 2 <= folds <= count:
             raise InputError("folds", got=folds, expected=f"2 to {count}, the number of postures")
         fold = np.random.default_rng(seed).permutation(count) % folds
-        errors = np.full((len(self.measured), 3), np.nan)
+        errors = np.full(self.measured.values.shape, np.nan)
         for k in range(folds):
             out = fold[posture] == k
             kept = self.measured.chosen(~out)
@@ -425,10 +483,15 @@ class Identified(InNotebooks):
             own = self.fitted_to(kept)
             there = self.measured.chosen(out)
             errors[out] = np.where(there.is_read, there.values - own.predict(there)[0], np.nan)
-        rms = float(np.sqrt(np.nanmean(errors**2)))
-        return CrossValidation(errors, rms, float(np.sqrt(np.nanmean(self.residuals**2))))
+        rows = [not kind.of_drive for kind in self.measured.kinds]
+        rms, of_fit = (
+            float(np.sqrt(np.nanmean(own[rows][:, :3] ** 2))) for own in (errors, self.residuals)
+        )
+        return CrossValidation(errors, rms, of_fit)
 
     def __repr__(self) -> str:
+        if self.fit.too_few:
+            return f"<Identified: {self.fit.too_few}; status {self.status}>"
         found = [own for own in self.model.parameters if own.name in self.std]
         parts = [
             f"{own.name} = {self.values[own.name]:.5g} +- {self.std[own.name]:.2g}"

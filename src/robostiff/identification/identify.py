@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 from robostiff.errors import InputError
 from robostiff.identification.frames import KnownFrames, UnknownFrames
 from robostiff.identification.identified import Fit, Identified
-from robostiff.identification.measurements import Measurements
-from robostiff.identification.readings import ReadingModel, model_of
+from robostiff.identification.measurements import LoadAxes, Measurements
+from robostiff.identification.readings import ReadingModel
+from robostiff.identification.start import model_of
 from robostiff.identification.unknowns import with_unknowns
-from robostiff.identification.words import identifiability
+from robostiff.identification.words import Identifiability, identifiability
 from robostiff.kinematics import JointCoordinates
 from robostiff.model import Robot
 
@@ -22,6 +23,8 @@ _UNKNOWN = UnknownFrames()
 _MOST_STEPS = 60
 # Of the numbers that were read: what must have equilibria where a search ends.
 _KEPT = 0.9
+# Turns of an instrument that are no more, and at most so many of them.
+_SAME_TURN, _TURNS = 1e-10, 6
 # Of a standard deviation: a last step; and of the way of a search: where it ends.
 _LAST, _ENDS, _ROUNDING = 1e-7, 1e-12, 1e-14
 
@@ -72,7 +75,7 @@ def identify(
     parameters : sequence of str
         Names, which may have ``*``: ``arm/joint2`` or ``leg*/strut`` (the compliance of a drive or
         spring), ``arm/forearm.factor`` (of the compliance of a link), ``arm/joint3.zero`` (of its
-        coordinate), or symbols of the model.
+        coordinate), ``arm/joint2.play`` (backlash), or symbols of the model.
     fixed : sequence of str
         Names among them that keep their values.
     shared : bool
@@ -91,7 +94,7 @@ def identify(
     Raises
     ------
     InputError
-        When there are fewer numbers than unknowns, or readings do not fit the robot at all.
+        When readings do not fit the robot at all.
 
     References
     ----------
@@ -119,14 +122,6 @@ def identify(
     changed, unknowns = with_unknowns(robot, parameters, fixed, shared=shared, by_joints=by_joints)
     model, start = model_of(changed, measured, unknowns, frames, gravity)
     names = [own.name for own in model.unknowns]
-    numbers, least = len(model.values), len(names) + (not measured.has_sigma)
-    if numbers < least:
-        more = "" if measured.has_sigma else ", and one for their standard deviation"
-        raise InputError(
-            "numbers that were read",
-            got=numbers,
-            expected=f"at least {least}, one for each unknown{more}: {', '.join(names)}",
-        )
     low = np.array([own.least for own in model.unknowns])
     high = np.full(len(names), np.inf)
     for name, pair in (bounds or {}).items():
@@ -146,6 +141,33 @@ def fitted(
     loss: Squares | Robust,
 ) -> Identified:
     """The fit of a model from a start (n,) on, between bounds."""
+    read, least = len(model.values), len(start) + (not model.measured.has_sigma)
+    if read < least:
+        more = "" if model.measured.has_sigma else ", and one for their standard deviation"
+        names = ", ".join(own.name for own in model.unknowns)
+        too_few = (
+            f"{read} numbers were read, for {len(start)} unknowns{more}: {names}; read more, or "
+            "fix some of them"
+        )
+        told = Identifiability(tuple(range(len(start))), (), (), 1.0)
+        known = np.ones(read, dtype=bool)
+        return Identified(model, Fit(start, start, bounds, loss, told, False, known, too_few))
+    found = _fitted(model, start, bounds, loss)
+    if model.instrument is None and LoadAxes.INSTRUMENT in model.measured.axes:
+        for _ in range(_TURNS):  # loads turn with the instrument
+            before = found.model.frames(found.fit.x)[0]
+            found = _fitted(found.model_for(model.measured), found.fit.x, bounds, loss)
+            if np.abs(found.model.frames(found.fit.x)[0] - before).max() < _SAME_TURN:
+                break
+    return found
+
+
+def _fitted(
+    model: ReadingModel,
+    start: np.ndarray,
+    bounds: tuple[np.ndarray, np.ndarray],
+    loss: Squares | Robust,
+) -> Identified:
     known = _known(model, start)
     told = identifiability(_rates(model, start)[known], model.unknowns)
     x, converged = _searched(model, start, told.fixed, bounds, loss, known)
@@ -248,7 +270,22 @@ def _gauss_newton(
     low: np.ndarray,
     high: np.ndarray,
 ) -> tuple[np.ndarray, bool]:
-    """Steps of Gauss and Newton while they shrink; whether the last was rounding."""
+    """Steps of Gauss and Newton while they shrink, ``min |r + J dz|`` each.
+
+    Parameters
+    ----------
+    at : function
+        From z (n,) to residuals (M,) over their standard deviations, and rates (M, n).
+    z, low, high : (n,) array
+        Start and bounds [SI].
+
+    Returns
+    -------
+    z : (n,) array
+        The last before a step that leaves the bounds, or does not shrink.
+    converged : bool
+        Whether the last step was rounding.
+    """
     before = np.inf
     least = 0.0
     for _ in range(12):

@@ -1,90 +1,152 @@
-"""Measurements from CSV files, and from exports of trackers."""
+"""Measurements from CSV files."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+import re
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robostiff.analysis.maps.pose_columns import POSE_UNITS, coordinate_units
-from robostiff.errors import FileError, InputError, Location
-from robostiff.identification.measurements import Measurements, Reading, coordinates_of
-from robostiff.io.bounded_file import bounded_bytes
-from robostiff.io.csv_table import read_table
-from robostiff.io.units import Dimension, parse_quantity, to_si
+from robostiff.errors import FileError, Location
+from robostiff.identification.instrument_files import (
+    auto_id_lines,
+    lines_of,
+    tracker_points,
+    with_headings,
+)
+from robostiff.identification.measurements import LoadAxes, Measurements, Reading, coordinates_of
+from robostiff.io.csv_table import CsvTable, table_of
+from robostiff.io.posture_columns import posture_columns, postures_of
 from robostiff.kinematics import JointCoordinates
-from robostiff.kinematics.pose import home_coordinates
 from robostiff.model import Robot
 from robostiff.model.mass import gravity_vector
+from robostiff.spatial import as_floats
 
 _AXES = "xyz"
+_TURNS = ("rx", "ry", "rz")
+# What is read, by the columns of which one is filled, and those of its standard deviations.
 _READINGS = {
-    Reading.POINT: ("x", "y", "z"),
-    Reading.DISPLACEMENT: ("dx", "dy", "dz"),
-    Reading.ALONG: ("along",),
-    Reading.DISTANCE: ("distance",),
+    "point": (("x", "y", "z", *_TURNS), ("sigma_x", "sigma_y", "sigma_z", *("sigma_turn",) * 3)),
+    "displacement": (("dx", "dy", "dz"), ("sigma_x", "sigma_y", "sigma_z")),
+    "along": (("along",), ("sigma",)),
+    "distance": (("distance",), ("sigma",)),
+    "torque": (("torque",), ("sigma_torque",)),
+    "push": (("push",), ("sigma_push",)),
+    "turn": (("angle",), ("sigma_turn",)),
+    "travel": (("travel",), ("sigma",)),
 }
-_WORDS = ("posture", "marker", "row", "reference")
+_KINDS = {"push": Reading.TORQUE, "turn": Reading.JOINT, "travel": Reading.JOINT}
+_UNITS = {
+    **dict.fromkeys(("x", "y", "z", "dx", "dy", "dz", "along", "distance", "travel"), "m"),
+    **dict.fromkeys((*_TURNS, "angle", "sigma_turn"), "rad"),
+    **{"torque": "N m", "push": "N", "sigma_torque": "N m", "sigma_push": "N"},
+    **dict.fromkeys(("sigma", *(f"sigma_{a}" for a in _AXES)), "m"),
+    **{f"{what}_{a}": unit for what, unit in (("u", ""), ("from", "m")) for a in _AXES},
+}
 _WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
-_MOST_BYTES = 200_000_000
+_LOADS = {
+    **{name: "N" if name[0] == "F" else "N m" for name in _WRENCH},
+    **{"mass": "kg", "sigma_F": "N", "sigma_M": "N m", **{f"at_{a}": "m" for a in _AXES}},
+}
+_WORDS = ("posture", "marker", "row", "reference", "drive", "axes", "direction", "at")
+_DIRECTIONS = {"": 0, "loading": 1, "unloading": -1, "+": 1, "-": -1, "1": 1, "-1": -1}
+# A marker among several in a line.
+_OF_MARKER = re.compile(r"\s*'?(?P<name>[^\[\(.]+)\.(?P<axis>[xyz])\s*[\[\(]")
 
 
 def read_measurements(
-    robot: Robot, path: str | os.PathLike[str], *, joints: str | os.PathLike[str] | None = None
+    robot: Robot,
+    path: str | os.PathLike[str],
+    *,
+    joints: str | os.PathLike[str] | None = None,
+    columns: Sequence[str] | None = None,
+    hooks: Mapping[str, ArrayLike] | None = None,
+    sigma: Sequence[float] = (),
 ) -> Measurements:
     """Readings of a CSV file, a reading a line.
 
     The first line has the names of the columns, with units in brackets. Postures are joints of an
     arm by name, or ``pose_x [mm]`` to ``pose_rz [deg]``; where ``posture`` repeats a word, they
     may be left out. Loads are ``Fx [N]`` to ``Mz [N m]`` about the reference point, or forces
-    and ``mass [kg]`` at the hook ``at_x [mm], at_y [mm], at_z [mm]`` of the platform frame. What is
-    read of a ``marker`` is ``x, y, z``; or its displacement ``dx, dy, dz``; ``along`` the
-    direction ``u_x, u_y, u_z``; or its ``distance`` from the point ``from_x, from_y, from_z``.
-    A displacement is from the load of the line whose ``row`` is its ``reference``, or from none.
-    ``sigma``, or ``sigma_x, sigma_y, sigma_z``, are standard deviations. Empty fields are readings
-    that are missing, and loads of zero.
+    and ``mass [kg]`` at the hook ``at_x [mm], at_y [mm], at_z [mm]`` of the platform frame, or at
+    that of `hooks` which ``at`` names; ``axes`` are world, platform or instrument, ``sigma_F [N]``
+    and ``sigma_M [N m]`` standard deviations of their components; ``direction`` is loading or
+    unloading. What is read of a ``marker`` is ``x, y, z``, a pose with ``rx, ry, rz`` beside them;
+    or its displacement ``dx, dy, dz``; ``along`` the direction ``u_x, u_y, u_z``; or its
+    ``distance`` from the point ``from_x, from_y, from_z``. ``m1.x, m1.y, m1.z, m2.x, ...`` are
+    points of several markers. Of a ``drive`` it is ``torque [N m]`` or ``push [N]``, or its joint's
+    ``angle [deg]`` or ``travel [mm]`` behind the gear. A displacement is from the load of the line
+    whose ``row`` is its ``reference``, or from none. ``sigma``, or ``sigma_x, sigma_y, sigma_z``,
+    ``sigma_turn``, ``sigma_torque`` and ``sigma_push`` are standard deviations. Empty fields are
+    readings that are missing, and loads of zero.
 
     An export of a tracker, known by ``X``, ``Y``, ``Z`` and ``U(95)`` in its first line, has points
-    alone: `joints` is a file with a line for each of its points, of the columns above.
+    alone: `joints` is a file with a line for each of its points, of the columns above. Lines of an
+    Auto ID file, separated by tabs, are tag, X, Y, Z [mm], roll, pitch, yaw [deg], then joints
+    [deg, mm]; turns that are zero in all lines are none.
 
     Parameters
     ----------
     robot : Robot
     path : path
     joints : path, optional
+    columns : sequence of str, optional
+        Headings of a file without a first line of them, whose fields are separated by blanks, tabs,
+        semicolons or commas; empty ones are passed over.
+    hooks : mapping of str to (3,) array, optional
+        In the platform frame [m].
+    sigma : sequence of one or two numbers
+        Standard deviations of lengths and of turns [m, rad] that the file does not have.
 
     Raises
     ------
     FileError
         With line and column of what cannot be read.
     """
-    export = _tracker_export(path)
-    if export is None:
-        if joints is not None:
-            expected = "a tracker export, with X [mm], Y [mm], Z [mm] and U(95) in its first line"
-            raise FileError(Location(str(path), 1), "points of a tracker", expected=expected)
-        table = _Table.read(robot, path, readings=True)
-        return table.measurements({}, [*range(len(table.lines))], table.lines)
-    if joints is None:
-        raise FileError(
-            Location(str(path), 1),
-            "postures and loads of a tracker export",
-            got="none",
-            expected="a file with a line for each point",
-            hint='write joints="joints.csv", or --postures joints.csv',
-        )
-    table = _Table.read(robot, joints, readings=False)
-    if len(table.lines) != len(export.kept):
-        raise FileError(
-            Location(str(joints)),
-            "postures",
-            got=f"{len(table.lines)} lines",
-            expected=f"{len(export.kept)}, one for each point of {path}",
-        )
-    rows = np.flatnonzero(export.kept).tolist()
-    return table.measurements(export.si, rows, export.lines, str(path))
+    names = ("sigma", "sigma_turn")[: len(sigma)]
+    expected = "one or two numbers [m, rad]"
+    known: dict[str, float] = dict(
+        zip(names, as_floats("sigma", sigma, expected, None, (len(names),)), strict=True)
+    )
+    lines = lines_of(path)
+    points = tracker_points(str(path), lines)
+    if points is not None:
+        if joints is None:
+            raise FileError(
+                Location(str(path), 1),
+                "postures and loads of a tracker export",
+                got="none",
+                expected="a file with a line for each point",
+                hint='write joints="joints.csv", or --postures joints.csv',
+            )
+        table = _Table.read(robot, str(joints), lines_of(joints), hooks, known, given=points.si)
+        if len(table.lines) != len(points.kept):
+            raise FileError(
+                Location(str(joints)),
+                "postures",
+                got=f"{len(table.lines)} lines",
+                expected=f"{len(points.kept)}, one for each point of {path}",
+            )
+        rows = np.flatnonzero(points.kept).tolist()
+        return table.measurements(rows, points.lines, str(path))
+    if joints is not None:
+        expected = "a tracker export, with X [mm], Y [mm], Z [mm] and U(95) in its first line"
+        raise FileError(Location(str(path), 1), "points of a tracker", expected=expected)
+    if columns is not None:
+        behind = with_headings(str(path), lines, columns)
+    else:
+        behind = auto_id_lines(robot, str(path), lines)
+    first = 1 if behind is None else 0  # number of the line of headings
+    table = _Table.read(robot, str(path), behind or lines, hooks, known, first=first)
+    rows = [*range(len(table.lines))]
+    if table.several:
+        rows = np.flatnonzero(np.isfinite(table.columns(_AXES)).any(axis=1)).tolist()
+    return table.measurements(rows, table.lines)
 
 
 @dataclass(frozen=True)
@@ -94,148 +156,148 @@ class _Table:
     robot: Robot
     path: str
     lines: tuple[int, ...]  # from 1
+    names: list[str]  # of all coordinates of a posture
     si: Mapping[str, np.ndarray]
     words: Mapping[str, tuple[str, ...]]
+    hooks: Mapping[str, ArrayLike]
+    several: bool  # whether a line has points of several markers
 
     @classmethod
-    def read(cls, robot: Robot, path: str | os.PathLike[str], *, readings: bool) -> _Table:
-        joints = coordinate_units(robot)
-        poses = {f"pose_{name}": unit for name, unit in POSE_UNITS.items()}
-        units = {**joints, **poses}
-        loads = {name: "N" if name[0] == "F" else "N m" for name in _WRENCH}
-        loads |= {"mass": "kg", **{f"at_{a}": "m" for a in _AXES}}
-        read = {name: "m" for names in _READINGS.values() for name in names}
-        read |= {f"{what}_{a}": unit for what, unit in (("u", ""), ("from", "m")) for a in _AXES}
-        read |= dict.fromkeys(("sigma", *(f"sigma_{a}" for a in _AXES)), "m")
-        given = units | loads | (read if readings else {})
-        table = read_table(
-            path, given, "reading", passes_others=True, words=_WORDS, may_miss=given.keys()
+    def read(
+        cls,
+        robot: Robot,
+        path: str,
+        lines: tuple[str, ...],
+        hooks: Mapping[str, ArrayLike] | None,
+        known: Mapping[str, float],
+        given: Mapping[str, np.ndarray] | None = None,
+        first: int = 1,
+    ) -> _Table:
+        """Of lines from `first` on; where readings are `given`, with postures and loads alone."""
+        units = coordinate_units(robot) | {f"pose_{name}": u for name, u in POSE_UNITS.items()}
+        units |= _LOADS | (_UNITS if given is None else {})
+        several = _markers_in(lines) if given is None else {}
+        units |= dict.fromkeys((name for own in several.values() for name in own), "m")
+        table = table_of(
+            path,
+            lines,
+            units,
+            "reading",
+            passes_others=True,
+            words=_WORDS,
+            may_miss=units.keys(),
+            first=first,
         )
-        lines = tuple(k + 1 for k in table.rows)
-        found = cls(robot, str(path), lines, table.si, table.words)
-        header = Location(str(path), table.header + 1, 1)
-        if not units.keys() & table.si.keys():
-            expected = f"some of {', '.join(units)}, with units"
-            got = table.lines[table.header]
-            raise FileError(header, "names of columns", got=got, expected=expected)
-        if joints.keys() & table.si.keys() and poses.keys() & table.si.keys():
-            raise FileError(header, "postures", got="joints and poses", expected="one kind of them")
-        if readings and not any(n in table.si for names in _READINGS.values() for n in names):
+        header, heading = Location(path, table.header + first, 1), table.lines[table.header]
+        names = posture_columns(robot, table.si.keys(), header, heading, "pose_")
+        read = {name for own, _ in _READINGS.values() for name in own}
+        if given is None and not several and not read & table.si.keys():
             raise FileError(
                 header,
                 "names of columns",
-                got=table.lines[table.header],
-                expected="what was read: x, y, z; dx, dy, dz; along; or distance, with units",
+                got=heading,
+                expected="what was read: x, y, z; dx, dy, dz; along; distance; torque; or angle, "
+                "with units",
             )
-        return found
+        si, words = _by_marker(table, several)
+        rows = (np.repeat(table.rows, max(len(several), 1)) + first).tolist()
+        default = {name: np.full(len(rows), own) for name, own in known.items()}
+        si = {**default, **si, **(given or {})}
+        return cls(robot, path, tuple(rows), names, si, words, hooks or {}, bool(several))
 
     def at(self, row: int) -> Location:
         return Location(self.path, self.lines[row])
 
+    def word(self, name: str, row: int) -> str:
+        return self.words[name][row] if name in self.words else ""
+
+    def columns(self, names: Collection[str], default: float = np.nan) -> np.ndarray:
+        """Values (N, names), those that are missing by default."""
+        none = np.full(len(self.lines), np.nan)
+        each = np.array([self.si.get(name, none) for name in names]).T
+        return np.where(np.isnan(each), default, each)
+
     def postures(self) -> np.ndarray | JointCoordinates:
         """Postures of all lines, those that are left out from the line of the same name."""
-        joints = coordinate_units(self.robot)
-        by_joints = bool(joints.keys() & self.si.keys())
-        names = [*joints] if by_joints else [f"pose_{name}" for name in POSE_UNITS]
-        home = home_coordinates(self.robot.numeric)
-        if by_joints:
-            home = self.robot.numeric.legs[0].chain.home
-        given = [name for name in names if name in self.si]
-        found = np.tile(np.asarray(home, dtype=float), (len(self.lines), 1))
+        si = {name: self.si[name].copy() for name in self.names if name in self.si}
         first: dict[str, int] = {}
         for row in range(len(self.lines)):
-            values = np.array([self.si[name][row] for name in given])
-            label = self.words["posture"][row] if "posture" in self.words else ""
-            missing = np.isnan(values)
-            places = [names.index(name) for name in given]
-            if missing.any():
-                if not (missing.all() and label in first):
-                    name = given[int(np.argmax(missing))]
-                    hint = f"or leave out all of a posture {label!r} that is known already"
-                    raise FileError(
-                        self.at(row), name, got="nothing", expected="a number", hint=hint
-                    )
-                found[row] = found[first[label]]
-                continue
-            found[row, places] = values
-            if label:
-                before = first.setdefault(label, row)
-                if not np.array_equal(found[before], found[row]):
-                    raise FileError(
-                        self.at(row),
-                        f"posture {label!r}",
-                        got="other coordinates than before",
-                        expected=f"those of line {self.lines[before]}, or another name",
-                    )
-        if by_joints:
-            return JointCoordinates(found)
-        return found[:, self.robot.coordinate_places] if self.robot.coordinates else found
+            label = self.word("posture", row)
+            missing = [name for name, own in si.items() if np.isnan(own[row])]
+            if missing and not (len(missing) == len(si) and label in first):
+                hint = f"or leave out all of a posture {label!r} that is known already"
+                raise FileError(
+                    self.at(row), missing[0], got="nothing", expected="a number", hint=hint
+                )
+            before = first.setdefault(label, row) if label else row
+            if not missing and any(own[row] != own[before] for own in si.values()):
+                raise FileError(
+                    self.at(row),
+                    f"posture {label!r}",
+                    got="other coordinates than before",
+                    expected=f"those of line {self.lines[before]}, or another name",
+                )
+            for own in si.values() if missing else ():
+                own[row] = own[before]
+        found = postures_of(self.robot, self.names, si, len(self.lines))
+        if isinstance(found, JointCoordinates) or not self.robot.coordinates:
+            return found
+        return found[:, self.robot.coordinate_places]
+
+    def _hooks(self) -> np.ndarray:
+        """Places (N, 3) at which loads act, in the platform frame; not a number at the tip."""
+        found = self.columns([f"at_{a}" for a in _AXES])
+        for row in range(len(self.lines)):
+            own, name = found[row], self.word("at", row)
+            if name in self.hooks:
+                expected = "three numbers [m]"
+                found[row] = as_floats(f"hook {name!r}", self.hooks[name], expected, "m", (3,))
+            elif name not in ("", "tip"):
+                expected = f"tip, or one of {', '.join(self.hooks) or 'hooks='}"
+                raise FileError(self.at(row), "hook", got=name, expected=expected)
+            elif np.isfinite(own).any() and not np.isfinite(own).all():
+                raise FileError(
+                    self.at(row), "hook", got="a part of it", expected="at_x, at_y, at_z"
+                )
+        return found
 
     def measurements(
-        self,
-        points: Mapping[str, np.ndarray],
-        rows: list[int],
-        lines: tuple[int, ...],
-        source: str = "",
+        self, rows: list[int], lines: tuple[int, ...], source: str = ""
     ) -> Measurements:
-        """Readings of some lines, with points from elsewhere where they are given."""
+        """Readings of some lines."""
         count = len(self.lines)
-        si = {**self.si, **points}
-        none = np.full(count, np.nan)
-
-        def columns(names: tuple[str, ...], default: float = np.nan) -> np.ndarray:
-            each = np.array([si.get(name, none) for name in names]).T
-            each[np.isnan(each)] = default
-            return each
-
-        load = columns(_WRENCH, 0.0)
-        hooks = columns(tuple(f"at_{a}" for a in _AXES))
+        load, hooks = self.columns(_WRENCH, 0.0), self._hooks()
         at_hooks = np.isfinite(hooks).all(axis=1)
-        for row in np.flatnonzero(np.isfinite(hooks).any(axis=1) & ~at_hooks).tolist():
-            raise FileError(self.at(row), "hook", got="a part of it", expected="at_x, at_y, at_z")
         forces = load[:, :3] * np.reshape(at_hooks, (-1, 1))
-        mass = columns(("mass",), 0.0)[:, 0]
+        mass = self.columns(["mass"], 0.0)[:, 0]
         if mass.any():
             own = self.robot.numeric.gravity
             down = gravity_vector("gravity", "-z") if own is None or not np.any(own) else own
             forces = forces + mass[:, None] * down
         load[:, :3] *= np.reshape(~at_hooks, (-1, 1))
-        sigma = columns(tuple(f"sigma_{a}" for a in _AXES))
-        sigma = np.where(np.isnan(sigma), si.get("sigma", none)[:, None], sigma)
-        values, kinds = np.full((count, 3), np.nan), [Reading.POINT] * count
+        values, sigma, kinds = self._values(set(rows))
         toward = np.full((count, 3), np.nan)
-        asked = set(rows)
-        for row in range(count):
-            read = {k: [si[n][row] for n in names if n in si] for k, names in _READINGS.items()}
-            kind = [k for k, own in read.items() if np.isfinite(own).any()]
-            if len(kind) != 1 and row in asked:
-                got = " and ".join(k.value for k in kind) or "nothing"
-                raise FileError(self.at(row), "reading", got=got, expected="one kind of value")
-            if len(kind) != 1:
-                values[row], sigma[row] = 0.0, 1.0  # it is left out
-                continue
-            kinds[row] = kind[0]
-            for place, name in enumerate(_READINGS[kind[0]]):
-                values[row, place] = si[name][row] if name in si else np.nan
-            if kind[0].size == 1:
-                word = "u" if kind[0] is Reading.ALONG else "from"
-                toward[row] = [si.get(f"{word}_{a}", none)[row] for a in _AXES]
-                sigma[row] = sigma[row, 0]
+        for kind, word in ((Reading.ALONG, "u"), (Reading.DISTANCE, "from")):
+            mine = [own is kind for own in kinds]
+            toward[mine] = self.columns([f"{word}_{a}" for a in _AXES])[mine]
         postures = self.postures()
+        directions = [self._one_of(_DIRECTIONS, "direction", row) for row in range(count)]
         markers = self.words.get("marker", ("marker",) * count)
+        drives = self.words.get("drive", ("",) * count)
         whole = np.column_stack([coordinates_of(postures), load, forces, hooks, values])
         seen: dict[tuple[object, ...], int] = {}
         for row in rows:
-            key = (markers[row], whole[row].tobytes())
-            if key in seen:
+            key = (markers[row], drives[row], directions[row], whole[row].tobytes())
+            before = seen.setdefault(key, row)
+            if before != row:
                 raise FileError(
                     self.at(row),
                     "reading",
-                    got=f"the same as line {self.lines[seen[key]]}, to the last digit",
+                    got=f"the same as line {self.lines[before]}, to the last digit",
                     expected="another one",
                     hint="remove one of them: it would count twice",
                 )
-            seen[key] = row
+        by_name = {own.value: own for own in LoadAxes} | {"": LoadAxes.WORLD}
         found = Measurements(
             postures=postures,
             values=values,
@@ -247,16 +309,60 @@ class _Table:
             kinds=kinds,
             toward=toward,
             references=self._references(),
+            drives=drives,
+            axes=[self._one_of(by_name, "axes", row) for row in range(count)],
+            sigma_wrench=self.columns(("sigma_F",) * 3 + ("sigma_M",) * 3, 0.0),
+            directions=directions,
             lines=lines,
             source=source or self.path,
         )
         return found if len(rows) == count else found.chosen(rows)
 
+    def _values(self, asked: set[int]) -> tuple[np.ndarray, np.ndarray, list[Reading]]:
+        """What was read (N, 3 or 6) in lines that are asked for, its sigma, and its kind."""
+        count, kinds = len(self.lines), [Reading.POINT] * len(self.lines)
+        values, sigma = np.full((count, 6), np.nan), np.full((count, 6), np.nan)
+        for word, (names, deviations) in _READINGS.items():
+            own, mine = self.columns(names), self.columns(deviations)
+            if "sigma_x" in deviations:
+                mine[:, :3] = np.where(np.isnan(mine[:, :3]), self.columns(["sigma"]), mine[:, :3])
+            read = np.isfinite(own)
+            for row in np.flatnonzero(read.any(axis=1)).tolist():
+                if np.isfinite(values[row]).any():
+                    got = f"{kinds[row].value} and {word}"
+                    raise FileError(self.at(row), "reading", got=got, expected="one kind of value")
+                values[row, : len(names)], sigma[row, : len(names)] = own[row], mine[row]
+                posed = word == "point" and read[row, 3:].any()
+                if posed and not read[row].all():
+                    raise FileError(
+                        self.at(row), "pose", got="a part", expected="x, y, z, rx, ry, rz"
+                    )
+                kinds[row] = Reading.POSE if posed else _KINDS.get(word) or Reading(word)
+        has_sigma = bool(np.isfinite(sigma).any())
+        for row in np.flatnonzero(~np.isfinite(values).any(axis=1)).tolist():
+            if row in asked:
+                raise FileError(
+                    self.at(row), "reading", got="nothing", expected="one kind of value"
+                )
+            values[row, :3] = 0.0  # it is left out
+            sigma[row, :3] = 1.0 if has_sigma else np.nan
+        width = 6 if Reading.POSE in kinds else 3
+        return values[:, :width], sigma[:, :width], kinds
+
+    def _one_of(self, known: Mapping[str, Any], name: str, row: int) -> Any:
+        """What a word of a column means."""
+        word = self.word(name, row)
+        if word not in known:
+            expected = ", ".join(filter(None, known))
+            raise FileError(self.at(row), name, got=word, expected=expected)
+        return known[word]
+
     def _references(self) -> list[int]:
         """Rows of references; -1 where there is none."""
         labels = self.words.get("row", ())
         found = []
-        for row, name in enumerate(self.words.get("reference", ("",) * len(self.lines))):
+        for row in range(len(self.lines)):
+            name = self.word("reference", row)
             if name and name not in labels:
                 expected = "the name of a line in the column row"
                 raise FileError(self.at(row), "reference", got=name, expected=expected)
@@ -264,74 +370,29 @@ class _Table:
         return found
 
 
-@dataclass(frozen=True)
-class _TrackerExport:
-    """Points of a tracker: their coordinates and standard deviations, and which are not deleted."""
-
-    si: dict[str, np.ndarray]
-    kept: np.ndarray  # (N,) of bool
-    lines: tuple[int, ...]
-
-
-def _tracker_export(path: str | os.PathLike[str]) -> _TrackerExport | None:
-    """What a tracker has written; None of a file of another kind.
-
-    ``U(95)`` is twice the standard deviation, of each axis where there is one; a word in ``Delete``
-    marks what was taken out. Units stand behind names, the sign of micro in any encoding.
-    """
-    name = str(path)
-    content = bounded_bytes(path, _MOST_BYTES, "a CSV file")
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = content.decode("latin-1")
-    text = text.replace("\u00b5", "u").replace("\u03bc", "u").replace("\u00c2", "")
-    lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip()]
-    if not lines or "U(95)" not in lines[0][1]:
-        return None
-    mark = next((mark for mark in "\t;," if mark in lines[0][1]), ",")
-    headings = [own.strip(" \"'") for own in lines[0][1].split(mark)]
-    places = _tracker_columns(headings, Location(name, lines[0][0]))
-    if not {"X", "Y", "Z"} <= places.keys():
-        got = ", ".join(headings[:8])
-        raise FileError(Location(name, lines[0][0]), "columns", got=got, expected="X, Y and Z")
-    wanted = {"x": "X", "y": "Y", "z": "Z"}
-    if "U(95)" in places:
-        wanted |= {f"sigma_{a}": "U(95)" for a in _AXES}
-    if "U(95) X" in places:
-        wanted |= {f"sigma_{a}": f"U(95) {a.upper()}" for a in _AXES}
-    values = np.full((len(lines) - 1, len(wanted)), np.nan)
-    for row, (k, line) in enumerate(lines[1:]):
-        fields = [own.strip(" \"'") for own in line.split(mark)] + [""] * len(headings)
-        if "Delete" in places and fields[places["Delete"][0]] not in ("", "0"):
-            continue
-        for column, (own, word) in enumerate(wanted.items()):
-            place, factor = places[word]
-            try:
-                value = float(fields[place]) * factor * (0.5 if own.startswith("sigma") else 1.0)
-            except ValueError:
-                value = np.nan
-            if not np.isfinite(value):
-                at, got = Location(name, k, path=word), fields[place] or "nothing"
-                raise FileError(at, "value", got=got, expected="a finite number")
-            values[row, column] = value
-    si = dict(zip(wanted, values.T, strict=True))
-    return _TrackerExport(si, np.isfinite(values[:, 0]), tuple(k for k, _ in lines[1:]))
+def _markers_in(lines: Sequence[str]) -> dict[str, list[str]]:
+    """Columns of several markers in a line, by their names."""
+    header = next((own for own in lines if own.strip() and own.lstrip()[0] != "#"), "")
+    found: dict[str, list[str]] = {}
+    for heading in re.split("[\t;,]", header):
+        match = _OF_MARKER.match(heading)
+        if match:
+            name = match["name"].strip()
+            found.setdefault(name, []).append(f"{name}.{match['axis']}")
+    return found
 
 
-def _tracker_columns(headings: list[str], at: Location) -> dict[str, tuple[int, float]]:
-    """Places and units [m] of columns by name."""
-    places: dict[str, tuple[int, float]] = {}
-    for k, heading in enumerate(headings):
-        word, _, unit = heading.partition("[")
-        word, unit = word.strip(), unit.rstrip("] ")
-        if word in ("X", "Y", "Z") or word.startswith("U(95)"):
-            if not unit:
-                raise FileError(at, f"unit of {word}", got="none", expected=f"{word} [mm]")
-            try:
-                places[word] = k, to_si(parse_quantity(f"1 {unit}"), Dimension.LENGTH, got=unit)
-            except InputError as error:
-                raise FileError.from_input_error(at, error) from None
-        elif word == "Delete":
-            places[word] = k, 1.0
-    return places
+def _by_marker(
+    table: CsvTable, several: Mapping[str, list[str]]
+) -> tuple[dict[str, np.ndarray], dict[str, tuple[str, ...]]]:
+    """Columns and words of a table with a row for each marker of a line."""
+    if not several:
+        return dict(table.si), table.words
+    many = len(several)
+    si = {name: np.repeat(own, many) for name, own in table.si.items()}
+    words = {name: tuple(x for x in own for _ in several) for name, own in table.words.items()}
+    none = np.full(len(table.rows), np.nan)
+    for a in _AXES:
+        each = [table.si.get(f"{name}.{a}", none) for name in several]
+        si[a] = np.array(each).T.ravel()
+    return si, words | {"marker": (*several,) * len(table.rows)}

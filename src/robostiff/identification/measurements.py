@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
@@ -16,24 +16,47 @@ from robostiff.kinematics import JointCoordinates
 from robostiff.model import Robot
 from robostiff.spatial import as_floats
 
+_EACH = ("kinds", "markers", "drives", "axes", "directions")
+_ARRAYS = ("values", "wrenches", "forces", "hooks", "sigma", "toward", "sigma_wrench")
+
 
 class Reading(Enum):
-    """What is read of a marker: ``POINT``, its three coordinates in axes of the instrument.
+    """What is read: of a marker ``POINT``, its three coordinates in axes of the instrument.
 
+    ``POSE``: these, and the rotation vector from axes of the marker to those of the instrument.
     ``DISPLACEMENT``: the three coordinates of its motion from the posture under another load.
     ``ALONG``: this motion along a direction, as a dial gauge reads it.
     ``DISTANCE``: from a fixed point, as a ball bar or a wire reads it.
+    ``TORQUE``: with which a drive pushes in the direction of its coordinate, from motor current.
+    ``JOINT``: the coordinate of a joint behind its gear.
     """
 
     POINT = "point"
+    POSE = "pose"
     DISPLACEMENT = "displacement"
     ALONG = "along"
     DISTANCE = "distance"
+    TORQUE = "torque"
+    JOINT = "joint"
 
     @property
     def size(self) -> int:
         """Numbers of a reading."""
-        return 3 if self in (Reading.POINT, Reading.DISPLACEMENT) else 1
+        sizes = {Reading.POINT: 3, Reading.DISPLACEMENT: 3, Reading.POSE: 6}
+        return sizes.get(self, 1)
+
+    @property
+    def of_drive(self) -> bool:
+        """Whether it is read at a drive, and not of a marker."""
+        return self in (Reading.TORQUE, Reading.JOINT)
+
+
+class LoadAxes(Enum):
+    """Axes of a load: of the world, of the commanded platform, or of the instrument."""
+
+    WORLD = "world"
+    PLATFORM = "platform"
+    INSTRUMENT = "instrument"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -44,24 +67,33 @@ class Measurements:
     ----------
     postures : JointCoordinates or (N, n) array
         Unloaded posture of each reading, in joints or as a pose [m, rad].
-    values : (N, 3) array
-        What is read [m], not a number where nothing is; of `Reading.ALONG` and `Reading.DISTANCE`
-        in the first column.
+    values : (N, 3) array, or (N, 6) with a `Reading.POSE`
+        What is read [m, rad, N, N m], not a number where nothing is; one number in the first
+        column.
     wrenches : (6,) or (N, 6) array, optional
-        On the platform about its reference point, world axes [N, N m]; none when left out.
+        On the platform about its reference point [N, N m]; none when left out.
     forces : (3,) or (N, 3) array, optional
-        Beside it, at hooks; world axes [N].
+        Beside it, at hooks [N].
     hooks : (3,) or (N, 3) array, optional
         Where these forces act, in the platform frame [m]; the reference point when left out.
     markers : str or sequence of str
         Name of the marker of each reading.
-    sigma : float, (3,) or (N, 3) array, optional
-        Standard deviations of the values [m]; estimated when left out.
+    sigma : float, or array as the values, optional
+        Standard deviations of the values; estimated when left out.
     kinds : Reading or sequence of Reading
     toward : (3,) or (N, 3) array, optional
         Direction of a reading along it, or fixed point of a distance [m], instrument axes.
     references : sequence of int, optional
         Reading whose load is that of the start of a displacement; -1 for no load but weights.
+    drives : str or sequence of str
+        Name of the drive of each reading of one.
+    axes : LoadAxes or sequence of LoadAxes
+        In which wrenches and forces are given.
+    sigma_wrench : (6,) or (N, 6) array, optional
+        Standard deviations of a load [N, N m], axes of the load; of its force at the hook where
+        there is one. Readings have ``|dy/dF| sigma_F`` beside their own.
+    directions : int or sequence of int
+        1 of readings while the load grows, -1 while it shrinks, 0 where it is not told.
     lines : sequence of int, optional
         Where readings stand in their file.
     source : str
@@ -93,11 +125,15 @@ class Measurements:
     kinds: Any = Reading.POINT
     toward: Any = None
     references: Any = None
+    drives: Any = ""
+    axes: Any = LoadAxes.WORLD
+    sigma_wrench: Any = None
+    directions: Any = 0
     lines: tuple[int, ...] = ()
     source: str = "reading"
 
     def __post_init__(self) -> None:
-        by_joints = isinstance(self.postures, JointCoordinates)
+        by_joints, rowwise = isinstance(self.postures, JointCoordinates), np.ndim(self.sigma) == 2
         given = self.postures.values if by_joints else self.postures
         q = np.atleast_2d(as_floats("postures", given, "coordinates (N, n), a reading a row"))
         count = len(q)
@@ -105,11 +141,15 @@ class Measurements:
             "postures": JointCoordinates(q) if by_joints else q,
             "kinds": _each("kinds", self.kinds, count, Reading),
             "markers": _each("markers", self.markers, count, str),
+            "drives": _each("drives", self.drives, count, str),
+            "axes": _each("axes", self.axes, count, LoadAxes),
+            "directions": _each("directions", self.directions, count, int),
         }
-        for name in ("values", "hooks", "sigma", "toward"):
+        width = 6 if Reading.POSE in changed["kinds"] else 3
+        for name, size in (("values", width), ("sigma", width), ("hooks", 3), ("toward", 3)):
             own = getattr(self, name)
-            changed[name] = _rows(name, np.nan if own is None else own, count, may_miss=True)
-        for name, size in (("wrenches", 6), ("forces", 3)):
+            changed[name] = _rows(name, np.nan if own is None else own, count, size, may_miss=True)
+        for name, size in (("wrenches", 6), ("forces", 3), ("sigma_wrench", 6)):
             own = getattr(self, name)
             changed[name] = _rows(name, 0.0 if own is None else own, count, size)
         references = (-1,) * count if self.references is None else tuple(self.references)
@@ -128,12 +168,19 @@ class Measurements:
             k = int(np.argmax((read & ~np.isfinite(sigma)).any(axis=1)))
             expected = "standard deviations of all readings, or of none"
             raise InputError(f"sigma of {self.place(k)}", got="none", expected=expected)
-        if not np.all(sigma[read & np.isfinite(sigma)] > 0):
-            raise InputError("sigma", got="zero or less", expected="more than zero [m]")
+        if not np.all(sigma[read & np.isfinite(sigma)] > 0) or np.any(self.sigma_wrench < 0):
+            raise InputError("sigma", got="zero or less", expected="more than zero")
+        units = {kind if kind.of_drive else Reading.POINT for kind in self.kinds}
+        several = len(units) > 1 or Reading.POSE in self.kinds
+        if (several and not rowwise) or (self.sigma_wrench.any() and not known.any()):
+            expected = "one for each number of readings of several units, or under uncertain loads"
+            raise InputError("sigma", got="none, or one for all", expected=expected)
         for k, kind in enumerate(self.kinds):
             own = self.toward[k]
+            if kind.of_drive and not self.drives[k]:
+                raise InputError(f"drive of {self.place(k)}", got="none", expected="its name")
             bad = not np.isfinite(own).all() or (kind is Reading.ALONG and not own.any())
-            if kind.size == 1 and bad:
+            if kind in (Reading.ALONG, Reading.DISTANCE) and bad:
                 what = "a direction" if kind is Reading.ALONG else "a fixed point"
                 raise InputError(f"toward of {self.place(k)}", got="none", expected=what)
 
@@ -144,17 +191,21 @@ class Measurements:
         robot: Robot,
         *,
         joints: str | os.PathLike[str] | None = None,
+        columns: Sequence[str] | None = None,
+        hooks: Mapping[str, ArrayLike] | None = None,
+        sigma: Sequence[float] = (),
     ) -> Measurements:
         """Readings of a CSV file, a reading a line; see `read_measurements`."""
         from robostiff.identification.measurement_file import read_measurements
 
-        return read_measurements(robot, path, joints=joints)
+        given = {"joints": joints, "columns": columns, "hooks": hooks, "sigma": sigma}
+        return read_measurements(robot, path, **given)
 
     @property
     def is_read(self) -> np.ndarray:
         """Which numbers are there (N, 3)."""
         sizes = np.array([kind.size for kind in self.kinds])
-        return np.isfinite(self.values) & (np.arange(3) < sizes[:, None])
+        return np.isfinite(self.values) & (np.arange(self.values.shape[1]) < sizes[:, None])
 
     @property
     def coordinates(self) -> np.ndarray:
@@ -164,7 +215,24 @@ class Measurements:
     @property
     def marker_names(self) -> tuple[str, ...]:
         """Names of the markers, in the order in which they are read first."""
-        return tuple(dict.fromkeys(self.markers))
+        pairs = zip(self.markers, self.kinds, strict=True)
+        return tuple(dict.fromkeys(name for name, kind in pairs if not kind.of_drive))
+
+    @property
+    def branches(self) -> np.ndarray:
+        """Loading less unloading (G, size) where readings repeat: the floor of any model."""
+        groups: dict[Any, dict[int, list[int]]] = {}
+        loads = (self.coordinates, self.wrenches, self.forces, np.nan_to_num(self.hooks))
+        for k, direction in enumerate(self.directions):
+            own = self.markers[k], self.drives[k], self.kinds[k], self.axes[k], self.references[k]
+            key = (*own, *(each[k].tobytes() for each in loads))
+            groups.setdefault(key, {}).setdefault(direction, []).append(k)
+        found = [
+            self.values[own[1]].mean(axis=0) - self.values[own[-1]].mean(axis=0)
+            for own in groups.values()
+            if 1 in own and -1 in own
+        ]
+        return np.array(found).reshape(-1, self.values.shape[1])
 
     @property
     def has_sigma(self) -> bool:
@@ -192,13 +260,9 @@ class Measurements:
             self,
             postures=JointCoordinates(q) if isinstance(self.postures, JointCoordinates) else q,
             references=[place.get(self.references[k], -1) for k in rows],
-            kinds=[self.kinds[k] for k in rows],
-            markers=[self.markers[k] for k in rows],
             lines=tuple(self.lines[k] for k in rows) if self.lines else (),
-            **{
-                name: getattr(self, name)[rows]
-                for name in ("values", "wrenches", "forces", "hooks", "sigma", "toward")
-            },
+            **{name: [getattr(self, name)[k] for k in rows] for name in _EACH},
+            **{name: getattr(self, name)[rows] for name in _ARRAYS},
         )
 
     def __len__(self) -> int:
@@ -209,9 +273,12 @@ class Measurements:
             return f"{count} {word}" + "s" * (count != 1)
 
         postures = len(np.unique(self.coordinates, axis=0))
+        drives = len(set(filter(None, self.drives)))
+        of = [several(len(self.marker_names), "marker")] * bool(self.marker_names)
+        of += [several(drives, "drive")] * bool(drives)
         return (
-            f"<Measurements: {several(len(self), 'reading')} of "
-            f"{several(len(self.marker_names), 'marker')} at {several(postures, 'posture')}>"
+            f"<Measurements: {several(len(self), 'reading')} of {' and '.join(of)} at "
+            f"{several(postures, 'posture')}>"
         )
 
 

@@ -7,17 +7,20 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from robostiff.elastostatics import Status
 from robostiff.errors import InputError
-from robostiff.identification.frames import KnownFrames, SeenPoints, UnknownFrames, nearest_frames
 from robostiff.identification.measurements import Measurements, Reading
-from robostiff.identification.states import MOTIONS, FiniteLoads, PlacesInStates, SmallLoads, States
+from robostiff.identification.states import (
+    MOTIONS,
+    FiniteLoads,
+    PlacesInStates,
+    SmallLoads,
+    axes_of_loads,
+)
 from robostiff.identification.unknowns import Unknown, UnknownKind
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector
-from robostiff.model import Robot
-from robostiff.spatial import as_floats, skew
+from robostiff.spatial import skew
+from robostiff.spatial.rotation import vector_of_rotation
 
 # Of the length of a robot: readings that are further off have other units, or joints in disorder.
 _FAR = 0.05
@@ -28,7 +31,8 @@ class ReadingModel:
     """All readings of a campaign as functions of the unknowns.
 
     The unknowns are the parameters (n), where they are unknown the place of the instrument and a
-    rotation vector after its first rotation (6), and the places of markers (3 each).
+    rotation vector after its first rotation (6), and the places of markers (3 each); of those whose
+    poses are read rotation vectors, too, after their first rotations.
     """
 
     measured: Measurements
@@ -38,6 +42,8 @@ class ReadingModel:
     markers: np.ndarray | None  # (K, 3) where they are known
     first_rotation: np.ndarray  # (3, 3) from world to instrument axes
     names: tuple[str, ...]  # of the markers
+    first_turns: np.ndarray  # (K, 3, 3) from axes of the markers to those of the platform
+    turned: tuple[int, ...] = ()  # markers whose turns are unknown
 
     @cached_property
     def unknowns(self) -> tuple[Unknown, ...]:
@@ -55,11 +61,16 @@ class ReadingModel:
                 for name in self.names
                 for a in "xyz"
             ]
+        found += [
+            Unknown(f"{self.names[k]} turn {a}", UnknownKind.FRAME, 0.0, "rad")
+            for k in self.turned
+            for a in "xyz"
+        ]
         return tuple(found)
 
     @cached_property
     def read(self) -> np.ndarray:
-        """Which of the numbers (3 N,) are there."""
+        """Which of the numbers (width N,) are there."""
         return self.measured.is_read.ravel()
 
     @cached_property
@@ -69,36 +80,98 @@ class ReadingModel:
 
     @cached_property
     def sigma(self) -> np.ndarray:
-        """Standard deviations (M,); ones where they are not known."""
-        own = self.measured.sigma.ravel()[self.read]
-        return own if self.measured.has_sigma else np.ones_like(own)
+        """Standard deviations (M,), those by loads among them; ones where they are not known."""
+        if not self.measured.has_sigma:
+            return np.ones(np.count_nonzero(self.read))
+        return np.hypot(self.measured.sigma, self._by_loads).ravel()[self.read]
+
+    @cached_property
+    def _by_loads(self) -> np.ndarray:
+        """Standard deviations (N, width) by those of loads, ``|dy/dF| sigma_F``, nominal values."""
+        measured, found = self.measured, np.zeros(self.measured.values.shape)
+        if not measured.sigma_wrench.any():
+            return found
+        nominal = np.array([own.nominal for own in self.parameters])
+        state = self.statics.states.of_readings
+        places, C = self.statics.at(nominal), self.statics.compliances(nominal)[state]
+        robot = self.statics.robot
+        turn = axes_of_loads(robot, measured, self.first_rotation)
+        point = robot.numeric.reference_point
+        hooks = np.where(np.isnan(measured.hooks), point, measured.hooks) - point
+        arms = np.einsum("nij,nj->ni", places.axes[state], hooks)
+        W = np.zeros((len(measured), 6, 6))  # a column for each component of the load
+        W[:, :3, :3], W[:, 3:, 3:] = turn, turn
+        W[:, 3:, :3] = skew(arms) @ turn
+        t = C @ (W * measured.sigma_wrench[:, None])
+        m = np.zeros((max(len(self.names), 1), 3)) if self.markers is None else self.markers
+        lever = np.einsum("nij,nj->ni", places.axes[state], m[self.marker_places] - point)
+        R = self.first_rotation
+        moved = R @ np.stack([t[:, :3] - skew(lever) @ t[:, 3:], t[:, 3:]], axis=1)
+        for k, kind in enumerate(measured.kinds):
+            own = moved[k].reshape(6, 6)
+            if kind is Reading.ALONG:
+                own = (measured.toward[k] / np.linalg.norm(measured.toward[k]) @ own[:3])[None]
+            elif kind is Reading.DISTANCE:  # in whatever direction
+                own = np.linalg.norm(own[:3], axis=0)[None]
+            if not kind.of_drive:
+                found[k, : kind.size] = np.linalg.norm(own, axis=1)[: kind.size]
+        return found
 
     @cached_property
     def of_reading(self) -> np.ndarray:
         """Reading of each number (M,)."""
-        return np.repeat(np.arange(len(self.measured)), 3)[self.read]
+        count, width = self.measured.values.shape
+        return np.repeat(np.arange(count), width)[self.read]
 
     @cached_property
     def marker_places(self) -> np.ndarray:
-        """Marker of each reading (N,), by its number."""
+        """Marker of each reading (N,), by its number; 0 of one of a drive."""
         places = {name: k for k, name in enumerate(self.names)}
-        return np.array([places[name] for name in self.measured.markers])
+        return np.array([places.get(name, 0) for name in self.measured.markers])
+
+    @cached_property
+    def drive_places(self) -> np.ndarray:
+        """Drive of each reading (N,) among those of the kernel; 0 of one of a marker.
+
+        Raises InputError for a name that is none, or of a rigid drive.
+        """
+        found = np.zeros(len(self.measured), dtype=int)
+        if isinstance(self.statics, FiniteLoads):
+            robot, known = self.statics.robot, self.statics.compiled.drives
+            prefix = f"{robot.legs[0].name}/" if robot.is_serial else ""
+            for k in np.flatnonzero([kind.of_drive for kind in self.measured.kinds]):
+                name = self.measured.drives[k]
+                own = name if name in known else prefix + name
+                if own not in known:
+                    expected = f"an elastic drive: {', '.join(known)}"
+                    subject = f"drive of {self.measured.place(int(k))}"
+                    raise InputError(subject, got=name, expected=expected)
+                found[k] = known.index(own)
+        return found
 
     @cached_property
     def is_motion(self) -> np.ndarray:
         """Which readings (N,) are of displacements."""
         return np.array([kind in MOTIONS for kind in self.measured.kinds])
 
-    def frames(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Rotation to instrument axes, its vector after the first, place, and markers (K, 3)."""
+    def frames(
+        self, x: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Rotation to instrument axes, its vector after the first, place, and markers (K, 3).
+
+        And the rotation vectors of the markers after their first rotations (K, 3).
+        """
         n = len(self.parameters)
         if self.instrument is None:
             b, r = x[n : n + 3], x[n + 3 : n + 6]
             R, n = turn_by_vector(r) @ self.first_rotation, n + 6
         else:
             b, r, R = self.instrument[:3], np.zeros(3), turn_by_vector(self.instrument[3:])
-        m = x[n:].reshape(-1, 3) if self.markers is None else self.markers
-        return R, r, b, m
+        m, turns = self.markers, np.zeros((len(self.names), 3))
+        if m is None:
+            m, n = x[n : n + 3 * len(self.names)].reshape(-1, 3), n + 3 * len(self.names)
+        turns[list(self.turned)] = x[n:].reshape(-1, 3)
+        return R, r, b, m, turns
 
     def predicted(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Readings (M,) and their rates (M, n) with the unknowns; of the last x they are kept."""
@@ -114,8 +187,11 @@ class ReadingModel:
         measured, states = self.measured, self.statics.states
         n, count = len(self.parameters), len(measured)
         places = self.statics.at(x[:n])
-        R, r, b, m = self.frames(x)
+        R, r, b, m, turns = self.frames(x)
         names, marker = self.names, self.marker_places
+        width = measured.values.shape[1]
+        if not names:
+            m = np.zeros((1, 3))
         arms = m[marker] - self.statics.robot.numeric.reference_point
 
         def in_world(state: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -145,123 +221,72 @@ class ReadingModel:
             each = np.zeros((count, 3, len(names), 3))
             each[np.arange(count), :, marker] = R @ by_marker
             parts.append(each.reshape(count, 3, -1))
-        J = np.concatenate(parts, axis=2)
-        for k in np.flatnonzero([kind.size == 1 for kind in measured.kinds]):
+        if self.turned:
+            parts.append(np.zeros((count, 3, 3 * len(self.turned))))
+        J = np.zeros((count, width, len(x)))
+        J[:, :3] = np.concatenate(parts, axis=2)
+        y = np.concatenate([y, np.zeros((count, width - 3))], axis=1)
+        for k, kind in enumerate(measured.kinds):
+            if kind is Reading.POSE:
+                state = int(states.of_readings[k])
+                y[k, 3:], J[k, 3:] = self._turn(k, places, state, R, turns, r)
+            elif kind.of_drive:
+                y[k, 0], J[k, 0] = self._of_drive(k, places, int(states.of_readings[k]), x)
+        for k in np.flatnonzero(
+            [own in (Reading.ALONG, Reading.DISTANCE) for own in measured.kinds]
+        ):
             u, start = measured.toward[k], np.zeros(3)
             if measured.kinds[k] is Reading.DISTANCE:
-                u, start = y[k] - u, u
+                u, start = y[k, :3] - u, u
             u = u / np.linalg.norm(u)
-            J[k, 0], y[k, 0] = u @ J[k], u @ (y[k] - start)
-        return y.ravel()[self.read], J.reshape(3 * count, -1)[self.read]
+            J[k, 0], y[k, 0] = u @ J[k, :3], u @ (y[k, :3] - start)
+        return y.ravel()[self.read], J.reshape(width * count, -1)[self.read]
 
+    def _turn(
+        self,
+        k: int,
+        places: PlacesInStates,
+        state: int,
+        R: np.ndarray,
+        turns: np.ndarray,
+        r: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Rotation vector (3,) of a marker in instrument axes, and its rates (3, unknowns).
 
-def model_of(
-    robot: Robot,
-    measured: Measurements,
-    parameters: tuple[Unknown, ...],
-    frames: UnknownFrames | KnownFrames,
-    gravity: ArrayLike | str | None = None,
-) -> tuple[ReadingModel, np.ndarray]:
-    """The model of a campaign, and where the search begins (n,).
+        It is what was read less ``e = log(R_read R^T)``, so that turns by more than half of one do
+        no harm; with R turned by w, ``de = -J_r(e)^-1 w`` and ``J_r(e) = J_l(-e)``.
+        """
+        marker, A = int(self.marker_places[k]), places.axes[state]
+        M = turn_by_vector(turns[marker]) @ self.first_turns[marker]
+        read = self.measured.values[k, 3:]
+        e = vector_of_rotation(turn_by_vector(read) @ (R @ A @ M).T)
+        n = len(self.parameters)
+        w = np.zeros((3, len(self.unknowns)))
+        w[:, :n] = R @ places.rates[state, 3:]
+        if self.instrument is None:
+            w[:, n + 3 : n + 6] = rotvec_rate(r)
+        if marker in self.turned:
+            start = len(self.unknowns) - 3 * len(self.turned) + 3 * self.turned.index(marker)
+            w[:, start : start + 3] = R @ A @ rotvec_rate(turns[marker])
+        return read - e, np.linalg.solve(rotvec_rate(-e), w)
 
-    Displacements alone, with lengths known, are taken in proportion to loads.
-
-    Raises
-    ------
-    InputError
-        When frames, postures or readings do not fit the robot.
-    """
-    known = frames if isinstance(frames, KnownFrames) else KnownFrames(None, None)
-    instrument = markers = None
-    if known.instrument is not None:
-        instrument = as_floats(
-            "place of the instrument", known.instrument, "six numbers", None, (6,)
-        )
-    names = measured.marker_names
-    if known.markers is not None:
-        for name in names:
-            if name not in known.markers:
-                expected = ", ".join(map(str, known.markers))
-                raise InputError("marker", got=name, expected=f"a place for it, beside {expected}")
-        rows = [known.markers[name] for name in names]
-        markers = as_floats("places of the markers", rows, "three numbers each [m]")
-        markers = markers.reshape(len(names), 3)
-    if (instrument is None or markers is None) and Reading.POINT not in measured.kinds:
-        raise InputError(
-            "frames of displacements and distances",
-            got="unknown ones",
-            expected="known ones: only points tell where instrument and markers are",
-            hint='write frames=rs.KnownFrames({"marker": [0, 0, 0.05]})',
-        )
-    if markers is None:
-        for name in names:
-            rows = [k for k, own in enumerate(measured.markers) if own == name]
-            if len(rows) == 1:
-                raise InputError(
-                    f"marker {name!r} of {measured.place(rows[0])}",
-                    got="one reading",
-                    expected="several readings of a marker whose place is not known",
+    def _of_drive(
+        self, k: int, places: PlacesInStates, state: int, x: np.ndarray
+    ) -> tuple[float, np.ndarray]:
+        """What is read at a drive, and its rates (unknowns,)."""
+        place, rates = int(self.drive_places[k]), np.zeros(len(self.unknowns))
+        torque, statics = self.measured.kinds[k] is Reading.TORQUE, self.statics
+        assert isinstance(statics, FiniteLoads)  # noqa: S101 - what is read at drives needs them
+        n = len(self.parameters)
+        rates[:n] = places.drive_rates[state, int(torque), place]
+        if torque:
+            return -places.drives[state, 1, place], -rates
+        y = statics.commanded[state, place] + places.drives[state, 0, place]
+        for name, joint in statics.plays.items():
+            if joint == statics.compiled.drives[place]:
+                i = statics.names.index(name)
+                y, rates[i] = (
+                    y + x[i] * statics.factors[state, i],
+                    rates[i] + statics.factors[state, i],
                 )
-    small = all(kind in MOTIONS for kind in measured.kinds) and all(
-        own.kind in (UnknownKind.COMPLIANCE, UnknownKind.FACTOR) for own in parameters
-    )
-    states = States.of(robot, measured)
-    given = tuple(own.name for own in parameters)
-    statics = (
-        SmallLoads(states, robot, given) if small else FiniteLoads(states, robot, given, gravity)
-    )
-    p = np.array([own.nominal for own in parameters])
-    statics, codes = statics.checked(p)
-    _check_states(robot, measured, states, codes)
-    places = statics.at(p)
-    R, b, m = np.eye(3), instrument, markers
-    if instrument is None or markers is None:
-        seen = _seen(measured, names, states, places, robot.numeric.reference_point)
-        R, b, m = nearest_frames(seen, instrument, markers, len(names))
-    model = ReadingModel(measured, statics, parameters, instrument, markers, R, names)
-    x = [p]
-    if instrument is None:
-        x += [b, np.zeros(3)]
-    if markers is None:
-        x.append(np.array(m, dtype=float).ravel())
-    start = np.concatenate(x)
-    length = max(float(np.ptp(places.points, axis=0).max()), 1e-3)
-    length = max(length, float(np.abs(places.points).max()))
-    off = np.abs(model.values - model.predicted(start)[0])
-    if Reading.POINT in measured.kinds and float(np.sqrt(np.mean(off**2))) > _FAR * length:
-        raise InputError(
-            "readings against the nominal robot",
-            got=f"{float(np.sqrt(np.mean(off**2))):.3g} m apart, {length:.3g} m from its base",
-            expected="readings of this robot at these postures",
-            hint="look at the units of readings and joints, and at the order of the joints",
-        )
-    return model, start
-
-
-def _check_states(robot: Robot, measured: Measurements, states: States, codes: np.ndarray) -> None:
-    """Raise for the first reading whose posture has no answer."""
-    bad = Status.UNREACHABLE | Status.BEYOND_LIMITS | Status.NO_EQUILIBRIUM
-    for state in np.flatnonzero(codes & int(bad)):
-        k = int(np.argmax(states.of_readings == state))
-        raise InputError(
-            f"posture of {measured.place(k)}",
-            got=str(Status(int(codes[state])) & bad),
-            expected=f"a posture that {robot.name!r} reaches, within its limits, and holds",
-            hint="remove the line, or look at units and order of the joints",
-        )
-
-
-def _seen(
-    measured: Measurements,
-    names: tuple[str, ...],
-    states: States,
-    places: PlacesInStates,
-    reference: np.ndarray,
-) -> SeenPoints:
-    """Whole points whose platforms are known."""
-    is_point = np.array([kind is Reading.POINT for kind in measured.kinds])
-    state = states.of_readings
-    origins = places.points[state] - places.axes[state] @ reference
-    rows = is_point & measured.is_read.all(axis=1) & np.isfinite(origins).all(axis=1)
-    marker = np.array([names.index(name) for name in measured.markers])
-    return SeenPoints(measured.values[rows], origins[rows], places.axes[state][rows], marker[rows])
+        return y, rates

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -11,8 +12,10 @@ from numpy.typing import ArrayLike
 
 from robostiff.compiled import Backend
 from robostiff.errors import InputError
-from robostiff.identification.measurements import Measurements, Reading, coordinates_of
+from robostiff.identification.measurements import LoadAxes, Measurements, Reading, coordinates_of
+from robostiff.identification.unknowns import Unknown
 from robostiff.kinematics import JointCoordinates, find_posture
+from robostiff.kinematics.machine_pose import actuator_places
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Robot
 
@@ -21,6 +24,8 @@ if TYPE_CHECKING:
 
 # [m] and of 1: as near as a kernel has to be to an equilibrium.
 _AGREES = 1e-9
+# Of the largest load of a drive: below, none says on which side its play is.
+_NO_STRAIN = 1e-9
 # States from which on machine code is worth its compilation.
 _MANY = 5_000
 #: Readings that begin in another state.
@@ -32,7 +37,8 @@ class PlacesInStates:
     """Platforms in S states, and their rates with n parameters, in world axes.
 
     `points` (S, 3) and `axes` (S, 3, 3) are those of reference point and platform, `twists` (S, 6)
-    small displacements from there, `rates` (S, 6, n) those of both together.
+    small displacements from there, `rates` (S, 6, n) those of both together. `drives` (S, 2, d) are
+    deflections of drives and what they carry, `drive_rates` (S, 2, d, n) their rates.
     """
 
     points: np.ndarray
@@ -40,6 +46,8 @@ class PlacesInStates:
     twists: np.ndarray
     rates: np.ndarray
     status_codes: np.ndarray
+    drives: np.ndarray
+    drive_rates: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -59,8 +67,11 @@ class States:
         return JointCoordinates(self.coordinates) if self.by_joints else self.coordinates
 
     @classmethod
-    def of(cls, robot: Robot, measured: Measurements) -> States:
-        """Those of a campaign; poses of an arm become joints, which its drives are commanded to."""
+    def of(cls, robot: Robot, measured: Measurements, to_instrument: np.ndarray) -> States:
+        """Those of a campaign, with the rotation (3, 3) from world to instrument axes.
+
+        Poses of an arm become joints, which its drives are commanded to.
+        """
         by_joints = isinstance(measured.postures, JointCoordinates)
         q = measured.coordinates
         if robot.is_posed_by_joints and not by_joints:
@@ -74,9 +85,12 @@ class States:
                 )
         point = robot.numeric.reference_point
         hooks = np.where(np.isnan(measured.hooks), point, measured.hooks) - point
-        levers = hooks[:, :, None] * measured.forces[:, None, :]
-        wrenches = measured.wrenches.copy()
-        wrenches[:, :3] += measured.forces
+        turn = axes_of_loads(robot, measured, to_instrument)
+        forces = np.einsum("nij,nj->ni", turn, measured.forces)
+        levers = hooks[:, :, None] * forces[:, None, :]
+        wrenches = np.einsum("nij,nkj->nki", turn, measured.wrenches.reshape(-1, 2, 3))
+        wrenches = wrenches.reshape(-1, 6)
+        wrenches[:, :3] += forces
         across = [k for k in range(6) if k not in robot.space.rows]
         for k in np.flatnonzero(np.any(wrenches[:, across], axis=1)):
             raise InputError(
@@ -108,11 +122,23 @@ class States:
         )
 
 
+def axes_of_loads(robot: Robot, measured: Measurements, to_instrument: np.ndarray) -> np.ndarray:
+    """Axes (N, 3, 3) of the loads of readings in the world, those of platforms as commanded."""
+    found = np.tile(np.eye(3), (len(measured), 1, 1))
+    found[[own is LoadAxes.INSTRUMENT for own in measured.axes]] = to_instrument.T
+    turned = np.array([own is LoadAxes.PLATFORM for own in measured.axes])
+    if turned.any():
+        pose = find_posture(robot.numeric, measured.postures).pose.reshape(-1, 6)
+        found[turned] = turn_by_vector(pose[turned, 3:])
+    return found
+
+
 @dataclass(frozen=True, eq=False)
 class FiniteLoads:
     """Equilibria with weights, by the kernel of the robot under load.
 
     States near singular postures, which the kernel does not answer by itself, are `checked` once.
+    Play of a joint turns it by half of it, in the direction in which it is strained without play.
     """
 
     states: States
@@ -120,22 +146,86 @@ class FiniteLoads:
     names: tuple[str, ...]  # of the parameters
     gravity: ArrayLike | str | None = None
     lost: np.ndarray | None = None  # (S,) of bool: states without rates
+    nominal: np.ndarray = field(default_factory=lambda: np.zeros(0))  # (n,) of the parameters
+    plays: Mapping[str, str] = field(default_factory=dict)  # joints of parameters that are play
+    drives: bool = False  # whether what drives carry is asked for
+
+    @classmethod
+    def of(
+        cls,
+        states: States,
+        robot: Robot,
+        parameters: Sequence[Unknown],
+        gravity: ArrayLike | str | None,
+        *,
+        drives: bool = False,
+    ) -> FiniteLoads:
+        """Of unknowns, at their nominal values."""
+        names = tuple(own.name for own in parameters)
+        nominal = np.array([own.nominal for own in parameters])
+        plays = {own.name: own.plays for own in parameters if own.plays}
+        return cls(states, robot, names, gravity, None, nominal, plays, drives)
 
     @cached_property
     def compiled(self):
         """The kernel."""
-        from robostiff.statics.kernels.compile import compile_loaded
+        from robostiff.statics.kernels.compile import kept_loading
 
         many = len(self.states.coordinates) >= _MANY
         backend = Backend.BEST if many else Backend.ARRAYS
-        return compile_loaded(
-            self.robot, parameters=self.names, gravity=self.gravity, platforms=True, backend=backend
+        return kept_loading(
+            self.robot,
+            self.gravity,
+            parameters=self.names,
+            platforms=True,
+            drives=self.drives or bool(self.plays),
+            backend=backend,
         )
 
     def with_states(self, states: States) -> FiniteLoads:
         """The same kernel for other states."""
-        found = FiniteLoads(states, self.robot, self.names, self.gravity)
+        found = replace(self, states=states, lost=None)
         vars(found)["compiled"] = self.compiled
+        return found
+
+    @cached_property
+    def factors(self) -> np.ndarray:
+        """By which parameters are multiplied in states (S, n): half a sign where they are play."""
+        found = np.ones((len(self.states.coordinates), len(self.names)))
+        if self.plays:
+            found[:, [name in self.plays for name in self.names]] = 0.0
+            vars(self)["factors"] = found  # without play
+            strains = self._answer(self.nominal, slice(None), again=False)[1].drives[:, 1]
+            sizes = np.nanmax(np.abs(strains), axis=0, initial=0.0)
+            for name, joint in self.plays.items():
+                own = strains[:, self.compiled.drives.index(joint)]
+                size = sizes[self.compiled.drives.index(joint)]
+                own = np.where(np.abs(np.nan_to_num(own)) > _NO_STRAIN * size, own, 0.0)
+                found[:, self.names.index(name)] = 0.5 * np.sign(own)
+        return found
+
+    @cached_property
+    def commanded(self) -> np.ndarray:
+        """Coordinates of all drives without load (S, drives), by their names `compiled.drives`."""
+        robot = self.robot.numeric
+        posture = find_posture(robot, self.states.pose)
+        found = {
+            f"{leg.name}/{leg.chain.coordinate_names[place]}": q[:, place]
+            for leg, q, places in zip(
+                robot.legs, posture.coordinates, actuator_places(robot), strict=True
+            )
+            for place in places
+        }
+        none = np.full(len(self.states.coordinates), np.nan)
+        return np.array([found.get(name, none) for name in self.compiled.drives]).T
+
+    def compliances(self, values: np.ndarray) -> np.ndarray:
+        """Of platforms (S, 6, 6), zero where there is none."""
+        answer, _ = self._answer(values, slice(None), again=False)
+        rows = list(self.robot.space.rows)
+        known = np.flatnonzero(np.isfinite(answer.K_total).all(axis=(1, 2)))
+        found = np.zeros((len(answer.K_total), 6, 6))
+        found[np.ix_(known.tolist(), rows, rows)] = np.linalg.pinv(answer.K_total[known])
         return found
 
     def _answer(
@@ -152,7 +242,7 @@ class FiniteLoads:
             own.pose,
             own.wrenches[:, list(self.robot.space.rows)],
             hooks=own.levers,
-            parameters=dict(zip(self.names, values.tolist(), strict=True)),
+            parameters=dict(zip(self.names, (values * self.factors[rows]).T, strict=True)),
             again=again,
         )
         assert found.platforms is not None  # noqa: S101 - it was compiled with them
@@ -162,10 +252,12 @@ class FiniteLoads:
         """Places at values (n,) of the parameters; no rates in lost states."""
         answer, own = self._answer(values, slice(None), again=False)
         order = [self.compiled.parameters.index(name) for name in self.names]
-        rates = own.rates[:, :, order]
+        rates = own.rates[:, :, order] * self.factors[:, None]
+        of_drives = own.drive_rates[..., order] * self.factors[:, None, None]
         rates[answer.guarded if self.lost is None else self.lost] = np.nan
         none = np.zeros((len(rates), 6))
-        return PlacesInStates(own.points, own.axes, none, rates, answer.status_codes)
+        codes = answer.status_codes
+        return PlacesInStates(own.points, own.axes, none, rates, codes, own.drives, of_drives)
 
     def checked(self, values: np.ndarray) -> tuple[FiniteLoads, np.ndarray]:
         """The same with those states lost in which kernel and `equilibrium` do not agree.
@@ -182,7 +274,7 @@ class FiniteLoads:
             lost[rows] = ~((shift <= _AGREES) & (turn <= _AGREES))
             codes[rows] = sure.status_codes
         found = replace(self, lost=lost)
-        vars(found)["compiled"] = self.compiled
+        vars(found).update(compiled=self.compiled, factors=self.factors)
         return found, codes
 
 
@@ -244,5 +336,17 @@ class SmallLoads:
         moved = np.zeros((len(W), 6, len(each)))
         for k, C in enumerate(each):
             moved[:, rows, k] = np.einsum("sij,sj->si", C[of_state], W[:, rows])
-        codes = answer.status_codes[of_state]
-        return PlacesInStates(points, R, moved[:, :, 0], moved[:, :, 1:], codes)
+        codes, none = answer.status_codes[of_state], np.zeros((len(W), 2, 0))
+        return PlacesInStates(
+            points, R, moved[:, :, 0], moved[:, :, 1:], codes, none, none[..., None]
+        )
+
+    def compliances(self, values: np.ndarray) -> np.ndarray:
+        """Of platforms (S, 6, 6)."""
+        pose, of_state = self._postures
+        given = dict(zip(self.names, values.tolist(), strict=True))
+        answer = self.compiled.evaluate(pose, parameters=given)
+        C, rows = answer.values[self.compiled.kernel.outputs[0].name], list(self.robot.space.rows)
+        found = np.zeros((len(of_state), 6, 6))
+        found[np.ix_(range(len(found)), rows, rows)] = np.nan_to_num(C[of_state])
+        return found

@@ -13,6 +13,7 @@ import numpy as np
 
 from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
+from robostiff.kept import kept
 from robostiff.kinematics import find_posture
 from robostiff.model import (
     Actuated,
@@ -59,6 +60,8 @@ class Unknown:
         What it is at least.
     parameter : str
         That of the model file whose reciprocal it is, or it itself; empty of a part.
+    plays : str
+        The joint whose play it is, ``leg/joint``.
     """
 
     name: str
@@ -67,6 +70,7 @@ class Unknown:
     unit: str = ""
     least: float = -np.inf
     parameter: str = ""
+    plays: str = ""
 
 
 @dataclass(frozen=True)
@@ -107,6 +111,18 @@ def with_unknowns(
     if isinstance(patterns, str):
         hint = f"write [{patterns!r}]"
         raise InputError("parameters to identify", got=patterns, expected="a list", hint=hint)
+    return _with_unknowns(robot, tuple(patterns), tuple(fixed), shared=shared, by_joints=by_joints)
+
+
+@kept
+def _with_unknowns(
+    robot: Robot,
+    patterns: tuple[str, ...],
+    fixed: tuple[str, ...],
+    *,
+    shared: bool,
+    by_joints: bool,
+) -> tuple[Robot, tuple[Unknown, ...]]:
     candidates = dict(_candidates(robot.numeric))
     symbols = {str(symbol): symbol for symbol in robot.symbols}
     groups = _asked(robot.name, [*symbols, *candidates], patterns, fixed, shared=shared)
@@ -133,7 +149,11 @@ def with_unknowns(
                 f"shared {group!r}", got="parts of different compliance", expected="equal parts"
             )
         least = _LEAST * first.nominal if first.kind is not UnknownKind.GEOMETRY else -np.inf
-        unknowns.append(Unknown(group, first.kind, first.nominal, first.unit, least))
+        joint, _, ending = group.rpartition(".")
+        plays = joint if ending == "play" else ""
+        if plays and len(names) > 1:
+            raise InputError(f"shared {group!r}", got="play", expected="one number for each joint")
+        unknowns.append(Unknown(group, first.kind, first.nominal, first.unit, least, plays=plays))
         nominal[group] = first.nominal
         replaced |= dict.fromkeys(names, group)
     springs = {name: _symbol(group, positive=True) for name, group in replaced.items()
@@ -219,7 +239,11 @@ def _of_chain(chain: Chain, prefix: str) -> Iterator[tuple[str, _Candidate]]:
             kind = JointKind.PRISMATIC if isinstance(element, Telescope) else element.kind
             if kind in (JointKind.REVOLUTE, JointKind.PRISMATIC):
                 unit = "rad" if turns else "m"
-                yield f"{name}.zero", _Candidate(UnknownKind.GEOMETRY, 0.0, unit, _with_zero)
+                for ending in ("zero", "play") if k else ("zero",):
+                    yield (
+                        f"{name}.{ending}",
+                        _Candidate(UnknownKind.GEOMETRY, 0.0, unit, _with_zero),
+                    )
         elif isinstance(element, Link) and not element.elasticity.is_rigid:
             C = element.elasticity.compliance
             yield f"{name}.factor", _Candidate(UnknownKind.FACTOR, 1.0, "", _with_factor)
@@ -277,7 +301,7 @@ def _changed(
             elements.append(replace(element, branches=tuple(branches)))
             continue
         several: tuple[Element, ...] = (element,)
-        for own in (name, f"{name}.factor", f"{name}.zero"):
+        for own in (name, f"{name}.factor", f"{name}.zero", f"{name}.play"):
             if own in symbols:
                 changed = candidates[own].replaced(several[-1], symbols[own])
                 several = (*several[:-1], *changed)

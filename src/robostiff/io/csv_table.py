@@ -86,12 +86,28 @@ def read_table(
 
     Raises FileError with line and column of what cannot be read.
     """
-    name = str(path)
     content = bounded_bytes(path, _MOST_BYTES, "a CSV file")
     try:
         lines = tuple(content.decode("utf-8-sig").splitlines())
     except UnicodeDecodeError:
-        raise FileError(Location(name), "text", got="other bytes", expected="UTF-8") from None
+        raise FileError(Location(str(path)), "text", got="other bytes", expected="UTF-8") from None
+    return table_of(
+        str(path), lines, units, what, passes_others=passes_others, words=words, may_miss=may_miss
+    )
+
+
+def table_of(
+    name: str,
+    lines: tuple[str, ...],
+    units: Mapping[str, str],
+    what: str,
+    *,
+    passes_others: bool = False,
+    words: Collection[str] = (),
+    may_miss: Collection[str] = (),
+    first: int = 1,
+) -> CsvTable:
+    """The same of the lines of a file with this name; `first` is the number of the first one."""
     numbered = [k for k, line in enumerate(lines) if line.strip() and line.lstrip()[0] != "#"]
     if len(numbered) < 2:
         raise FileError(
@@ -107,7 +123,7 @@ def read_table(
     places: dict[str, int] = {}  # of words
     start = 0
     for place, heading in enumerate(headings):
-        at = Location(name, header + 1, start + 1 + len(heading) - len(heading.lstrip()))
+        at = Location(name, header + first, start + 1 + len(heading) - len(heading.lstrip()))
         start += len(heading) + 1
         found = _HEADING.match(heading.strip().removeprefix("'"))  # written before = + - @
         if found and found["name"] in words and found["name"] not in places:
@@ -131,16 +147,16 @@ def read_table(
         fields = lines[k].split(separator)
         if len(fields) != len(headings):
             raise FileError(
-                Location(name, k + 1, 1),
+                Location(name, k + first, 1),
                 what,
                 got=f"{len(fields)} fields",
-                expected=f"{len(headings)}, one for each name in line {header + 1}",
+                expected=f"{len(headings)}, one for each name in line {header + first}",
             )
         row = [_number(fields[column.place], comma) for column in columns]
         if not all(abs(value) <= _LARGEST for value in row):
             left = [c for c in columns if c.name not in may_miss or fields[c.place].strip()]
             if not all(abs(_number(fields[c.place], comma)) <= _LARGEST for c in left):
-                raise _bad_field(name, k + 1, fields, left, comma)
+                raise _bad_field(name, k + first, fields, left, comma)
         values.extend(row)
     table = np.array(values).reshape(len(rows), len(columns))
     si = {column.name: column.factor * table[:, k] for k, column in enumerate(columns)}

@@ -202,7 +202,7 @@ def _problem(details: Mapping[str, Any], found: Trace, data: Any) -> Problem:
 def _problem_of_key(value: Any, found: Trace, data: Any, *, unknown: bool) -> Problem:
     """A key that is unknown or missing; or too short a list for a tuple."""
     *parent, key = found.path
-    fields = found.container.model_fields.items() if _is_model(found.container) else ()
+    fields: Any = found.container.model_fields.items() if _is_model(found.container) else ()
     if unknown:
         present = reduce(getitem, parent, data)
         required_first = sorted(fields, key=lambda item: not item[1].is_required())

@@ -2,12 +2,12 @@ from robostiff.kinematics.formula import FormulaPose, PlacedFormula, place_leg, 
 from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.kinematics.hybrid_machine import Module, hybrid_machine
 from robostiff.kinematics.jacobians import (
-    felt_by_springs,
     freedom_twist,
     freedom_twists,
     leg_compliance,
     passive_jacobian,
     spring_compliance,
+    spring_loads,
 )
 from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose, actuator_names
 from robostiff.kinematics.masses_and_springs import with_body_springs, with_masses
@@ -37,7 +37,6 @@ __all__ = [
     "ToolPose",
     "actuator_names",
     "branches",
-    "felt_by_springs",
     "find_posture",
     "freedom_twist",
     "freedom_twists",
@@ -50,6 +49,7 @@ __all__ = [
     "posture_finder",
     "postures",
     "spring_compliance",
+    "spring_loads",
     "with_body_springs",
     "with_masses",
 ]

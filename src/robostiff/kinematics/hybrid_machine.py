@@ -70,9 +70,8 @@ class Module:
                 expected="a Robot or a Chain",
                 hint='write Module("arm", load("scara")), or Module("rail", Chain((slide,)))',
             )
-        chains = (
-            [leg.chain for leg in self.part.legs] if isinstance(self.part, Robot) else [self.part]
-        )
+        robot, part = self.robot, self.part
+        chains = [part] if isinstance(part, Chain) else [leg.chain for leg in part.legs]
         if any(chain.is_coupled for chain in chains):
             raise InputError(
                 f"module {self.name!r}",
@@ -80,18 +79,23 @@ class Module:
                 expected="joints that move by themselves",
                 hint="write the whole machine as a model file, with its couplings",
             )
-        if isinstance(self.part, Robot):
-            self.part.check_platform_is_rigid(f"module {self.name!r}: series of modules")
-            self.part.check_has_no_springs(f"module {self.name!r}: series of modules")
-            if self.part.laws:
+        if robot is not None:
+            robot.check_platform_is_rigid(f"module {self.name!r}: series of modules")
+            robot.check_has_no_springs(f"module {self.name!r}: series of modules")
+            if robot.laws:
                 raise InputError(
                     f"module {self.name!r}",
-                    got=f"force laws of {', '.join(self.part.laws)}",
+                    got=f"force laws of {', '.join(robot.laws)}",
                     expected="drives with stiffnesses alone",
                     hint="give the laws to the machine: replace(machine, laws={...})",
                 )
         if self.mount is not None:
             object.__setattr__(self, "mount", Frame.of(self.mount))
+
+    @property
+    def robot(self) -> Robot | None:
+        """The part where it is a robot; None where it is a chain."""
+        return self.part if isinstance(self.part, Robot) else None
 
     @property
     def begins_at(self) -> Frame:
@@ -163,16 +167,16 @@ def hybrid_machine(
     """
     modules = _checked(modules)
     nominal = _nominal(modules)
-    last = modules[-1].part
+    last = modules[-1].robot
     elements = tuple(
         element
         for module in modules
         for element in _elements(module, carries_next=module is not modules[-1])
     )
     if reference_point is None:
-        reference_point = last.reference_point if isinstance(last, Robot) else np.zeros(3)
+        reference_point = np.zeros(3) if last is None else last.reference_point
     by_joints = all(module.is_posed_by_joints for module in modules)
-    spaces = {own.part.space for own in modules if isinstance(own.part, Robot)}
+    spaces = {own.robot.space for own in modules if own.robot is not None}
     robot = Robot(
         name,
         (Leg("machine", Frame.identity(), Chain(elements), Frame.identity()),),
@@ -183,7 +187,7 @@ def hybrid_machine(
         title=title,
         source=source,
         nominal=nominal,
-        platform_masses=last.platform_masses if isinstance(last, Robot) else (),
+        platform_masses=() if last is None else last.platform_masses,
         gravity=_gravity(modules) if gravity is None else gravity,
     )
     if robot.has_formulas:
@@ -267,13 +271,13 @@ def _home(modules: Sequence[Module]) -> Frame:
 
 
 def _end_at_home(part: Robot | Chain) -> Frame:
-    if isinstance(part, Robot):
-        if part.home is not None:
-            return part.home
-        leg = part.legs[0]
-        return leg.base @ _end_at_home(leg.chain) @ leg.attachment.inverse
-    placed = place_chain(part, part.home, np.eye(3), np.zeros(3))
-    return Frame(placed.R, placed.p)
+    if isinstance(part, Chain):
+        placed = place_chain(part, part.home, np.eye(3), np.zeros(3))
+        return Frame(placed.R, placed.p)
+    if part.home is not None:
+        return part.home
+    leg = part.legs[0]
+    return leg.base @ _end_at_home(leg.chain) @ leg.attachment.inverse
 
 
 def _gravity(modules: Sequence[Module]) -> np.ndarray | None:
@@ -284,14 +288,14 @@ def _gravity(modules: Sequence[Module]) -> np.ndarray | None:
     """
     first, *others = modules
     for module in others:
-        if isinstance(module.part, Robot) and module.part.gravity is not None:
+        if module.robot is not None and module.robot.gravity is not None:
             raise InputError(
                 f"gravity of module {module.name!r}",
-                got=module.part.gravity,
+                got=module.robot.gravity,
                 expected="none: it was given for the module by itself",
                 hint="give the machine its own: hybrid_machine(..., gravity='-z')",
             )
-    own = first.part.gravity if isinstance(first.part, Robot) else None
+    own = None if first.robot is None else first.robot.gravity
     return None if own is None else first.begins_at.R @ own
 
 
@@ -299,7 +303,7 @@ def _nominal(modules: Sequence[Module]) -> Mapping[str, float]:
     """Values of the symbols of all modules; one symbol has one value."""
     nominal: dict[str, float] = {}
     for module in modules:
-        own = module.part.nominal if isinstance(module.part, Robot) else {}
+        own = {} if module.robot is None else module.robot.nominal
         for name, value in own.items():
             if nominal.setdefault(name, value) != value:
                 raise InputError(

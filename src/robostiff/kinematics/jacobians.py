@@ -159,7 +159,7 @@ def _columns(columns: list[np.ndarray], at: np.ndarray) -> np.ndarray:
     return matrix_of_columns(columns, batch, 6)
 
 
-def felt_by_springs(
+def spring_loads(
     leg: PlacedLeg,
     at: Float[np.ndarray, "*batch 3"],
     wrenches: Float[np.ndarray, "*batch 6 m"],
@@ -192,12 +192,12 @@ def felt_by_springs(
     springs = [e for e in leg.elements if isinstance(e, PlacedSpring)]
     drives = [e for e in leg.elements if isinstance(e, PlacedFreedom) and e.stiffness is not None]
     few = math.prod(wrenches.shape[:-2]) <= FEW
-    kinds: list[tuple[Any, list[Any]]] = [(_felt_by_springs, springs), (_felt_by_drives, drives)]
-    for felt, elements in kinds:
+    kinds: list[tuple[Any, list[Any]]] = [(_loads_of_springs, springs), (_loads_of_drives, drives)]
+    for loads_of, elements in kinds:
         # At many poses one by one: together, they would fill more memory.
         groups = [elements] if few else [[one] for one in elements]
         for together in filter(None, groups):
-            own, size = felt(together, at, wrenches, length)
+            own, size = loads_of(together, at, wrenches, length)
             rows += list(own)
             sizes += list(np.broadcast_to(size, own.shape[:-1]) if few else size)
     batch = np.broadcast_shapes(wrenches.shape[:-2], *(own.shape[:-2] for own in rows))
@@ -208,7 +208,7 @@ def felt_by_springs(
     return poses_side_by_side(rows, 2), poses_side_by_side(sizes, 1)
 
 
-def _felt_by_springs(
+def _loads_of_springs(
     springs: Sequence[PlacedSpring], at: np.ndarray, wrenches: np.ndarray, length: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     axes = wrenches.ndim - 2
@@ -220,7 +220,7 @@ def _felt_by_springs(
     return _along(unit, product(to_own, F), product(to_own, M)), size
 
 
-def _felt_by_drives(
+def _loads_of_drives(
     drives: Sequence[PlacedFreedom], at: np.ndarray, wrenches: np.ndarray, length: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     axes = wrenches.ndim - 2

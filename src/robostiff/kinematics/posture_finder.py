@@ -180,6 +180,10 @@ class PostureFinder:
         pose = six_coordinates(R, p)
         return self.placed(q.shape[:-1], pose, poses_side_by_side(R, 2), [rows], chains=[chain])
 
+    def leg_coordinates(self, request: PoseRequest) -> list[np.ndarray]:
+        """Coordinates (N, size) of each leg, unplaced, where a request leaves none open."""
+        return self._alone(request, None, from_afar=True)[0]
+
     def _alone(
         self, request: PoseRequest, near: NearLegs, *, from_afar: bool
     ) -> tuple[list[np.ndarray], np.ndarray, list[PlacedChain | None] | None]:

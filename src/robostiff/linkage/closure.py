@@ -15,7 +15,7 @@ from robostiff.kinematics.closure import AssemblyMode, ClosurePart, Loops, follo
 from robostiff.kinematics.closure.assembly_mode import Followed
 from robostiff.kinematics.closure.motion_tree import AT_REST, Fixed, LoopEnd, MotionTree
 from robostiff.kinematics.frames import Loop
-from robostiff.linkage.linkage import Connection, JointValues, Linkage, turned_round
+from robostiff.linkage.connections import ConnectedBodies, Connection, JointValues, turned_round
 from robostiff.model import Joint, JointKind
 from robostiff.spatial import Frame
 
@@ -103,7 +103,7 @@ class Configuration:
         return max(self.gaps.items(), key=lambda gap: max(gap[1][0] / self.length, gap[1][1]))
 
 
-def close(linkage: Linkage, values: JointValues | None = None) -> Configuration:
+def close(linkage: ConnectedBodies, values: JointValues | None = None) -> Configuration:
     """Coordinates at which all loops close.
 
     Passive joints move first. Only where they cannot close the loops, other joints move too, as
@@ -143,7 +143,7 @@ def close(linkage: Linkage, values: JointValues | None = None) -> Configuration:
 class PathsFromHome:
     """Paths from a closed home to values of some joints, as those of `close`."""
 
-    linkage: Linkage
+    linkage: ConnectedBodies
     home: Configuration
     given: tuple[str, ...]  # names of these joints
 
@@ -165,7 +165,7 @@ class PathsFromHome:
 
 
 def as_rounded(
-    linkage: Linkage, found: Sequence[Configuration], given: frozenset[str]
+    linkage: ConnectedBodies, found: Sequence[Configuration], given: frozenset[str]
 ) -> dict[int, Configuration]:
     """Closed configurations moved by rounding along the motion that their loops hold least.
 
@@ -190,7 +190,7 @@ def as_rounded(
 
 
 def _movable(
-    linkage: Linkage, held: frozenset[str]
+    linkage: ConnectedBodies, held: frozenset[str]
 ) -> tuple[tuple[Connection, ...], tuple[Connection, ...]]:
     """The passive joints, and all that may move."""
     movable = tuple(c for c in linkage.connections if c.may_move and c.name not in held)
@@ -198,7 +198,7 @@ def _movable(
 
 
 def _nearest(
-    linkage: Linkage, held: frozenset[str], values: Mapping[str, np.ndarray]
+    linkage: ConnectedBodies, held: frozenset[str], values: Mapping[str, np.ndarray]
 ) -> Configuration:
     """Closed at values of some joints, as near to the home coordinates of the others as it goes.
 
@@ -236,7 +236,7 @@ class MovedBodies:
 
 
 @kept
-def moved_bodies(linkage: Linkage) -> MovedBodies:
+def moved_bodies(linkage: ConnectedBodies) -> MovedBodies:
     """Frames of the bodies along the spanning tree, and of the connections that close loops."""
     tree, frames = MotionTree(), {linkage.base: AT_REST}
     led: dict[str, tuple[int, ...]] = {linkage.base: ()}
@@ -269,14 +269,14 @@ def moved_bodies(linkage: Linkage) -> MovedBodies:
 class LoopsOfLinkage:
     """The loops of a linkage that some of its joints may close."""
 
-    linkage: Linkage
+    linkage: ConnectedBodies
     start: Mapping[str, np.ndarray]  # coordinates of all connections to start from
     moving: Sequence[Connection]
     loops: Loops
 
     @classmethod
     def of(
-        cls, linkage: Linkage, start: Mapping[str, np.ndarray], moving: Sequence[Connection]
+        cls, linkage: ConnectedBodies, start: Mapping[str, np.ndarray], moving: Sequence[Connection]
     ) -> LoopsOfLinkage:
         """The loops that some joints may close."""
         bodies, in_loops = moved_bodies(linkage), linkage.tree.in_loops

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations_with_replacement
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -25,8 +25,8 @@ from robostiff.linkage.closure import (
     close,
     moved_bodies,
 )
+from robostiff.linkage.connections import ConnectedBodies, Connection, DriveValues
 from robostiff.linkage.essential import essential, network_of, placed_branches
-from robostiff.linkage.linkage import Connection, DriveValues, Linkage
 from robostiff.model import Actuated, Joint, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, usual_size
 from robostiff.recorded.circulation import BodyChain, circulating
@@ -59,12 +59,13 @@ class DrivenLinkage:
         Closed, with the drives where they are at home; from `driven_by` it may be open.
     """
 
-    part: Linkage
+    kind: ClassVar[str] = ConnectedBodies.kind
+    part: ConnectedBodies
     drives: tuple[str, ...]
     home: Configuration
 
     @classmethod
-    def of(cls, linkage: Linkage, joints: Sequence[str] | None = None) -> DrivenLinkage:
+    def of(cls, linkage: ConnectedBodies, joints: Sequence[str] | None = None) -> DrivenLinkage:
         """Driven by the given joints, or by all actuated ones.
 
         Raises
@@ -236,8 +237,8 @@ class DrivenLinkage:
 
 
 @kept
-def driven_by(linkage: Linkage, joints: tuple[str, ...] | None) -> DrivenLinkage:
-    """Driven as in `network_at`: home may be open, and joints that are not felt are left out.
+def driven_by(linkage: ConnectedBodies, joints: tuple[str, ...] | None) -> DrivenLinkage:
+    """Driven as in `network_at`: home may be open, and joints beside the part are left out.
 
     Raises InputError when a name is no joint of the linkage.
     """
@@ -245,11 +246,11 @@ def driven_by(linkage: Linkage, joints: tuple[str, ...] | None) -> DrivenLinkage
     if joints is None:
         return DrivenLinkage(part, _actuated(part), close(part))
     linkage.check_names(joints)
-    felt = {joint.name for joint in part.joints}
-    return DrivenLinkage(part, tuple(name for name in joints if name in felt), close(part))
+    known = {joint.name for joint in part.joints}
+    return DrivenLinkage(part, tuple(name for name in joints if name in known), close(part))
 
 
-def _actuated(part: Linkage) -> tuple[str, ...]:
+def _actuated(part: ConnectedBodies) -> tuple[str, ...]:
     return tuple(joint.name for joint in part.joints if isinstance(joint.role, Actuated))
 
 
@@ -267,7 +268,7 @@ def named(connections: Sequence[Connection], q: Mapping[str, np.ndarray]) -> dic
     }
 
 
-def _tidied(part: Linkage) -> Linkage:
+def _tidied(part: ConnectedBodies) -> ConnectedBodies:
     """The same linkage; axes of frames that are 0 or 1 up to rounding are so."""
 
     def tidy(frame: Frame) -> Frame:

@@ -1,4 +1,4 @@
-from robostiff.network.condensation import NetworkStiffness, compliance_between, condense
+from robostiff.network.condensation import compliance_between, condense
 from robostiff.network.elements import (
     BeamElement,
     DistributedForce,
@@ -34,7 +34,6 @@ __all__ = [
     "Motion",
     "Network",
     "NetworkResponse",
-    "NetworkStiffness",
     "NetworkUnderLoads",
     "Node",
     "NodeForce",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,12 +12,13 @@ from robostiff.elastostatics import (
     DEFAULT_TOLERANCE,
     CartesianStiffness,
     ConjugateWrenches,
+    Details,
     Status,
     Tolerance,
 )
 from robostiff.elastostatics.conditioning import smallest_held_stiffness
 from robostiff.elastostatics.conjugate_wrenches import conjugate_wrenches
-from robostiff.elastostatics.leg import felt_by_modes, transmitted
+from robostiff.elastostatics.leg import loads_of_modes, transmitted
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.network.equations import Equations, equations_of
 from robostiff.network.mobility import mobility
@@ -35,26 +36,7 @@ from robostiff.spatial import as_floats
 _NONE = 1e-6  # of the softness of the parts
 
 
-@dataclass(frozen=True)
-class NetworkStiffness:
-    """Stiffness of the platform of a network.
-
-    Attributes
-    ----------
-    whole : CartesianStiffness
-        About `origin`.
-    freedom_names : tuple of str
-        ``element/freedom`` of every column of ``whole.redundant``.
-    origin : (3,) array
-        The network's reference point, or the middle of the platform where that is far away [m].
-    """
-
-    whole: CartesianStiffness
-    freedom_names: tuple[str, ...]
-    origin: np.ndarray
-
-
-def condense(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE) -> NetworkStiffness:
+def condense(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE) -> Details:
     """Stiffness of the platform of a network: the wrench it takes to move it by each twist.
 
     The platform is moved with the fixed nodes at rest; the saddle-point system gives where all
@@ -67,9 +49,10 @@ def condense(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE) -> Netw
 
     Returns
     -------
-    NetworkStiffness
-        Mechanisms that leave the platform at rest count as redundant joints. Rigid parts that
-        support one another are legal.
+    Details
+        About the reference point, or the middle of the platform where that is far away. Mechanisms
+        that leave the platform at rest count as redundant joints. Rigid parts that support one
+        another are legal.
 
     Raises
     ------
@@ -83,7 +66,7 @@ def condense(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE) -> Netw
     >>> wall, tip = Node("wall", np.zeros(3)), Node("tip", np.array([1.0, 0, 0]))
     >>> rod = beam_between(wall, tip, material("steel"), circle(0.02))
     >>> network = Network("rod", (wall, tip), ("wall",), "tip", tip.point, beams=(rod,))
-    >>> round(condense(network).whole.K[0, 0].item())
+    >>> round(condense(network).K[0, 0].item())
     65973446
     """
     equations = equations_of(network, tolerance)
@@ -132,8 +115,12 @@ def condense(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE) -> Netw
         carried = transmitted(replace(whole, held=W)).conjugate
     else:
         carried = ConjugateWrenches.none(n)
-    whole = replace(whole, carried=carried)
-    return NetworkStiffness(whole, names, equations.points[network.platform])
+    return Details.of(
+        replace(whole, carried=carried),
+        origin=equations.points[network.platform],
+        reference_point=network.reference_point,
+        passive_joint_names=names,
+    )
 
 
 def _among_rigid(network: Network, W: np.ndarray, equations: Equations) -> ConjugateWrenches:
@@ -148,7 +135,7 @@ def _among_rigid(network: Network, W: np.ndarray, equations: Equations) -> Conju
     size = np.sqrt(np.where(soft, np.diagonal(C), 1.0))
     values, V = np.linalg.eigh(np.where(np.outer(soft, soft), C / np.outer(size, size), 0.0))
     modes = (size[:, None] * V * np.sqrt(np.maximum(values, 0.0)))[:, values > tolerance.rigidity]
-    return conjugate_wrenches(W, *felt_by_modes(modes.T)(np.eye(len(C))), tolerance)
+    return conjugate_wrenches(W, *loads_of_modes(modes.T)(np.eye(len(C))), tolerance)
 
 
 def _on_held(K: np.ndarray, W: np.ndarray) -> np.ndarray:
@@ -160,12 +147,12 @@ def _on_held(K: np.ndarray, W: np.ndarray) -> np.ndarray:
     """
     if W.shape[1] in (0, len(K)):
         return K if W.size else np.zeros(K.shape)
-    felt = K @ W
+    KW = K @ W
     try:
-        L = np.linalg.cholesky(W.T @ felt)
+        L = np.linalg.cholesky(W.T @ KW)
     except np.linalg.LinAlgError:  # parts too different in size: few digits, as the status says
-        return W @ (W.T @ felt) @ W.T
-    X = np.linalg.solve(L, felt.T)
+        return W @ (W.T @ KW) @ W.T
+    X = np.linalg.solve(L, KW.T)
     return X.T @ X
 
 

@@ -251,15 +251,15 @@ def _by_size(
     Wrenches that load the spring are found by its unit modes: a stiff direction is not rigid.
     """
     modes = modes[:, np.any(modes != 0, axis=0)]
-    felt = modes.T @ W
-    values, Vt = np.linalg.svd(felt / np.linalg.norm(modes, axis=0)[:, None])[1:]
+    loads = modes.T @ W
+    values, Vt = np.linalg.svd(loads / np.linalg.norm(modes, axis=0)[:, None])[1:]
     rank = int(np.count_nonzero(values > tolerance.independence))
     unit = np.sqrt(np.where(np.diagonal(S) > 0, np.diagonal(S), 1.0))
     # Otherwise unchanged: a new basis would cost digits of stiff directions, unless these lie
     # across all axes.
     if rank == len(S) and np.linalg.cond(S / np.outer(unit, unit)) <= _DENSE:
         return W, S
-    _, roots, by_size = np.linalg.svd(felt @ Vt[:rank].T, full_matrices=False)
+    _, roots, by_size = np.linalg.svd(loads @ Vt[:rank].T, full_matrices=False)
     W = W @ np.vstack([by_size @ Vt[:rank], Vt[rank:]]).T
     return W, np.diag(np.append(roots**2, np.zeros(len(S) - rank)))
 

@@ -166,9 +166,9 @@ def _order_of_elimination(A: csc_array, bodies: np.ndarray) -> np.ndarray:
 
     wrenches, m = cast("tuple[int, int]", A.shape)
     count, ones = int(bodies.max()) + 1, np.ones(m)
-    felt = csc_array((np.ones(A.nnz), A.indices, A.indptr), shape=(wrenches, m))
-    felt = felt @ csc_array((ones, (np.arange(m), bodies)), shape=(m, count))
-    graph = csc_array(felt.T @ felt + m * eye_array(count))
+    loads = csc_array((np.ones(A.nnz), A.indices, A.indptr), shape=(wrenches, m))
+    loads = loads @ csc_array((ones, (np.arange(m), bodies)), shape=(m, count))
+    graph = csc_array(loads.T @ loads + m * eye_array(count))
     order = splu(graph, permc_spec="MMD_AT_PLUS_A", **_SYMMETRIC).perm_c
     return np.argsort(order[bodies], kind="stable")
 

@@ -99,12 +99,14 @@ def load_curve(
 
 
 def residuals_picture(found: Identified) -> Curves:
-    """Residuals of the three coordinates over the readings [um]."""
+    """Residuals of the three coordinates of markers over the readings [um]."""
     readings = np.arange(1, len(found.measured) + 1, dtype=float)
+    rest = 1e6 * found.residuals
+    rest[[kind.of_drive for kind in found.measured.kinds]] = np.nan
     curves = [
-        Curve(axis, readings, 1e6 * found.residuals[:, k], Category(k))
+        Curve(axis, readings, rest[:, k], Category(k))
         for k, axis in enumerate("xyz")
-        if np.isfinite(found.residuals[:, k]).any()
+        if np.isfinite(rest[:, k]).any()
     ]
     title = f"Residuals of {found.robot.name}"
     return Curves(title, "reading", "residual [um]", tuple(curves))

@@ -34,7 +34,7 @@ def test_rank_and_status_are_those_of_the_wrench_basis_form(name: str):
     np.testing.assert_array_equal(np.unique(answer.rank[own]), [3, 5])
     np.testing.assert_array_equal(answer.rank[own], careful.rank[own])
     np.testing.assert_array_equal(answer.status_codes[own], careful.status_codes[own])
-    K, expected = answer.values["K"], careful.details().whole.matrix
+    K, expected = answer.values["K"], careful.details().matrix
     np.testing.assert_allclose(K[own], expected[own], atol=1e-14 * np.max(expected))
     share = answer.guarded.reshape(len(SPREADS), EACH).mean(axis=1)
     assert np.all(share[[6, 7]] == 0)

@@ -80,7 +80,8 @@ def test_robots_are_set_as_by_hand():
     assert r"\left(-\frac{\pi}{2}\right)" in arm
     assert r"$\mathbf{t}_{1}$ & $\frac{1}{k_{1}}$" in arm
     assert r"$\mathbf{Q}_{1}$ & $\mathbf{m}_{1}$" in arm
-    assert r"\frac{L}{\mathrm{EA}} & 0 & 0 & 0 & 0 & 0 \\[4pt]" in arm
+    assert r"\mathbf{D} &= \operatorname{diag}\left(\frac{L}{\mathrm{EA}}, \frac{L^{3}}{12" in arm
+    assert r"\frac{a}{b} & 0 \\[4pt]" in LATEX.matrix([[r"\frac{a}{b}", "0"], ["0", "1"]])
     assert r"N m\textsuperscript{2}" in arm
     slides = derivation_latex(rs.derive("3-prs"))
     assert r"\sum_{i} \left(\frac{\mathbf{w}_{i,1}" in slides

@@ -5,44 +5,30 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, overload
+from typing import Any, TypeVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.indices.metric import (
-    ConditionNumber,
-    Eigenstiffness,
-    VirtualWork,
     condition_number,
     eigenstiffness,
     index_length,
     virtual_work,
 )
 from robostiff.analysis.indices.principal import (
-    Anisotropy,
-    CollinearStiffness,
     DirectionalStiffness,
-    PrincipalStiffnesses,
-    WorstDeflections,
     anisotropy,
     collinear_stiffness,
     directional_stiffness,
     principal_stiffness,
     worst_deflection,
 )
-from robostiff.analysis.indices.screws import (
-    Centre,
-    Eigenscrews,
-    centre_of_compliance,
-    centre_of_stiffness,
-    eigenscrews,
-)
+from robostiff.analysis.indices.screws import centre_of_compliance, centre_of_stiffness, eigenscrews
 from robostiff.analysis.indices.stiffness_parts import StationaryStiffness, stiffness_parts
 from robostiff.analysis.measures import principal_stiffnesses, symmetric_eigenvalues
-from robostiff.analysis.posed_stiffness import question_of
+from robostiff.analysis.posed_stiffness import stiffness_by_record
 from robostiff.analysis.result import Stiffness
-from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, scaling
 from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError
@@ -53,6 +39,20 @@ from robostiff.markup import InNotebooks
 from robostiff.model import Robot, Snapshot
 from robostiff.model.subject import Subject
 from robostiff.network import Network
+
+_Index = TypeVar("_Index")
+
+
+def _of_result(
+    index: Callable[..., _Index], *, needs_length: bool = False
+) -> cached_property[_Index]:
+    """An index by its function, of the result and the length of `StiffnessIndices`."""
+
+    def found(own: StiffnessIndices) -> _Index:
+        return index(own.result, length=own.length) if needs_length else index(own.result)
+
+    found.__doc__ = f"By `{index.__name__}`" + (", with the length." if needs_length else ".")
+    return cached_property(found)
 
 
 @dataclass(frozen=True, repr=False)
@@ -78,55 +78,16 @@ class StiffnessIndices(InNotebooks):
         axes = np.eye(3)[: self.result.space.translations]
         return tuple(directional_stiffness(self.result, axis) for axis in axes)
 
-    @cached_property
-    def principal(self) -> PrincipalStiffnesses:
-        """By `principal_stiffness`."""
-        return principal_stiffness(self.result)
-
-    @cached_property
-    def collinear(self) -> CollinearStiffness:
-        """By `collinear_stiffness`."""
-        return collinear_stiffness(self.result)
-
-    @cached_property
-    def worst_deflection(self) -> WorstDeflections:
-        """By `worst_deflection`."""
-        return worst_deflection(self.result)
-
-    @cached_property
-    def anisotropy(self) -> Anisotropy:
-        """By `anisotropy`."""
-        return anisotropy(self.result)
-
-    @cached_property
-    def eigenscrews(self) -> Eigenscrews:
-        """By `eigenscrews`."""
-        return eigenscrews(self.result)
-
-    @cached_property
-    def centre_of_stiffness(self) -> Centre:
-        """By `centre_of_stiffness`."""
-        return centre_of_stiffness(self.result)
-
-    @cached_property
-    def centre_of_compliance(self) -> Centre:
-        """By `centre_of_compliance`."""
-        return centre_of_compliance(self.result)
-
-    @cached_property
-    def eigenstiffness(self) -> Eigenstiffness:
-        """By `eigenstiffness`, with the length."""
-        return eigenstiffness(self.result, length=self.length)
-
-    @cached_property
-    def condition(self) -> ConditionNumber:
-        """By `condition_number`, with the length."""
-        return condition_number(self.result, length=self.length)
-
-    @cached_property
-    def virtual_work(self) -> VirtualWork:
-        """By `virtual_work`, with the length."""
-        return virtual_work(self.result, length=self.length)
+    principal = _of_result(principal_stiffness)
+    collinear = _of_result(collinear_stiffness)
+    worst_deflection = _of_result(worst_deflection)
+    anisotropy = _of_result(anisotropy)
+    eigenscrews = _of_result(eigenscrews)
+    centre_of_stiffness = _of_result(centre_of_stiffness)
+    centre_of_compliance = _of_result(centre_of_compliance)
+    eigenstiffness = _of_result(eigenstiffness, needs_length=True)
+    condition = _of_result(condition_number, needs_length=True)
+    virtual_work = _of_result(virtual_work, needs_length=True)
 
     @property
     def status(self) -> Status:
@@ -336,8 +297,7 @@ def indices(
     [0.64 0.83]
     """
     if isinstance(robot, Subject):
-        question = question_of(robot, pose, DEFAULT_METHOD, near, DEFAULT_TOLERANCE)
-        result = Stiffness.of(question, at, by_record=bool(question.rows.shape))
+        result = stiffness_by_record(robot, pose, at, near, DEFAULT_TOLERANCE)
     elif pose is None and at is None and near is None:
         result = robot
     else:

@@ -239,7 +239,7 @@ def _along(
     parts: StiffnessParts, u: np.ndarray, free: EigenPart, held: EigenPart, unit: str
 ) -> DirectionalStiffness:
     status = parts.status
-    tolerance = parts.result.details().whole.tolerance.independence
+    tolerance = parts.result.details().tolerance.independence
     along = free.directions @ u
     if np.any(np.abs(along[free.values == 0]) > tolerance):
         stiffness_free = 0.0

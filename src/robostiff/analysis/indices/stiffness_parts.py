@@ -142,7 +142,7 @@ class StiffnessParts:
 
     def _free_parts(self, free: np.ndarray, rank: int) -> EigenPart:
         """Of a Schur complement, in which values that are not above rounding are zero."""
-        answer = self.result.details().whole
+        answer = self.result.details()
         if not answer.invertible:
             values = np.linalg.eigvalsh(0.5 * (free + free.T))
             held = np.count_nonzero(values > answer.tolerance.rigidity * values[-1])
@@ -172,7 +172,7 @@ def stiffness_parts(result: Stiffness) -> StiffnessParts:
 @kept
 def _parts_of(result: Stiffness) -> StiffnessParts:
     K = result.K
-    forces, moments = _ranks(result.details().whole, result)
+    forces, moments = _ranks(result.details(), result)
     return StiffnessParts(result, K, result.compliance, forces, moments)
 
 

@@ -131,9 +131,13 @@ class MapEvaluator:
             return f"compiled record, {careful} where it is unsafe"
         return "networks" if is_network else "wrench-basis, batched"
 
-    @cached_property
+    @property
     def variables(self) -> tuple[Variable, ...]:
         """The variables that `evaluate` returns."""
+        return self._variables
+
+    @cached_property
+    def _variables(self) -> tuple[Variable, ...]:
         return map_variables(self.robot, self.quantities, self.dtype, self.columns.loads > 0)
 
     @property

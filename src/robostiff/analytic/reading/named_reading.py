@@ -119,19 +119,6 @@ class NamedReading:
         self._raw[value.step] = self.define("L", expression)
         return self._raw[value.step]
 
-    def named(self, own: str, entry: Entry) -> None:
-        """A name for an entry wherever it is read from now on, such as u_x."""
-        step, sign = entry.step, 1
-        if self.record.operations[step][0] is Operation.NEGATE:
-            (step,), sign = self.record.arguments(step), -1
-        if self._raw[step].is_Symbol:
-            return
-        expression = self(Entry(self.record, step))
-        name = own if own not in self._taken else next(free_names(own, self._taken))
-        self._raw[step] = self.define(own, expression, name)
-        if sign < 0:
-            self._raw[entry.step] = -self._raw[step]
-
     def _cancelled(self, expression: Any) -> Any:
         """A factored fraction; where it is long, perhaps that with squares of roots put in."""
         fraction = _fraction(expression)

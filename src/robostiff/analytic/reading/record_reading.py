@@ -130,12 +130,7 @@ class StepReading:
         points = ExactPoints(record)
         self._same = points.same(record.needed(wanted))
         if at_closed_postures:
-            zero = Same(None, sp.Integer(0))
-            for step in self._same:
-                if record.operations[step][0] in (Operation.ADD, Operation.SUBTRACT):
-                    size = max(np.min(np.abs(record.sample(a))) for a in record.arguments(step))
-                    if size > 0 and np.max(np.abs(record.sample(step))) <= _CLOSED * size:
-                        self._same[step] = zero
+            self._close(record)
         self._shorten(record, points)
         steps, uses = self._needed(record, wanted)
         self._record = record
@@ -213,6 +208,27 @@ class StepReading:
             else:
                 found[waiting.pop()] = None
         return list(found)
+
+    def _close(self, record: Record) -> None:
+        """Sums that are zero where the legs close, and steps that are others there."""
+        first: dict[tuple[str, ...], tuple[int, int]] = {}
+        others: dict[int | None, Same] = {}
+        for step in sorted(self._same):
+            own, at, operation = self._same[step], record.sample(step), record.operations[step][0]
+            if operation in (Operation.ADD, Operation.SUBTRACT):
+                size = max(np.min(np.abs(record.sample(a))) for a in record.arguments(step))
+                if size > 0 and np.max(np.abs(at)) <= _CLOSED * size:
+                    others[step] = self._same[step] = Same(None, sp.Integer(0))
+                    continue
+            if own.step in others:
+                other = others[own.step]
+                self._same[step] = Same(other.step, other.factor * own.factor)
+            elif own.step == step:
+                sign = 1 if at[0] > 0 else -1
+                digits = tuple(f"{x:.9e}" for x in sign * at)
+                known, other_sign = first.setdefault(digits, (step, sign))
+                if known != step and operation is not Operation.INPUT:
+                    others[step] = self._same[step] = Same(known, sp.Integer(sign * other_sign))
 
     def _shorten(self, record: Record, points: ExactPoints) -> None:
         """Sums that are the cosine or sine of a sum of angles, or a product of two short steps."""

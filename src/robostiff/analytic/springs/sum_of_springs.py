@@ -128,7 +128,7 @@ def sum_of_springs(
         return None
     groups, legs = grouped
     for group in groups:
-        group.find_orbits(search, read)
+        group.find_orbits(search)
     squares: dict[Any, tuple[Any, Any]] = {}
     entry: Callable[[Any], Any] = read
     if placed.follows.at_joints:
@@ -275,8 +275,6 @@ def _without_numbers(
     return found, numbers
 
 
-_LONG_ENTRY = 14  # operations of an entry of a wrench that is given a name
-_SHORT = 6  # operations of an entry that stays
 #: Operations of all of K, beyond which it is not read at a glance.
 PRINTED = 600
 _FEW = 6  # products that are also written one by one
@@ -318,25 +316,11 @@ class WrenchesAlike:
     compliance: Any
     wrenches: list[WrenchOfLeg] = field(default_factory=list)
     orbits: list[Orbit] | None = None
-    in_names: set[int] = field(default_factory=set)
     shifted: set[int] = field(default_factory=set)
 
-    def find_orbits(self, search: WrenchSearch, read: NamedReading) -> None:
-        """Find which wrenches are turns of others, and name long entries of the first ones."""
+    def find_orbits(self, search: WrenchSearch) -> None:
+        """Find which wrenches are turns of others."""
         self.orbits = orbits_of(np.stack([w.at for w in self.wrenches], axis=1) / search.scale)
-        count = len(self.wrenches)
-        if self.orbits is None and count > 1:
-            return
-        for i, own in self.needed.items():
-            entries = {x.step: x for x in own if isinstance(x, Entry)}
-            written = [read(x) for x in entries.values()]
-            if i not in self.shifted:
-                written = [shortest_trigonometry(x) for x in written]
-            if max(map(count_of, written), default=0) > _LONG_ENTRY:
-                self.in_names.add(i)
-                for letter, x in zip(COMPONENTS, own, strict=True):
-                    if isinstance(x, Entry) and count_of(read(x)) > _SHORT:
-                        read.named(letter, x)
 
     @property
     def needed(self) -> dict[int, list[Any]]:
@@ -346,12 +330,7 @@ class WrenchesAlike:
         return {i: self.wrenches[i].entries for i in firsts}
 
     def written(self, number: int, search: WrenchSearch, read: NamedReading) -> sp.ImmutableMatrix:
-        """One of the wrenches, by the first of its orbit where that is shorter."""
-        for orbit in self.orbits or ():
-            if number in orbit.images and orbit.first in self.in_names and number != orbit.first:
-                first = [read(x) for x in self.wrenches[orbit.first].entries]
-                turned = orbit.images[number].made_from(first)
-                return sp.ImmutableMatrix([turned[i] for i in search.space.rows])
+        """One of the wrenches."""
         own = self.wrenches[number].entries
         return sp.ImmutableMatrix([read(own[i]) for i in search.space.rows])
 

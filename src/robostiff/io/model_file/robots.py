@@ -469,11 +469,11 @@ def model_from_document(
 
 def _built(written: WrittenModel, top: Place, files: ModuleFiles, holds: Sequence[str] = ()) -> Any:
     """The robot that is written; verified, unless it is one of formulas, or has no legs here."""
-    robot, places = written.build(top, files, holds)
+    model: Any = written
+    robot, places = model.build(top, files, holds)
     if top.is_exact or not places:
         return robot
     from robostiff.io.model_file.at_home import at_home
 
-    found: Any = written  # with legs
-    chosen = found.coordinates is not None
-    return at_home(top, robot, places, chosen=chosen, laws=found.laws)
+    chosen = model.coordinates is not None
+    return at_home(top, robot, places, chosen=chosen, laws=model.laws)

@@ -63,7 +63,11 @@ def chosen_parameters(
             "symbols",
             got=symbols,
             expected="names of parameters, or ALL_PARAMETERS",
-            hint=f"write symbols=({symbols!r},)" if isinstance(symbols, str) else None,
+            hint="write symbols=rs.ALL_PARAMETERS"
+            if symbols == "all"
+            else f"write symbols=({symbols!r},)"
+            if isinstance(symbols, str)
+            else None,
         )
     names = tuple(symbols)
     _refuse_unknown(names, definitions)

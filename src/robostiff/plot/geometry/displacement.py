@@ -81,7 +81,7 @@ def motion_under(posed: Snapshot | Network, bent: Deflection) -> Motions:
     answer = bent.stiffness
     network = network_of_snapshot(posed) if isinstance(posed, Snapshot) else posed
     v = (network.reference_point - answer.reference_point)[: network.space.translations]
-    F, tolerance = move_wrench(bent.wrench, v), answer.details().whole.tolerance
+    F, tolerance = move_wrench(bent.wrench, v), answer.details().tolerance
     nodes = {}
     for name, (twist, point) in motions_under(network, F, bent.forces, tolerance).items():
         D = skew(twist[3:])

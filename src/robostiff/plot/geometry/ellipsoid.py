@@ -117,7 +117,7 @@ def _held_compliance(result: AnyStiffness) -> np.ndarray:
     if isinstance(result, CableStiffness):
         if result.unstable_motions:
             raise NoAnswerError(f"no compliance of {result.name!r}: the platform does not stay")
-    elif not result.details().whole.invertible:
+    elif not result.details().invertible:
         return result.required_compliance()  # raises with the reason if there is none
     free, s = _free_twists(result), _scaling(result)
     held = np.linalg.svd(free)[2][len(free) :].T

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
 from operator import or_
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.kernel import code_of
 from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError, NoAnswerError
+from robostiff.kept import kept
 from robostiff.kinematics import JointCoordinates, PostureFinder, posture_finder
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.record import Program, Record
@@ -50,6 +52,7 @@ def compile_loaded(
     preload: Mapping[str, float] | None = None,
     beams: Beams = _BOWING,
     platforms: bool = False,
+    drives: bool = False,
     backend: Backend = Backend.BEST,
 ) -> CompiledLoading:
     """Record the equilibrium of a robot under a wrench once, for many poses and wrenches.
@@ -73,6 +76,8 @@ def compile_loaded(
     platforms : bool
         Whether answers have the place of the platform and its rates with the parameters, and
         `evaluate` takes forces at hooks.
+    drives : bool
+        Whether answers have deflections and loads of elastic joints, too, and their rates.
     backend : Backend
         As for `compile`. NumPy runs steps of more than 30,000 operations.
 
@@ -147,7 +152,8 @@ def compile_loaded(
             force,
             standing,
             by_pose=not recorded.joints,
-            platforms=platforms,
+            platforms=platforms or drives,
+            drives=drives,
         )
     except RigidLegError as error:
         raise _rigid(robot) from error
@@ -176,9 +182,29 @@ def compile_loaded(
         )
     general = AtGeneralPoses(loading.rank, loading.status, verified=True)
     found = CompiledLoading(
-        robot, kernel, closure, general, Status.OK, standing, loading.has_arms, platforms
+        robot,
+        kernel,
+        closure,
+        general,
+        Status.OK,
+        standing,
+        loading.has_arms,
+        platforms or drives,
+        loading.drives,
     )
     return _confirmed(found, finder, force)
+
+
+def kept_loading(robot: Robot, gravity: Gravity = None, **settings: Any) -> CompiledLoading:
+    """What `compile_loaded` makes of settings that are hashable; it is kept with the robot."""
+    if gravity is not None and not isinstance(gravity, str):
+        gravity = tuple(np.ravel(gravity).tolist())
+    return _kept(robot, gravity=gravity, **settings)
+
+
+@kept
+def _kept(robot: Robot, **settings: Any) -> CompiledLoading:
+    return compile_loaded(robot, **settings)
 
 
 def _loaded_postures(finder: PostureFinder, standing: StandingLoads) -> list[LoadedPosture]:

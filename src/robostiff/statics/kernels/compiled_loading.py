@@ -44,11 +44,17 @@ class Platforms:
         Columns: the axes of the platform in the world.
     rates : (N, 6, n) array
         Of the point and of the turn, world axes; not a number where they are not to be trusted.
+    drives : (N, 2, d) array
+        Deflections of elastic joints and what they carry [rad, m; N m, N].
+    drive_rates : (N, 2, d, n) array
+        Of both.
     """
 
     points: np.ndarray
     axes: np.ndarray
     rates: np.ndarray
+    drives: np.ndarray
+    drive_rates: np.ndarray
 
 
 @dataclass(frozen=True, repr=False)
@@ -139,6 +145,8 @@ class CompiledLoading:
         Whether dead forces act on the platform.
     has_platforms : bool
         Whether answers have places and rates of the platform.
+    drives : tuple of str
+        Elastic joints whose deflections answers have.
     """
 
     robot: Robot
@@ -149,6 +157,7 @@ class CompiledLoading:
     standing: StandingLoads
     has_arms: bool
     has_platforms: bool = False
+    drives: tuple[str, ...] = ()
 
     @property
     def verified(self) -> bool:
@@ -245,6 +254,8 @@ class CompiledLoading:
                 np.full((count, 3), np.nan),
                 np.full((count, 3, 3), np.nan),
                 np.full((count, 6, len(values.rows)), np.nan),
+                np.full((count, 2, len(self.drives)), np.nan),
+                np.full((count, 2, len(self.drives), len(values.rows)), np.nan),
             )
             if self.has_platforms
             else None,
@@ -299,11 +310,15 @@ class CompiledLoading:
         turn = vector_of_quaternion(place[[4, 5, 6, 3]].T)
         if answer.platforms is not None:
             n, d = answer.platforms.rates.shape[2], 6 + r
-            more = results[last : last + 12 + n * d].T
+            of_drives = 2 * len(self.drives)
+            more = results[last : last + 12 + n * d + of_drives * (1 + n)].T
             R = turn_by_vector(turn)
             answer.platforms.points[where] = more[:, :3] + place[:3].T
             answer.platforms.axes[where] = R @ more[:, 3:12].reshape(-1, 3, 3)
-            each = more[:, 12:].reshape(len(more), n, d)
+            each = more[:, 12 : 12 + n * d].reshape(len(more), n, d)
+            rest = more[:, 12 + n * d :].reshape(len(more), 1 + n, 2, len(self.drives))
+            answer.platforms.drives[where] = rest[:, 0]
+            answer.platforms.drive_rates[where] = np.moveaxis(rest[:, 1:], 1, 3)
             rates = answer.platforms.rates[where]
             rates[:, :3] = np.swapaxes(each[:, :, :3], 1, 2)
             rates[:, 3:] = R @ np.swapaxes(each[:, :, 3:6], 1, 2)
@@ -368,6 +383,8 @@ class CompiledLoading:
         off = np.max(np.abs(answer.displacement[rows] - displacement) / size, axis=1)
         most = np.max(np.abs(displacement) / size, axis=1)
         R = turn_by_vector(unloaded[:, 3:])
-        platforms.rates[rows[~(off <= _SAME * most + _ROUNDING)]] = np.nan
+        wrong = rows[~(off <= _SAME * most + _ROUNDING)]
+        for each in (platforms.rates, platforms.drives, platforms.drive_rates):
+            each[wrong] = np.nan
         platforms.points[rows] = unloaded[:, :3] + R @ robot.reference_point + moved[:, :3]
         platforms.axes[rows] = turn_by_vector(moved[:, 3:]) @ R

@@ -204,6 +204,18 @@ class RecordedLegs:
         return [size for e in every for size in [unit(e, self.length)] * e.size]
 
     @cached_property
+    def drives(self) -> dict[str, tuple[int, Any]]:
+        """Elastic joints, by ``leg/joint``: numbers of their coordinates, and stiffnesses."""
+        found = {}
+        for c, chain in enumerate(self.legs.chains):
+            own = iter(self.legs.numbers.x[self.legs.coordinates[c]].tolist())
+            for e in chain.elements:
+                first, *_ = [next(own) for _ in range(e.size)]
+                if isinstance(e, FiniteJoint) and not is_zero(e.stiffness):
+                    found[f"{chain.owner.name}/{e.name}"] = first, e.stiffness
+        return found
+
+    @cached_property
     def samples(self) -> dict[str, float]:
         """Sizes of coordinates, wrenches and axial forces under the force, by their names."""
         legs, at, held = self.legs, self.legs.numbers, {}

@@ -117,6 +117,7 @@ class LoadedRobot:
     stands: bool  # whether anything acts beside the wrench
     axes: Any = None  # (3, 3): of the platform at the unloaded posture, where its rates are asked
     parameters: tuple[str, ...] = ()  # by which rates are asked for
+    with_drives: bool = False  # whether deflections of drives are asked for, too
 
     @property
     def start(self) -> dict[str, float]:
@@ -275,7 +276,7 @@ class LoadedRobot:
         K = [at.K[min(place), max(place)] for place in np.ndindex(n, n)]
         place = [values[name] for name in self.platform.coordinates]
         arms = self.platform.moved(values).R @ self.dead.levers
-        rates = [] if self.axes is None else self._rates(at)
+        rates = [] if self.axes is None else self._rates(values, at)
         flags = flags_of(self.unloaded)
         arms = [*arms.flat] if self.has_arms else []
         return [*K, *place, *arms, *rates, flags, gap, reduce(least, safe)]
@@ -285,21 +286,37 @@ class LoadedRobot:
         """Whether dead forces act on the platform."""
         return not all(map(is_zero, self.dead.levers.flat))
 
-    def _rates(self, at: _Equations) -> list[Any]:
+    def _rates(self, values: Mapping[str, Any], at: _Equations) -> list[Any]:
         """Place of the unloaded platform (12), and rates with parameters: of it, and of the state.
 
         In equilibrium ``g(s, p) = 0`` with the tangent ``T = dg/ds`` the state moves by
-        ``ds/dp = -T^-1 dg/dp``: what the next step of Newton would be of.
+        ``ds/dp = -T^-1 dg/dp``: what the next step of Newton would be of. Behind these, where
+        drives are asked for, their deflections and loads, and the rates of both.
         """
         record, R = self.unloaded.record, self.axes
         unloaded = [*self.platform.origin, *R.flat]
-        found = list(unloaded)
+        found, drives = list(unloaded), list(self.legs.drives.values()) if self.with_drives else []
+        deflections = [values[f"u{u}"] for u, _ in drives]
+        stiffnesses = [k for _, k in drives]
+        step: dict[int, Any] = {}
+        if drives:
+            twist = at.factored.solved(at.right)
+            step = at.elimination.solution(dict(zip(self.legs.twist, twist, strict=True)))
+        steps = [step[u] for u, _ in drives]
+        loads = [k * q for k, q in zip(stiffnesses, deflections, strict=True)]
+        of_drives, last = [*deflections, *loads], 12 + len(at.right)
         for name in self.parameters:
-            moved = derivatives_along(record, [*unloaded, *at.right], {name: 1})
+            every = [*unloaded, *at.right, *steps, *loads]
+            moved = derivatives_along(record, every, {name: 1})
             spin = np.reshape(np.array(moved[3:12], dtype=object), (3, 3)) @ R.T
             found += [*moved[:3], spin[2, 1], spin[0, 2], spin[1, 0]]
-            found += at.factored.solved(moved[12:])
-        return found
+            found += at.factored.solved(moved[12:last])
+            of_steps, softer = moved[last : last + len(drives)], moved[last + len(drives) :]
+            of_drives += of_steps
+            of_drives += [
+                k * own + more for k, own, more in zip(stiffnesses, of_steps, softer, strict=True)
+            ]
+        return found + of_drives
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -316,11 +333,14 @@ class RecordedLoading(RecordedSteps):
         of dead forces on it (see `LoadedAnswer`), the flags of the unloaded posture, the square of
         the step that would be next, and a number that is positive where all checks hold.
     has_arms : bool
+    drives : tuple of str
+        Whose deflections, loads and their rates stand behind those of the platform.
     status, rank : Status, int
         Without load, at a general pose.
     """
 
     has_arms: bool
+    drives: tuple[str, ...] = ()
     most_steps: int = 10
     status: Status = Status.OK
     rank: int = 6
@@ -340,6 +360,7 @@ def record_loading(
     *,
     by_pose: bool,
     platforms: bool = False,
+    drives: bool = False,
 ) -> RecordedLoading:
     """Record the equilibrium of a robot, whose symbols are inputs.
 
@@ -399,7 +420,9 @@ def record_loading(
     gone: list[int] = []
     for chains, *_ in found.legs.components:
         leg = found.legs.chains[chains[0]].owner.leg
-        strut = recorded_strut(found.legs, chains, unloaded.legs[max(leg, 0)], L)
+        strut = None
+        if not drives:  # of a strut the force alone is computed
+            strut = recorded_strut(found.legs, chains, unloaded.legs[max(leg, 0)], L)
         if strut is not None:
             struts[leg] = strut
             gone += chains
@@ -417,6 +440,7 @@ def record_loading(
         stands=bool(springs or standing.loads or standing.preload or weigh or platforms),
         axes=np.array(here.pose.R, dtype=object) if platforms else None,
         parameters=tuple(map(str, robot.symbols)),
+        with_drives=drives,
     )
     start = loaded.start
     lengths = dict.fromkeys(loaded.platform.coordinates[:3], 1e-3 * finder.length)
@@ -440,6 +464,7 @@ def record_loading(
         first_steps=4 if struts else 1,
         first=Program.of(record, loaded.first(values)),
         has_arms=loaded.has_arms,
+        drives=tuple(legs.drives) if drives else (),
         status=unloaded.status,
         rank=unloaded.factors.rank,
     )

@@ -1,0 +1,130 @@
+"""Exports of instruments and of calibration programs, as lines with our headings."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.analysis.maps.pose_columns import coordinate_units
+from robostiff.errors import FileError, Location
+from robostiff.io.bounded_file import bounded_bytes
+from robostiff.io.csv_table import table_of
+from robostiff.model import Robot
+from robostiff.spatial.rotation import vector_of_rotation
+
+_MOST_BYTES = 200_000_000
+_TAG = ("x [mm]", "y [mm]", "z [mm]", "rx [rad]", "ry [rad]", "rz [rad]")
+
+
+def lines_of(path: str | os.PathLike[str]) -> tuple[str, ...]:
+    """Lines of a text file in UTF-8 or Latin-1; the sign of micro, in any encoding, is u."""
+    content = bounded_bytes(path, _MOST_BYTES, "a CSV file")
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = content.decode("latin-1")
+    return tuple(re.sub("\u00c2?\u00b5|\u03bc", "u", text).splitlines())
+
+
+@dataclass(frozen=True)
+class TrackerPoints:
+    """Points of a tracker: their coordinates and standard deviations, and which are not deleted."""
+
+    si: dict[str, np.ndarray]
+    kept: np.ndarray  # (N,) of bool
+    lines: tuple[int, ...]
+
+
+def tracker_points(name: str, lines: Sequence[str]) -> TrackerPoints | None:
+    """What a tracker has written; None of a file of another kind.
+
+    ``U(95)`` is twice the standard deviation, of each axis where there is one; those that are
+    rounded to zero are as large as the smallest that are not. A word in ``Delete`` marks what was
+    taken out.
+    """
+    first = next((line for line in lines if line.strip()), "")
+    if "U(95)" not in first:
+        return None
+    plain = tuple(line.replace("U(95)", "U95").replace('"', "") for line in lines)
+    units: dict[str, str] = dict.fromkeys(("X", "Y", "Z", "U95", "U95 X", "U95 Y", "U95 Z"), "m")
+    table = table_of(
+        name, plain, units, "point", passes_others=True, words=("Delete",), may_miss=units
+    )
+    if not {"X", "Y", "Z"} <= table.si.keys():
+        at = Location(name, table.header + 1)
+        raise FileError(at, "columns", got=first[:80], expected="X, Y and Z")
+    si = {a.lower(): table.si[a] for a in "XYZ"}
+    for a in "XYZ":
+        own = table.si.get(f"U95 {a}", table.si.get("U95"))
+        if own is not None:
+            own = np.where(own == 0, np.min(own, where=own > 0, initial=np.inf), own)
+            si[f"sigma_{a.lower()}"] = 0.5 * own
+    words = table.words.get("Delete", ("",) * len(table.rows))
+    kept = np.array([word in ("", "0") for word in words])
+    for column, own in si.items():
+        for row in np.flatnonzero(kept & np.isnan(own))[:1]:
+            at = Location(name, table.rows[row] + 1, path=column)
+            raise FileError(at, "value", got="nothing", expected="a finite number")
+    return TrackerPoints(si, kept, tuple(k + 1 for k in table.rows))
+
+
+def with_headings(name: str, lines: Sequence[str], columns: Sequence[str]) -> tuple[str, ...]:
+    """Lines of numbers behind one of headings.
+
+    Raises FileError for a line with another count of fields.
+    """
+    found = ["\t".join(columns)]
+    for k, line in enumerate(lines, 1):
+        fields = re.split(r"[\t;,]|\s+", line.strip()) if line.strip() else []
+        if fields and len(fields) != len(columns) and not line.lstrip().startswith("#"):
+            raise FileError(
+                Location(name, k, 1),
+                "reading",
+                got=f"{len(fields)} fields",
+                expected=f"{len(columns)}, one for each of columns=",
+            )
+        found.append("\t".join(fields))
+    return tuple(found)
+
+
+def auto_id_lines(robot: Robot, name: str, lines: Sequence[str]) -> tuple[str, ...] | None:
+    """Lines of an Auto ID file behind one of our headings; None of a file of another kind.
+
+    Rotations are yaw about z, then pitch about the new y, then roll about the newest x.
+    """
+    from scipy.spatial.transform import Rotation
+
+    joints = coordinate_units(robot)
+    rows = [line.split("\t") for line in lines]
+    numbers = [_numbers(row[1:]) for row in rows]
+    given = [k for k, row in enumerate(rows) if "".join(row).strip()]
+    begins = 1 if given and numbers[given[0]] is None else 0
+    ours = begins and any(own.partition("[")[0].strip() in joints for own in rows[given[0]])
+    if not joints or ours or not given[begins:] or len(rows[given[0]]) != 7 + len(joints):
+        return None
+    turned = any(any((numbers[k] or [])[3:6]) for k in given[begins:])
+    headings = ["marker", *_TAG[: 6 if turned else 3]]
+    headings += [f"{own} [{'deg' if unit == 'rad' else 'mm'}]" for own, unit in joints.items()]
+    found = ["\t".join(headings)]
+    for k, own in enumerate(numbers):
+        if k not in given[begins:]:
+            found.append("")
+            continue
+        if own is None or len(own) != 6 + len(joints):
+            expected = "numbers behind the tag: X, Y, Z, roll, pitch, yaw, joints"
+            raise FileError(Location(name, k + 1, 1), "point", got=lines[k][:60], expected=expected)
+        turn = vector_of_rotation(Rotation.from_euler("ZYX", own[5:2:-1], degrees=True).as_matrix())
+        values = [*own[:3], *(turn if turned else ()), *own[6:]]
+        found.append("\t".join(["tool", *map(repr, map(float, values))]))
+    return tuple(found)
+
+
+def _numbers(fields: Sequence[str]) -> list[float] | None:
+    try:
+        return [float(own) for own in fields]
+    except ValueError:
+        return None

@@ -1,0 +1,207 @@
+"""Poses, torques and joints behind gears, play, and loads in other axes, of simulated machines.
+
+Truth is `equilibrium` of the true robot; where joints alone are elastic, the joints at its loaded
+pose are those behind the gears.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.kinematics.turn import turn_by_vector
+from robostiff.model import Joint
+from robostiff.spatial.rotation import vector_of_rotation
+from tests.identification.campaigns import arm_campaign, arm_frames, column, model_file
+
+TRUE = {"c2": 1.7e-6, "c3": 3.9e-6, "c5": 2.3e-5}
+ASKED = ["arm/joint2", "arm/joint3", "arm/joint5"]
+LOADS = np.array([[0, 0, 0, 0, 0, 0], [400.0, -300, -900, 20, 0, 30], [0, 500, 800, 0, 40, 0]])
+
+
+@pytest.fixture(scope="module")
+def nominal(tmp_path_factory):
+    return rs.load(model_file("arm", tmp_path_factory.mktemp("arm")))
+
+
+def postures() -> np.ndarray:
+    return np.repeat(column("arm", "joint_coordinates"), len(LOADS), axis=0)
+
+
+def loads() -> np.ndarray:
+    return np.tile(LOADS, (len(postures()) // len(LOADS), 1))
+
+
+def compliant(robot: rs.Robot, values: dict[str, float]) -> rs.Robot:
+    """The arm with other compliances of some of its drives."""
+    (leg,) = robot.legs
+    elements = [
+        replace(own, role=replace(own.role, stiffness=1 / values[f"c{own.name[5:]}"]))
+        if f"c{own.name[5:]}" in values and isinstance(own, Joint) else own
+        for own in leg.chain.elements
+    ]  # fmt: skip
+    return replace(robot, legs=(replace(leg, chain=rs.Chain(tuple(elements))),))
+
+
+def loaded(robot: rs.Robot, q: np.ndarray, wrenches: np.ndarray) -> np.ndarray:
+    """Poses (N, 6) under load."""
+    found = rs.equilibrium(robot, rs.JointCoordinates(q), wrenches)
+    return np.array([own.pose for own in found])
+
+
+@pytest.fixture(scope="module")
+def truth(nominal):
+    """Poses under load, and the joints there."""
+    robot = compliant(nominal, TRUE)
+    poses = loaded(robot, postures(), loads())
+    joints = np.array([
+        rs.find_posture(robot, pose, near=q).coordinates[0][0]
+        for pose, q in zip(poses, postures(), strict=True)
+    ])  # fmt: skip
+    return poses, joints
+
+
+def assert_true(found: rs.Identified, rtol: float = 1e-6) -> None:
+    for name, value in zip(ASKED, TRUE.values(), strict=True):
+        assert found.values[name] == pytest.approx(value, rel=rtol), name
+
+
+def test_poses_with_unknown_frames(nominal, truth):
+    """A target that is turned on the flange, read by an instrument that is turned, too."""
+    poses, _ = truth
+    R, b = turn_by_vector(np.array([0.1, -0.2, 3.1])), np.array([2.0, -1, 0.4])
+    M, m = turn_by_vector(np.array([2.0, 1.5, -0.3])), np.array([0.05, 0.02, 0.1])
+    A = turn_by_vector(poses[:, 3:])
+    points = (poses[:, :3] + A @ m - b) @ R.T
+    values = np.hstack([points, vector_of_rotation(R @ A @ M)])
+    measured = rs.Measurements(
+        rs.JointCoordinates(postures()), values, wrenches=loads(), kinds=rs.Reading.POSE,
+        markers="target", sigma=np.tile([1e-6] * 3 + [1e-6] * 3, (len(values), 1)),
+    )  # fmt: skip
+    found = rs.identify(nominal, measured, ASKED)
+    assert_true(found)
+    turn = [found.values[f"target turn {a}"] for a in "xyz"]
+    np.testing.assert_allclose(turn_by_vector(np.array(turn)), M, atol=1e-8)
+    known = rs.KnownFrames({"target": m}, [*b, 0.1, -0.2, 3.1], {"target": [2.0, 1.5, -0.3]})
+    again = rs.identify(nominal, measured, ASKED, frames=known)
+    assert_true(again)
+    assert again.names == tuple(ASKED)
+    assert again.std["arm/joint2"] < found.std["arm/joint2"]
+
+
+@pytest.mark.parametrize("kind", [rs.Reading.TORQUE, rs.Reading.JOINT])
+def test_drives_alone_need_no_frames(nominal, truth, kind):
+    _, joints = truth
+    q, k = postures(), 1 / np.array(list(TRUE.values()))
+    moved = (joints - q)[:, [1, 2, 4]]
+    values = joints[:, [1, 2, 4]] if kind is rs.Reading.JOINT else -moved * k
+    count = len(q)
+    measured = rs.Measurements(
+        rs.JointCoordinates(np.repeat(q, 3, axis=0)),
+        np.column_stack([values.ravel(), np.full((3 * count, 2), np.nan)]),
+        wrenches=np.repeat(loads(), 3, axis=0), kinds=kind, sigma=1e-6,
+        drives=["joint2", "arm/joint3", "joint5"] * count,
+    )  # fmt: skip
+    assert repr(measured) == "<Measurements: 36 readings of 3 drives at 4 postures>"
+    found = rs.identify(nominal, measured, ASKED)
+    assert_true(found, 1e-5)
+
+
+def test_a_drive_that_there_is_not(nominal):
+    measured = rs.Measurements(
+        rs.JointCoordinates(postures()[:1]), [[1.0, np.nan, np.nan]], kinds=rs.Reading.TORQUE,
+        drives="elbow", wrenches=LOADS[1],
+    )  # fmt: skip
+    with pytest.raises(
+        rs.InputError, match=r"drive of reading 1: got 'elbow', expected an elastic"
+    ):
+        rs.identify(nominal, measured, ["arm/joint2"])
+
+
+def test_play_follows_the_torque(nominal, truth):
+    """Each joint with play is turned by half of it, on the side to which it is strained."""
+    robot, play = compliant(nominal, TRUE), 4e-4
+    moved = truth[1] - postures()
+    side = np.sign(moved[:, 1])
+    assert {-1.0, 1.0} <= set(side)
+    q = postures()
+    q[:, 1] += 0.5 * play * side
+    poses = loaded(robot, q, loads())
+    marks = {"a": np.array([0.1, 0, 0]), "b": np.array([0, 0.1, 0.1])}
+    values = np.vstack([poses[:, :3] + turn_by_vector(poses[:, 3:]) @ m for m in marks.values()])
+    measured = rs.Measurements(
+        rs.JointCoordinates(np.tile(postures(), (2, 1))), values, wrenches=np.tile(loads(), (2, 1)),
+        markers=["a"] * len(q) + ["b"] * len(q), sigma=1e-6,
+    )  # fmt: skip
+    found = rs.identify(
+        nominal, measured, [*ASKED, "arm/joint2.play"], frames=rs.KnownFrames(marks)
+    )
+    assert found.values["arm/joint2.play"] == pytest.approx(play, rel=1e-6)
+    assert_true(found)
+    assert rs.equilibrium(found.robot, rs.JointCoordinates(q[1]), loads()[1]).pose == pytest.approx(
+        poses[1], abs=1e-9
+    )
+    one = measured.chosen([k for k in range(len(q)) if side[k] > 0])
+    with pytest.raises(
+        rs.InputError, match=r"loads for arm/joint2\.play: got 'torques of one sign"
+    ):
+        rs.identify(nominal, one, ["arm/joint2.play"], frames=rs.KnownFrames(marks))
+
+
+@pytest.mark.parametrize("axes", [rs.LoadAxes.PLATFORM, rs.LoadAxes.INSTRUMENT])
+def test_loads_in_other_axes(nominal, axes):
+    """The same campaign, its loads written in axes of the platform or of the instrument."""
+    world = arm_campaign()
+    R = turn_by_vector(np.asarray(arm_frames().instrument)[3:])
+    turn = np.broadcast_to(R, (len(world), 3, 3))
+    if axes is rs.LoadAxes.PLATFORM:
+        pose = rs.find_posture(nominal, world.postures).pose
+        turn = np.swapaxes(turn_by_vector(pose[:, 3:]), 1, 2)
+    turned = replace(world, forces=np.einsum("nij,nj->ni", turn, world.forces), axes=axes)
+    before = rs.identify(nominal, world, ["arm/joint*"])
+    after = rs.identify(nominal, turned, ["arm/joint*"])
+    # the found turn of the instrument, by which loads are turned, differs from the true one
+    off = 1e-9 if axes is rs.LoadAxes.PLATFORM else 0.05
+    for name, d in before.std.items():
+        if name.startswith("arm"):
+            assert abs(after.values[name] - before.values[name]) < off * d
+
+
+def test_uncertain_loads_add_to_errors(nominal):
+    """Of a small load the deflection is C F: a part of the load is that part of the deflection."""
+    robot = rs.load("hexapod")
+    marks = {"m": np.zeros(3)}
+    wrench = np.array([300.0, 0, 0, 0, 0, 0])
+    measured = rs.Measurements(
+        np.tile([[0, 0, 0.9, 0, 0, 0]], (2, 1)), [[1e-6, 0, 0], [1e-6, 0, 0]], sigma=1e-9,
+        wrenches=[wrench, -wrench], kinds=rs.Reading.DISPLACEMENT, markers="m",
+        sigma_wrench=[3.0, 0, 0, 0, 0, 0],
+    )  # fmt: skip
+    asked = {"parameters": ["leg*/strut"], "shared": True, "frames": rs.KnownFrames(marks)}
+    found = rs.identify(robot, measured, **asked)
+    C = rs.compliance(robot)
+    np.testing.assert_allclose(
+        found.model.sigma[:3], np.hypot(1e-9, 3.0 * np.abs(C[:3, 0])), rtol=1e-9
+    )
+    finite = replace(measured, values=np.array([[0, 0, 0.9], [0, 0, 0.9]]), kinds=rs.Reading.POINT)
+    sigma = rs.identify(robot, finite, **asked).model.sigma
+    np.testing.assert_allclose(sigma[0], found.model.sigma[0], rtol=1e-3)
+    with pytest.raises(rs.InputError, match="sigma: got 'none, or one for all'"):
+        replace(measured, sigma=None)
+
+
+def test_loading_and_unloading():
+    measured = rs.Measurements(
+        [[0, 0, 0.9, 0, 0, 0]] * 4, [[0, 0, 5e-6], [0, 0, 9e-6], [0, 0, 7e-6], [0, 0, 0]],
+        wrenches=[[0, 0, -100, 0, 0, 0]] * 3 + [[0] * 6], directions=[1, -1, 1, 1],
+        kinds=rs.Reading.DISPLACEMENT,
+    )  # fmt: skip
+    np.testing.assert_allclose(measured.branches, [[0, 0, -3e-6]], atol=1e-18)
+
+
+def test_several_units_need_standard_deviations():
+    with pytest.raises(rs.InputError, match="readings of several units"):
+        rs.Measurements([[0, 0, 0.9, 0, 0, 0]], [[0] * 6], kinds=rs.Reading.POSE, sigma=1e-6)
