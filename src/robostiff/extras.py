@@ -2,8 +2,8 @@
 
 An entry point of the group ``robostiff.commands`` has the name of a command and is a class like
 those of `robostiff.cli`. One of ``robostiff.readers`` has the ending of a file, such as ``.mjcf``,
-or the class of an object, such as ``mujoco.MjModel``, and is a `Reader`. One of
-``robostiff.writers`` has a word of ``robostiff convert --to`` and is a `Writer`.
+or the class of an object, such as ``mujoco.MjModel``, and is a `robostiff.io.rigid_tree.Reader`.
+One of ``robostiff.writers`` has a word of ``robostiff convert --to`` and is a `Writer`.
 """
 
 from __future__ import annotations
@@ -18,26 +18,9 @@ from robostiff.errors import InputError
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
-    from robostiff.io.rigid_tree import RigidTree
     from robostiff.network import Network
 
 COMMANDS, READERS, WRITERS = (f"robostiff.{own}" for own in ("commands", "readers", "writers"))
-
-
-@dataclass(frozen=True)
-class Reader:
-    """Reads descriptions of robots.
-
-    Attributes
-    ----------
-    kind : str
-        What is read, in words: ``"a model of MuJoCo"``.
-    read : callable
-        From a path, str or `Path`, or an object of another program, to its tree of rigid links.
-    """
-
-    kind: str
-    read: Callable[[Any], RigidTree]
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from robostiff.cli import Answer, Command, Model, group, show
-from robostiff.extras import Reader, Writer
-from robostiff.io.rigid_tree import JointType, RigidTree, TreeJoint
+from robostiff.extras import Writer
+from robostiff.io.rigid_tree import JointType, Reader, RigidTree, TreeJoint
 from robostiff.spatial import Frame
 
 

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from robostiff.cli.command import BAD_STATUS, answered, slips
 from robostiff.cli.options import (
     Answer,
     Command,
+    Loads,
     Model,
     Posing,
     argument,
-    gravity_option,
     group,
     length_option,
     option,
@@ -25,27 +24,6 @@ from robostiff.errors import InputError
 
 if TYPE_CHECKING:
     from robostiff.cables import TensionRule
-
-
-@dataclass(frozen=True)
-class Loads:
-    """Loads on bodies, as they are written."""
-
-    wrench: str | None = wrench_option(
-        "Force and moment on the platform about the point --at, which moves along"
-    )
-    weights: tuple[str, ...] = repeatable(
-        "--weight", '"LEG/PART=MASS"', "A mass [kg] on the body behind a part, or on 'platform'"
-    )
-    forces: tuple[str, ...] = repeatable(
-        "--load", '"LEG/PART=fx fy fz"', "A force [N] on the body behind a part, or on 'platform'"
-    )
-    gravity: str | None = gravity_option()
-    preloads: tuple[str, ...] = repeatable(
-        "--preload",
-        '"LEG/PART=FORCE"',
-        "With how much a drive pushes along its coordinate: [N] of a slide, [N m] of a turn",
-    )
 
 
 class Check(Command, name="check"):
@@ -301,8 +279,8 @@ class PrintResponse(Command, name="response"):
                 network.kind, f"write one: robostiff convert {source} --to graph -o network.json"
             ),
         )
-        loads = network_loads(self, network.space)
-        moved = settlements(self, network.space)
+        loads = network_loads(self.at_nodes, self.along_beams, self.on_beams, network.space)
+        moved = settlements(self.settlements, network.space)
         if not loads and not moved:
             expected = "--load, --along, --on or --settle"
             raise InputError(f"loads of {source!r}", got="none", expected=expected)

@@ -96,10 +96,12 @@ def read_asked_poses(robot: Mapped, asked: MakeMap) -> PoseSource:
     if asked.random is not None:
         ranges = {name: (low, high) for name, (low, high) in found.items()}
         return RandomPoses(asked.random, ranges, asked.seed)
-    for name, (_, _, count) in found.items():
+    axes = {}
+    for name, (start, stop, count) in found.items():
         if count != int(count):
             raise InputError(f"count of {name}", got=count, expected="a whole number")
-    return Grid({name: Axis(*ends, int(count)) for name, (*ends, count) in found.items()})
+        axes[name] = Axis(start, stop, int(count))
+    return Grid(axes)
 
 
 def _joint(joints: Mapping[str, str], text: str) -> str:

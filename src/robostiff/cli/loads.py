@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from robostiff.cli import arguments
-from robostiff.cli.options import Posing, named_once, named_values
+from robostiff.cli.options import Loads, Posing, named_once, named_values
 from robostiff.errors import InputError
 from robostiff.io.units import Dimension, parse_quantities, to_si
 from robostiff.model import Mass
 from robostiff.network import DistributedForce, ForceOnBeam
 from robostiff.spatial import Screw, Space
 from robostiff.statics import DeadForce
-
-if TYPE_CHECKING:
-    from robostiff.cli.answers import Loads, PrintResponse
 
 _MOST_FACTORS = 1000
 _FORCE = ("fx", "fy", "fz")
@@ -105,15 +102,20 @@ def factors(text: str) -> np.ndarray:
     return np.linspace(start, stop, int(count))
 
 
-def network_loads(written: PrintResponse, space: Space) -> dict[str, Any]:
+def network_loads(
+    at_nodes: tuple[str, ...],
+    along_beams: tuple[str, ...],
+    forces_on_beams: tuple[str, ...],
+    space: Space,
+) -> dict[str, Any]:
     """Loads on nodes and beams, by their names."""
-    at_nodes = named_once("--load", written.at_nodes, _FOR_NETWORKS)
-    loads: dict[str, Any] = {n: _force_or_wrench(own, space) for n, own in at_nodes.items()}
+    nodes = named_once("--load", at_nodes, _FOR_NETWORKS)
+    loads: dict[str, Any] = {n: _force_or_wrench(own, space) for n, own in nodes.items()}
     on_beams: dict[str, list[DistributedForce | ForceOnBeam]] = {}
-    for name, values in named_values("--along", written.along_beams, _FOR_NETWORKS):
+    for name, values in named_values("--along", along_beams, _FOR_NETWORKS):
         q = _row("--along", values, dict.fromkeys(("qx", "qy", "qz"), Dimension.FORCE_PER_LENGTH))
         on_beams.setdefault(name, []).append(DistributedForce(q))
-    for name, values in named_values("--on", written.on_beams, _FOR_NETWORKS):
+    for name, values in named_values("--on", forces_on_beams, _FOR_NETWORKS):
         numbers = {"s": Dimension.LENGTH, **dict.fromkeys(_FORCE, Dimension.FORCE)}
         s, *force = _row("--on", values, numbers)
         on_beams.setdefault(name, []).append(ForceOnBeam(force, s))
@@ -122,9 +124,9 @@ def network_loads(written: PrintResponse, space: Space) -> dict[str, Any]:
     return loads | on_beams
 
 
-def settlements(written: PrintResponse, space: Space) -> dict[str, list[float]]:
+def settlements(written: tuple[str, ...], space: Space) -> dict[str, list[float]]:
     """Twists of fixed nodes [m, rad], by their names."""
-    moved = named_once("--settle", written.settlements, _FOR_NETWORKS)
+    moved = named_once("--settle", written, _FOR_NETWORKS)
     lengths = [Dimension.LENGTH if u == "m" else Dimension.ANGLE for u in space.twist_units]
     twist = dict(zip(space.twist_order, lengths, strict=True))
     return {name: _row("--settle", values, twist) for name, values in moved.items()}

@@ -277,6 +277,27 @@ def length_option() -> Any:
     )
 
 
+@dataclass(frozen=True)
+class Loads:
+    """Loads on bodies, as they are written."""
+
+    wrench: str | None = wrench_option(
+        "Force and moment on the platform about the point --at, which moves along"
+    )
+    weights: tuple[str, ...] = repeatable(
+        "--weight", '"LEG/PART=MASS"', "A mass [kg] on the body behind a part, or on 'platform'"
+    )
+    forces: tuple[str, ...] = repeatable(
+        "--load", '"LEG/PART=fx fy fz"', "A force [N] on the body behind a part, or on 'platform'"
+    )
+    gravity: str | None = gravity_option()
+    preloads: tuple[str, ...] = repeatable(
+        "--preload",
+        '"LEG/PART=FORCE"',
+        "With how much a drive pushes along its coordinate: [N] of a slide, [N m] of a turn",
+    )
+
+
 def named_values(option: str, texts: tuple[str, ...], expected: str) -> list[tuple[str, str]]:
     """Names and values of ``NAME=VALUE``, in which a name may have an equals sign.
 

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robostiff.errors import FileError, InputError, Words
-from robostiff.extras import READERS, Reader, added, is_offered, loaded
+from robostiff.extras import READERS, added, is_offered, loaded
 from robostiff.robots.shipped import robot_file, shipped_linkages
 
 if TYPE_CHECKING:
     from robostiff.io.document import Document
     from robostiff.io.model_file.symbols import Symbols
-    from robostiff.io.rigid_tree import RigidTree
+    from robostiff.io.rigid_tree import Reader, RigidTree
     from robostiff.linkage import Linkage
 
 MODELS = (".yaml", ".yml", ".json")
@@ -218,6 +218,8 @@ def reader_of(value: Any) -> Reader | None:
         package = kind.__module__.partition(".")[0].removesuffix("_pywrap_default")
         name = f"{package}.{kind.__name__}"
         if name == "yourdfpy.URDF":
+            from robostiff.io.rigid_tree import Reader
+
             return Reader("a URDF of yourdfpy", _of_yourdfpy)
         if is_offered(READERS, name):
             return loaded(READERS, name)

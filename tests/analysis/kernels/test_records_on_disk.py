@@ -10,7 +10,6 @@ import pytest
 
 import robostiff as rs
 from robostiff.analysis import compiled_stiffness
-from robostiff.analysis.record_file import RecordFile
 from robostiff.record import Program, Record, least, sine
 from tests.analysis.kernels.cases import around_home, model
 from tests.linkage.test_maps_of_linkages import FOUR_BAR
@@ -105,11 +104,11 @@ def _with_another_record(path):
 def _of_other_outputs(path):
     made = compiled(model("3-rpr"), [rs.PrincipalStiffness()])
     parts = made.rank, made.status, made.verified, made.kernel, made.joint_kernel, made.ranks
-    RecordFile(path).write(parts)
+    compiled_stiffness.RecordFile(path).write(parts)
 
 
 def _of_other_kinds(path):
-    RecordFile(path).write((3, 4, 5, [6, 7], (), None))
+    compiled_stiffness.RecordFile(path).write((3, 4, 5, [6, 7], (), None))
 
 
 def _nothing(path):

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import robostiff_interop
-from robostiff.extras import Reader, Writer
+from robostiff.extras import Writer
+from robostiff.io.rigid_tree import Reader
 
 if TYPE_CHECKING:
     from robostiff.io.rigid_tree import RigidTree

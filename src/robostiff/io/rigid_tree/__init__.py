@@ -1,6 +1,6 @@
 """Trees of rigid links from robot description files, with what a side file adds to them.
 
-A reader of descriptions makes a `RigidTree`; `read_xml` reads XML of strangers, bounded.
+A `Reader` of descriptions makes a `RigidTree`; `read_xml` reads XML of strangers, bounded.
 
 ``tree`` is the description as data, ``written_side`` defines side files,
 ``build_joints`` and ``build`` make linkages and robots of both; ``build`` is the entry point.
@@ -11,6 +11,7 @@ from robostiff.io.rigid_tree.build import linkage_of_tree, robot_of_tree
 from robostiff.io.rigid_tree.tree import (
     JointType,
     Mimic,
+    Reader,
     RigidTree,
     TreeJoint,
     TreeLoop,
@@ -23,6 +24,7 @@ from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, read_xml
 __all__ = [
     "JointType",
     "Mimic",
+    "Reader",
     "RigidTree",
     "TreeJoint",
     "TreeLoop",

@@ -214,6 +214,22 @@ class RigidTree:
         return FileError(Location(self.file), subject, got=got, expected=expected, hint=hint)
 
 
+@dataclass(frozen=True)
+class Reader:
+    """Reads descriptions of robots.
+
+    Attributes
+    ----------
+    kind : str
+        What is read, in words: ``"a model of MuJoCo"``.
+    read : callable
+        From a path, str or `Path`, or an object of another program, to its tree of rigid links.
+    """
+
+    kind: str
+    read: Callable[[Any], RigidTree]
+
+
 def question_place(place: np.ndarray, location: Location) -> None:
     """Warn when a place (3,) [m] is so far away that it is probably in another unit."""
     far = float(np.max(np.abs(place)))
