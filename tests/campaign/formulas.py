@@ -72,21 +72,19 @@ def coordinates_of(case: Case, row: int, derivation: Any) -> dict[str, float]:
     """Values of the symbols of a general pose."""
     posed, robot = case.posed, case.robot
     names = [c if isinstance(c, str) else c.name for c in derivation.coordinates]
-    if not names:  # at home, where coordinates that close by iteration may be symbols
-        closed = {
-            f"q_{leg.name}_{j + 1}": float(q[row, j])
-            for leg, q in zip(robot.legs, case.posture.coordinates, strict=True)
-            for j in range(leg.chain.size)
-        }
-        return {n: closed[n] for n in derivation.following}
+    closed = {
+        f"q_{leg.name}_{j + 1}": float(q[row, j])
+        for leg, q in zip(robot.legs, case.posture.coordinates, strict=True)
+        for j in range(leg.chain.size)
+    }
+    # Joint coordinates that close by iteration are symbols.
+    known = {n: closed[n] for n in derivation.following if n in closed}
     if posed.by_joints:
-        return dict(zip(names, map(float, posed.rows[row]), strict=True))
+        return known | dict(zip(names, map(float, posed.rows[row]), strict=True))
     six = case.posture.pose[row]
-    angles = Rotation.from_rotvec(six[3:]).as_euler("xyz")
-    values = [*six[:3], *angles]
-    # Where some coordinates follow from the legs, the formula has symbols of all six.
-    places = range(6) if derivation.following else robot.coordinate_places
-    return {n: float(values[k]) for n, k in zip(names, places, strict=True)}
+    values = [*six[:3], *Rotation.from_rotvec(six[3:]).as_euler("xyz")]
+    of_pose = dict(zip(("x", "y", "z", "alpha", "beta", "gamma"), map(float, values), strict=True))
+    return known | {n: of_pose[n] for n in names if n in of_pose}
 
 
 def _python(derivation: Any) -> Callable[[dict[str, float]], Any]:

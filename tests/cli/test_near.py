@@ -107,7 +107,7 @@ def test_near_of_a_map(tmp_path):
     assert wrong.exit_code == 2
     assert not (tmp_path / "other.zarr").exists()
     arm = ["map", "scara", "--joint", "elbow 0.5 1 2", "--near", "0 0 0 0", "-o"]
-    posed = run(*arm, str(tmp_path / "arm.csv"))
+    posed = run(*arm, str(tmp_path / "arm.nc"))
     assert posed.exit_code == 2
     assert "joint coordinates pose this arm" in posed.output
 

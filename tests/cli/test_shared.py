@@ -84,7 +84,7 @@ def test_a_command_runs_and_names_each_option_once(command):
 
 
 def test_an_option_has_the_same_words_in_every_command():
-    """But those that say what a load, a file or a picture is for."""
+    """But those that say what a load, a file or a picture is for, or what was measured."""
     said: dict[str, set[str]] = {}
     for command in COMMANDS:
         for own in declared(command).parameters():
@@ -92,8 +92,9 @@ def test_an_option_has_the_same_words_in_every_command():
                 said.setdefault(max(own.opts, key=len), set()).add(str(own.help))
     several = {name for name, words in said.items() if len(words) > 1}
     loads = {"--pose", "--wrench", "--load", "--gravity"}
-    compensation = {"--angles", "--method"}
-    assert several <= loads | compensation | {"--output", "--plot", "--mode", "--quantity"}
+    compensation, measured = {"--angles", "--method"}, {"--hook", "--sigma"}
+    others = loads | compensation | measured
+    assert several <= others | {"--output", "--plot", "--mode", "--quantity"}
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

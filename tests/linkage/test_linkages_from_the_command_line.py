@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.io.map_files import read_map
 from tests.cli.running import Running
 
 FOUR_BAR = str(Path(__file__).parents[2] / "examples" / "four-bar.xml")
@@ -42,9 +43,11 @@ def test_values_that_do_not_fit_are_bad_input(arguments, complaint):
 
 
 def test_a_map_over_a_joint_also_of_legs(tmp_path):
-    path = tmp_path / "map.csv"
+    path = tmp_path / "map.nc"
     outcome = run("map", FOUR_BAR, "--joint", "crank -10 deg 10 deg 3", "-o", str(path))
     assert outcome.exit_code == 0, outcome.stderr
-    heading, *rows = path.read_text().splitlines()
-    assert heading.startswith("crank [rad],translational_stiffness_1 [N/m]")
-    assert [row.rsplit(",", 1)[1] for row in rows] == ["ok"] * 3
+    with read_map(path) as stored:
+        assert stored.crank.attrs["units"] == "rad"
+        assert stored.translational_stiffness.attrs["units"] == "N/m"
+        assert (stored.status == 0).all()
+        assert np.allclose(stored.crank, np.radians([-10, 0, 10]))

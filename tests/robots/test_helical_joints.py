@@ -147,7 +147,9 @@ def test_deflection_energy_and_picture_are_those_of_slides():
         (i,) = (i for i, e in enumerate(leg.elements) if e.name == "actuator")
         screw = leg.elements[i]
         before, after = (motions[f"{leg.name}/{leg.elements[k].name}"] for k in (i - 1, i))
-        turn = (after.twist - before.twist)[3:] @ screw.axis
+        # of a small turn r, D is the cross product with r
+        D = after.D - before.D
+        turn = np.array([D[2, 1], D[0, 2], D[1, 0]]) @ screw.axis
         shift = after.displacement(screw.point) - before.displacement(screw.point)
         assert shift == pytest.approx(H * turn * screw.axis, abs=1e-15)
     # Along the screw the line is that of a slide.

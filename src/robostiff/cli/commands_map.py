@@ -252,7 +252,7 @@ def make_map(asked: MakeMap) -> int:
     place = page.place if output is None else f"{page.place} in {output}"
     data = {"output": asked.output, **page.data, **facts}
     answered(replace(page, place=place, data=data), asked.answer)
-    if bar.rate and not asked.answer.as_json:
+    if bar.rate and output is not None and not asked.answer.as_json:
         # Not on standard output, which is the same every time.
         click.echo(f"{seconds:.3g} s, {bar.rate:.3g} poses/s", err=True)
     return 0 if found.attrs["poses_reachable"] else BAD_STATUS

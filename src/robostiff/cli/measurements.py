@@ -139,7 +139,7 @@ class Identify(Command, name="identify"):
     sigma: str | None = option(
         "--sigma",
         metavar='"LENGTH ANGLE"',
-        help="Standard deviations of lengths and turns that the file does not have.",
+        help="Standard deviation of a reading, where the file has none: of lengths, and of turns.",
     )
     loss: str = option(
         "--loss", metavar="NAME", default="squares", help="squares; or robust, for outliers."

@@ -468,8 +468,7 @@ class Identified(InNotebooks):
         InputError
             When there are fewer postures than folds.
         """
-        _, posture = np.unique(self.measured.coordinates, axis=0, return_inverse=True)
-        posture = posture.ravel()
+        posture = np.unique(self.measured.coordinates, axis=0, return_inverse=True)[1].ravel()
         count = int(posture.max()) + 1
         if not 2 <= folds <= count:
             raise InputError("folds", got=folds, expected=f"2 to {count}, the number of postures")
