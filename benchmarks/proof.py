@@ -124,7 +124,9 @@ def kind_tests(files: list[Path]) -> int:
     """Calls of isinstance that name a kind of machine, and comparisons of its word for it."""
     found = 0
     for node in nodes(files):
-        if isinstance(node, ast.Compare) and ast.unparse(node.left).split(".")[-1] == "kind":
+        if isinstance(node, ast.Compare) and re.search(
+            r"(^|\.)kind$|\W'kind'", ast.unparse(node.left)
+        ):
             words = {own.value for own in ast.walk(node) if isinstance(own, ast.Constant)}
             found += bool(words & WORDS)
         if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "isinstance":
