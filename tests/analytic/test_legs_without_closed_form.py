@@ -36,6 +36,7 @@ def test_formulas_agree_with_numbers_where_the_legs_close(name):
     function, numeric = space["stiffness"], robot.numeric
     places = robot.coordinate_places
     home = np.array([*numeric.home.p, 0.0, 0.0, 0.0])[places]
+    values: dict = {}
     for shift in np.random.default_rng(3).uniform(-0.02, 0.02, (3, len(places))):
         values, K = values_at(robot, formula, home + shift)
         scale = np.sqrt(np.diag(K))

@@ -1,6 +1,7 @@
 """Legs in numbers: their stiffness, and which of them are turns of others."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,7 +23,8 @@ def legs_of(robot):
     placed = place_robot(robot, rs.AtHome())
     space, length = placed.entries.space, placed.length
     search = WrenchSearch(placed.record, placed.reference, space, length)
-    return placed, [SampledLeg.of(own.leg, search) for own in placed.legs]
+    each: list[Any] = [SampledLeg.of(own.leg, search) for own in placed.legs]
+    return placed, each
 
 
 def turned(robot):

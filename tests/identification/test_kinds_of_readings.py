@@ -7,6 +7,7 @@ pose are those behind the gears.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -48,7 +49,7 @@ def compliant(robot: rs.Robot, values: dict[str, float]) -> rs.Robot:
 
 def loaded(robot: rs.Robot, q: np.ndarray, wrenches: np.ndarray) -> np.ndarray:
     """Poses (N, 6) under load."""
-    found = rs.equilibrium(robot, rs.JointCoordinates(q), wrenches)
+    found: Any = rs.equilibrium(robot, rs.JointCoordinates(q), wrenches)
     return np.array([own.pose for own in found])
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -49,7 +51,7 @@ def test_what_drives_carry_and_its_rates(tmp_path):
     q = column("arm", "joint_coordinates")
     wrench = [100.0, -300, -900, 20, 30, 40]
 
-    def drives(name: str, shift: float):
+    def drives(name: str, shift: float) -> Any:
         values = {name: robot.nominal[name] + shift}
         return fast.evaluate(rs.JointCoordinates(q), wrench, parameters=values).platforms
 
