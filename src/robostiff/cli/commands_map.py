@@ -122,7 +122,7 @@ def _joint(joints: Mapping[str, str], text: str) -> str:
 class MapBar(Progress):
     """A progress bar with rate and remaining time on standard error, if that is a terminal."""
 
-    rate = 0.0
+    rate: float = 0.0
 
     def __init__(self) -> None:
         super().__init__(

@@ -5,26 +5,39 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeVar, overload
+from typing import Any, ClassVar, TypeVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.indices.metric import (
+    ConditionNumber,
+    Eigenstiffness,
+    VirtualWork,
     condition_number,
     eigenstiffness,
     index_length,
     virtual_work,
 )
 from robostiff.analysis.indices.principal import (
+    Anisotropy,
+    CollinearStiffness,
     DirectionalStiffness,
+    PrincipalStiffnesses,
+    WorstDeflections,
     anisotropy,
     collinear_stiffness,
     directional_stiffness,
     principal_stiffness,
     worst_deflection,
 )
-from robostiff.analysis.indices.screws import centre_of_compliance, centre_of_stiffness, eigenscrews
+from robostiff.analysis.indices.screws import (
+    Centre,
+    Eigenscrews,
+    centre_of_compliance,
+    centre_of_stiffness,
+    eigenscrews,
+)
 from robostiff.analysis.indices.stiffness_parts import StationaryStiffness, stiffness_parts
 from robostiff.analysis.measures import principal_stiffnesses, symmetric_eigenvalues
 from robostiff.analysis.posed_stiffness import stiffness_by_record
@@ -78,16 +91,22 @@ class StiffnessIndices(InNotebooks):
         axes = np.eye(3)[: self.result.space.translations]
         return tuple(directional_stiffness(self.result, axis) for axis in axes)
 
-    principal = _of_result(principal_stiffness)
-    collinear = _of_result(collinear_stiffness)
-    worst_deflection = _of_result(worst_deflection)
-    anisotropy = _of_result(anisotropy)
-    eigenscrews = _of_result(eigenscrews)
-    centre_of_stiffness = _of_result(centre_of_stiffness)
-    centre_of_compliance = _of_result(centre_of_compliance)
-    eigenstiffness = _of_result(eigenstiffness, needs_length=True)
-    condition = _of_result(condition_number, needs_length=True)
-    virtual_work = _of_result(virtual_work, needs_length=True)
+    principal: ClassVar[cached_property[PrincipalStiffnesses]] = _of_result(principal_stiffness)
+    collinear: ClassVar[cached_property[CollinearStiffness]] = _of_result(collinear_stiffness)
+    worst_deflection: ClassVar[cached_property[WorstDeflections]] = _of_result(worst_deflection)
+    anisotropy: ClassVar[cached_property[Anisotropy]] = _of_result(anisotropy)
+    eigenscrews: ClassVar[cached_property[Eigenscrews]] = _of_result(eigenscrews)
+    centre_of_stiffness: ClassVar[cached_property[Centre]] = _of_result(centre_of_stiffness)
+    centre_of_compliance: ClassVar[cached_property[Centre]] = _of_result(centre_of_compliance)
+    eigenstiffness: ClassVar[cached_property[Eigenstiffness]] = _of_result(
+        eigenstiffness, needs_length=True
+    )
+    condition: ClassVar[cached_property[ConditionNumber]] = _of_result(
+        condition_number, needs_length=True
+    )
+    virtual_work: ClassVar[cached_property[VirtualWork]] = _of_result(
+        virtual_work, needs_length=True
+    )
 
     @property
     def status(self) -> Status:

@@ -31,10 +31,10 @@ class PoseSource(ABC):
         SI units of joint coordinates that came as quantities.
     """
 
-    names: Any
-    dims: Any = ("pose",)
-    shape: Any
-    units_given: Any
+    names: tuple[str, ...]
+    dims: tuple[str, ...] = ("pose",)
+    shape: tuple[int, ...]
+    units_given: Mapping[str, str]
 
     @abstractmethod
     def values(self, part: tuple[slice, ...]) -> np.ndarray:
@@ -97,11 +97,13 @@ class PoseList(PoseSource):
         if not self.names or len(set(self.names)) < len(self.names):
             raise InputError(f"coordinates of a {subject}", got=[*names], expected="each name once")
         columns = f"{len(self.names)} columns ({' '.join(self.names)})"
-        rows, self.units_given = self._read(poses, f"rows of {columns}")
+        rows, units = self._read(poses, f"rows of {columns}")
+        self.units_given: Mapping[str, str] = units
         if rows.ndim != 2 or rows.shape[1] != len(self.names) or not len(rows):
             expected = f"(N, {len(self.names)}), of one pose at least"
             raise InputError(f"shape of a {subject}", got=rows.shape, expected=expected)
-        self._columns, self.shape = np.ascontiguousarray(rows.T), (len(rows),)
+        self._columns = np.ascontiguousarray(rows.T)
+        self.shape: tuple[int, ...] = (len(rows),)
         if time is not None and path_length is not None:
             raise InputError("time and path_length", expected="one of them")
         self._parameter: tuple[str, str, np.ndarray] | None = None
@@ -187,17 +189,20 @@ class RandomPoses(PoseSource):
                 expected="at least one coordinate",
                 hint='write {"x": (-0.1, 0.1)}',
             )
-        self.count, self.seed = int(count), int(seed)
+        self.count: int = int(count)
+        self.seed: int = int(seed)
         self.ranges: dict[str, tuple[float, float]] = {}
-        self.units_given: dict[str, str] = {}
+        units: dict[str, str] = {}
         for name, given in ranges.items():
             subject, expected = f"range of {name!r}", "lowest and highest value"
             ends, unit = read_coordinate(subject, given, expected, name)
             if ends.shape != (2,) or ends[0] > ends[1]:
                 raise InputError(subject, got=given, expected=expected)
             self.ranges[name] = (float(ends[0]), float(ends[1]))
-            self.units_given |= {name: unit} if unit else {}
-        self.names, self.shape = tuple(self.ranges), (self.count,)
+            units |= {name: unit} if unit else {}
+        self.names: tuple[str, ...] = tuple(self.ranges)
+        self.shape: tuple[int, ...] = (self.count,)
+        self.units_given: Mapping[str, str] = units
 
     def description(self) -> Mapping[str, Any]:
         """Count, ranges and seed."""
@@ -321,9 +326,12 @@ class Grid(PoseSource):
                     hint=f"write {name}=Axis(-0.1, 0.1, 21)",
                 )
         given = self.axes.items()
-        self.names = self.dims = tuple(self.axes)
-        self.shape = tuple(int(axis.count) for _, axis in given)
-        self.units_given = {name: axis.unit_given for name, axis in given if axis.unit_given}
+        self.names: tuple[str, ...] = tuple(self.axes)
+        self.dims: tuple[str, ...] = self.names
+        self.shape: tuple[int, ...] = tuple(int(axis.count) for _, axis in given)
+        self.units_given: Mapping[str, str] = {
+            name: axis.unit_given for name, axis in given if axis.unit_given
+        }
 
     def description(self) -> Mapping[str, Any]:
         """Its axes."""
