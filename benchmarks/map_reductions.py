@@ -1,6 +1,6 @@
 """Rate and memory of a map of which reductions are kept alone: extremes, quantiles and a share.
 
-The time of 10^9 poses is computed from what is measured, not measured.
+The time of 10^9 poses is computed from what is measured, unless so many are asked for.
 
 python benchmarks/map_reductions.py [poses]
 """
