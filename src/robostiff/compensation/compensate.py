@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
@@ -22,6 +22,7 @@ from robostiff.kinematics import (
     freedom_twist,
     posture_finder,
 )
+from robostiff.kinematics.closure.assembly import beyond_limits
 from robostiff.kinematics.machine_pose import actuator_places
 from robostiff.kinematics.pose import Near, PoseRequest
 from robostiff.markup import InNotebooks
@@ -294,9 +295,12 @@ class _Commands:
                 if largest <= _THERE * posture_finder(self.robot).length or not largest < before:
                     break
                 before = largest
-        commanded, drives = self._unloaded(command)
+        commanded, every = self._unloaded(command)
         codes, residual = codes.copy(), residual.copy()
-        codes[_beyond_limits(self.robot, drives)] |= np.uint16(Status.BEYOND_LIMITS)
+        for leg, q in zip(self.robot.legs, every, strict=True):
+            codes[beyond_limits(leg.chain, q)] |= np.uint16(Status.BEYOND_LIMITS)
+        each = zip(every, actuator_places(self.robot), strict=True)
+        drives = np.concatenate([q[:, places] for q, places in each], axis=1)
         lost = ~np.isfinite(residual).all(axis=1)
         commanded = commanded.copy()
         for values in (commanded, drives, command, residual):
@@ -326,18 +330,15 @@ class _Commands:
         places = np.arange(6) if self.by_joints else np.asarray(self.robot.coordinate_places)
         return places if len(places) else np.arange(6)
 
-    def _unloaded(self, command: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Poses (N, 6) without load, and coordinates of the drives (N, d)."""
+    def _unloaded(self, command: np.ndarray) -> tuple[np.ndarray, Sequence[np.ndarray]]:
+        """Poses (N, 6) without load, and coordinates (N, size) of each leg."""
         given = JointCoordinates(command) if self.by_joints else command
         finder = posture_finder(self.robot)
         request = finder.request(given)
         if isinstance(request, PoseRequest) and _is_whole(request):
-            pose, every = request.coordinates, finder.leg_coordinates(request)
-        else:
-            posture = finder.at(request)
-            pose, every = posture.pose, posture.coordinates
-        each = zip(every, actuator_places(self.robot), strict=True)
-        return pose, np.concatenate([q[:, places] for q, places in each], axis=1)
+            return request.coordinates, finder.leg_coordinates(request)
+        posture = finder.at(request)
+        return posture.pose, posture.coordinates
 
     def _missing(self, command: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What is missing of the targets under load (N, 6), and status codes (N,)."""
@@ -424,14 +425,6 @@ def _turn(second: np.ndarray, first: np.ndarray) -> np.ndarray:
     q = [d * e + h * a + b * g - c * f, d * f + h * b + c * e - a * g]
     q += [d * g + h * c + a * f - b * e, d * h - a * e - b * f - c * g]
     return vector_of_quaternion(np.array(q).T)
-
-
-def _beyond_limits(robot: Robot, drives: np.ndarray) -> np.ndarray:
-    """Where some of the drives (N, d) are beyond their limits (N,)."""
-    roles = (role for leg in robot.legs for role in leg.chain.roles)
-    limits = [role.limits or (-np.inf, np.inf) for role in roles if isinstance(role, Actuated)]
-    low, high = np.array(limits, dtype=float).reshape(-1, 2).T
-    return np.any((drives < low) | (drives > high), axis=1)
 
 
 def _jumps(corrections: np.ndarray) -> tuple[int, ...]:

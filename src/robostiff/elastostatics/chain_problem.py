@@ -55,7 +55,7 @@ class ChainProblem:
     def costs_digits(self, K: np.ndarray) -> np.ndarray:
         """Where a K computed from the sum C has lost more than six digits (...).
 
-        Rounding of C changes K by ``eps |C| |K|^2``, felt in the smaller block of K; dependent
+        Rounding of C changes K by ``eps |C| |K|^2``, above all in its smaller block; dependent
         joints cost digits besides.
         """
         return (

@@ -158,12 +158,17 @@ def nearest_frames(
         if markers is None:
             M[np.arange(len(y))[:, None], i, 12 + 3 * which[:, None] + np.arange(3)] = -A[:, i]
     found = np.linalg.lstsq(M.reshape(-1, M.shape[2]), seen.in_world(m).ravel(), rcond=1e-9)[0]
-    U, _, Vt = np.linalg.svd(found[:9].reshape(3, 3))
-    Q = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
+    Q = nearest_turn(found[:9].reshape(3, 3))
     m = found[12:].reshape(-1, 3) if markers is None else m
     starts.append(settled(Q, np.mean(seen.in_world(m) - y @ Q.T, axis=0), m))
     _, Q, b, m = min(starts, key=lambda own: own[0])
     return Q.T, b, m
+
+
+def nearest_turn(M: np.ndarray) -> np.ndarray:
+    """The rotation (3, 3) nearest to a matrix (3, 3), never a reflection."""
+    U, _, Vt = np.linalg.svd(M)
+    return U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
 
 
 def _absolute_orientation(y: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -16,14 +16,12 @@ from robostiff.identification.states import (
     PlacesInStates,
     SmallLoads,
     axes_of_loads,
+    hook_levers,
 )
 from robostiff.identification.unknowns import Unknown, UnknownKind
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector
 from robostiff.spatial import skew
 from robostiff.spatial.rotation import vector_of_rotation
-
-# Of the length of a robot: readings that are further off have other units, or joints in disorder.
-_FAR = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,8 +95,7 @@ class ReadingModel:
         robot = self.statics.robot
         turn = axes_of_loads(robot, measured, self.first_rotation)
         point = robot.numeric.reference_point
-        hooks = np.where(np.isnan(measured.hooks), point, measured.hooks) - point
-        arms = np.einsum("nij,nj->ni", places.axes[state], hooks)
+        arms = np.einsum("nij,nj->ni", places.axes[state], hook_levers(robot, measured))
         W = np.zeros((len(measured), 6, 6))  # a column for each component of the load
         W[:, :3, :3], W[:, 3:, 3:] = turn, turn
         W[:, 3:, :3] = skew(arms) @ turn

@@ -13,6 +13,7 @@ from robostiff.identification.frames import (
     UnknownFrames,
     known_frames,
     nearest_frames,
+    nearest_turn,
 )
 from robostiff.identification.measurements import Measurements, Reading
 from robostiff.identification.readings import ReadingModel
@@ -66,7 +67,8 @@ def model_of(
         rows = [i for i, own in enumerate(measured.markers)
                 if own == names[k] and measured.kinds[i] is Reading.POSE]  # fmt: skip
         read = turn_by_vector(measured.values[rows, 3:])
-        turns[k] = _mean_turn(np.swapaxes(R @ places.axes[states.of_readings[rows]], 1, 2) @ read)
+        back = np.swapaxes(R @ places.axes[states.of_readings[rows]], 1, 2)
+        turns[k] = nearest_turn((back @ read).mean(axis=0))
     model = ReadingModel(
         measured, statics, parameters, instrument, markers, R, names, turns, turned
     )
@@ -95,12 +97,6 @@ def _check_points(model: ReadingModel, start: np.ndarray, places: PlacesInStates
             expected="readings of this robot at these postures",
             hint="look at the units of readings and joints, and at the order of the joints",
         )
-
-
-def _mean_turn(turns: np.ndarray) -> np.ndarray:
-    """The rotation (3, 3) nearest to several (N, 3, 3)."""
-    U, _, Vt = np.linalg.svd(turns.mean(axis=0))
-    return U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
 
 
 def _check_plays(statics: FiniteLoads | SmallLoads) -> None:

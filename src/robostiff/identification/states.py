@@ -83,11 +83,9 @@ class States:
                     got="a pose out of reach",
                     expected="a pose that the robot reaches",
                 )
-        point = robot.numeric.reference_point
-        hooks = np.where(np.isnan(measured.hooks), point, measured.hooks) - point
         turn = axes_of_loads(robot, measured, to_instrument)
         forces = np.einsum("nij,nj->ni", turn, measured.forces)
-        levers = hooks[:, :, None] * forces[:, None, :]
+        levers = hook_levers(robot, measured)[:, :, None] * forces[:, None, :]
         wrenches = np.einsum("nij,nkj->nki", turn, measured.wrenches.reshape(-1, 2, 3))
         wrenches = wrenches.reshape(-1, 6)
         wrenches[:, :3] += forces
@@ -120,6 +118,12 @@ class States:
             place[: len(q)],
             references,
         )
+
+
+def hook_levers(robot: Robot, measured: Measurements) -> np.ndarray:
+    """Hooks of readings from the reference point (N, 3) [m], platform axes; zero at the tip."""
+    point = robot.numeric.reference_point
+    return np.where(np.isnan(measured.hooks), 0.0, measured.hooks - point)
 
 
 def axes_of_loads(robot: Robot, measured: Measurements, to_instrument: np.ndarray) -> np.ndarray:

@@ -29,7 +29,7 @@ _SECONDS, _BYTES_A_SECOND = 20, 5_000_000
 _MOST_EXPANSION = 1100  # of deflate
 
 
-class _HeldError(io.FileIO):
+class _DelayingFile(io.FileIO):
     """A file whose first error waits until all is written: HDF5 fails badly on a full disk."""
 
     error: OSError | None = None
@@ -72,7 +72,7 @@ def write_map_netcdf(found: xarray.Dataset, path: str | os.PathLike[str]) -> Non
     check_netcdf()
     import h5netcdf
 
-    with whole_file(path) as begun, _HeldError(begun, "wb+") as file:
+    with whole_file(path) as begun, _DelayingFile(begun, "wb+") as file:
         with h5netcdf.File(file, "w") as whole:
             whole.dimensions = {str(name): size for name, size in found.sizes.items()}
             whole.attrs.update({name: own for name, own in found.attrs.items() if own != ""})

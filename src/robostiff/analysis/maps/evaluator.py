@@ -127,8 +127,8 @@ class MapEvaluator:
             return "cables, batched"
         is_network = isinstance(self.robot, Linkage)
         if self.kernel is not None:
-            careful = "networks" if is_network else "wrench-basis"
-            return f"compiled record, {careful} where it is unsafe"
+            direct = "networks" if is_network else "wrench-basis"
+            return f"compiled record, {direct} where it is unsafe"
         return "networks" if is_network else "wrench-basis, batched"
 
     @property
@@ -237,8 +237,8 @@ class MapEvaluator:
                 here["rotation"][...] = twist[:, d:]
         rows = np.flatnonzero(guarded)
         if rows.size and self.recomputes:
-            careful = replace(self, kernel=None)
-            for name, own in careful.evaluate(poses_at(poses, rows)).items():
+            direct_form = replace(self, kernel=None)
+            for name, own in direct_form.evaluate(poses_at(poses, rows)).items():
                 out[name][rows] = own
         return {**out, "guarded": guarded}
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import time
 import zipfile
 import zlib
@@ -26,11 +25,12 @@ from robostiff.analysis.maps.request import MapRequest
 from robostiff.analysis.maps.store import already_there, check_same_map
 from robostiff.analysis.maps.variables import Variable
 from robostiff.errors import InputError
+from robostiff.whole_file import whole_file
 
 if TYPE_CHECKING:
     import xarray
 
-# Poses of a block by a kernel, and of those left to the careful form at once.
+# Poses of a block by a kernel, and of those left to the direct form at once.
 _BLOCK, _TOGETHER = 2**20, 2**14
 _CACHE = 2**22  # bytes of poses and values that stay in the second-level cache
 _SAVED = 5.0  # s between two states on disk
@@ -46,7 +46,7 @@ class BlockReductions:
     """Computes blocks of which reductions are left; picklable.
 
     A block is gone through in pieces that stay in the cache. Poses that a kernel leaves to the
-    careful form are computed together, some thousands at once.
+    direct form are computed together, some thousands at once.
     """
 
     job: MapJob
@@ -80,7 +80,7 @@ class BlockReductions:
         room = job.room(min(most, pieces.poses))
         states = [own.begun(math.prod(v.shape)) for own, v in self.each]
         statuses, guarded = Counter[int](), 0
-        left: list[np.ndarray] = []  # poses of the careful form, and behind them their numbers
+        left: list[np.ndarray] = []  # poses of the direct form, and behind them their numbers
         for piece in range(len(pieces)):
             inside = zip(part, pieces.slices(piece), strict=True)
             poses = job.poses(tuple(slice(s.start + p.start, s.start + p.stop) for s, p in inside))
@@ -95,11 +95,11 @@ class BlockReductions:
                     rows[..., doubtful] = np.nan
             self._add(states, statuses, arrays, range(start + first, start + stop))
             if left and (piece == len(pieces) - 1 or sum(x.shape[1] for x in left) > _TOGETHER):
-                self._add_careful(states, statuses, np.concatenate(left, axis=1))
+                self._add_direct(states, statuses, np.concatenate(left, axis=1))
                 left = []
         return MapSummary(pieces.poses, dict(sorted((+statuses).items())), guarded), states
 
-    def _add_careful(self, states: list[State], statuses: Counter[int], left: np.ndarray) -> None:
+    def _add_direct(self, states: list[State], statuses: Counter[int], left: np.ndarray) -> None:
         evaluator = replace(cast("MapEvaluator", self.job.evaluator), kernel=None)
         job = replace(self.job, evaluator=evaluator, where=None)
         arrays = job.room(left.shape[1])
@@ -223,12 +223,8 @@ class ReducedMap:
         arrays: dict[str, Any] = {
             f"{k}.{name}": own for k, state in enumerate(self.states) for name, own in state.items()
         }
-        begun = self.path.with_name(f".{self.path.name}.begun")
-        with begun.open("wb") as file:
+        with whole_file(self.path) as begun, begun.open("wb") as file:
             np.savez_compressed(file, about=np.array(json.dumps(about)), **arrays)
-            file.flush()
-            os.fsync(file.fileno())
-        begun.replace(self.path)
 
     def dataset(self) -> xarray.Dataset:
         """Reductions of all poses, with names, units and words of their variables."""

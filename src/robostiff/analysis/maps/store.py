@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 _IDENTITY, _ENTRIES = "robostiff_map", "entries"
 _PROGRESS, _DONE = "progress", "progress/done"
 _NAMED = 3  # differences between two maps
-# Of stores by strangers: values in a chunk, values a pose, bytes of a description.
+# Of stores from anywhere: values in a chunk, values a pose, bytes of a description.
 _LARGEST_CHUNK, _MOST_VALUES, _LONGEST = 2**24, 2**10, 2**24
 
 

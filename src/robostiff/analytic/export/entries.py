@@ -249,7 +249,6 @@ class EntryNames:
 
 
 # No search for factors where it would take seconds.
-_MOST_OPERATIONS = 600
 _MOST_OPERATIONS_OF_AN_ENTRY = 60
 _MOST_TERMS = 500
 

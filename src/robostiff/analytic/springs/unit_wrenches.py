@@ -353,7 +353,7 @@ def _lines(leg: PlacedLeg, count: int) -> Iterator[_Vector]:
 
 
 def _levers(leg: PlacedLeg, count: int) -> Iterator[_Vector]:
-    """Axes about which parallel branches hold together, and what of two of them spares a joint."""
+    """Axes of couples of parallel branches, and those in the plane of two across a joint."""
     for block in leg.blocks:
         inner = [lever for branch in block.branches for lever in _levers(branch, count)]
         starts = [next(_points(branch, count), None) for branch in block.branches]

@@ -147,7 +147,6 @@ DEEPEST = 50
 
 _SUM, _PRODUCT, _SIGN, _POWER = 1, 2, 3, 4
 _BINDING = {"+": _SUM, "-": _SUM, "*": _PRODUCT, "/": _PRODUCT, "^": _POWER}
-_KINDS = {"end": "the end", "number": "a number", "name": "a name"}
 
 
 @dataclass

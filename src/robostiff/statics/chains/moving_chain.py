@@ -322,7 +322,7 @@ class MovingChains:
         ``d_b v_a = d_b w_a x s + w_a x (w_b x s)``, s from its point to the one that moves. A force
         f feels of that ``w_a . (J_b x f)``, with J_b the velocity of its own point by b, and within
         an element ``w_a . ((w_b x s) x f)``. The antisymmetric part, ``w_a . (w_b x m) / 2`` of the
-        moment m of the end wrench, is left out: see `Legs.turned`.
+        moment m of the end wrench, is left out: see `Legs.steps`.
 
         Parameters
         ----------
