@@ -135,8 +135,17 @@ class Followed:
         return [self.x[:, a:b] for a, b in pairwise(self.ends)]
 
 
-def follow(loops: Loops, home: np.ndarray, given: np.ndarray) -> Followed:
-    """Postures at prescribed coordinates (N, g), in the assembly mode of a closed one (size,)."""
+def follow(
+    loops: Loops, home: np.ndarray, given: np.ndarray, near: np.ndarray | None = None
+) -> Followed:
+    """Postures at prescribed coordinates (N, g), in the assembly mode of a closed one (size,).
+
+    With another one that need not close, so that no path leads from it, those closed from there.
+    """
+    if near is not None:
+        x = np.tile(near, (len(given), 1))
+        x[:, loops.given] = given
+        return closed_near(loops, x)
     key = home.tobytes()
     if key not in loops.modes:
         loops.modes.clear()
