@@ -251,7 +251,13 @@ def recognise_rod(skeleton: Skeleton) -> Rod | None:
     size = np.linalg.norm(rod)
     if size <= skeleton.rounding or not _fit(A, B, rod / size):
         return None
-    along = tidied(rod / size).astype(float)
+    return rod_between(skeleton, drive, A, B)
+
+
+def rod_between(skeleton: Skeleton, drive: Slide | Cluster, A: Cluster, B: Cluster) -> Rod:
+    """A rod from joint A, which a drive carries, to joint B."""
+    rod = B.point - A.point
+    along = tidied(rod / np.linalg.norm(rod)).astype(float)
     side = direction_across(along).astype(float)
     return Rod(skeleton, A, B, along, side, skeleton.home, None, drive)
 
@@ -305,10 +311,20 @@ class _RodNow:
         if spin is not None:
             bodies[spin + 1] = far.at(B.point, self.B_now)
         bodies[B.places[0]] = far.at(B.point, self.B_now)
-        if len(B.axes) == 2:
-            (b, e), point = B.axes, (B.point, self.B_now)
-            first, last = (b, far.direction(b)), (e, self.platform.direction(e))
-            bodies[B.places[0] + 1] = self._carried(far, first, last, point, target_first=True)
+        behind, (*before, e), point = far, B.axes, (B.point, self.B_now)
+        if len(before) == 2 and not B.is_ball:  # a wrist of three axes
+            a, b = before
+            axis, before = (a, far.direction(a)), [b]
+            to_a, to_e = constant_cosine(a, b), constant_cosine(b, e)
+            bent = aim(axis[1], self.platform.direction(e), to_a, to_e)
+            target = b, bent.way(self.form.mode.second)
+            behind = self._carried(far, axis, target, point, target_first=True)
+            bodies[B.places[0] + 1] = behind
+        if len(before) == 1:
+            axis = before[0], behind.direction(before[0])
+            last = e, self.platform.direction(e)
+            carried = self._carried(behind, axis, last, point, target_first=True)
+            bodies[B.places[-2] + 1] = carried
         bodies[B.places[-1] + 1] = self.platform
         ball_axes: dict[int, np.ndarray] = {}
         for cluster, body in ((A, rod), (B, far)):

@@ -11,7 +11,6 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.kept import kept
-from robostiff.kinematics.closure.assembly import middle_of_turn
 from robostiff.kinematics.closure.body import (
     ClosedLeg,
     LegBody,
@@ -33,7 +32,6 @@ from robostiff.kinematics.frames import (
 )
 from robostiff.kinematics.turn import Turn, turn_by_vector_of_entries
 from robostiff.model import (
-    Actuated,
     Chain,
     Joint,
     Leg,
@@ -220,7 +218,7 @@ class Layout:
         zero: PlacedChain,
         place: int,
         about: float = 0.0,
-        limits: tuple[float, float] | None = None,
+        limits: tuple[float, float] = (-math.inf, math.inf),
     ) -> Any:
         """Record a coordinate [m, rad]: the turn of a joint between the bodies on its two sides.
 
@@ -242,9 +240,9 @@ class Layout:
         ahead = across if about == 0 else Turn.by(about).about(freedom.axis) @ across
         q = self.closed.angle(place, freedom.axis, ahead, across)
         q = q if about == 0 else q + about
-        if limits is None or (limits[0] >= about - math.pi and limits[1] <= about + math.pi):
-            return q
         low, high, turn = *limits, 2.0 * math.pi
+        if math.isinf(low) or (low >= about - math.pi and high <= about + math.pi):
+            return q
         up = greater(low, q) * (1 - greater(q, high - turn))
         down = greater(q, high) * (1 - greater(low + turn, q))
         return q + (up - down) * turn
@@ -424,10 +422,9 @@ class Site:
     def _coordinate(self, layout: Layout, place: int) -> Any:
         """A coordinate of the leg on the turn of home, or within its limits."""
         chain = self.twin.chain
-        role = chain.roles[place]
-        limits = role.limits if isinstance(role, Actuated) else None
-        about = middle_of_turn(chain.home[place], limits)
-        return layout.coordinate(self.zero, self.copies[place], about, limits)
+        low, high = chain.limits[:, place].tolist()
+        about = min(max(float(chain.home[place]), low), high)
+        return layout.coordinate(self.zero, self.copies[place], about, (low, high))
 
     def _spin_matters(self, *joints: Cluster) -> bool:
         """Whether the spin of a rod between two spherical joints matters to the stiffness.
