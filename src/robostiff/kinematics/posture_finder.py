@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -155,13 +155,7 @@ class PostureFinder:
         return free.shape[1]
 
     def find(self, pose: Pose, near: Near = None) -> Posture:
-        """Posture at a pose or a batch of poses, the one nearest to joint coordinates if given.
-
-        Raises
-        ------
-        InputError
-            When the pose or the joint coordinates do not fit the robot.
-        """
+        """Posture at a pose or a batch of poses; as `find_posture`."""
         return self.at(self.request(pose), near)
 
     def at(self, request: PoseRequest, near: Near = None) -> Posture:
@@ -211,7 +205,7 @@ class PostureFinder:
         still = np.tile(np.delete(self.home_pose, rows), (len(numbers), 1))
         aside = None if near is None else pose_of_end(legs[0], near[0])
         given = np.concatenate([still, numbers], axis=-1)
-        found = self._followed(loops, self.home_pose, given, aside, near)
+        found = self._followed(loops, self.home_pose, given, near, aside)
         q = self._on_turns(found.coordinates, near)
         return found.pose, turn_by_vector(found.pose[:, 3:]), q, found.elsewhere
 
@@ -228,22 +222,19 @@ class PostureFinder:
         at_home = home[:3] + turn_by_vector(home[3:]) @ robot.reference_point
         start = np.concatenate([at_home, home[3:], np.zeros(1)])
         goal = np.concatenate([tip, vector_of_rotation(wanted)], axis=-1)
-        found = self._followed(loops, start, goal, start, near)
+        found = self._followed(loops, start, goal, near)
         R = poses_side_by_side(product(wanted, turn_about(axis, found.x[:, 6])), 2)
         p = tip - np.einsum("nij,j->ni", R, robot.reference_point)
         legs = self._on_turns([poses_side_by_side(q, 1) for q in found.coordinates], near)
         return six_coordinates(R, p), R, legs, found.elsewhere
 
     def _followed(
-        self,
-        loops: Loops,
-        home: np.ndarray,
-        given: np.ndarray,
-        aside: np.ndarray | None,
-        near: NearLegs,
+        self, loops: Loops, home: np.ndarray, given: np.ndarray, near: NearLegs, aside: Any = None
     ) -> Followed:
         """Postures followed from home, or closed near coordinates of the legs and a pose aside."""
-        start = None if near is None or aside is None else np.concatenate([aside, *near])
+        start = None
+        if near is not None:
+            start = np.concatenate([home if aside is None else aside, *near])
         return follow(loops, np.concatenate([home, *self.homes]), given, start)
 
     def _on_turns(self, each: Sequence[np.ndarray], near: NearLegs) -> list[np.ndarray]:
@@ -276,8 +267,8 @@ class PostureFinder:
     def _with_open(self, request: PoseRequest, near: NearLegs) -> FoundPoses:
         """Postures at poses some coordinates of which the legs decide together."""
         loops = self._loops(request.open)
-        home, given = self.home_pose, request.coordinates[:, loops.given]
-        found = self._followed(loops, home, given, home, near)
+        given = request.coordinates[:, loops.given]
+        found = self._followed(loops, self.home_pose, given, near)
         pose, elsewhere = found.pose.copy(), found.elsewhere.copy()
         # Legs that close at home's other coordinates need no way there, and are the nearest to
         # given ones. Where they cannot close at all, what each of them lacks there says more than a

@@ -5,7 +5,7 @@ Wrenches circulate in its loops. Bodies that more than two connections meet are 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations_with_replacement
 from typing import Any
@@ -71,17 +71,8 @@ def record_linkage_closure(
     if not passive.issuperset(undetermined):
         return None, undetermined
     inputs = {name: record.input(name) for name in (*given, *state)}
-    start = named(following, driven.home.coordinates)
+    start = {name: float(values[-1]) for name, values in state.items()}
     return steps_from_home(record, tuple(given), start, step, inputs), undetermined
-
-
-def named(connections: Sequence[Connection], q: Mapping[str, np.ndarray]) -> dict[str, float]:
-    """Coordinates of connections by their own names."""
-    return {
-        name: float(x)
-        for c in connections
-        for name, x in zip(c.coordinate_names, q[c.name], strict=True)
-    }
 
 
 def coordinates(
@@ -98,8 +89,11 @@ def sampled(
     connections: Sequence[Connection], closed: Sequence[Configuration]
 ) -> dict[str, np.ndarray]:
     """Coordinates of connections in some configurations (samples,), by their own names."""
-    rows = [named(connections, one.coordinates) for one in closed]
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    return {
+        name: np.array([float(one.coordinates[c.name][k]) for one in closed])
+        for c in connections
+        for k, name in enumerate(c.coordinate_names)
+    }
 
 
 # A smallest stiffness below this part of the largest is watched the more closely, so that a loss of

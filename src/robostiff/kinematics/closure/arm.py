@@ -52,21 +52,6 @@ class Arm(LegForm):
     # axes or a spherical joint
     rod: Rod
 
-    @property
-    def leading(self) -> int:
-        """Place of the first coordinate."""
-        return self.first.places[0]
-
-    @property
-    def signs(self) -> tuple[bool, bool, bool]:
-        """Which signs of a mode there are."""
-        return True, True, not self.rod.B.is_ball
-
-    @property
-    def turning(self) -> tuple[Cluster, ...]:
-        """Joints whose coordinates are angles, from base to platform."""
-        return self.first, *self.rod.turning
-
     def closed(self, base: LegBody, platform: LegBody) -> ClosedLeg:
         """The leg between its base and the platform, at poses."""
         (e1, e2), wrist = self._axes, self.rod.B.point
@@ -129,8 +114,8 @@ class Arm(LegForm):
         return Rest(rest.R.astype(float), rest.p)
 
 
-def recognise_arm(skeleton: Skeleton) -> Arm | None:
-    """The closed form, when the leg is of this kind: six turns, or three and a spherical joint."""
+def arm_of(skeleton: Skeleton) -> Arm | None:
+    """The closed form of six turns, or of three and a spherical joint, where it is one."""
     turns: list[Cluster] = []
     for part in skeleton.parts:
         if not isinstance(part, Cluster):
@@ -143,10 +128,7 @@ def recognise_arm(skeleton: Skeleton) -> Arm | None:
     match turns:
         case (first, crank, elbow, Cluster(is_ball=True) as wrist):
             pass
-        case (first, crank, elbow, a, b, c):
-            found = _wrist(a, b, c)
-            if found is None:
-                return None
+        case (first, crank, elbow, a, b, c) if found := _wrist(a, b, c):
             wrist = found
         case _:
             return None
@@ -164,7 +146,8 @@ def recognise_arm(skeleton: Skeleton) -> Arm | None:
         or shortest <= _CROSSED * size
     ):
         return None
-    return Arm(skeleton, first, rod_between(skeleton, crank, elbow, wrist))
+    rod, signs = rod_between(skeleton, crank, elbow, wrist), (True, True, not wrist.is_ball)
+    return Arm(skeleton, first.places[0], signs, (first, *rod.turning), first, rod)
 
 
 def _wrist(a: Cluster, b: Cluster, c: Cluster) -> Cluster | None:
