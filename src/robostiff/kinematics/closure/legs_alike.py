@@ -68,16 +68,14 @@ def _in_modes_of_home(group: LegSolver) -> list[LegSolver]:
         return [_checked(one.closed_at_home()) for one in group.each]
     pose, number = group.home_pose[None], len(group.legs)
     R = turn_by_vector(pose[:, 3:])
-    every = group.in_modes(form, group.modes, pose, R)
-    closes = group.closing(every, pose, R)[..., 0]
+    every, closes = (x[:, :, 0] for x in group.in_modes(group.modes, pose, R))
     given = chain.home_given[chain.main_places]
-    postures = every[:, :, 0]
-    chosen = nearest(chain, postures, closes, chain.home, given, form.leading, group.length)
-    homes = on_turn_of_home(chain, every[chosen, range(number), 0], chain.home)
+    chosen = nearest(chain, every, closes, chain.home, given, form.leading, group.length)
+    homes = on_turn_of_home(chain, every[chosen, range(number)], chain.home)
     if isinstance(form, Arm):  # where drives can move alone, home says how they stand
-        own = np.tile(chain.home, (1, number, 1, 1))
-        drawn = group.closing(own, pose, R)[0]
-        homes = np.where(drawn, on_turn_of_home(chain, own[0, :, 0], chain.home), homes)
+        own = np.tile(chain.home, (number, 1))
+        drawn = group.closes(own, R, pose[:, :3])[:, None]
+        homes = np.where(drawn, on_turn_of_home(chain, own, chain.home), homes)
     found = []
     for k, one in enumerate(group.each):
         own = replace(one, closed_form=form.in_mode(group.modes[chosen[k]]), homes=homes[k : k + 1])
