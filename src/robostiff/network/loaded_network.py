@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import cast
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.kinematics import freedom_twist
 from robostiff.model import Actuated
 from robostiff.network.elements import JointElement, NodeForce
-from robostiff.network.equations import Equations, RelativeMotion, equations_of
+from robostiff.network.equations import Equations, equations_of
 from robostiff.network.mobility import Mechanism, Mobility
 from robostiff.network.network import Network
 from robostiff.network.saddle_point import (
@@ -136,8 +135,8 @@ class LoadedNetwork:
     def carried(self, k: int) -> np.ndarray:
         """What connection k carries about its point (6,), zero out of a planar network's plane."""
         equations, F = self.equations, np.zeros(6)
-        c = cast("RelativeMotion", equations.connections[k])
-        carried = equations.scale * (c.W @ self.x[self.system.wrench_rows[k]])
+        W_T = equations.connections[k].ends[-1][2]
+        carried = equations.scale * (self.x[self.system.wrench_rows[k]] @ W_T)
         F[list(equations.network.space.rows)] = carried * equations.stiffness
         return F
 
@@ -153,7 +152,7 @@ class LoadedNetwork:
         actuators: list[tuple[str, str, float, float, str]] = []
         elements = (*network.elements, *network.couplings)
         for k, (element, c) in enumerate(zip(elements, equations.connections, strict=True)):
-            if not (isinstance(element, JointElement) and isinstance(c, RelativeMotion)):
+            if not isinstance(element, JointElement):
                 if np.any(c.S):
                     f = self.x[self.system.wrench_rows[k]]
                     energy = 0.5 * equations.stiffness * float(f @ c.S @ f)
@@ -161,14 +160,14 @@ class LoadedNetwork:
                     energy += (of_beam_loads or {}).get(k, 0.0)
                     energies.append((before or "network", name, energy))
                 continue
-            F = self.carried(k)
+            F, point = self.carried(k), c.ends[-1][1]
             is_determined = k not in self.dependent.undetermined
             if is_determined and element.freedoms:
                 names = ", ".join(freedom.name for freedom in element.freedoms)
                 at = element.freedoms[0].point
-                reactions.append((element.name, names, move_wrench(F, at - c.point), at))
+                reactions.append((element.name, names, move_wrench(F, at - point), at))
             for freedom in element.freedoms:
-                load = float(freedom_twist(freedom, c.point) @ F)
+                load = float(freedom_twist(freedom, point) @ F)
                 k_own = freedom.stiffness
                 travel = 0.0 if k_own is None else load / k_own
                 if k_own is not None:

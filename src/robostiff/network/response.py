@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,7 +13,7 @@ from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.markup import InNotebooks
 from robostiff.network.elements import BeamLoad, DistributedForce, ForceOnBeam, beam_load
-from robostiff.network.equations import Equations, RelativeMotion, equations_of
+from robostiff.network.equations import Equations, equations_of
 from robostiff.network.loaded_network import InternalLoads, LoadedNetwork, reactions
 from robostiff.network.mobility import Mobility
 from robostiff.network.network import Network
@@ -151,11 +151,11 @@ def network_response(
     system, rows, d = system_of(equations)[0], list(network.space.rows), network.space.translations
     right = system.forces(equations, ((name, F, points[name]) for name, F in at_nodes.items()))
     for k, (_, load) in on_beams.items():
-        beam, c = network.beams[k], cast("RelativeMotion", equations.connections[k])
+        beam, W_T = network.beams[k], equations.connections[k].ends[-1][2]
         axes = block_rotation(beam.rotation)
         total, tip = (axes @ load.at_start)[rows], (axes @ load.tip_twist)[rows]
         right += system.forces(equations, [(beam.a, total, beam.start)])
-        right[system.wrench_rows[k], 0] += c.W.T @ (equations.scale * tip)
+        right[system.wrench_rows[k], 0] += W_T @ (equations.scale * tip)
     settled = np.zeros(right.shape)
     for name, t in moved.items():
         D = equations.between(points[name], equations.points[name])
