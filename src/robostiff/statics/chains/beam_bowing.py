@@ -270,9 +270,12 @@ def in_series(own: FiniteSpring, spring: PlacedSpring, length: Any, parts: int) 
     Parts of a beam of some length [m], of numbers or of entries, end with the last at its point.
     """
     point, rotation = (
-        np.array(each, dtype=own.point.dtype) for each in (spring.point, spring.rotation)
+        np.asarray(each, dtype=own.point.dtype) for each in (spring.point, spring.rotation)
     )
-    own = replace(own, name=spring.name, point=point, rotation=rotation)
+    shared = own.modes, own.stiffness, own.axial, own.bending
+    own = FiniteSpring(spring.name, point, rotation, *shared)
+    if parts < 2:
+        return [own]
     x = rotation[:, 0] * length
     nearer = [replace(own, point=point + x * ((i + 1) / parts - 1)) for i in range(parts - 1)]
     return [*nearer, own]

@@ -49,6 +49,7 @@ from robostiff.statics.kernels.strut import (
     buckling_of,
     recorded_strut,
     strut_terms,
+    struts_among,
     turning_forces,
 )
 from robostiff.statics.loading.assembly import of_legs
@@ -64,6 +65,8 @@ _PIVOT = 1e-3
 _ARRIVED = 1e-11
 # Part of the one before that a step may be at most: its square.
 _PART, _ROUNDING = "part of the last step", 1e-18
+# Postures at which legs have to be struts.
+_POSTURES = 4
 #: Inputs: the sum of ``h f^T`` over forces f at hooks h, in platform axes and world axes [N m].
 HOOKS = tuple(f"hook_{a}{b}" for a in "xyz" for b in "xyz")
 #: What a step hands to the next, and what the first finds.
@@ -418,14 +421,14 @@ def record_loading(
     dead = replace(dead, levers=dead.levers + hooks)
     struts: dict[int, RecordedStrut] = {}
     gone: list[int] = []
-    for chains, *_ in found.legs.components:
-        leg = found.legs.chains[chains[0]].owner.leg
-        strut = None
-        if not drives:  # of a strut the force alone is computed
-            strut = recorded_strut(found.legs, chains, unloaded.legs[max(leg, 0)], L)
+    several = [struts_among(own.problem) for own in loaded_postures[:_POSTURES]]
+    straight = set[int]() if drives else set.intersection(*several)
+    for c, chain in enumerate(found.legs.chains):
+        leg = chain.owner.leg
+        strut = recorded_strut(found.legs, c, unloaded.legs[leg]) if leg in straight else None
         if strut is not None:
             struts[leg] = strut
-            gone += chains
+            gone.append(c)
     legs = RecordedLegs(found.legs.without(gone), L, force)
     loaded = LoadedRobot(
         unloaded,
