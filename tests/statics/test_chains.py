@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import robostiff as rs
 from robostiff.elasticity.cantilever import cantilever_compliance
 from robostiff.record import Record, cosine, derivatives_along, sine
 from robostiff.spatial import Space, skew
@@ -24,6 +25,7 @@ from robostiff.statics.chains.elements import (
 )
 from robostiff.statics.chains.finite_turn import FURTHEST_TURN, FiniteTurn
 from robostiff.statics.chains.legs import Legs
+from tests.statics.robots_under_load import loaded
 
 
 def _joint(random: np.random.Generator, *, turns: bool, slide: float) -> FiniteJoint:
@@ -140,6 +142,21 @@ def test_gradient_and_second_derivatives_are_those_of_the_potential(on_entries: 
     beams = [legs.places[0, 1], legs.places[0, 3]]
     of_beams = np.array([own[place] for own, place in zip(rate, beams, strict=True)])
     assert value(terms.beams.rate) == pytest.approx(of_beams, abs=1e-12 * np.max(np.abs(rate)))
+
+
+def test_legs_of_one_kind_are_numbered_once() -> None:
+    """At all poses and under all wrenches; a load on a leg, or one mode less, is another kind."""
+    robot = rs.load("3-prs")
+    pose = rs.find_posture(robot).pose[0] + [0, 0, 0.01, 0, 0, 0]
+    answers = [
+        loaded(robot),
+        loaded(robot, pose=pose, wrench=[1, 2, 3, 0, 0, 0]),
+        loaded(robot, beams=rs.Bowing(elements=1)),
+        loaded(robot, loads={"leg1/drive": [0, 0, -1]}),
+    ]
+    first, *others = (own.found.known.problem.legs.numbers for own in answers if own.found)
+    assert [own is first for own in others] == [True, False, False]
+    assert [own.total - first.total for own in others] == [0, 0, 0]
 
 
 def test_turns_have_one_value_on_both_sides_of_where_series_end() -> None:

@@ -421,8 +421,11 @@ def record_loading(
     dead = replace(dead, levers=dead.levers + hooks)
     struts: dict[int, RecordedStrut] = {}
     gone: list[int] = []
-    several = [struts_among(own.problem) for own in loaded_postures[:_POSTURES]]
-    straight = set[int]() if drives else set.intersection(*several)
+    straight = set[int]()
+    if not drives:  # of a strut the force alone is computed
+        straight = set.intersection(
+            *(struts_among(own.problem) for own in loaded_postures[:_POSTURES])
+        )
     for c, chain in enumerate(found.legs.chains):
         leg = chain.owner.leg
         strut = recorded_strut(found.legs, c, unloaded.legs[leg]) if leg in straight else None
