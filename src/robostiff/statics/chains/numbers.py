@@ -10,7 +10,7 @@ import itertools
 from collections import defaultdict
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -80,40 +80,6 @@ class ChainNumbers:
     unknowns that move a chain, chain by chain: the twist of the body at its start, where that
     moves, then its own coordinates. Pairs are those of columns of one chain, the first not after
     the second.
-
-    Attributes
-    ----------
-    bodies : list of arrays of int
-        Of every chain: at its start, and behind each of its elements; `total` of all.
-    starts, last : (C,) arrays
-        The first and the last of these.
-    levels : list of pairs of slices
-        Bodies behind elements, and those before them, step by step outwards.
-    before, chains : (total,) arrays
-        Of every body: the one before it, and its chain.
-    columns : list of slice
-        Of every chain.
-    body, of_chain : (Q,) arrays
-        Body that each column moves, and its chain.
-    coordinates, of_bodies : arrays
-        Columns that are coordinates of elements, in order; and those that are twists of bodies.
-    pairs : (2, P) array
-    same, diagonal : arrays
-        Pairs of one body; and of each column its pair with itself: that with the k-th behind it
-        stands k further.
-    joint_bodies, joint_x : (J,) arrays
-        Bodies behind joints, and their coordinates.
-    spring_bodies : (S,) array
-    full, spring_x : arrays
-        Coordinates of elastic parts: among all that there might be, and among all of chains.
-    block_entries, block_pairs : tuple of arrays, and array
-        Of what elastic parts contribute to the tangent: part, row and column; and pair.
-    beams : (B,) array
-        Beams with bowing among elastic parts.
-    load_bodies : (L,) array
-        Bodies of loads, then from `first_anchor` on those of anchors.
-    reach : pair of arrays
-        Bodies whose motion moves a load, and that load.
     """
 
     def __init__(self, kind: LegsKind) -> None:
@@ -123,50 +89,62 @@ class ChainNumbers:
         rank[np.argsort(-lengths, kind="stable")] = np.arange(C)
         longer = [int(np.sum(lengths > k)) for k in range(lengths.max(initial=0))]
         first = np.cumsum([0, C, *longer])
-        self.total = int(first[-1])
-        self.bodies = [first[: n + 1] + own for n, own in zip(lengths, rank, strict=True)]
+        self.total: int = int(first[-1])  # of bodies
+        #: Of every chain: at its start, and behind each of its elements.
+        self.bodies: list[np.ndarray] = [
+            first[: n + 1] + own for n, own in zip(lengths, rank, strict=True)
+        ]
+        #: The first and the last of these (C,).
         self.starts, self.last = (
             np.array([own[i] for own in self.bodies], dtype=int) for i in (0, -1)
         )
-        self.chains = np.zeros(self.total, dtype=int)
+        self.chains: np.ndarray = np.zeros(self.total, dtype=int)
         for c, own in enumerate(self.bodies):
             self.chains[own] = c
-        self.levels = [
+        #: Bodies behind elements, and those before them, step by step outwards.
+        self.levels: list[tuple[slice, slice]] = [
             (slice(first[k + 1], first[k + 1] + n), slice(first[k], first[k] + n))
             for k, n in enumerate(longer)
         ]
-        self.before = np.zeros(self.total, dtype=int)
+        self.before: np.ndarray = np.zeros(self.total, dtype=int)
         for here, there in self.levels:
             self.before[here] = np.arange(there.start, there.stop)
         self._set_columns(chains, len(kind.rows))
         self._set_elements(chains)
         loads = [(c, after) for c, own in enumerate(chains) for after in own.loads]
-        self.first_anchor = len(loads)
+        self.first_anchor: int = len(loads)
         loads += kind.anchors
         bodies = [self.bodies[c][after] for c, after in loads]
-        self.load_bodies = np.array(bodies, dtype=int)
+        #: Bodies of loads, then, from the first anchor on, of these (L,).
+        self.load_bodies: np.ndarray = np.array(bodies, dtype=int)
         beyond = [self.bodies[c][chains[c].start is None : after + 1] for c, after in loads]
         of_load = np.repeat(np.arange(len(loads)), [len(own) for own in beyond])
-        self.reach = np.concatenate([_NONE, *beyond]), of_load
+        #: Bodies whose motion moves a load, and that load.
+        self.reach: tuple[np.ndarray, np.ndarray] = np.concatenate([_NONE, *beyond]), of_load
 
     def _set_columns(self, chains: Sequence[ChainKind], rows: int) -> None:
         moved = [0 if c.start is None else rows for c in chains]
         sizes = [[n, *(e.size for e in c.elements)] for n, c in zip(moved, chains, strict=True)]
         stops = np.cumsum([0, *map(sum, sizes)])
         width = np.diff(stops)
-        self.columns = list(itertools.starmap(slice, itertools.pairwise(stops.tolist())))
+        self.columns: list[slice] = list(
+            itertools.starmap(slice, itertools.pairwise(stops.tolist()))
+        )
         every = [np.repeat(b, n) for b, n in zip(self.bodies, sizes, strict=True)]
-        self.body = np.concatenate([_NONE, *every])
-        self.of_chain = np.repeat(np.arange(len(chains)), width)
-        self.coordinates = np.flatnonzero(self.body >= len(chains))
-        self.of_bodies = np.flatnonzero(self.body < len(chains))
+        #: Body that each column moves, and its chain (Q,).
+        self.body: np.ndarray = np.concatenate([_NONE, *every])
+        self.of_chain: np.ndarray = np.repeat(np.arange(len(chains)), width)
+        #: Columns that are coordinates of elements, in order; and those that are twists of bodies.
+        self.coordinates: np.ndarray = np.flatnonzero(self.body >= len(chains))
+        self.of_bodies: np.ndarray = np.flatnonzero(self.body < len(chains))
         upper = [np.array(np.triu_indices(s.stop - s.start)) + s.start for s in self.columns]
-        self.pairs = np.concatenate([np.zeros((2, 0), dtype=int), *upper], axis=1)
+        self.pairs: np.ndarray = np.concatenate([np.zeros((2, 0), dtype=int), *upper], axis=1)
         a, b = self.pairs
-        self.same = np.flatnonzero(self.body[a] == self.body[b])
+        self.same: np.ndarray = np.flatnonzero(self.body[a] == self.body[b])
         start = np.cumsum([0, *(width * (width + 1) // 2)])[:-1]
         i, n = np.arange(len(self.body)) - stops[:-1][self.of_chain], width[self.of_chain]
-        self.diagonal = start[self.of_chain] + i * n - i * (i - 1) // 2
+        #: Of each column: its pair with itself; that with the k-th behind it stands k further.
+        self.diagonal: np.ndarray = start[self.of_chain] + i * n - i * (i - 1) // 2
 
     def _set_elements(self, chains: Sequence[ChainKind]) -> None:
         pairs = zip(chains, self.bodies, strict=True)
@@ -176,77 +154,53 @@ class ChainNumbers:
         joints = [(b, i) for b, i, e in numbered if not e.is_spring]
         springs = [(b, i, e) for b, i, e in numbered if e.is_spring]
         self.joint_bodies, self.joint_x = np.array(joints, dtype=int).reshape(-1, 2).T
-        self.spring_bodies = np.array([b for b, *_ in springs], dtype=int)
+        self.spring_bodies: np.ndarray = np.array([b for b, *_ in springs], dtype=int)
         parts = enumerate(e for *_, e in springs)
-        self.full = np.concatenate([_NONE, *(WIDE * i + np.arange(e.size) for i, e in parts)])
-        self.spring_x = np.concatenate([_NONE, *(i + np.arange(e.size) for _, i, e in springs)])
+        #: Coordinates of elastic parts: among all that there might be, and among all of chains.
+        self.full: np.ndarray = np.concatenate(
+            [_NONE, *(WIDE * i + np.arange(e.size) for i, e in parts)]
+        )
+        self.spring_x: np.ndarray = np.concatenate(
+            [_NONE, *(i + np.arange(e.size) for _, i, e in springs)]
+        )
         part, place = np.divmod(self.full, WIDE)
         a, b = np.nonzero((part[:, None] == part) & (place[:, None] <= place))
-        self.block_entries = part[a], place[a], place[b]
-        self.block_pairs = self.diagonal[self.coordinates[self.spring_x[a]]] + place[b] - place[a]
+        #: Part, row and column of what elastic parts contribute to pairs, and these.
+        self.block_entries: tuple[np.ndarray, ...] = part[a], place[a], place[b]
+        self.block_pairs: np.ndarray = (
+            self.diagonal[self.coordinates[self.spring_x[a]]] + place[b] - place[a]
+        )
         beams = [i for i, (*_, e) in enumerate(springs) if e.inner is not None]
-        self.beams = np.array(beams, dtype=int)
+        self.beams: np.ndarray = np.array(
+            beams, dtype=int
+        )  # among elastic parts, those with bowing
 
 
 class Numbers:
     """Where T unknowns are, and where their equations have what chains contribute.
 
     The tangent is flat: its blocks (N, n, n) one behind the other.
-
-    Attributes
-    ----------
-    of_chains : ChainNumbers
-    coordinates : list of slice
-        Those of each chain among all.
-    places : dict of (int, int) to slice
-        Coordinates of all elements, by chain and place there, among all.
-    starts, ends : (C,) arrays
-        Bodies at the starts of chains, -1 for the base; at their ends, -1 for the platform.
-    on_platform, inner_chains : arrays
-        Chains that end on the platform, and on bodies between chains.
-    components : list of Component
-    total : int
-        T.
-    blocks : tuple of ComponentBlock
-    x : (U,) array
-        Coordinates of all chains.
-    bodies : (bodies, r) array
-        Twists of the bodies between them.
-    W : (C, r) array
-        Their wrenches.
-    held : array
-        Of rigid couplings.
-    columns : (Q,) array
-        Columns of `ChainTerms`.
-    beams : (B, 6) array
-        Coordinates of beams; any where one has fewer.
-    rows, local : (T,) arrays
-        Of each unknown: where the row of its component begins in the flat tangent; its number
-        there.
-    entries : array
-        Of all contributions of chains to the tangent.
-    constants : array
-        The last of these: of bodies between chains.
-    by_twist : (T, r) array
-        Of the residual, by the twist of the platform.
     """
 
     def __init__(self, kind: LegsKind) -> None:
-        self.of_chains = ChainNumbers(kind)
+        self.of_chains: ChainNumbers = ChainNumbers(kind)
         chains, r = kind.chains, len(kind.rows)
         counts = [sum(e.size for e in c.elements) for c in chains]
-        self.coordinates = _slices(counts)
+        #: Coordinates of each chain among all, and of all elements, by chain and place there.
+        self.coordinates: list[slice] = _slices(counts)
         self.places: dict[tuple[int, int], slice] = {}
         for c, (chain, own) in enumerate(zip(chains, self.coordinates, strict=True)):
             for k, at in enumerate(_slices([e.size for e in chain.elements])):
                 self.places[c, k] = slice(own.start + at.start, own.start + at.stop)
+        #: Bodies where chains begin, -1 for the base, and where they end, -1 for the platform (C,).
         self.starts, self.ends = (
             np.array([-1 if own is None else own for own in each], dtype=int)
             for each in ([c.start for c in chains], [c.end for c in chains])
         )
-        self.on_platform = np.flatnonzero(self.ends < 0)
-        self.inner_chains = np.flatnonzero(self.ends >= 0)
-        self.components = _components(kind)
+        self.on_platform: np.ndarray = np.flatnonzero(self.ends < 0)
+        self.inner_chains: np.ndarray = np.flatnonzero(self.ends >= 0)
+        self.components: list[Component] = _components(kind)
+        #: Coordinates (U,); of rigid couplings; twists of bodies (bodies, r); wrenches (C, r).
         self.x, self.held = (np.zeros(n, dtype=int) for n in (sum(counts), len(kind.rigid)))
         self.bodies, self.W = (np.zeros((n, r), dtype=int) for n in (kind.bodies, len(chains)))
         self._set_blocks(kind)
@@ -255,7 +209,8 @@ class Numbers:
     def _set_blocks(self, kind: LegsKind) -> None:
         """Number the unknowns."""
         chains, r, of_chain = kind.chains, len(kind.rows), defaultdict(list)
-        beams = [own for own, e in self._elements(kind) if e.inner is not None]
+        each = [(place, chains[place[0]].elements[place[1]]) for place in self.places]
+        beams = [place for place, e in each if e.inner is not None]
         for i, (c, _) in enumerate(beams):
             of_chain[c].append(i)
         kinds: dict[Hashable, list[Component]] = defaultdict(list)
@@ -264,9 +219,9 @@ class Numbers:
             turns = tuple(kind.rigid[i][1] for i in own.rigid)
             kinds[elements, len(own.bodies), turns].append(own)
         blocks, rows, local, total, entries = [], [_NONE], [_NONE], 0, 0
-        for each in kinds.values():
+        for alike in kinds.values():
             at = []
-            for own, inner, rigid in each:
+            for own, inner, rigid in alike:
                 parts = [self.x[self.coordinates[c]] for c in own] + [self.bodies[b] for b in inner]
                 parts += [*(self.W[c] for c in own), *(self.held[i : i + 1] for i in rigid)]
                 n = sum(map(len, parts))
@@ -276,46 +231,46 @@ class Numbers:
                 rows.append(entries + n * np.arange(n))
                 local.append(np.arange(n))
                 total, entries = total + n, entries + n * n
-            free = sum(e.size for c in each[0].chains for e in chains[c].elements)
-            own_beams = [[i for c in own for i in of_chain[c]] for own, *_ in each]
+            free = sum(e.size for c in alike[0].chains for e in chains[c].elements)
+            own_beams = [[i for c in own for i in of_chain[c]] for own, *_ in alike]
             blocks.append(
                 ComponentBlock(
                     np.array(at),
-                    free + r * len(each[0].bodies),
-                    np.array([own for own, *_ in each]),
+                    free + r * len(alike[0].bodies),
+                    np.array([own for own, *_ in alike]),
                     np.array(own_beams, dtype=int),
                 )
             )
-        self.total, self.blocks = total, tuple(blocks)
+        self.total: int = total  # T
+        self.blocks: tuple[ComponentBlock, ...] = tuple(blocks)
+        #: Where the row of its component begins in the flat tangent; its number there (T,).
         self.rows, self.local = np.concatenate(rows), np.concatenate(local)
-        self.beams = np.zeros((len(beams), WIDE), dtype=int)
+        #: Coordinates of beams (B, 6); any where one has fewer.
+        self.beams: np.ndarray = np.zeros((len(beams), WIDE), dtype=int)
         for at, place in zip(self.beams, beams, strict=True):
             own = self.x[self.places[place]]
             at[: len(own)] = own
 
-    def _elements(self, kind: LegsKind) -> list[tuple[tuple[int, int], ElementKind]]:
-        each = enumerate(kind.chains)
-        return [((c, k), e) for c, chain in each for k, e in enumerate(chain.elements)]
-
     def _set_entries(self, kind: LegsKind) -> None:
         """Say where chains contribute to the tangent, and what the twist of the platform does."""
         a, b = self.of_chains.pairs
+        self.off_diagonal: np.ndarray = np.flatnonzero(a != b)  # pairs of different columns
         starts = (_NONE if c.start is None else self.bodies[c.start] for c in kind.chains)
         both = zip(starts, (self.x[own] for own in self.coordinates), strict=True)
-        self.columns = np.concatenate([_NONE, *(part for pair in both for part in pair)])
+        #: Columns of `ChainTerms` (Q,).
+        self.columns: np.ndarray = np.concatenate(
+            [_NONE, *(part for pair in both for part in pair)]
+        )
         a, b, across = self.columns[a], self.columns[b], self.W[self.of_chains.of_chain]
         to, one = self.W[self.inner_chains], self.columns[:, None]
         fro = self.bodies[self.ends[self.inner_chains]]
         every = [(a, b), (b[a != b], a[a != b]), (across, one), (one, across), (to, fro), (fro, to)]
-        self.entries = np.concatenate([self.place(i, j).ravel() for i, j in every])
-        self.constants = np.repeat([-1.0, 1.0], to.size)
-        self.by_twist = np.zeros((self.total, len(kind.rows)))
+        #: Of all that chains contribute to the tangent; of it, last, what bodies between them do.
+        self.entries: np.ndarray = np.concatenate([self.place(i, j).ravel() for i, j in every])
+        self.constants: np.ndarray = np.repeat([-1.0, 1.0], to.size)
+        #: Of the residual, by the twist of the platform (T, r).
+        self.by_twist: np.ndarray = np.zeros((self.total, len(kind.rows)))
         self.by_twist[self.W[self.on_platform]] = -np.eye(len(kind.rows))
-
-    @cached_property
-    def off_diagonal(self) -> np.ndarray:
-        """Pairs of different columns."""
-        return np.flatnonzero(self.of_chains.pairs[0] != self.of_chains.pairs[1])
 
     def place(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """Of entries of the flat tangent, by unknowns of one component."""
