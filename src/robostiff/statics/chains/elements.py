@@ -138,6 +138,15 @@ class ElementKind(NamedTuple):
     inner: bytes | None = None  # of a beam with bowing: which inner modes it has
 
 
+class ChainKind(NamedTuple):
+    """The same of a chain."""
+
+    start: int | None
+    end: int | None
+    elements: tuple[ElementKind, ...]
+    loads: tuple[int, ...]  # of each: how many elements lie before its body
+
+
 class Owner(NamedTuple):
     """The leg of which a chain is part, and the place of the chain among all."""
 
@@ -166,6 +175,12 @@ class FiniteChain:
     elements: tuple[Element, ...]
     loads: tuple[BodyLoad, ...] = ()
     owner: Owner = NOBODY
+
+    @property
+    def kind(self) -> ChainKind:
+        """What decides where its unknowns are."""
+        elements, loads = tuple(e.kind for e in self.elements), tuple(b.after for b in self.loads)
+        return ChainKind(self.start, self.end, elements, loads)
 
     @property
     def size(self) -> int:

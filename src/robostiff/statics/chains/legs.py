@@ -26,14 +26,7 @@ from robostiff.statics.chains.elements import (
 )
 from robostiff.statics.chains.finite_turn import crossed, skews, sum_of_crossed
 from robostiff.statics.chains.moving_chain import ChainTerms, MovingChains
-from robostiff.statics.chains.numbers import (
-    ChainKind,
-    ComponentBlock,
-    LegsKind,
-    Numbers,
-    numbers_of,
-    summed,
-)
+from robostiff.statics.chains.numbers import ComponentBlock, LegsKind, Numbers, numbers_of, summed
 
 
 @dataclass(frozen=True)
@@ -97,29 +90,17 @@ class Legs:
     @cached_property
     def numbers(self) -> Numbers:
         """Where all unknowns are."""
-        chains, joints, springs = self.chains, [], []
-        for own in self.couplings:
-            joints.append(tuple(c for c, _ in (own.place, *own.terms)))
-        for own in self.springs:
-            springs.append(tuple(spot.chain for spot in own.spots if spot is not None))
-        return numbers_of(
-            LegsKind(
-                tuple(
-                    ChainKind(
-                        own.start,
-                        own.end,
-                        tuple(e.kind for e in own.elements),
-                        tuple(load.after for load in own.loads),
-                    )
-                    for own in chains
-                ),
-                len(self.points),
-                self.rows,
-                tuple(spot for spot, _ in self.spring_arrays.anchors),
-                (*joints, *springs),
-                tuple((own.place[0], own.drive.turns) for own in self.rigid),
-            )
+        meeting: list[Sequence[tuple[int, int]]] = [(c.place, *c.terms) for c in self.couplings]
+        meeting += [[own for own in spring.spots if own is not None] for spring in self.springs]
+        kind = LegsKind(
+            tuple(own.kind for own in self.chains),
+            len(self.points),
+            self.rows,
+            tuple(spot for spot, _ in self.spring_arrays.anchors),
+            tuple(tuple(c for c, _ in own) for own in meeting),
+            tuple((own.place[0], own.drive.turns) for own in self.rigid),
         )
+        return numbers_of(kind)
 
     @cached_property
     def arrays(self) -> MovingChains:

@@ -16,25 +16,16 @@ from typing import NamedTuple
 import numpy as np
 
 from robostiff.kinematics.spanning_tree import connected_parts
-from robostiff.statics.chains.elements import ElementKind, Spot
+from robostiff.statics.chains.elements import ChainKind, Spot
 
 #: Columns of the modes of every elastic part; those that it lacks are empty.
 WIDE = 6
 _NONE = np.zeros(0, dtype=int)
 
 
-class ChainKind(NamedTuple):
-    """The same of a chain."""
-
-    start: int | None
-    end: int | None
-    elements: tuple[ElementKind, ...]
-    loads: tuple[int, ...]  # of each: how many elements lie before its body
-
-
 @dataclass(frozen=True)
 class LegsKind:
-    """The same of all legs."""
+    """What the numbers of unknowns take from all legs."""
 
     chains: tuple[ChainKind, ...]
     bodies: int  # between chains
