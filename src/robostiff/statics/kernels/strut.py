@@ -24,6 +24,8 @@ from robostiff.statics.kernels.leg import MovingBody
 # How far the platform is held from the unloaded posture, in radians and lengths of the robot; of
 # the force that shortens a strut by that length: what it may miss.
 _FAR, _SAME = 3e-3, 1e-11
+# Postures at which legs have to be struts.
+_POSTURES = 4
 # Of a strut: free turns at least, three about one of its ends.
 _TURNS = 5
 _DEGREE = 3
@@ -153,21 +155,29 @@ def turning_forces(
     return K, np.array([G[1, 2] - G[2, 1], G[2, 0] - G[0, 2], G[0, 1] - G[1, 0]], dtype=object)
 
 
-def recorded_strut(legs: Legs, chain: int, unloaded: RecordedLeg) -> RecordedStrut | None:
-    """A leg that is one of the `struts_among` a robot, where nothing acts on it; else None.
+def recorded_struts(
+    legs: Legs, unloaded: Sequence[RecordedLeg], problems: Sequence[EquilibriumProblem]
+) -> dict[int, RecordedStrut]:
+    """Legs on which nothing acts and that are struts at several postures, by their chains.
 
-    Without load it transmits what `unloaded` does: a strut has its stiffness.
+    `unloaded` are all legs without load: a strut has the stiffness of its own. `problems` have the
+    robot in numbers.
     """
-    own = legs.chains[chain]
+    straight = set.intersection(*(struts_among(own) for own in problems[:_POSTURES]))
     taken = [c for one in legs.couplings for c, _ in (one.place, *one.terms)]
     taken += [spot.chain for spring in legs.springs for spot in spring.spots if spot is not None]
-    joints = (e for e in own.elements if isinstance(e, FiniteJoint))
-    if own.loads or chain in taken or not all(is_zero(e.preload) for e in joints):
-        return None
-    A, *_, B = _turning_points(own)
-    (wrench,), (mu,) = unloaded.wrenches, unloaded.mu
-    softness = mu * reciprocal(_square_of_force(wrench))
-    return RecordedStrut(A, B, legs.platform_point, reciprocal(softness), unloaded)
+    found = {}
+    for c, own in enumerate(legs.chains):
+        joints = (e for e in own.elements if isinstance(e, FiniteJoint))
+        pushed = own.loads or not all(is_zero(e.preload) for e in joints)
+        if own.owner.leg not in straight or c in taken or pushed:
+            continue
+        A, *_, B = _turning_points(own)
+        leg = unloaded[own.owner.leg]
+        (wrench,), (mu,) = leg.wrenches, leg.mu
+        softness = mu * reciprocal(_square_of_force(wrench))
+        found[c] = RecordedStrut(A, B, legs.platform_point, reciprocal(softness), leg)
+    return found
 
 
 def struts_among(problem: EquilibriumProblem) -> set[int]:
