@@ -294,8 +294,8 @@ def _components(kind: LegsKind) -> list[Component]:
         [c, *((b,) for b in (own.start, own.end) if b is not None)]
         for c, own in enumerate(kind.chains)
     ]
-    meeting += [list(own) for own in kind.meeting if own]
-    first = connected_parts([*chains, *((b,) for b in bodies)], meeting)
+    held: list[list[Hashable]] = [[*own] for own in kind.meeting if own]
+    first = connected_parts([*chains, *((b,) for b in bodies)], meeting + held)
     found: dict[Hashable, Component] = {}
     for c in chains:
         found.setdefault(first[c], Component([], [], [])).chains.append(c)

@@ -327,7 +327,7 @@ def whole_motion(
     """A motion of component i of a block, as in `with_modes`, as `energies_of` takes them."""
     motion, inner = np.zeros(legs.numbers.total), np.zeros(legs.inner_modes.shape)
     motion[block.coordinates[i]] = mode[: block.free]
-    own = np.zeros((block.beams.shape[1], inner.shape[1]))
+    own = np.zeros_like(inner[block.beams[i]])
     own[legs.inner_modes[block.beams[i]]] = mode[block.free :]
     inner[block.beams[i]] = own
     return motion, inner
