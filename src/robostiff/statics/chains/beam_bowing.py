@@ -195,21 +195,21 @@ class ElementsOfParts:
         del leg
         elasticity = spring.elasticity
         turned = None if self.space is Space.SPATIAL else spring.rotation.tobytes()
-        kept = vars(elasticity).setdefault(
-            _OWN, {}
-        )  # where it is alike at all poses it stays known
+        # with a part that is alike at all poses it stays known
+        kept = vars(elasticity).setdefault(_OWN, {})
         if (turned, self.treated) not in kept:
-            entries = elasticity.compliance.tobytes(), elasticity.freedoms.tobytes(), turned
+            free = np.array(elasticity.freedoms, dtype=float)
+            entries = elasticity.compliance.tobytes(), free.tobytes(), turned
             if entries not in self.known:
-                self.known[entries] = self._in_no_place(elasticity, spring.rotation)
+                self.known[entries] = self._in_no_place(elasticity, free, spring.rotation)
             kept[turned, self.treated] = self.known[entries]
         own, length, parts = kept[turned, self.treated]
         return in_series(own, spring, length, parts)
 
     def _in_no_place(
-        self, elasticity: Elasticity, rotation: np.ndarray
+        self, elasticity: Elasticity, free: np.ndarray, rotation: np.ndarray
     ) -> tuple[FiniteSpring, float, int]:
-        C, free = elasticity.compliance, np.array(elasticity.freedoms, dtype=float)
+        C = elasticity.compliance
         beam = None if free.size else uniform_beam(C)
         treated = self.treated if beam is not None else Linear()
         parts = (treated.elements or 1) if isinstance(treated, Bowing) else 0
