@@ -13,8 +13,9 @@ from mpmath import mp
 import robostiff as rs
 from robostiff.compiled.closed import ClosedCode
 from robostiff.kinematics import posture_finder
-from robostiff.model import PlacedFreedom
+from robostiff.model import Branch, Chain, Leg, ParallelBlock, PlacedFreedom
 from robostiff.recorded.closure import LAST
+from robostiff.spatial import Frame
 from robostiff.statics.chains.elements import FiniteJoint
 from robostiff.statics.kernels.strut import buckling_of, struts_among
 from robostiff.statics.loading.given_loads import Acting
@@ -202,6 +203,19 @@ def test_a_leg_between_bearings_that_are_stiffer_along_one_axis_is_no_strut():
     chains = (replace(chain, elements=elements), *problem.legs.chains[1:])
     other = replace(problem, legs=replace(problem.legs, chains=chains))
     assert struts_among(other) == set(range(1, 6))
+
+
+def test_a_leg_of_two_struts_side_by_side_carries_what_both_do():
+    """It is no strut itself, though each of its branches behaves as one."""
+    robot, still = rs.load("gough-stewart-b"), Frame(np.eye(3), np.zeros(3))
+    pair = tuple(Branch(own.name, own.base, own.chain, own.attachment) for own in robot.legs[:2])
+    leg = Leg("pair", still, Chain((ParallelBlock(pair, "block"),)), still)
+    other = replace(robot, legs=(leg, *robot.legs[2:]))
+    fast = rs.compile_loaded(other, backend=rs.Backend.ARRAYS)
+    pose, wrench = postures("gough-stewart-b"), loads("gough-stewart-b", 3e-3)
+    found, sure = (own.evaluate(pose, wrench) for own in (fast, compiled("gough-stewart-b")))
+    assert not found.guarded.any()
+    assert np.abs(found.K - sure.K).max() < 1e-9 * np.abs(sure.K).max()
 
 
 @pytest.mark.parametrize("force", [-5e5, 5e5])

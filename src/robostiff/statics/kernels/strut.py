@@ -160,8 +160,8 @@ def recorded_struts(
 ) -> dict[int, RecordedStrut]:
     """Legs on which nothing acts and that are struts at several postures, by their chains.
 
-    `unloaded` are all legs without load: a strut has the stiffness of its own. `problems` have the
-    robot in numbers.
+    `unloaded` are all legs without load: a strut has the stiffness of its own, by one wrench; a leg
+    of several branches is none. `problems` have the robot in numbers.
     """
     straight = set.intersection(*(struts_among(own) for own in problems[:_POSTURES]))
     taken = [c for one in legs.couplings for c, _ in (one.place, *one.terms)]
@@ -174,6 +174,8 @@ def recorded_struts(
             continue
         A, *_, B = _turning_points(own)
         leg = unloaded[own.owner.leg]
+        if len(leg.wrenches) > 1:
+            continue
         (wrench,), (mu,) = leg.wrenches, leg.mu
         softness = mu * reciprocal(_square_of_force(wrench))
         found[c] = RecordedStrut(A, B, legs.platform_point, reciprocal(softness), leg)
@@ -190,7 +192,9 @@ def struts_among(problem: EquilibriumProblem) -> set[int]:
     legs, random = problem.legs, np.random.default_rng(11)
     single = [own.chains[0] for own in legs.numbers.components if len(own.chains) == 1]
     points = {c: _turning_points(legs.chains[c]) for c in single}
-    points = {c: own for c, own in points.items() if len(own) >= _TURNS}
+    points = {
+        c: own for c, own in points.items() if len(own) >= _TURNS and np.any(own[0] != own[-1])
+    }
     if not points or problem.size < 6 or problem.at_rest.rigid:
         return set()
     nothing, length = np.zeros(problem.size), problem.length
