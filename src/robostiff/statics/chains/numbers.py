@@ -284,8 +284,12 @@ class Numbers:
 
 @lru_cache(maxsize=64)
 def numbers_of(kind: LegsKind) -> Numbers:
-    """The numbers of all legs of a kind: alike at all poses, and under all loads."""
-    return Numbers(kind)
+    """The numbers of all legs of a kind: alike at all poses, and under all wrenches."""
+    found = Numbers(kind)
+    for own in (*vars(found).values(), *vars(found.of_chains).values()):
+        if isinstance(own, np.ndarray):  # robots share them
+            own.setflags(write=False)
+    return found
 
 
 def _components(kind: LegsKind) -> list[Component]:
