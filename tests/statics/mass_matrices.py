@@ -4,7 +4,8 @@ import numpy as np
 
 import robostiff as rs
 from robostiff.statics.equations.problem import LoadCase
-from robostiff.statics.equations.vibration import SmallMotions
+from robostiff.statics.equations.stability import whole_closure
+from robostiff.statics.equations.vibration import mass_rows
 from robostiff.statics.loading.given_loads import Acting
 from robostiff.statics.loading.loaded_posture import postures_of
 
@@ -14,9 +15,11 @@ def mass_matrix(robot: rs.Robot, pose: rs.JointCoordinates) -> np.ndarray:
     loaded = postures_of(robot, pose, None).loaded(0, Acting(beams=rs.Linear()), masses={})
     problem, nothing = loaded.problem, np.zeros(loaded.problem.size)
     known = problem.linearised(problem.unloaded, LoadCase(nothing, nothing), 0.0)
-    small = SmallMotions.of(problem, loaded.masses, known, problem.unloaded)
-    m = small.B.shape[1] - problem.size
+    B, m = mass_rows(problem, loaded.masses, problem.unloaded), len(problem.free)
+    closure = whole_closure(known) * np.append(
+        problem.units[problem.free], problem.scale / problem.length
+    )
     # the twist of the platform follows from the joints, so that the chain stays closed
-    twist = -np.linalg.lstsq(small.closure[:, m:], small.closure[:, :m], rcond=None)[0]
-    B = small.B[:, :m] + small.B[:, m:] @ twist
+    twist = -np.linalg.lstsq(closure[:, m:], closure[:, :m], rcond=None)[0]
+    B = B[:, :m] + B[:, m:] @ twist
     return B.T @ B
