@@ -24,6 +24,7 @@ from robostiff.elasticity.spring_from_matrix import (
     elasticity_from_stiffness,
     moved,
 )
+from robostiff.elasticity.uniform_beam import UniformBeam, uniform_beam
 
 __all__ = [
     "MATERIALS",
@@ -35,6 +36,7 @@ __all__ = [
     "Material",
     "SlenderBeam",
     "Timoshenko",
+    "UniformBeam",
     "beam_compliance",
     "beam_stiffness",
     "box",
@@ -52,4 +54,5 @@ __all__ = [
     "tapered_compliance",
     "translational_spring",
     "tube",
+    "uniform_beam",
 ]

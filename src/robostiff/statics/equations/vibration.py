@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.elasticity import uniform_beam
 from robostiff.model import PlacedMass, PlacedSpring
 from robostiff.spatial import cross, skew
-from robostiff.statics.chains.beam_bowing import uniform_beam
 from robostiff.statics.chains.elements import BodyPlace, FiniteJoint, Spot
 from robostiff.statics.chains.legs import Legs, LegState
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, State
