@@ -233,12 +233,11 @@ def _no_beam(subject: str) -> InputError:
 
 
 def _add_spring(model: _Model, spring: SpringElement) -> None:
-    C, is_free = spring.elasticity.compliance, spring.elasticity.freedoms.shape[1] > 0
-    own = None if is_free else uniform_beam(C)
+    C, own = spring.elasticity.compliance, spring.elasticity.as_beam
     if own is not None:
         _add_beam(model, spring, own, spring.point, spring.rotation)
         return
-    if np.any(C - np.diag(np.diagonal(C))) or is_free:
+    if np.any(C - np.diag(np.diagonal(C))) or spring.elasticity.freedoms.shape[1]:
         raise _no_beam(f"spring {spring.name!r}")
     stiff = np.repeat(model.stiff, 3)
     values = [1 / c if c > 0 else k for c, k in zip(np.diagonal(C), stiff, strict=True)]

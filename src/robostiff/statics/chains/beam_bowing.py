@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.elasticity import Elasticity, UniformBeam, uniform_beam
+from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
 from robostiff.model import Passive, PlacedFreedom, PlacedSpring, StiffnessLaw
 from robostiff.model.snapshot import PlacedElement
@@ -17,8 +17,8 @@ from robostiff.spatial import Space, compliance_modes
 from robostiff.statics.chains.bending import bending, bending_planes
 from robostiff.statics.chains.elements import Element, FiniteJoint, FiniteSpring
 
-# Under these names an elasticity keeps the beam that it is, and what has been worked out of it.
-_BEAM, _OWN = "_beam", "_as_elements"
+# Under this name an elasticity keeps what has been worked out of it.
+_OWN = "_as_elements"
 
 
 @dataclass(frozen=True)
@@ -108,9 +108,8 @@ class ElementsOfParts:
 
     space: Space
     treated: Beams
-    # by compliance, and in the plane by axes; the uniform beam of each, None where it is none
+    # by compliance, and in the plane by axes
     known: dict[tuple[object, ...], FiniteSpring] = field(default_factory=dict)
-    beams: dict[tuple[bytes, bytes], UniformBeam | None] = field(default_factory=dict)
 
     def array(self, values: Any) -> np.ndarray:
         """Values as an array of numbers."""
@@ -137,17 +136,13 @@ class ElementsOfParts:
         C = spring.elasticity.compliance
         free = np.array(spring.elasticity.freedoms, dtype=float)
         turned = None if self.space is Space.SPATIAL else spring.rotation.tobytes()
-        entries, kept = (C.tobytes(), free.tobytes()), vars(spring.elasticity)
-        if _BEAM not in kept:  # with a part that is alike at all poses it stays known
-            if entries not in self.beams:
-                self.beams[entries] = None if free.size else uniform_beam(C)
-            kept[_BEAM], kept[_OWN] = self.beams[entries], {}
-        beam: UniformBeam | None = kept[_BEAM]
+        # with a part that is alike at all poses it stays known
+        kept, beam = vars(spring.elasticity).setdefault(_OWN, {}), spring.elasticity.as_beam
         treated = self.treated if beam is not None else Linear()
         parts = (treated.elements or 1) if isinstance(treated, Bowing) else 0
         inner = isinstance(treated, Bowing) and treated.has_inner_modes
-        key = (*entries, turned, parts, inner)
-        own = self.known.get(key) or kept[_OWN].get(key[2:])
+        key = (C.tobytes(), free.tobytes(), turned, parts, inner)
+        own = self.known.get(key) or kept.get(key[2:])
         if own is None:
             own = elastic_element(
                 self.space,
@@ -158,7 +153,7 @@ class ElementsOfParts:
                 partial(_modes, spring.elasticity),
                 inner=inner,
             )
-        self.known[key] = kept[_OWN][key[2:]] = own
+        self.known[key] = kept[key[2:]] = own
         return in_series(own, spring, 0.0 if beam is None else beam.length, parts)
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.elasticity import uniform_beam
 from robostiff.model import PlacedMass, PlacedSpring
 from robostiff.spatial import cross, skew
 from robostiff.statics.chains.elements import BodyPlace, FiniteJoint, Spot
@@ -152,16 +151,9 @@ def _velocities_of_parts(
 
 def _beam_numbers(own: CarriedMass) -> tuple[tuple[float, float], np.ndarray]:
     """``12 E I / (G A)`` in x-y and x-z [m^2], and radii of gyration (3,) of spread mass [m]."""
-    part = own.part
-    x = own.end - own.mass.start
-    if (
-        part is None
-        or part.elasticity.freedoms.size
-        or part.rotation[:, 0] @ x < (1 - _ASIDE) * np.linalg.norm(x)
-    ):
-        return (0.0, 0.0), np.zeros(3)
-    beam = uniform_beam(part.elasticity.compliance)
-    if beam is None:
+    part, x = own.part, own.end - own.mass.start
+    beam = None if part is None else part.elasticity.as_beam
+    if beam is None or part.rotation[:, 0] @ x < (1 - _ASIDE) * np.linalg.norm(x):
         return (0.0, 0.0), np.zeros(3)
     radii = np.sqrt(np.array([beam.EIy + beam.EIz, beam.EIy, beam.EIz]) / beam.EA)
     shear = 12 * beam.EIz * beam.shear_y, 12 * beam.EIy * beam.shear_z

@@ -76,11 +76,6 @@ class LoadedPosture:
     masses: CarriedMasses = _NO_MASSES
 
     @property
-    def snapshot(self) -> Snapshot | None:
-        """The robot at that posture; None of a network, and of cables."""
-        return as_snapshot(self.posed)
-
-    @property
     def has_posture(self) -> bool:
         """Whether there is an unloaded posture."""
         return not self.status & _NO_POSTURE
@@ -96,7 +91,10 @@ def one_loaded_posture(
 ) -> tuple[LoadedPosture, np.ndarray]:
     """A robot at one posture, and one wrench (r,); not zero where it grows, as an example says."""
     postures = postures_of(robot, pose, near)
-    given = one_wrench(postures, wrench)
+    given = wrenches_of("wrench", wrench, postures.robot.space)
+    require_one_pose("a robot under load", postures.batch)
+    if given.ndim > 1:
+        raise InputError("wrench", got=wrench, expected="one wrench")
     if grows and not np.any(given):
         raise InputError(
             f"wrench on {postures.robot.name!r}",
@@ -105,15 +103,6 @@ def one_loaded_posture(
             hint=f"write {grows}",
         )
     return postures.loaded(0, acting), given
-
-
-def one_wrench(postures: Postures, wrench: ArrayLike | None) -> np.ndarray:
-    """The one wrench (r,) at the one posture of a robot."""
-    given = wrenches_of("wrench", wrench, postures.robot.space)
-    require_one_pose("a robot under load", postures.batch)
-    if given.ndim > 1:
-        raise InputError("wrench", got=wrench, expected="one wrench")
-    return given
 
 
 @dataclass(frozen=True)
