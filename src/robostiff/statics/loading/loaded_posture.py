@@ -76,6 +76,11 @@ class LoadedPosture:
     masses: CarriedMasses = _NO_MASSES
 
     @property
+    def snapshot(self) -> Snapshot | None:
+        """The robot at that posture; None of a network, and of cables."""
+        return as_snapshot(self.posed)
+
+    @property
     def has_posture(self) -> bool:
         """Whether there is an unloaded posture."""
         return not self.status & _NO_POSTURE
