@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -151,8 +152,8 @@ def _velocities_of_parts(
 
 def _beam_numbers(own: CarriedMass) -> tuple[tuple[float, float], np.ndarray]:
     """``12 E I / (G A)`` in x-y and x-z [m^2], and radii of gyration (3,) of spread mass [m]."""
-    part, x = own.part, own.end - own.mass.start
-    beam = None if part is None else part.elasticity.as_beam
+    part, x = cast("PlacedSpring", own.part), own.end - own.mass.start
+    beam = part.elasticity.as_beam
     if beam is None or part.rotation[:, 0] @ x < (1 - _ASIDE) * np.linalg.norm(x):
         return (0.0, 0.0), np.zeros(3)
     radii = np.sqrt(np.array([beam.EIy + beam.EIz, beam.EIy, beam.EIz]) / beam.EA)
@@ -207,7 +208,9 @@ def motion_of_section(s: ArrayLike, length: ArrayLike, phi: ArrayLike) -> np.nda
     for row in (0, 3):
         found[..., row, row], found[..., row, row + 6] = 1 - s, s
     bent = s - s**2
-    for v, r, sign, f in zip((1, 2), (5, 4), (1.0, -1.0), np.moveaxis(phi, -1, 0), strict=True):
+    for v, r, sign, f in zip(
+        (1, 2), (5, 4), (1.0, -1.0), np.moveaxis(np.asarray(phi), -1, 0), strict=True
+    ):
         columns, L = [v, r, v + 6, r + 6], sign * length
         of_shift = (
             1 - 3 * s**2 + 2 * s**3 + f * (1 - s),
