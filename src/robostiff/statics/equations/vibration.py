@@ -107,8 +107,8 @@ def _velocities_of_parts(
     An element of a part is straight between its ends where these are now, and its sections move as
     `motion_of_section` says.
     """
-    n, number = np.array([own.parts for own in masses]), np.arange(len(masses))
-    of_mass = np.repeat(number, n)
+    n = np.array([own.parts for own in masses])
+    of_mass = np.repeat(np.arange(len(masses)), n)  # of each element
     i = np.concatenate([np.arange(own.parts) for own in masses])
     near = [
         Spot(spot.chain, spot.after - own.parts + k)
@@ -122,6 +122,7 @@ def _velocities_of_parts(
     x = np.array([own.end for own in masses])[of_mass] - start
     y = np.array([own.part.rotation[:, 1] for own in masses if own.part])[of_mass]
     n, count = n[of_mass], len(near)
+    # ends of all elements, and their axes, as they are now
     steps = np.concatenate([i, i + 1]) / np.tile(n, 2)
     at = (R @ (np.tile(start, (2, 1)) + np.tile(x, (2, 1)) * steps[:, None])[..., None])[..., 0] + t
     chord = at[count:] - at[:count]
@@ -129,6 +130,7 @@ def _velocities_of_parts(
     shear, radii = (np.array(own)[of_mass] for own in zip(*map(_beam_numbers, masses), strict=True))
     spans, aside = (np.array(own)[of_mass] for own in zip(*map(_spread, masses), strict=True))
     aside = (np.swapaxes(_axes(x, y), -1, -2) @ aside[..., None])[..., 0]
+    # sections, as parts s of their elements, and their masses; a mass at one point is all in one
     first, last = (spans * n[:, None] - i[:, None]).T
     is_point, low, high = first == last, np.maximum(first, 0.0), np.minimum(last, 1.0)
     s = low[:, None] + 0.5 * (1.0 + _GAUSS[0]) * (high - low)[:, None]
@@ -136,12 +138,12 @@ def _velocities_of_parts(
     is_in = np.minimum((spans[:, 0] * n).astype(int), n - 1) == i
     s, share = np.where(is_point[:, None], first[:, None], s), np.where(is_point, is_in, share)
     weight = np.array([own.mass.value for own in masses], dtype=float)[of_mass] * share
+    # their velocities by those of both ends, and these by the unknowns
     length = np.linalg.norm(chord, axis=-1)
     phi = shear / (x * x).sum(axis=-1)[:, None] * (n * n)[:, None]
     rows = motion_of_section(s, length[:, None], phi[:, None])
-    rows = (
-        _about(aside[:, None], rows) * np.sqrt(0.5 * weight[:, None] * _GAUSS[1])[..., None, None]
-    )
+    roots = np.sqrt(0.5 * weight[:, None] * _GAUSS[1])
+    rows = _about(aside[:, None], rows) * roots[..., None, None]
     rows[..., 3:, :] *= radii[:, None, :, None]
     rows = np.linalg.qr(rows.reshape(count, -1, 12), mode="r")
     twists = _about(at - about, legs.twists(state, about, ends)).reshape(2, count, 2, 3, -1)
