@@ -15,6 +15,7 @@ from robostiff.elasticity.beam import (
     beam_stiffness,
     tapered_compliance,
 )
+from robostiff.elasticity.beam_from_matrix import UniformBeam, uniform_beam
 from robostiff.elasticity.cantilever import cantilever_compliance, cantilever_stiffness
 from robostiff.elasticity.material import MATERIALS, Material, material
 from robostiff.elasticity.shapes import CrossSection, box, circle, i_section, rectangle, tube
@@ -24,7 +25,6 @@ from robostiff.elasticity.spring_from_matrix import (
     elasticity_from_stiffness,
     moved,
 )
-from robostiff.elasticity.uniform_beam import UniformBeam, uniform_beam
 
 __all__ = [
     "MATERIALS",

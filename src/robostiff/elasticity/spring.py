@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robostiff.elasticity.beam import SlenderBeam
+from robostiff.elasticity.beam_from_matrix import UniformBeam, uniform_beam
 from robostiff.elasticity.bounds import Bounds, left_open
 from robostiff.elasticity.checks import as_array, positive_number
-from robostiff.elasticity.uniform_beam import UniformBeam, uniform_beam
 from robostiff.errors import InputError
 from robostiff.spatial import as_floats
 from robostiff.spatial.compliance_modes import compliance_modes
