@@ -13,16 +13,17 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.kinematics.turn import Turn
 from robostiff.model import TelescopicBeam
 from robostiff.record import (
     Entry,
     arc_tangent,
+    cosine,
     is_one,
     is_zero,
     least,
     most_size,
     shortened,
+    sine,
     square_root,
 )
 from robostiff.record.record import is_exact
@@ -54,8 +55,7 @@ def times(R: np.ndarray, local: np.ndarray) -> np.ndarray:
 
 def spun(R: np.ndarray, axis: np.ndarray, angle: Any) -> np.ndarray:
     """R after a turn about a unit vector."""
-    turn = Turn.by(angle)
-    c, s = turn.cosine, turn.sine
+    c, s = cosine(angle), sine(angle)
     columns = (R[:, i] for i in range(3))
     return frame(*(v * c + cross(axis, v) * s + axis * (dot(axis, v) * (1 - c)) for v in columns))
 
