@@ -300,7 +300,7 @@ class _RodNow:
         x, p = point or (self.form.A.point, self.A_now)
         if before.is_at_poses:
             rest = self.form.rest(axis[0], target[0])
-            return body_turned(before, rest.at(x), p, axis[0], *target)
+            return body_turned(before, Rest(rest.R, x), p, axis[0], *target)
         (u0, u), (v0, v) = (target, axis) if target_first else (axis, target)
         return body_of_directions((x, u0, v0), (p, u, v))
 
