@@ -39,10 +39,18 @@ class ParameterValues(Generic[OfSymbols]):
 
     @classmethod
     def of(
-        cls, robot: OfSymbols, given: Mapping[str, ArrayLike] | None, count: int
+        cls, robot: OfSymbols, given: Mapping[str, ArrayLike] | np.ndarray | None, count: int
     ) -> ParameterValues[OfSymbols]:
-        """Given values, one for all poses or one a pose, and nominal ones for the rest."""
-        names = [str(symbol) for symbol in robot.symbols]
+        """Given values, one for all poses or one a pose, and nominal ones for the rest.
+
+        Rows (parameters, N) of an array are taken as they are.
+        """
+        if isinstance(given, np.ndarray):
+            expected = f"floats ({len(robot.symbols)}, {count}), a row a parameter"
+            shape = (len(robot.symbols), count)
+            rows = as_floats("parameters", given, expected, None, shape)
+            return cls(robot, rows)._checked()
+        names = [symbol.name for symbol in robot.symbols]
         given = given or {}
         for name in given:
             if name not in names:
@@ -59,15 +67,18 @@ class ParameterValues(Generic[OfSymbols]):
             if value.shape not in {(), (count,)}:
                 raise InputError(f"parameter {name}", got=f"shape {value.shape}", expected=words)
             row[:] = value
-        error = robot.error_at(rows)
+        return cls(robot, rows)._checked()
+
+    def _checked(self) -> ParameterValues[OfSymbols]:
+        error = self.robot.error_at(self.rows)
         if error is not None:
             raise error
-        return cls(robot, rows)
+        return self
 
     def groups(self, chosen: np.ndarray) -> Iterator[tuple[OfSymbols, np.ndarray]]:
         """A robot of numbers for each set of values among chosen poses, and its poses."""
         where = np.flatnonzero(chosen)
-        if not len(self.rows):
+        if not (where.size and len(self.rows)):
             if where.size:
                 yield self.robot, where
             return
