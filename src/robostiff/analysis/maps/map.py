@@ -12,19 +12,13 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike, DTypeLike
 
-from robostiff.analysis.maps.dataset import MapArrays
-from robostiff.analysis.maps.job import MapSummary, Selection
+from robostiff.analysis.maps.dataset import MapArrays, coordinate_arrays
+from robostiff.analysis.maps.job import MapJob, MapSummary, Selection
 from robostiff.analysis.maps.pose_columns import Mapped
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.reduced_map import ReducedMap
 from robostiff.analysis.maps.reduction import Reduction, check_reductions
-from robostiff.analysis.maps.request import (
-    LoadedMethod,
-    MapRequest,
-    Method,
-    check_room,
-    checked_request,
-)
+from robostiff.analysis.maps.request import MapMethod, check_room, checked_job
 from robostiff.analysis.maps.run import Progress, Run, Threads, followed, workforce
 from robostiff.analysis.maps.store import (
     MapStore,
@@ -33,7 +27,6 @@ from robostiff.analysis.maps.store import (
     is_complete,
     locked,
     open_map,
-    remove_marks,
 )
 from robostiff.analysis.maps.variables import Quantity
 from robostiff.errors import InputError, needs_extra
@@ -55,7 +48,7 @@ def stiffness_map(
     wrench: ArrayLike | None = None,
     length: float | None = None,
     where: Selection | None = None,
-    method: Method | LoadedMethod | None = None,
+    method: MapMethod | None = None,
     near: Near = None,
     store: str | os.PathLike[str] | None = None,
     resume: bool = False,
@@ -133,61 +126,67 @@ def stiffness_map(
     """
     with needs_extra("maps", "maps"):
         import xarray  # noqa: F401
-    reductions = [reduce] if isinstance(reduce, Reduction) else list(reduce)
+    reductions = (reduce,) if isinstance(reduce, Reduction) else tuple(reduce)
     path = None if store is None else Path(store).absolute()
-    # reductions take as much memory for any number of poses
-    room = None if reductions else partial(check_room, path=path)
-    request = checked_request(
-        robot, poses, quantities, wrench, length, where, method, room, near, dtype
+    job = checked_job(
+        robot,
+        poses,
+        quantities,
+        wrench=wrench,
+        length=length,
+        where=where,
+        method=method,
+        near=near,
+        dtype=dtype,
+        # reductions take as much memory for any number of poses
+        check_room=None if reductions else partial(check_room, path=path),
     )
-    job = request.job
+    coordinate_arrays(job)  # raises for a name that a map cannot have
     if path is None and resume:
         raise InputError("store to resume", got="none", expected='such as store="map.zarr"')
-    running = workforce(workers, scheduler)
+    running, count = workforce(workers, scheduler), job.partition.poses
     if reductions:
         check_reductions(reductions, job)
         with running as run:
-            made = ReducedMap.begun(request, tuple(reductions), path, resume)
-            blocks = made.gathered(run(made.work.compute, made.todo))
-            followed(blocks, made.summary, job.partition.poses, progress)
+            made = ReducedMap.begun(job, reductions, path, resume)
+            followed(made.gathered(run), made.summary, count, progress)
         return made.dataset()
     if path is not None:
-        _fill(path, request, resume, running, progress)
+        _fill(path, job, resume, running, progress)
         return open_map(path)
     if workers is None and (scheduler is None or isinstance(scheduler, Threads)):
-        arrays = MapArrays(job, request.attributes)
+        arrays = MapArrays(job)
         with running as run:
             blocks = run(arrays.compute, range(len(job.partition)))
-            return arrays.dataset(followed(blocks, MapSummary(), job.partition.poses, progress))
+            return arrays.dataset(followed(blocks, MapSummary(), count, progress))
     if workers is None:
         raise InputError("store of a map", got="none", expected="a path that all workers see")
     with TemporaryDirectory(prefix="robostiff-map-") as folder:
         path = Path(folder) / "map.zarr"
-        _fill(path, request, False, running, progress)
+        _fill(path, job, False, running, progress)
         return open_map(path).load()
 
 
 def _fill(
     path: Path,
-    request: MapRequest,
+    job: MapJob,
     resume: bool,
     running: AbstractContextManager[Run[MapSummary]],
     progress: Callable[[Progress], None] | None,
 ) -> None:
-    """Begin a store, or take that of the same request, and compute what is not there yet."""
+    """Begin a store, or take that of the same map, and compute what is not there yet."""
     with needs_extra("maps", "maps"):
         import dask.array  # noqa: F401
         import zarr  # noqa: F401
-    identity = request.identity()
     if path.exists() and not resume:
         raise already_there(path)
-    if path.exists() and is_complete(path, identity):
+    if path.exists() and is_complete(path, job):
         return
     with running as run:
         if not path.exists():
-            create_store(path, request.job, identity, request.attributes)
+            create_store(path, job)
         with locked(path):
-            store, partition = MapStore(path, request.job), request.job.partition
+            store, partition = MapStore(path, job), job.partition
             blocks = run(store.compute, range(len(partition)))
             store.finish(followed(blocks, MapSummary(), partition.poses, progress))
-    remove_marks(path)
+    store.remove_progress()

@@ -5,20 +5,21 @@ from __future__ import annotations
 import math
 import os
 import shutil
-from collections.abc import Callable, Iterable, Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
 from robostiff.analysis.cable_tensions import cable_tensions
 from robostiff.analysis.identity import plain
-from robostiff.analysis.maps.dataset import coordinate_arrays, map_attributes
-from robostiff.analysis.maps.evaluator import Evaluator, MapEvaluator
+from robostiff.analysis.maps.evaluator import MapEvaluator
 from robostiff.analysis.maps.job import MOST_POSES, MapJob, Selection
-from robostiff.analysis.maps.pose_columns import Mapped, columns_under_load, pose_columns
+from robostiff.analysis.maps.pose_columns import Mapped, pose_columns
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.variables import Quantity
 from robostiff.analysis.posed_stiffness import direct_stiffness
@@ -28,14 +29,28 @@ from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near
 from robostiff.kinematics.pose import near_coordinates
 from robostiff.linkage import Linkage
-from robostiff.model import Robot, Snapshot
+from robostiff.model import Joint, Robot, Snapshot
 from robostiff.model.cable import CableRobot
+from robostiff.model.chain import is_elastic
 from robostiff.spatial import as_float
 from robostiff.version import __version__
 
 
+class MapMethod(ABC):
+    """How the poses of a map are computed."""
+
+    has_loads: ClassVar = False  # whether poses have loads beside coordinates
+
+    @abstractmethod
+    def evaluator(self, like: MapEvaluator, count: int) -> MapEvaluator:
+        """What computes a map of so many poses; `like` has the direct form.
+
+        Raises InputError when it does not fit the map.
+        """
+
+
 @dataclass(frozen=True)
-class Compiled:
+class Compiled(MapMethod):
     """By the robot's kernel, see `robostiff.compile`; unsafe poses by the batched form.
 
     Parameters
@@ -45,111 +60,91 @@ class Compiled:
 
     backend: Backend = Backend.BEST
 
+    def evaluator(self, like: MapEvaluator, count: int) -> MapEvaluator:
+        """By a kernel.
+
+        Raises InputError when there is none for the robot, its coordinates or the quantities.
+        """
+        return like.with_kernel(self.backend)
+
 
 @dataclass(frozen=True)
-class Batched:
+class Batched(MapMethod):
     """By the wrench basis form on batches of poses, see `robostiff.stiffness`."""
 
+    def evaluator(self, like: MapEvaluator, count: int) -> MapEvaluator:
+        """By the direct form."""
+        return like
 
-class LoadedMethod(Protocol):
-    """A method whose poses have loads beside coordinates; see `robostiff.UnderLoad`."""
-
-    def evaluator(self, like: MapEvaluator, count: int) -> Evaluator:
-        """What computes a map of so many poses."""
-        ...
-
-
-Method = Compiled | Batched
 
 _MEMORY_SHARE = 0.8
 _SHRINKS = 20  # how much smaller a map may become on disk
 _SAMPLED_BLOCKS = 16
-# A kernel takes as long to make as the batched form takes for so many poses of a hexapod, or
-# longer where no record of it is kept.
-_WORTH_COMPILING = 10_000
-_LINKAGE_PAYS = 40  # as many networks
+# A kernel of which no record is kept takes as long to make as the batched form takes for so many
+# poses of a robot with elastic links, of one without, and as many networks of a linkage.
+_PAYS, _RIGID_PAYS, _LINKAGE_PAYS = 10_000, 20_000, 40
 
 
-@dataclass(frozen=True)
-class MapRequest:
-    """A map that can be made."""
-
-    job: MapJob
-    attributes: Mapping[str, Any]  # of the map
-    robot: Mapped
-    settings: Mapping[str, Any]  # quantities, wrench and characteristic length
-
-    def identity(self) -> dict[str, Any]:
-        """Everything on which the map depends, part by part."""
-        job = self.job
-        return {
-            "robot": plain(self.robot),
-            "poses": plain([job.source.description(), job.partition.block]),
-            "quantities": plain(self.settings),
-            "selection": plain(_sampled_selection(job)),
-            "method": job.evaluator.method,
-            "version of robostiff": __version__,
-        }
+def identity(job: MapJob) -> dict[str, Any]:
+    """Everything on which a map depends, part by part."""
+    own = job.evaluator
+    names = ("quantities", "wrench", "length", "dtype", "near")
+    asked = {**{name: getattr(own, name) for name in names}, "method": own.direct.about}
+    return {
+        "robot": plain(own.robot),
+        "poses": plain([job.source.description(), job.partition.block]),
+        "quantities": plain(asked),
+        "selection": plain(_sampled_selection(job)),
+        "method": own.method,
+        "version of robostiff": __version__,
+    }
 
 
-def checked_request(
+def checked_job(
     robot: Mapped | Snapshot,
     poses: PoseSource,
     quantities: Iterable[Quantity],
-    wrench: ArrayLike | None,
-    given_length: float | None,
-    where: Selection | None,
-    method: Method | LoadedMethod | None = None,
-    check_room: Callable[[MapJob], None] | None = None,
+    *,
+    wrench: ArrayLike | None = None,
+    length: float | None = None,
+    where: Selection | None = None,
+    method: MapMethod | None = None,
     near: Near = None,
     dtype: DTypeLike = "float64",
-) -> MapRequest:
-    """The checked request for a map; it chooses the method."""
+    check_room: Callable[[MapJob], None] | None = None,
+) -> MapJob:
+    """The checked work for a map; it chooses the method."""
     robot = _checked_robot(robot, poses, where)
-    if method is not None and not isinstance(method, Compiled | Batched):
-        if not hasattr(method, "evaluator"):
-            expected = "Compiled(), Batched() or UnderLoad()"
-            raise InputError("method of a map", got=method, expected=expected)
-        loaded, unloaded = method, None
-    else:
-        loaded, unloaded = None, method
+    if not isinstance(method, MapMethod | None):
+        expected = "Compiled(), Batched() or UnderLoad()"
+        raise InputError("method of a map", got=method, expected=expected)
+    has_loads = method is not None and method.has_loads
     wanted = _quantities(quantities)
-    F = _wrench(robot, wanted, wrench, loaded is not None)
-    length = _length(robot, given_length)
-    if loaded is None:
-        columns = pose_columns(robot, poses.names)
-    elif not isinstance(robot, Linkage):
-        columns = columns_under_load(robot, poses.names, F)
-    else:
+    F = _wrench(robot, wanted, wrench, has_loads)
+    if has_loads and isinstance(robot, Linkage):
         raise InputError(
             "map under load",
             got=f"linkage {robot.name!r}",
             expected="a Robot",
             hint="rs.equilibrium(linkage, values) answers at one configuration",
         )
+    own = _near(robot, near, method)
+    if own:
+        method = Batched()  # a kernel has the posture of home
+    columns = pose_columns(robot, poses.names, F if has_loads else None)
     poses.check_units(dict(zip(columns.names, columns.units, strict=True)))
-    own = _near(robot, near, unloaded)
-    if own and loaded is not None:
-        raise InputError("near of a map under load", got=near, expected="none: postures are home's")
-    if own:
-        unloaded = Batched()  # a kernel has the posture of home
-    batched = MapEvaluator(robot, columns, wanted, F, length, own, _float_type(dtype))
+    numbers = F, _length(robot, length), own, _float_type(dtype)
+    evaluator = MapEvaluator(robot, columns, wanted, *numbers)
     if check_room is not None:  # before a kernel is made
-        check_room(MapJob(batched, columns, poses, where))
+        check_room(MapJob(evaluator, poses, where))
     count = math.prod(poses.shape)
-    evaluator = (
-        _evaluator(batched, unloaded, count) if loaded is None else loaded.evaluator(batched, count)
-    )
-    job = MapJob(evaluator, columns, poses, where)
-    coordinate_arrays(job)
-    settings = {
-        **{"quantities": wanted, "wrench": F, "length": length, "dtype": batched.dtype},
-        **{"method": loaded, "near": own},
-    }
-    attributes = map_attributes(robot, job, F, length)
-    if own:
-        attributes["near"] = list(own)
-    return MapRequest(job, attributes, robot, settings)
+    if method is not None:
+        evaluator = method.evaluator(evaluator, count)
+    elif count >= _pays_from(robot):
+        # without a kernel: a rigid robot, cables, free motions everywhere, other quantities
+        with suppress(InputError, NoAnswerError):
+            evaluator = evaluator.with_kernel(Backend.BEST)
+    return MapJob(evaluator, poses, where)
 
 
 def _checked_robot(robot: Mapped | Snapshot, poses: Any, where: Any) -> Mapped:
@@ -199,7 +194,7 @@ def check_room(job: MapJob, path: Path | None) -> None:
     else:
         subject, hint = "map on disk", "take fewer poses or quantities, or another disk"
         room = _SHRINKS * shutil.disk_usage(path.parent).free
-    needed = job.bytes_a_pose * job.partition.poses
+    needed = sum(v.bytes_a_pose for v in job.variables) * job.partition.poses
     if needed > room:
         raise InputError(
             subject,
@@ -209,21 +204,13 @@ def check_room(job: MapJob, path: Path | None) -> None:
         )
 
 
-def _evaluator(batched: MapEvaluator, method: Method | None, count: int) -> Evaluator:
-    """The kernel where it exists and saves time, unless a method is given."""
-    if isinstance(batched.robot, CableRobot):
-        if isinstance(method, Compiled):
-            raise InputError("method of a map of cables", got=method, expected="Batched(), or none")
-        return batched
-    if isinstance(method, Compiled):
-        return batched.with_kernel(method.backend)
-    pays = _LINKAGE_PAYS if isinstance(batched.robot, Linkage) else _WORTH_COMPILING
-    if method is None and count >= pays:
-        try:
-            return batched.with_kernel(Compiled().backend)
-        except (InputError, NoAnswerError):
-            pass  # a rigid robot, free motions everywhere, a quantity that no kernel has
-    return batched
+def _pays_from(robot: Mapped) -> int:
+    """Poses from which a kernel saves time; the same in every run, whose last digits stay so."""
+    if isinstance(robot, Linkage):
+        return _LINKAGE_PAYS
+    elements = [own for leg in getattr(robot, "legs", ()) for own in leg.chain.elements]
+    bends = any(is_elastic(own) for own in elements if not isinstance(own, Joint))
+    return _PAYS if bends else _RIGID_PAYS
 
 
 def _float_type(dtype: DTypeLike) -> str:
@@ -266,7 +253,7 @@ def _wrench(
     return tuple(map(float, given_wrenches(wrench, robot.space, subject=subject)))
 
 
-def _near(robot: Mapped, near: Near, method: Method | None) -> tuple[float, ...]:
+def _near(robot: Mapped, near: Near, method: MapMethod | None) -> tuple[float, ...]:
     """Joint coordinates of all legs in a row; empty where home chooses the posture."""
     if near is None:
         return ()
@@ -283,7 +270,7 @@ def _near(robot: Mapped, near: Near, method: Method | None) -> tuple[float, ...]
             got=near,
             expected="none: joint coordinates pose this arm, and determine its posture",
         )
-    if isinstance(method, Compiled):
+    if not isinstance(method, Batched | None):
         raise InputError(
             "method of a map near joint coordinates",
             got=method,
