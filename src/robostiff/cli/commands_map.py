@@ -42,7 +42,6 @@ from robostiff.analysis.maps import (
 from robostiff.analysis.maps import Progress as Done
 from robostiff.analysis.maps.pose_columns import FACTOR, SIX, Mapped, coordinate_units
 from robostiff.analysis.maps.pose_source import PoseSource
-from robostiff.analysis.maps.store import already_there
 from robostiff.cli import arguments as written
 from robostiff.cli.command import BAD_STATUS, INTERRUPTED, answered
 from robostiff.cli.map_options import MapOptions
@@ -287,10 +286,6 @@ def _checked_output(run: MapOptions) -> Path | None:
             expected=f"{'a new name' if run.reductions else 'FILE.nc'}: a store is never replaced",
             hint="remove it, or continue it with --resume",
         )
-    if not output.absolute().parent.is_dir():
-        raise InputError("--output", got=run.output, expected="a store in an existing folder")
-    if output.exists() and not run.resume:
-        raise already_there(output)
     return output
 
 

@@ -9,8 +9,7 @@ from typing import Any, ClassVar, cast
 import numpy as np
 
 from robostiff.analysis.maps import Batched, Compiled, Quantity
-from robostiff.analysis.maps.evaluator import DirectForm, MapEvaluator
-from robostiff.analysis.maps.request import MapMethod
+from robostiff.analysis.maps.evaluator import DirectForm, MapEvaluator, MapMethod
 from robostiff.analysis.maps.variables import NO_RANK
 from robostiff.compiled import Backend
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
@@ -18,9 +17,8 @@ from robostiff.errors import InputError, NoAnswerError
 from robostiff.model import Robot
 from robostiff.model.cable import CableRobot
 from robostiff.statics.kernels.compile import compile_loaded
-from robostiff.statics.kernels.compiled_loading import CompiledLoading, LoadedAnswer
+from robostiff.statics.kernels.compiled_loading import CompiledLoading
 from robostiff.statics.kernels.forces_on_bodies import StandingLoads
-from robostiff.statics.result import Equilibria
 
 # Equilibria take some 20 ms each, a kernel some seconds to make.
 _WORTH_COMPILING = 2000
@@ -93,12 +91,10 @@ class UnderLoad(StandingLoads, MapMethod):
                 )
             return like
         kernel = self._kernel(like, count)
-        if kernel is None:
-            form = DirectForm(partial(_of_equilibria, self), "equilibria under load", _FEW, self)
-        else:
-            name = "compiled record under load, equilibria where it is unsafe"
-            form = DirectForm(partial(_by_kernel, kernel), name, _MANY, self)
-        return replace(like, form=form)
+        name, most = "equilibria under load", _FEW
+        if kernel is not None:
+            name, most = "compiled record under load, equilibria where it is unsafe", _MANY
+        return replace(like, form=DirectForm(partial(_variables, self, kernel), name, most, self))
 
     def _kernel(self, like: MapEvaluator, count: int) -> CompiledLoading | None:
         required = isinstance(self.by, Compiled)
@@ -125,21 +121,14 @@ class UnderLoad(StandingLoads, MapMethod):
             return None
 
 
-def _of_equilibria(load: UnderLoad, like: MapEvaluator, poses: np.ndarray) -> dict[str, np.ndarray]:
-    columns = like.columns
-    found = load.equilibria(like.robot, columns.as_pose(poses), columns.wrenches(poses))
-    return _variables(like, found)
-
-
-def _by_kernel(
-    kernel: CompiledLoading, like: MapEvaluator, poses: np.ndarray
+def _variables(
+    load: UnderLoad, kernel: CompiledLoading | None, like: MapEvaluator, poses: np.ndarray
 ) -> dict[str, np.ndarray]:
-    found = kernel.evaluate(like.columns.as_pose(poses), like.columns.wrenches(poses))
-    return _variables(like, found) | {"guarded": found.guarded}
-
-
-def _variables(like: MapEvaluator, found: LoadedAnswer | Equilibria) -> dict[str, np.ndarray]:
     """Variables (N, ...) of a map at equilibria; no numbers where there is none."""
+    pose, F = like.columns.as_pose(poses), like.columns.wrenches(poses)
+    found: Any = (
+        load.equilibria(like.robot, pose, F) if kernel is None else kernel.evaluate(pose, F)
+    )
     space, codes = like.robot.space, found.status_codes
     K, K_total, moved = map(np.ma.getdata, (found.K, found.K_total, found.displacement))
     symmetric, d = 0.5 * (K + np.swapaxes(K, -1, -2)), space.translations
@@ -153,7 +142,8 @@ def _variables(like: MapEvaluator, found: LoadedAnswer | Equilibria) -> dict[str
         return values
 
     out = like.of_matrices(symmetric, rank, worst, definite=False)
-    return out | {"K": K, "status": codes, "displacement": moved[:, :d], "rotation": moved[:, d:]}
+    out |= {"K": K, "status": codes, "displacement": moved[:, :d], "rotation": moved[:, d:]}
+    return out | {"guarded": getattr(found, "guarded", np.zeros(len(rank), dtype=bool))}
 
 
 _NO_COMPLIANCE = WITHOUT_STIFFNESS | Status.FREE_MOTIONS

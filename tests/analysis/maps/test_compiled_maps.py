@@ -10,7 +10,7 @@ import robostiff as rs
 from robostiff import Axis, Batched, Compiled, Grid, Quantity, RandomPoses, Threads
 from robostiff.analysis.maps.evaluator import MapEvaluator
 from robostiff.analysis.maps.pose_columns import joint_columns, pose_columns
-from robostiff.analysis.maps.request import checked_job
+from robostiff.analysis.maps.map import checked_job
 from tests.analysis.maps.robots import loaded, values_at
 
 OF_K = (Quantity.STIFFNESS, Quantity.PRINCIPAL_STIFFNESS, Quantity.INDICES)

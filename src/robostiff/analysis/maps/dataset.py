@@ -120,11 +120,6 @@ def summary_attributes(summary: MapSummary) -> dict[str, Any]:
     }
 
 
-def range_attributes(summary: MapSummary, name: str) -> dict[str, Any]:
-    """``actual_range`` of a variable, if it has one (NetCDF users' guide)."""
-    return {"actual_range": list(summary.ranges[name])} if name in summary.ranges else {}
-
-
 def _meaning(job: MapJob, name: str) -> str:
     columns = job.columns
     if name in columns.names[len(columns.names) - columns.loads :]:
@@ -158,7 +153,9 @@ class MapArrays:
         for v in job.variables:
             whole, n = self._rows[v.name].reshape(*v.shape, *job.partition.shape), len(v.shape)
             values = np.moveaxis(whole, range(n), range(-n, 0))
-            about = {**variable_attributes(job, v), **range_attributes(summary, v.name)}
+            about = variable_attributes(job, v)
+            if v.name in summary.ranges:
+                about["actual_range"] = list(summary.ranges[v.name])
             arrays[v.name] = (*job.source.dims, *v.dims), values, about
         attributes = {**map_attributes(job), **summary_attributes(summary)}
         made = xarray.Dataset({**arrays, **coordinate_arrays(job)}, attrs=attributes)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, cast
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
-from robostiff.analysis.cable_stiffness import CableStiffness, are_beyond_limits, cable_stiffness
+from robostiff.analysis.cable_stiffness import are_beyond_limits, cable_stiffness
 from robostiff.analysis.compiled_stiffness import CompiledStiffness, compile_stiffness
 from robostiff.analysis.deflection_under_load import carried_by
 from robostiff.analysis.leg_loads import leg_loads
@@ -322,28 +323,16 @@ def _of_cables(asked: MapEvaluator, poses: np.ndarray) -> dict[str, np.ndarray]:
     found |= {"status": status, "tension": tensions}
     found |= {"least_tension": tensions.min(axis=-1), "greatest_tension": tensions.max(axis=-1)}
     if any(quantity.needs_wrench for quantity in asked.quantities):
-        found |= cables_under_wrench(robot, result, C, np.array(asked.wrench))
+        x = C @ np.array(asked.wrench)  # tensions then are t - k A x
+        change = np.einsum("nij,ni->nj", structure_matrix(result.placed), x)
+        tensions = result.tensions - result.axial * change
+        slack = np.any(tensions < -_TAUT * result.tensions.max(axis=-1, keepdims=True), axis=-1)
+        x, tensions = (np.where(slack[:, None], np.nan, values) for values in (x, tensions))
+        beyond, d = are_beyond_limits(robot, tensions), robot.space.translations
+        status = status | slack * np.uint16(Status.SLACK)
+        found["status"] = status | beyond * np.uint16(Status.BEYOND_LIMITS)
+        found |= {"displacement": x[:, :d], "rotation": x[:, d:], "actuator_force": tensions}
     return found
-
-
-def cables_under_wrench(
-    robot: CableRobot, result: CableStiffness, C: np.ndarray, wrench: np.ndarray
-) -> dict[str, np.ndarray]:
-    """Twist x = C F and tensions t - k A x under a wrench (n,), with the status."""
-    x = C @ wrench
-    change = np.einsum("nij,ni->nj", structure_matrix(result.placed), x)
-    tensions = result.tensions - result.axial * change
-    slack = np.any(tensions < -_TAUT * result.tensions.max(axis=-1, keepdims=True), axis=-1)
-    x, tensions = (np.where(slack[:, None], np.nan, values) for values in (x, tensions))
-    beyond = are_beyond_limits(robot, tensions)
-    status = result.status_codes | slack * np.uint16(Status.SLACK)
-    d = robot.space.translations
-    return {
-        "displacement": x[:, :d],
-        "rotation": x[:, d:],
-        "actuator_force": tensions,
-        "status": status | beyond * np.uint16(Status.BEYOND_LIMITS),
-    }
 
 
 _LEGS = DirectForm(_of_legs, "wrench-basis, batched", 2 * _CHUNK)
@@ -351,3 +340,44 @@ _DIRECT = {
     Linkage: DirectForm(_of_legs, "networks", 128),
     CableRobot: DirectForm(_of_cables, "cables, batched", 2 * _CHUNK),
 }
+
+
+class MapMethod(ABC):
+    """How the poses of a map are computed."""
+
+    has_loads: ClassVar = False  # whether poses have loads beside coordinates
+
+    @abstractmethod
+    def evaluator(self, like: MapEvaluator, count: int) -> MapEvaluator:
+        """What computes a map of so many poses; `like` has the direct form.
+
+        Raises InputError when it does not fit the map.
+        """
+
+
+@dataclass(frozen=True)
+class Compiled(MapMethod):
+    """By the robot's kernel, see `robostiff.compile`; unsafe poses by the batched form.
+
+    Parameters
+    ----------
+    backend : Backend
+    """
+
+    backend: Backend = Backend.BEST
+
+    def evaluator(self, like: MapEvaluator, count: int) -> MapEvaluator:
+        """By a kernel.
+
+        Raises InputError when there is none for the robot, its coordinates or the quantities.
+        """
+        return like.with_kernel(self.backend)
+
+
+@dataclass(frozen=True)
+class Batched(MapMethod):
+    """By the wrench basis form on batches of poses, see `robostiff.stiffness`."""
+
+    def evaluator(self, like: MapEvaluator, count: int) -> MapEvaluator:
+        """By the direct form."""
+        return like

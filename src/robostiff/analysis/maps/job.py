@@ -7,15 +7,18 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
+from robostiff.analysis.identity import plain
 from robostiff.analysis.maps.evaluator import MapEvaluator, poses_at
 from robostiff.analysis.maps.pose_columns import PoseColumns
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.variables import EXCLUDED, Variable
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
+from robostiff.version import __version__
 
 
 @dataclass(frozen=True)
@@ -78,11 +81,14 @@ def summarize(
 
 def count_of_each(status: np.ndarray) -> dict[int, int]:
     """How many poses have each status."""
+    if status.size and np.all(status == status[0]):  # faster
+        return {int(status[0]): status.size}
     counts = np.bincount(status)
     return {int(code): int(counts[code]) for code in np.flatnonzero(counts)}
 
 
 MOST_POSES = 10**12
+_SAMPLED_BLOCKS = 16  # of a selection
 # Small enough for the cache, large enough to hide the cost of a block.
 _BLOCK_BYTES = 8 * 2**20
 
@@ -221,36 +227,31 @@ class MapJob:
             )
         return np.broadcast_to(answer, (len(poses),))
 
-    def pose(self, number: int) -> np.ndarray:
-        """A pose (n_coordinates,) by its number in memory order."""
-        place = np.unravel_index(number, self.partition.shape)
-        return self.poses(tuple(slice(int(i), int(i) + 1) for i in place))[0]
-
     def compute(self, index: int, out: Mapping[str, np.ndarray]) -> MapSummary:
         """Fill arrays (..., N), one a variable, at the poses of a block, and sum them up."""
         poses = self.poses(self.partition.slices(index))
         guarded = int(np.count_nonzero(self.fill(poses, out)))
         return summarize(out, self.answers, guarded)
 
-    def room(self, count: int) -> dict[str, np.ndarray]:
+    def room(self, count: int, variables: Iterable[Variable]) -> dict[str, np.ndarray]:
         """Arrays (..., N) for so many poses."""
-        return {v.name: np.empty((*v.shape, count), v.dtype) for v in self.variables}
+        return {v.name: np.empty((*v.shape, count), v.dtype) for v in variables}
 
     def fill(
         self, poses: np.ndarray, out: Mapping[str, np.ndarray], *, again: bool = True
     ) -> np.ndarray:
         """Fill arrays (..., N) at poses, and return where a kernel is not trusted (N,).
 
-        The direct form computes these, if `again`.
+        The direct form computes these, if `again`. Coordinates without an array are left out.
         """
-        for variable in self.coordinates:
+        for variable in (v for v in self.coordinates if v.name in out):
             out[variable.name][...] = poses[:, self.columns.names.index(variable.name)]
         evaluator, chosen = self.evaluator, self.selected(poses)
         if chosen is None or bool(np.all(chosen)):
             places = {v.name: np.moveaxis(out[v.name], -1, 0) for v in evaluator.variables}
             guarded = evaluator.evaluate(poses, places, again=again)
         else:
-            some = self.room(int(np.count_nonzero(chosen)))
+            some = self.room(int(np.count_nonzero(chosen)), evaluator.variables)
             places = {v.name: np.moveaxis(some[v.name], -1, 0) for v in evaluator.variables}
             guarded = np.zeros(len(poses), dtype=bool)
             guarded[chosen] = evaluator.evaluate(poses_at(poses, chosen), places, again=again)
@@ -262,3 +263,31 @@ class MapJob:
                 components = out[variable.name].astype(float)
                 out[variable.magnitude.name][...] = np.linalg.norm(components, axis=0)
         return guarded
+
+
+def identity(job: MapJob) -> dict[str, Any]:
+    """Everything on which a map depends, part by part."""
+    own = job.evaluator
+    names = ("quantities", "wrench", "length", "dtype", "near")
+    asked = {**{name: getattr(own, name) for name in names}, "method": own.direct.about}
+    return {
+        "robot": plain(own.robot),
+        "poses": plain([job.source.description(), job.partition.block]),
+        "quantities": plain(asked),
+        "selection": plain(_sampled_selection(job)),
+        "method": own.method,
+        "version of robostiff": __version__,
+    }
+
+
+def _sampled_selection(job: MapJob) -> list[np.ndarray] | None:
+    """Poses that `where` selects in some blocks, since functions cannot be compared."""
+    if job.where is None:
+        return None
+    count = len(job.partition)
+    chosen = np.unique(np.linspace(0, count - 1, min(count, _SAMPLED_BLOCKS)).astype(int))
+    found = []
+    for index in chosen:
+        answer = job.selected(job.poses(job.partition.slices(int(index))))
+        found.append(np.packbits(np.asarray(answer, dtype=bool)))
+    return found

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.maps.pose_columns import POSE_UNITS, read_coordinate
-from robostiff.compiled.array_loops import uniform_rows
+from robostiff.compiled import uniform_rows
 from robostiff.errors import InputError
 from robostiff.spatial import as_floats, holds_quantities
 

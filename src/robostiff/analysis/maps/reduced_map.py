@@ -18,9 +18,8 @@ import numpy as np
 
 from robostiff.analysis.identity import plain
 from robostiff.analysis.maps.dataset import coordinate_arrays, map_attributes, summary_attributes
-from robostiff.analysis.maps.job import MapJob, MapSummary, Partition, count_of_each
+from robostiff.analysis.maps.job import MapJob, MapSummary, Partition, count_of_each, identity
 from robostiff.analysis.maps.reduction import Reduction, State
-from robostiff.analysis.maps.request import identity
 from robostiff.analysis.maps.run import Run
 from robostiff.analysis.maps.store import already_there, check_same_map
 from robostiff.analysis.maps.variables import Variable
@@ -63,7 +62,7 @@ class BlockReductions:
         job = self.job
         if job.evaluator.kernel is None:
             return job.partition
-        size = sum(v.bytes_a_pose for v in job.variables) + 8 * len(job.columns.names)
+        size = sum(v.bytes_a_pose for v in job.answers) + 8 * len(job.columns.names)
         return Partition.of(job.source.shape, max(1, _CACHE // size))
 
     @cached_property
@@ -77,7 +76,7 @@ class BlockReductions:
     def compute(self, index: int) -> BlockFound:
         """Counts of a block, and what reductions have of it."""
         job, pieces = self.job, self.pieces
-        room = job.room(math.prod(pieces.block))
+        room = job.room(math.prod(pieces.block), job.answers)
         states = [own.begun(math.prod(v.shape)) for own, v in self.each]
         statuses, guarded = Counter[int](), 0
         left: list[np.ndarray] = []  # poses of the direct form, and behind them their numbers
@@ -89,14 +88,14 @@ class BlockReductions:
             if doubtful.size and job.evaluator.kernel is not None:
                 left.append(np.vstack([poses[doubtful].T, start + doubtful]))
                 statuses.subtract(arrays["status"][doubtful].tolist())
-                for rows in (arrays[v.name] for v in job.variables if v.is_float):
+                for rows in (arrays[v.name] for v in job.answers if v.is_float):
                     rows[..., doubtful] = np.nan
             self._add(states, statuses, arrays, range(start, stop))
             is_last = piece == self.blocks[index][-1]
             if left and (is_last or sum(x.shape[1] for x in left) > _TOGETHER):
                 together = np.concatenate(left, axis=1)
                 direct = replace(job, evaluator=replace(job.evaluator, kernel=None), where=None)
-                arrays, left = job.room(together.shape[1]), []
+                arrays, left = job.room(together.shape[1], job.answers), []
                 direct.fill(together[:-1].T, arrays)
                 self._add(states, statuses, arrays, together[-1].astype(int).tolist())
         closed = [own.closed(state) for (own, _), state in zip(self.each, states, strict=True)]

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.maps.variables import Variable
-from robostiff.compiled.array_loops import PAGES, PLACES, count_by_digits
+from robostiff.compiled import PAGES, PLACES, count_by_digits
 from robostiff.errors import InputError
 from robostiff.spatial import as_floats
 
@@ -119,9 +119,10 @@ class Extremes(Reduction):
         yield f"{name}_extreme", ends, state["ends"].T, True
         poses = np.full((*state["at"].shape, len(job.columns.names)), np.nan)
         for place in np.argwhere(state["at"] >= 0):
-            poses[tuple(place)] = job.pose(int(state["at"][tuple(place)]))
-        where = {"coordinate": job.columns.names, **ends}
-        yield f"{name}_at", where, poses.transpose(2, 1, 0), False
+            where = np.unravel_index(int(state["at"][tuple(place)]), job.source.shape)
+            poses[tuple(place)] = job.poses(tuple(slice(int(i), int(i) + 1) for i in where))[0]
+        labels = {"coordinate": job.columns.names, **ends}
+        yield f"{name}_at", labels, poses.transpose(2, 1, 0), False
 
 
 @dataclass(frozen=True)

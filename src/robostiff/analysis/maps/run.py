@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import os
 import signal
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -14,6 +13,7 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from robostiff.analysis.maps.job import MapSummary
+from robostiff.compiled.kernel import processors
 from robostiff.errors import InputError, NoAnswerError, needs_extra
 
 if TYPE_CHECKING:
@@ -48,9 +48,7 @@ class Threads:
     @property
     def number(self) -> int:
         """How many."""
-        if self.count or not hasattr(os, "sched_getaffinity"):
-            return self.count or os.cpu_count() or 1
-        return len(os.sched_getaffinity(0))
+        return self.count or processors()
 
 
 Found = TypeVar("Found")
@@ -112,6 +110,10 @@ def _blocks(
             yield found
 
 
+def _ignore_interrupts() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
 def _received(compute: Found) -> Found:
     return compute
 
@@ -158,21 +160,9 @@ def _dask_client(workers: int | None, scheduler: Any) -> Iterator[Client]:
         ) as cluster,
         Client(cluster, set_as_default=False) as client,
     ):
-        client.register_plugin(_left_to_end_by_us())
+        # Ctrl-C reaches all processes of a terminal: this one ends the others, without their noise.
+        client.run(_ignore_interrupts)
         yield client
-
-
-def _left_to_end_by_us() -> Any:
-    """Ctrl-C reaches all processes of a terminal: this one ends the others, without their noise."""
-    from distributed import WorkerPlugin
-
-    class IgnoreInterrupts(WorkerPlugin):
-        name = "robostiff-ignore-interrupts"
-
-        def setup(self, worker: Any) -> None:
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-    return IgnoreInterrupts()
 
 
 @dataclass(frozen=True)

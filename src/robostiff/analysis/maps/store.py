@@ -30,13 +30,10 @@ from robostiff.analysis.maps.dataset import (
     coordinate_arrays,
     map_attributes,
     own_coordinates,
-    range_attributes,
     summary_attributes,
     variable_attributes,
 )
-from robostiff.analysis.maps.job import MOST_POSES, MapJob, MapSummary, summarize
-from robostiff.analysis.maps.request import identity
-from robostiff.analysis.maps.variables import Variable
+from robostiff.analysis.maps.job import MOST_POSES, MapJob, MapSummary, identity, summarize
 from robostiff.errors import InputError, needs_extra
 from robostiff.whole_file import whole_file
 
@@ -62,6 +59,11 @@ def create_store(path: Path, job: MapJob) -> None:
     try:
         root = zarr.create_group(begun)
         for v in job.variables:
+            entries: dict[str, str] = {}
+            if v.is_symmetric:
+                row, column = v.labels
+                upper = zip(*np.triu_indices(len(row)), strict=True)
+                entries[_ENTRIES] = ", ".join(f"{row[i]} {column[j]}" for i, j in upper)
             root.create_array(
                 v.name,
                 shape=(*v.stored_shape, *partition.shape),
@@ -70,7 +72,7 @@ def create_store(path: Path, job: MapJob) -> None:
                 fill_value=v.missing,  # 0 would make a place that was not written an answer
                 compressors=(BloscCodec(cname="lz4", clevel=1, shuffle="shuffle"), Crc32cCodec()),
                 dimension_names=(*v.stored_dims, *job.source.dims),
-                attributes={**variable_attributes(job, v), **_entries(v)},
+                attributes=variable_attributes(job, v) | entries,
             )
         for name, (dims, values, words) in coordinate_arrays(job).items():
             is_text = values.dtype.kind == "U"
@@ -119,15 +121,6 @@ def is_complete(path: Path, job: MapJob) -> bool:
     about = _attributes(path)[_IDENTITY]
     check_same_map(path, about["parts"], identity(job))
     return about["complete"]
-
-
-def _entries(variable: Variable) -> dict[str, str]:
-    """Names of the entries of a symmetric matrix in a store, as an attribute."""
-    if not variable.is_symmetric:
-        return {}
-    row, column = variable.labels
-    upper = zip(*np.triu_indices(len(row)), strict=True)
-    return {_ENTRIES: ", ".join(f"{row[i]} {column[j]}" for i, j in upper)}
 
 
 def damaged(path: Path, what: str) -> InputError:
@@ -225,7 +218,7 @@ class MapStore:
             return stored
         job, part = self.job, self.job.partition.slices(index)
         shape = tuple(where.stop - where.start for where in part)
-        block = job.room(math.prod(shape))
+        block = job.room(math.prod(shape), job.variables)
         summary = job.compute(index, block)
         for v in job.variables:
             values = block[v.name][np.triu_indices(v.shape[0])] if v.is_symmetric else block[v.name]
@@ -257,8 +250,7 @@ class MapStore:
     def finish(self, summary: MapSummary) -> None:
         """Write the summary, which makes the map complete."""
         attributes = _attributes(self.path)
-        ranges = {v.name: range_attributes(summary, v.name) for v in self.job.variables}
-        about = {**attributes[_IDENTITY], "complete": True, "ranges": ranges}
+        about = {**attributes[_IDENTITY], "complete": True, "ranges": summary.ranges}
         _describe(self.path, {**attributes, **summary_attributes(summary), _IDENTITY: about})
 
     def remove_progress(self) -> None:
@@ -324,8 +316,9 @@ def open_map(path: Path) -> xarray.Dataset:
                 dtype=stored.dtype,
                 meta=np.empty((0,) * (len(poses) + len(dims)), stored.dtype),
             )
-            attributes = {**stored.attrs, **about["ranges"].get(name, {})}
-            attributes.pop(_ENTRIES, None)
+            attributes = {k: own for k, own in stored.attrs.items() if k != _ENTRIES}
+            if name in about["ranges"]:
+                attributes["actual_range"] = about["ranges"][name]
             arrays[name] = (*poses, *dims), values, attributes
         coordinates: dict[str, Any] = {
             # NetCDF and older programs know no texts of any length
