@@ -9,8 +9,8 @@ import xarray
 import robostiff as rs
 from robostiff import Axis, Batched, Compiled, Grid, Quantity, RandomPoses, Threads
 from robostiff.analysis.maps.evaluator import MapEvaluator
-from robostiff.analysis.maps.pose_columns import joint_columns, pose_columns
 from robostiff.analysis.maps.map import checked_job
+from robostiff.analysis.maps.pose_columns import joint_columns, pose_columns
 from tests.analysis.maps.robots import loaded, values_at
 
 OF_K = (Quantity.STIFFNESS, Quantity.PRINCIPAL_STIFFNESS, Quantity.INDICES)
