@@ -108,8 +108,9 @@ class ElementsOfParts:
 
     space: Space
     treated: Beams
-    # by compliance, and in the plane by axes
-    known: dict[tuple[object, ...], FiniteSpring] = field(default_factory=dict)
+    # by compliance, and in the plane by axes: an element in no place, the length [m] of its beam,
+    # and of how many parts this is
+    known: dict[tuple[object, ...], tuple[FiniteSpring, float, int]] = field(default_factory=dict)
 
     def array(self, values: Any) -> np.ndarray:
         """Values as an array of numbers."""
@@ -133,28 +134,35 @@ class ElementsOfParts:
     def spring(self, spring: PlacedSpring, leg: str) -> list[Element]:
         """An elastic part as one spring, or a beam as one or more elements with their bowing."""
         del leg
-        C = spring.elasticity.compliance
-        free = np.array(spring.elasticity.freedoms, dtype=float)
+        elasticity = spring.elasticity
         turned = None if self.space is Space.SPATIAL else spring.rotation.tobytes()
         # with a part that is alike at all poses it stays known
-        kept, beam = vars(spring.elasticity).setdefault(_OWN, {}), spring.elasticity.as_beam
+        kept = vars(elasticity).setdefault(_OWN, {})
+        if (turned, self.treated) not in kept:
+            free = np.array(elasticity.freedoms, dtype=float)
+            entries = elasticity.compliance.tobytes(), free.tobytes(), turned
+            if entries not in self.known:
+                self.known[entries] = self._in_no_place(elasticity, free, spring.rotation)
+            kept[turned, self.treated] = self.known[entries]
+        own, length, parts = kept[turned, self.treated]
+        return in_series(own, spring, length, parts)
+
+    def _in_no_place(
+        self, elasticity: Elasticity, free: np.ndarray, rotation: np.ndarray
+    ) -> tuple[FiniteSpring, float, int]:
+        C, beam = elasticity.compliance, elasticity.as_beam
         treated = self.treated if beam is not None else Linear()
         parts = (treated.elements or 1) if isinstance(treated, Bowing) else 0
-        inner = isinstance(treated, Bowing) and treated.has_inner_modes
-        key = (C.tobytes(), free.tobytes(), turned, parts, inner)
-        own = self.known.get(key) or kept.get(key[2:])
-        if own is None:
-            own = elastic_element(
-                self.space,
-                np.array(spring.rotation, dtype=float),
-                (C, free),
-                beam.length if beam and parts else None,
-                parts,
-                partial(_modes, spring.elasticity),
-                inner=inner,
-            )
-        self.known[key] = kept[key[2:]] = own
-        return in_series(own, spring, 0.0 if beam is None else beam.length, parts)
+        own = elastic_element(
+            self.space,
+            np.array(rotation, dtype=float),
+            (C, free),
+            beam.length if beam and parts else None,
+            parts,
+            partial(_modes, elasticity),
+            inner=isinstance(treated, Bowing) and treated.has_inner_modes,
+        )
+        return own, 0.0 if beam is None else beam.length, parts
 
 
 def _modes(
@@ -206,9 +214,12 @@ def in_series(own: FiniteSpring, spring: PlacedSpring, length: Any, parts: int) 
     Parts of a beam of some length [m], of numbers or of entries, end with the last at its point.
     """
     point, rotation = (
-        np.array(each, dtype=own.point.dtype) for each in (spring.point, spring.rotation)
+        np.asarray(each, dtype=own.point.dtype) for each in (spring.point, spring.rotation)
     )
-    own = replace(own, name=spring.name, point=point, rotation=rotation)
+    shared = own.modes, own.stiffness, own.axial, own.bending
+    own = FiniteSpring(spring.name, point, rotation, *shared)
+    if parts < 2:
+        return [own]
     x = rotation[:, 0] * length
     nearer = [replace(own, point=point + x * ((i + 1) / parts - 1)) for i in range(parts - 1)]
     return [*nearer, own]
