@@ -256,7 +256,7 @@ class _Table:
                 bodies[row] = name
             elif name not in ("", "tip"):
                 known = ", ".join(self.hooks) or "hooks="
-                expected = f"tip, a body such as arm/joint3, or one of {known}"
+                expected = f"tip, or one of {known}, or a body such as arm/joint3"
                 raise FileError(self.at(row), "hook", got=name, expected=expected)
             if np.isfinite(own).any() and not np.isfinite(own).all():
                 raise FileError(
