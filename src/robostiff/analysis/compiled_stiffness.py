@@ -51,7 +51,7 @@ from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError, NoAnswerError, OpenAtHomeError
 from robostiff.kinematics import JointCoordinates, posture_finder
 from robostiff.linkage import DrivenLinkage, Linkage
-from robostiff.linkage.driven import coordinate_names, record_linkage
+from robostiff.linkage.record import record_linkage
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.recorded import RecordedRobot, record_at_joints, record_robot, sample_postures
 from robostiff.version import __version__
@@ -491,7 +491,7 @@ def _compiled_robot(
 def _compiled_linkage(
     linkage: Linkage, outputs: Any, parameters: Sequence[str], joints: Any, backend: Backend
 ) -> CompiledStiffness:
-    names = [name for c in linkage.connections for name in coordinate_names(c)]
+    names = [name for c in linkage.connections for name in c.coordinate_names]
     driven = DrivenLinkage.of(with_parameters(linkage, parameters, names), joints)
     return compile_linkage(driven, checked_outputs(outputs), backend)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Generic, cast
+from typing import Generic
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +21,7 @@ from robostiff.kinematics import (
     ToolPose,
     posture_finder,
 )
-from robostiff.kinematics.pose import check_held_sums, coordinate_units, joint_units
+from robostiff.kinematics.pose import Given, check_held_sums, coordinate_units, joint_units
 from robostiff.linkage import DrivenLinkage, DriveValues, Linkage
 from robostiff.model import Robot
 from robostiff.model.entries import OfSymbols
@@ -153,7 +153,7 @@ def at_joints(robot: Robot, pose: Pose) -> Pose:
     """The pose; of an arm that is given by all its drives, the coordinates of its joints."""
     if isinstance(pose, ActuatorCoordinates) and robot.is_posed_by_joints:
         request = posture_finder(robot.numeric).request(pose)
-        return JointCoordinates(request) if isinstance(request, np.ndarray) else pose
+        return JointCoordinates(request.numbers) if request.by is Given.JOINTS else pose
     return pose
 
 
@@ -290,7 +290,7 @@ class LinkageInputs:
     @property
     def subject(self) -> Linkage:
         """The part between base and platform; its symbols are the parameters."""
-        return cast("Linkage", self.driven.part)
+        return self.driven.part
 
     def read(self, pose: DriveValues) -> DriveValues:
         """Coordinates of the drives as they are."""

@@ -81,7 +81,7 @@ def acting_gravity(
         When it is given for a robot without masses, or is no vector.
     """
     if gravity is None:
-        own = getattr(robot, "in_floats", robot).gravity
+        own = getattr(getattr(robot, "in_floats", robot), "gravity", None)
         return _NONE if own is None else own
     pull = gravity_vector("gravity", gravity)
     given = loads.values() if isinstance(loads, Mapping) else ()
