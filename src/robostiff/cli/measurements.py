@@ -365,21 +365,15 @@ def _table(robot: Any, postures: Any) -> str:
     """A file of postures, to be completed by readings, in degrees and millimetres."""
     import numpy as np
 
+    from robostiff.analysis.maps.pose_columns import POSE_UNITS, coordinate_units
     from robostiff.identification.measurement_kinds import coordinates_of
     from robostiff.kinematics import JointCoordinates
-    from robostiff.kinematics.pose import joint_units
 
-    if isinstance(postures, JointCoordinates):
-        chain = robot.numeric.legs[0].chain
-        names, units = chain.coordinate_names, joint_units(chain)
-    else:
-        names = tuple(f"pose_{own.value}" for own in robot.coordinates)
-        units = tuple("rad" if name[5] == "r" else "m" for name in names)
+    units = coordinate_units(robot)
+    if not isinstance(postures, JointCoordinates):
+        units = {f"pose_{own.value}": POSE_UNITS[own.value] for own in robot.coordinates}
     shown = {"rad": ("deg", 180 / np.pi), "m": ("mm", 1e3)}
-    heads = [f"{name} [{shown[unit][0]}]" for name, unit in zip(names, units, strict=True)]
-    factors = [shown[unit][1] for unit in units]
-    rows = [
-        ",".join([str(k + 1), *(f"{x:.6f}" for x in row * factors)])
-        for k, row in enumerate(coordinates_of(postures))
-    ]
-    return "\n".join([",".join(["posture", *heads]), *rows]) + "\n"
+    lines = [",".join(["posture", *(f"{name} [{shown[u][0]}]" for name, u in units.items())])]
+    rows = coordinates_of(postures) * [shown[u][1] for u in units.values()]
+    lines += [",".join([str(k), *(f"{x:.6f}" for x in row)]) for k, row in enumerate(rows, 1)]
+    return "\n".join(lines) + "\n"

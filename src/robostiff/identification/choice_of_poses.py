@@ -207,7 +207,7 @@ def choose_poses(
         markers=list(names) * (len(rows) * len(loads)),
         sigma=sigma,
     )
-    statics = FiniteLoads.of(States.of(changed, measured, np.eye(3)), changed, unknowns, gravity)
+    statics = FiniteLoads(States.of(changed, measured, np.eye(3)), changed, unknowns, gravity)
     turns = np.tile(np.eye(3), (len(names), 1, 1))
     model = ReadingModel(measured, statics, unknowns, None, None, np.eye(3), names, turns)
     x = np.concatenate([[own.nominal for own in unknowns], np.zeros(6), places.ravel()])
