@@ -34,7 +34,7 @@ from robostiff.analytic.placement.robot_pose import (
     PoseFormula,
     is_short_in_angles,
 )
-from robostiff.analytic.placement.turned_legs import with_mirrored
+from robostiff.analytic.placement.turned_legs import images_of_legs
 from robostiff.analytic.reading.record_reading import ClosedReading, StepReading, written_size
 from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.analytic.series_form import is_arm, series_form
@@ -174,8 +174,13 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
     """Unit wrenches, and compliances that stay sums; None where a leg has no such basis."""
     if not placed.symbols:
         return None  # all of it is numbers
-    space, turned = placed.entries.space, placed.turned
-    legs = {i: placed.place(i).leg for i in range(len(placed.entries.legs)) if i not in turned}
+    numbers, turned = None, dict[int, Any]()
+    count = len(placed.entries.legs)
+    if placed.given is None and not (placed.follows.any or placed.robot.is_posed_by_joints):
+        with suppress(InputError):  # of a robot without an answer the wrenches say why
+            numbers = RobotInNumbers.of(placed)
+            turned = images_of_legs(placed.robot, numbers.leg_stiffness, placed.length)
+    legs = {i: placed.place(i).leg for i in range(count) if i not in turned}
     in_series = not any(
         leg.blocks
         or any(isinstance(x, CoupledFreedom) for x in leg.parts)
@@ -186,14 +191,14 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
         turned, _ = {}, placed.legs
     # Neither sees steps of the other, of the same values, only longer.
     with placed.record.tentative():
+        space = placed.entries.space
         search = WrenchSearch(placed.record, placed.reference, space, placed.length)
         each = ((i, SampledLeg.of(own, search)) for i, own in legs.items() if in_series)
         sampled = {i: own for i, own in each if own is not None}
-        turned = with_mirrored(turned, lambda i: sampled[i].stiffness, space.rows)
         found = sum_of_springs(placed, turned)
     if found is None:
         return None
-    ways = [placed.turned.get(i, (i, None)) for i in range(len(placed.entries.legs))]
+    ways = [turned.get(i, (i, None)) for i in range(count)]
     if in_series:
         redundant = [sampled[first].redundant for first, _ in ways]
     else:
@@ -202,7 +207,6 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
         _facts_of(placed.place(first).leg, lost) | {"name": leg.name}
         for leg, lost, (first, _) in zip(placed.entries.legs, redundant, ways, strict=True)
     ]
-    ways = [turned.get(i, (i, None)) for i in range(len(facts))]
     of_legs = [found.leg(first, way) for first, way in ways]
     named = tuple(_leg_of(own, leg) for own, leg in zip(facts, of_legs, strict=True))
     of_legs, n = list(map(found.without_names, of_legs)), found.K.rows
@@ -215,7 +219,7 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
         before = InNames(found.before.K, named, found.before.definitions)
     in_names = InNames(found.K, named, found.definitions, before)
     parts = placed, found.K, legs, found.definitions, in_names, found.written_out
-    return _derivation(*parts)
+    return _derivation(*parts, numbers=numbers)
 
 
 def _leg_of(facts: dict[str, Any], leg: SpringLeg, K: Unwritten | None = None) -> LegDerivation:
@@ -308,9 +312,10 @@ def _derivation(
     level: Callable[[], Any] | None = None,
     *,
     steps_asked: bool = False,
+    numbers: RobotInNumbers | None = None,
 ) -> RobotDerivation:
     """What was found, compared with numbers; names may be written out, and compared, later."""
-    numbers = RobotInNumbers.of(placed)
+    numbers = numbers or RobotInNumbers.of(placed)
     numbers.check(K, definitions)
     whole: Any = K
     if written_out is not None:

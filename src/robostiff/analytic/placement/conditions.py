@@ -179,7 +179,9 @@ def _independent(
     met = [own.expression for own, _ in stretched]
     for own in recorded.alone:
         at = own.sample if isinstance(own, Entry) else np.ones(1)
-        if any(_is_same(at, x) for x in known):
+        with np.errstate(all="ignore"):
+            ratios = [np.abs(at / x) for x in known]
+        if any(np.ptp(x) <= _ALIKE * np.max(x) for x in ratios):  # they differ by a number alone
             continue
         known.append(at)
         square = sp.sympify(read(own))
@@ -203,13 +205,6 @@ def _may_vanish(square: Any, met: Sequence[Any]) -> bool:
         above = factored_fraction(above)
     factors = [x.as_base_exp()[0] for x in sp.Mul.make_args(above)]
     return not all(x.is_number or x.is_positive or {x, -x} & {*met} for x in factors)
-
-
-def _is_same(at: np.ndarray, other: Any) -> bool:
-    """Whether values differ by a number alone."""
-    with np.errstate(all="ignore"):
-        ratio = np.abs(at / other)
-        return bool(np.ptp(ratio) <= _ALIKE * np.max(ratio))
 
 
 def _stretched(leg: PlacedLeg, read: ClosedReading) -> Iterator[tuple[Condition, np.ndarray]]:
