@@ -75,6 +75,11 @@ class CableStiffness(StiffnessOfPoses, InNotebooks, CableAnswer):
         return self.placed.reference_point
 
     @property
+    def characteristic_length(self) -> np.ndarray:
+        """Of exit points and attachments (...) [m]."""
+        return self.placed.characteristic_length
+
+    @property
     def matrix(self) -> np.ndarray:
         """K (..., n, n): elastic, geometric, of weight and wrench; meaningful where `answered`.
 

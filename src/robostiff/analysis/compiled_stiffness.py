@@ -51,7 +51,7 @@ from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError, NoAnswerError, OpenAtHomeError
 from robostiff.kinematics import JointCoordinates, posture_finder
 from robostiff.linkage import DrivenLinkage, Linkage
-from robostiff.linkage.driven import coordinate_names, record_linkage
+from robostiff.linkage.record import record_linkage
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.recorded import RecordedRobot, record_at_joints, record_robot, sample_postures
 from robostiff.version import __version__
@@ -127,7 +127,7 @@ class CompiledStiffness(AtGeneralPoses):
     @property
     def parameters(self) -> tuple[str, ...]:
         """Names of the parameters, which may differ from pose to pose."""
-        return tuple(str(symbol) for symbol in self.subject.symbols)
+        return tuple(symbol.name for symbol in self.subject.symbols)
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -151,7 +151,7 @@ class CompiledStiffness(AtGeneralPoses):
         self,
         pose: Any,
         *,
-        parameters: Mapping[str, ArrayLike] | None = None,
+        parameters: Mapping[str, ArrayLike] | np.ndarray | None = None,
         threads: int | None = None,
         out: Mapping[str, np.ndarray] = MappingProxyType({}),
     ) -> CompiledAnswer:
@@ -164,8 +164,9 @@ class CompiledStiffness(AtGeneralPoses):
             serial arm. Of a linkage the coordinates of its drives, in the order of `inputs` or by
             the names of the joints, (N, size) for a joint with several; those left out stay at
             home. Fastest where equal coordinates of all poses lie side by side in memory.
-        parameters : mapping of str to a number or (N,) array, optional
-            Values of parameters, in SI units; nominal where left out.
+        parameters : mapping of str to a number or (N,) array, or (n, N) array, optional
+            Values of parameters, in SI units; nominal where left out. Or an array (n, N) of all, in
+            the order of `parameters`, which is not copied.
         threads : int, optional
             When left out, one for each 10^5 poses, at most as many as processors. No bit of the
             answer depends on it.
@@ -201,7 +202,7 @@ class CompiledStiffness(AtGeneralPoses):
         self,
         pose: Any,
         *,
-        parameters: Mapping[str, ArrayLike] | None = None,
+        parameters: Mapping[str, ArrayLike] | np.ndarray | None = None,
         threads: int | None = None,
     ) -> CompiledAnswer:
         """As `evaluate`, but poses that are ``guarded`` are left to the caller.
@@ -252,7 +253,7 @@ class CompiledStiffness(AtGeneralPoses):
         return source_of(self.kernel, language, name, about)
 
     def _asked(
-        self, pose: Any, parameters: Mapping[str, ArrayLike] | None
+        self, pose: Any, parameters: Mapping[str, ArrayLike] | np.ndarray | None
     ) -> tuple[Kernel, InputRows, ParameterValues[Any], Callable[[Any, np.ndarray], Question]]:
         """The kernel for such poses, its inputs, values of parameters, and the direct question."""
         kernel: Kernel = self.kernel
@@ -490,7 +491,7 @@ def _compiled_robot(
 def _compiled_linkage(
     linkage: Linkage, outputs: Any, parameters: Sequence[str], joints: Any, backend: Backend
 ) -> CompiledStiffness:
-    names = [name for c in linkage.connections for name in coordinate_names(c)]
+    names = [name for c in linkage.connections for name in c.coordinate_names]
     driven = DrivenLinkage.of(with_parameters(linkage, parameters, names), joints)
     return compile_linkage(driven, checked_outputs(outputs), backend)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Generic, cast
+from typing import Generic
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +21,7 @@ from robostiff.kinematics import (
     ToolPose,
     posture_finder,
 )
-from robostiff.kinematics.pose import check_held_sums, coordinate_units, joint_units
+from robostiff.kinematics.pose import Given, check_held_sums, coordinate_units, joint_units
 from robostiff.linkage import DrivenLinkage, DriveValues, Linkage
 from robostiff.model import Robot
 from robostiff.model.entries import OfSymbols
@@ -39,10 +39,18 @@ class ParameterValues(Generic[OfSymbols]):
 
     @classmethod
     def of(
-        cls, robot: OfSymbols, given: Mapping[str, ArrayLike] | None, count: int
+        cls, robot: OfSymbols, given: Mapping[str, ArrayLike] | np.ndarray | None, count: int
     ) -> ParameterValues[OfSymbols]:
-        """Given values, one for all poses or one a pose, and nominal ones for the rest."""
-        names = [str(symbol) for symbol in robot.symbols]
+        """Given values, one for all poses or one a pose, and nominal ones for the rest.
+
+        Rows (parameters, N) of an array are taken as they are.
+        """
+        if isinstance(given, np.ndarray):
+            expected = f"floats ({len(robot.symbols)}, {count}), a row a parameter"
+            shape = (len(robot.symbols), count)
+            rows = as_floats("parameters", given, expected, None, shape)
+            return cls(robot, rows)._checked()
+        names = [symbol.name for symbol in robot.symbols]
         given = given or {}
         for name in given:
             if name not in names:
@@ -59,15 +67,18 @@ class ParameterValues(Generic[OfSymbols]):
             if value.shape not in {(), (count,)}:
                 raise InputError(f"parameter {name}", got=f"shape {value.shape}", expected=words)
             row[:] = value
-        error = robot.error_at(rows)
+        return cls(robot, rows)._checked()
+
+    def _checked(self) -> ParameterValues[OfSymbols]:
+        error = self.robot.error_at(self.rows)
         if error is not None:
             raise error
-        return cls(robot, rows)
+        return self
 
     def groups(self, chosen: np.ndarray) -> Iterator[tuple[OfSymbols, np.ndarray]]:
         """A robot of numbers for each set of values among chosen poses, and its poses."""
         where = np.flatnonzero(chosen)
-        if not len(self.rows):
+        if not (where.size and len(self.rows)):
             if where.size:
                 yield self.robot, where
             return
@@ -142,7 +153,7 @@ def at_joints(robot: Robot, pose: Pose) -> Pose:
     """The pose; of an arm that is given by all its drives, the coordinates of its joints."""
     if isinstance(pose, ActuatorCoordinates) and robot.is_posed_by_joints:
         request = posture_finder(robot.numeric).request(pose)
-        return JointCoordinates(request) if isinstance(request, np.ndarray) else pose
+        return JointCoordinates(request.numbers) if request.by is Given.JOINTS else pose
     return pose
 
 
@@ -279,7 +290,7 @@ class LinkageInputs:
     @property
     def subject(self) -> Linkage:
         """The part between base and platform; its symbols are the parameters."""
-        return cast("Linkage", self.driven.part)
+        return self.driven.part
 
     def read(self, pose: DriveValues) -> DriveValues:
         """Coordinates of the drives as they are."""

@@ -15,7 +15,6 @@ from robostiff.errors import InputError
 from robostiff.kinematics import ActuatorCoordinates, Near
 from robostiff.kinematics.pose import check_is_not_posed, six_coordinates
 from robostiff.linkage import Configuration, DrivenLinkage, Linkage
-from robostiff.linkage.closure import as_rounded
 from robostiff.linkage.driven import driven_by
 from robostiff.linkage.essential import branches_of_linkage, network_of
 from robostiff.model import Joint
@@ -75,7 +74,7 @@ class ConfigurationsOfLinkage(Question):
         values = pose.values if isinstance(pose, ActuatorCoordinates) else pose
         values = {} if values is None else values
         if not isinstance(values, Mapping):
-            driven = driven_by(machine, None)
+            driven = driven_by(machine.in_floats, None)
             if not driven.drives:
                 raise InputError(
                     f"values of linkage {machine.name!r}",
@@ -84,7 +83,7 @@ class ConfigurationsOfLinkage(Question):
                     hint='write {"crank": 0.1}',
                 )
             return cls(driven, driven.rows(values), tolerance)
-        driven = driven_by(machine, tuple(values))
+        driven = driven_by(machine.in_floats, tuple(values))
         drives = driven.drives
         rows = driven.rows({name: values[name] for name in drives})
         others = [j for j in machine.joints if j.name in values and j.name not in drives]
@@ -154,9 +153,8 @@ class ConfigurationsOfLinkage(Question):
 
     def _lost_digits(self, every: Sequence[Configuration], found: Details) -> np.ndarray:
         """Where loops near a singular configuration leave K too few digits (N,)."""
-        drives, part = frozenset(self.driven.drives), self.driven.part
         closed = [i for i, one in enumerate(every) if one.is_closed]
-        near = as_rounded(part, [every[i] for i in closed], drives)
+        near = self.driven.rounded([every[i] for i in closed])
         moved, lost = [closed[k] for k in near], np.zeros(len(every), dtype=bool)
         if not moved:
             return lost

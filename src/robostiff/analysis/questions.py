@@ -21,7 +21,7 @@ from robostiff.kinematics import (
     posture_finder,
 )
 from robostiff.kinematics.closure import LegSolver
-from robostiff.kinematics.pose import PoseRequest, check_is_not_posed
+from robostiff.kinematics.pose import Given, PoseRequest, check_is_not_posed
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import PlacedLeg, Robot, Snapshot
 from robostiff.spatial import Space
@@ -216,8 +216,7 @@ class PosesOfRobot(Question):
     finder: PostureFinder
     form: Form
     near: Near
-    #: A PoseRequest, or joint coordinates (..., size).
-    request: PoseRequest | np.ndarray
+    request: PoseRequest
     has_postures: ClassVar[bool] = True
     opinions: ClassVar[str] = "the record of a robot and the wrench basis form"
     free: ClassVar[float] = 1e-6
@@ -234,11 +233,8 @@ class PosesOfRobot(Question):
         self._only: Posture | None = None
         is_read = type(pose) is PoseRequest
         self.request = request = pose if is_read else self.finder.request(cast("Pose", pose))
-        by_joints = isinstance(request, np.ndarray)
-        # Pose coordinates (N, 6), or joint coordinates (..., size).
-        batch = request.shape[:-1] if by_joints else request.batch
-        numbers = request if by_joints else request.coordinates
-        super().__init__(robot.name, robot.space, method, tolerance, batch, numbers)
+        numbers = request.coordinates
+        super().__init__(robot.name, robot.space, method, tolerance, request.batch, numbers)
 
     @classmethod
     def asked(
@@ -250,14 +246,12 @@ class PosesOfRobot(Question):
 
     def pose_at(self, rows: np.ndarray) -> np.ndarray | None:
         """Pose coordinates (..., 6) where all of them are given."""
-        if isinstance(self.request, np.ndarray) or self.request.open:
-            return None
-        return self.request.coordinates[rows]
+        return self.request.coordinates[rows] if self.request.is_whole else None
 
     def reference_points(self, rows: np.ndarray) -> np.ndarray | None:
         """The robot's reference point in the world (..., 3) [m], where all of the pose is given."""
         pose = self.pose_at(rows)
-        if pose is None or isinstance(self.request, np.ndarray):
+        if pose is None:
             return None
         given = self.request.turned
         R = turn_by_vector(pose[..., 3:]) if given is None else given[rows]
@@ -282,12 +276,12 @@ class PosesOfRobot(Question):
         request, numbers, robot = self.request, self.numbers, self.finder.robot
         if (
             self.near is not None
-            or (not isinstance(request, np.ndarray) and request.find is not None)
+            or request.by in (Given.DRIVES, Given.TOOL)
             or self.form != DEFAULT_METHOD
             or self.tolerance != DEFAULT_TOLERANCE
         ):
             return None
-        if isinstance(request, np.ndarray):
+        if request.by is Given.JOINTS:
             return numbers if robot.is_posed_by_joints else None
         if robot.is_posed_by_joints:
             return None
@@ -302,9 +296,7 @@ class PosesOfRobot(Question):
     def _posture(self, rows: np.ndarray) -> Posture:
         """The posture at some of the poses; of one pose it is found once."""
         if self._only is None or self.rows.shape:
-            asked = self.request
-            wanted = self.numbers[rows] if isinstance(asked, np.ndarray) else asked.part(rows)
-            self._only = self.finder.at(wanted, self.near)
+            self._only = self.finder.at(self.request.part(rows), self.near)
         return self._only
 
     def solved(self, rows: np.ndarray) -> Details:
@@ -335,7 +327,7 @@ class PosesOfRobot(Question):
         """What is to be said of one pose of that status, or of several, beside their status."""
         found: tuple[str, ...] = ()
         flat = rows.reshape(-1)[:CHUNK]
-        by_drives = isinstance(self.request, np.ndarray) or self.request.by_drives
+        by_drives = self.request.by_drives
         if not rows.shape and status & _COMPLAINTS:
             posture = self._posture(flat)
             found = posture.complaints
