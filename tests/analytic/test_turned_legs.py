@@ -8,6 +8,7 @@ import pytest
 import sympy as sp
 
 import robostiff as rs
+from robostiff.analytic.placement import agreement
 from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.analytic.placement.turned_legs import images_of_legs
@@ -86,6 +87,17 @@ def test_legs_that_differ_in_the_tenth_digit_are_no_turns():
     x, y, z = second.base.p
     nearly = replace(second.base, p=np.array([x * (1 + sp.Rational(1, 10**10)), y, z]))
     assert turned(replace(robot, legs=(first, replace(second, base=nearly), third))) == {}
+
+
+def test_legs_that_are_alike_at_the_values_of_the_model_alone_are_no_turns(monkeypatch):
+    monkeypatch.setattr(agreement, "_SPREADS", (0.0,))
+    robot = rs.load("3-rrr", symbols=ALL)
+    R, other = sp.Symbol("R", positive=True), sp.Symbol("other", positive=True)
+    first, second, third = robot.legs
+    base = replace(second.base, p=np.array([sp.sympify(x).subs(R, other) for x in second.base.p]))
+    nominal = {**robot.nominal, "other": robot.nominal["R"]}
+    robot = replace(robot, legs=(first, replace(second, base=base), third), nominal=nominal)
+    assert other in rs.derive(robot).K.free_symbols
 
 
 def test_a_leg_in_another_working_mode_is_no_turn():

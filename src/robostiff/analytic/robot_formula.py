@@ -179,7 +179,8 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
     if placed.given is None and not (placed.follows.any or placed.robot.is_posed_by_joints):
         with suppress(InputError):  # of a robot without an answer the wrenches say why
             numbers = RobotInNumbers.of(placed)
-            turned = images_of_legs(placed.robot, numbers.leg_stiffness, placed.length)
+            if numbers.are_general:
+                turned = images_of_legs(placed.robot, numbers.leg_stiffness, placed.length)
     legs = {i: placed.place(i).leg for i in range(count) if i not in turned}
     in_series = not any(
         leg.blocks

@@ -12,6 +12,7 @@ import sympy as sp
 from robostiff.analysis import stiffness
 from robostiff.analytic.exact.definition import Definition
 from robostiff.analytic.exact.exact_points import matrix_value, values_of
+from robostiff.analytic.placement.closed_posture import AROUND
 from robostiff.analytic.placement.robot_placement import PlacedRobot, near_home, pose_at
 from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError
@@ -46,6 +47,7 @@ class RobotInNumbers:
     where: str  # the robot and its pose, in words
     symbols: tuple[sp.Symbol, ...]  # those that have values
     places: tuple[_Place, ...]  # (values, answer, whether it is in doubt)
+    are_general: bool  # whether no value of the robot is that of the model
     length: float  # characteristic length [m]
 
     @classmethod
@@ -72,7 +74,9 @@ class RobotInNumbers:
                 )
         places = tuple(closed_places(placed))
         symbols = tuple(s for name, s in placed.symbols.items() if name in places[0][0])
-        return cls(where, symbols, places, placed.length)
+        values, nominal = places[0][0], placed.robot.nominal
+        general = all(values[name] != x for name, x in nominal.items() if name in values)
+        return cls(where, symbols, places, general, placed.length)
 
     @property
     def rank(self) -> int:
@@ -180,7 +184,11 @@ def sampled_robots(
         return numeric, [(values, sample.pose)]
     finder, rotation, found = sample.finder, placed.rotation, []
     for _ in range(1 if follows.pose else count):
-        own = values | near_home(placed.given, finder, rotation, values, random)
+        drawn = {
+            name: value + AROUND * size * random.uniform(-1, 1)
+            for name, (value, size) in near_home(placed.given, finder, rotation).items()
+        }
+        own = drawn | values
         found.append((own, pose_at(placed.given, finder, own, rotation)))
     return numeric, found
 

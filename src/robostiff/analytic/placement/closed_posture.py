@@ -118,15 +118,6 @@ class Following:
                 )
         return found
 
-    def parameters(self, random: np.random.Generator, spread: float) -> dict[str, float]:
-        """Values of the robot's symbols around the nominal ones, by name."""
-        names = {str(symbol) for symbol in self.robot.symbols}
-        nominal = {name: x for name, x in self.robot.nominal.items() if name in names}
-        return {
-            name: x + spread * (abs(x) or 1.0) * random.uniform(-1, 1)
-            for name, x in nominal.items()
-        }
-
     def sample(self, random: np.random.Generator, spread: float) -> Sample:
         """Values of the symbols around the nominal ones, and a posture that is closed there.
 
@@ -135,7 +126,13 @@ class Following:
         InputError
             When the legs do not close there.
         """
-        robot, values = self.robot, self.parameters(random, spread)
+        robot = self.robot
+        names = {str(symbol) for symbol in robot.symbols}
+        values = {
+            name: value + spread * (abs(value) or 1.0) * random.uniform(-1, 1)
+            for name, value in robot.nominal.items()
+            if name in names
+        }
         finder = posture_finder(robot.substituted(values) if values else robot.numeric)
         coordinates: dict[str, float] = {}
         at = [solver.home for solver in finder.solvers]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any
@@ -198,17 +198,20 @@ def _check_reach(
     for leg, solver in zip(robot.legs, finder.solvers, strict=True):
         _check_closed_form(leg, solver)
     values = {name: sp.sympify(x).subs(dict(robot.nominal)) for name, x in given.items()}
-    has_symbols = any(x.free_symbols for x in values.values())
+    near = near_home(values, finder, rotation)
     random = np.random.default_rng(_SEED)
     complaints: tuple[str, ...] = ()
-    for part in (1.0, 0.1, 0.01) if has_symbols else (0.0,):
+    for part in (1.0, 0.1, 0.01) if near else (0.0,):
         for _ in range(_SAMPLES):
-            drawn = near_home(values, finder, rotation, (), random, part * AROUND)
+            drawn = {
+                name: value + part * AROUND * size * random.uniform(-1, 1)
+                for name, (value, size) in near.items()
+            }
             posture = finder.find(pose_at(values, finder, drawn, rotation))
             if posture.reached.all():
                 return
             complaints = posture.complaints
-    if has_symbols:
+    if near:
         raise InputError(
             f"pose of {robot.name!r} in symbols",
             got="no pose near home at which all legs meet the platform: " + "; ".join(complaints),
@@ -222,26 +225,19 @@ def _check_reach(
 
 
 def near_home(
-    given: Mapping[str, Any],
-    finder: PostureFinder,
-    rotation: PoseRotation,
-    known: Container[str],
-    random: np.random.Generator,
-    spread: float = AROUND,
-) -> dict[str, float]:
-    """Values near home of the symbols of a pose that have none yet.
+    given: Mapping[str, Any], finder: PostureFinder, rotation: PoseRotation
+) -> dict[str, tuple[float, float]]:
+    """Values at home of the symbols of a pose, and sizes by which they may differ from these.
 
-    A coordinate that is given by a formula of symbols has no value at home: they are near 1.
+    What a coordinate is made of by a formula has no value at home: it is near 1.
     """
     at_home = home_values(finder, rotation)
-    values: dict[str, float] = {}
+    found: dict[str, tuple[float, float]] = {}
     for name, expression in given.items():
-        for symbol in sorted({str(s) for s in expression.free_symbols}):
-            here = at_home[name] if expression.is_Symbol else 1.0
-            size = finder.length if expression.is_Symbol and name in ("x", "y", "z") else 1.0
-            if symbol not in known:
-                values[symbol] = here + spread * size * random.uniform(-1, 1)
-    return values
+        own = at_home[name], finder.length if name in ("x", "y", "z") else 1.0
+        for symbol in expression.free_symbols:
+            found[str(symbol)] = own if expression.is_Symbol else (1.0, 1.0)
+    return found
 
 
 def pose_at(
@@ -330,10 +326,15 @@ def _samples(
         closed: list[Sample] = follows.samples(_SAMPLES, _SEED, _SPREAD)
         found = [{**sample.values, **sample.coordinates} for sample in closed]
         return {name: np.array([values[name] for values in found]) for name in symbols}
-    random, names = np.random.default_rng(_SEED), {str(x) for x in robot.symbols}
-    each = [follows.parameters(random, _SPREAD) for _ in range(_SAMPLES)]
-    each = [x | near_home(given or {}, finder, rotation, names, random) for x in each]
-    return {name: np.array([values[name] for values in each]) for name in symbols}
+    random = np.random.default_rng(_SEED)
+    near = near_home(given or {}, finder, rotation)
+    near |= {name: (float(x), 1.0) for name, x in robot.nominal.items()}
+    samples: dict[str, Any] = {}
+    for name in symbols:
+        value, size = near.get(name, (1.0, 1.0))
+        spread = _SPREAD * (abs(value) or min(size, 1.0))
+        samples[name] = value + spread * random.uniform(-1, 1, _SAMPLES)
+    return samples
 
 
 def home_values(finder: PostureFinder, rotation: PoseRotation) -> dict[str, float]:

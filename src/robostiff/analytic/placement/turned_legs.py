@@ -18,6 +18,8 @@ from robostiff.model.entries import are_equal
 
 _SAME = 1e-10  # of the largest entry
 _ALIKE = 1e-11  # of the stiffness of legs
+_FEWER = 1e-4  # digits that count of its small entries, as part of those of the largest
+_LEAST = 1e-6  # root of an entry that may be rounding, as part of the largest
 
 
 def images_of_legs(
@@ -38,14 +40,19 @@ def images_of_legs(
     rows = np.array(ROWS[robot.space.size])
     K = np.zeros((len(stiffness), 6, 6))
     K[:, rows[:, None], rows] = stiffness
-    K /= np.where(np.arange(6) < 3, 1.0, length) * np.where(np.arange(6) < 3, 1.0, length)[:, None]
+    K /= np.outer(scale := np.array([1.0] * 3 + [length] * 3), scale)
     left, found = [*range(len(K))], dict[int, tuple[int, Image]]()
     while left:
         chain = robot.legs[left[0]].chain
         alike = [i for i in left if are_equal(robot.legs[i].chain, chain)]
         left = [i for i in left if i not in alike]
-        own = K[alike] / np.max(np.abs(K[alike]))
-        for orbit in _orbits(own, lambda way, x: way.of(way.of(x).mT), _ALIKE)[0]:
+        x, y, z, a, b, c = np.abs(np.diag(K[alike[0]]))
+        sizes = np.sqrt([x + y, x + y, z, a + b, a + b, c])
+        sizes = np.maximum(sizes, _LEAST * np.max(sizes)) if np.any(sizes) else np.ones(6)
+        # Of a small entry its own digits count as well, though fewer of them.
+        whole, parts = K[alike] / np.max(sizes) ** 2, _FEWER * K[alike] / np.outer(sizes, sizes)
+        each = np.stack([whole, parts], axis=1)
+        for orbit in _orbits(each, lambda way, x: way.of(way.of(x).mT), _ALIKE)[0]:
             first = next(iter(orbit))
             found |= {alike[i]: (alike[first], way) for i, way in orbit.items() if i != first}
     return found

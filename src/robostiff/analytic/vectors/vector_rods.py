@@ -224,7 +224,7 @@ def rod_of(
         carrier, base = Carrier.SLIDE, begins
         if drive.turns:
             carrier, base = Carrier.CRANK, np.asarray(drive.point, dtype=object)
-        elif elbow_at_zero is not None:
+        elif elbow_at_zero is not None and elbow is not None:
             carrier, begins, start = Carrier.DYAD, elbow_at_zero, sampled(elbow, count)
         vectors |= {"a": base, "e": drive.axis}
         joint, now = (next(f for f in x.freedoms if f.is_passive).axis for x in (at_zero, own))
