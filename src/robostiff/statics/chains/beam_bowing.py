@@ -19,8 +19,8 @@ from robostiff.statics.chains.bending import bending, bending_planes
 from robostiff.statics.chains.elements import Element, FiniteJoint, FiniteSpring
 
 _ALIKE = 1e-9  # of an entry: what a beam's compliance may miss of the formula
-# Under these names an elasticity keeps the beam that it is, and what has been worked out of it.
-_BEAM, _OWN = "_beam", "_as_elements"
+# Under this name an elasticity keeps what has been worked out of it.
+_OWN = "_as_elements"
 
 
 @dataclass(frozen=True)
@@ -167,9 +167,9 @@ class ElementsOfParts:
 
     space: Space
     treated: Beams
-    # by compliance, and in the plane by axes; the uniform beam of each, None where it is none
-    known: dict[tuple[object, ...], FiniteSpring] = field(default_factory=dict)
-    beams: dict[tuple[bytes, bytes], UniformBeam | None] = field(default_factory=dict)
+    # by compliance, and in the plane by axes: an element in no place, the length [m] of its beam,
+    # and of how many parts this is
+    known: dict[tuple[object, ...], tuple[FiniteSpring, float, int]] = field(default_factory=dict)
 
     def array(self, values: Any) -> np.ndarray:
         """Values as an array of numbers."""
@@ -193,32 +193,36 @@ class ElementsOfParts:
     def spring(self, spring: PlacedSpring, leg: str) -> list[Element]:
         """An elastic part as one spring, or a beam as one or more elements with their bowing."""
         del leg
-        C = spring.elasticity.compliance
-        free = np.array(spring.elasticity.freedoms, dtype=float)
+        elasticity = spring.elasticity
         turned = None if self.space is Space.SPATIAL else spring.rotation.tobytes()
-        entries, kept = (C.tobytes(), free.tobytes()), vars(spring.elasticity)
-        if _BEAM not in kept:  # with a part that is alike at all poses it stays known
-            if entries not in self.beams:
-                self.beams[entries] = None if free.size else uniform_beam(C)
-            kept[_BEAM], kept[_OWN] = self.beams[entries], {}
-        beam: UniformBeam | None = kept[_BEAM]
+        # with a part that is alike at all poses it stays known
+        kept = vars(elasticity).setdefault(_OWN, {})
+        if (turned, self.treated) not in kept:
+            free = np.array(elasticity.freedoms, dtype=float)
+            entries = elasticity.compliance.tobytes(), free.tobytes(), turned
+            if entries not in self.known:
+                self.known[entries] = self._in_no_place(elasticity, free, spring.rotation)
+            kept[turned, self.treated] = self.known[entries]
+        own, length, parts = kept[turned, self.treated]
+        return in_series(own, spring, length, parts)
+
+    def _in_no_place(
+        self, elasticity: Elasticity, free: np.ndarray, rotation: np.ndarray
+    ) -> tuple[FiniteSpring, float, int]:
+        C = elasticity.compliance
+        beam = None if free.size else uniform_beam(C)
         treated = self.treated if beam is not None else Linear()
         parts = (treated.elements or 1) if isinstance(treated, Bowing) else 0
-        inner = isinstance(treated, Bowing) and treated.has_inner_modes
-        key = (*entries, turned, parts, inner)
-        own = self.known.get(key) or kept[_OWN].get(key[2:])
-        if own is None:
-            own = elastic_element(
-                self.space,
-                np.array(spring.rotation, dtype=float),
-                (C, free),
-                beam.length if beam and parts else None,
-                parts,
-                partial(_modes, spring.elasticity),
-                inner=inner,
-            )
-        self.known[key] = kept[_OWN][key[2:]] = own
-        return in_series(own, spring, 0.0 if beam is None else beam.length, parts)
+        own = elastic_element(
+            self.space,
+            np.array(rotation, dtype=float),
+            (C, free),
+            beam.length if beam and parts else None,
+            parts,
+            partial(_modes, elasticity),
+            inner=isinstance(treated, Bowing) and treated.has_inner_modes,
+        )
+        return own, 0.0 if beam is None else beam.length, parts
 
 
 def _modes(
@@ -270,9 +274,12 @@ def in_series(own: FiniteSpring, spring: PlacedSpring, length: Any, parts: int) 
     Parts of a beam of some length [m], of numbers or of entries, end with the last at its point.
     """
     point, rotation = (
-        np.array(each, dtype=own.point.dtype) for each in (spring.point, spring.rotation)
+        np.asarray(each, dtype=own.point.dtype) for each in (spring.point, spring.rotation)
     )
-    own = replace(own, name=spring.name, point=point, rotation=rotation)
+    shared = own.modes, own.stiffness, own.axial, own.bending
+    own = FiniteSpring(spring.name, point, rotation, *shared)
+    if parts < 2:
+        return [own]
     x = rotation[:, 0] * length
     nearer = [replace(own, point=point + x * ((i + 1) / parts - 1)) for i in range(parts - 1)]
     return [*nearer, own]
