@@ -9,7 +9,8 @@ import pytest
 
 import robostiff as rs
 from robostiff.analysis.identity import plain
-from robostiff.analysis.maps import Batched, Compiled, request
+from robostiff.analysis.maps import Batched, Compiled
+from robostiff.analysis.maps import map as maps
 from robostiff.io.map_files import read_poses
 
 FOUR_BAR = Path(__file__).parents[2] / "examples" / "four-bar.xml"
@@ -43,21 +44,19 @@ def test_kernel_and_networks_give_one_map_with_a_status_at_each_pose(four_bar):
         rtol = 1e-9 if values.dtype == np.float64 else 1e-6
         np.testing.assert_allclose(fast[name], values, atol=rtol * scale, rtol=rtol)
     assert fast.crank.attrs["units"] == "rad"
-    own = rs.stiffness(four_bar.network_at({"crank": -1.0})).K
+    own = rs.stiffness(rs.network_at(four_bar, {"crank": -1.0})).K
     np.testing.assert_allclose(slow.K[0], own, rtol=1e-9, atol=1e-9 * own.max())
-    bent = rs.deflection(four_bar.network_at({"crank": 1.0}), None, F)
+    bent = rs.deflection(rs.network_at(four_bar, {"crank": 1.0}), None, F)
     np.testing.assert_allclose(slow.displacement[2], bent.twist[:3], rtol=1e-6)
 
 
 def test_many_poses_take_the_kernel_and_few_the_networks(four_bar, monkeypatch):
     def methods(count):
         poses = rs.Grid(crank=rs.Axis(0, 0.1, count))
-        return request.checked_request(
-            four_bar, poses, QUANTITIES[:1], None, 1.0, None
-        ).job.evaluator.method
+        return maps.checked_job(four_bar, poses, QUANTITIES[:1], length=1.0).evaluator.method
 
     assert methods(3) == "networks"
-    monkeypatch.setattr(request, "_LINKAGE_PAYS", 3)
+    monkeypatch.setattr(maps, "_LINKAGE_PAYS", 3)
     assert "compiled" in methods(3)
 
 

@@ -316,7 +316,7 @@ def compile_stiffness(
         the nominal values.
     joints : sequence of str, optional
         Of a linkage, the joints that drive it; all actuated ones when left out. The other ones
-        follow, as in ``linkage.network_at``.
+        follow, as in `network_at`.
     backend : Backend
         ``Backend.MACHINE``, ``Backend.ARRAYS``, or the ``BEST`` there is.
 
@@ -463,7 +463,7 @@ def _record_of(driven: DrivenLinkage) -> tuple[RecordedRobot, tuple[str, ...], i
         f"home of {driven.part.name!r}",
         got="a configuration in which assembly modes meet",
         expected="a regular home for a kernel",
-        hint="give another home, or use linkage.network_at pose by pose",
+        hint="give another home, or use network_at(linkage, ...) pose by pose",
     )
 
 
@@ -472,7 +472,7 @@ def _undetermined(driven: DrivenLinkage, names: Sequence[str]) -> InputError:
         f"driven joints of {driven.part.name!r}",
         got=f"{', '.join(driven.drives)}, which leave {', '.join(names)} undetermined",
         expected="joints that decide the configuration",
-        hint="add them, joints=(...), or use linkage.network_at pose by pose",
+        hint="add them, joints=(...), or use network_at(linkage, ...) pose by pose",
     )
 
 

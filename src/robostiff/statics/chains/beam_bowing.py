@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from robostiff.elasticity import Elasticity
-from robostiff.elasticity.cantilever import cantilever_compliance
 from robostiff.errors import InputError
 from robostiff.model import Passive, PlacedFreedom, PlacedSpring, StiffnessLaw
 from robostiff.model.snapshot import PlacedElement
@@ -18,7 +17,6 @@ from robostiff.spatial import Space, compliance_modes
 from robostiff.statics.chains.bending import bending, bending_planes
 from robostiff.statics.chains.elements import Element, FiniteJoint, FiniteSpring
 
-_ALIKE = 1e-9  # of an entry: what a beam's compliance may miss of the formula
 # Under this name an elasticity keeps what has been worked out of it.
 _OWN = "_as_elements"
 
@@ -72,38 +70,6 @@ class Bowing:
 Beams = Bowing | Linear
 
 
-@dataclass(frozen=True)
-class UniformBeam:
-    """A uniform beam, known by its compliance: x along it, clamped at its start.
-
-    Attributes
-    ----------
-    length : float
-        [m]
-    EA, EIy, EIz, GJ : float
-        Rigidities [N], [N m^2].
-    shear_y, shear_z : float
-        Shear compliance of a length [1/N]; 0 without shear.
-    """
-
-    length: float
-    EA: float
-    EIy: float
-    EIz: float
-    GJ: float
-    shear_y: float
-    shear_z: float
-
-    @property
-    def compliance(self) -> np.ndarray:
-        """About its far end (6, 6)."""
-        L = self.length
-        C = cantilever_compliance(L, 1.0, 1.0, self.EA, self.EIy, self.EIz, self.GJ)
-        C[1, 1] += self.shear_y * L
-        C[2, 2] += self.shear_z * L
-        return C
-
-
 def part_of_beam(C: np.ndarray, length: Any, parts: int) -> np.ndarray:
     """Compliance (6, 6) of one of so many equal parts of a uniform beam, about its far end.
 
@@ -122,31 +88,6 @@ def part_of_beam(C: np.ndarray, length: Any, parts: int) -> np.ndarray:
         found[d, d] = bending * L * (1 / 3) + shear * (1 / parts)
         found[d, r] = found[r, d] = bending * (sign * 0.5)
     return found
-
-
-def uniform_beam(C: np.ndarray) -> UniformBeam | None:
-    """The uniform beam that has a compliance (6, 6) about its far end; None where none has.
-
-    Examples
-    --------
-    >>> beam = uniform_beam(cantilever_compliance(0.5, 2e11, 8e10, 1e-3, 1e-8, 2e-8, 2e-8))
-    >>> beam.length, uniform_beam(np.eye(6)) is None
-    (0.5, True)
-    """
-    diagonal = np.diagonal(C)
-    if not np.all(diagonal > 0) or not C[1, 5] > 0:
-        return None
-    L = 2.0 * C[1, 5] / C[5, 5]
-    stretch, dy, dz, twist, ry, rz = (float(entry) for entry in diagonal)
-    shear_y, shear_z = dy / L - rz * L / 3.0, dz / L - ry * L / 3.0
-    size_y, size_z = dy / L, dz / L
-    if shear_y < -_ALIKE * size_y or shear_z < -_ALIKE * size_z:
-        return None
-    shear_y = shear_y if shear_y > _ALIKE * size_y else 0.0
-    shear_z = shear_z if shear_z > _ALIKE * size_z else 0.0
-    beam = UniformBeam(float(L), L / stretch, L / ry, L / rz, L / twist, shear_y, shear_z)
-    scale = np.sqrt(np.outer(diagonal, diagonal))
-    return beam if np.all(np.abs(C - beam.compliance) <= _ALIKE * scale) else None
 
 
 def moves(element: PlacedElement) -> bool:
@@ -209,8 +150,7 @@ class ElementsOfParts:
     def _in_no_place(
         self, elasticity: Elasticity, free: np.ndarray, rotation: np.ndarray
     ) -> tuple[FiniteSpring, float, int]:
-        C = elasticity.compliance
-        beam = None if free.size else uniform_beam(C)
+        C, beam = elasticity.compliance, elasticity.as_beam
         treated = self.treated if beam is not None else Linear()
         parts = (treated.elements or 1) if isinstance(treated, Bowing) else 0
         own = elastic_element(
