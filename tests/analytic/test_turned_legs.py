@@ -8,8 +8,10 @@ import pytest
 import sympy as sp
 
 import robostiff as rs
+from robostiff.analytic.placement import agreement
+from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.robot_placement import place_robot
-from robostiff.analytic.placement.turned_legs import with_mirrored
+from robostiff.analytic.placement.turned_legs import images_of_legs
 from robostiff.analytic.springs.sampled_leg import SampledLeg
 from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.record import Entry
@@ -27,11 +29,14 @@ def legs_of(robot):
     return placed, each
 
 
+def images(robot):
+    placed = place_robot(robot, rs.AtHome())
+    return images_of_legs(robot, RobotInNumbers.of(placed).leg_stiffness, placed.length)
+
+
 def turned(robot):
-    placed, each = legs_of(robot)
-    rows = placed.entries.space.rows
-    found = with_mirrored(placed.turned, lambda i: each[i].stiffness, rows)
-    return {i: (first, str(way.part), way.mirror is not None) for i, (first, way) in found.items()}
+    each = images(robot).items()
+    return {i: (first, str(way.part), way.mirror is not None) for i, (first, way) in each}
 
 
 @pytest.mark.parametrize("name", ["gough-stewart-b", "3-rrr", "3-upu"])
@@ -61,10 +66,11 @@ def test_legs_of_a_hexapod_are_turns_and_mirror_images_of_the_first():
 
 @pytest.mark.parametrize("name", ["gough-stewart-b", "3-rrr", "3-upu", "3-puu", "hexapod"])
 def test_a_turned_leg_that_is_closed_by_itself_holds_as_the_image_of_the_first(name):
-    placed, each = legs_of(rs.load(name, symbols=ALL))
+    robot = rs.load(name, symbols=ALL)
+    placed, each = legs_of(robot)
     rows = np.array(placed.entries.space.rows)
-    assert placed.turned
-    for i, (first, way) in placed.turned.items():
+    assert images(robot)
+    for i, (first, way) in images(robot).items():
         T = way.of(np.eye(6)).T[np.ix_(rows, rows)]
         image = T @ each[first].stiffness @ T.T
         assert each[first].redundant == each[i].redundant
@@ -81,6 +87,17 @@ def test_legs_that_differ_in_the_tenth_digit_are_no_turns():
     x, y, z = second.base.p
     nearly = replace(second.base, p=np.array([x * (1 + sp.Rational(1, 10**10)), y, z]))
     assert turned(replace(robot, legs=(first, replace(second, base=nearly), third))) == {}
+
+
+def test_legs_that_are_alike_at_the_values_of_the_model_alone_are_no_turns(monkeypatch):
+    monkeypatch.setattr(agreement, "_SPREADS", (0.0,))
+    robot = rs.load("3-rrr", symbols=ALL)
+    R, other = sp.Symbol("R", positive=True), sp.Symbol("other", positive=True)
+    first, second, third = robot.legs
+    base = replace(second.base, p=np.array([sp.sympify(x).subs(R, other) for x in second.base.p]))
+    nominal = {**robot.nominal, "other": robot.nominal["R"]}
+    robot = replace(robot, legs=(first, replace(second, base=base), third), nominal=nominal)
+    assert other in rs.derive(robot).K.free_symbols
 
 
 def test_a_leg_in_another_working_mode_is_no_turn():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -29,12 +28,7 @@ from robostiff.analytic.placement.robot_pose import AtHome, PoseFormula
 from robostiff.analytic.questions.rank import matrix_by_entries
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import StepReading
-from robostiff.analytic.springs.contributions import (
-    BeamProducts,
-    ContributionReader,
-    recognised_beam,
-    summed,
-)
+from robostiff.analytic.springs.contributions import ContributionReader, recognised_beam, summed
 from robostiff.analytic.springs.sampled_leg import SampledLeg
 from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.analytic.vectors.forms import inverse_in_steps, transport
@@ -121,7 +115,7 @@ class LegGeometry:
         rows = self.placed.entries.space.rows
         n = len(rows)
         record, length = self.placed.record, self.placed.length
-        reader = ContributionReader(record, length, read, BeamProducts(read))
+        reader = ContributionReader(record, length, read)
         for beam in filter(None, self.beams):
             read.length(beam[0])  # named before anything is written with it
         C: list[list[Any]] = [[sp.Integer(0)] * n for _ in range(n)]
@@ -133,7 +127,6 @@ class LegGeometry:
                     one
                     for k, spring in enumerate(self.own.springs)
                     for one in reader.of_spring(
-                        spring.name,
                         (self.loads[k][i], self.loads[k][j]),
                         self.beams[k],
                         self.local.springs[k].compliance,
@@ -158,7 +151,6 @@ class LegInSteps:
         placed = geometry.placed
         self._read = StepReading(placed.record, placed.symbols, geometry.entries)
         self.definitions: list[Definition] = [*placed.springs, *self._read.definitions]
-        self._taken = {*placed.symbols, *(d.symbol.name for d in self.definitions)}
 
     def __call__(self, value: Any) -> Any:
         """The expression of an entry."""
@@ -171,17 +163,6 @@ class LegInSteps:
     def length(self, value: Any) -> Any:
         """A length; it has a name where it is used twice."""
         return self._read(value)
-
-    def are_free(self, names: Iterable[str]) -> bool:
-        """Whether names stand for nothing else."""
-        return self._taken.isdisjoint(names)
-
-    def define(self, letter: str, expression: Any, own: str | None = None, part: str = "") -> Any:
-        """A further name."""
-        symbol = sp.Symbol(own or letter, positive=True)
-        if all(d.symbol != symbol for d in self.definitions):
-            self.definitions.append(Definition(symbol, expression, (part,) if part else ()))
-        return symbol
 
 
 def _simplest(own: PlacedLeg, placed: PlacedRobot) -> tuple[WorkingFrame, LocalLeg]:

@@ -22,7 +22,7 @@ from robostiff.analytic.chain import Closed, Steps
 from robostiff.analytic.derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.analytic.exact.atoms import OutsideFieldError
 from robostiff.analytic.exact.closed import closed_sum
-from robostiff.analytic.exact.definition import Definition, Unwritten, used_definitions
+from robostiff.analytic.exact.definition import Condition, Definition, Unwritten, used_definitions
 from robostiff.analytic.legs import elastic_parts, passive_freedoms
 from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.conditions import conditions_of
@@ -35,7 +35,7 @@ from robostiff.analytic.placement.robot_pose import (
     PoseFormula,
     is_short_in_angles,
 )
-from robostiff.analytic.placement.turned_legs import with_mirrored
+from robostiff.analytic.placement.turned_legs import Image, images_of_legs
 from robostiff.analytic.reading.record_reading import ClosedReading, StepReading, written_size
 from robostiff.analytic.series_form import is_arm, series_form
 from robostiff.analytic.springs.sampled_leg import SampledLeg
@@ -174,8 +174,11 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
     """Unit wrenches, and compliances that stay sums; None where a leg has no such basis."""
     if not placed.symbols:
         return None  # all of it is numbers
-    space, turned = placed.entries.space, placed.turned
-    legs = {i: placed.place(i).leg for i in range(len(placed.entries.legs)) if i not in turned}
+    numbers, count = None, len(placed.entries.legs)
+    with suppress(InputError):  # of a robot without an answer the wrenches say why
+        numbers = RobotInNumbers.of(placed)
+    turned = {} if numbers is None else _turned(placed, numbers)
+    legs = {i: placed.place(i).leg for i in range(count) if i not in turned}
     in_series = not any(
         leg.blocks
         or any(isinstance(x, CoupledFreedom) for x in leg.parts)
@@ -186,14 +189,14 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
         turned, _ = {}, placed.legs
     # Neither sees steps of the other, of the same values, only longer.
     with placed.record.tentative():
+        space = placed.entries.space
         search = WrenchSearch(placed.record, placed.reference, space, placed.length)
         each = ((i, SampledLeg.of(own, search)) for i, own in legs.items() if in_series)
         sampled = {i: own for i, own in each if own is not None}
-        turned = with_mirrored(turned, lambda i: sampled[i].stiffness, space.rows)
         found = sum_of_springs(placed, turned)
     if found is None:
         return None
-    ways = [placed.turned.get(i, (i, None)) for i in range(len(placed.entries.legs))]
+    ways = [turned.get(i, (i, None)) for i in range(count)]
     if in_series:
         redundant = [sampled[first].redundant for first, _ in ways]
     else:
@@ -203,14 +206,22 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
         replace(_bare_leg(placed.place(first).leg, lost), name=leg.name)
         for leg, lost, (first, _) in each
     ]
-    ways = [turned.get(i, (i, None)) for i in range(len(bare))]
     of_legs = [found.leg(first, way) for first, way in ways]
     named = tuple(_with_springs(own, leg) for own, leg in zip(bare, of_legs, strict=True))
     of_legs = list(map(found.without_names, of_legs))
     legs = [_with_springs(own, leg, found.K.rows) for own, leg in zip(bare, of_legs, strict=True)]
     plain = found.before or found
     in_names = InNames(found.K, named, found.definitions, (plain.definitions, plain.K))
-    return _derivation(placed, found.K, legs, found.definitions, in_names, found.written_out)
+    parts = placed, found.K, legs, found.definitions, in_names, found.written_out
+    return _derivation(*parts, numbers=numbers)
+
+
+def _turned(placed: PlacedRobot, numbers: RobotInNumbers) -> dict[int, tuple[int, Image]]:
+    """Legs that hold as an earlier one, turned or mirrored, at home."""
+    is_other = placed.given is not None or placed.follows.any or placed.robot.platform is not None
+    if is_other or placed.robot.is_posed_by_joints or not numbers.are_general:
+        return {}
+    return images_of_legs(placed.robot, numbers.leg_stiffness, placed.length)
 
 
 def _with_springs(bare: LegDerivation, leg: SpringLeg, n: int = 0) -> LegDerivation:
@@ -303,10 +314,17 @@ def _derivation(
     level: Callable[[], Any] | None = None,
     *,
     steps_asked: bool = False,
+    numbers: RobotInNumbers | None = None,
 ) -> RobotDerivation:
     """What was found, compared with numbers; names may be written out, and compared, later."""
-    numbers = RobotInNumbers.of(placed)
+    numbers = found = numbers or RobotInNumbers.of(placed)
     numbers.check(K, definitions)
+
+    def conditions() -> tuple[Condition, ...]:
+        each = _turned(placed, found).items()
+        firsts = {i: first for i, (first, way) in each if way.mirror is None}
+        return conditions_of(placed, None, placed.recorded, firsts)
+
     whole: Any = K
     if written_out is not None:
 
@@ -320,7 +338,7 @@ def _derivation(
     own: dict[str, Any] = {
         "name": placed.robot.name,
         "following": placed.following,
-        "conditions": Unwritten(cache(lambda: conditions_of(placed, recorded=placed.recorded))),
+        "conditions": Unwritten(cache(conditions)),
         "meanings": placed.meanings,
     }
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import flint
 import sympy as sp
 from sympy.core.cache import cacheit
 
@@ -177,21 +176,13 @@ def is_positive_form(field: ExactField, polynomial: Any) -> bool:
         return False
     used = [i for i, degree in enumerate(polynomial.degrees()) if degree]
     # The constant is a square of the number 1, which comes last.
-    n = len(used) + 1
-    gram = flint.fmpq_mat(n, n)
+    gram: Any = sp.zeros(len(used) + 1)
     for powers, coefficient in polynomial.terms():
         places = [k for k, i in enumerate(used) for _ in range(powers[i])]
         a, b = (places + [len(used)] * 2)[:2]
-        gram[a, b] += coefficient / 2
-        gram[b, a] += coefficient / 2
-    for k in range(n):
-        if gram[k, k] < 0 or (gram[k, k] == 0 and any(gram[k, j] != 0 for j in range(k, n))):
-            return False
-        for i in range(k + 1, n) if gram[k, k] != 0 else ():
-            share = gram[i, k] / gram[k, k]
-            for j in range(k, n):
-                gram[i, j] -= share * gram[k, j]
-    return True
+        gram[a, b] += rational(coefficient / 2)
+        gram[b, a] += rational(coefficient / 2)
+    return bool(gram.is_positive_semidefinite)
 
 
 def _is_quadratic(field: ExactField, polynomial: Any) -> bool:

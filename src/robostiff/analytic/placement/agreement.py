@@ -9,19 +9,14 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from robostiff.analysis import stiffness
 from robostiff.analytic.exact.definition import Definition
 from robostiff.analytic.exact.exact_points import matrix_value, values_of
 from robostiff.analytic.placement.closed_posture import AROUND
-from robostiff.analytic.placement.robot_placement import (
-    PlacedRobot,
-    home_values,
-    number_at,
-    pose_at,
-)
+from robostiff.analytic.placement.robot_placement import PlacedRobot, near_home, pose_at
 from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError
 from robostiff.kept import kept
-from robostiff.kinematics import JointCoordinates, PostureFinder
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.closure.rods import Rod
 from robostiff.model import Robot
@@ -52,6 +47,7 @@ class RobotInNumbers:
     where: str  # the robot and its pose, in words
     symbols: tuple[sp.Symbol, ...]  # those that have values
     places: tuple[_Place, ...]  # (values, answer, whether it is in doubt)
+    are_general: bool  # whether no value of the robot is that of the model
     length: float  # characteristic length [m]
 
     @classmethod
@@ -65,9 +61,9 @@ class RobotInNumbers:
             of a leg meet at home.
         """
         where = f"{placed.robot.name!r} {placed.where}"
-        for i, solver in enumerate(placed.solvers):
+        for solver in placed.solvers:
             # Of two postures in one at the nominal values none can be chosen.
-            if i not in placed.turned and _has_meeting_postures(solver):
+            if _has_meeting_postures(solver):
                 name = solver.leg.name
                 raise InputError(
                     f"formula of {where}",
@@ -78,12 +74,19 @@ class RobotInNumbers:
                 )
         places = tuple(closed_places(placed))
         symbols = tuple(s for name, s in placed.symbols.items() if name in places[0][0])
-        return cls(where, symbols, places, placed.length)
+        values, nominal = places[0][0], placed.robot.nominal
+        general = all(values[name] != x for name, x in nominal.items() if name in values)
+        return cls(where, symbols, places, general, placed.length)
 
     @property
     def rank(self) -> int:
         """The largest rank: that of a formula for general values."""
         return max(int(result.rank) for _, result, _ in self.places)
+
+    @property
+    def leg_stiffness(self) -> tuple[np.ndarray, ...]:
+        """(n, n) of each leg about the reference point, at the first of the values."""
+        return self.places[0][1].leg_stiffness
 
     def check(self, K: Any, definitions: tuple[Definition, ...] = ()) -> None:
         """Compare a formula of the stiffness with that in numbers.
@@ -125,20 +128,24 @@ def closed_places(placed: PlacedRobot, sets: int = _SETS, poses: int = _POSES) -
     robot = placed.robot
     sets = sets if robot.symbols or placed.follows.at_joints else 1
     poses = poses if any(x.free_symbols for x in (placed.given or {}).values()) else 1
-    checked = 0
-    complaint = ""
+    checked, complaint = 0, ""
     for spread in _SPREADS:
         for _ in range(max(_TRIES, 3 * sets)):
             try:
-                places, refusal = _places(placed, random, spread, poses)
+                numeric, postures = sampled_robots(placed, random, spread, poses)
+                results = [(known, stiffness(numeric, pose)) for known, pose in postures]
             except InputError as error:
                 complaint = str(error)
                 if checked:
                     continue
                 break  # the robot does not close at these values: nearer ones are tried
-            complaint = refusal or complaint
-            yield from places
-            checked += bool(places)
+            answered = [(known, result) for known, result in results if result.answered]
+            for known, result in answered:
+                yield known, result, bool(result.status & Status.ILL_CONDITIONED)
+            for _, result in results:
+                if not result.answered:
+                    complaint = "; ".join(result.complaints) or complaint
+            checked += bool(answered)
             if checked >= sets:
                 return
         if checked:
@@ -150,24 +157,6 @@ def closed_places(placed: PlacedRobot, sets: int = _SETS, poses: int = _POSES) -
         expected="poses that the legs reach",
         hint="name all coordinates of the pose by AtSymbols(), or derive it at home",
     )
-
-
-def _places(
-    placed: PlacedRobot, random: np.random.Generator, spread: float, count: int
-) -> tuple[list[_Place], str]:
-    """Values of the symbols with the stiffness in numbers there; otherwise the reasons."""
-    from robostiff.analysis import stiffness
-
-    numeric, postures = sampled_robots(placed, random, spread, count)
-    found: list[_Place] = []
-    refusal = ""
-    for known, pose in postures:
-        result = stiffness(numeric, pose)
-        if result.answered:
-            found.append((known, result, bool(result.status & Status.ILL_CONDITIONED)))
-        else:
-            refusal = "; ".join(result.complaints) or refusal
-    return found, refusal
 
 
 def sampled_robots(
@@ -191,42 +180,17 @@ def sampled_robots(
             got="another posture that is nearer to the home coordinates than that of the model",
             hint="write elbow: plus or minus, or home coordinates that are nearer to one of them",
         )
-    if sample.pose is not None and follows.at_joints:
-        return numeric, [(values, sample.pose)]
     if placed.given is None:
-        return numeric, [(values, None)]
-    if follows.pose:
-        return numeric, [(values, pose_at(placed.given, sample.finder, values, placed.rotation))]
-    each = [values | _near_home(placed, sample.finder, random) for _ in range(count)]
-    return numeric, [(one, _pose(placed, numeric, sample.finder, one)) for one in each]
-
-
-def _near_home(
-    placed: PlacedRobot, finder: PostureFinder, random: np.random.Generator
-) -> dict[str, float]:
-    """Values near home of the symbols that are not symbols of the robot."""
-    at_home = home_values(finder, placed.rotation)
-    known = {str(symbol) for symbol in placed.robot.symbols}
-    values: dict[str, float] = {}
-    for name, expression in (placed.given or {}).items():
-        if expression.is_Symbol and expression.name not in known:
-            size = finder.length if name in ("x", "y", "z") else 1.0
-            values[expression.name] = at_home[name] + AROUND * size * random.uniform(-1, 1)
-    named = {d.symbol.name for d in placed.springs}
-    for name in placed.symbols.keys() - known - named - values.keys():
-        values[name] = 1.0 + AROUND * random.uniform(-1, 1)
-    return values
-
-
-def _pose(
-    placed: PlacedRobot, numeric: Robot, finder: PostureFinder, values: Mapping[str, float]
-) -> Any:
-    if placed.robot.is_posed_by_joints:
-        q = np.array(numeric.legs[0].chain.home, dtype=float)
-        for name, expression in (placed.given or {}).items():
-            q[int(name.removeprefix("q")) - 1] = number_at(expression, values)
-        return JointCoordinates(q)
-    return pose_at(placed.given or {}, finder, values, placed.rotation)
+        return numeric, [(values, sample.pose)]
+    finder, rotation, found = sample.finder, placed.rotation, []
+    for _ in range(1 if follows.pose else count):
+        drawn = {
+            name: value + AROUND * size * random.uniform(-1, 1)
+            for name, (value, size) in near_home(placed.given, finder, rotation).items()
+        }
+        own = drawn | values
+        found.append((own, pose_at(placed.given, finder, own, rotation)))
+    return numeric, found
 
 
 def random_values(

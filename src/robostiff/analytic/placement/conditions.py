@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
 from itertools import combinations
@@ -45,11 +45,15 @@ _SEED = 5
 
 
 def conditions_of(
-    placed: PlacedRobot, only: str | None = None, recorded: RecordedRobot | None = None
+    placed: PlacedRobot,
+    only: str | None = None,
+    recorded: RecordedRobot | None = None,
+    firsts: Mapping[int, int] | None = None,
 ) -> tuple[Condition, ...]:
     """Conditions in the given symbols, beside denominators that do not vanish; of one leg alone.
 
-    `recorded`: the elimination from which the formula is, if it is from one.
+    `recorded`: the elimination from which the formula is, if it is from one; `firsts`: numbers of
+    legs that are turned with those of the legs from which they are.
 
     Where the legs decide some of the symbols, the formula is right only for values at which they
     close; the gaps say so. They are written at postures that are not closed, as they would vanish
@@ -65,7 +69,7 @@ def conditions_of(
     of_firsts: dict[Any, list[Condition]] = {}  # a leg that is turned has those of the first
     for i, leg in enumerate(legs):
         own, name = leg.leg, leg.leg.name
-        first = placed.turned.get(i, (i,))[0] if only is None and not own.blocks else i
+        first = i if own.blocks else (firsts or {}).get(i, i)
         key = first, tuple(x.name for x in own.parts)
         if key not in of_firsts:
             alone = () if eliminated is None else eliminated[i].alone
@@ -212,7 +216,9 @@ def _independent(
     met = [own.expression for own, _ in stretched]
     for own in alone:
         at = own.sample if isinstance(own, Entry) else np.ones(1)
-        if any(_is_same(at, x) for x in known):
+        with np.errstate(all="ignore"):
+            ratios = [np.abs(at / x) for x in known]
+        if any(np.ptp(x) <= _ALIKE * np.max(x) for x in ratios):  # they differ by a number alone
             continue
         known.append(at)
         square = sp.sympify(read(own))
@@ -236,13 +242,6 @@ def _may_vanish(square: Any, met: Sequence[Any]) -> bool:
         above = factored_fraction(above)
     factors = [x.as_base_exp()[0] for x in sp.Mul.make_args(above)]
     return not all(x.is_number or x.is_positive or {x, -x} & {*met} for x in factors)
-
-
-def _is_same(at: np.ndarray, other: Any) -> bool:
-    """Whether values differ by a number alone."""
-    with np.errstate(all="ignore"):
-        ratio = np.abs(at / other)
-        return bool(np.ptp(ratio) <= _ALIKE * np.max(ratio))
 
 
 def _stretched(leg: PlacedLeg, read: ClosedReading) -> Iterator[tuple[Condition, np.ndarray]]:

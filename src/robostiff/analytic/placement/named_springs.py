@@ -26,8 +26,8 @@ from robostiff.model import Chain, ParallelBlock, Robot, StiffnessLaw, Telescopi
 from robostiff.spatial import Screw, exact_number
 
 _SHORT = 1  # operations of a stiffness that needs no name, such as E*A
-#: Letters of the stiffnesses of a beam.
-LETTERS = ("EA", "EI", "EI_y", "EI_z", "GJ")
+# Letters of the stiffnesses of a beam.
+_LETTERS = ("EA", "EI", "EI_y", "EI_z", "GJ")
 
 
 def named_springs(robot: Robot, taken: Iterable[str]) -> NamedSprings:
@@ -71,27 +71,6 @@ def with_samples(
     shape = np.shape(next(iter(samples.values()), 0.0))
     each = zip(own, values_of(own, at, springs), strict=True)
     return {**samples, **{s.name: np.broadcast_to(values, shape) for s, values in each}}
-
-
-def named_products(written: Mapping[str, Any], number: int) -> dict[str, Any]:
-    """Products of a beam, by letter: a short formula as it is, of others (letter, formula, name).
-
-    Examples
-    --------
-    >>> E, A, b = sp.symbols("E A b")
-    >>> found = named_products({"EA": E * A, "EI_y": E * b**4 / 12, "EI_z": E * b**4 / 12}, 3)
-    >>> found["EA"], found["EI_y"] == found["EI_z"], found["EI_y"]
-    (A*E, True, ('EI', E*b**4/12, 'EI_3'))
-    """
-    named: dict[str, Any] = {}
-    for letter, expression in written.items():
-        if count_of(expression) <= _SHORT and expression.free_symbols:
-            named[letter] = expression
-        else:
-            alike = letter in ("EI_z", "EI_y") and written["EI_y"] == written["EI_z"]
-            own = "EI" if alike else letter
-            named[letter] = (own, expression, f"{own}_{number}")
-    return named
 
 
 #: E A, E I_y, E I_z and G J of a beam by letter, each a name, or a formula that needs none.
@@ -192,14 +171,18 @@ class NamedSprings:
             self._of_part(symbol, name)
 
     def _named(self, written: dict[str, Any]) -> _Stiffnesses:
-        named = named_products(written, self._number(LETTERS))
-        for letter, own in named.items():
-            if isinstance(own, tuple):
-                # A stiffness that another beam has, too, keeps its name.
-                key = own[0], own[1]
-                if key not in self._products:
-                    self._products[key] = self._define(own[2], own[1])
-                named[letter] = self._products[key]
+        """A short formula as it is, a name for any other; one of equal stiffnesses."""
+        number, named = self._number(_LETTERS), dict[str, Any]()
+        for letter, expression in written.items():
+            alike = letter in ("EI_z", "EI_y") and written["EI_y"] == written["EI_z"]
+            own = "EI" if alike else letter
+            if count_of(expression) <= _SHORT and expression.free_symbols:
+                named[letter] = expression
+                continue
+            # A stiffness that another beam has, too, keeps its name.
+            if (own, expression) not in self._products:
+                self._products[own, expression] = self._define(f"{own}_{number}", expression)
+            named[letter] = self._products[own, expression]
         return named
 
     def _define(self, name: str, expression: Any, unit: str = "") -> Any:

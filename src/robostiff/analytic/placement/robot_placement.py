@@ -23,9 +23,8 @@ from robostiff.analytic.placement.robot_pose import (
     exact_angle,
     platform_pose,
 )
-from robostiff.analytic.placement.turned_legs import Image, turned_legs
 from robostiff.errors import InputError
-from robostiff.kinematics import PostureFinder, posture_finder
+from robostiff.kinematics import JointCoordinates, PostureFinder, posture_finder
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.formula import FormulaPose, PlacedFormula, place_leg, place_leg_at_joints
 from robostiff.kinematics.pose import six_coordinates
@@ -60,9 +59,8 @@ class PlacedRobot:
     symbols: dict[str, sp.Symbol]  # by name: one for each input of the record
     springs: tuple[Definition, ...]  # what those of them stand for that are no given symbols
     platform: FormulaPose
-    # legs that are an earlier one turned, by leg number, and how; not placed before they are needed
-    turned: dict[int, tuple[int, Image]]
-    place: Callable[[int], PlacedFormula]  # a leg by its number
+    # a leg by its number; not placed before it is needed
+    place: Callable[[int], PlacedFormula]
     solvers: tuple[LegSolver, ...]  # of the legs at nominal values
     length: float  # characteristic length [m]
 
@@ -146,7 +144,6 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         coordinates = {name: _as_step(read(value), record) for name, value in given.items()}
     following = follows.following
     at_joints: dict[int, np.ndarray] = {}
-    turned: dict[int, tuple[int, Image]] = {}
 
     if robot.is_posed_by_joints:
         q = _joint_coordinates(entries.legs[0], coordinates, record)
@@ -165,16 +162,13 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         leg = entries.legs[i]
         if i in at_joints:
             return place_leg_at_joints(leg, at_joints[i])
-        _check_closed_form(leg, finder.solvers[i])
         return place_leg(leg, platform, finder.solvers[i])
 
     place = cache(
         lambda i: with_entries(closing(i), lambda x: x if isinstance(x, Entry) else read(x))
     )
-    if given is None and not follows.any and not robot.is_posed_by_joints:
-        turned = turned_legs(robot, entries, finder.solvers, platform, record.count)
-    for i in sorted({*range(len(entries.legs))} - {*turned}):
-        place(i)
+    for i in {*range(len(entries.legs))} - at_joints.keys():
+        _check_closed_form(entries.legs[i], finder.solvers[i])
     if follows.at_joints:
         platform = place(0).platform
     return PlacedRobot(
@@ -191,7 +185,6 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         symbols=symbols,
         springs=springs,
         platform=platform,
-        turned=turned,
         place=place,
         solvers=() if robot.is_posed_by_joints else finder.solvers,
         length=finder.length,
@@ -205,23 +198,20 @@ def _check_reach(
     for leg, solver in zip(robot.legs, finder.solvers, strict=True):
         _check_closed_form(leg, solver)
     values = {name: sp.sympify(x).subs(dict(robot.nominal)) for name, x in given.items()}
-    at_home = home_values(finder, rotation)
-    middle = {str(x): 1.0 for value in values.values() for x in value.free_symbols}
-    middle |= {str(x): at_home[name] for name, x in values.items() if x.is_Symbol}
-    points = {str(x) for name, x in values.items() if name in ("x", "y", "z")}
+    near = near_home(values, finder, rotation)
     random = np.random.default_rng(_SEED)
-    around = (1.0, 0.1, 0.01) if middle else (0.0,)
     complaints: tuple[str, ...] = ()
-    for spread in (s * AROUND for s in around for _ in range(_SAMPLES)):
-        drawn = {
-            name: own + spread * (finder.length if name in points else 1.0) * random.uniform(-1, 1)
-            for name, own in middle.items()
-        }
-        posture = finder.find(pose_at(values, finder, drawn, rotation))
-        if posture.reached.all():
-            return
-        complaints = posture.complaints
-    if middle:
+    for part in (1.0, 0.1, 0.01) if near else (0.0,):
+        for _ in range(_SAMPLES):
+            drawn = {
+                name: value + part * AROUND * size * random.uniform(-1, 1)
+                for name, (value, size) in near.items()
+            }
+            posture = finder.find(pose_at(values, finder, drawn, rotation))
+            if posture.reached.all():
+                return
+            complaints = posture.complaints
+    if near:
         raise InputError(
             f"pose of {robot.name!r} in symbols",
             got="no pose near home at which all legs meet the platform: " + "; ".join(complaints),
@@ -234,9 +224,20 @@ def _check_reach(
     )
 
 
-def number_at(expression: Any, values: Mapping[str, float]) -> float:
-    """A formula at values of its symbols."""
-    return float(expression.evalf(30, subs={s: values[s.name] for s in expression.free_symbols}))
+def near_home(
+    given: Mapping[str, Any], finder: PostureFinder, rotation: PoseRotation
+) -> dict[str, tuple[float, float]]:
+    """Values at home of the symbols of a pose, and sizes by which they may differ from these.
+
+    What a coordinate is made of by a formula has no value at home: it is near 1.
+    """
+    at_home = home_values(finder, rotation)
+    found: dict[str, tuple[float, float]] = {}
+    for name, expression in given.items():
+        own = at_home[name], finder.length if name in ("x", "y", "z") else 1.0
+        for symbol in expression.free_symbols:
+            found[str(symbol)] = own if expression.is_Symbol else (1.0, 1.0)
+    return found
 
 
 def pose_at(
@@ -244,11 +245,19 @@ def pose_at(
     finder: PostureFinder,
     values: Mapping[str, float],
     rotation: PoseRotation,
-) -> np.ndarray:
-    """The pose (6,) of the platform that has given coordinates, others as at home."""
+) -> Any:
+    """The pose (6,) of the platform that has given coordinates, others as at home.
+
+    Of a serial arm its joint coordinates.
+    """
+    numbers = {
+        name: float(x.evalf(30, subs={s: values[s.name] for s in x.free_symbols}))
+        for name, x in given.items()
+    }
+    if finder.robot.is_posed_by_joints:
+        return JointCoordinates(np.array([*(home_values(finder, rotation) | numbers).values()]))
     six = finder.home_pose
     home = FormulaPose(Rotation.from_rotvec(six[3:]).as_matrix(), six[:3])
-    numbers = {name: number_at(x, values) for name, x in given.items()}
     pose = platform_pose(home, numbers, rotation)
     return six_coordinates(pose.R.astype(float), pose.p.astype(float))
 
@@ -318,19 +327,12 @@ def _samples(
         found = [{**sample.values, **sample.coordinates} for sample in closed]
         return {name: np.array([values[name] for values in found]) for name in symbols}
     random = np.random.default_rng(_SEED)
-    at_home = home_values(finder, rotation)
-    # A coordinate may be given by a symbol of another name.
-    nominal = {
-        str(value): at_home[name] for name, value in (given or {}).items() if value.is_Symbol
-    }
-    nominal |= robot.nominal
-    places = {str(value) for name, value in (given or {}).items() if name in ("x", "y", "z")}
+    near = near_home(given or {}, finder, rotation)
+    near |= {name: (float(x), 1.0) for name, x in robot.nominal.items()}
     samples: dict[str, Any] = {}
     for name in symbols:
-        # A symbol of a given coordinate has no nominal value.
-        value = float(nominal.get(name, 1.0))
-        own = min(finder.length, 1.0) if name in places else 1.0
-        spread = _SPREAD * (abs(value) or own)
+        value, size = near.get(name, (1.0, 1.0))
+        spread = _SPREAD * (abs(value) or min(size, 1.0))
         samples[name] = value + spread * random.uniform(-1, 1, _SAMPLES)
     return samples
 

@@ -6,128 +6,55 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import combinations, product
+from itertools import product
 from typing import Any
 
 import numpy as np
 import sympy as sp
 from scipy.spatial.transform import Rotation
 
-from robostiff.kinematics.closure import LegSolver, legs_alike
-from robostiff.kinematics.formula import FormulaPose
-from robostiff.model import Chain, Joint, JointKind, Link, Passive, Robot
+from robostiff.model import Robot
 from robostiff.model.entries import are_equal
-from robostiff.recorded.leg import at_samples
-from robostiff.spatial import Space
 
 _SAME = 1e-10  # of the largest entry
-_PLACE = 1e-12  # of the largest coordinate [m]
-_PARTS = 60  # most parts of a turn
+_ALIKE = 1e-11  # of the stiffness of legs
+_FEWER = 1e-4  # digits that count of its small entries, as part of those of the largest
+_LEAST = 1e-6  # root of an entry that may be rounding, as part of the largest
 
 
-def turned_legs(
-    robot: Robot, entries: Robot, solvers: Sequence[LegSolver], pose: FormulaPose, count: int
+def images_of_legs(
+    robot: Robot, stiffness: Sequence[np.ndarray], length: float
 ) -> dict[int, tuple[int, Image]]:
-    """Legs that are an earlier one turned about the vertical through the reference point.
+    """Legs of one chain that hold as an earlier one, turned about the vertical or mirrored.
 
-    Only turns by all equal parts, of three or more: their average is a short formula. Chains and
-    assembly modes are equal, and so are, at all samples, where the legs begin and end: a turned leg
-    closes as the first one does.
+    Only turns by all equal parts, of three or more, and mirror images of all of them: their average
+    is a short formula.
 
-    `robot`, `entries`: as it was given, and on entries of a record of `count` samples; `solvers`:
-    of its legs in floats; `pose`: of the platform.
+    `stiffness`: (n, n) of each leg about the reference point, at values of the symbols at which
+    nothing is equal by chance; `length`: of the robot [m].
 
     Returns
     -------
     dict of leg numbers to the number of the earlier leg, and how the leg is made from it
     """
-    found: dict[int, tuple[int, Image]] = {}
-    alike = [own for own, one in legs_alike(solvers) if one.recorded_form is not None]
-    for places in alike:
-        chain, left = robot.legs[places[0]].chain, list(places)
-        if len(left) < 3 or chain.is_coupled:
-            continue
-        ends = {i: _ends(entries, i, pose, count) for i in left}
-        while len(left) > 2:
-            first, *left = left
-            # Solvers have numbers, which may be equal where formulas are not.
-            same = [i for i in left if are_equal(robot.legs[i].chain, robot.legs[first].chain)]
-            turns = {_turn(ends[first], ends[i]): i for i in same}
-            for N in range(len(same) + 1, 2, -1):
-                parts = [Fraction(k, N) for k in range(1, N)]
-                if all(part in turns for part in parts):
-                    found |= {turns[part]: (first, Image(part)) for part in parts}
-                    break
-            left = [i for i in left if i not in found]
-    return found
-
-
-def _ends(robot: Robot, number: int, pose: FormulaPose, count: int) -> np.ndarray:
-    """Where a leg begins and ends, and its axes there, at the samples (count, vectors, 3)."""
-    leg = robot.legs[number]
-    R, p = at_samples(pose.R, count), at_samples(pose.p, count)
-    away = np.asarray(leg.attachment.p, dtype=object) - robot.reference_point
-    end = np.einsum("nij,nj->ni", R, at_samples(away, count))
-    reference = p + np.einsum("nij,nj->ni", R, at_samples(robot.reference_point, count))
-    points = np.stack([at_samples(leg.base.p, count) - reference, end], axis=1)
-    axes = [at_samples(leg.base.R, count).mT]
-    if not _turns_freely(leg.chain, robot.space):
-        axes.append((R @ at_samples(leg.attachment.R, count)).mT)
-    return np.concatenate([points, *axes], axis=1)
-
-
-def _turns_freely(chain: Chain, space: Space) -> bool:
-    """Whether the turn of a chain's end matters to nothing but its last joints."""
-    for element in reversed(chain.elements):
-        if isinstance(element, Joint):
-            kind = JointKind.REVOLUTE if space is Space.PLANAR else JointKind.SPHERICAL
-            return element.kind is kind and isinstance(element.role, Passive)
-        if not isinstance(element, Link) or np.any(element.to != 0):
-            return False
-        C: Any = element.elasticity.compliance[:3, :3]
-        if np.any(C[0, 0] * np.eye(3, dtype=int) != C):
-            return False
-    return False
-
-
-def _turn(vectors: np.ndarray, others: np.ndarray) -> Fraction | None:
-    """The part of a full turn about z by which some vectors are others, turned."""
-    x, y = vectors[0, 0], others[0, 0]
-    angle = math.atan2(y[1], y[0]) - math.atan2(x[1], x[0])
-    part = Fraction(angle / (2 * math.pi) % 1).limit_denominator(_PARTS) % 1
-    image = Image(part).of(np.concatenate([vectors, np.zeros_like(vectors)], axis=-1))[..., :3]
-    return part if np.max(np.abs(image - others)) < _PLACE * np.max(np.abs(vectors)) else None
-
-
-def with_mirrored(
-    turned: Mapping[int, tuple[int, Image]],
-    stiffness: Callable[[int], np.ndarray],
-    rows: Sequence[int],
-) -> dict[int, tuple[int, Image]]:
-    """Turned legs, and those that are mirror images of turned ones, all of them.
-
-    `stiffness`: of a leg, at the samples (count, n, n), moments and turns by a length; `rows`:
-    which of six directions there are.
-    """
-    orbits: dict[int, dict[int, Fraction]] = {}
-    for i, (first, way) in turned.items():
-        orbits.setdefault(first, {first: Fraction(0)})[i] = way.part
-    K: dict[int, np.ndarray] = {}
-    for first in orbits if len(orbits) > 1 else ():
-        own = stiffness(first)
-        K[first] = np.zeros((len(own), 6, 6))
-        K[first][np.ix_(range(len(own)), rows, rows)] = own
-    found = dict(turned)
-    for first, other in combinations(orbits, 2):
-        N = len(orbits[first])
-        if first in found or other in found or len(orbits[other]) != N:
-            continue
-        for way in (Image(Fraction(k, N), mirror) for mirror in MIRRORS for k in range(N)):
-            wanted = way.of(way.of(K[first]).mT)
-            if np.max(np.abs(K[other] - wanted)) <= _SAME * np.max(np.abs(wanted)):
-                for i, part in orbits[other].items():
-                    found[i] = first, replace(way, part=(way.part + part) % 1)
-                break
+    rows = np.array(ROWS[robot.space.size])
+    K = np.zeros((len(stiffness), 6, 6))
+    K[:, rows[:, None], rows] = stiffness
+    K /= np.outer(scale := np.array([1.0] * 3 + [length] * 3), scale)
+    left, found = [*range(len(K))], dict[int, tuple[int, Image]]()
+    while left:
+        chain = robot.legs[left[0]].chain
+        alike = [i for i in left if are_equal(robot.legs[i].chain, chain)]
+        left = [i for i in left if i not in alike]
+        x, y, z, a, b, c = np.abs(np.diag(K[alike[0]]))
+        sizes = np.sqrt([x + y, x + y, z, a + b, a + b, c])
+        sizes = np.maximum(sizes, _LEAST * np.max(sizes)) if np.any(sizes) else np.ones(6)
+        # Of a small entry its own digits count as well, though fewer of them.
+        whole, parts = K[alike] / np.max(sizes) ** 2, _FEWER * K[alike] / np.outer(sizes, sizes)
+        each = np.stack([whole, parts], axis=1)
+        for orbit in _orbits(each, lambda way, x: way.of(way.of(x).mT), _ALIKE)[0]:
+            first = next(iter(orbit))
+            found |= {alike[i]: (alike[first], way) for i, way in orbit.items() if i != first}
     return found
 
 
@@ -166,12 +93,9 @@ class Image:
         return image
 
 
-@dataclass(frozen=True)
-class Orbit:
-    """All images of a wrench under turns by equal parts, half of them perhaps in a mirror."""
-
-    first: int  # of the wrenches
-    images: dict[int, Image]  # for each wrench of the orbit how it is made from the first
+#: All images of a wrench under turns by equal parts, half of them perhaps in a mirror, by their
+#: numbers, and how each is made from the first.
+Orbit = dict[int, Image]
 
 
 def orbits_of(wrenches: np.ndarray) -> list[Orbit] | None:
@@ -183,45 +107,53 @@ def orbits_of(wrenches: np.ndarray) -> list[Orbit] | None:
     --------
     >>> turns = [sp.Matrix([sp.cos(a), sp.sin(a)]) for a in (0, 2 * sp.pi / 3, 4 * sp.pi / 3)]
     >>> W = np.array([[[float(d[0]), float(d[1]), 1, 0, 0, 2] for d in turns]])
-    >>> [(orbit.first, sorted(orbit.images)) for orbit in orbits_of(W)]
-    [(0, [0, 1, 2])]
+    >>> [sorted(orbit) for orbit in orbits_of(W)]
+    [[0, 1, 2]]
     """
-    count = wrenches.shape[1]
-    for N in (n for n in range(count, 2, -1) if count % n == 0):
-        turns = [Image(Fraction(k, N)) for k in range(N)]
-        found: list[Orbit] = []
-        left = set(range(count))
-        while left:
-            first = min(left)
-            orbit = _orbit(wrenches, first, turns, left)
-            if len(orbit) < N:
-                break
-            left -= orbit.keys()
-            for mirror in MIRRORS:
-                ways = [replace(turn, mirror=mirror) for turn in turns]
-                mirrored = _orbit(wrenches, first, ways, left)
-                if len(mirrored) == N:
-                    left -= mirrored.keys()
-                    found.append(Orbit(first, orbit | mirrored))
+    found, left = _orbits(wrenches.swapaxes(0, 1), lambda way, w: way.of(w), _SAME, whole=True)
+    return None if left else found
+
+
+def _orbits(
+    items: np.ndarray,
+    image: Callable[[Image, np.ndarray], np.ndarray],
+    close: float,
+    *,
+    whole: bool = False,
+) -> tuple[list[Orbit], set[int]]:
+    """The orbits of the most turns, half of each perhaps in a mirror, and what is in none of them.
+
+    `image`: of one of the items (m, ...); `whole`: whether orbits count only where all are in one.
+    """
+
+    def images(first: int, ways: list[Image], left: set[int]) -> dict[int, Image]:
+        found: dict[int, Image] = {}
+        for way in ways:
+            own = image(way, items[first])
+            for i in sorted(left - found.keys()):
+                apart = {s: np.max(np.abs(items[i] - s * own)) for s in (1, -1)}
+                if min(apart.values()) < close:
+                    found[i] = replace(way, sign=min(apart, key=lambda s: apart[s]))
                     break
-            else:
-                found.append(Orbit(first, orbit))
-        if not left:
-            return found
-    return None
+        return found if len(found) == len(ways) else {}
 
-
-def _orbit(wrenches: np.ndarray, first: int, ways: list[Image], left: set[int]) -> dict[int, Image]:
-    """The wrenches that are images of the first in some ways, or opposite to them."""
-    found: dict[int, Image] = {}
-    for way in ways:
-        image = way.of(wrenches[:, first])
-        for i in sorted(left - found.keys()):
-            apart = {s: np.max(np.abs(wrenches[:, i] - s * image)) for s in (1, -1)}
-            if min(apart.values()) < _SAME:
-                found[i] = replace(way, sign=min(apart, key=lambda s: apart[s]))
-                break
-    return found
+    every = set(range(len(items)))
+    for N in range(len(items), 2, -1):
+        turns = [Image(Fraction(k, N)) for k in range(N)]
+        found, left, alone = list[Orbit](), set(every), set[int]()
+        while left and not (whole and alone):
+            first = min(left)
+            own = images(first, turns, left)
+            alone |= set() if own else {first}
+            left -= own.keys() or {first}
+            if own:
+                ways = ([replace(turn, mirror=mirror) for turn in turns] for mirror in MIRRORS)
+                mirrored = next(filter(None, (images(first, x, left) for x in ways)), {})
+                left -= mirrored.keys()
+                found.append(own | mirrored)
+        if found and not (whole and alone):
+            return found, alone
+    return [], every
 
 
 #: Signs of the entries of a wrench: moments are turned the other way about by a mirror.
@@ -242,8 +174,8 @@ def averages(
                 products.append((1, w[i], w[j]))
         return M
     for orbit in orbits:
-        w = wrenches[orbit.first]
-        T = np.stack([way.of(np.eye(6)) for way in orbit.images.values()])
+        w = wrenches[next(iter(orbit))]
+        T = np.stack([way.of(np.eye(6)) for way in orbit.values()])
         shares = np.einsum("nai,nbj->ijab", T, T)
         for (i, j), products in M.items():
             both = shares[i, j] + shares[i, j].T - np.diag(np.diag(shares[i, j]))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from typing import Any, cast
 
 import sympy as sp
@@ -32,14 +31,10 @@ from robostiff.recorded import entry_reader
 _WRITTEN = 2000
 _PRINTED = 200
 _ALL = 1200
-# Operations from which even powers of roots are worth replacing.
+# Operations from which shorter forms are looked for.
 _LONG = 12
-# Operations of an intermediate from which it is cancelled before it is used.
-_LONG_ON_THE_WAY = 12
-# Letters of lengths, stiffnesses and compliances.
-_POSITIVE = ("L", "c", "k", "EA", "EI", "EI_y", "EI_z", "GJ")
-# Operations of an intermediate in which even powers of roots are replaced.
-_PUT_IN = 40
+# Letters of lengths, compliances and stiffnesses.
+_POSITIVE = ("L", "c", "k")
 # Operations of a length that needs no name, such as l/2.
 _INLINE = 2
 
@@ -88,7 +83,7 @@ class NamedReading:
         if expression.has(sp.tanh):
             return expression
         if expression not in self._fractions:
-            fraction = self._without_even_powers(self._cancelled(expression))
+            fraction = self._shortest(expression)
             if count_of(fraction) > _PRINTED:
                 raise FormulaTooLargeError.beyond(_PRINTED)
             self._operations += count_of(fraction)
@@ -103,10 +98,6 @@ class NamedReading:
                 return number * (d.symbol if d.expression == rest else -d.symbol)
         return fraction
 
-    def are_free(self, names: Iterable[str]) -> bool:
-        """Whether names stand for nothing else."""
-        return self._taken.isdisjoint(names)
-
     def length(self, value: Any) -> Any:
         """A length, named where it is more than a symbol or a number."""
         value = self.record.simplified(value)
@@ -119,29 +110,32 @@ class NamedReading:
         self._raw[value.step] = self.define("L", expression)
         return self._raw[value.step]
 
-    def _cancelled(self, expression: Any) -> Any:
-        """A factored fraction; where it is long, perhaps that with squares of roots put in."""
+    def _shortest(self, expression: Any) -> Any:
+        """A factored fraction; where it is long, perhaps with squares of named roots put in."""
         fraction = _fraction(expression)
         return fraction if count_of(fraction) <= _LONG else self._by_squares(fraction)
 
     def _by_squares(self, fraction: Any) -> Any:
-        """A factored fraction, perhaps with squares of roots put in, whichever is shorter."""
+        """A fraction, perhaps with squares of named roots, or these for their even powers."""
         squares = {
-            d.symbol**power: d.expression**power
+            d.symbol: d.expression**2
             for d in self.definitions
-            if d.symbol in symbols_in(fraction) and (d.expression**2).is_Add
-            for power in (2, -2)
+            if d.symbol in symbols_in(fraction) and not (d.expression**2).is_Atom
         }
-        other = fraction.xreplace(squares)
-        if other == fraction:
-            return fraction
-        return min(fraction, _fraction(other), key=count_of)
+        sums = {s: x for s, x in squares.items() if x.is_Add}
+        put = {s**n: x ** sp.Rational(n, 2) for s, x in sums.items() for n in (2, -2)}
+        other = fraction.xreplace(put)
+        best = fraction if other == fraction else min(fraction, _fraction(other), key=count_of)
+        for symbol, square in squares.items():
+            if symbol in symbols_in(best) and count_of(best) > _LONG:
+                best = min(best, _without_powers(best, symbol, square), key=count_of)
+        return best
 
     def quotient(self, above: Any, below: Any) -> Any:
         """A quotient as it stands or cancelled, whichever is shorter."""
         plain = above / below
         found = [plain, self.written_out(plain, count_of(plain))]
-        if count_of(plain) <= _LONG_ON_THE_WAY:
+        if count_of(plain) <= _LONG:
             found.append(factored_fraction(plain))
         return min(found, key=count_of)
 
@@ -180,31 +174,15 @@ class NamedReading:
         self._closed.symbols[symbol.name] = symbol
         return self.record.add_input(symbol.name, sample)
 
-    def _without_even_powers(self, fraction: Any) -> Any:
-        """The same with squares of named roots in place of their powers, where that is shorter."""
-        if count_of(fraction) <= _LONG:
-            return fraction
-        best = fraction
-        for definition in self.definitions:
-            square = definition.expression**2
-            if definition.symbol in symbols_in(best) and not (square.is_Symbol or square.is_number):
-                best = min(best, _without_powers(best, definition.symbol, square), key=count_of)
-        return best
-
-    def define(
-        self, letter: str, expression: Any, own: str | None = None, part: str = ""
-    ) -> sp.Symbol:
-        """A new name with a number; one and the same for the same expression, of all its parts."""
-        of = (part,) if part else ()
-        for i, known in enumerate(self.definitions):
+    def define(self, letter: str, expression: Any) -> sp.Symbol:
+        """A new name with a letter; one and the same for the same expression."""
+        for known in self.definitions:
             if known.expression == expression and known.symbol.name.startswith(f"{letter}_"):
-                if part and part not in known.parts:
-                    self.definitions[i] = replace(known, parts=known.parts + of)
                 return known.symbol
         assumed = {"positive": True} if letter in _POSITIVE else {"real": True}
-        symbol = sp.Symbol(own or next(free_names(letter, self._taken)), **assumed)
+        symbol = sp.Symbol(next(free_names(letter, self._taken)), **assumed)
         self._taken.add(symbol.name)
-        self.definitions.append(Definition(symbol, expression, of))
+        self.definitions.append(Definition(symbol, expression))
         return symbol
 
     def _expression(self, value: Any) -> Any:
@@ -233,7 +211,10 @@ class NamedReading:
                     expression = expression.xreplace({root: named ** sp.sign(root.exp)})
             return expression
         if operation is not Operation.SQUARE_ROOT:
-            return self._on_the_way(self._closed.written(step, self._raw))
+            expression = self._closed.written(step, self._raw)
+            is_long = count_of(expression) > _LONG  # it is cancelled before it grows
+            others = [self._shortest(expression)] if is_long else []
+            return min([expression, *others], key=count_of)
         simpler = self.record.simplified(Entry(self.record, step))
         if not isinstance(simpler, Entry):
             return self._closed(simpler)
@@ -251,15 +232,6 @@ class NamedReading:
             if values_of([below], at, self.definitions)[0] < 0:
                 above, below = sp.expand(-above), sp.expand(-below)
         return self._root(above) / self._root(below)
-
-    def _on_the_way(self, expression: Any) -> Any:
-        """An intermediate, cancelled before it grows."""
-        if count_of(expression) <= _LONG_ON_THE_WAY:
-            return expression
-        shorter = self._cancelled(expression)
-        if count_of(shorter) > _PUT_IN:
-            shorter = self._without_even_powers(shorter)
-        return min(expression, shorter, key=count_of)
 
     def _root(self, radicand: Any) -> Any:
         """A square root: what is a square comes out, the rest has a name."""

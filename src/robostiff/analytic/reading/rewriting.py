@@ -142,7 +142,12 @@ def put_in(expression: Any, pairs: tuple[tuple[Any, Any], ...]) -> Any:
 def _replaced(expression: Any, put: dict[Any, Any]) -> Any:
     if expression in put:
         return put[expression]
-    parts = [_replaced(x, put) for x in expression.args]
+    return _with_parts(expression, lambda x: _replaced(x, put))
+
+
+def _with_parts(expression: Any, change: Callable[[Any], Any]) -> Any:
+    """An expression with another for each of its parts."""
+    parts = [change(x) for x in expression.args]
     are_same = all(a is b for a, b in zip(parts, expression.args, strict=True))
     return expression if are_same else made_of(expression, parts)
 
@@ -202,9 +207,7 @@ def by_difference(expression: Any, difference: Definition, a: Any, b: Any) -> An
     """An expression with the difference in its sums, where that leaves less of them."""
     if not expression.args or not {a, b} <= symbols_in(expression):
         return expression
-    parts = tuple(by_difference(part, difference, a, b) for part in expression.args)
-    if parts != expression.args:
-        expression = made_of(expression, parts)
+    expression = _with_parts(expression, lambda x: by_difference(x, difference, a, b))
     if not (expression.is_Add and {a, b} <= symbols_in(expression)):
         return expression
     if count_of(expression) > _LONGEST_SUM:
@@ -228,9 +231,7 @@ def with_multiple(expression: Any, length: Any, multiple: Any) -> Any:
 @cacheit
 def with_sum(expression: Any, terms: frozenset[Any], name: Any) -> Any:
     """An expression with a name for some terms of its sums."""
-    parts = tuple(with_sum(part, terms, name) for part in expression.args)
-    if parts != expression.args:
-        expression = made_of(expression, parts)
+    expression = _with_parts(expression, lambda x: with_sum(x, terms, name))
     if expression.is_Add and terms <= {*expression.args}:
         return name + sp.Add(*(x for x in expression.args if x not in terms))
     return expression

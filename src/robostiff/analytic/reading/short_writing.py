@@ -103,7 +103,8 @@ class _Search:
         self.of = {d.symbol: d for d in start.definitions}
         self.kept = {s for s in self.of if s.name.startswith(_SPRINGS)}
         self.given: dict[Any, Definition] = {}  # names by what they stand for
-        self.meaning = {d.symbol: d.expression for d in start.definitions}
+        for d in start.definitions:
+            self.give_value(d)
         self.is_long = len(start.results) + len(start.definitions) > _LINES
         self.bits: dict[Any, int] = {}
         self.squares = 0  # names of squares
@@ -370,7 +371,7 @@ class _Search:
             if needed & self.bits[x]:
                 continue
             root = root_of(1 - y**2)
-            if root != formula and np.all(self.value(x) > -_SAME):
+            if root != formula and np.all(self.at[x] > -_SAME):
                 yield Move(put_in, (), -1, Definition(x, root))
             if needed != self.bits[y]:
                 yield self.move(in_squares, x, 1 - y**2, formula, of=[x], out=x)
@@ -413,22 +414,19 @@ class _Search:
             self.taken.add(name)
             symbol = sp.Symbol(name, **({"positive": True} if positive else {"real": True}))
             self.given[expression] = Definition(symbol, expression)
-            self.meaning[symbol] = expression
+            self.give_value(self.given[expression])
             self.bits_of([symbol])
         return self.given[expression]
 
-    def value(self, symbol: Any) -> Any:
-        """Of a symbol at the samples."""
-        if symbol not in self.at:
-            expression = self.meaning[symbol]
-            at = {s: self.value(s) for s in symbols_in(expression)}
-            (self.at[symbol],) = values_of([expression], at)
-        return self.at[symbol]
+    def give_value(self, d: Definition) -> None:
+        """Of a name at the samples."""
+        at = {s: self.at[s] for s in symbols_in(d.expression)}
+        (self.at[d.symbol],) = values_of([d.expression], at)
 
     def is_unit(self, x: Any, y: Any) -> bool:
         """Whether x^2 + y^2 = 1 at all samples."""
         if (x, y) not in self.units:
-            squares = self.value(x) ** 2 + self.value(y) ** 2
+            squares = self.at[x] ** 2 + self.at[y] ** 2
             is_unit = bool(np.all(np.abs(squares - 1) < _SAME))
             self.units[x, y] = self.units[y, x] = is_unit
         return self.units[x, y]

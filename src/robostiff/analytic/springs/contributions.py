@@ -7,15 +7,13 @@ the spring feels of the wrench over its stiffness, and stays a term of its own.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from itertools import count
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
 from robostiff.analytic.exact.definition import count_of
-from robostiff.analytic.placement.named_springs import LETTERS, named_products
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.springs.unit_wrenches import UnitWrench
 from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
@@ -38,28 +36,6 @@ def summed(contributions: Sequence[Contribution]) -> Any:
     return sp.Add(*(square * compliance for square, compliance in of_load.items()))
 
 
-@dataclass
-class BeamProducts:
-    """Symbols EA_1, EI_1, ... for beams whose products are no short formulas, one set a beam."""
-
-    read: NamedReading
-    _known: dict[Any, dict[str, Any]] = field(default_factory=dict)
-
-    def of(self, products: dict[str, Any]) -> dict[str, Any]:
-        """The products E A, E I_z, E I_y, G J of a beam as formulas or names."""
-        written = {letter: self.read(x) for letter, x in products.items()}
-        key = tuple(written.values())
-        if key not in self._known:
-            first = len(self._known) + 1
-            numbers = (n for n in count(first) if self.read.are_free(f"{x}_{n}" for x in LETTERS))
-            self._known[key] = named_products(written, next(numbers))
-        return self._known[key]
-
-    def value(self, name: Any, beam: str) -> Any:
-        """A product of a beam, defined where it has a name: only what is needed is defined."""
-        return self.read.define(*name, part=beam) if isinstance(name, tuple) else name
-
-
 @dataclass(frozen=True)
 class ContributionReader:
     """Writes the contributions of legs in one set of names."""
@@ -67,7 +43,6 @@ class ContributionReader:
     record: Record
     length: float  # characteristic length [m]
     read: NamedReading
-    products: BeamProducts
     # a parallel block as a spring: `compliances` of its wrenches, and what `shares` of them make up
     # a given one; None where there are none
     of_block: Callable[[PlacedBlock], Any] | None = None
@@ -83,7 +58,7 @@ class ContributionReader:
                 load = a.load_on(part, self.record, self.length)
                 both = load, load if b is a else b.load_on(part, self.record, self.length)
                 beam = beams[id(part)]
-                found += self.of_spring(part.name, both, beam, part.elasticity.compliance)
+                found += self.of_spring(both, beam, part.elasticity.compliance)
             elif isinstance(part, PlacedBlock) and self.of_block:
                 block = self.of_block(part)
                 shares = [block.shares(w) for w in (a, b)]
@@ -95,25 +70,24 @@ class ContributionReader:
         return tuple(x for x in found if x[0] != 0)
 
     def of_spring(
-        self, name: str, both: Sequence[list[Any]], beam: Any, compliance: Any
+        self, both: Sequence[list[Any]], beam: Any, compliance: Any
     ) -> list[Contribution]:
         """What an elastic part adds by what it feels of two wrenches."""
-        if beam:
-            return self._of_beam(name, both, *beam)
-        return self._of_matrix(both, compliance)
+        return self._of_beam(both, *beam) if beam else self._of_matrix(both, compliance)
 
     def of_drive(self, work: Sequence[Any], stiffness: Any) -> Contribution:
         """What a drive adds by the work of two wrenches on it."""
         return self._sum((work[0], work[1])), 1 / self.read(stiffness)
 
     def _of_beam(
-        self, name: str, both: Sequence[list[Any]], along: Any, products: dict[str, Any]
+        self, both: Sequence[list[Any]], along: Any, products: dict[str, Any]
     ) -> list[Contribution]:
         (fx, fy, fz, mx, my, mz), (gx, gy, gz, nx, ny, nz) = both
         L = self.read.length(along)
-        named, value, total = self.products.of(products), self.products.value, self._sum
+        of_beam = {letter: self.read(x) for letter, x in products.items()}
+        total = self._sum
         found = [(total((fx, gx)), L, "EA")]
-        if named["EI_z"] == named["EI_y"]:
+        if of_beam["EI_z"] == of_beam["EI_y"]:
             levers = [(fy, nz), (mz, gy), (-fz, ny), (-my, gz)]
             turning = total((my, ny), (mz, nz))
             if both[0] is both[1] and all(is_zero(f) for f in both[0][:3]):
@@ -126,11 +100,7 @@ class ContributionReader:
                 bent = total((f, g)), total((f, n), (m, g)), total((m, n))
                 found.append((*_bent(L, *bent), letter))
         found.append((total((mx, nx)), L, "GJ"))
-        return [
-            (square, along / value(named[letter], name))
-            for square, along, letter in found
-            if square != 0
-        ]
+        return [(square, x / of_beam[letter]) for square, x, letter in found if square != 0]
 
     def _of_matrix(self, both: Sequence[list[Any]], C: Any) -> list[Contribution]:
         """Contributions of any elastic part: what its compliance couples comes together."""

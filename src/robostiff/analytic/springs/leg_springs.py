@@ -18,7 +18,7 @@ import sympy as sp
 from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.exact.definition import count_of
 from robostiff.analytic.reading.named_reading import NamedReading
-from robostiff.analytic.springs.contributions import BeamProducts, ContributionReader, summed
+from robostiff.analytic.springs.contributions import ContributionReader, summed
 from robostiff.analytic.springs.sampled_leg import SampledLeg
 from robostiff.analytic.springs.unit_wrenches import IDLE, UnitWrench, WrenchSearch
 from robostiff.model import PlacedBlock, PlacedLeg
@@ -43,11 +43,6 @@ class HeldWrench:
     parts: tuple[tuple[Any, UnitWrench], ...]  # (factor, UnitWrench): whose sum it is
     compliance: Any  # a name, or a short formula
     met: np.ndarray  # (count,): its values at the samples
-
-    @property
-    def is_force(self) -> bool:
-        """Whether it has a force."""
-        return any(w.point is not None for _, w in self.parts)
 
     def about(self, reference: np.ndarray, search: WrenchSearch) -> list[Any]:
         """Its six entries about a point, world axes."""
@@ -88,7 +83,7 @@ class LegReader:
     def __post_init__(self) -> None:
         search = self.search
         self.contributions: ContributionReader = ContributionReader(
-            search.record, search.length, self.read, BeamProducts(self.read), self.block
+            search.record, search.length, self.read, self.block
         )
 
     def of(self, leg: PlacedLeg) -> tuple[HeldWrench, ...]:
@@ -121,7 +116,7 @@ class LegReader:
             )
             for i, row in enumerate(_inverse(shifts))
         ]
-        return tuple(sorted(held, key=lambda w: not w.is_force))
+        return tuple(sorted(held, key=lambda one: all(w.point is None for _, w in one.parts)))
 
     def _conjugate(
         self, A: np.ndarray, entry: Callable[[int, int], Any], *, are_stiffnesses: bool = False

@@ -128,7 +128,8 @@ def sum_of_springs(
         return None
     groups, legs = grouped
     for group in groups:
-        group.find_orbits(search)
+        at = np.stack([w.at for w in group.wrenches], axis=1)
+        group.orbits = orbits_of(at / search.scale)  # which wrenches are turns of others
     squares: dict[Any, tuple[Any, Any]] = {}
     entry: Callable[[Any], Any] = read
     if placed.follows.at_joints:
@@ -199,7 +200,8 @@ def _grouped(
             if len(one.parts) > 1:
                 group.shifted.add(len(group.wrenches))
             about = _about_reference(one, i, placed, search)
-            group.wrenches.append(WrenchOfLeg.of(about, search.record.count))
+            at = at_samples(about, search.record.count)
+            group.wrenches.append(WrenchOfLeg(at, lambda about=about: about))
     return list(groups.values()), legs
 
 
@@ -289,11 +291,6 @@ class WrenchOfLeg:
     at: np.ndarray  # (count, 6): at the samples
     write: Callable[[], list[Any]]  # returns its six entries
 
-    @classmethod
-    def of(cls, entries: list[Any], count: int) -> WrenchOfLeg:
-        """One of known entries."""
-        return cls(at_samples(entries, count), lambda: entries)
-
     @cached_property
     def entries(self) -> list[Any]:
         """Its six entries."""
@@ -318,15 +315,11 @@ class WrenchesAlike:
     orbits: list[Orbit] | None = None
     shifted: set[int] = field(default_factory=set)
 
-    def find_orbits(self, search: WrenchSearch) -> None:
-        """Find which wrenches are turns of others."""
-        self.orbits = orbits_of(np.stack([w.at for w in self.wrenches], axis=1) / search.scale)
-
     @property
     def needed(self) -> dict[int, list[Any]]:
         """Entries of the wrenches of which the others are images, by their numbers."""
         count = range(len(self.wrenches))
-        firsts = count if self.orbits is None else [orbit.first for orbit in self.orbits]
+        firsts = count if self.orbits is None else [next(iter(orbit)) for orbit in self.orbits]
         return {i: self.wrenches[i].entries for i in firsts}
 
     def written(self, number: int, search: WrenchSearch, read: NamedReading) -> sp.ImmutableMatrix:
@@ -412,7 +405,7 @@ def _by_unit_length(group: WrenchesAlike) -> dict[tuple[int, int], list[tuple[An
     if group.shifted or not all(is_zero(f) for w in needed.values() for f in w[:3]):
         return found
     for orbit in group.orbits or ():
-        one = sp.Rational(len(orbit.images), 2), needed[orbit.first][5]
+        one = sp.Rational(len(orbit), 2), needed[next(iter(orbit))][5]
         for row in (3, 4):
             found.setdefault((row, row), []).append(one)
     return found

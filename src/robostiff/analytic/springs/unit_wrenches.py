@@ -7,9 +7,9 @@ found at the samples of the record, where each of them does no work on any passi
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache
-from itertools import combinations, pairwise
+from itertools import combinations, islice, pairwise
 from math import comb
 from typing import Any
 
@@ -30,34 +30,17 @@ _INDEPENDENT = 1e-6
 _MOST = 1000  # bases that are compared
 
 
-@dataclass
-class Seen:
-    """Vectors at the samples that are looked up by their values."""
-
-    close: float
-    up_to_sign: bool
-    others: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 0)))
-    count: int = 0
-
-    def add(self, own: np.ndarray) -> None:
-        """One more."""
-        if self.count == len(self.others):
-            more = np.empty((2 * self.count or 16, *own.shape))
-            more[: self.count] = self.others.reshape(self.count, *own.shape)
-            self.others = more
-        self.others[self.count] = own
-        self.count += 1
-
-    def first_alike(self, own: np.ndarray) -> int | None:
-        """The first that is the same, perhaps up to its sign."""
-        if not self.count:
-            return None
-        others = self.others[: self.count]
-        alike = np.abs(others - own).max(axis=(1, 2)) < self.close
-        if self.up_to_sign:
-            alike |= np.abs(others + own).max(axis=(1, 2)) < self.close
-        first = int(alike.argmax())
-        return first if alike[first] else None
+def _alike(vectors: np.ndarray, close: float, *, up_to_sign: bool) -> list[list[int]]:
+    """Numbers of vectors (m, count, n) that are the same at all samples, perhaps up to a sign."""
+    found, left = [], np.arange(len(vectors))
+    while len(left):
+        own, others = vectors[left[0]], vectors[left]
+        is_same = np.abs(others - own).max(axis=(1, 2)) < close
+        if up_to_sign:
+            is_same |= np.abs(others + own).max(axis=(1, 2)) < close
+        found.append(left[is_same].tolist())
+        left = left[~is_same]
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,17 +169,17 @@ class WrenchSearch(Surroundings):
         if own.J.shape[2]:
             work = np.abs(np.einsum("dpni,nij->dpnj", scaled, own.J))
             fits &= np.max(work, axis=(2, 3)) <= IDLE
-        found: list[list[_PlacedWrench]] = []
-        seen = Seen(_SAME, up_to_sign=True)
-        for i, j in np.argwhere(fits):
-            point = points[j - 1][0] if j else None
-            one = _PlacedWrench(UnitWrench(directions[i][0], point), scaled[i, j], sizes[i, j])
-            if (known := seen.first_alike(one.scaled)) is None:
-                seen.add(one.scaled)
-                found.append([one])
-            else:
-                found[known].append(one)
-        return found
+        places = np.argwhere(fits)
+        each = [
+            _PlacedWrench(
+                UnitWrench(directions[i][0], points[j - 1][0] if j else None),
+                scaled[i, j],
+                sizes[i, j],
+            )
+            for i, j in places
+        ]
+        alike = _alike(scaled[fits], _SAME, up_to_sign=True)
+        return [[each[k] for k in group] for group in alike]
 
     def _cost(self, leg: PlacedLeg, wrench: UnitWrench) -> int:
         record, length = self.record, self.length
@@ -214,16 +197,13 @@ class WrenchSearch(Surroundings):
         self, vectors: Iterator[_Vector], scale: float, *, up_to_sign: bool
     ) -> list[tuple[np.ndarray, np.ndarray]]:
         """Vectors with their samples, each once; only these are written."""
+        each = [*vectors]
         found: list[tuple[np.ndarray, np.ndarray]] = []
-        seen = Seen(_SAME * scale, up_to_sign=up_to_sign)
-        for at, write in vectors:
-            if seen.first_alike(at) is not None:
-                continue
-            vector = write()
-            if vector is not None:
+        for group in _alike(np.array([at for at, _ in each]), _SAME * scale, up_to_sign=up_to_sign):
+            written = ((vector, each[i][0]) for i in group if (vector := each[i][1]()) is not None)
+            for vector, at in islice(written, 1):
                 simpler = [self.record.simplified(x, scale) for x in vector]
                 found.append((np.array(simpler, dtype=object), at))
-                seen.add(at)
         return found
 
 
@@ -338,18 +318,14 @@ def _lines(leg: PlacedLeg, count: int) -> Iterator[_Vector]:
     # Cosines, the simplest formulas of what parts feel, are written: first those between axes.
     for a, b in combinations(axes, 2):
         _ = a[1]() @ b[1]()
-    seen = Seen(_SAME, up_to_sign=True)
-    for a, b in combinations(points, 2):
-        unit = _unit(_between(a, b))
-        if unit is not None:
-            if seen.first_alike(unit[0]) is None:
-                seen.add(unit[0])
-                if (own := unit[1]()) is not None:
-                    _ = [own @ axis[1]() for axis in axes]
-            yield unit
-            for axis in axes:
-                if _are_square(unit, axis):
-                    yield _across(unit, axis)
+    each = (_unit(_between(a, b)) for a, b in combinations(points, 2))
+    units = [unit for unit in each if unit is not None]
+    for first, *_ in _alike(np.array([at for at, _ in units]), _SAME, up_to_sign=True):
+        if (own := units[first][1]()) is not None:
+            _ = [own @ axis[1]() for axis in axes]
+    for unit in units:
+        yield unit
+        yield from (_across(unit, axis) for axis in axes if _are_square(unit, axis))
 
 
 def _levers(leg: PlacedLeg, count: int) -> Iterator[_Vector]:

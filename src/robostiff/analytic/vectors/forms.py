@@ -33,7 +33,7 @@ from robostiff.analytic.vectors.vector_expressions import (
     Turned,
     Turns,
     Vector,
-    with_formulas_changed,
+    names_in,
 )
 from robostiff.errors import InputError
 from robostiff.spatial import Space
@@ -249,15 +249,8 @@ class FormulaInVectors(Formula):
 
     def components(self) -> Components:
         """None yet, but for names; no name is that of a given symbol."""
-        given: set[Any] = set()
-
-        def collect(expression: Any) -> Any:
-            given.update(expression.free_symbols)
-            return expression
-
-        own = (f.name for f in fields(self) if f.name not in _WORDS)
-        with_formulas_changed(tuple(getattr(self, x) for x in own), collect)
-        return Components((s.name for s in given), self.names)
+        own = (getattr(self, f.name) for f in fields(self) if f.name not in _WORDS)
+        return Components(names_in(tuple(own)), self.names)
 
 
 _WORDS = {"name", "conditions", "meanings", "following", "space"}  # fields without formulas

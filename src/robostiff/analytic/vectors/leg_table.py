@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -78,6 +78,11 @@ class LegTable:
         radius, angles = polar
         turned = self.angle(angle, angles)
         return radius * sp.cos(turned), radius * sp.sin(turned), first[2]
+
+    def keep(self, used: Container[str]) -> None:
+        """Leave the columns that are used."""
+        self.columns = {name: x for name, x in self.columns.items() if name in used}
+        self.angles = [name for name in self.angles if name in used]
 
     def angle(self, name: str, each: Sequence[Any]) -> Any:
         """An angle of all legs: a column, perhaps of another one from which it differs by one."""

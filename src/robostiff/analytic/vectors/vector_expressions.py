@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import sympy as sp
 
@@ -133,15 +133,18 @@ class Equation:
 
 
 def names_in(part: Any) -> set[str]:
-    """Names of the vectors and rotations in an expression.
+    """Names of the vectors, rotations and symbols in an expression.
 
     Examples
     --------
     >>> sorted(names_in(Cross(Vector("e_i"), Turned("R", Vector("b_i")))))
     ['R', 'b_i', 'e_i']
     """
-    if isinstance(part, tuple):
-        return set().union(*map(names_in, part))
+    if isinstance(part, sp.Basic):
+        return {s.name for s in cast("set[sp.Symbol]", part.free_symbols)}
+    if isinstance(part, tuple | dict):
+        each = part.values() if isinstance(part, dict) else part
+        return set().union(*map(names_in, each))
     if not is_dataclass(part) or isinstance(part, type):
         return set()
     own = {part.name} if isinstance(part, Vector) else set[str]()

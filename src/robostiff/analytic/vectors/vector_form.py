@@ -8,7 +8,6 @@ the first axis of its joints, and what is square to these.
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,8 +20,9 @@ from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.placement.turned_legs import COMPONENTS, averages, orbits_of
 from robostiff.analytic.reading.record_reading import ClosedReading
+from robostiff.analytic.springs.contributions import summed
 from robostiff.analytic.springs.leg_springs import LegReader, NotHeldByUnitWrenchesError
-from robostiff.analytic.springs.unit_wrenches import WrenchSearch
+from robostiff.analytic.springs.unit_wrenches import UnitWrench, WrenchSearch
 from robostiff.analytic.vectors.forms import VectorForm
 from robostiff.analytic.vectors.leg_table import LegTable
 from robostiff.analytic.vectors.vector_expressions import (
@@ -40,26 +40,32 @@ from robostiff.analytic.vectors.vector_expressions import (
     names_in,
 )
 from robostiff.analytic.vectors.vector_rods import (
+    SAME,
+    B,
     Bar,
     Carrier,
-    carrier_scalars,
+    D,
+    E,
+    J,
+    N,
+    Platform,
+    U,
+    across_of,
+    angle_of,
+    are_along,
     closure_of,
-    cluster_of,
+    ends_of,
+    in_the_platform,
     rod_of,
-    rods_of,
-    scalars_of,
 )
 from robostiff.analytic.vectors.vector_wrenches import (
     KnownReading,
     LegInVectors,
     WrenchWriter,
-    joint_of,
     shared_name,
 )
 from robostiff.recorded.leg import at_samples as sampled
 from robostiff.spatial import Space
-
-_SAME = 1e-9
 
 
 def vector_form(placed: PlacedRobot) -> VectorForm | None:
@@ -94,14 +100,14 @@ def _average_of(found: VectorForm, placed: PlacedRobot) -> sp.ImmutableMatrix | 
     numbers = values_of([x for leg in each for x in leg], at, own.definitions)
     numbers = np.array(np.broadcast_arrays(*numbers)).reshape(len(legs), 7, -1)
     c = numbers[:, 6]
-    if np.max(np.abs(c - c[:1]) / c) > _SAME:
+    if np.max(np.abs(c - c[:1]) / c) > SAME:
         return None
     scale = np.array([1.0] * 3 + [placed.length] * 3)
     W = numbers[:, :6].transpose(2, 0, 1) / scale
     orbits = orbits_of(W)
     if orbits is None or len(orbits) > 1:
         return None
-    is_nothing = np.max(np.abs(W[:, 0]), axis=0) < _SAME
+    is_nothing = np.max(np.abs(W[:, 0]), axis=0) < SAME
     symbols: Any = sp.symbols(COMPONENTS, real=True)
     own = [sp.Integer(0) if x else name for x, name in zip(is_nothing, symbols, strict=True)]
     products = averages({0: own}, orbits)
@@ -114,8 +120,6 @@ def _average_of(found: VectorForm, placed: PlacedRobot) -> sp.ImmutableMatrix | 
     return sp.ImmutableMatrix(6, 6, entry)
 
 
-_P, _A, _B, _U, _E, _J, _G, _N = map(Vector, ("p", "a_i", "b_i", "u_i", "e_i", "j_i", "g_i", "n_i"))
-_S, _T = (sp.Symbol(name, positive=True) for name in ("s_i", "t_i"))
 _SHIFT, _DRIVE = sp.Symbol("o_i", real=True), "k_i"
 _NAMES = {
     "p",
@@ -133,23 +137,17 @@ class _Recognition:
 
     def __init__(self, placed: PlacedRobot) -> None:
         self.placed = placed
-        self.record = placed.record
-        self.count = placed.record.count
         self.plain = ClosedReading(placed.record, placed.symbols)
         self.read = KnownReading(placed.record, placed.symbols, placed.springs)
-        space = placed.entries.space
-        self.search = WrenchSearch(self.record, placed.reference, space, placed.length)
-        self.springs = LegReader(self.search, self.read)
-        R = sampled(placed.platform.R, self.count)
-        r0 = sampled(placed.entries.reference_point, self.count)
-        self.rotation = "Q" if "R" in placed.symbols else "R"
-        self.turns = bool(np.max(np.abs(R - np.eye(3))) > _SAME)
-        self.shifted = bool(np.max(np.abs(r0)) > _SAME * placed.length)
-        rotation = self.rotation if self.turns else None
-        self.writer = WrenchWriter(
-            placed, self.springs, self.read, self.plain, rotation, self.shifted
-        )
-        self.table = LegTable({k: float(v) for k, v in placed.robot.nominal.items()})
+        search = WrenchSearch(placed.record, placed.reference, placed.entries.space, placed.length)
+        self.springs = LegReader(search, self.read)
+        name, point = "Q" if "R" in placed.symbols else "R", placed.entries.reference_point
+        each = {"p": placed.platform.p, name: placed.platform.R, "r_0": point}
+        at = {own: sampled(x, placed.record.count) for own, x in each.items()}
+        is_turned = np.max(np.abs(at[name] - np.eye(3))) > SAME
+        is_shifted = bool(np.max(np.abs(at["r_0"])) > SAME * placed.length)
+        self.platform = Platform(name if is_turned else None, is_shifted, at)
+        self.writer = WrenchWriter(placed, self.springs, self.read, self.platform)
 
     def form(self) -> VectorForm | None:
         """The whole form, where all legs are struts, or rods on slides or cranks."""
@@ -157,16 +155,15 @@ class _Recognition:
         if _NAMES & set(placed.symbols) or (pose := self._pose()) is None:
             return None
         count = len(placed.legs)
-        found = (rod_of(placed, i) for i in range(count))
+        found = (rod_of(placed, i, self.platform, self.plain) for i in range(count))
         rods = [rod for rod in found if rod is not None]
         # Wrenches of links are shorter by their entries where the pose is given.
         is_dyad = any(rod.carrier is Carrier.DYAD for rod in rods)
         if len(rods) < count or (placed.given is None and is_dyad):
             return None
-        each = [self._leg(i, rod) for i, rod in enumerate(rods)]
-        parallel: dict[str, Any] = {}
+        each, parallel = [self.writer.of(i, rod) for i, rod in enumerate(rods)], {}
         if None in each:
-            each, parallel = self._clusters(rods)
+            each, parallel = self._parallel(rods)
         kinds: dict[Any, list[int]] = {}
         for i, own in enumerate(each):
             kinds.setdefault(own and (rods[i].carrier, own.wrenches), []).append(i)
@@ -174,7 +171,6 @@ class _Recognition:
             return None
         forms = []
         for numbers in sorted(kinds.values(), key=len, reverse=True):
-            self.table = LegTable(self.table.nominal)
             labels = tuple(placed.legs[i].leg.name for i in numbers)
             legs = [leg for i in numbers if (leg := each[i])]
             forms.append(self._joined(pose, labels, [rods[i] for i in numbers], legs))
@@ -182,28 +178,45 @@ class _Recognition:
             return None
         return replace(forms[0], others=tuple(forms[1:]), **parallel)
 
-    def _leg(self, number: int, rod: Bar) -> LegInVectors | None:
-        basis = self.search.basis(self.placed.legs[number].leg)
-        return self.writer.of(number, basis, rod) if basis and basis.wrenches else None
+    def _parallel(self, rods: list[Bar]) -> tuple[list[LegInVectors | None], dict[str, Any]]:
+        """Legs of parallel rods on slides, and what the vector form has of the rods.
 
-    def _clusters(self, rods: list[Bar]) -> tuple[list[LegInVectors | None], dict[str, Any]]:
-        """Legs of parallel rods, and what the vector form has of the rods."""
-        found = []
-        for i, rod in enumerate(rods):
-            self.read.known = carrier_scalars(rod, 0)
-            found.append(cluster_of(self.placed, i, rod, self.springs))
-        clusters = [x for x in found if x is not None]
-        listed = rods_of(clusters)
-        if len(clusters) < len(rods) or listed is None:
+        The rods of a leg act as one at their middle, and each turns this by a couple.
+        """
+        legs: list[LegInVectors | None] = []
+        arms: list[tuple[int, str, tuple[Any, ...]]] = []
+        of_rods, contributions = set[Any](), self.springs.contributions.of
+        wrench = Stacked(U, Cross(self.platform.turned(B), U))
+        for number, rod in enumerate(rods):
+            own, middle = self.placed.legs[number].leg, ends_of(self.placed.legs[number].leg)
+            branches = own.blocks[0].branches if own.blocks else (own,)
+            bases = [self.springs.search.basis(branch) for branch in branches]
+            forces = [x for basis in bases for x in (basis.wrenches if basis else ())]
+            each = [w for w in forces if w.point is not None]
+            is_along = [are_along(sampled(w.direction, rod.at.count), rod.at.of(U)) for w in each]
+            if rod.carrier is not Carrier.SLIDE or middle is None or not all(is_along):
+                return [None], {}
+            if not len(forces) == len(each) == len(branches):
+                return [None], {}
+            self.read.known = rod.named(rod.scalars())
+            mean = UnitWrench(each[0].direction, middle[1])
+            met = summed(contributions(own.without_blocks, mean, mean))
+            if len(branches) > 1:
+                pairs = zip(branches, each, strict=True)
+                (of_rod, *_) = own_rods = [summed(contributions(b, f, f)) for b, f in pairs]
+                of_rods |= {*own_rods}
+                # Each rod takes the same share of a force through their middle.
+                met += of_rod / len(branches)
+                for branch in branches:
+                    label = f"{own.name}, {branch.name.split('/')[-1]}"
+                    end = ends_of(branch)
+                    away = in_the_platform(self.placed, (end or middle)[1] - middle[1])
+                    arms.append((number, label, tuple(map(self.plain, away))))
+            legs.append(LegInVectors((wrench,), {(0, 0): self.writer.of_leg(met)}))
+        if len(of_rods) != 1:
             return [None], {}
-        wrench = Stacked(_U, Cross(self.writer.turned(_B), _U))
-        legs: list[LegInVectors | None] = [
-            LegInVectors((wrench,), (self.writer.of_leg(x.compliance),)) for x in clusters
-        ]
-        compliance = next(x.of_rod for x in clusters if x.arms)
-        couple = Stacked(None, Cross(self.writer.turned(Vector("r_ij")), _U))
-        arms = [(i, label, tuple(map(self.plain, arm))) for i, label, arm in listed]
-        of_rod = Equation("v_ij", couple), Equation("c_r", compliance, is_vector=False)
+        couple = Stacked(None, Cross(self.platform.turned(Vector("r_ij")), U))
+        of_rod = Equation("v_ij", couple), Equation("c_r", of_rods.pop(), is_vector=False)
         return legs, {"rods": tuple(arms), "of_rod": of_rod}
 
     def _joined(
@@ -213,154 +226,130 @@ class _Recognition:
         rods: list[Bar],
         legs: list[LegInVectors],
     ) -> VectorForm | None:
-        first = legs[0]
-        equations = self._geometry(rods, legs)
-        named = self._of_wrenches(legs)
-        if named is None:
+        """Legs of one kind: their equations, and a table of what differs between them."""
+        table = LegTable({k: float(v) for k, v in self.placed.robot.nominal.items()})
+        geometry, own = self._geometry(rods, legs[0], table), self._of_wrenches(legs, table)
+        if own is None:
             return None
-        equations += named
-        count = len(first.wrenches)
-        own = [f"_{k}" if count > 1 else "" for k in range(1, count + 1)]
-        names = [(f"w_i{k}", f"c_i{k}") for k in own]
-        coupled = first.coupled
+        count, coupled = len(legs[0].wrenches), legs[0].coupled
+        numbers = [f"_{k}" if count > 1 else "" for k in range(1, count + 1)]
+        names = [(f"w_i{k}", f"c_i{k}") for k in numbers]
         if coupled:
             names = [(w, shared_name(k, k)) for k, (w, _) in enumerate(names)]
-        alike = self.table.turns_of_one_another() or []
+        used = names_in(tuple(own)) | {c for _, c in names}
+        used |= set().union(*(names_in(tuple(table.columns.get(c, ()))) for _, c in names))
+        kept = []
+        for e in reversed(geometry):
+            if e.name in used:
+                used |= names_in(e.expression)
+                kept.append(e)
+        table.keep(used)
+        alike = table.turns_of_one_another() or []
         return VectorForm(
             pose=pose,
             names=used_definitions(
                 self.read.definitions, [c for leg in legs for c in leg.entries.values()]
             ),
-            leg=tuple(equations),
+            leg=(*reversed(kept), *own),
             wrenches=tuple(names),
-            columns={name: tuple(column) for name, column in self.table.columns.items()},
+            columns={name: tuple(column) for name, column in table.columns.items()},
             legs=labels,
             turned=tuple(tuple(labels[i] for i in group) for group in alike if len(group) > 1),
             space=self.placed.entries.space,
             coupled=coupled,
         )
 
-    def _geometry(self, rods: list[Bar], legs: list[LegInVectors]) -> list[Equation]:
-        """Points, directions and scalars of a leg."""
-        used = {Vector(x) for x in names_in(legs[0].wrenches)}
-        carrier, joint = rods[0].carrier, joint_of(rods[0], self.count)
-        all_met = [c for leg in legs for c in leg.entries.values()]
-        scalars = set().union(*(c.free_symbols for c in all_met))
+    def _geometry(self, rods: list[Bar], leg: LegInVectors, table: LegTable) -> list[Equation]:
+        """Points, directions and scalars of a leg, also such as are not needed."""
+        bar = rods[0]
+        is_strut = bar.carrier is Carrier.NOTHING
 
-        def of_all(letter: str, angle: str, own: list[Any], rotation: Any = None) -> list[Equation]:
-            return self.table.equations(
-                letter, angle, [tuple(map(self.plain, v)) for v in own], rotation
-            )
+        def of_all(letter: str, angle: str, rotation: Any = None) -> list[Equation]:
+            each: list[Any] = [rod.vectors.get(letter) for rod in rods]
+            if any(x is None for x in each):
+                return []
+            vectors = [tuple(map(self.plain, v)) for v in each]
+            return table.equations(letter, angle, vectors, rotation)
 
-        e = partial(of_all, "e", "theta", [rod.axis for rod in rods])
-        away = ((1, _P), (1, self.writer.turned(_B)), (-1, _A))
-        equations = of_all("a", "phi", [rod.base for rod in rods])
-        equations += of_all("b", "psi", [rod.tip for rod in rods])
-        is_rod = carrier is not Carrier.NOTHING
-        if is_rod:
-            equations += e()
-        equations += [Equation("d_i", Sum(away)), *closure_of(rods, self.table, self.plain)]
-        if not is_rod and used & {_E, _G, _N}:
-            equations += e()
-        if _J in used or (joint == _J and used & {_G, _N}):
-            rotation = None if is_rod else self.writer.rotation
-            equations += of_all("j", "chi", [rod.joint for rod in rods], rotation)
-        equations += self._across(used, joint, rods)
-        equations += [
-            Equation(name.name, written, is_vector=False)
-            for name, written, _ in scalars_of(rods[0])
-            if name in scalars
-        ]
-        if _S in scalars:
-            equations.append(Equation("s_i", Dot(self._other(used, joint), _U), is_vector=False))
-        if _T in scalars:
-            across = Norm(Cross(self._other(used, joint), _U))
-            t = Dot(_E, _U) if _N in used and not is_rod else across
-            equations.append(Equation("t_i", t, is_vector=False))
-        return equations
+        def is_everywhere(x: Any, value: int) -> bool:
+            return all(np.max(np.abs(rod.at.of(x) - value)) < SAME for rod in rods)
 
-    def _across(self, used: set[Vector], joint: Vector, rods: list[Bar]) -> list[Equation]:
-        """The directions across the leg that are used."""
-        across, is_dyad = Cross(joint, _U), rods[0].carrier is Carrier.DYAD
-        found = []
-        if _G in used or (_N in used and not is_dyad):
-            is_unit = all(rod.joint is not None and rod.is_square for rod in rods)
-            found.append(Equation("g_i", across if is_unit else Over(across, Norm(across))))
-        if _N in used and not is_dyad:
-            found.append(Equation("n_i", Cross(_G, joint)))
-        return found
+        found = [*of_all("a", "phi"), *of_all("b", "psi")]
+        found += [] if is_strut else of_all("e", "theta")
+        side = table.scalar("sigma_i", [sp.Integer(rod.side) for rod in rods])
+        length, crank = (
+            table.scalar(name, [getattr(rod, x) for rod in rods])
+            for name, x in (("l_i", "length"), ("crank_i", "crank"))
+        )
+        in_plane = is_everywhere(Dot(E, Over(D, Norm(D))), 0)
+        found += closure_of(bar, self.platform, length, crank, side, in_plane=in_plane)
+        used = names_in(leg.wrenches)
+        if is_strut and used & {"e_i", "g_i", "n_i"}:
+            found += of_all("e", "theta")
+        if bar.first == J or "j_i" in used:
+            found += of_all("j", "chi", self.platform.rotation if is_strut else None)
+        found += across_of(bar, is_unit=is_everywhere(Norm(Cross(bar.first, U)), 1))
+        other = N if "n_i" in used else bar.first
+        return [*found, *angle_of(bar, other)]
 
-    def _of_wrenches(self, legs: list[LegInVectors]) -> list[Equation] | None:
+    def _of_wrenches(self, legs: list[LegInVectors], table: LegTable) -> list[Equation] | None:
         """Wrenches and what they meet; a force that shares energy with a couple is moved by it."""
-        first = legs[0]
-        if any(leg.coupled != first.coupled for leg in legs):
+
+        def scalar(name: str, expression: Any) -> Equation:
+            return Equation(name, expression, is_vector=False)
+
+        first, last, moved = legs[0], len(legs[0].wrenches), legs[0].moved
+        shared = {place: met for place, met in first.entries.items() if len({*place}) == 2}
+        if any(leg.entries.keys() != first.entries.keys() for leg in legs):
             return None
+        compared = first.entries if first.coupled else shared
+        if any(leg.entries[x] != met for leg in legs for x, met in compared.items()):
+            return None
+        names = [f"w_i_{k}" if last > 1 else "w_i" for k in range(1, last + 1)]
+        found = [[Equation(x, w)] for x, w in zip(names, first.wrenches, strict=True)]
         if first.coupled:
-            return self._of_coupled(legs)
-        found: list[list[Equation]] = []
-        last = len(first.wrenches)
+            each = [scalar(shared_name(i, j), met) for (i, j), met in first.entries.items()]
+            return [*(e for own in found for e in own), *each]
         couple = sp.Symbol(f"c_i_{last}", real=True)
-        for k, w in enumerate(first.wrenches):
-            own = f"_{k + 1}" if last > 1 else ""
-            name = f"c_i{own}"
-            met = self._scalar(name, [leg.compliances[k] for leg in legs])
-            if first.moved is not None and k == first.moved[0]:
-                if name in self.table.columns:
+        for k, own in enumerate(found):
+            name = f"c{names[k][1:]}"
+            met = _met(table, name, [leg.entries[k, k] for leg in legs])
+            if k == moved:
+                if name in table.columns:
                     return None
-                moved = Sum(((1, w), (-1, Times(_SHIFT, Vector(f"w_i_{last}")))))
+                by = Times(_SHIFT, Vector(names[-1]))
+                own[0] = Equation(names[k], Sum(((1, first.wrenches[k]), (-1, by))))
                 met -= _SHIFT**2 * couple
-                found.append([Equation(f"w_i{own}", moved)])
-            else:
-                found.append([Equation(f"w_i{own}", w)])
             if met != sp.Symbol(name, real=True):
-                found[-1].append(Equation(name, met, is_vector=False))
-        if first.moved is None:
-            return [e for pair in found for e in pair]
-        if any(leg.moved != first.moved for leg in legs):
-            return None
-        number, energy = first.moved
-        shift = Equation(_SHIFT.name, energy / couple, is_vector=False)
-        forces = [e for k, pair in enumerate(found[:-1]) for e in pair if k != number]
-        return [*forces, *found[-1], shift, *found[number]]
-
-    def _of_coupled(self, legs: list[LegInVectors]) -> list[Equation] | None:
-        """Wrenches, and the compliances that pairs of them share."""
-        found = [Equation(f"w_i_{k}", w) for k, w in enumerate(legs[0].wrenches, start=1)]
-        each = [leg.entries for leg in legs]
-        for (i, j), met in each[0].items():
-            if any(own[i, j] != met for own in each):
-                return None
-            found.append(Equation(shared_name(i, j), met, is_vector=False))
-        return found
-
-    def _scalar(self, name: str, each: list[Any]) -> Any:
-        """What wrenches of all legs meet; drives of different stiffness are a column k_i."""
-        terms = [sp.Add.make_args(x) for x in each]
-        common = [x for x in terms[0] if all(x in own for own in terms)]
-        rests = [sp.Add(*(x for x in own if x not in common)) for own in terms]
-        stiffnesses: list[Any] = [1 / x for x in rests if x != 0]
-        # One spring a leg, whose stiffness is a number or has a name that is not of a leg.
-        are_plain = all(x.is_number or (x.is_Symbol and x.name[-2:] != "_i") for x in stiffnesses)
-        is_column = common and are_plain and len(stiffnesses) == len(each) and len({*rests}) > 1
-        if not is_column or self.table.columns.get(_DRIVE, stiffnesses) != stiffnesses:
-            return self.table.scalar(name, each)
-        return sp.Add(*common, 1 / self.table.scalar(_DRIVE, stiffnesses))
-
-    def _other(self, used: set[Vector], joint: Vector) -> Vector:
-        """The direction beside the strut's own, or what that is square to."""
-        return _N if _N in used else joint
+                own.append(scalar(name, met))
+        if moved is not None:
+            shift = scalar(_SHIFT.name, shared[moved, last - 1] / couple)
+            found += [[shift], found.pop(moved)]
+        return [e for own in found for e in own]
 
     def _pose(self) -> tuple[Equation, ...] | None:
         """Point and rotation of the platform; None where the rotation is not written by turns."""
-        placed = self.placed
-        p = Coordinates(tuple(self.plain(x) for x in placed.platform.p))
-        found = [Equation("p", p)]
+        placed, rotation = self.placed, self.platform.rotation
         turns = placed.rotation.factors(placed.given or {})
-        if self.turns:
-            if not turns:
-                return None
-            found.append(Equation(self.rotation, Turns(turns)))
-        if self.shifted:
-            r0 = Coordinates(tuple(self.plain(x) for x in placed.entries.reference_point))
-            found.append(Equation("r_0", r0))
-        return tuple(found)
+        if rotation and not turns:
+            return None
+        points = {"p": placed.platform.p, "r_0": placed.entries.reference_point}
+        p, r0 = (
+            Equation(name, Coordinates(tuple(map(self.plain, x)))) for name, x in points.items()
+        )
+        turned = [Equation(rotation, Turns(turns))] if rotation else []
+        return (p, *turned, *([r0] if self.platform.is_shifted else []))
+
+
+def _met(table: LegTable, name: str, each: list[Any]) -> Any:
+    """What wrenches of all legs meet; drives of different stiffness are a column k_i."""
+    terms = [sp.Add.make_args(x) for x in each]
+    common = [x for x in terms[0] if all(x in own for own in terms)]
+    rests = [sp.Add(*(x for x in own if x not in common)) for own in terms]
+    stiffnesses: list[Any] = [1 / x for x in rests if x != 0]
+    # One spring a leg, whose stiffness is a number or has a name that is not of a leg.
+    are_plain = all(x.is_number or (x.is_Symbol and x.name[-2:] != "_i") for x in stiffnesses)
+    is_column = common and are_plain and len(stiffnesses) == len(each) and len({*rests}) > 1
+    if not is_column or table.columns.get(_DRIVE, stiffnesses) != stiffnesses:
+        return table.scalar(name, each)
+    return sp.Add(*common, 1 / table.scalar(_DRIVE, stiffnesses))

@@ -7,7 +7,7 @@ couple; where more of them do, the leg has a small matrix of compliances.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
@@ -17,75 +17,69 @@ import sympy as sp
 
 from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.exact.definition import Definition, count_of
+from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.named_reading import NamedReading
-from robostiff.analytic.reading.record_reading import ClosedReading
-from robostiff.analytic.springs.contributions import Contribution, recognised_beam, summed
+from robostiff.analytic.springs.contributions import recognised_beam, summed
 from robostiff.analytic.springs.leg_springs import LegReader
+from robostiff.analytic.springs.sampled_leg import SampledLeg
 from robostiff.analytic.springs.unit_wrenches import Basis, UnitWrench
 from robostiff.analytic.vectors.vector_expressions import (
     Cross,
+    Norm,
     Stacked,
     Sum,
     Times,
-    Turned,
-    Vector,
     VectorExpression,
 )
 from robostiff.analytic.vectors.vector_rods import (
+    COSINE,
+    LENGTH,
+    SAME,
+    SCALARS,
+    SINE,
     Bar,
     Carrier,
+    G,
+    J,
+    N,
+    Platform,
+    U,
+    angle_of,
     are_along,
-    carrier_scalars,
-    scalars_across,
     varies,
 )
-from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.model import PlacedLeg
 from robostiff.record import Entry, Record
 from robostiff.recorded.leg import at_samples as sampled
 from robostiff.recorded.working_frame import cross
 
-_SAME = 1e-9
 _LONGEST = 80  # operations of a compliance that is printed for a generic leg
-
-_P, _A, _B, _U, _E, _J, _G, _N, _M, _V = map(
-    Vector, ("p", "a_i", "b_i", "u_i", "e_i", "j_i", "g_i", "n_i", "m_i", "v_i")
-)
-_R0 = Vector("r_0")
-_LENGTH, _S, _T = (sp.Symbol(name, positive=True) for name in ("L_i", "s_i", "t_i"))
-_SCALARS = {sp.Symbol(f"{x}_i", real=True) for x in "fhxz"} | {_LENGTH, _S, _T}
 
 
 @dataclass(frozen=True)
 class LegInVectors:
     """A leg as it is written: its wrenches, what each meets, and what pairs of them share."""
 
-    wrenches: tuple[VectorExpression, ...]
-    compliances: tuple[Any, ...]
-    # Numbers of two wrenches, the first one less, and what they share
-    shared: tuple[tuple[int, int, Any], ...] = ()
+    wrenches: tuple[Stacked, ...]
+    # What pairs of them meet, by their numbers, the first one not more; none of others
+    entries: dict[tuple[int, int], Any]
 
     @property
-    def entries(self) -> dict[tuple[int, int], Any]:
-        """What pairs of wrenches meet, by their numbers; none of those that share no energy."""
-        found = {(k, k): c for k, c in enumerate(self.compliances)}
-        return dict(sorted((found | {(i, j): c for i, j, c in self.shared}).items()))
-
-    @property
-    def moved(self) -> tuple[int, Any] | None:
-        """The force that only shares energy with the last wrench, a couple, and what they share."""
-        if len(self.shared) != 1:
+    def moved(self) -> int | None:
+        """The force that only shares energy with the last wrench, a couple."""
+        shared = [(i, j) for i, j in self.entries if i < j]
+        if len(shared) != 1 or shared[0][1] != len(self.wrenches) - 1:
             return None
-        i, j, energy = self.shared[0]
-        forces = [isinstance(w, Stacked) and w.force is not None for w in self.wrenches]
-        return (i, energy) if j == len(forces) - 1 and forces[i] and not forces[j] else None
+        i, last = shared[0][0], self.wrenches[-1]
+        return i if self.wrenches[i].force is not None and last.force is None else None
 
     @property
     def coupled(self) -> tuple[tuple[str, ...], ...]:
         """Names of what pairs meet, empty for zero; none where at most a force is moved."""
-        if not self.shared or self.moved is not None:
-            return ()
         known, places = self.entries, range(len(self.wrenches))
+        if len(known) == len(places) or self.moved is not None:
+            return ()
         return tuple(
             tuple(shared_name(i, j) * ((min(i, j), max(i, j)) in known) for j in places)
             for i in places
@@ -94,6 +88,7 @@ class LegInVectors:
 
 # Its place in the basis, and how it is written
 _Written = tuple[int, UnitWrench, Stacked]
+_OfBars = Callable[[UnitWrench], Any]
 
 
 @dataclass(frozen=True)
@@ -103,97 +98,102 @@ class WrenchWriter:
     placed: PlacedRobot
     springs: LegReader
     read: KnownReading
-    plain: ClosedReading
-    rotation: str | None  # of the platform; None where it is not turned
-    shifted: bool  # whether the reference point is not the platform's origin
+    platform: Platform
 
-    def of(self, number: int, basis: Basis, rod: Bar) -> LegInVectors | None:
+    def of(self, number: int, rod: Bar) -> LegInVectors | None:
         """A leg; None where a wrench has another direction, or acts along another line."""
-        own, count = self.placed.legs[number].leg, self.placed.record.count
+        own, search = self.placed.legs[number].leg, self.springs.search
+        basis = search.basis(own)
+        if basis is None or not basis.wrenches:
+            return None
         if rod.carrier is not Carrier.SLIDE:
             basis = self._with_couples(own, basis, rod)
-        known, joint = self._directions(rod)
-        e = dict(known)[joint]
-        self.read.known = carrier_scalars(rod, self.plain(rod.crank))
-        if rod.carrier is Carrier.NOTHING and rod.joint is not None:
-            L = np.linalg.norm(rod.end - rod.start, axis=1)
-            self.read.known += [(L, _LENGTH), (L / 2, _LENGTH / 2)]
-        written: list[_Written] = []
-        at_samples: dict[VectorExpression, np.ndarray] = {}
-        for place, found in enumerate(basis.wrenches):
-            at = sampled(found.direction, count)
-            alike = next(((v, x) for v, x in known if are_along(x, at)), None)
-            if alike is None:
-                return None
-            vector, named = alike
-            # The sign matters where two wrenches share energy.
-            sign = 1 if np.max(np.abs(at - named)) < _SAME else -1
-            wrench = replace(found, direction=sign * found.direction)
-            if wrench.point is None:
-                written.append((place, wrench, Stacked(None, vector)))
-            else:
-                arm = self._arm(sampled(wrench.point, count), named, rod)
-                if arm is None:
-                    return None
-                written.append((place, wrench, Stacked(vector, Cross(arm, vector))))
-            at_samples[vector] = named
-        written.sort(key=lambda one: (one[1].point is None, one[2].force != _U))
-        if rod.carrier in (Carrier.NOTHING, Carrier.SLIDE, Carrier.CRANK):
+        written = [self._written(i, unit, rod) for i, unit in enumerate(basis.wrenches)]
+        found = sorted(
+            (one for one in written if one is not None),
+            key=lambda one: (one[1].point is None, one[2].force != U),
+        )
+        if len(found) < len(written):
+            return None
+        used = [w.force or w.moment for *_, w in found]
+        self.read.known = rod.named(rod.scalars())
+        if rod.carrier is not Carrier.DYAD:
             # What lies across both is written by the axis of the joint, or by what is square to it.
-            across_both = [e] if _G in at_samples else []
-            others = [x for v, x in at_samples.items() if v not in (_U, _G)] or across_both
-            if any(not are_along(x, others[0]) for x in others):
+            across = [x for x in used if x not in (U, G)] or [rod.first] * (G in used)
+            if any(not are_along(rod.at.of(x), rod.at.of(across[0])) for x in across):
                 return None
-            for at in others[:1]:
-                u, width = rod.unit, self.plain(rod.width)
-                s, t = np.einsum("ni,ni->n", at, u), np.linalg.norm(np.cross(at, u), axis=1)
-                if rod.carrier is Carrier.NOTHING and _N in at_samples:
-                    t = np.einsum("ni,ni->n", e, u)  # the same but for its sign
-                self.read.known += scalars_across(
-                    self.read.known, t, sampled(rod.width, count), width
-                )
-                self.read.known += [(x, name) for x, name in ((s, _S), (t, _T)) if varies(x)]
-        bars = None
-        if _N in at_samples and own.blocks:
-            bars = ParallelBars.of(own, rod, self.springs, self.placed)
-        return self._in_scalars(own, written, basis, bars)
+            for e in angle_of(rod, N if N in used else rod.first) if across else ():
+                rod.at.give(e)
+            if across:
+                self.read.known += rod.named([*rod.scalars_across(), COSINE, SINE])
+        for bars in (_bars_of(own, rod, self) if N in used else None, None):
+            leg = self._in_scalars(own, found, basis, bars)
+            if bars is None or self.is_stiffness(own, leg, rod):
+                return leg
+        return None
+
+    def _written(self, place: int, found: UnitWrench, rod: Bar) -> _Written | None:
+        """A unit wrench along one of the named directions."""
+        at = sampled(found.direction, rod.at.count)
+        vector = next((x for x in rod.directions if are_along(rod.at.of(x), at)), None)
+        if vector is None:
+            return None
+        named = rod.at.of(vector)
+        # The sign matters where two wrenches share energy.
+        sign = 1 if np.max(np.abs(at - named)) < SAME else -1
+        wrench = replace(found, direction=sign * found.direction)
+        if wrench.point is None:
+            return place, wrench, Stacked(None, vector)
+        away = sampled(wrench.point - self.placed.reference, rod.at.count)
+        for arm in self._arms(rod):
+            apart = np.cross(rod.at.of(arm) - away, named)
+            if np.max(np.abs(apart)) < SAME * self.placed.length:
+                return place, wrench, Stacked(vector, Cross(arm, vector))
+        return None
+
+    def _arms(self, rod: Bar) -> Iterator[VectorExpression]:
+        """From the reference point to places of a rod."""
+        end = self.platform.end
+        yield end
+        if rod.carrier is Carrier.NOTHING:
+            yield self.platform.base
+        back = LENGTH / 2 if rod.carrier is Carrier.NOTHING else rod.length
+        yield Sum(((1, end), (-1, Times(back, U))))
+
+    def is_stiffness(self, own: PlacedLeg, leg: LegInVectors, rod: Bar) -> bool:
+        """Whether a leg as it is written has its stiffness at the samples."""
+        search = self.springs.search
+        rows = list(search.space.rows)
+        W = np.stack([rod.at.of(w) for w in leg.wrenches], axis=2)[:, rows]
+        W /= search.scale[rows][:, None]
+        C = np.zeros((rod.at.count, *2 * (len(leg.wrenches),)))
+        given = {s: rod.at.known[s.name] for s in SCALARS if s.name in rod.at.known}
+        given |= {s: rod.at.known[name] for name, s in self.placed.symbols.items()}
+        for (i, j), value in zip(
+            leg.entries, values_of(leg.entries.values(), given, self.read.definitions), strict=True
+        ):
+            C[:, i, j] = C[:, j, i] = value
+        wanted = SampledLeg.of(own, search)
+        found = W @ np.linalg.pinv(C, hermitian=True) @ W.mT
+        return wanted is not None and bool(
+            np.max(np.abs(found - wanted.stiffness)) < SAME * np.max(np.abs(wanted.stiffness))
+        )
 
     def _in_scalars(
-        self, own: PlacedLeg, written: list[_Written], basis: Basis, bars: ParallelBars | None
+        self, own: PlacedLeg, found: list[_Written], basis: Basis, bars: _OfBars | None
     ) -> LegInVectors:
         """What the wrenches meet and share; the couple that comes with a force is the last."""
-        pairs, places = basis.coupled, [place for place, _, _ in written]
-        coupled = [
-            (i, j) for i, j in combinations(range(len(written)), 2) if pairs[places[i], places[j]]
-        ]
-        if len(coupled) == 1:
-            written.append(written.pop(coupled[0][1]))
-            coupled = [(coupled[0][0], len(written) - 1)]
-        units = [unit for _, unit, _ in written]
-        met = [self._shared(own, x, x, bars) for x in units]
-        shared = tuple((i, j, self._shared(own, units[i], units[j], bars)) for i, j in coupled)
-        return LegInVectors(tuple(w for *_, w in written), tuple(met), shared)
 
-    def _directions(self, rod: Bar) -> tuple[list[tuple[VectorExpression, np.ndarray]], Vector]:
-        """Names of directions with their values at the samples, and that of the joint's axis."""
-        count = self.placed.record.count
-        joint, u = joint_of(rod, count), rod.unit
-        e = sampled(rod.axis if joint == _E or rod.joint is None else rod.joint, count)
-        known: list[tuple[VectorExpression, np.ndarray]] = [(_U, u), (joint, e)]
-        if rod.carrier is Carrier.DYAD:
-            m, n, v = rod.across, np.cross(rod.across, e), rod.along
-            known += [(_M, m), (_N, n), (_V, v), (_G, np.cross(e, u))]
-            known.append((Cross(_E, _V), np.cross(e, v)))
-            return known, joint
-        across = np.cross(e, u)
-        size = np.linalg.norm(across, axis=1)
-        if np.min(size) > _SAME:
-            g = across / size[:, None]
-            known += [(_G, g), (_N, np.cross(g, e))]
-        if rod.carrier is Carrier.NOTHING and rod.joint is not None:
-            R = sampled(self.placed.platform.R, count)
-            known.append((_J, np.einsum("nij,nj->ni", R, sampled(rod.joint, count))))
-        return known, joint
+        def coupled() -> list[tuple[int, int]]:
+            places, pairs = [place for place, _, _ in found], basis.coupled
+            both = combinations(range(len(found)), 2)
+            return [(i, j) for i, j in both if pairs[places[i], places[j]]]
+
+        if len(coupled()) == 1:
+            found.append(found.pop(coupled()[0][1]))
+        alone, units = [(k, k) for k in range(len(found))], [unit for _, unit, _ in found]
+        met = {(i, j): self._shared(own, units[i], units[j], bars) for i, j in [*alone, *coupled()]}
+        return LegInVectors(tuple(w for *_, w in found), dict(sorted(met.items())))
 
     def _with_couples(self, own: PlacedLeg, basis: Basis, rod: Bar) -> Basis:
         """Of forces along parallel lines across a bar, one at an end of it, and couples.
@@ -204,12 +204,13 @@ class WrenchWriter:
         forces = [w for w in units if w.point is not None]
         at = [sampled(w.direction, record.count) for w in forces]
         axes = (axis for spring in own.springs for axis in np.asarray(spring.rotation).T)
-        is_along = (x for x in axes if are_along(sampled(x, record.count), rod.unit))
+        u = rod.at.of(U)
+        is_along = (x for x in axes if are_along(sampled(x, record.count), u))
         along = next(is_along, None)
         if along is None or basis.couplings == 0:
             return basis
         for i, j in combinations(range(len(forces)), 2):
-            is_across = np.max(np.abs(np.sum(at[i] * rod.unit, axis=1))) < _SAME
+            is_across = np.max(np.abs(np.sum(at[i] * u, axis=1))) < SAME
             if not (is_across and are_along(at[i], at[j])):
                 continue
             force, turning = forces[i].direction, cross(forces[i].direction, along)
@@ -225,13 +226,11 @@ class WrenchWriter:
             return basis if found is None or found.couplings > basis.couplings else found
         return basis
 
-    def _shared(
-        self, own: PlacedLeg, a: UnitWrench, b: UnitWrench, bars: ParallelBars | None
-    ) -> Any:
+    def _shared(self, own: PlacedLeg, a: UnitWrench, b: UnitWrench, bars: _OfBars | None) -> Any:
         without = own if bars is None else own.without_blocks
         met = self.springs.contributions.of(without, a, b)
         if bars is not None and a is b:
-            met = [*met, *bars.of_wrench(a)]
+            met = [*met, (sp.Integer(1), bars(a))]
         shared = self.of_leg(summed(met))
         if count_of(shared) > _LONGEST:
             raise FormulaTooLargeError.beyond(_LONGEST)
@@ -240,35 +239,9 @@ class WrenchWriter:
     def of_leg(self, compliance: Any) -> Any:
         """A compliance without names that stand for scalars of the leg."""
         for d in reversed(self.read.definitions):
-            if compliance.has(d.symbol) and d.expression.free_symbols & _SCALARS:
+            if compliance.has(d.symbol) and d.expression.free_symbols & SCALARS:
                 compliance = compliance.xreplace({d.symbol: d.expression})
         return compliance
-
-    def turned(self, vector: VectorExpression) -> VectorExpression:
-        """A vector of the platform in the world."""
-        return vector if self.rotation is None else Turned(self.rotation, vector)
-
-    @property
-    def end(self) -> VectorExpression:
-        """From the reference point to the leg's joint on the platform."""
-        return self.turned(Sum(((1, _B), (-1, _R0))) if self.shifted else _B)
-
-    def _arm(self, point: np.ndarray, direction: np.ndarray, rod: Bar) -> VectorExpression | None:
-        """From the reference point to the line of a force."""
-        close = _SAME * self.placed.length
-        places = rod.end, rod.start, (rod.end + rod.start) / 2
-        away = [float(np.max(np.abs(np.cross(x - point, direction)))) for x in places]
-        if away[0] < close:
-            return self.end
-        if away[1] < close and rod.carrier is Carrier.NOTHING:
-            terms: tuple[tuple[int, VectorExpression], ...] = ((1, _A), (-1, _P))
-            return Sum((*terms, (-1, self.turned(_R0))) if self.shifted else terms)
-        back = None
-        if away[1] < close:
-            back = self.plain(rod.length)
-        elif away[2] < close and rod.carrier is Carrier.NOTHING:
-            back = _LENGTH / 2
-        return None if back is None else Sum(((1, self.end), (-1, Times(back, _U))))
 
 
 def shared_name(i: int, j: int) -> str:
@@ -276,96 +249,31 @@ def shared_name(i: int, j: int) -> str:
     return f"c_i_{min(i, j) + 1}{max(i, j) + 1}"
 
 
-def joint_of(rod: Bar, count: int) -> Vector:
-    """The name of the axis of the first joint of a rod: that of its carrier, or its own."""
-    if rod.carrier is Carrier.NOTHING or rod.joint is None:
-        return _E
-    both = (sampled(x, count) for x in (rod.joint, rod.axis))
-    return _E if are_along(*both) else _J
+def _bars_of(leg: PlacedLeg, rod: Bar, writer: WrenchWriter) -> _OfBars | None:
+    """What two bars between pins across them add to the compliance under a wrench.
 
+    None where a leg has others, or where they always cross j squarely.
+    """
+    if len(leg.blocks) != 1 or rod.width == 0 or not varies(rod.at.of(Norm(Cross(J, U)))):
+        return None
+    bar = next(leg.blocks[0].branches[0].springs)
+    beam, pin = recognised_beam(bar, writer.placed.record), rod.at.of(G)
+    across = {"EI_z": bar.rotation[:, 1], "EI_y": bar.rotation[:, 2]}
+    bends = [x for x, axis in across.items() if are_along(sampled(axis, rod.at.count), pin)]
+    if beam is None or not bends:
+        return None
+    L, w, s = writer.read.length(beam[0]), rod.width, COSINE
+    EA, EI, GJ = (writer.read(beam[1][x]) for x in ("EA", bends[0], "GJ"))
 
-_SINE = sp.Symbol("s_i", positive=True)  # of the angle between the bars and the line across them
-
-
-@dataclass(frozen=True, eq=False)
-class ParallelBars:
-    """Two bars of a leg, and what their directions are at the samples (count, 3)."""
-
-    reader: LegReader
-    along: Any  # L
-    products: dict[str, Any]  # of a bar
-    bends: str  # which of them bends when the bars are sheared
-    bar: str  # name of one of them
-    width: Any
-    unit: np.ndarray
-    pin: np.ndarray
-
-    @classmethod
-    def of(
-        cls, leg: PlacedLeg, rod: Bar, reader: LegReader, placed: PlacedRobot
-    ) -> ParallelBars | None:
-        """The bars of a leg; None where it has others, or where they always cross j squarely."""
-        j, u, count = rod.joint, rod.unit, placed.record.count
-        if j is None or np.min(sampled(rod.width, count)) <= 0 or len(leg.blocks) != 1:
-            return None
-        across = np.cross(sampled(j, count), u)
-        sine = np.linalg.norm(across, axis=1)
-        if np.min(sine) <= _SAME or not varies(sine):
-            return None
-        pin = across / sine[:, None]
-        beams = [_bar_of(branch, u, pin, count) for branch in leg.blocks[0].branches]
-        first = beams[0]
-        each = [sampled(x.elasticity.compliance, count) for x in beams if x is not None]
-        apart = [np.abs(C - each[0]) <= _SAME * np.abs(each[0]) for C in each]
-        if first is None or {len(beams), len(each)} != {2} or not np.all(apart):
-            return None
-        found = recognised_beam(first, placed.record)
-        axes = [sampled(axis, count) for axis in first.rotation.T]
-        letters = ("EI_z", axes[1]), ("EI_y", axes[2])
-        bends = next((letter for letter, axis in letters if are_along(axis, pin)), None)
-        between = np.linalg.norm(rod.end - rod.start, axis=1)
-        if (
-            found is None
-            or bends is None
-            or np.max(np.abs(sampled(found[0], count) - between)) > _SAME * placed.length
-        ):
-            return None
-        products = reader.contributions.products.of(found[1])
-        along, width = reader.read.length(found[0]), reader.read(rod.width)
-        return cls(reader, along, products, bends, first.name, width, u, pin)
-
-    def of_wrench(self, wrench: UnitWrench) -> tuple[Contribution, ...]:
-        """What the bars add to the compliance under a wrench."""
-        L, w = self.along, self.width
+    def added(wrench: UnitWrench) -> Any:
         if wrench.point is not None:
-            met = L / (2 * self._value("EA"))
-        elif are_along(sampled(wrench.direction, len(self.unit)), self.pin):
-            met = 2 * L / (self._value("EA") * w**2 * _SINE**2)
-        else:
-            EI, GJ = self._value(self.bends), self._value("GJ")
-            in_series = L * _SINE**2 / (2 * GJ) + L * (1 - _SINE**2) / (2 * EI)
-            met = 1 / (6 * EI * w**2 / L**3 + 1 / in_series)
-        return ((sp.Integer(1), met),)
+            return L / (2 * EA)
+        if are_along(sampled(wrench.direction, rod.at.count), pin):
+            return 2 * L / (EA * w**2 * s**2)
+        in_series = L * s**2 / (2 * GJ) + L * (1 - s**2) / (2 * EI)
+        return 1 / (6 * EI * w**2 / L**3 + 1 / in_series)
 
-    def _value(self, letter: str) -> Any:
-        return self.reader.contributions.products.value(self.products[letter], self.bar)
-
-
-def _bar_of(
-    branch: PlacedLeg, unit: np.ndarray, pin: np.ndarray, count: int
-) -> PlacedSpring | None:
-    """The beam of a branch along u between two pins; None where it has other parts."""
-    if len(branch.elements) != 3:
-        return None
-    first, beam, last = branch.elements
-    if not isinstance(beam, PlacedSpring):
-        return None
-    for joint in (first, last):
-        if not (isinstance(joint, PlacedFreedom) and joint.is_passive and joint.is_rotation):
-            return None
-        if not are_along(sampled(joint.axis, count), pin):
-            return None
-    return beam if are_along(sampled(beam.rotation[:, 0], count), unit) else None
+    return added
 
 
 class KnownReading(NamedReading):
@@ -402,6 +310,6 @@ class KnownReading(NamedReading):
         at = self.record.sample(step)
         for other, symbol in self.known:
             for sign in (1, -1):
-                if np.max(np.abs(at - sign * other)) <= _SAME * np.max(np.abs(other)):
+                if np.max(np.abs(at - sign * other)) <= SAME * np.max(np.abs(other)):
                     return sign * symbol
         return None

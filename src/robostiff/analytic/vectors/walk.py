@@ -15,7 +15,7 @@ import sympy as sp
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.placement.robot_pose import exact_angle
 from robostiff.analytic.reading.named_reading import NamedReading
-from robostiff.analytic.springs.contributions import BeamProducts, recognised_beam
+from robostiff.analytic.springs.contributions import recognised_beam
 from robostiff.analytic.vectors.vector_expressions import (
     Columns,
     Coordinates,
@@ -70,7 +70,6 @@ class Walk:
     ) -> None:
         self.placed = placed
         self.read = read
-        self.products: BeamProducts = BeamProducts(self.read)
         self.equations: list[Equation] = []
         self.rotation: str | None = None
         self.idle: set[str] = set()  # rotations that turn no vector
@@ -180,7 +179,6 @@ class Walk:
         if found is None:
             raise UnusualPartError
         along, products = found
-        named, value = self.products.of(products), self.products.value
         turns = turns_of(axes)
         own = self._free("Q")
         expression: VectorExpression = Turns(turns)
@@ -197,7 +195,7 @@ class Walk:
         self.go(half)
         of_beam = (
             self.read.length(along),
-            *(value(named[x], spring.name) for x in ("EA", "EI_y", "EI_z", "GJ")),
+            *(self.read(products[x]) for x in ("EA", "EI_y", "EI_z", "GJ")),
         )
         self.beams.append((spring.name, own, middle, of_beam))
 
