@@ -251,7 +251,7 @@ def test_a_python_function_raises_where_it_does_not_hold():
     derivation, _, _ = singular()
     function = function_of(derivation)
     assert function(2.0, 1.0)[0, 0] == 1.0
-    assert "Where the formula does not hold" in " ".join(function.__doc__.split())
+    assert "a ValueError where the formula does not hold" in " ".join(function.__doc__.split())
     for a, b in [(1.0, 1.0), (1.0, 1.0 + 1e-9), (-1.0, 1.0), (np.nan, 1.0)]:
         with pytest.raises(ValueError, match="does not hold at 1 of 1"):
             function(a, b)
