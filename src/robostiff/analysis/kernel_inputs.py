@@ -1,18 +1,20 @@
-"""Poses and parameters as rows of inputs of a kernel."""
+"""Machines of which kernels are recorded: poses and parameters as rows of inputs."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Generic, cast
+from functools import singledispatch
+from typing import Any, Generic, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.linkage_stiffness import ConfigurationsOfLinkage
+from robostiff.analysis.compiled_answer import InputRows, RecordedRanks
 from robostiff.analysis.questions import CHUNK, PosesOfRobot, Question
-from robostiff.compiled import Output
-from robostiff.elastostatics import DEFAULT_TOLERANCE, Tolerance
+from robostiff.compiled import Backend, Kernel, Output
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kinematics import (
     ActuatorCoordinates,
@@ -22,10 +24,8 @@ from robostiff.kinematics import (
     posture_finder,
 )
 from robostiff.kinematics.pose import check_held_sums, coordinate_units, joint_units
-from robostiff.linkage import DrivenLinkage, DriveValues, Linkage
-from robostiff.model import Robot
+from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.model.entries import OfSymbols
-from robostiff.recorded import parameter_samples, sample_postures
 from robostiff.spatial import as_floats
 from robostiff.spatial.rotation import is_rigid_transform
 
@@ -59,8 +59,7 @@ class ParameterValues(Generic[OfSymbols]):
             if value.shape not in {(), (count,)}:
                 raise InputError(f"parameter {name}", got=f"shape {value.shape}", expected=words)
             row[:] = value
-        error = robot.error_at(rows)
-        if error is not None:
+        if names and (error := robot.error_at(rows)) is not None:
             raise error
         return cls(robot, rows)
 
@@ -78,14 +77,15 @@ class ParameterValues(Generic[OfSymbols]):
             yield robot, where[kinds.ravel() == k]
 
 
-def with_parameters(robot: OfSymbols, names: Sequence[str], taken: Sequence[str]) -> OfSymbols:
+def with_parameters(
+    robot: OfSymbols, names: Sequence[str], taken: Sequence[str], loads: str = "load"
+) -> OfSymbols:
     """The robot or linkage with symbols for some parameters, and nominal values for the others.
 
     An `InputError` says where there is no such symbol, it has no nominal value, or its name is
-    taken.
+    taken, and which function of rs `loads` such a machine with symbols.
     """
     symbols = [str(symbol) for symbol in robot.symbols]
-    loads = "load" if getattr(robot, "kind", None) == "robot" else "load_linkage"
     if isinstance(names, str):
         raise InputError(
             "parameters to compile", got=names, expected="several names", hint=f"write ({names!r},)"
@@ -152,45 +152,103 @@ _MET = 1e-12
 _OTHERWISE = "rs.stiffness takes poses in other ways, all six coordinates among them"
 
 
+#: Rank and status at a general pose, whether the record is verified, the kernel, that of joints,
+#: and what decides ranks.
+RecordedParts = tuple[int, Status, bool, Kernel, Kernel | None, RecordedRanks | None]
+
+
+class Recordable(ABC):
+    """A machine of which kernels are recorded, and how poses become rows of their inputs.
+
+    Attributes
+    ----------
+    subject : Any
+        The machine; its symbols are the parameters of its kernels.
+    """
+
+    subject: Any
+
+    @abstractmethod
+    def recorded(
+        self, outputs: tuple[Output, ...], backend: Backend, most: int | None
+    ) -> RecordedParts:
+        """Record kernels; a NoAnswerError where they take more than `most` operations."""
+
+    def taken_by(self, kernel: Kernel, joint_kernel: Kernel | None) -> Self:
+        """The same for kernels, which may take coordinates of legs."""
+        del kernel, joint_kernel
+        return self
+
+    def read(self, pose: Any) -> Any:
+        """Poses as they are given, or as kernels take them."""
+        return pose
+
+    @abstractmethod
+    def checked(self, pose: Any) -> np.ndarray:
+        """The numbers of poses (N, n)."""
+
+    @abstractmethod
+    def rows(self, pose: Any, given: np.ndarray, values: ParameterValues[Any]) -> InputRows:
+        """Rows of inputs, and the poses that are known to be out of reach."""
+
+    @abstractmethod
+    def question(
+        self, machine: Any, pose: Any, given: np.ndarray, tolerance: Tolerance = DEFAULT_TOLERANCE
+    ) -> Question:
+        """What is asked of a machine of numbers at some coordinates of the kind of `pose`."""
+
+    @abstractmethod
+    def drawn(self, seed: int, nearer: int) -> tuple[Any, dict[str, np.ndarray]]:
+        """A few poses near home, and values of the parameters there by name (N,).
+
+        Those of the record for seed 0; each whole number of `nearer` takes a fifth of the way.
+        """
+
+
 @dataclass(frozen=True)
-class InputRows:
-    """Inputs of a kernel at N poses."""
-
-    rows: np.ndarray  # (inputs, N)
-    missed: np.ndarray  # (N,) of bool: poses that are known to be out of reach
-    # (N,) of bool: poses within reach whose legs do not meet the platform to the last digits, or
-    # do not follow from the pose
-    loose: np.ndarray
-
-
-@dataclass(frozen=True)
-class KernelInputs:
-    """Rows that a kernel takes, made from poses."""
+class KernelInputs(Recordable):
+    """A robot, and rows that a kernel takes, made from poses."""
 
     robot: Robot  # its symbols are the parameters of the kernel
-    joints: int  # how many leg coordinates the kernel takes; 0 where it takes pose coordinates
+    joints: int = 0  # how many leg coordinates the kernel takes; 0 where it takes pose coordinates
 
     @property
     def subject(self) -> Robot:
         """The robot."""
         return self.robot
 
+    def recorded(
+        self, outputs: tuple[Output, ...], backend: Backend, most: int | None
+    ) -> RecordedParts:
+        """Legs in closed form, or closed by Newton steps."""
+        from robostiff.analysis.recording import recorded_robot
+
+        return recorded_robot(self, outputs, backend, most)
+
+    def taken_by(self, kernel: Kernel, joint_kernel: Kernel | None) -> KernelInputs:
+        """Coordinates of legs are taken by the kernel of joints alone."""
+        of_joints = len(kernel.inputs) - len(self.robot.symbols)
+        return replace(self, joints=of_joints if kernel is joint_kernel else 0)
+
     def read(self, pose: Pose) -> Pose:
         """A pose, of an arm given by all its drives the coordinates of its joints."""
         return at_joints(self.robot, pose)
 
     def question(
-        self, robot: Robot, pose: Pose, given: np.ndarray, tolerance: Tolerance = DEFAULT_TOLERANCE
+        self,
+        machine: Robot,
+        pose: Pose,
+        given: np.ndarray,
+        tolerance: Tolerance = DEFAULT_TOLERANCE,
     ) -> Question:
-        """What is asked of a robot of numbers at some coordinates of the kind of `pose`."""
+        """Poses, or joint coordinates."""
         some = JointCoordinates(given) if isinstance(pose, JointCoordinates) else given
-        return PosesOfRobot(robot, some, tolerance=tolerance)
+        return PosesOfRobot(machine, some, tolerance=tolerance)
 
     def drawn(self, seed: int, nearer: int) -> tuple[Pose, dict[str, np.ndarray]]:
-        """A few poses near home, and values of the parameters there by name (N,).
+        """Poses of the platform, or the joint coordinates of an arm."""
+        from robostiff.recorded import parameter_samples, sample_postures
 
-        Those of the record for seed 0; each whole number of `nearer` takes a fifth of the way.
-        """
         posture = sample_postures(posture_finder(self.robot.numeric), seed or None, nearer)
         samples = parameter_samples(self.robot, seed or None)
         if self.robot.is_posed_by_joints:
@@ -270,57 +328,29 @@ class KernelInputs:
         return self.robot.is_posed_by_joints and self.robot.legs[0].chain.size > 0
 
 
-@dataclass(frozen=True)
-class LinkageInputs:
-    """Rows that the kernel of a linkage takes, made from coordinates of its drives."""
+@singledispatch
+def recordable(machine: Any, parameters: Sequence[str], joints: Sequence[str] | None) -> Recordable:
+    """A machine as it is recorded, with symbols for some parameters, driven by some joints."""
+    del parameters, joints
+    raise InputError(
+        "robot to compile",
+        got=type(machine).__name__,
+        expected="a Robot or a Linkage",
+        hint='write compile(load("hexapod")), compile(load_linkage("four-bar.xml"))',
+    )
 
-    driven: DrivenLinkage
 
-    @property
-    def subject(self) -> Linkage:
-        """The part between base and platform; its symbols are the parameters."""
-        return cast("Linkage", self.driven.part)
-
-    def read(self, pose: DriveValues) -> DriveValues:
-        """Coordinates of the drives as they are."""
-        return pose
-
-    def checked(self, pose: DriveValues) -> np.ndarray:
-        """Coordinates of the drives (N, n)."""
-        driven, rows = self.driven, self.driven.rows(pose)
-        if rows.ndim == 3 and rows.shape[1] == 1:  # a column (N, 1) of a joint with one coordinate
-            rows = rows[:, 0]
-        if rows.ndim != 2:
-            n = len(driven.inputs)
-            raise InputError(
-                f"driven joints of {driven.part.name!r}",
-                got=f"shape {rows.shape[:-1]} of poses",
-                expected=f"numbers (N,) of each joint, or an array (N, {n}), one pose a row",
-            )
-        return rows
-
-    def rows(
-        self, pose: DriveValues, given: np.ndarray, values: ParameterValues[Linkage]
-    ) -> InputRows:
-        """Rows of inputs; steps from home do not count the turns of screws."""
-        inputs = np.concatenate([given.T, values.rows]) if len(values.rows) else given.T
-        return InputRows(inputs, np.zeros(len(given), dtype=bool), self.driven.turned_far(given))
-
-    def question(
-        self,
-        part: Linkage,
-        pose: DriveValues,
-        given: np.ndarray,
-        tolerance: Tolerance = DEFAULT_TOLERANCE,
-    ) -> Question:
-        """What is asked of a linkage of numbers at coordinates of its drives."""
-        return ConfigurationsOfLinkage(replace(self.driven, part=part), given, tolerance)
-
-    def drawn(self, seed: int, nearer: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Some configurations near home, and values of the parameters; as `KernelInputs.drawn`.
-
-        Loops are closed at home once for all configurations, which share the parameters.
-        """
-        given = np.array([self.driven.given_in(one) for one in self.driven.samples(seed, nearer)])
-        samples = parameter_samples(self.subject)
-        return given, {name: values[int(seed > 0)] for name, values in samples.items()}
+@recordable.register
+def _(robot: Robot, parameters: Sequence[str], joints: Sequence[str] | None) -> KernelInputs:
+    if joints is not None:
+        raise InputError(
+            f"driven joints of {robot.name!r}",
+            got=joints,
+            expected="none: a robot with legs takes poses",
+        )
+    robot.check_has_no_springs("kernel")
+    robot = with_parameters(robot, parameters, [c.value for c in ALL_COORDINATES])
+    # Coordinates that leave the plane of a planar robot are those of home.
+    inside = [ALL_COORDINATES[row] for row in robot.space.rows]
+    own = tuple(c for c in robot.coordinates if c in inside)
+    return KernelInputs(robot if own == robot.coordinates else replace(robot, coordinates=own))

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import singledispatch
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import numpy as np
 
 from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD, solve_snapshot
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Details, Form, Status, Tolerance, scaling
-from robostiff.errors import DisagreementError
+from robostiff.errors import DisagreementError, InputError
 from robostiff.kept import kept
 from robostiff.kinematics import (
     JointCoordinates,
@@ -27,7 +31,7 @@ from robostiff.model import PlacedLeg, Robot, Snapshot
 from robostiff.spatial import Space
 
 if TYPE_CHECKING:
-    from robostiff.analysis.answer_of_kernel import CompiledAnswer
+    from robostiff.analysis.compiled_answer import CompiledAnswer
     from robostiff.kinematics import Pose
     from robostiff.network import Network
 
@@ -119,6 +123,9 @@ class Question(ABC):
     opinions: ClassVar[str] = ""
     #: Of the largest size: what rounding leaves of zero.
     free: ClassVar[float] = 0.0
+    #: Of how many poses of a batch the direct form takes as long as what its call begins with, and
+    #: as recording; and how many a record serves by NumPy before it pays to compile it.
+    pays: ClassVar[tuple[int, int, int]] = 0, 0, 0
 
     def __init__(
         self,
@@ -130,7 +137,7 @@ class Question(ABC):
         numbers: np.ndarray,
     ) -> None:
         self.name, self.space, self.method, self.tolerance = name, space, method, tolerance
-        self.rows = np.arange(int(np.prod(batch, dtype=int))).reshape(batch)
+        self.rows = np.arange(math.prod(batch)).reshape(batch)
         self.numbers = numbers.reshape(self.rows.size, numbers.shape[-1])
         self.recorded: CompiledAnswer | None = None
         self._whole: Details | None = None
@@ -167,13 +174,6 @@ class Question(ABC):
                 where = f"{self.name!r} at {self.place(flat[i])}"
                 raise DisagreementError(self.opinions, distance, where)
         return found if rows.ndim == 1 else found.reshaped(rows.shape)
-
-    @classmethod
-    @abstractmethod
-    def asked(
-        cls, machine: Any, pose: Any, method: Form, near: Near, tolerance: Tolerance
-    ) -> Question:
-        """By the arguments of `stiffness`; an InputError where they do not fit the machine."""
 
     def recordable(self) -> tuple[Any, JointCoordinates | np.ndarray] | None:
         """Of what a record answers, with the inputs (N, n) that it takes; None where none does."""
@@ -221,6 +221,10 @@ class PosesOfRobot(Question):
     has_postures: ClassVar[bool] = True
     opinions: ClassVar[str] = "the record of a robot and the wrench basis form"
     free: ClassVar[float] = 1e-6
+    # Recording takes as long as 3,000 to 9,000 poses of a batch, or 10 to 30 calls (all shipped
+    # robots). Machine code is some 0.5 us a pose faster than NumPy, and takes 0.1 s to compile
+    # after 0.5 s to load the compiler.
+    pays: ClassVar[tuple[int, int, int]] = 250, 6_000, 2**20
 
     def __init__(
         self,
@@ -239,14 +243,6 @@ class PosesOfRobot(Question):
         batch = request.shape[:-1] if by_joints else request.batch
         numbers = request if by_joints else request.coordinates
         super().__init__(robot.name, robot.space, method, tolerance, batch, numbers)
-
-    @classmethod
-    def asked(
-        cls, machine: Robot, pose: Any, method: Form, near: Near, tolerance: Tolerance
-    ) -> PosesOfRobot:
-        """A robot with springs between its bodies is refused: those need a load."""
-        machine.check_has_no_springs("stiffness without load")
-        return cls(machine, pose, method, near, tolerance)
 
     def pose_at(self, rows: np.ndarray) -> np.ndarray | None:
         """Pose coordinates (..., 6) where all of them are given."""
@@ -365,16 +361,6 @@ class OwnPose(Question):
         super().__init__(machine.name, machine.space, method, tolerance, batch, none)
         self.machine, self._whole = machine, found
 
-    @classmethod
-    def asked(
-        cls, machine: Snapshot, pose: Any, method: Form, near: Near, tolerance: Tolerance
-    ) -> OwnPose:
-        """Only its own pose."""
-        del near
-        check_is_not_posed(machine, pose)
-        machine.check_has_no_springs("stiffness without load")
-        return cls(machine, method, tolerance, solve_snapshot(machine, method, tolerance))
-
     def solved(self, rows: np.ndarray) -> Details:
         """What was found at N of the poses."""
         return self.details(self.rows)[np.unravel_index(rows, self.rows.shape)]
@@ -382,6 +368,47 @@ class OwnPose(Question):
     def placed(self, row: np.ndarray) -> Snapshot | Network:
         """The machine itself, or one pose of a batch along one axis."""
         return self.machine.one(int(row)) if self.rows.shape else self.machine  # type: ignore[union-attr]
+
+
+@singledispatch
+def question_of(
+    machine: Any, pose: Any, method: Form, near: Near, tolerance: Tolerance
+) -> Question:
+    """What arguments of `stiffness` ask; an InputError where they do not fit the machine."""
+    del pose, method, near, tolerance
+    raise InputError(
+        "robot",
+        got=machine,
+        expected="a Robot, a Snapshot, a Network, a Linkage or a CableRobot",
+        hint='write load("hexapod")',
+    )
+
+
+@question_of.register
+def _(machine: Robot, pose: Any, method: Form, near: Near, tolerance: Tolerance) -> PosesOfRobot:
+    machine.check_has_no_springs("stiffness without load")  # those need a load
+    return PosesOfRobot(machine, pose, method, near, tolerance)
+
+
+@question_of.register
+def _(machine: Snapshot, pose: Any, method: Form, near: Near, tolerance: Tolerance) -> OwnPose:
+    del near
+    check_is_not_posed(machine, pose)
+    machine.check_has_no_springs("stiffness without load")
+    return OwnPose(machine, method, tolerance, solve_snapshot(machine, method, tolerance))
+
+
+def dispatched(function: Any, machine: Any) -> Callable[..., Any]:
+    """A single-dispatch function for a machine.
+
+    Those for linkages, networks and cables are imported with the first of them.
+    """
+    found = function.dispatch(type(machine))
+    if found is function.dispatch(object):
+        for module in ("linkage_stiffness", "cable_stiffness"):
+            import_module(f"robostiff.analysis.{module}")
+        found = function.dispatch(type(machine))
+    return found
 
 
 # Of the stiffness of a leg: two postures that differ by less are the same to it.

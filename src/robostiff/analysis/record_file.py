@@ -13,7 +13,7 @@ import json
 import os
 import stat
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum
@@ -206,8 +206,17 @@ def _is_ours(output: Any) -> bool:
 @cache
 def _sources() -> list[Any]:
     """Versions, and size and time of each source file of this package."""
-    root = Path(__file__).parents[1]
-    files = [(str(own.relative_to(root)), own.stat()) for own in sorted(root.rglob("*.py"))]
-    stamps = [[name, status.st_size, status.st_mtime_ns] for name, status in files]
+    stamps = sorted(_stamps(str(Path(__file__).parents[1]), ""))
     digest = hashlib.sha256(json.dumps(stamps).encode()).hexdigest()
     return [__version__, np.__version__, sys.byteorder, digest]
+
+
+def _stamps(folder: str, inner: str) -> Iterator[tuple[str, int, int]]:
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            name = f"{inner}{entry.name}"
+            if entry.name.endswith(".py"):
+                status = entry.stat()
+                yield name, status.st_size, status.st_mtime_ns
+            elif entry.name != "__pycache__" and entry.is_dir():
+                yield from _stamps(entry.path, f"{name}/")

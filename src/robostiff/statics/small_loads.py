@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis import ActuatorLoad, Deflection, DeflectionsOfPoses, JointReaction
 from robostiff.analysis import deflection as deflection_under_wrench
-from robostiff.analysis.deflection_under_load import deflection_at
-from robostiff.analysis.leg_loads import leg_loads
+from robostiff.analysis.deflection_under_load import deflection_at, leg_loads
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose

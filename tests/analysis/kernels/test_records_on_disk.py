@@ -10,6 +10,8 @@ import pytest
 
 import robostiff as rs
 from robostiff.analysis import compiled_stiffness
+from robostiff.analysis.kernel_inputs import KernelInputs
+from robostiff.analysis.linkage_stiffness import LinkageInputs
 from robostiff.record import Program, Record, least, sine
 from tests.analysis.kernels.cases import around_home, model
 from tests.linkage.test_maps_of_linkages import FOUR_BAR
@@ -29,8 +31,8 @@ def compiled(robot, outputs=None, **options):
 
 
 def must_not_record(monkeypatch):
-    for name in ("_recorded_robot", "_recorded_linkage"):
-        monkeypatch.setattr(compiled_stiffness, name, lambda *_: pytest.fail("recorded again"))
+    for machine in (KernelInputs, LinkageInputs):
+        monkeypatch.setattr(machine, "recorded", lambda *_: pytest.fail("recorded again"))
 
 
 @pytest.mark.parametrize("name", ["hexapod", "3-prs", "six-joint-arm", "gough-stewart-a"])
@@ -146,10 +148,8 @@ def test_what_is_damaged_or_of_others_is_recorded_again(harm, cache, monkeypatch
     (path,) = cache.iterdir()
     harm(path)
     made.clear()
-    record = compiled_stiffness._recorded_robot
-    monkeypatch.setattr(
-        compiled_stiffness, "_recorded_robot", lambda *own: made.append(own) or record(*own)
-    )
+    record = KernelInputs.recorded
+    monkeypatch.setattr(KernelInputs, "recorded", lambda *own: made.append(own) or record(*own))
     again = compiled(robot)
     assert len(made) == 1
     assert again == first

@@ -19,7 +19,7 @@ from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kinematics import JointCoordinates, Pose, posture_finder
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import ALL_COORDINATES, Robot
-from robostiff.recorded import CLOSED
+from robostiff.record import CLOSED
 from robostiff.spatial import as_floats
 from robostiff.spatial.rotation import vector_of_quaternion
 from robostiff.statics.equilibrium import solved
