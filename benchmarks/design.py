@@ -15,10 +15,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from scipy.special import ndtri
 from scipy.stats import qmc
 
 import robostiff as rs
 from robostiff.compensation.compensate import _Commands
+from robostiff.design.tolerances import _CHUNK as CHUNK
 from robostiff.design.tolerances import _DrawnRobots
 from robostiff.kinematics import posture_finder
 
@@ -51,20 +53,37 @@ def tolerances() -> None:
         name: rs.Normal(1e-3) if robot.nominal[name] else rs.Normal("0.1 mm") for name in names
     }
     drawn = _DrawnRobots.of(robot, spread, [rs.WorstDeflection()], None)
-    count, kernel = 2**15, drawn.compiled.kernel
-    u = qmc.Sobol(len(names), rng=np.random.default_rng(1)).random(count).T
+    n, count, kernel = len(names), 2**20, drawn.compiled.kernel
+    part = min(count, CHUNK)
+    points = qmc.Sobol(n, rng=np.random.default_rng(1))
+    u = points.random(part).T.copy()
     values = drawn.values(u)
-    order = [drawn.names.index(name) for name in kernel.inputs[drawn.rows.shape[1] :]]
-    inputs = np.concatenate([np.repeat(drawn.rows.T, count, axis=1), values[order]])
+    out = {"worst_deflection": np.empty((part, 1))}
+    inputs = np.concatenate([np.repeat(drawn.rows.T, part, axis=1), values])
+    room = np.empty((kernel.rows, part))
+    rs.tolerances(robot, spread, samples=8)  # what it compiles
+
+    def drawn_points() -> np.ndarray:
+        return points.random(part).T.copy()
+
+    def bare() -> None:
+        np.copyto(inputs[-n:], drawn.values(drawn_points()))
+        kernel.evaluate(inputs, room, threads=1)
+
     each = {
-        "draws": lambda: drawn.values(u),
-        "numbers": lambda: drawn.numbers(values),
-        "the bare kernel among them": lambda: kernel.evaluate(inputs, threads=1),
+        "the kernel alone": lambda: kernel.evaluate(inputs, room, threads=1),
+        "Sobol points, a row a parameter": drawn_points,
+        "normally distributed by these": lambda: drawn.values(u),
+        "the same by scipy.special.ndtri": lambda: ndtri(u),
+        "the kernel with the draws it needs": bare,
+        "the kernel with its checks": lambda: drawn.put(values, out),
     }
     for name, work in each.items():
-        print(
-            f"10^6 robots of {len(names)} parameters, {name}: {1e6 / count * seconds(work):.2f} s"
-        )
+        points.reset()
+        spent = 1e6 / part * seconds(work, 100)
+        print(f"10^6 robots of {n} parameters, {name}: {spent:.2f} s")
+    whole = 1e6 / count * seconds(lambda: rs.tolerances(robot, spread, samples=count))
+    print(f"10^6 robots of {n} parameters, rs.tolerances: {whole:.2f} s")
 
 
 def gradient() -> None:

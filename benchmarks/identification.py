@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 import robostiff as rs
-from robostiff.identification.identify import fitted
+from robostiff.identification.search import fitted
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 

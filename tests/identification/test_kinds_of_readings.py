@@ -194,6 +194,84 @@ def test_uncertain_loads_add_to_errors(nominal):
         replace(measured, sigma=None)
 
 
+@pytest.mark.parametrize("kind", [rs.Reading.TORQUE, rs.Reading.JOINT])
+def test_uncertain_loads_add_to_errors_of_drives(nominal, kind):
+    """By equilibria under loads that are so much larger and smaller."""
+    q, sigma = postures(), np.array([20.0, 10.0, 30.0, 1.0, 2.0, 3.0])
+    measured = rs.Measurements(
+        rs.JointCoordinates(q),
+        np.tile([0.0, np.nan, np.nan], (len(q), 1)),
+        loads(),
+        drives="joint3",
+        kinds=kind,
+        sigma=np.full((len(q), 3), 1e-9),
+        sigma_wrench=sigma,
+    )
+    found = rs.identify(nominal, measured, ["arm/joint3"])
+    fast = rs.compile_loaded(nominal, drives=True, backend=rs.Backend.ARRAYS)
+    place, row = fast.drives.index("arm/joint3"), int(kind is rs.Reading.TORQUE)
+    squares = np.zeros(len(q))
+    for own in np.diag(sigma):
+        each: list[Any] = [
+            fast.evaluate(rs.JointCoordinates(q), loads() + shift).platforms
+            for shift in (own, -own)
+        ]
+        squares += (0.5 * (each[0].drives - each[1].drives)[:, row, place]) ** 2
+    np.testing.assert_allclose(found.model.sigma, np.sqrt(squares + 1e-18), rtol=1e-9)
+    assert found.model.sigma.min() > 1e-7
+
+
+@pytest.fixture(scope="module")
+def hung_on_an_elbow(nominal):
+    """Readings of the true arm under a force on its third body, and one on its platform."""
+    q, at, force = postures(), np.array([0.1, 0.05, -0.2]), np.array([300.0, -200, -1200])
+    robot, marks = compliant(nominal, TRUE), {"m": np.array([0.1, 0.05, 0.02])}
+    on_body = np.arange(len(q)) % 2 == 1
+    read = []
+    for k, joints in enumerate(q):
+        body, hook = ("arm/joint3", at) if on_body[k] else ("platform", marks["m"])
+        one: Any = rs.equilibrium(
+            robot, rs.JointCoordinates(joints), loads={body: rs.Weight(force, hook)}
+        )
+        read.append(one.pose[:3] + turn_by_vector(one.pose[3:]) @ marks["m"])
+    measured = rs.Measurements(
+        rs.JointCoordinates(q),
+        read,
+        forces=force,
+        hooks=np.where(on_body[:, None], at, marks["m"]),
+        bodies=["arm/joint3" if own else "" for own in on_body],
+        sigma=2e-5,
+    )
+    return measured, rs.KnownFrames({"marker": marks["m"]})
+
+
+def test_forces_at_hooks_of_bodies(nominal, hung_on_an_elbow):
+    measured, frames = hung_on_an_elbow
+    found = rs.identify(nominal, measured, ASKED, frames=frames)
+    assert_true(found)
+    on_body = measured.chosen([k for k, own in enumerate(measured.bodies) if own])
+    values, std = found.predict(on_body)  # of other loads than before
+    np.testing.assert_allclose(values, on_body.values, atol=1e-9)
+    assert np.all(std > 0)
+    wrong = replace(measured, bodies="arm/upper", lines=tuple(range(2, 14)), source="read.csv")
+    with pytest.raises(rs.InputError, match=r"hook of read.csv:2: got 'arm/upper', .*'arm/joint"):
+        rs.identify(nominal, wrong, ASKED, frames=frames)
+
+
+def test_poses_under_forces_on_bodies(nominal):
+    """A force on the third body strains the joints before it alone."""
+    joints = rs.JointCoordinates(column("arm", "joint_coordinates"))
+    asked = ["arm/joint2", "arm/joint5"]
+    hung: dict[str, Any] = {"forces": [300.0, -200, -1200], "hook": [0.1, 0, 0], "repeats": True}
+    markers = {"m": [0.1, 0.05, 0]}
+    d = {
+        body: rs.choose_poses(nominal, joints, 8, asked, markers, **hung, body=body).std
+        for body in ("", "arm/joint3")
+    }
+    assert d["arm/joint3"]["arm/joint2"] < 3 * d[""]["arm/joint2"]
+    assert d["arm/joint3"]["arm/joint5"] > 3 * d[""]["arm/joint5"]
+
+
 def test_loading_and_unloading():
     measured = rs.Measurements(
         [[0, 0, 0.9, 0, 0, 0]] * 4, [[0, 0, 5e-6], [0, 0, 9e-6], [0, 0, 7e-6], [0, 0, 0]],

@@ -186,6 +186,23 @@ def test_drives_poses_and_directions(arm, tmp_path):
     np.testing.assert_allclose(found.sigma_wrench[0], [0.1] * 3 + [0] * 3)
 
 
+def test_loads_on_bodies(arm, tmp_path):
+    """By a name with a slash, or by that of a hook on a body."""
+    found = read(
+        arm,
+        tmp_path,
+        f"{JOINTS},at,at_x [mm],at_y [mm],at_z [mm],Fz [N],mass [kg],marker,x [mm],y [mm],z [mm]\n"
+        "10,20,15,10,50,0,arm/joint3,10,0,20,-50,,m,1,2,3\n"
+        "10,20,15,10,50,0,elbow,,,,,8,m,1,2,3\n"
+        "10,20,15,10,50,0,arm/joint2,,,,-50,,m,1,2,3\n",
+        hooks={"elbow": ("arm/joint3", [0.1, 0, 0])},
+    )
+    assert found.bodies == ("arm/joint3", "arm/joint3", "arm/joint2")
+    np.testing.assert_allclose(found.hooks[:2], [[0.01, 0, 0.02], [0.1, 0, 0]])
+    np.testing.assert_allclose(found.forces[:, 2], [-50, -8 * 9.80665, -50])
+    assert not found.wrenches.any()
+
+
 GOOD = "10,20,15,10,50,0,m,1,2,3"
 HEAD = f"{JOINTS},marker,x [mm],y [mm],z [mm]"
 

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.identification.unknowns import Unknown, UnknownKind
+from robostiff.identification.words import identifiability
 from tests.identification.campaigns import (
     arm_campaign,
     arm_frames,
@@ -106,6 +108,20 @@ def test_a_beam_and_the_gear_before_it(tmp_path):
     asked = ["arm/joint3", "arm/link3.factor"]
     found = rs.identify(rs.load(file), arm_campaign(), asked, frames=arm_frames())
     assert found.correlations[0, 1] < -0.9
+    assert found.not_identified == ()
+
+
+@pytest.mark.parametrize(
+    ("r", "told", "weak"), [(0.88, False, False), (0.92, True, False), (0.985, False, True)]
+)
+def test_correlations_are_told_from_09_and_weak_from_098(r, told, weak):
+    """Of rates whose covariance has this correlation."""
+    several = [Unknown(name, UnknownKind.COMPLIANCE, 1.0, "m/N") for name in ("one", "other")]
+    covariance = np.array([[1.0, -r], [-r, 1.0]])
+    found = identifiability(np.linalg.cholesky(np.linalg.inv(covariance)).T, several)
+    words = "errors of one go together with those of other, correlations above "
+    assert [own.startswith(f"{words}0.9:") for own in found.correlated] == [True] * told
+    assert [own.startswith(f"{words}0.98:") for own in found.weak] == [True] * weak
     assert found.not_identified == ()
 
 

@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 from robostiff import load
-from robostiff.kinematics import PostureFinder
+from robostiff.kinematics import JointCoordinates, PostureFinder
 from robostiff.kinematics.formula import place_leg, place_leg_at_joints
 from robostiff.model import Robot
 from robostiff.model.entries import with_entries
@@ -83,5 +83,5 @@ def test_a_serial_arm():
     formula = place_leg_at_joints(leg, np.array([record.input(f"q{i}") for i in range(6)]))
     for k, recorded in enumerate(at_samples(formula.leg, COUNT)):
         numeric = robot.substituted({name: float(own[k]) for name, own in parameters.items()})
-        (computed,) = PostureFinder(numeric).at_joints(q[k]).snapshot.one(0).legs
+        (computed,) = PostureFinder(numeric).find(JointCoordinates(q[k])).snapshot.one(0).legs
         assert difference(recorded, computed) <= 1e-10

@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 import robostiff as rs
 from robostiff.elasticity import circle, material
 from robostiff.errors import InputError
-from robostiff.linkage import Connection, Linkage, close
-from robostiff.linkage.closure import LoopsOfLinkage, as_rounded, moved_bodies
+from robostiff.linkage import Connection, DrivenLinkage, Linkage, close
+from robostiff.linkage.closure import LoopsOfLinkage, moved_bodies
 from robostiff.model import (
     Actuated,
     Joint,
@@ -354,11 +354,11 @@ def test_configurations_are_looked_at_together_as_one_by_one():
     """Of a folded four-bar the motion that its loop holds least is followed, of others none."""
     linkage = _four_bar([Actuated(1.0), Passive(), Passive(), Passive()])
     every = [close(linkage, {"left": angle}) for angle in (0.3, 0.5 * np.pi - 2e-4, 0.5)]
-    given = frozenset({"left"})
-    together = as_rounded(linkage, every, given)
-    alone = [as_rounded(linkage, [one], given) for one in every]
+    driven = DrivenLinkage(linkage, ("left",), close(linkage))
+    together = driven.rounded(every)
+    alone = [driven.rounded([one]) for one in every]
     assert together.keys() == {k for k, one in enumerate(alone) if one} == {1}
     for k, one in together.items():
         for name, q in one.coordinates.items():
             np.testing.assert_allclose(q, alone[k][0].coordinates[name], rtol=0, atol=1e-11)
-    assert as_rounded(linkage, [], given) == {}
+    assert driven.rounded([]) == {}

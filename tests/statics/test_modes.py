@@ -14,6 +14,8 @@ from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import PlacedFreedom, PlacedLeg, Snapshot
 from robostiff.network import JointElement, Network, Node, beam_between
 from robostiff.spatial import Frame, Space, skew
+from robostiff.statics.chains.elements import Spot
+from robostiff.statics.equations.vibration import velocities
 from robostiff.statics.loading.given_loads import Acting
 from robostiff.statics.loading.loaded_posture import postures_of
 from tests.statics.robots_under_load import beam, column, joint
@@ -225,8 +227,9 @@ def test_a_beam_that_moves_as_a_rigid_body_has_its_mass(theory: BeamTheory, elem
     for state in (legs.unloaded, replace(legs.unloaded, x=moved)):
         about = rng.normal(size=3)
         (bodies,) = legs.moved(state)
-        twists = np.broadcast_to(np.eye(6), (len(bodies), 6, 6))  # of a rigid body
-        B = mass.velocities(bodies, twists, about)
+        joints = legs.numbers.x[:6]  # which move all of it by any twist
+        by_joints = legs.twists(state, about, [Spot(0, len(bodies) - 1)])[0][:, joints]
+        B = velocities(legs, state, about, [mass])[:, joints] @ np.linalg.inv(by_joints)
         m, end = float(mass.mass.value), bodies[-1].of(np.array([0.3, 0.5, 0.4]))
         x = end - bodies[-1].of(np.zeros(3))
         arm, L = end - 0.5 * x - about, np.linalg.norm(x)

@@ -185,10 +185,18 @@ def test_bad_masses_and_gravity():
         Mass(-1)
     with pytest.raises(rs.InputError, match="centre of mass"):
         Mass(1, [0, 0])
-    with pytest.raises(rs.InputError, match="in the platform frame"):
-        rs.equilibrium(rs.load("hexapod"), loads={"leg1/strut": rs.Weight([0, 0, -1])})
     with pytest.raises(rs.InputError, match="forces by names"):
         rs.equilibrium(rs.load("hexapod"), loads=[0, 0, -1])  # type: ignore[arg-type]
+
+
+def test_a_force_at_a_point_of_a_body():
+    """In the frame of the body, which a mass there hangs in as well."""
+    robot = rs.load("hexapod")
+    mass = {"leg1/strut": rs.Mass(12, centre=[0.1, 0.02, 0.3])}
+    force = {"leg1/strut": rs.Weight([0, 0, -12 * 9.80665], [0.1, 0.02, 0.3])}
+    one, other = (rs.equilibrium(robot, loads=own, gravity="-z") for own in (mass, force))
+    assert np.abs(one.displacement).max() > 1e-9
+    np.testing.assert_allclose(one.displacement, other.displacement, atol=1e-16)
 
 
 def test_gravity_acts_on_masses_among_the_loads():

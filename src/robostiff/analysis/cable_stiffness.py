@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -75,6 +75,11 @@ class CableStiffness(StiffnessOfPoses, InNotebooks, CableAnswer):
     def reference_point(self) -> np.ndarray:
         """Point about which K is given, in the world (..., 3) [m]."""
         return self.placed.reference_point
+
+    @property
+    def characteristic_length(self) -> np.ndarray:
+        """Of exit points and attachments (...) [m]."""
+        return self.placed.characteristic_length
 
     @property
     def matrix(self) -> np.ndarray:
@@ -236,18 +241,12 @@ def cable_stiffness(
     lengths = chosen.placed.lengths
     axial = axial_stiffness(robot, lengths, chosen.values)
     result = CableStiffness(
-        name=robot.name,
-        cable_names=chosen.cable_names,
-        pose=chosen.pose,
-        placed=chosen.placed,
+        **{own.name: getattr(chosen, own.name) for own in fields(CableAnswer)},
         tensions=chosen.values,
         axial=np.where(chosen.feasible[..., None], axial, 0.0),
-        wrench=chosen.wrench,
         load_point=chosen.placed.reference_point,
-        status_codes=chosen.status_codes,
         held_rank=np.full(chosen.batch_shape, -1),
         rank=np.full(chosen.batch_shape, -1),
-        rule=chosen.rule,
         tolerance=tolerance,
     )
     return judged(result).about(at)

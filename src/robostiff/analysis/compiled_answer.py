@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robostiff.compiled import Backend, Kernel, Rates, StiffnessMatrix, kernel_of, room_for
+from robostiff.compiled import ArrayCode, Kernel, Rates, StiffnessMatrix, room_for
 from robostiff.compiled.codes import chunks_of
 from robostiff.compiled.machine_code import Rows
 from robostiff.elastostatics import Status
@@ -18,7 +18,7 @@ from robostiff.elastostatics.batched import PoseBatch
 from robostiff.elastostatics.conditioning import smallest_held_stiffness
 from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.elastostatics.tolerance import DEFAULT_TOLERANCE, scaling
-from robostiff.record import CLOSED, Flag
+from robostiff.record import CLOSED, Flag, Program
 from robostiff.spatial import Space
 
 if TYPE_CHECKING:
@@ -96,8 +96,10 @@ class RecordedRanks:
     @classmethod
     def of(cls, recorded: RecordedRobot) -> RecordedRanks:
         """The ranks of a record that needs no closure."""
-        counts = tuple(len(leg.basis) for leg in recorded.legs)
-        kernel = kernel_of(recorded, [Wrenches(sum(counts))], Backend.ARRAYS, has_flags=False)
+        counts, record = tuple(len(leg.basis) for leg in recorded.legs), recorded.record
+        entries = [x for leg in recorded.legs for wrench in leg.basis for x in wrench]
+        code = ArrayCode(Program.of(record, entries))
+        kernel = Kernel(record.inputs, (), (), recorded.space, code)
         return cls(kernel, counts, recorded.space, recorded.length)
 
     def decided(self, inputs: np.ndarray, K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -135,22 +137,6 @@ class RecordedRanks:
             Q = np.linalg.qr(np.swapaxes(wrenches[:, np.array(columns)], -1, -2))[0]
             found.append(np.moveaxis(Q, 1, 2).reshape(len(Q), self.space.size, -1))
         return np.concatenate(found, axis=-1)
-
-
-@dataclass(frozen=True)
-class Wrenches:
-    """So many wrenches that the legs of a robot transmit, as an output of a kernel."""
-
-    count: int
-    name = "wrenches"
-
-    def shape(self, space: Space) -> tuple[int, ...]:
-        """(count n,)."""
-        return (self.count * space.size,)
-
-    def recorded(self, robot: RecordedRobot) -> list[Any]:
-        """Their entries, wrench by wrench; world axes, about the reference point."""
-        return [x for leg in robot.legs for wrench in leg.basis for x in wrench]
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Self, cast
 
@@ -121,7 +120,7 @@ class CompiledStiffness(AtGeneralPoses):
     @property
     def parameters(self) -> tuple[str, ...]:
         """Names of the parameters, which may differ from pose to pose."""
-        return tuple(str(symbol) for symbol in self.subject.symbols)
+        return tuple(symbol.name for symbol in self.subject.symbols)
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -145,7 +144,7 @@ class CompiledStiffness(AtGeneralPoses):
         self,
         pose: Any,
         *,
-        parameters: Mapping[str, ArrayLike] | None = None,
+        parameters: Mapping[str, ArrayLike] | np.ndarray | None = None,
         threads: int | None = None,
         out: Mapping[str, np.ndarray] = MappingProxyType({}),
     ) -> CompiledAnswer:
@@ -158,8 +157,9 @@ class CompiledStiffness(AtGeneralPoses):
             serial arm. Of a linkage the coordinates of its drives, in the order of `inputs` or by
             the names of the joints, (N, size) for a joint with several; those left out stay at
             home. Fastest where equal coordinates of all poses lie side by side in memory.
-        parameters : mapping of str to a number or (N,) array, optional
-            Values of parameters, in SI units; nominal where left out.
+        parameters : mapping of str to a number or (N,) array, or (n, N) array, optional
+            Values of parameters, in SI units; nominal where left out. Or an array (n, N) of all, in
+            the order of `parameters`, which is not copied.
         threads : int, optional
             When left out, one for each 10^5 poses, at most as many as processors. No bit of the
             answer depends on it.
@@ -200,26 +200,19 @@ class CompiledStiffness(AtGeneralPoses):
         flags, n = results[len(results) - len(kernel.checks)], kernel.space.size
         if flags not in _RIGHT or not (len(kernel.checks) == 1 or closes(kernel, results)):
             return None
-        status, rank, is_guarded = self._at_general_poses
-        if flags:
-            status = status | np.uint16(Status.BEYOND_LIMITS)
-        K = np.array(results[: n * n]).reshape(n, n)
-        return CompiledAnswer({"K": K}, status, rank, is_guarded)
-
-    @cached_property
-    def _at_general_poses(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Status, rank and guard of one pose, which nobody writes to."""
-        status, rank = np.array(int(self.status), np.uint16), np.array(self.rank, np.int8)
-        found = status, rank, np.array(False)
-        for own in found:
-            own.flags.writeable = False
-        return found
+        status = int(self.status) | (int(Status.BEYOND_LIMITS) if flags else 0)
+        return CompiledAnswer(
+            values={StiffnessMatrix.name: np.array(results[: n * n]).reshape(n, n)},
+            status_codes=np.array(status, dtype=np.uint16),
+            rank=np.array(self.rank, dtype=np.int8),
+            guarded=np.array(False),
+        )
 
     def attempt(
         self,
         pose: Any,
         *,
-        parameters: Mapping[str, ArrayLike] | None = None,
+        parameters: Mapping[str, ArrayLike] | np.ndarray | None = None,
         threads: int | None = None,
     ) -> CompiledAnswer:
         """As `evaluate`, but poses that are ``guarded`` are left to the caller.
@@ -270,7 +263,7 @@ class CompiledStiffness(AtGeneralPoses):
         return source_of(self.kernel, language, name, about)
 
     def _asked(
-        self, pose: Any, parameters: Mapping[str, ArrayLike] | None
+        self, pose: Any, parameters: Mapping[str, ArrayLike] | np.ndarray | None
     ) -> tuple[Kernel, InputRows, ParameterValues[Any], Callable[[Any, np.ndarray], Question]]:
         """The kernel for such poses, its inputs, values of parameters, and the direct question."""
         kernel: Kernel = self.kernel

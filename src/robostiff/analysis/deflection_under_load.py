@@ -203,13 +203,14 @@ def deflection_at(
         found = network_under_loads(placed, move_wrench(wrench, v), forces, tolerance)
         if found.status:
             return replace(none, status=answer.status | found.status)
+        inside = found.loads()
         return replace(
             none,
             moved=found.twist(placed.platform, answer.reference_point),
-            parts=_shares(found.loads.energies),
-            reactions=tuple(JointReaction(*own) for own in found.loads.reactions),
-            actuators=tuple(ActuatorLoad(*own) for own in found.loads.actuators),
-            work_of_loads=found.work if forces else None,
+            parts=_shares(inside.energies),
+            reactions=tuple(JointReaction(*own) for own in inside.reactions),
+            actuators=tuple(ActuatorLoad(*own) for own in inside.actuators),
+            work_of_loads=found.work_of(forces) if forces else None,
             forces=forces,
         )
     loads = leg_loads(answer, move_wrench(wrench, -answer.offset))

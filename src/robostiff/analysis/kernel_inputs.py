@@ -23,7 +23,7 @@ from robostiff.kinematics import (
     ToolPose,
     posture_finder,
 )
-from robostiff.kinematics.pose import check_held_sums, coordinate_units, joint_units
+from robostiff.kinematics.pose import Given, check_held_sums, coordinate_units, joint_units
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.model.entries import OfSymbols
 from robostiff.spatial import as_floats
@@ -39,10 +39,18 @@ class ParameterValues(Generic[OfSymbols]):
 
     @classmethod
     def of(
-        cls, robot: OfSymbols, given: Mapping[str, ArrayLike] | None, count: int
+        cls, robot: OfSymbols, given: Mapping[str, ArrayLike] | np.ndarray | None, count: int
     ) -> ParameterValues[OfSymbols]:
-        """Given values, one for all poses or one a pose, and nominal ones for the rest."""
-        names = [str(symbol) for symbol in robot.symbols]
+        """Given values, one for all poses or one a pose, and nominal ones for the rest.
+
+        Rows (parameters, N) of an array are taken as they are.
+        """
+        if isinstance(given, np.ndarray):
+            expected = f"floats ({len(robot.symbols)}, {count}), a row a parameter"
+            shape = (len(robot.symbols), count)
+            rows = as_floats("parameters", given, expected, None, shape)
+            return cls(robot, rows)._checked()
+        names = [symbol.name for symbol in robot.symbols]
         given = given or {}
         for name in given:
             if name not in names:
@@ -59,14 +67,18 @@ class ParameterValues(Generic[OfSymbols]):
             if value.shape not in {(), (count,)}:
                 raise InputError(f"parameter {name}", got=f"shape {value.shape}", expected=words)
             row[:] = value
-        if names and (error := robot.error_at(rows)) is not None:
+        return cls(robot, rows)._checked() if names else cls(robot, rows)
+
+    def _checked(self) -> ParameterValues[OfSymbols]:
+        error = self.robot.error_at(self.rows)
+        if error is not None:
             raise error
-        return cls(robot, rows)
+        return self
 
     def groups(self, chosen: np.ndarray) -> Iterator[tuple[OfSymbols, np.ndarray]]:
         """A robot of numbers for each set of values among chosen poses, and its poses."""
         where = np.flatnonzero(chosen)
-        if not len(self.rows):
+        if not (where.size and len(self.rows)):
             if where.size:
                 yield self.robot, where
             return
@@ -91,20 +103,12 @@ def with_parameters(
             "parameters to compile", got=names, expected="several names", hint=f"write ({names!r},)"
         )
     for name in names:
+        expected, hint = "a name that is no coordinate", "rename it in the model file"
         if name not in symbols:
-            raise InputError(
-                f"parameter of {robot.name!r}",
-                got=name,
-                expected=f"a symbol: {', '.join(symbols) or 'it has none'}",
-                hint=f'write rs.{loads}(..., symbols=("{name}",))',
-            )
-        if name in taken:
-            raise InputError(
-                f"parameter of {robot.name!r}",
-                got=name,
-                expected="a name that is no coordinate",
-                hint="rename it in the model file",
-            )
+            expected = f"a symbol: {', '.join(symbols) or 'it has none'}"
+            hint = f'write rs.{loads}(..., symbols=("{name}",))'
+        if name not in symbols or name in taken:
+            raise InputError(f"parameter of {robot.name!r}", got=name, expected=expected, hint=hint)
     if not robot.has_formulas:
         return robot
     in_numbers = robot.numeric  # raises where a nominal value is missing
@@ -119,22 +123,16 @@ def checked_outputs(outputs: Sequence[Output]) -> tuple[Output, ...]:
 
     Raises InputError when there is none, one is no output, or two have the same name.
     """
-    kinds = "StiffnessMatrix(), PrincipalStiffness()"
+    subject, kinds = "outputs to compile", "StiffnessMatrix(), PrincipalStiffness()"
     if not isinstance(outputs, Sequence) or not outputs:
-        raise InputError(
-            "outputs to compile", got=outputs, expected="several", hint=f"write [{kinds}]"
-        )
+        raise InputError(subject, got=outputs, expected="several", hint=f"write [{kinds}]")
     for output in outputs:
         if isinstance(output, type) or not isinstance(output, Output):
             raise InputError("output to compile", got=output, expected=f"such as {kinds}")
     names = [output.name for output in outputs]
     if len(set(names)) < len(names):
-        raise InputError(
-            "outputs to compile",
-            got=names,
-            expected="each name once",
-            hint="compile once for each load case",
-        )
+        hint = "compile once for each load case"
+        raise InputError(subject, got=names, expected="each name once", hint=hint)
     return tuple(outputs)
 
 
@@ -142,7 +140,7 @@ def at_joints(robot: Robot, pose: Pose) -> Pose:
     """The pose; of an arm that is given by all its drives, the coordinates of its joints."""
     if isinstance(pose, ActuatorCoordinates) and robot.is_posed_by_joints:
         request = posture_finder(robot.numeric).request(pose)
-        return JointCoordinates(request) if isinstance(request, np.ndarray) else pose
+        return JointCoordinates(request.numbers) if request.by is Given.JOINTS else pose
     return pose
 
 
@@ -150,7 +148,8 @@ def at_joints(robot: Robot, pose: Pose) -> Pose:
 # granted that they meet it; `stiffness` says where the platform is.
 _MET = 1e-12
 _OTHERWISE = "rs.stiffness takes poses in other ways, all six coordinates among them"
-
+_FOUND = "find_posture(robot, pose).pose has their coordinates"
+_BY_DRIVES = {ActuatorCoordinates: "actuator coordinates", ToolPose: "tool poses"}
 
 #: Rank and status at a general pose, whether the record is verified, the kernel, that of joints,
 #: and what decides ranks.
@@ -158,15 +157,9 @@ RecordedParts = tuple[int, Status, bool, Kernel, Kernel | None, RecordedRanks | 
 
 
 class Recordable(ABC):
-    """A machine of which kernels are recorded, and how poses become rows of their inputs.
+    """A machine of which kernels are recorded, and how poses become rows of their inputs."""
 
-    Attributes
-    ----------
-    subject : Any
-        The machine; its symbols are the parameters of its kernels.
-    """
-
-    subject: Any
+    subject: Any  # the machine; its symbols are the parameters of its kernels
 
     @abstractmethod
     def recorded(
@@ -180,7 +173,7 @@ class Recordable(ABC):
         return self
 
     def read(self, pose: Any) -> Any:
-        """Poses as they are given, or as kernels take them."""
+        """Poses; of an arm given by all its drives the coordinates of its joints."""
         return pose
 
     @abstractmethod
@@ -209,13 +202,8 @@ class Recordable(ABC):
 class KernelInputs(Recordable):
     """A robot, and rows that a kernel takes, made from poses."""
 
-    robot: Robot  # its symbols are the parameters of the kernel
+    subject: Robot
     joints: int = 0  # how many leg coordinates the kernel takes; 0 where it takes pose coordinates
-
-    @property
-    def subject(self) -> Robot:
-        """The robot."""
-        return self.robot
 
     def recorded(
         self, outputs: tuple[Output, ...], backend: Backend, most: int | None
@@ -227,19 +215,15 @@ class KernelInputs(Recordable):
 
     def taken_by(self, kernel: Kernel, joint_kernel: Kernel | None) -> KernelInputs:
         """Coordinates of legs are taken by the kernel of joints alone."""
-        of_joints = len(kernel.inputs) - len(self.robot.symbols)
+        of_joints = len(kernel.inputs) - len(self.subject.symbols)
         return replace(self, joints=of_joints if kernel is joint_kernel else 0)
 
     def read(self, pose: Pose) -> Pose:
-        """A pose, of an arm given by all its drives the coordinates of its joints."""
-        return at_joints(self.robot, pose)
+        """As `at_joints`."""
+        return at_joints(self.subject, pose)
 
     def question(
-        self,
-        machine: Robot,
-        pose: Pose,
-        given: np.ndarray,
-        tolerance: Tolerance = DEFAULT_TOLERANCE,
+        self, machine: Any, pose: Any, given: np.ndarray, tolerance: Tolerance = DEFAULT_TOLERANCE
     ) -> Question:
         """Poses, or joint coordinates."""
         some = JointCoordinates(given) if isinstance(pose, JointCoordinates) else given
@@ -249,19 +233,19 @@ class KernelInputs(Recordable):
         """Poses of the platform, or the joint coordinates of an arm."""
         from robostiff.recorded import parameter_samples, sample_postures
 
-        posture = sample_postures(posture_finder(self.robot.numeric), seed or None, nearer)
-        samples = parameter_samples(self.robot, seed or None)
-        if self.robot.is_posed_by_joints:
+        posture = sample_postures(posture_finder(self.subject.numeric), seed or None, nearer)
+        samples = parameter_samples(self.subject, seed or None)
+        if self.subject.is_posed_by_joints:
             return JointCoordinates(posture.coordinates[0]), samples
-        return posture.pose[:, self.robot.coordinate_places], samples
+        return posture.pose[:, self.subject.coordinate_places], samples
 
     def checked(self, pose: Pose) -> np.ndarray:
         """The numbers of poses (N, n)."""
-        subject = f"poses of {self.robot.name!r}"
+        subject = f"poses of {self.subject.name!r}"
         # A chain without joints has no coordinates, (N, 0).
-        takes_joints = self.joints > 0 or not self.robot.legs[0].chain.size
-        by_joints = isinstance(pose, JointCoordinates) and self.robot.is_serial and takes_joints
-        names = [coordinate.value for coordinate in self.robot.coordinates]
+        takes_joints = self.joints > 0 or not self.subject.legs[0].chain.size
+        by_joints = isinstance(pose, JointCoordinates) and self.subject.is_serial and takes_joints
+        names = [coordinate.value for coordinate in self.subject.coordinates]
         if by_joints:
             expected = f"joint coordinates (N, {self.joints}), one pose a row"
         elif names:
@@ -270,29 +254,22 @@ class KernelInputs(Recordable):
             expected = f"JointCoordinates of an array (N, {self.joints})"
         else:
             expected = "an array (N, 0): a structure has one pose"
-        if isinstance(pose, JointCoordinates):
-            if not by_joints:
-                raise InputError(
-                    subject, got="joint coordinates", expected=expected, hint=_OTHERWISE
-                )
-            units = joint_units(self.robot.legs[0].chain)
-            given = as_floats(subject, pose.values, expected, units)
-        elif isinstance(pose, ActuatorCoordinates | ToolPose):
-            hint = "find_posture(robot, pose).pose has their coordinates"
-            got = "actuator coordinates" if isinstance(pose, ActuatorCoordinates) else "tool poses"
+        kinds = {**_BY_DRIVES, JointCoordinates: "joint coordinates", type(None): "none"}
+        got = "a rigid transform" if is_rigid_transform(pose) else kinds.get(type(pose))
+        if got and not by_joints:
+            hint = _FOUND if type(pose) in _BY_DRIVES else _OTHERWISE
             raise InputError(subject, got=got, expected=expected, hint=hint)
-        elif pose is None or is_rigid_transform(pose):
-            got = "none" if pose is None else "a rigid transform"
-            raise InputError(subject, got=got, expected=expected, hint=_OTHERWISE)
-        else:
-            given = as_floats(subject, pose, expected, coordinate_units(self.robot))
-        count = self.joints if by_joints else len(self.robot.coordinates)
+        numbers: Any = pose.values if isinstance(pose, JointCoordinates) else pose
+        units = (
+            joint_units(self.subject.legs[0].chain) if by_joints else coordinate_units(self.subject)
+        )
+        given = as_floats(subject, numbers, expected, units)
+        count = self.joints if by_joints else len(self.subject.coordinates)
         if given.ndim != 2 or given.shape[1] != count or (count == 0 and self._needs_joints):
-            raise InputError(
-                subject, got=f"shape {given.shape}", expected=expected, hint=_OTHERWISE
-            )
+            got = f"shape {given.shape}"
+            raise InputError(subject, got=got, expected=expected, hint=_OTHERWISE)
         if by_joints:
-            check_held_sums(self.robot, given)
+            check_held_sums(self.subject, given)
         return given
 
     def rows(self, pose: Pose, given: np.ndarray, values: ParameterValues[Robot]) -> InputRows:
@@ -300,7 +277,7 @@ class KernelInputs(Recordable):
         missed, loose = np.zeros((2, len(given)), dtype=bool)
         by_joints = isinstance(pose, JointCoordinates)
         # A record takes for granted that loops are closed, which given coordinates may leave open.
-        loops = any(leg.chain.has_blocks for leg in self.robot.legs)
+        loops = any(leg.chain.has_blocks for leg in self.subject.legs)
         if not self.joints or (by_joints and not loops):
             rows = given.T
         else:
@@ -325,7 +302,7 @@ class KernelInputs(Recordable):
     @property
     def _needs_joints(self) -> bool:
         """Whether nothing but joint coordinates poses it."""
-        return self.robot.is_posed_by_joints and self.robot.legs[0].chain.size > 0
+        return self.subject.is_posed_by_joints and self.subject.legs[0].chain.size > 0
 
 
 @singledispatch

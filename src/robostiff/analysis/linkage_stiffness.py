@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, cast
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -30,15 +30,12 @@ from robostiff.errors import DisagreementError, InputError
 from robostiff.kinematics import ActuatorCoordinates, Near
 from robostiff.kinematics.pose import check_is_not_posed, six_coordinates
 from robostiff.linkage import Configuration, DrivenLinkage, DriveValues, Linkage
-from robostiff.linkage.closure import as_rounded
-from robostiff.linkage.driven import coordinate_names, driven_by, record_linkage
+from robostiff.linkage.driven import driven_by
 from robostiff.linkage.essential import branches_of_linkage, network_of
+from robostiff.linkage.record import record_linkage
 from robostiff.model import Joint
 from robostiff.network import Network, condense
 from robostiff.spatial import Space, as_floats
-
-if TYPE_CHECKING:
-    from robostiff.recorded import RecordedRobot
 
 #: How often configurations are drawn nearer to home.
 _NEARER = 4
@@ -145,9 +142,8 @@ class ConfigurationsOfLinkage(Question):
 
     def _lost_digits(self, every: Sequence[Configuration], found: Details) -> np.ndarray:
         """Where loops near a singular configuration leave K too few digits (N,)."""
-        drives, part = frozenset(self.driven.drives), self.driven.part
         closed = [i for i, one in enumerate(every) if one.is_closed]
-        near = as_rounded(part, [every[i] for i in closed], drives)
+        near = self.driven.rounded([every[i] for i in closed])
         moved, lost = [closed[k] for k in near], np.zeros(len(every), dtype=bool)
         if not moved:
             return lost
@@ -168,7 +164,7 @@ def _(machine: Linkage, pose: Any, method: Form, near: Near, tolerance: Toleranc
     values = pose.values if isinstance(pose, ActuatorCoordinates) else pose
     values = {} if values is None else values
     if not isinstance(values, Mapping):
-        driven = driven_by(machine, None)
+        driven = driven_by(machine.in_floats, None)
         if not driven.drives:
             raise InputError(
                 f"values of linkage {machine.name!r}",
@@ -177,7 +173,7 @@ def _(machine: Linkage, pose: Any, method: Form, near: Near, tolerance: Toleranc
                 hint='write {"crank": 0.1}',
             )
         return ConfigurationsOfLinkage(driven, driven.rows(values), tolerance)
-    driven = driven_by(machine, tuple(values))
+    driven = driven_by(machine.in_floats, tuple(values))
     drives = driven.drives
     rows = driven.rows({name: values[name] for name in drives})
     others = [j for j in machine.joints if j.name in values and j.name not in drives]
@@ -212,14 +208,46 @@ class LinkageInputs(Recordable):
     @property
     def subject(self) -> Linkage:
         """The part between base and platform; its symbols are the parameters."""
-        return cast("Linkage", self.driven.part)
+        return self.driven.part
 
     def recorded(
         self, outputs: tuple[Output, ...], backend: Backend, most: int | None
     ) -> RecordedParts:
-        """As near to home as its surroundings are regular."""
+        """At samples as near to home as its surroundings are regular."""
+        from robostiff.analysis.recording import check_derivatives, is_trusted
+
         del most
-        return _recorded_linkage(self, outputs, backend)
+        driven, name, otherwise = self.driven, self.subject.name, "linkage.network_at pose by pose"
+        recorded, undetermined, nearer = None, (), 0
+        for nearer in range(_NEARER):
+            recorded, undetermined = record_linkage(driven, driven.samples(nearer=nearer))
+            if recorded is not None or undetermined:
+                break
+        left = f"{', '.join(driven.drives)}, which leave {', '.join(undetermined)} undetermined"
+        wrong = InputError(
+            f"driven joints of {name!r}",
+            got=left,
+            expected="joints that decide the configuration",
+            hint=f"add them, joints=(...), or use {otherwise}",
+        )
+        if recorded is None:
+            if undetermined:
+                raise wrong
+            raise InputError(
+                f"home of {name!r}",
+                got="a configuration in which assembly modes meet",
+                expected="a regular home for a kernel",
+                hint=f"give another home, or use {otherwise}",
+            )
+        check_derivatives(name, recorded, outputs)
+        kernel = kernel_of(recorded, outputs, backend)
+        try:
+            verified = is_trusted(recorded, kernel, self, nearer)
+        except DisagreementError:
+            if undetermined:
+                raise wrong from None
+            raise
+        return recorded.factors.rank, recorded.status, verified, kernel, None, None
 
     def checked(self, pose: DriveValues) -> np.ndarray:
         """Coordinates of the drives (N, n)."""
@@ -243,11 +271,7 @@ class LinkageInputs(Recordable):
         return InputRows(inputs, np.zeros(len(given), dtype=bool), self.driven.turned_far(given))
 
     def question(
-        self,
-        machine: Any,
-        pose: DriveValues,
-        given: np.ndarray,
-        tolerance: Tolerance = DEFAULT_TOLERANCE,
+        self, machine: Any, pose: Any, given: np.ndarray, tolerance: Tolerance = DEFAULT_TOLERANCE
     ) -> Question:
         """Configurations at coordinates of the drives."""
         del pose
@@ -267,7 +291,7 @@ class LinkageInputs(Recordable):
 
 @recordable.register
 def _(linkage: Linkage, parameters: Sequence[str], joints: Sequence[str] | None) -> LinkageInputs:
-    names = [name for own in linkage.connections for name in coordinate_names(own)]
+    names = [name for own in linkage.connections for name in own.coordinate_names]
     own = with_parameters(linkage, parameters, names, "load_linkage")
     return LinkageInputs(DrivenLinkage.of(own, joints))
 
@@ -276,50 +300,3 @@ def _(linkage: Linkage, parameters: Sequence[str], joints: Sequence[str] | None)
 def _(driven: DrivenLinkage, parameters: Sequence[str], joints: Any) -> LinkageInputs:
     del parameters, joints
     return LinkageInputs(driven)
-
-
-def _recorded_linkage(
-    taken: LinkageInputs, outputs: tuple[Output, ...], backend: Backend
-) -> RecordedParts:
-    from robostiff.analysis.recording import check_derivatives, is_trusted
-
-    driven = taken.driven
-    recorded, undetermined, nearer = _record_of(driven)
-    check_derivatives(driven.part.name, recorded, outputs)
-    kernel = kernel_of(recorded, outputs, backend)
-    try:
-        verified = is_trusted(recorded, kernel, taken, nearer)
-    except DisagreementError:
-        if undetermined:
-            raise _undetermined(driven, undetermined) from None
-        raise
-    return recorded.factors.rank, recorded.status, verified, kernel, None, None
-
-
-def _record_of(driven: DrivenLinkage) -> tuple[RecordedRobot, tuple[str, ...], int]:
-    """The record, joints left undetermined, and how near to home the samples are.
-
-    They are as near as home's surroundings are regular.
-    """
-    for nearer in range(_NEARER):
-        samples = driven.samples(nearer=nearer)
-        recorded, undetermined = record_linkage(driven, samples)
-        if recorded is not None:
-            return recorded, undetermined, nearer
-        if undetermined:
-            raise _undetermined(driven, undetermined)
-    raise InputError(
-        f"home of {driven.part.name!r}",
-        got="a configuration in which assembly modes meet",
-        expected="a regular home for a kernel",
-        hint="give another home, or use linkage.network_at pose by pose",
-    )
-
-
-def _undetermined(driven: DrivenLinkage, names: Sequence[str]) -> InputError:
-    return InputError(
-        f"driven joints of {driven.part.name!r}",
-        got=f"{', '.join(driven.drives)}, which leave {', '.join(names)} undetermined",
-        expected="joints that decide the configuration",
-        hint="add them, joints=(...), or use linkage.network_at pose by pose",
-    )

@@ -22,6 +22,7 @@ from robostiff.errors import InputError
 from robostiff.spatial import Space
 from robostiff.spatial.batch import empty_batch
 
+_AT_ONCE = 4096  # poses: few enough for the cache
 _SWEEPS = 12
 _ROUNDING = 1e-9  # of the largest eigenvalue, where the rank is decided
 _DONE = 1e-30  # of squares: rounding
@@ -43,25 +44,25 @@ def symmetric_eigenvalues(A: np.ndarray) -> np.ndarray:
     array([[1., 3.]])
     """
     n = A.shape[-1]
-    a = {(i, j): np.array(A[:, i, j]) for i in range(n) for j in range(i, n)}
-    scale = np.zeros(len(A))
-    for i in range(n):
-        scale += a[i, i] ** 2
-    for _ in range(_SWEEPS if n > 1 else 0):
-        off = sum(a[i, j] ** 2 for i in range(n) for j in range(i + 1, n))
-        if np.all(off <= _DONE * scale):
-            break
-        for p in range(n):
-            for q in range(p + 1, n):
-                _rotate(a, p, q, n)
     values = empty_batch((len(A),), (n,))
-    for i in range(n):
-        values[:, i] = a[i, i]
-    for i in range(n):  # sorted without moving the poses in memory
-        for j in range(n - 1 - i):
-            low = np.minimum(values[:, j], values[:, j + 1])
-            values[:, j + 1] = np.maximum(values[:, j], values[:, j + 1])
-            values[:, j] = low
+    for start in range(0, len(A), _AT_ONCE):
+        own = A[start : start + _AT_ONCE]
+        a = {(i, j): np.array(own[:, i, j]) for i in range(n) for j in range(i, n)}
+        scale = sum(a[i, i] ** 2 for i in range(n))
+        for _ in range(_SWEEPS if n > 1 else 0):
+            off = sum(a[i, j] ** 2 for i in range(n) for j in range(i + 1, n))
+            if np.all(off <= _DONE * scale):
+                break
+            for p in range(n):
+                for q in range(p + 1, n):
+                    _rotate(a, p, q, n)
+        rows = [a[i, i] for i in range(n)]
+        for i in range(n):  # sorted without moving the poses in memory
+            for j in range(n - 1 - i):
+                low, high = np.minimum(*rows[j : j + 2]), np.maximum(*rows[j : j + 2])
+                rows[j : j + 2] = low, high
+        for i, row in enumerate(rows):
+            values[start : start + _AT_ONCE, i] = row
     return values
 
 

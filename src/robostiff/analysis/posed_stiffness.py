@@ -33,21 +33,6 @@ def asked_question(
     return question
 
 
-def _check_options(method: Any, tolerance: Any) -> None:
-    if isinstance(method, type) or not isinstance(method, Form):
-        name = method.__name__ if isinstance(method, type) else "WrenchBasis"
-        raise InputError(
-            "method", got=method, expected="a form of K_C", hint=f"write method={name}()"
-        )
-    if not isinstance(tolerance, Tolerance):
-        raise InputError(
-            "tolerance",
-            got=tolerance,
-            expected="a Tolerance",
-            hint="write tolerance=Tolerance(independence=1e-9)",
-        )
-
-
 def _check_fits(machine: Any, method: Form, near: Near, has_legs: bool, has_postures: bool) -> None:
     if method != DEFAULT_METHOD and not has_legs:
         raise InputError(
@@ -60,6 +45,21 @@ def _check_fits(machine: Any, method: Form, near: Near, has_legs: bool, has_post
             f"near of {machine.name!r}",
             got=near,
             expected="none: only a robot of joints and legs has postures to choose from",
+        )
+
+
+def _check_options(method: Any, tolerance: Any) -> None:
+    if isinstance(method, type) or not isinstance(method, Form):
+        name = method.__name__ if isinstance(method, type) else "WrenchBasis"
+        raise InputError(
+            "method", got=method, expected="a form of K_C", hint=f"write method={name}()"
+        )
+    if not isinstance(tolerance, Tolerance):
+        raise InputError(
+            "tolerance",
+            got=tolerance,
+            expected="a Tolerance",
+            hint="write tolerance=Tolerance(independence=1e-9)",
         )
 
 

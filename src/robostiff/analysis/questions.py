@@ -25,7 +25,7 @@ from robostiff.kinematics import (
     posture_finder,
 )
 from robostiff.kinematics.closure import LegSolver
-from robostiff.kinematics.pose import PoseRequest, check_is_not_posed
+from robostiff.kinematics.pose import Given, PoseRequest, check_is_not_posed
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import PlacedLeg, Robot, Snapshot
 from robostiff.spatial import Space
@@ -216,8 +216,7 @@ class PosesOfRobot(Question):
     finder: PostureFinder
     form: Form
     near: Near
-    #: A PoseRequest, or joint coordinates (..., size).
-    request: PoseRequest | np.ndarray
+    request: PoseRequest
     has_postures: ClassVar[bool] = True
     opinions: ClassVar[str] = "the record of a robot and the wrench basis form"
     free: ClassVar[float] = 1e-6
@@ -238,22 +237,17 @@ class PosesOfRobot(Question):
         self._only: Posture | None = None
         is_read = type(pose) is PoseRequest
         self.request = request = pose if is_read else self.finder.request(cast("Pose", pose))
-        by_joints = isinstance(request, np.ndarray)
-        # Pose coordinates (N, 6), or joint coordinates (..., size).
-        batch = request.shape[:-1] if by_joints else request.batch
-        numbers = request if by_joints else request.coordinates
-        super().__init__(robot.name, robot.space, method, tolerance, batch, numbers)
+        numbers = request.coordinates
+        super().__init__(robot.name, robot.space, method, tolerance, request.batch, numbers)
 
     def pose_at(self, rows: np.ndarray) -> np.ndarray | None:
         """Pose coordinates (..., 6) where all of them are given."""
-        if isinstance(self.request, np.ndarray) or self.request.open:
-            return None
-        return self.request.coordinates[rows]
+        return self.request.coordinates[rows] if self.request.is_whole else None
 
     def reference_points(self, rows: np.ndarray) -> np.ndarray | None:
         """The robot's reference point in the world (..., 3) [m], where all of the pose is given."""
         pose = self.pose_at(rows)
-        if pose is None or isinstance(self.request, np.ndarray):
+        if pose is None:
             return None
         given = self.request.turned
         R = turn_by_vector(pose[..., 3:]) if given is None else given[rows]
@@ -266,41 +260,32 @@ class PosesOfRobot(Question):
     def recordable(self) -> tuple[Any, JointCoordinates | np.ndarray] | None:
         """The robot and its free coordinates, where they are asked for as a record gives them.
 
-        That is not so for other methods, tolerances and postures than a record has.
+        That is not so for other methods, tolerances and postures than a record has, and for a
+        structure, which has one pose alone.
         """
-        given, robot = self._inputs(), self.finder.robot
-        if given is None or not given.size:  # no poses, or a structure that has one alone
-            return None
-        return robot, JointCoordinates(given) if robot.is_posed_by_joints else given
-
-    def _inputs(self) -> np.ndarray | None:
-        """Free coordinates of poses (N, n), where they are asked for as a record gives them."""
         request, numbers, robot = self.request, self.numbers, self.finder.robot
         if (
             self.near is not None
-            or (not isinstance(request, np.ndarray) and request.find is not None)
+            or not numbers.size
+            or request.by is not (Given.JOINTS if robot.is_posed_by_joints else Given.POSE)
             or self.form != DEFAULT_METHOD
             or self.tolerance != DEFAULT_TOLERANCE
         ):
             return None
-        if isinstance(request, np.ndarray):
-            return numbers if robot.is_posed_by_joints else None
-        if robot.is_posed_by_joints:
-            return None
+        if request.by is Given.JOINTS:
+            return robot, JointCoordinates(numbers)
         free = [place for place in robot.coordinate_places if place in robot.space.rows]
         left = tuple(place for place in robot.space.rows if place not in free)
         # Where the legs decide the others, those of home are right at home alone.
         at_home = not request.batch and np.array_equal(numbers[0], self.finder.home_pose)
         if not free or not (request.open == left or at_home):
             return None
-        return numbers if free == list(range(numbers.shape[1])) else numbers[:, free]
+        return robot, numbers if free == [*range(numbers.shape[1])] else numbers[:, free]
 
     def _posture(self, rows: np.ndarray) -> Posture:
         """The posture at some of the poses; of one pose it is found once."""
         if self._only is None or self.rows.shape:
-            asked = self.request
-            wanted = self.numbers[rows] if isinstance(asked, np.ndarray) else asked.part(rows)
-            self._only = self.finder.at(wanted, self.near)
+            self._only = self.finder.at(self.request.part(rows), self.near)
         return self._only
 
     def solved(self, rows: np.ndarray) -> Details:
@@ -331,7 +316,7 @@ class PosesOfRobot(Question):
         """What is to be said of one pose of that status, or of several, beside their status."""
         found: tuple[str, ...] = ()
         flat = rows.reshape(-1)[:CHUNK]
-        by_drives = isinstance(self.request, np.ndarray) or self.request.by_drives
+        by_drives = self.request.by_drives
         if not rows.shape and status & _COMPLAINTS:
             posture = self._posture(flat)
             found = posture.complaints

@@ -36,7 +36,7 @@ def recorded_robot(
     taken: KernelInputs, outputs: tuple[Output, ...], backend: Backend, most: int | None
 ) -> RecordedParts:
     """Kernels of a robot, as `Recordable.recorded`."""
-    robot = taken.robot
+    robot = taken.subject
     finder = posture_finder(robot.numeric)
     recorded = record_robot(robot, finder, most)
     if depends_on_what_is_held(recorded, robot, finder):

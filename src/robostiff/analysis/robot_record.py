@@ -34,7 +34,7 @@ class KeptRecord:
 
     machine: Any
     calls: int = 0
-    poses: int = 0  # computed without the record, or on NumPy
+    poses: int = 0  # computed without the record, or by NumPy
     compiled: Any = None
     is_sought: bool = False  # on disk
     is_tried: bool = False
@@ -42,39 +42,35 @@ class KeptRecord:
 
     def for_poses(self, count: int, pays: tuple[int, int, int]) -> Any:
         """What computes that many poses; None where it does not pay yet, or there is no record."""
+        a_call, recording, machine_code = pays
+        self.poses += a_call + count
         if self.compiled is None:
             if not self.is_tried:
-                self._seek(count, *pays[:2])
-            return self.compiled
-        if not self.is_machine_code:
-            self.poses += pays[0] + count
-            if self.poses > pays[2]:
-                from robostiff.compiled import MachineCode, machine_code_is_available
+                self._seek(self.poses >= recording)
+        elif self.poses > machine_code and not self.is_machine_code:
+            from robostiff.compiled import MachineCode, machine_code_is_available
 
-                self.is_machine_code = True
-                if machine_code_is_available():
-                    kernel = self.compiled.kernel.by(MachineCode)
-                    self.compiled = replace(self.compiled, kernel=kernel)
+            self.is_machine_code = True
+            if machine_code_is_available():
+                kernel = self.compiled.kernel.by(MachineCode)
+                self.compiled = replace(self.compiled, kernel=kernel)
         return self.compiled
 
-    def _seek(self, count: int, a_call: int, pays: int) -> None:
+    def _seek(self, pays: bool) -> None:
         self.calls += 1
-        self.poses += a_call + count
-        self.is_tried = self.poses >= pays
         is_near = _READER in sys.modules or self.calls >= _CALLS
-        if not self.is_tried and (self.is_sought or not is_near):
+        if not pays and (self.is_sought or not is_near):
             return
         from robostiff.analysis.compiled_stiffness import CompiledStiffness
         from robostiff.analysis.kernel_inputs import recordable
         from robostiff.compiled import Backend
 
-        self.is_sought = True
+        self.is_sought, self.is_tried = True, pays
         with suppress(InputError, NoAnswerError):
             taken = dispatched(recordable, self.machine)(self.machine, (), None)
-            most = _MOST_OPERATIONS if self.is_tried else 0
+            most = _MOST_OPERATIONS if pays else 0
             made = CompiledStiffness.of(taken, backend=Backend.ARRAYS, most=most)
-            if made.verified:
-                self.compiled, self.poses = made, 0
+            self.compiled, self.poses = (made, 0) if made.verified else (None, self.poses)
 
 
 @kept

@@ -1,54 +1,12 @@
-"""A platform in cables: tensions and slack where it is displaced, winches locked, and stability."""
+"""Rank and stability of a platform in cables."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.cables.stiffness_matrix import PlacedCables
 from robostiff.elastostatics import Tolerance
-
-
-@dataclass(frozen=True)
-class Hanging:
-    """A platform in cables whose winches are locked, at some displacement from a first pose."""
-
-    placed: PlacedCables  # at the first pose, a single one
-    axial: np.ndarray  # (m,): stiffness of every cable [N/m]
-    # (m,): length from exit point to attachment below which a cable is slack [m]
-    slack_lengths: np.ndarray
-    shift: np.ndarray  # (3,): displacement of the reference point [m]
-    R: np.ndarray  # (3, 3): rotation since the first pose
-
-    @classmethod
-    def at_rest(cls, placed: PlacedCables, axial: np.ndarray, tensions: np.ndarray) -> Hanging:
-        """The platform at the first pose, where the cables have given tensions (m,) [N]."""
-        slack = placed.lengths - tensions / axial
-        return cls(placed, axial, slack, np.zeros(3), np.eye(3))
-
-    @cached_property
-    def now(self) -> PlacedCables:
-        """The cables at the present displacement."""
-        origin = self.placed.reference_point
-        return replace(
-            self.placed,
-            attachments=origin + self.shift + self.placed.arms @ self.R.T,
-            reference_point=origin + self.shift,
-            weight_point=origin + self.shift + self.R @ self.placed.weight_arm,
-        )
-
-    @cached_property
-    def pulls(self) -> np.ndarray:
-        """Stiffness times stretch (m,) [N]: the tension, or negative for a slack cable."""
-        return self.axial * (self.now.lengths - self.slack_lengths)
-
-    @cached_property
-    def tensions(self) -> np.ndarray:
-        """Tensions (m,) [N]; zero for slack cables."""
-        return np.maximum(self.pulls, 0.0)
-
 
 _ROUNDING = 1e-12
 

@@ -134,7 +134,10 @@ class Identify(Command, name="identify"):
         "joint1 [deg],,'; what has none is passed over.",
     )
     hooks: tuple[str, ...] = repeatable(
-        "--hook", "NAME=X Y Z", "Where a hook that the column at names is, in the platform frame"
+        "--hook",
+        "NAME=[BODY] X Y Z",
+        "Where a hook that the column at names is, in the frame of the platform or of a body, such "
+        "as elbow=arm/joint3 0.1 0 0",
     )
     sigma: str | None = option(
         "--sigma",
@@ -153,8 +156,9 @@ class Identify(Command, name="identify"):
         """Print what measurements tell of a robot; 1 where a parameter is not identified."""
         from robostiff.cli import arguments as written
         from robostiff.identification.frames import KnownFrames, UnknownFrames
-        from robostiff.identification.identify import Robust, Squares, identify
+        from robostiff.identification.identify import identify
         from robostiff.identification.measurements import Measurements
+        from robostiff.identification.search import Robust, Squares
         from robostiff.robots.shipped import robot_file, shipped_names
 
         losses = {"squares": Squares(), "robust": Robust()}
@@ -166,12 +170,13 @@ class Identify(Command, name="identify"):
         if self.instrument is not None or markers:
             place = self.instrument and written.six_coordinates(self.instrument, "--instrument")
             frames = KnownFrames(markers or None, place)
+        expected = "NAME=[BODY] X Y Z"
         measured = Measurements.read(
             self.path,
             robot,
             joints=self.postures,
             columns=None if self.columns is None else self.columns.split(","),
-            hooks=_markers(self.hooks, "--hook"),
+            hooks={name: _hook(own) for name, own in named_values("--hook", self.hooks, expected)},
             sigma=written.length_and_angle(self.sigma, "--sigma") if self.sigma else (),
         )
         found = identify(
@@ -220,7 +225,9 @@ class Plan(Command, name="plan"):
         "--force", '"Fx Fy Fz"', "A load that is hung on at every posture, beside no load"
     )
     hook: str | None = option(
-        "--hook", metavar='"x y z"', help="Where loads act, in the platform frame."
+        "--hook",
+        metavar='"[BODY] x y z"',
+        help="Where loads act, in the frame of the platform or of a body.",
     )
     markers: tuple[str, ...] = repeatable(
         "--marker", "NAME=X Y Z", "Where a marker is in the platform frame, or about where"
@@ -263,6 +270,7 @@ class Plan(Command, name="plan"):
         criteria: dict[str, Any] = {"d": DOptimal(), "a": AOptimal(), "test-pose": None}
         criterion = written.chosen("--criterion", self.criterion, criteria)
         criterion = criterion or self._test_pose(robot)
+        body, place = _hook(self.hook) if self.hook else ("", None)
         found = choose_poses(
             robot,
             random_postures(robot, self.candidates, self.seed),
@@ -271,7 +279,8 @@ class Plan(Command, name="plan"):
             _markers(self.markers) or {"marker": [0.0, 0.0, 0.0]},
             criterion=criterion,
             forces=[written.force(own, "--force") for own in self.forces] or None,
-            hook=written.three_lengths(self.hook, "--hook") if self.hook else None,
+            hook=place,
+            body=body,
             sigma=written.length(self.sigma, "--sigma") or 0.0,
             fixed=self.fixed,
             gravity=written.gravity(self.gravity),
@@ -316,19 +325,28 @@ def _robot(model: Model, patterns: Sequence[str]) -> Any:
     return robot
 
 
-def _markers(texts: tuple[str, ...], option: str = "--marker") -> dict[str, list[float]]:
-    """Places of markers, or hooks, in the platform frame."""
+def _markers(texts: tuple[str, ...]) -> dict[str, list[float]]:
+    """Places of markers in the platform frame."""
     from robostiff.cli.arguments import three_lengths
 
-    pairs = named_values(option, texts, "NAME=X Y Z")
-    return {name: three_lengths(own, option) for name, own in pairs}
+    pairs = named_values("--marker", texts, "NAME=X Y Z")
+    return {name: three_lengths(own, "--marker") for name, own in pairs}
+
+
+def _hook(text: str) -> tuple[str, list[float]]:
+    """A body, the platform without one, and a place in its frame."""
+    from robostiff.cli.arguments import three_lengths
+
+    first, _, rest = text.strip().partition(" ")
+    body, place = (first, rest) if "/" in first else ("", text)
+    return body, three_lengths(place, "--hook")
 
 
 def _table(robot: Any, postures: Any) -> str:
     """A file of postures, to be completed by readings, in degrees and millimetres."""
     import numpy as np
 
-    from robostiff.identification.measurements import coordinates_of
+    from robostiff.identification.measurement_kinds import coordinates_of
     from robostiff.kinematics import JointCoordinates
     from robostiff.kinematics.pose import joint_units
 

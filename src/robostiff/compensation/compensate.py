@@ -24,7 +24,7 @@ from robostiff.kinematics import (
 )
 from robostiff.kinematics.closure.assembly import beyond_limits
 from robostiff.kinematics.machine_pose import actuator_places
-from robostiff.kinematics.pose import Near, PoseRequest
+from robostiff.kinematics.pose import Near
 from robostiff.markup import InNotebooks
 from robostiff.model import Actuated, PlacedFreedom, Robot
 from robostiff.spatial import as_floats
@@ -199,11 +199,10 @@ def compensate(
         )
     finder = posture_finder(robot)
     request = finder.request(path)
-    wanted, pose = None, getattr(request, "coordinates", None)
-    if near is not None or robot.is_serial or not _is_whole(request):
+    wanted, pose = None, request.coordinates
+    if near is not None or robot.is_serial or not request.is_whole:
         wanted = finder.at(request, near)
         pose = wanted.pose
-    pose = np.asarray(pose)
     size = robot.space.size
     F = as_floats("wrenches", wrenches, f"{size} numbers, or that of each point")
     if F.shape not in {(size,), (len(pose), size)}:
@@ -220,11 +219,6 @@ def compensate(
         given = {"loads": loads, "gravity": gravity, "preload": preload, "beams": beams}
         loaded = compile_loaded(robot, **given, backend=backend)
     return _Commands(robot, loaded, pose, wanted, F).corrected(method)
-
-
-def _is_whole(request: PoseRequest | np.ndarray) -> bool:
-    """Whether a pose has all six coordinates, so that no leg is asked for others."""
-    return isinstance(request, PoseRequest) and request.find is None and not request.open
 
 
 def _in_world(F: np.ndarray, pose: np.ndarray, axes: Axes, robot: Robot) -> np.ndarray:
@@ -335,7 +329,7 @@ class _Commands:
         given = JointCoordinates(command) if self.by_joints else command
         finder = posture_finder(self.robot)
         request = finder.request(given)
-        if isinstance(request, PoseRequest) and _is_whole(request):
+        if request.is_whole:
             return request.coordinates, finder.leg_coordinates(request)
         posture = finder.at(request)
         return posture.pose, posture.coordinates

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
 
 from robostiff.analysis.compiled_stiffness import CompiledStiffness
 from robostiff.compiled import Gradient, Output, WorstDeflection
+from robostiff.design.normal_quantiles import normal_quantiles
 from robostiff.design.numbers import (
     NumbersOfDesigns,
     Poses,
@@ -25,7 +27,11 @@ from robostiff.model import Robot
 
 # Sequences of points that know nothing of one another: their spread is the error of a quantile.
 _SEQUENCES = 8
-_CHUNK = 2**15
+_CHUNK = 2**12
+# Half of a step of Sobol points, which are whole numbers of these: none of them is 0.
+_HALF_STEP = 2.0**-31
+# Robots whose parameters are kept, about.
+_MOST_DRAWN = 2**15
 _WORST = WorstDeflection()
 
 
@@ -40,10 +46,6 @@ class Uniform:
     """
 
     half_width: float | str
-
-    def values(self, nominal: float, name: str, u: np.ndarray) -> np.ndarray:
-        """Values at points u of (0, 1)."""
-        return nominal + _size(self.half_width, nominal, name) * (2.0 * u - 1.0)
 
     def deviation_of(self, nominal: float, name: str) -> float:
         """Standard deviation."""
@@ -61,13 +63,6 @@ class Normal:
     """
 
     deviation: float | str
-
-    def values(self, nominal: float, name: str, u: np.ndarray) -> np.ndarray:
-        """Values at points u of (0, 1)."""
-        from scipy.special import ndtri
-
-        least = np.finfo(float).eps
-        return nominal + self.deviation_of(nominal, name) * ndtri(np.clip(u, least, 1.0 - least))
 
     def deviation_of(self, nominal: float, name: str) -> float:
         """Standard deviation."""
@@ -120,7 +115,7 @@ class Tolerances(InNotebooks):
     covariance : (n, n) array
         Of the parameters.
     drawn : (m, n) array
-        Parameters of the first robots.
+        Parameters of the first robots, some 30,000.
     """
 
     samples: dict[str, np.ndarray]
@@ -271,20 +266,21 @@ def tolerances(
 
     drawn = _DrawnRobots.of(robot, spreads, outputs, poses, threads)
     at_nominal = NumbersOfDesigns.of(drawn.robot, outputs, drawn.names, poses)
-    numbers, rates, _ = at_nominal.at(np.array([value for _, _, value in drawn.each]))
+    numbers, rates, _ = at_nominal.at(drawn.nominal)
     in_sequence = 2 ** max(0, int(np.ceil(np.log2(max(samples, 1) / _SEQUENCES))))
     shape = _SEQUENCES * in_sequence, len(drawn.rows)
     found = {x.name: np.empty(shape) for x in outputs}
-    start, first = 0, np.empty((0, len(drawn.each)))
+    first = drawn.values(np.empty((len(drawn.names), 0)))
     for k in range(_SEQUENCES):
-        points = qmc.Sobol(len(drawn.each), rng=np.random.default_rng([seed, k]))
-        for _ in range(0, in_sequence, _CHUNK):
-            u = points.random(min(_CHUNK, in_sequence)).T
-            where = slice(start, start := start + u.shape[1])
+        points = qmc.Sobol(len(drawn.names), rng=np.random.default_rng([seed, k]))
+        for start in range(k * in_sequence, (k + 1) * in_sequence, _CHUNK):
+            u = points.random(min(_CHUNK, in_sequence)).T.copy()
+            u += _HALF_STEP
             values = drawn.values(u)
-            first = first if len(first) else values.T.copy()
-            for name, own in drawn.numbers(values).items():
-                found[name][where] = own
+            if first.shape[1] < _MOST_DRAWN:
+                first = np.concatenate([first, values], axis=1)
+            where = slice(start, start + u.shape[1])
+            drawn.put(values, {name: own[where] for name, own in found.items()})
     return Tolerances(
         samples=found,
         deviations=dict(zip(drawn.names, np.sqrt(np.diag(drawn.covariance)).tolist(), strict=True)),
@@ -292,7 +288,7 @@ def tolerances(
         rates={x.name: own for x, own in zip(outputs, rates, strict=True)},
         answered=float(np.mean(np.isfinite(next(iter(found.values()))[:, 0]))),
         covariance=drawn.covariance,
-        drawn=first,
+        drawn=first.T,
     )
 
 
@@ -305,34 +301,40 @@ class _DrawnRobots:
     robot : Robot
         With symbols.
     compiled : CompiledStiffness
-    each : tuple of (str, spread, float)
-        Parameters with their nominal values; no spread of those whose errors go together.
+    names : tuple of str
+        Of the parameters, sorted as those of the kernel.
+    nominal : (n,) array
     covariance : (n, n) array
-        Of the parameters.
-    positive : frozenset of str
-        Parameters that formulas of the model were written for positive values of.
+    are_normal : (n,) array of bool
+        Which parameters are normally distributed.
+    positive : (n,) array of bool
+        Which parameters formulas of the model were written for positive values of.
     poses : (N, n) array or JointCoordinates
     threads : int
     """
 
     robot: Robot
     compiled: CompiledStiffness
-    each: tuple[tuple[str, Uniform | Normal | None, float], ...]
+    names: tuple[str, ...]
+    nominal: np.ndarray
     covariance: np.ndarray
-    positive: frozenset[str]
+    are_normal: np.ndarray
+    positive: np.ndarray
     poses: np.ndarray | JointCoordinates
     threads: int
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Of the parameters."""
-        return tuple(name for name, _, _ in self.each)
-
-    @property
+    @cached_property
     def rows(self) -> np.ndarray:
         """Poses (N, n)."""
         own = self.poses
         return np.asarray(own.values if isinstance(own, JointCoordinates) else own)
+
+    @cached_property
+    def _root(self) -> np.ndarray:
+        """Of the covariance: (n, 1) deviations of independent parameters, or (n, n)."""
+        if np.count_nonzero(self.covariance) == len(self.names):
+            return np.sqrt(np.diag(self.covariance))[:, None]
+        return np.linalg.cholesky(self.covariance)
 
     @staticmethod
     def of(
@@ -347,9 +349,8 @@ class _DrawnRobots:
         Raises InputError for a name that is no parameter, no spread, or an output of several
         numbers.
         """
-        each: list[tuple[str, Uniform | Normal | None, float]] = []
+        of: dict[str, Uniform | Normal] = {}
         if isinstance(spreads, Mapping):
-            of: dict[str, Uniform | Normal] = {}
             for pattern, spread in spreads.items():
                 if not isinstance(spread, Uniform | Normal):
                     raise InputError(
@@ -358,65 +359,61 @@ class _DrawnRobots:
                         expected='Uniform(0.2) or Normal("0.2 mm")',
                     )
                 of |= dict.fromkeys(parameters_like(robot, pattern), spread)
-            for name, spread in of.items():
-                each.append((name, spread, float(robot.nominal[name])))
-            deviations = [of[name].deviation_of(value, name) for name, _, value in each]
+            values = {name: float(robot.nominal[name]) for name in of}
+            deviations = [own.deviation_of(values[name], name) for name, own in of.items()]
             covariance = np.diag(np.square(deviations))
         elif hasattr(spreads, "estimate"):
             robot, values, covariance = spreads.estimate
-            each = [(name, None, value) for name, value in values.items()]
         else:
             expected = 'such as {"k*": rs.Uniform(0.2)}, or what identify found'
             raise InputError("spreads", got=type(spreads).__name__, expected=expected)
-        names = tuple(name for name, _, _ in each)
+        names = tuple(sorted(values))
+        order = [list(values).index(name) for name in names]
         for output in outputs:
             Gradient(output, names).shape(robot.space)  # raises where it has several
+        positive = {symbol.name for symbol in robot.symbols if symbol.is_positive}
         return _DrawnRobots(
             robot,
             kept_kernel(robot, tuple(outputs), names),
-            tuple(each),
-            covariance,
-            frozenset(str(symbol) for symbol in robot.symbols if symbol.is_positive),
+            names,
+            np.array([values[name] for name in names]),
+            covariance[np.ix_(order, order)],
+            np.array([not isinstance(of.get(name), Uniform) for name in names]),
+            np.array([name in positive for name in names]),
             kernel_poses(robot, poses),
             threads,
         )
 
     def values(self, u: np.ndarray) -> np.ndarray:
         """Parameters (n, m) of m robots, by quantiles u (n, m)."""
-        from scipy.special import ndtri
+        if self.are_normal.all():
+            z = normal_quantiles(u, np.empty(u.shape))
+        else:
+            z = 3**0.5 * (2.0 * u - 1.0)
+            own = u[self.are_normal]
+            z[self.are_normal] = normal_quantiles(own, np.empty(own.shape))
+        z = np.multiply(z, self._root, out=z) if self._root.shape[1] == 1 else self._root @ z
+        return np.add(z, self.nominal[:, None], out=z)
 
-        if self.each and self.each[0][1] is None:
-            least, mean = np.finfo(float).eps, np.array([value for _, _, value in self.each])
-            root = np.linalg.cholesky(self.covariance)
-            return mean[:, None] + root @ ndtri(np.clip(u, least, 1.0 - least))
-        found = np.empty(u.shape)
-        for row, (name, spread, value), own in zip(found, self.each, u, strict=True):
-            row[:] = spread.values(value, name, own) if spread else value
-        return found
-
-    def numbers(self, values: np.ndarray) -> dict[str, np.ndarray]:
-        """Each output (m, N) of m robots with parameters (n, m).
+    def put(self, values: np.ndarray, out: Mapping[str, np.ndarray]) -> None:
+        """Fill each output (m, N) of m robots with parameters (n, m).
 
         Not a number for a robot that has no answer at some pose.
         """
-        positive = np.array([name in self.positive for name in self.names])
-        wrong = (values <= 0) & positive[:, None]
-        lost, count = wrong.any(axis=0), values.shape[1]
-        nominal = np.array([value for _, _, value in self.each])
-        kept = np.where(wrong, nominal[:, None], values) if lost.any() else values
-        parameters, rows = dict(zip(self.names, kept, strict=True)), self.rows
-        found = {x.name: np.empty((count, len(rows))) for x in self.compiled.kernel.outputs}
-        for place, row in enumerate(rows):
-            pose: Any = np.broadcast_to(row[:, None], (len(row), count)).copy().T
+        lost, count = np.zeros(values.shape[1], dtype=bool), values.shape[1]
+        if np.any(values.min(axis=1) <= 0, where=self.positive):
+            wrong = (values <= 0) & self.positive[:, None]
+            lost, values = wrong.any(axis=0), np.where(wrong, self.nominal[:, None], values)
+        for place, row in enumerate(self.rows):
+            pose: Any = np.repeat(row[:, None], count, axis=1).T
             if isinstance(self.poses, JointCoordinates):
                 pose = JointCoordinates(pose)
-            answer = self.compiled.evaluate(pose, parameters=parameters, threads=self.threads)
-            for name, own in found.items():
+            answer = self.compiled.evaluate(pose, parameters=values, threads=self.threads)
+            for name, own in out.items():
                 own[:, place] = answer.values[name]
                 lost |= ~np.isfinite(own[:, place])
-        for own in found.values():
+        for own in out.values():
             own[lost] = np.nan
-        return found
 
 
 def sobol_indices(
@@ -476,16 +473,17 @@ def sobol_indices(
         raise InputError("samples of indices", got=samples, expected="a power of two")
 
     def numbers(u: np.ndarray) -> np.ndarray:
-        values = drawn.numbers(drawn.values(u))[output.name][:, 0]
-        if not np.isfinite(values).all():
-            lost = int(np.count_nonzero(~np.isfinite(values)))
-            raise NoAnswerError(f"{lost} of {len(values)} robots have no answer: spread them less")
-        return values
+        found = np.empty((u.shape[1], 1))
+        drawn.put(drawn.values(np.ascontiguousarray(u)), {output.name: found})
+        if not np.isfinite(found).all():
+            lost = int(np.count_nonzero(~np.isfinite(found)))
+            raise NoAnswerError(f"{lost} of {len(found)} robots have no answer: spread them less")
+        return found[:, 0]
 
-    cubes, rng = [uniform()] * len(drawn.each), np.random.default_rng(seed)
+    cubes, rng = [uniform()] * len(drawn.names), np.random.default_rng(seed)
     if len(cubes) == 1:  # all of the variance is its own
         numbers(rng.random((1, samples)))
-        return {drawn.each[0][0]: (1.0, 1.0)}
+        return {drawn.names[0]: (1.0, 1.0)}
     found = indices_of(func=numbers, n=samples, dists=cubes, rng=rng)
     pairs = zip(np.ravel(found.first_order), np.ravel(found.total_order), strict=True)
     each = {name: (float(S), float(T)) for name, (S, T) in zip(drawn.names, pairs, strict=True)}

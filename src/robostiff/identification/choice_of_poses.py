@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -129,6 +129,7 @@ def choose_poses(
     criterion: DOptimal | AOptimal | TestPose = DOptimal(),
     forces: ArrayLike | None = None,
     hook: ArrayLike | None = None,
+    body: str = "",
     sigma: float = 2e-5,
     fixed: Sequence[str] = (),
     existing: Measurements | None = None,
@@ -157,7 +158,9 @@ def choose_poses(
     forces : (3,) or (L, 3) array, optional
         Loads that are hung on at every posture, one after the other [N]; no load is one of them.
     hook : (3,) array, optional
-        Where, in the platform frame [m]; the reference point when left out.
+        Where, in the frame of `body` [m]; its origin, or the reference point when left out.
+    body : str
+        On which these loads hang, such as ``arm/joint3``; the platform when left out.
     sigma : float
         Standard deviation of a coordinate that is read [m].
     existing : Measurements, optional
@@ -191,14 +194,16 @@ def choose_poses(
     kind = JointCoordinates if isinstance(candidates, JointCoordinates) else np.asarray
     reached = find_posture(robot.numeric, kind(q))
     rows = np.flatnonzero(reached.reached & reached.within_limits)
-    if len(rows) < count:
-        raise InputError("candidates", got=f"{len(rows)} in reach", expected=f"at least {count}")
+    least = 1 if repeats else count
+    if len(rows) < least:
+        raise InputError("candidates", got=f"{len(rows)} in reach", expected=f"at least {least}")
     each = len(loads) * len(names)
     measured = Measurements(
         kind(np.repeat(q[rows], each, axis=0)),
         np.zeros((len(rows) * each, 3)),
         forces=np.tile(np.repeat(loads, len(names), axis=0), (len(rows), 1)),
         hooks=hook,
+        bodies=body,
         markers=list(names) * (len(rows) * len(loads)),
         sigma=sigma,
     )
@@ -210,14 +215,13 @@ def choose_poses(
     J = (model.predicted(x)[1] * scale / sigma).reshape(len(rows), -1, len(x))
     good = _serve(model, J)
     rows, J = rows[good], J[good]
-    if len(rows) < (1 if repeats else count):
-        raise InputError("candidates", got=f"{len(rows)} that serve", expected=f"at least {count}")
+    if len(rows) < least:
+        raise InputError("candidates", got=f"{len(rows)} that serve", expected=f"at least {least}")
     M = np.swapaxes(J, 1, 2) @ J
     before = np.zeros(M.shape[1:])
     every = [np.asarray(np.linalg.qr(J.reshape(-1, len(x)), mode="r"))]
     if existing is not None:
-        other = statics.with_states(States.of(changed, existing, np.eye(3)))
-        own = replace(model, measured=existing, statics=other.checked(x[: len(unknowns)])[0])
+        own = model.of(existing, x)
         every.append(own.predicted(x)[1] * scale / own.sigma[:, None])
         before = every[1].T @ every[1]
     total = M.sum(axis=0) + before

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
-from robostiff.identification.measurements import Measurements, Reading
+from robostiff.identification.measurement_kinds import Reading
+from robostiff.identification.measurements import Measurements
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.spatial import as_floats
 

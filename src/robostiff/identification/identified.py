@@ -6,16 +6,16 @@ import os
 from dataclasses import dataclass, replace
 from enum import Flag
 from functools import cached_property
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.identification.measurements import Measurements
 from robostiff.identification.readings import ReadingModel
-from robostiff.identification.states import States
-from robostiff.identification.unknowns import Unknown
-from robostiff.identification.words import Identifiability
+from robostiff.identification.search import Fit, Robust, Squares, fitted
+from robostiff.identification.unknowns import Unknown, UnknownKind
+from robostiff.identification.written_values import write_values
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.markup import InNotebooks
 from robostiff.model import Robot
@@ -52,20 +52,6 @@ class FitStatus(Flag):
 
     def __str__(self) -> str:
         return self.words
-
-
-@dataclass(frozen=True, eq=False)
-class Fit:
-    """Where a search ended, and what it began with."""
-
-    x: np.ndarray
-    start: np.ndarray
-    bounds: tuple[np.ndarray, np.ndarray]
-    loss: Any
-    told: Identifiability
-    converged: bool
-    known: np.ndarray  # (M,) numbers that were used
-    too_few: str = ""  # what is missing, where there are less numbers than unknowns
 
 
 @dataclass(frozen=True)
@@ -313,8 +299,13 @@ class Identified(InNotebooks):
 
     @property
     def weak(self) -> tuple[str, ...]:
-        """What readings hardly tell, in sentences."""
+        """What readings hardly tell, in sentences: what the status ``weak`` is about."""
         return self.fit.told.weak
+
+    @property
+    def correlated(self) -> tuple[str, ...]:
+        """Whose errors go together by 0.9 to 0.98, in sentences."""
+        return self.fit.told.correlated
 
     @cached_property
     def status(self) -> FitStatus:
@@ -339,7 +330,7 @@ class Identified(InNotebooks):
         """What to do, in sentences."""
         if self.fit.too_few:
             return (self.fit.too_few,)
-        found = [*self.not_identified, *self.weak]
+        found = [*self.not_identified, *self.weak, *self.correlated]
         for name, side in self.at_bound.items():
             found.append(f"{name} is at its {side} value: its interval has one side")
         if FitStatus.DOES_NOT_FIT in self.status:
@@ -411,10 +402,18 @@ class Identified(InNotebooks):
         InputError
             When a value has no place of its own in the file.
         """
-        from robostiff.identification.written_values import write_values
-
         self._check_rows()
-        write_values(self, path, source, level)
+        found, intervals = {}, self.interval(level)
+        about = f"({100 * level:g} %), from {Path(self.measured.source).name}"
+        for own in self.model.parameters:
+            value, comment = self.values[own.name], "not identified"
+            if own.name in intervals:
+                low, high = intervals[own.name]
+                half, is_length = 0.5 * (high - low), own.kind is UnknownKind.GEOMETRY
+                size = f"{half:.2g}" if is_length else f"{100 * half / abs(value):.2g} %"
+                comment = f"+-{size} {about}, {len(self.measured)} readings"
+            found[own] = value, comment
+        write_values(found, self.robot, path, source)
 
     def predict(self, measured: Measurements) -> tuple[np.ndarray, np.ndarray]:
         """What would be read elsewhere, and its standard deviation by that of the unknowns.
@@ -429,24 +428,12 @@ class Identified(InNotebooks):
         two (N, 3) or (N, 6) arrays, as the values.
         """
         self._check_rows()
-        model = self.model_for(measured)
+        model = self.model.of(measured, self.fit.x)
         y, J = model.predicted(self.fit.x)
         L = J[:, self._found] @ self._inverse_root * self.sigma
         return self._as_values(model, y), self._as_values(model, np.linalg.norm(L, axis=1))
 
-    def model_for(self, measured: Measurements) -> ReadingModel:
-        """Other readings of the same markers, by the kernel that is compiled already."""
-        names = self.model.names
-        for name in measured.marker_names:
-            if name not in names:
-                raise InputError("marker", got=name, expected=f"one of {', '.join(names)}")
-        own = self.model.statics
-        R = self.model.frames(self.fit.x)[0]
-        statics = own.with_states(States.of(own.robot, measured, R))
-        statics, _ = statics.checked(self.fit.x[: len(self.model.parameters)])
-        return replace(self.model, measured=measured, statics=statics)
-
-    def fitted_to(self, measured: Measurements, loss: Any = None) -> Identified:
+    def fitted_to(self, measured: Measurements, loss: Squares | Robust | None = None) -> Identified:
         """The same unknowns from other readings of the same markers; the search begins here.
 
         Parameters
@@ -455,10 +442,8 @@ class Identified(InNotebooks):
         loss : Squares or Robust, optional
             That of this fit when left out.
         """
-        from robostiff.identification.identify import fitted
-
-        model = self.model_for(measured)
-        return fitted(model, self.fit.x, self.fit.bounds, loss or self.fit.loss)
+        model, x = self.model.of(measured, self.fit.x), self.fit.x
+        return Identified(*fitted(model, x, self.fit.bounds, loss or self.fit.loss))
 
     def cross_validated(self, folds: int = 5, seed: int = 0) -> CrossValidation:
         """What the model does at postures it has not seen: fits without a part of them each.

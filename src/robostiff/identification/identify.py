@@ -2,50 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
 from robostiff.identification.frames import KnownFrames, UnknownFrames
-from robostiff.identification.identified import Fit, Identified
-from robostiff.identification.measurements import LoadAxes, Measurements
-from robostiff.identification.readings import ReadingModel
+from robostiff.identification.identified import Identified
+from robostiff.identification.measurements import Measurements
+from robostiff.identification.search import Robust, Squares, fitted
 from robostiff.identification.start import model_of
 from robostiff.identification.unknowns import with_unknowns
-from robostiff.identification.words import Identifiability, identifiability
 from robostiff.kinematics import JointCoordinates
 from robostiff.model import Robot
 
-_UNKNOWN = UnknownFrames()
-_MOST_STEPS = 60
-# Of the numbers that were read: what must have equilibria where a search ends.
-_KEPT = 0.9
-# Turns of an instrument that are no more, and at most so many of them.
-_SAME_TURN, _TURNS = 1e-10, 6
-# Of a standard deviation: a last step; and of the way of a search: where it ends.
-_LAST, _ENDS, _ROUNDING = 1e-7, 1e-12, 1e-14
-
-
-@dataclass(frozen=True)
-class Squares:
-    """The sum of squares: the best estimate where errors are normal."""
-
-
-@dataclass(frozen=True)
-class Robust:
-    """``2 (sqrt(1 + z^2) - 1)`` in place of z^2, z in units of `scale` standard deviations.
-
-    Large errors count in proportion, not squared.
-    """
-
-    scale: float = 2.0
-
-    def __post_init__(self) -> None:
-        if not (np.isfinite(self.scale) and self.scale > 0):
-            raise InputError("scale of a robust loss", got=self.scale, expected="more than zero")
+_UNKNOWN, _SQUARES = UnknownFrames(), Squares()
 
 
 def identify(
@@ -56,7 +28,7 @@ def identify(
     fixed: Sequence[str] = (),
     shared: bool = False,
     frames: UnknownFrames | KnownFrames = _UNKNOWN,
-    loss: Squares | Robust = Squares(),
+    loss: Squares | Robust = _SQUARES,
     bounds: Mapping[str, tuple[float, float]] | None = None,
     gravity: ArrayLike | str | None = None,
 ) -> Identified:
@@ -131,180 +103,4 @@ def identify(
         if not (len(pair) == 2 and pair[0] < pair[1]):
             raise InputError(f"bounds of {name}", got=pair, expected="least < largest")
         low[k], high[k] = max(low[k], pair[0]), pair[1]
-    return fitted(model, np.clip(start, low, high), (low, high), loss)
-
-
-def fitted(
-    model: ReadingModel,
-    start: np.ndarray,
-    bounds: tuple[np.ndarray, np.ndarray],
-    loss: Squares | Robust,
-) -> Identified:
-    """The fit of a model from a start (n,) on, between bounds."""
-    read, least = len(model.values), len(start) + (not model.measured.has_sigma)
-    if read < least:
-        more = "" if model.measured.has_sigma else ", and one for their standard deviation"
-        names = ", ".join(own.name for own in model.unknowns)
-        too_few = (
-            f"{read} numbers were read, for {len(start)} unknowns{more}: {names}; read more, or "
-            "fix some of them"
-        )
-        told = Identifiability(tuple(range(len(start))), (), (), 1.0)
-        known = np.ones(read, dtype=bool)
-        return Identified(model, Fit(start, start, bounds, loss, told, False, known, too_few))
-    found = _fitted(model, start, bounds, loss)
-    if model.instrument is None and LoadAxes.INSTRUMENT in model.measured.axes:
-        for _ in range(_TURNS):  # loads turn with the instrument
-            before = found.model.frames(found.fit.x)[0]
-            found = _fitted(found.model_for(model.measured), found.fit.x, bounds, loss)
-            if np.abs(found.model.frames(found.fit.x)[0] - before).max() < _SAME_TURN:
-                break
-    return found
-
-
-def _fitted(
-    model: ReadingModel,
-    start: np.ndarray,
-    bounds: tuple[np.ndarray, np.ndarray],
-    loss: Squares | Robust,
-) -> Identified:
-    known = _known(model, start)
-    told = identifiability(_rates(model, start)[known], model.unknowns)
-    x, converged = _searched(model, start, told.fixed, bounds, loss, known)
-    again = identifiability(_rates(model, x)[known], model.unknowns)
-    if set(again.fixed) != set(told.fixed):  # the start was in a special place, or the end is
-        told = again
-        x, converged = _searched(model, x, told.fixed, bounds, loss, known)
-    statics, _ = model.statics.checked(x[: len(model.parameters)])
-    there = replace(model, statics=statics)
-    if not np.array_equal(_known(there, x), known):  # near singular postures it has become another
-        before, known = np.count_nonzero(known), _known(there, x)
-        x, converged = _searched(there, x, told.fixed, bounds, loss, known)
-        converged = converged and bool(np.count_nonzero(known) >= _KEPT * before)
-    return Identified(there, Fit(x, start, bounds, loss, told, converged, known))
-
-
-def _rates(model: ReadingModel, x: np.ndarray) -> np.ndarray:
-    return model.predicted(x)[1] / model.sigma[:, None]
-
-
-def _known(model: ReadingModel, x: np.ndarray) -> np.ndarray:
-    """Numbers (M,) whose rates are known; InputError where none are."""
-    y, J = model.predicted(x)
-    known = np.isfinite(y) & np.isfinite(J).all(axis=1)
-    if np.count_nonzero(known) < J.shape[1]:
-        raise InputError(
-            "postures",
-            got=f"{np.count_nonzero(~known)} numbers read near singular postures",
-            expected="more at others, where rates are known",
-        )
-    return known
-
-
-def _searched(
-    model: ReadingModel,
-    x: np.ndarray,
-    fixed: Sequence[int],
-    bounds: tuple[np.ndarray, np.ndarray],
-    loss: Squares | Robust,
-    known: np.ndarray,
-) -> tuple[np.ndarray, bool]:
-    """Where the sum is least over what is not fixed; and whether the search ended."""
-    from scipy.optimize import least_squares
-
-    free = np.array([k for k in range(len(x)) if k not in set(fixed)], dtype=int)
-    if not free.size:
-        return x, True
-    low, high = (own[free] for own in bounds)
-    sigma, values = model.sigma[known], model.values[known]
-    last: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
-
-    def at(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        key = z.tobytes()
-        if key not in last:
-            own = x.copy()
-            own[free] = z
-            y, J = model.predicted(own)
-            r, J = (y[known] - values) / sigma, J[np.ix_(known, free)] / sigma[:, None]
-            lost = ~(np.isfinite(r) & np.isfinite(J).all(axis=1))
-            r[lost], J[lost] = 0.0, 0.0
-            last.clear()
-            last[key] = r, J
-        return last[key]
-
-    z = x[free]
-    robust = isinstance(loss, Robust)
-    scale = 1.0
-    if robust and not model.measured.has_sigma:
-        first = _gauss_newton(at, z, low, high)[0]
-        scale = 1.4826 * float(np.median(np.abs(at(first)[0])))
-    converged = False
-    if not robust:
-        z, converged = _gauss_newton(at, z, low, high)
-    if not converged:
-        length = np.linalg.norm(at(z)[1], axis=0)
-        found = least_squares(
-            lambda own: at(own)[0],
-            np.clip(z, low, high),
-            jac=lambda own: at(own)[1],  # pyright: ignore[reportArgumentType]
-            bounds=(low, high),
-            x_scale=1 / np.where(length > 0, length, 1.0),
-            loss="soft_l1" if robust else "linear",
-            f_scale=loss.scale * scale if isinstance(loss, Robust) else 1.0,
-            ftol=_ENDS,
-            xtol=_ENDS,
-            gtol=_ENDS,
-            max_nfev=_MOST_STEPS,
-        )
-        z, converged = found.x, found.status > 0
-        if not robust:
-            z, _ = _gauss_newton(at, z, low, high)
-    x = x.copy()
-    x[free] = z
-    return x, bool(converged)
-
-
-def _gauss_newton(
-    at: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
-    z: np.ndarray,
-    low: np.ndarray,
-    high: np.ndarray,
-) -> tuple[np.ndarray, bool]:
-    """Steps of Gauss and Newton while they shrink, ``min |r + J dz|`` each.
-
-    Parameters
-    ----------
-    at : function
-        From z (n,) to residuals (M,) over their standard deviations, and rates (M, n).
-    z, low, high : (n,) array
-        Start and bounds [SI].
-
-    Returns
-    -------
-    z : (n,) array
-        The last before a step that leaves the bounds, or does not shrink.
-    converged : bool
-        Whether the last step was rounding.
-    """
-    before = np.inf
-    least = 0.0
-    for _ in range(12):
-        r, J = at(z)
-        length = np.linalg.norm(J, axis=0)
-        length[length == 0] = 1.0
-        Q, R = np.linalg.qr(J / length)
-        step = -np.linalg.solve(R, Q.T @ r) if np.linalg.cond(R) < 1e14 else None
-        if step is None:
-            return z, False
-        size = float(np.linalg.norm(R @ step))
-        # of a standard deviation of what was read; or what rounding leaves of exact readings
-        least = _LAST * float(np.linalg.norm(r)) / len(r) ** 0.5 + _ROUNDING * float(
-            np.linalg.norm(R)
-        ) * float(np.max(np.abs(z * length)))
-        after = z + step / length
-        if not (np.all(after >= low) and np.all(after <= high)) or not size < 0.9 * before:
-            return z, size <= 1e3 * least
-        z, before = after, size
-        if size <= least:
-            return z, True
-    return z, False
+    return Identified(*fitted(model, np.clip(start, low, high), (low, high), loss))

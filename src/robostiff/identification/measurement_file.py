@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from robostiff.analysis.maps.pose_columns import POSE_UNITS, coordinate_units
 from robostiff.errors import FileError, Location
@@ -19,7 +18,7 @@ from robostiff.identification.instrument_files import (
     tracker_points,
     with_headings,
 )
-from robostiff.identification.measurements import LoadAxes, Measurements, Reading, coordinates_of
+from robostiff.identification.measurement_kinds import LoadAxes, Reading, coordinates_of
 from robostiff.io.csv_table import CsvTable, table_of
 from robostiff.io.posture_columns import posture_columns, postures_of
 from robostiff.kinematics import JointCoordinates
@@ -62,28 +61,27 @@ _OF_MARKER = re.compile(r"\s*'?(?P<name>[^\[\(.]+)\.(?P<axis>[xyz])\s*[\[\(]")
 def read_measurements(
     robot: Robot,
     path: str | os.PathLike[str],
-    *,
-    joints: str | os.PathLike[str] | None = None,
-    columns: Sequence[str] | None = None,
-    hooks: Mapping[str, ArrayLike] | None = None,
-    sigma: Sequence[float] = (),
-) -> Measurements:
-    """Readings of a CSV file, a reading a line.
+    joints: str | os.PathLike[str] | None,
+    columns: Sequence[str] | None,
+    hooks: Mapping[str, Any] | None,
+    sigma: Sequence[float],
+) -> tuple[dict[str, Any], list[int]]:
+    """What `Measurements` are made of in a CSV file, a reading a line; and which readings count.
 
     The first line has the names of the columns, with units in brackets. Postures are joints of an
     arm by name, or ``pose_x [mm]`` to ``pose_rz [deg]``; where ``posture`` repeats a word, they
     may be left out. Loads are ``Fx [N]`` to ``Mz [N m]`` about the reference point, or forces
-    and ``mass [kg]`` at the hook ``at_x [mm], at_y [mm], at_z [mm]`` of the platform frame, or at
-    that of `hooks` which ``at`` names; ``axes`` are world, platform or instrument, ``sigma_F [N]``
-    and ``sigma_M [N m]`` standard deviations of their components; ``direction`` is loading or
-    unloading. What is read of a ``marker`` is ``x, y, z``, a pose with ``rx, ry, rz`` beside them;
-    or its displacement ``dx, dy, dz``; ``along`` the direction ``u_x, u_y, u_z``; or its
-    ``distance`` from the point ``from_x, from_y, from_z``. ``m1.x, m1.y, m1.z, m2.x, ...`` are
-    points of several markers. Of a ``drive`` it is ``torque [N m]`` or ``push [N]``, or its joint's
-    ``angle [deg]`` or ``travel [mm]`` behind the gear. A displacement is from the load of the line
-    whose ``row`` is its ``reference``, or from none. ``sigma``, or ``sigma_x, sigma_y, sigma_z``,
-    ``sigma_turn``, ``sigma_torque`` and ``sigma_push`` are standard deviations. Empty fields are
-    readings that are missing, and loads of zero.
+    and ``mass [kg]`` at the hook ``at_x [mm], at_y [mm], at_z [mm]`` of the platform frame, or
+    of that of the body which ``at`` names, or at that of `hooks`; ``axes`` are world, platform or
+    instrument, ``sigma_F [N]`` and ``sigma_M [N m]`` standard deviations of their components;
+    ``direction`` is loading or unloading. What is read of a ``marker`` is ``x, y, z``, a pose with
+    ``rx, ry, rz`` beside them; or its displacement ``dx, dy, dz``; ``along`` the direction ``u_x,
+    u_y, u_z``; or its ``distance`` from the point ``from_x, from_y, from_z``. ``m1.x, m1.y, m1.z,
+    m2.x, ...`` are points of several markers. Of a ``drive`` it is ``torque [N m]`` or ``push
+    [N]``, or its joint's ``angle [deg]`` or ``travel [mm]`` behind the gear. A displacement is from
+    the load of the line whose ``row`` is its ``reference``, or from none. ``sigma``, or ``sigma_x,
+    sigma_y, sigma_z``, ``sigma_turn``, ``sigma_torque`` and ``sigma_push`` are standard deviations.
+    Empty fields are readings that are missing, and loads of zero.
 
     An export of a tracker, known by ``X``, ``Y``, ``Z`` and ``U(95)`` in its first line, has points
     alone: `joints` is a file with a line for each of its points, of the columns above. Lines of an
@@ -98,8 +96,8 @@ def read_measurements(
     columns : sequence of str, optional
         Headings of a file without a first line of them, whose fields are separated by blanks, tabs,
         semicolons or commas; empty ones are passed over.
-    hooks : mapping of str to (3,) array, optional
-        In the platform frame [m].
+    hooks : mapping of str to (3,) array, or to (str, (3,) array), optional
+        In the platform frame, or that of the body that is named [m].
     sigma : sequence of one or two numbers
         Standard deviations of lengths and of turns [m, rad] that the file does not have.
 
@@ -159,7 +157,7 @@ class _Table:
     names: list[str]  # of all coordinates of a posture
     si: Mapping[str, np.ndarray]
     words: Mapping[str, tuple[str, ...]]
-    hooks: Mapping[str, ArrayLike]
+    hooks: Mapping[str, Any]
     several: bool  # whether a line has points of several markers
 
     @classmethod
@@ -168,7 +166,7 @@ class _Table:
         robot: Robot,
         path: str,
         lines: tuple[str, ...],
-        hooks: Mapping[str, ArrayLike] | None,
+        hooks: Mapping[str, Any] | None,
         known: Mapping[str, float],
         given: Mapping[str, np.ndarray] | None = None,
         first: int = 1,
@@ -244,30 +242,35 @@ class _Table:
             return found
         return found[:, self.robot.coordinate_places]
 
-    def _hooks(self) -> np.ndarray:
-        """Places (N, 3) at which loads act, in the platform frame; not a number at the tip."""
-        found = self.columns([f"at_{a}" for a in _AXES])
+    def _hooks(self) -> tuple[np.ndarray, list[str]]:
+        """Where loads act (N, 3), in frames of bodies, and these; not a number at the origins."""
+        found, bodies = self.columns([f"at_{a}" for a in _AXES]), [""] * len(self.lines)
         for row in range(len(self.lines)):
             own, name = found[row], self.word("at", row)
             if name in self.hooks:
-                expected = "three numbers [m]"
-                found[row] = as_floats(f"hook {name!r}", self.hooks[name], expected, "m", (3,))
+                given: Any = self.hooks[name]
+                if len(given) == 2:
+                    bodies[row], given = given
+                found[row] = as_floats(f"hook {name!r}", given, "three numbers [m]", "m", (3,))
+            elif "/" in name:
+                bodies[row] = name
             elif name not in ("", "tip"):
-                expected = f"tip, or one of {', '.join(self.hooks) or 'hooks='}"
+                known = ", ".join(self.hooks) or "hooks="
+                expected = f"tip, a body such as arm/joint3, or one of {known}"
                 raise FileError(self.at(row), "hook", got=name, expected=expected)
-            elif np.isfinite(own).any() and not np.isfinite(own).all():
+            if np.isfinite(own).any() and not np.isfinite(own).all():
                 raise FileError(
                     self.at(row), "hook", got="a part of it", expected="at_x, at_y, at_z"
                 )
-        return found
+        return found, bodies
 
     def measurements(
         self, rows: list[int], lines: tuple[int, ...], source: str = ""
-    ) -> Measurements:
-        """Readings of some lines."""
+    ) -> tuple[dict[str, Any], list[int]]:
+        """Those of all lines, and the lines that count."""
         count = len(self.lines)
-        load, hooks = self.columns(_WRENCH, 0.0), self._hooks()
-        at_hooks = np.isfinite(hooks).all(axis=1)
+        load, (hooks, bodies) = self.columns(_WRENCH, 0.0), self._hooks()
+        at_hooks = np.isfinite(hooks).all(axis=1) | [bool(body) for body in bodies]
         forces = load[:, :3] * np.reshape(at_hooks, (-1, 1))
         mass = self.columns(["mass"], 0.0)[:, 0]
         if mass.any():
@@ -287,7 +290,8 @@ class _Table:
         whole = np.column_stack([coordinates_of(postures), load, forces, hooks, values])
         seen: dict[tuple[object, ...], int] = {}
         for row in rows:
-            key = (markers[row], drives[row], directions[row], whole[row].tobytes())
+            own = markers[row], drives[row], directions[row], bodies[row]
+            key = (*own, whole[row].tobytes())
             before = seen.setdefault(key, row)
             if before != row:
                 raise FileError(
@@ -298,25 +302,26 @@ class _Table:
                     hint="remove one of them: it would count twice",
                 )
         by_name = {own.value: own for own in LoadAxes} | {"": LoadAxes.WORLD}
-        found = Measurements(
-            postures=postures,
-            values=values,
-            wrenches=load,
-            forces=forces,
-            hooks=hooks,
-            markers=markers,
-            sigma=sigma if np.isfinite(sigma).any() else None,
-            kinds=kinds,
-            toward=toward,
-            references=self._references(),
-            drives=drives,
-            axes=[self._one_of(by_name, "axes", row) for row in range(count)],
-            sigma_wrench=self.columns(("sigma_F",) * 3 + ("sigma_M",) * 3, 0.0),
-            directions=directions,
-            lines=lines,
-            source=source or self.path,
-        )
-        return found if len(rows) == count else found.chosen(rows)
+        fields = {
+            "postures": postures,
+            "values": values,
+            "wrenches": load,
+            "forces": forces,
+            "hooks": hooks,
+            "markers": markers,
+            "sigma": sigma if np.isfinite(sigma).any() else None,
+            "kinds": kinds,
+            "toward": toward,
+            "references": self._references(),
+            "drives": drives,
+            "axes": [self._one_of(by_name, "axes", row) for row in range(count)],
+            "sigma_wrench": self.columns(("sigma_F",) * 3 + ("sigma_M",) * 3, 0.0),
+            "directions": directions,
+            "bodies": bodies,
+            "lines": lines,
+            "source": source or self.path,
+        }
+        return fields, rows
 
     def _values(self, asked: set[int]) -> tuple[np.ndarray, np.ndarray, list[Reading]]:
         """What was read (N, 3 or 6) in lines that are asked for, its sigma, and its kind."""

@@ -5,58 +5,20 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
+from robostiff.identification.measurement_file import read_measurements
+from robostiff.identification.measurement_kinds import LoadAxes, Reading, coordinates_of
 from robostiff.kinematics import JointCoordinates
 from robostiff.model import Robot
 from robostiff.spatial import as_floats
 
-_EACH = ("kinds", "markers", "drives", "axes", "directions")
+_EACH = ("kinds", "markers", "drives", "axes", "directions", "bodies")
 _ARRAYS = ("values", "wrenches", "forces", "hooks", "sigma", "toward", "sigma_wrench")
-
-
-class Reading(Enum):
-    """What is read: of a marker ``POINT``, its three coordinates in axes of the instrument.
-
-    ``POSE``: these, and the rotation vector from axes of the marker to those of the instrument.
-    ``DISPLACEMENT``: the three coordinates of its motion from the posture under another load.
-    ``ALONG``: this motion along a direction, as a dial gauge reads it.
-    ``DISTANCE``: from a fixed point, as a ball bar or a wire reads it.
-    ``TORQUE``: with which a drive pushes in the direction of its coordinate, from motor current.
-    ``JOINT``: the coordinate of a joint behind its gear.
-    """
-
-    POINT = "point"
-    POSE = "pose"
-    DISPLACEMENT = "displacement"
-    ALONG = "along"
-    DISTANCE = "distance"
-    TORQUE = "torque"
-    JOINT = "joint"
-
-    @property
-    def size(self) -> int:
-        """Numbers of a reading."""
-        sizes = {Reading.POINT: 3, Reading.DISPLACEMENT: 3, Reading.POSE: 6}
-        return sizes.get(self, 1)
-
-    @property
-    def of_drive(self) -> bool:
-        """Whether it is read at a drive, and not of a marker."""
-        return self in (Reading.TORQUE, Reading.JOINT)
-
-
-class LoadAxes(Enum):
-    """Axes of a load: of the world, of the commanded platform, or of the instrument."""
-
-    WORLD = "world"
-    PLATFORM = "platform"
-    INSTRUMENT = "instrument"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -73,9 +35,10 @@ class Measurements:
     wrenches : (6,) or (N, 6) array, optional
         On the platform about its reference point [N, N m]; none when left out.
     forces : (3,) or (N, 3) array, optional
-        Beside it, at hooks [N].
+        Beside it, at hooks of the platform or of other bodies [N].
     hooks : (3,) or (N, 3) array, optional
-        Where these forces act, in the platform frame [m]; the reference point when left out.
+        Where these forces act, in the frame of their bodies [m]; the reference point of the
+        platform, or the origin of that frame, when left out.
     markers : str or sequence of str
         Name of the marker of each reading.
     sigma : float, or array as the values, optional
@@ -94,6 +57,8 @@ class Measurements:
         there is one. Readings have ``|dy/dF| sigma_F`` beside their own.
     directions : int or sequence of int
         1 of readings while the load grows, -1 while it shrinks, 0 where it is not told.
+    bodies : str or sequence of str
+        What each hook is on, by name, such as ``arm/joint3``; the platform when left out.
     lines : sequence of int, optional
         Where readings stand in their file.
     source : str
@@ -129,6 +94,7 @@ class Measurements:
     axes: Any = LoadAxes.WORLD
     sigma_wrench: Any = None
     directions: Any = 0
+    bodies: Any = ""
     lines: tuple[int, ...] = ()
     source: str = "reading"
 
@@ -144,6 +110,7 @@ class Measurements:
             "drives": _each("drives", self.drives, count, str),
             "axes": _each("axes", self.axes, count, LoadAxes),
             "directions": _each("directions", self.directions, count, int),
+            "bodies": _each("bodies", self.bodies, count, str),
         }
         width = 6 if Reading.POSE in changed["kinds"] else 3
         for name, size in (("values", width), ("sigma", width), ("hooks", 3), ("toward", 3)):
@@ -192,14 +159,13 @@ class Measurements:
         *,
         joints: str | os.PathLike[str] | None = None,
         columns: Sequence[str] | None = None,
-        hooks: Mapping[str, ArrayLike] | None = None,
+        hooks: Mapping[str, Any] | None = None,
         sigma: Sequence[float] = (),
     ) -> Measurements:
         """Readings of a CSV file, a reading a line; see `read_measurements`."""
-        from robostiff.identification.measurement_file import read_measurements
-
-        given = {"joints": joints, "columns": columns, "hooks": hooks, "sigma": sigma}
-        return read_measurements(robot, path, **given)
+        fields, rows = read_measurements(robot, path, joints, columns, hooks, sigma)
+        found = cls(**fields)
+        return found if len(rows) == len(found) else found.chosen(rows)
 
     @property
     def is_read(self) -> np.ndarray:
@@ -224,8 +190,8 @@ class Measurements:
         groups: dict[Any, dict[int, list[int]]] = {}
         loads = (self.coordinates, self.wrenches, self.forces, np.nan_to_num(self.hooks))
         for k, direction in enumerate(self.directions):
-            own = self.markers[k], self.drives[k], self.kinds[k], self.axes[k], self.references[k]
-            key = (*own, *(each[k].tobytes() for each in loads))
+            own = self.markers[k], self.drives[k], self.kinds[k], self.axes[k], self.bodies[k]
+            key = (*own, self.references[k], *(each[k].tobytes() for each in loads))
             groups.setdefault(key, {}).setdefault(direction, []).append(k)
         found = [
             self.values[own[1]].mean(axis=0) - self.values[own[-1]].mean(axis=0)
@@ -265,6 +231,20 @@ class Measurements:
             **{name: getattr(self, name)[rows] for name in _ARRAYS},
         )
 
+    def with_loads_moved(self, k: int, sign: float) -> Measurements:
+        """The same with component k of each load moved by its standard deviation, at its hook.
+
+        Behind them stand the readings as they are, which displacements refer to.
+        """
+        count = len(self)
+        found = self.chosen(np.tile(np.arange(count), 2))
+        wrenches, forces, shift = found.wrenches, found.forces, sign * self.sigma_wrench[:, k]
+        at_hook = np.isfinite(self.hooks).all(axis=1) | [bool(own) for own in self.bodies]
+        at_hook &= k < 3
+        wrenches[:count, k] += np.where(at_hook, 0.0, shift)
+        forces[:count, k % 3] += np.where(at_hook, shift, 0.0)
+        return replace(found, wrenches=wrenches, forces=forces)
+
     def __len__(self) -> int:
         return len(self.values)
 
@@ -280,11 +260,6 @@ class Measurements:
             f"<Measurements: {several(len(self), 'reading')} of {' and '.join(of)} at "
             f"{several(postures, 'posture')}>"
         )
-
-
-def coordinates_of(pose: Any) -> np.ndarray:
-    """Numbers (N, n) of joints or poses."""
-    return np.asarray(getattr(pose, "values", pose))
 
 
 def _rows(

@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.identification.measurements import Measurements, Reading
-from robostiff.identification.states import (
-    MOTIONS,
-    FiniteLoads,
-    PlacesInStates,
-    SmallLoads,
-    axes_of_loads,
-    hook_levers,
-)
+from robostiff.identification.measurement_kinds import Reading
+from robostiff.identification.measurements import Measurements
+from robostiff.identification.states import MOTIONS, FiniteLoads, PlacesInStates, SmallLoads, States
 from robostiff.identification.unknowns import Unknown, UnknownKind
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector
 from robostiff.spatial import skew
@@ -42,6 +36,7 @@ class ReadingModel:
     names: tuple[str, ...]  # of the markers
     first_turns: np.ndarray  # (K, 3, 3) from axes of the markers to those of the platform
     turned: tuple[int, ...] = ()  # markers whose turns are unknown
+    by_loads: np.ndarray | None = None  # (M,) standard deviations of readings by those of loads
 
     @cached_property
     def unknowns(self) -> tuple[Unknown, ...]:
@@ -66,6 +61,35 @@ class ReadingModel:
         ]
         return tuple(found)
 
+    def of(self, measured: Measurements, x: np.ndarray) -> ReadingModel:
+        """Other readings of the same markers, by the kernel that is compiled already, near x."""
+        for name in measured.marker_names:
+            if name not in self.names:
+                raise InputError("marker", got=name, expected=f"one of {', '.join(self.names)}")
+        states = States.of(self.statics.robot, measured, self.frames(x)[0])
+        statics, _ = self.statics.with_states(states).checked(x[: len(self.parameters)])
+        return replace(self, measured=measured, statics=statics).with_errors_of_loads(x)
+
+    def with_errors_of_loads(self, x: np.ndarray) -> ReadingModel:
+        """The same with what uncertain loads do to readings near x, ``|dy/dF| sigma_F``.
+
+        By differences over a standard deviation to both sides; loads of references stay.
+        """
+        measured, found = self.measured, np.zeros(len(self.values))
+        inside = self.statics.robot.space.rows
+        for k in np.flatnonzero(measured.sigma_wrench.any(axis=0)):
+            if k not in inside:
+                continue
+            each = []
+            for sign in (1.0, -1.0):
+                moved = measured.with_loads_moved(int(k), sign)
+                states = States.of(self.statics.robot, moved, self.frames(x)[0])
+                statics = self.statics.with_states(states)
+                there = replace(self, measured=moved, statics=statics)
+                each.append(there.predicted(x)[0][: len(found)])
+            found = np.hypot(found, np.nan_to_num(0.5 * (each[0] - each[1])))
+        return replace(self, by_loads=found if measured.sigma_wrench.any() else None)
+
     @cached_property
     def read(self) -> np.ndarray:
         """Which of the numbers (width N,) are there."""
@@ -81,38 +105,8 @@ class ReadingModel:
         """Standard deviations (M,), those by loads among them; ones where they are not known."""
         if not self.measured.has_sigma:
             return np.ones(np.count_nonzero(self.read))
-        return np.hypot(self.measured.sigma, self._by_loads).ravel()[self.read]
-
-    @cached_property
-    def _by_loads(self) -> np.ndarray:
-        """Standard deviations (N, width) by those of loads, ``|dy/dF| sigma_F``, nominal values."""
-        measured, found = self.measured, np.zeros(self.measured.values.shape)
-        if not measured.sigma_wrench.any():
-            return found
-        nominal = np.array([own.nominal for own in self.parameters])
-        state = self.statics.states.of_readings
-        places, C = self.statics.at(nominal), self.statics.compliances(nominal)[state]
-        robot = self.statics.robot
-        turn = axes_of_loads(robot, measured, self.first_rotation)
-        point = robot.numeric.reference_point
-        arms = np.einsum("nij,nj->ni", places.axes[state], hook_levers(robot, measured))
-        W = np.zeros((len(measured), 6, 6))  # a column for each component of the load
-        W[:, :3, :3], W[:, 3:, 3:] = turn, turn
-        W[:, 3:, :3] = skew(arms) @ turn
-        t = C @ (W * measured.sigma_wrench[:, None])
-        m = np.zeros((max(len(self.names), 1), 3)) if self.markers is None else self.markers
-        lever = np.einsum("nij,nj->ni", places.axes[state], m[self.marker_places] - point)
-        R = self.first_rotation
-        moved = R @ np.stack([t[:, :3] - skew(lever) @ t[:, 3:], t[:, 3:]], axis=1)
-        for k, kind in enumerate(measured.kinds):
-            own = moved[k].reshape(6, 6)
-            if kind is Reading.ALONG:
-                own = (measured.toward[k] / np.linalg.norm(measured.toward[k]) @ own[:3])[None]
-            elif kind is Reading.DISTANCE:  # in whatever direction
-                own = np.linalg.norm(own[:3], axis=0)[None]
-            if not kind.of_drive:
-                found[k, : kind.size] = np.linalg.norm(own, axis=1)[: kind.size]
-        return found
+        own = self.measured.sigma.ravel()[self.read]
+        return own if self.by_loads is None else np.hypot(own, self.by_loads)
 
     @cached_property
     def of_reading(self) -> np.ndarray:

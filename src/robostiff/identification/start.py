@@ -15,7 +15,8 @@ from robostiff.identification.frames import (
     nearest_frames,
     nearest_turn,
 )
-from robostiff.identification.measurements import Measurements, Reading
+from robostiff.identification.measurement_kinds import Reading
+from robostiff.identification.measurements import Measurements
 from robostiff.identification.readings import ReadingModel
 from robostiff.identification.states import MOTIONS, FiniteLoads, PlacesInStates, SmallLoads, States
 from robostiff.identification.unknowns import Unknown, UnknownKind
@@ -44,18 +45,23 @@ def model_of(
     """
     names = measured.marker_names
     instrument, markers, turns, turned = known_frames(measured, frames)
-    small = all(kind in MOTIONS for kind in measured.kinds) and all(
-        own.kind in (UnknownKind.COMPLIANCE, UnknownKind.FACTOR) for own in parameters
-    )
     R = np.eye(3) if instrument is None else turn_by_vector(instrument[3:])
     states = States.of(robot, measured, R)
+    small = all(kind in MOTIONS for kind in measured.kinds) and not states.sites
+    small &= all(own.kind in (UnknownKind.COMPLIANCE, UnknownKind.FACTOR) for own in parameters)
     given = tuple(own.name for own in parameters)
     p = np.array([own.nominal for own in parameters])
     statics: FiniteLoads | SmallLoads = SmallLoads(states, robot, given)
     if not small:
         of_drives = any(kind.of_drive for kind in measured.kinds)
         statics = FiniteLoads.of(states, robot, parameters, gravity, drives=of_drives)
-    statics, codes = statics.checked(p)
+    try:
+        statics, codes = statics.checked(p)
+    except InputError as error:
+        if error.got not in measured.bodies:
+            raise
+        place = measured.place(measured.bodies.index(error.got))
+        raise InputError(f"hook of {place}", got=error.got, expected=error.expected) from None
     _check_states(robot, measured, states, codes)
     _check_plays(statics)
     places = statics.at(p)
@@ -79,7 +85,7 @@ def model_of(
         x.append(np.array(m, dtype=float).ravel())
     start = np.concatenate([*x, np.zeros(3 * len(turned))])
     _check_points(model, start, places)
-    return model, start
+    return model.with_errors_of_loads(start), start
 
 
 def _check_points(model: ReadingModel, start: np.ndarray, places: PlacesInStates) -> None:

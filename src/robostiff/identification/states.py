@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 
 from robostiff.compiled import Backend
 from robostiff.errors import InputError
-from robostiff.identification.measurements import LoadAxes, Measurements, Reading, coordinates_of
+from robostiff.identification.measurement_kinds import LoadAxes, Reading, coordinates_of
+from robostiff.identification.measurements import Measurements
 from robostiff.identification.unknowns import Unknown
 from robostiff.kinematics import JointCoordinates, find_posture
 from robostiff.kinematics.machine_pose import actuator_places
@@ -58,6 +59,8 @@ class States:
     by_joints: bool
     wrenches: np.ndarray  # (S, 6) about the reference point
     levers: np.ndarray  # (S, 3, 3): sum of h f^T from the reference point, platform and world axes
+    forces: np.ndarray  # (S, B, 3) at sites, world axes
+    sites: tuple[tuple[str, tuple[float, float, float]], ...]  # bodies, and points in their frames
     of_readings: np.ndarray  # (N,)
     of_references: np.ndarray  # (N,)
 
@@ -85,7 +88,15 @@ class States:
                 )
         turn = axes_of_loads(robot, measured, to_instrument)
         forces = np.einsum("nij,nj->ni", turn, measured.forces)
-        levers = hook_levers(robot, measured)[:, :, None] * forces[:, None, :]
+        hooks = np.nan_to_num(measured.hooks)
+        each = [(body, tuple(at)) for body, at in zip(measured.bodies, hooks.tolist(), strict=True)]
+        sites = tuple(dict.fromkeys(own for own in each if own[0]))
+        at_sites = np.array([[own == site for site in sites] for own in each]).reshape(len(q), -1)
+        on_bodies = at_sites[:, :, None] * forces[:, None, :]
+        forces = forces * ~at_sites.any(axis=1, keepdims=True)
+        point = robot.numeric.reference_point
+        from_point = np.where(np.isnan(measured.hooks), 0.0, measured.hooks - point)
+        levers = from_point[:, :, None] * forces[:, None, :]
         wrenches = np.einsum("nij,nkj->nki", turn, measured.wrenches.reshape(-1, 2, 3))
         wrenches = wrenches.reshape(-1, 6)
         wrenches[:, :3] += forces
@@ -99,7 +110,7 @@ class States:
         moved = [k for k, kind in enumerate(measured.kinds) if kind in MOTIONS]
         from_ = np.array([measured.references[k] for k in moved], dtype=int)
         known = (from_ >= 0)[:, None]
-        loads = np.column_stack([wrenches, levers.reshape(-1, 9)])
+        loads = np.column_stack([wrenches, levers.reshape(-1, 9), on_bodies.reshape(len(q), -1)])
         rows = np.vstack(
             [
                 np.column_stack([q, loads]),
@@ -114,16 +125,12 @@ class States:
             unique[:, :n],
             by_joints,
             unique[:, n : n + 6],
-            unique[:, n + 6 :].reshape(-1, 3, 3),
+            unique[:, n + 6 : n + 15].reshape(-1, 3, 3),
+            unique[:, n + 15 :].reshape(len(unique), -1, 3),
+            sites,
             place[: len(q)],
             references,
         )
-
-
-def hook_levers(robot: Robot, measured: Measurements) -> np.ndarray:
-    """Hooks of readings from the reference point (N, 3) [m], platform axes; zero at the tip."""
-    point = robot.numeric.reference_point
-    return np.where(np.isnan(measured.hooks), 0.0, measured.hooks - point)
 
 
 def axes_of_loads(robot: Robot, measured: Measurements, to_instrument: np.ndarray) -> np.ndarray:
@@ -183,13 +190,15 @@ class FiniteLoads:
             parameters=self.names,
             platforms=True,
             drives=self.drives or bool(self.plays),
+            sites=self.states.sites,
             backend=backend,
         )
 
     def with_states(self, states: States) -> FiniteLoads:
-        """The same kernel for other states."""
+        """The same for other states, by the same kernel where loads are at the same places."""
         found = replace(self, states=states, lost=None)
-        vars(found)["compiled"] = self.compiled
+        if states.sites == self.states.sites:
+            vars(found)["compiled"] = self.compiled
         return found
 
     @cached_property
@@ -223,15 +232,6 @@ class FiniteLoads:
         none = np.full(len(self.states.coordinates), np.nan)
         return np.array([found.get(name, none) for name in self.compiled.drives]).T
 
-    def compliances(self, values: np.ndarray) -> np.ndarray:
-        """Of platforms (S, 6, 6), zero where there is none."""
-        answer, _ = self._answer(values, slice(None), again=False)
-        rows = list(self.robot.space.rows)
-        known = np.flatnonzero(np.isfinite(answer.K_total).all(axis=(1, 2)))
-        found = np.zeros((len(answer.K_total), 6, 6))
-        found[np.ix_(known.tolist(), rows, rows)] = np.linalg.pinv(answer.K_total[known])
-        return found
-
     def _answer(
         self, values: np.ndarray, rows: np.ndarray | slice, *, again: bool
     ) -> tuple[LoadedAnswer, Platforms]:
@@ -241,11 +241,13 @@ class FiniteLoads:
             coordinates=self.states.coordinates[rows],
             wrenches=self.states.wrenches[rows],
             levers=self.states.levers[rows],
+            forces=self.states.forces[rows],
         )
         found = self.compiled.evaluate(
             own.pose,
             own.wrenches[:, list(self.robot.space.rows)],
             hooks=own.levers,
+            forces=own.forces,
             parameters=dict(zip(self.names, (values * self.factors[rows]).T, strict=True)),
             again=again,
         )
@@ -344,13 +346,3 @@ class SmallLoads:
         return PlacesInStates(
             points, R, moved[:, :, 0], moved[:, :, 1:], codes, none, none[..., None]
         )
-
-    def compliances(self, values: np.ndarray) -> np.ndarray:
-        """Of platforms (S, 6, 6)."""
-        pose, of_state = self._postures
-        given = dict(zip(self.names, values.tolist(), strict=True))
-        answer = self.compiled.evaluate(pose, parameters=given)
-        C, rows = answer.values[self.compiled.kernel.outputs[0].name], list(self.robot.space.rows)
-        found = np.zeros((len(of_state), 6, 6))
-        found[np.ix_(range(len(found)), rows, rows)] = np.nan_to_num(C[of_state])
-        return found

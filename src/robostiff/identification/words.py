@@ -13,6 +13,8 @@ from robostiff.identification.unknowns import Unknown, UnknownKind
 _NO_COLUMN, _NO_VALUE = 1e-9, 1e-8
 # Of the largest singular value, and correlations: what is little.
 _WEAK, _CORRELATED = 1e-4, 0.98
+# Correlations that are told, but are no more than usual.
+_TOLD = 0.9
 _PART = 1e-4  # of the largest entry of a null vector
 _ORDER = (
     UnknownKind.GEOMETRY,
@@ -31,8 +33,8 @@ class Identifiability:
     ----------
     fixed : tuple of int
         Unknowns that have to keep their values.
-    not_identified, weak : tuple of str
-        Sentences.
+    not_identified, weak, correlated : tuple of str
+        Sentences; the last ones of correlations from 0.9 to 0.98, which are not weak yet.
     condition : float
         Of the columns at length 1, without those that are fixed.
     """
@@ -40,6 +42,7 @@ class Identifiability:
     fixed: tuple[int, ...]
     not_identified: tuple[str, ...]
     weak: tuple[str, ...]
+    correlated: tuple[str, ...]
     condition: float
 
 
@@ -82,7 +85,7 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
             sentences.append(_alias(left[pivot], natural, unknowns))
             fixed.append(left[pivot])
         rest = [i for i in range(len(left)) if left[i] not in fixed]
-        weak = []
+        weak, correlated = [], []
         if rest:
             _, s, Vt = np.linalg.svd(R[:, rest], full_matrices=False)
             condition = float(s[0] / s[-1])
@@ -97,10 +100,14 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
                         f"{_listed(names)} {'are' if len(names) > 1 else 'is'} hardly determined: "
                         f"errors grow {1 / (value / s[0]):.0e} times in this direction"
                     )
-            weak += _correlated(R[:, rest], [unknowns[left[i]] for i in rest])
+            several = [unknowns[left[i]] for i in rest]
+            weak += _correlated(R[:, rest], several, _CORRELATED, np.inf)
+            correlated = _correlated(R[:, rest], several, _TOLD, _CORRELATED)
     else:
-        weak = []
-    return Identifiability(tuple(fixed), tuple(sentences), tuple(weak), condition)
+        weak, correlated = [], []
+    return Identifiability(
+        tuple(fixed), tuple(sentences), tuple(weak), tuple(correlated), condition
+    )
 
 
 def _without_effect(length: np.ndarray, unknowns: Sequence[Unknown]) -> list[int]:
@@ -173,22 +180,20 @@ def _alias(pivot: int, natural: dict[int, float], unknowns: Sequence[Unknown]) -
     return f"{_listed(names)} cannot be told apart: {own.name} keeps its value"
 
 
-def _correlated(R: np.ndarray, unknowns: Sequence[Unknown]) -> list[str]:
-    """Parameters whose errors go together with those of others."""
+def _correlated(R: np.ndarray, unknowns: Sequence[Unknown], least: float, most: float) -> list[str]:
+    """Parameters whose errors go together with those of others, by correlations between two."""
     inverse = np.linalg.pinv(R)
     covariance = inverse @ inverse.T
     d = np.sqrt(np.diag(covariance))
-    together = np.abs(covariance) > _CORRELATED * np.outer(d, d)
+    size = np.abs(covariance / np.outer(d, d))
+    together = (size > least) & (size <= most)
     found = []
     for i, one in enumerate(unknowns):
-        later = range(i + 1, len(unknowns))
-        others = [
-            unknowns[j].name for j in later if together[i, j] and one.kind is not UnknownKind.FRAME
-        ]
-        if others:
+        others = [unknowns[j].name for j in range(i + 1, len(unknowns)) if together[i, j]]
+        if others and one.kind is not UnknownKind.FRAME:
             found.append(
                 f"errors of {one.name} go together with those of {_listed(others)}, correlations "
-                f"above {_CORRELATED}: other postures or loads would tell them apart"
+                f"above {least}: other postures or loads would tell them apart"
             )
     return found
 

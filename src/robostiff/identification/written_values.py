@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.identification.identified import Identified
 from robostiff.identification.unknowns import Unknown, UnknownKind, spring_values
 from robostiff.io.document import Document, read_document
 from robostiff.io.model_file import model_from_document
+from robostiff.model import Robot
 from robostiff.whole_file import whole_file
 
 _VALUE = re.compile(r"\"[^\"]*\"|'[^']*'|[^,}\]#\n]*[^,}\]#\n\s]")
@@ -23,11 +23,23 @@ _AGREES = 1e-9
 
 
 def write_values(
-    found: Identified, path: str | os.PathLike[str], source: str | os.PathLike[str], level: float
+    found: Mapping[Unknown, tuple[float, str]],
+    robot: Robot,
+    path: str | os.PathLike[str],
+    source: str | os.PathLike[str],
 ) -> None:
     """Write a model file with the values that were found, and their uncertainty behind them.
 
     What is written is read again, and compared with what was found, before it gets its name.
+
+    Parameters
+    ----------
+    found : mapping of Unknown to (float, str)
+        Values, and comments behind them.
+    robot : Robot
+        With these values.
+    path, source : path
+        The new file, and the one that is changed.
 
     Raises
     ------
@@ -38,7 +50,7 @@ def write_values(
     lines = Path(source).read_text(encoding="utf-8").splitlines()
     comments: dict[int, list[str]] = {}
     edits: list[tuple[int, int, int, str]] = []
-    for own in found.model.parameters:
+    for own, (value, comment) in found.items():
         place = _place(document, own)
         if place is None:
             raise _no_place(own, source)
@@ -47,25 +59,29 @@ def write_values(
         match = _VALUE.match(lines[line], column)
         if match is None or any(edit[:2] == (line, column) for edit in edits):
             raise _no_place(own, source)
-        edits.append((line, column, match.end(), _written(found, own)))
-        comments.setdefault(line, []).append(_comment(found, own, level))
+        edits.append((line, column, match.end(), _written(own, value)))
+        comments.setdefault(line, []).append(comment)
     for line, start, end, text in sorted(edits, reverse=True):
         lines[line] = lines[line][:start] + text + lines[line][end:]
     for line, words in comments.items():
         lines[line] += ("  # " if "#" not in lines[line] else "; ") + "; ".join(words)
     with whole_file(path) as begun:
         begun.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        _check(found, begun, source)
+        _check(found, robot, begun, source)
 
 
-def _check(found: Identified, written: Path, source: str | os.PathLike[str]) -> None:
+def _check(
+    found: Mapping[Unknown, tuple[float, str]],
+    robot: Robot,
+    written: Path,
+    source: str | os.PathLike[str],
+) -> None:
     """Raise unless a written file has the values that were found, and all others as before."""
-    names = [own.parameter for own in found.model.parameters if own.parameter]
+    names = [own.parameter for own in found if own.parameter]
     again = model_from_document(read_document(written), symbols=names)
     values = spring_values(again.numeric)
-    expected = spring_values(found.robot)
-    for own in found.model.parameters:
-        value = found.values[own.name]
+    expected = spring_values(robot)
+    for own, (value, _) in found.items():
         if own.parameter:
             expected[own.name], values[own.name] = value, again.nominal[own.parameter]
             if own.name != own.parameter:
@@ -109,23 +125,9 @@ def _place(document: Document, own: Unknown) -> list[Any] | None:
     return None
 
 
-def _written(found: Identified, own: Unknown) -> str:
+def _written(own: Unknown, value: float) -> str:
     """The value as a file has it: stiffnesses where these are written, with units."""
-    value = found.values[own.name]
     if own.kind is UnknownKind.COMPLIANCE and own.name != own.parameter:
         unit = "N m/rad" if own.unit.startswith("rad") else "N/m"
         return f"{1 / value:.12g} {unit}"
     return f"{value:.12g} {own.unit}".strip()
-
-
-def _comment(found: Identified, own: Unknown, level: float) -> str:
-    """How sure it is."""
-    interval = found.interval(level).get(own.name)
-    if interval is None:
-        return "not identified"
-    value = found.values[own.name]
-    half = 0.5 * (interval[1] - interval[0])
-    size = f"{100 * half / abs(value):.2g} %" if own.kind is not UnknownKind.GEOMETRY else (
-        f"{half:.2g}")  # fmt: skip
-    campaign = Path(found.measured.source).name
-    return f"+-{size} ({100 * level:g} %), from {campaign}, {len(found.measured)} readings"

@@ -263,15 +263,9 @@ class ChainWalk:
         for i, beam in enumerate(telescope.beams):
             length = np.asarray(beam.fixed + beam.share * extension)
             self.p = self.p + e * length[..., None]
-            name = (
-                f"{telescope.name}.beam{i + 1}"
-                if len(telescope.beams) > 1
-                else (f"{telescope.name}.beam")
-            )
-            own = beam.fixed_elasticity
-            if own is None:
-                own = telescopic_elasticity(beam, length)
-            self.spring(name, telescope.axes, own)
+            number = i + 1 if len(telescope.beams) > 1 else ""
+            own = beam.fixed_elasticity or telescopic_elasticity(beam, length)
+            self.spring(f"{telescope.name}.beam{number}", telescope.axes, own)
 
     def freedom(self, name: str, screw: Screw, role: Role, q: np.ndarray) -> np.ndarray:
         """Place one freedom; its axis in the world."""

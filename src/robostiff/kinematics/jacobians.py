@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.kinematics.legs_together import FEW, beside
 from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
-from robostiff.spatial import block_rotation, skew, twist_transport
+from robostiff.spatial import block_rotation, twist_transport
 from robostiff.spatial.batch import (
     empty_batch,
     matrix_of_columns,
@@ -118,22 +118,12 @@ def leg_compliance(
 def spring_compliance(
     spring: PlacedSpring, at: Float[np.ndarray, "*batch 3"]
 ) -> Float[np.ndarray, "*batch 6 6"]:
-    """Compliance that one elastic part gives to the point `at` (..., 6, 6), world axes.
+    """Compliance that one elastic part gives to the point `at` (..., 6, 6), J C J^T in world axes.
 
-    J_v diag(R, R) C diag(R, R)^T J_v^T, block by block: half the work of the 6 x 6 products.
+    J = J_v diag(R, R) leads from its far end and its own axes to that point.
     """
-    R, C = spring.rotation, spring.elasticity.compliance
-    rr = _turned(R, C[..., 3:, 3:])
-    rt = _turned(R, C[..., 3:, :3])
-    V = -skew(np.broadcast_to(at - spring.point, np.broadcast_shapes(at.shape, spring.point.shape)))
-    V_rr, V_rt = product(V, rr), product(V, rt)
-    tr = transposed(rt) + V_rr
-    placed = empty_batch(V.shape[:-2], (6, 6), np.result_type(V, rr))
-    placed[..., :3, :3] = _turned(R, C[..., :3, :3]) + V_rt + transposed(V_rt)
-    placed[..., :3, :3] += product(V_rr, transposed(V))
-    placed[..., :3, 3:], placed[..., 3:, :3] = tr, transposed(tr)
-    placed[..., 3:, 3:] = rr
-    return placed
+    J = product(twist_transport(at - spring.point), block_rotation(spring.rotation))
+    return product(product(J, spring.elasticity.compliance), transposed(J))
 
 
 def _plain(leg: PlacedLeg) -> Iterator[PlacedFreedom | PlacedSpring]:
@@ -146,10 +136,6 @@ def _plain(leg: PlacedLeg) -> Iterator[PlacedFreedom | PlacedSpring]:
                 hint="write stiffness(robot) or derive(robot), which support blocks",
             )
         yield element
-
-
-def _turned(R: np.ndarray, block: np.ndarray) -> np.ndarray:
-    return product(product(R, block), transposed(R))
 
 
 def _columns(columns: list[np.ndarray], at: np.ndarray) -> np.ndarray:

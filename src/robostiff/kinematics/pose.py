@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -14,11 +15,11 @@ from numpy.typing import ArrayLike
 from robostiff.errors import InputError, warn_of_slip
 from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose
-from robostiff.kinematics.turn import turn_by_vector
+from robostiff.kinematics.turn import turn_about, turn_by_vector
 from robostiff.model import ALL_COORDINATES, Chain, Coupling, Joint, Leg, Link, Locked, Rigid, Robot
 from robostiff.model.checks import FARTHEST, FULL_TURN
-from robostiff.spatial import Frame, Space, as_floats, holds_quantities
-from robostiff.spatial.batch import poses_side_by_side
+from robostiff.spatial import Frame, Space, as_floats, cross, holds_quantities
+from robostiff.spatial.batch import poses_side_by_side, product
 from robostiff.spatial.rotation import is_rigid_transform, nearest_rotation, vector_of_rotation
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
 _HELD = 1e-9  # of a held sum of joint coordinates [m or rad]
 _NO_ROTATION = 1e-6  # by which R^T R of a given matrix may differ from the identity
+_OPPOSITE = 1e-9  # of a half turn: the shortest way there has no direction
 _AT_ONCE = 64  # poses whose numbers are compared side by side
 
 
@@ -50,37 +52,56 @@ Pose: TypeAlias = (
 OnePose: TypeAlias = Sequence[float] | Frame | None
 
 
-#: Joint coordinates (size,) of each leg that choose a posture.
-NearLegs: TypeAlias = "Sequence[np.ndarray] | None"
-FoundPoses: TypeAlias = tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]
+class Given(Enum):
+    """What says where a robot is."""
+
+    POSE = "pose of the platform"
+    JOINTS = "coordinates of all joints of a serial arm"
+    DRIVES = "coordinates of the actuated joints"
+    TOOL = "tip and axis of the tool, which turns about it as the legs demand"
 
 
 @dataclass(frozen=True)
 class PoseRequest:
-    """Requested poses of the platform, one in each row."""
+    """Postures that are asked for, one in each row."""
 
     batch: tuple[int, ...]  # shape of the given batch
-    # (N, 6): x, y, z and rotation vector; the open ones are those of the home pose
+    # Of poses (N, 6): x, y, z and rotation vector, the open ones those of home. Else (N, n): joint
+    # coordinates; or tip and unit axis of the tool
     coordinates: np.ndarray
-    open: tuple[int, ...]  # pose coordinates that the legs decide
+    open: tuple[int, ...] = ()  # pose coordinates that the legs decide
     # (N, 3, 3) or None: rotation of the platform where it was given as a matrix
     turned: np.ndarray | None = None
-    # What finds poses (N, 6), rotations, coordinates of the legs, and where they close elsewhere:
-    # from the numbers in the rows, where these are no poses, and joint coordinates close by
-    find: Callable[[np.ndarray, NearLegs], FoundPoses] | None = None
-    by_drives: bool = False  # whether these numbers are coordinates of the actuators
+    by: Given = Given.POSE
+    tool_axis: np.ndarray | None = None  # (3,): of a tool, in the platform frame
 
     @cached_property
     def R(self) -> np.ndarray:
         """Rotation of the platform (N, 3, 3)."""
         return turn_by_vector(self.coordinates[:, 3:]) if self.turned is None else self.turned
 
+    @property
+    def numbers(self) -> np.ndarray:
+        """The coordinates with the shape of the batch (..., n)."""
+        return self.coordinates.reshape(*self.batch, self.coordinates.shape[-1])
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether poses are given by all of their six coordinates."""
+        return self.by is Given.POSE and not self.open
+
+    @property
+    def by_drives(self) -> bool:
+        """Whether its numbers are coordinates of drives, which determine the posture."""
+        return self.by in (Given.JOINTS, Given.DRIVES)
+
     def part(self, rows: slice | np.ndarray) -> PoseRequest:
-        """Some of the poses."""
-        turned = self.turned
+        """Some of the poses, side by side."""
+        turned, own = self.turned, poses_side_by_side(self.coordinates[rows], 1)
         return replace(
             self,
-            coordinates=poses_side_by_side(self.coordinates[rows], 1),
+            batch=own.shape[:1],
+            coordinates=own,
             turned=None if turned is None else poses_side_by_side(turned[rows], 2),
         )
 
@@ -179,7 +200,7 @@ def requested_pose(robot: Robot, pose: Pose, home: np.ndarray | None = None) -> 
     """
     home = home_coordinates(robot) if home is None else home
     if pose is None:
-        return PoseRequest((), home[None, :], ())
+        return PoseRequest((), home[None, :])
     T = _matrices(robot, pose)
     if T is not None:
         R = T[..., :3, :3]
@@ -211,7 +232,7 @@ def requested_pose(robot: Robot, pose: Pose, home: np.ndarray | None = None) -> 
     if rows.shape[-1] == 6:
         _question(robot, rows, home)
         _check_plane(robot, rows, home)
-        return PoseRequest(batch, rows, ())
+        return PoseRequest(batch, rows)
     coordinates = np.tile(home, (len(rows), 1))
     chosen = robot.coordinate_places
     coordinates[:, chosen] = rows
@@ -260,7 +281,7 @@ def _may_be_joints(robot: Robot, given: np.ndarray) -> bool:
     return is_arm and given.ndim > 0 and given.shape[-1] == robot.legs[0].chain.size
 
 
-def question_joints(robot: Robot, q: np.ndarray) -> None:
+def _question_joints(robot: Robot, q: np.ndarray) -> None:
     """Warn of joint coordinates (..., size) of a serial arm that are probably in other units."""
     freedoms = robot.legs[0].chain.freedoms
     rotates = np.array([screw.is_rotation for screw in freedoms], bool)
@@ -269,6 +290,73 @@ def question_joints(robot: Robot, q: np.ndarray) -> None:
     advances = [screw.advance(q[..., i]) for i, screw in enumerate(freedoms)]
     if q.size and np.max(np.abs(advances)) > FARTHEST:
         warn_of_slip(f"joint coordinates of {robot.name!r}: slides beyond {FARTHEST:g} m; in mm?")
+
+
+def requested_joints(robot: Robot, pose: JointCoordinates) -> PoseRequest:
+    """Read joint coordinates (..., size) of a serial arm.
+
+    Raises InputError when they are not as many finite numbers as it has joints, or not what its
+    couplings hold.
+    """
+    chain, subject = robot.legs[0].chain, f"joint coordinates of {robot.name!r}"
+    words = f"{chain.size} finite numbers in the last axis"
+    q = as_floats(subject, pose.values, words, joint_units(chain))
+    if q.ndim == 0 or q.shape[-1] != chain.size:
+        raise InputError(subject, got=pose.values, expected=words)
+    _question_joints(robot, q)
+    check_held_sums(robot, q)
+    return rows_of(q, Given.JOINTS)
+
+
+def rows_of(numbers: np.ndarray, by: Given, tool_axis: np.ndarray | None = None) -> PoseRequest:
+    """A request by numbers (..., n) that are no poses."""
+    batch = numbers.shape[:-1]
+    rows = poses_side_by_side(numbers.reshape(math.prod(batch), numbers.shape[-1]), 1)
+    return PoseRequest(batch, rows, by=by, tool_axis=tool_axis)
+
+
+def requested_tool(robot: Robot, pose: ToolPose, home: np.ndarray) -> PoseRequest:
+    """Read poses of the tool of a robot with pose coordinates (6,) at home.
+
+    Raises InputError when they do not fit.
+    """
+    tip, axis, own = pose.numbers(robot)
+    numbers = np.concatenate([tip, axis], axis=-1)
+    freedoms = len(robot.coordinates)
+    if robot.is_posed_by_joints:
+        freedoms = np.count_nonzero(robot.legs[0].chain.free)
+    if pose.spin is None and freedoms < len(ALL_COORDINATES):
+        return rows_of(numbers, Given.TOOL, own)
+    spin = np.zeros(())
+    if pose.spin is not None:
+        subject = f"tool pose of {robot.name!r}, spin"
+        spin = as_floats(subject, pose.spin, "finite angles [rad]", "rad")
+    batch = np.broadcast_shapes(spin.shape, numbers.shape[:-1])
+    rows = np.broadcast_to(numbers, (*batch, 6)).reshape(math.prod(batch), 6)
+    R = shortest_turn(home, rows[:, 3:], own)
+    R = product(R, turn_about(own, np.broadcast_to(spin, batch).reshape(-1)))
+    p = rows[:, :3] - np.einsum("nij,j->ni", R, robot.reference_point)
+    coordinates = poses_side_by_side(six_coordinates(R, p), 1)
+    return PoseRequest(batch, coordinates, turned=poses_side_by_side(R, 2))
+
+
+def shortest_turn(home: np.ndarray, axis: np.ndarray, tool_axis: np.ndarray) -> np.ndarray:
+    """Rotations (N, 3, 3) of the platform that turn the tool axis of home the shortest way.
+
+    Home is given by its pose coordinates (6,), the wanted directions (N, 3) in the world, and the
+    tool axis (3,) in the platform frame.
+    """
+    R_home = turn_by_vector(home[3:])
+    start = R_home @ tool_axis
+    across = cross(np.broadcast_to(start, axis.shape), axis)
+    size = np.linalg.norm(across, axis=-1, keepdims=True)
+    # The opposite direction is as near on any way: it is turned about one axis of the platform.
+    any_way = np.eye(3)[np.argmin(np.abs(start))]
+    any_way = any_way - start * (start @ any_way)
+    unit = np.where(size > _OPPOSITE, across / np.where(size > 0, size, 1.0), any_way)
+    unit = unit / np.linalg.norm(unit, axis=-1, keepdims=True)
+    angle = np.arctan2(size[:, 0], axis @ start)
+    return product(turn_by_vector(unit * angle[:, None]), R_home)
 
 
 def held_sums(chain: Chain) -> Iterator[tuple[int, Coupling]]:

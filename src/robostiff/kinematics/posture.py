@@ -8,7 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.model import Actuated, Leg, Passive, Robot, Snapshot, StiffnessLaw, Telescope
+from robostiff.kinematics.closure.assembly import beyond_limits
+from robostiff.model import Leg, Passive, Robot, Snapshot, StiffnessLaw, Telescope
 
 _REACHED = 1e-7
 
@@ -66,10 +67,8 @@ class Posture:
     @property
     def within_limits(self) -> np.ndarray:
         """At which poses every actuator is within its limits (N,)."""
-        within = np.ones(len(self.pose), dtype=bool)
-        for _, i, q, (low, high) in self._limited:
-            within &= (q[:, i] >= low) & (q[:, i] <= high)
-        return within
+        each = zip(self.robot.legs, self.coordinates, strict=True)
+        return ~np.any([beyond_limits(leg.chain, q) for leg, q in each], axis=0)
 
     @property
     def complaints(self) -> tuple[str, ...]:
@@ -96,18 +95,11 @@ class Posture:
                 "near=[...]"
             )
         if self.reached[0]:
-            for leg, i, q, (low, high) in self._limited:
-                if not low <= q[0, i] <= high:
-                    sentences.append(_beyond(leg, i, q[0, i], low, high))
+            for leg, (q, *_) in zip(self.robot.legs, self.coordinates, strict=True):
+                low, high = leg.chain.limits
+                for i in np.flatnonzero((q < low) | (q > high)).tolist():
+                    sentences.append(_beyond(leg, i, q[i], low[i], high[i]))
         return tuple(sentences)
-
-    @property
-    def _limited(self) -> Iterator[tuple[Leg, int, np.ndarray, tuple[float, float]]]:
-        """Actuated coordinates with limits: leg, place, coordinates of the leg, limits."""
-        for leg, q in zip(self.robot.legs, self.coordinates, strict=True):
-            for i, role in enumerate(leg.chain.roles):
-                if isinstance(role, Actuated) and role.limits is not None:
-                    yield leg, i, q, role.limits
 
     @cached_property
     def closed(self) -> np.ndarray:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -15,41 +15,50 @@ from robostiff.kinematics.closure import (
     LegSolver,
     Loops,
     attachment_frame,
+    body_of_tool,
+    follow,
     leg_solvers,
     legs_alike,
     loops_of_legs,
 )
-from robostiff.kinematics.closure.assembly import RootSigns
+from robostiff.kinematics.closure.assembly import RootSigns, on_turn_of_home
+from robostiff.kinematics.closure.assembly_mode import Followed
 from robostiff.kinematics.closure.leg_forms import rounding_of
+from robostiff.kinematics.closure.loops import platform_mobility
 from robostiff.kinematics.frames import PlacedChain, place_chain
-from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose
+from robostiff.kinematics.machine_pose import (
+    ActuatorCoordinates,
+    ToolPose,
+    actuator_names,
+    actuator_places,
+)
 from robostiff.kinematics.pose import (
-    FoundPoses,
+    Given,
     JointCoordinates,
     Near,
-    NearLegs,
     Pose,
     PoseRequest,
-    check_held_sums,
     home_coordinates,
-    joint_units,
     near_coordinates,
     platform_at_end,
-    question_joints,
+    pose_of_end,
+    requested_joints,
     requested_pose,
+    requested_tool,
+    rows_of,
+    shortest_turn,
     six_coordinates,
 )
 from robostiff.kinematics.posture import Posture
-from robostiff.kinematics.solved_request import (
-    HomePosture,
-    actuated_request,
-    found_from,
-    tool_request,
-)
-from robostiff.kinematics.turn import turn_by_vector
+from robostiff.kinematics.turn import turn_about, turn_by_vector
 from robostiff.model import PlacedPlatform, Robot, Snapshot
-from robostiff.spatial import as_floats
-from robostiff.spatial.batch import poses_side_by_side
+from robostiff.spatial.batch import poses_side_by_side, product
+from robostiff.spatial.rotation import vector_of_rotation
+
+#: Joint coordinates (size,) of each leg that choose a posture.
+NearLegs: TypeAlias = "Sequence[np.ndarray] | None"
+# Poses (N, 6), rotations, coordinates of the legs, and where these close in another mode only
+FoundPoses: TypeAlias = tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]
 
 # Where the legs may move the platform themselves, they do not stop at what counts as reached.
 _MET = 1e-12
@@ -101,53 +110,61 @@ class PostureFinder:
         )
 
     @cached_property
-    def at_home(self) -> HomePosture:
-        """The posture from which others are followed."""
-        homes = tuple(solver.home for solver in self.solvers)
-        return HomePosture(self.robot, self.home_pose, homes, self.length)
+    def homes(self) -> list[np.ndarray]:
+        """Coordinates (size,) of each leg that close it at home."""
+        return [solver.home for solver in self.solvers]
 
-    def request(self, pose: Pose) -> PoseRequest | np.ndarray:
-        """Read a pose; for a serial arm posed by its joints, their coordinates (..., size)."""
+    def request(self, pose: Pose) -> PoseRequest:
+        """Read a pose of any kind."""
         if isinstance(pose, ActuatorCoordinates):
-            return actuated_request(self.at_home, pose)
+            return self._requested_drives(pose)
         if isinstance(pose, ToolPose):
-            return tool_request(self.at_home, pose)
+            return requested_tool(self.robot, pose, self.home_pose)
         if self.robot.is_serial:
-            chain = self.robot.legs[0].chain
             if isinstance(pose, JointCoordinates):
-                words = f"{chain.size} numbers in the last axis"
-                subject = f"joint coordinates of {self.robot.name!r}"
-                q = as_floats(subject, pose.values, words, joint_units(chain))
-                if q.ndim == 0 or q.shape[-1] != chain.size:
-                    raise InputError(
-                        subject,
-                        got=pose.values,
-                        expected=f"{chain.size} finite numbers in the last axis",
-                    )
-                question_joints(self.robot, q)
-                check_held_sums(self.robot, q)
-                return q
+                return requested_joints(self.robot, pose)
             if pose is None and self.robot.home is None:
-                return chain.home
+                return rows_of(self.robot.legs[0].chain.home, Given.JOINTS)
         return requested_pose(self.robot, pose, self.home_pose)
 
-    def find(self, pose: Pose, near: Near = None) -> Posture:
-        """Posture at a pose or a batch of poses, the one nearest to joint coordinates if given.
+    def _requested_drives(self, pose: ActuatorCoordinates) -> PoseRequest:
+        """Read coordinates of the actuators; where they are all joints of an arm, as these.
 
-        Raises
-        ------
-        InputError
-            When the pose or the joint coordinates do not fit the robot.
+        Raises InputError when they do not fit, or do not determine the pose of the robot.
         """
+        robot, places = self.robot, actuator_places(self.robot)
+        at_home = np.concatenate([q[own] for q, own in zip(self.homes, places, strict=True)])
+        given = pose.numbers(robot, at_home)
+        if robot.is_serial and len(places[0]) == robot.legs[0].chain.size:
+            return rows_of(given, Given.JOINTS)
+        if free := self._free_of_drives:
+            raise InputError(
+                f"actuator coordinates of {robot.name!r}",
+                got=", ".join(actuator_names(robot)),
+                expected="drives that determine the pose: the platform keeps "
+                f"{free} freedom{'s' if free > 1 else ''} at home while they are held",
+                hint="give a pose of the platform",
+            )
+        return rows_of(given, Given.DRIVES)
+
+    @cached_property
+    def _free_of_drives(self) -> int:
+        """How many freedoms the platform keeps at home while all drives are held."""
+        held = actuator_places(self.robot)
+        free = platform_mobility(self.robot, self.home_pose, self.homes, self.length, held)
+        return free.shape[1]
+
+    def find(self, pose: Pose, near: Near = None) -> Posture:
+        """Posture at a pose or a batch of poses; as `find_posture`."""
         return self.at(self.request(pose), near)
 
-    def at(self, request: PoseRequest | np.ndarray, near: Near = None) -> Posture:
+    def at(self, request: PoseRequest, near: Near = None) -> Posture:
         """Posture at poses that were read by `request`.
 
         Coordinates that it leaves open follow from the legs. Those of the legs are of the assembly
         mode of home, or the nearest to given ones.
         """
-        if isinstance(request, np.ndarray):
+        if request.by is Given.JOINTS:
             if near is not None:
                 raise InputError(
                     f"near of {self.robot.name!r}",
@@ -155,10 +172,12 @@ class PostureFinder:
                     expected="none: joint coordinates pose this arm, and determine its posture",
                     hint="near=... chooses among the postures at a pose of the platform",
                 )
-            return self.at_joints(request)
+            return self._at_joints(request)
         close, chains, open_ = near_coordinates(self.robot, near), None, None
-        if request.find is not None:
-            pose, R, q, elsewhere = request.find(request.coordinates, close)
+        if request.by is Given.DRIVES:
+            pose, R, q, elsewhere = self._by_drives(request.coordinates, close)
+        elif request.by is Given.TOOL:
+            pose, R, q, elsewhere = self._by_tool(request, close)
         elif request.open and not self.open_stay_at_home:
             pose, R, q, elsewhere = self._with_open(request, close)
         else:
@@ -171,14 +190,56 @@ class PostureFinder:
             open_ = np.any(every, axis=0)
         return self.placed(request.batch, pose, R, q, elsewhere, chains, open_)
 
-    def at_joints(self, q: np.ndarray) -> Posture:
-        """Posture of a serial arm at joint coordinates (..., size)."""
-        rows = poses_side_by_side(q.reshape(math.prod(q.shape[:-1]), q.shape[-1]), 1)
-        (leg,) = self.robot.legs
+    def _at_joints(self, request: PoseRequest) -> Posture:
+        """Posture of a serial arm at joint coordinates."""
+        (leg,), rows = self.robot.legs, request.coordinates
         chain = place_chain(leg.chain, rows, leg.base.R, leg.base.p)
         R, p = platform_at_end(leg, chain)
         pose = six_coordinates(R, p)
-        return self.placed(q.shape[:-1], pose, poses_side_by_side(R, 2), [rows], chains=[chain])
+        return self.placed(request.batch, pose, poses_side_by_side(R, 2), [rows], chains=[chain])
+
+    def _by_drives(self, numbers: np.ndarray, near: NearLegs) -> FoundPoses:
+        """Postures by coordinates (N, n) of the actuators, which are held: forward kinematics."""
+        legs, rows = self.robot.legs, self.robot.space.rows
+        loops = loops_of_legs(legs, rows, self.length, actuator_places(self.robot))
+        still = np.tile(np.delete(self.home_pose, rows), (len(numbers), 1))
+        aside = None if near is None else pose_of_end(legs[0], near[0])
+        given = np.concatenate([still, numbers], axis=-1)
+        found = self._followed(loops, self.home_pose, given, near, aside)
+        q = self._on_turns(found.coordinates, near)
+        return found.pose, turn_by_vector(found.pose[:, 3:]), q, found.elsewhere
+
+    def _by_tool(self, request: PoseRequest, near: NearLegs) -> FoundPoses:
+        """Postures by tip and unit axis of the tool, turned about it as the legs demand."""
+        robot, home, axis = self.robot, self.home_pose, request.tool_axis
+        assert axis is not None  # noqa: S101 - it is a tool's
+        tip, wanted = (
+            request.coordinates[:, :3],
+            shortest_turn(home, request.coordinates[:, 3:], axis),
+        )
+        body = body_of_tool(robot.reference_point, axis)
+        loops = loops_of_legs(robot.legs, (6,), self.length, body=body)
+        at_home = home[:3] + turn_by_vector(home[3:]) @ robot.reference_point
+        start = np.concatenate([at_home, home[3:], np.zeros(1)])
+        goal = np.concatenate([tip, vector_of_rotation(wanted)], axis=-1)
+        found = self._followed(loops, start, goal, near)
+        R = poses_side_by_side(product(wanted, turn_about(axis, found.x[:, 6])), 2)
+        p = tip - np.einsum("nij,j->ni", R, robot.reference_point)
+        legs = self._on_turns([poses_side_by_side(q, 1) for q in found.coordinates], near)
+        return six_coordinates(R, p), R, legs, found.elsewhere
+
+    def _followed(
+        self, loops: Loops, home: np.ndarray, given: np.ndarray, near: NearLegs, aside: Any = None
+    ) -> Followed:
+        """Postures followed from home, or closed near coordinates of the legs and a pose aside."""
+        start = None
+        if near is not None:
+            start = np.concatenate([home if aside is None else aside, *near])
+        return follow(loops, np.concatenate([home, *self.homes]), given, start)
+
+    def _on_turns(self, each: Sequence[np.ndarray], near: NearLegs) -> list[np.ndarray]:
+        legs = zip(self.robot.legs, each, near or self.homes, strict=True)
+        return [on_turn_of_home(leg.chain, q, own) for leg, q, own in legs]
 
     def leg_coordinates(self, request: PoseRequest) -> list[np.ndarray]:
         """Coordinates (N, size) of each leg, unplaced, where a request leaves none open."""
@@ -206,9 +267,8 @@ class PostureFinder:
     def _with_open(self, request: PoseRequest, near: NearLegs) -> FoundPoses:
         """Postures at poses some coordinates of which the legs decide together."""
         loops = self._loops(request.open)
-        home = [self.home_pose, *self.at_home.legs]
-        start = None if near is None else [self.home_pose, *near]
-        found = found_from(loops, home, start, request.coordinates[:, loops.given])
+        given = request.coordinates[:, loops.given]
+        found = self._followed(loops, self.home_pose, given, near)
         pose, elsewhere = found.pose.copy(), found.elsewhere.copy()
         # Legs that close at home's other coordinates need no way there, and are the nearest to
         # given ones. Where they cannot close at all, what each of them lacks there says more than a
@@ -216,7 +276,7 @@ class PostureFinder:
         met = found.closed | found.elsewhere
         rows = np.flatnonzero(~found.closed | (near is not None))
         if rows.size:
-            part = PoseRequest((rows.size,), request.coordinates[rows], (), request.R[rows])
+            part = replace(request.part(rows), open=())
             q, away, _ = self._alone(part, near, from_afar=False)
             alone = self.placed(part.batch, part.coordinates, part.R, q, away)
             own = (alone.reached & alone.meets(_MET)) | ~met[rows]
@@ -418,10 +478,10 @@ def postures(robot: Robot, pose: Pose = None) -> dict[str, tuple[LegPosture, ...
     """
     finder = posture_finder(robot)
     request = finder.request(pose)
-    if isinstance(request, np.ndarray) or request.batch:
+    if request.by_drives or request.batch:
         raise InputError(
             f"pose of {robot.name!r}",
-            got="joint coordinates" if isinstance(request, np.ndarray) else request.batch,
+            got="joint coordinates" if request.by_drives else request.batch,
             expected="one pose of the platform, whose postures are listed",
         )
     at = finder.at(request).pose[0]  # what the pose leaves open, the legs determine

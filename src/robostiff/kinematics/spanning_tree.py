@@ -9,26 +9,18 @@ from functools import cached_property
 from typing import Generic, Protocol, TypeVar
 
 
-class Connecting(Protocol):
-    """What connects two bodies."""
+class _Connecting(Protocol):
+    @property
+    def name(self) -> str: ...
 
     @property
-    def name(self) -> str:
-        """Its own."""
-        ...
+    def a(self) -> str: ...
 
     @property
-    def a(self) -> str:
-        """The body where it begins."""
-        ...
-
-    @property
-    def b(self) -> str:
-        """The body where it ends."""
-        ...
+    def b(self) -> str: ...
 
 
-Edge = TypeVar("Edge", bound=Connecting)
+Edge = TypeVar("Edge", bound=_Connecting)
 Node = TypeVar("Node")
 
 

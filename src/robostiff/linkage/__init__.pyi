@@ -1,8 +1,7 @@
-from robostiff.linkage.closure import Configuration, close
-from robostiff.linkage.connections import Connection, DriveValues
-from robostiff.linkage.driven import DrivenLinkage
+from robostiff.linkage.closure import Configuration
+from robostiff.linkage.driven import DrivenLinkage, close
 from robostiff.linkage.essential import essential, robot_of, welded_places, with_roles
-from robostiff.linkage.linkage import Linkage
+from robostiff.linkage.linkage import Connection, DriveValues, Linkage
 
 __all__ = [
     "Configuration",

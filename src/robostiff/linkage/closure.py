@@ -15,7 +15,7 @@ from robostiff.kinematics.closure import AssemblyMode, ClosurePart, Loops, follo
 from robostiff.kinematics.closure.assembly_mode import Followed
 from robostiff.kinematics.closure.motion_tree import AT_REST, Fixed, LoopEnd, MotionTree
 from robostiff.kinematics.frames import Loop
-from robostiff.linkage.connections import ConnectedBodies, Connection, JointValues, turned_round
+from robostiff.linkage.linkage import Connection, Linkage, turned_round
 from robostiff.model import Joint, JointKind
 from robostiff.spatial import Frame
 
@@ -23,9 +23,6 @@ from robostiff.spatial import Frame
 _CLOSED = 1e-7
 # Loops with gaps up to this may lack digits rather than length.
 _NEARLY = 1e-3
-# Of the largest rate at which coordinates close gaps: rates of motions that are free, and of loops
-# that are regular; and of the length, what rounding leaves of a gap.
-_FREE, _REGULAR, _ROUNDING = 1e-12, 1e-3, 1e-16
 #: A joint that is given may turn so far before screws that follow are closed again [rad]: beyond
 #: half a turn, the loop closes on another turn of the nut as well.
 PART_OF_A_TURN = 1.0
@@ -103,118 +100,6 @@ class Configuration:
         return max(self.gaps.items(), key=lambda gap: max(gap[1][0] / self.length, gap[1][1]))
 
 
-def close(linkage: ConnectedBodies, values: JointValues | None = None) -> Configuration:
-    """Coordinates at which all loops close.
-
-    Passive joints move first. Only where they cannot close the loops, other joints move too, as
-    little as it takes. Joints among `values`, held joints and locked ones keep their coordinates.
-    Values are reached along the straight path from home, in its assembly mode.
-
-    Parameters
-    ----------
-    linkage : Linkage
-    values : mapping of str to float or sequence of float, optional
-        Coordinates of joints that keep them [m, rad].
-
-    Returns
-    -------
-    Configuration
-        Closed, or as near as it came.
-
-    Raises
-    ------
-    InputError
-        When a name in `values` is no joint's, or its numbers do not fit.
-    """
-    given = linkage.checked(values or {})
-    home = _nearest(linkage, linkage.held, {})
-    if not given:
-        return home
-    # A joint with a given value may contradict one that keeps its home coordinate.
-    if not home.is_closed:
-        home = _nearest(linkage, frozenset(), {})
-    if home.is_closed:
-        each = {name: own[None] for name, own in given.items()}
-        return PathsFromHome(linkage, home, tuple(given)).to(each)[0]
-    return _nearest(linkage, frozenset(given), given)
-
-
-@dataclass(frozen=True)
-class PathsFromHome:
-    """Paths from a closed home to values of some joints, as those of `close`."""
-
-    linkage: ConnectedBodies
-    home: Configuration
-    given: tuple[str, ...]  # names of these joints
-
-    def to(self, values: Mapping[str, np.ndarray]) -> list[Configuration]:
-        """Configurations at values (N, size) of each, closed or as near as they came."""
-        passive, movable = _movable(self.linkage, frozenset(self.given))
-        found = self._loops(all_follow=False).followed(values)
-        for i, one in enumerate(found):
-            if not one.is_closed and len(passive) < len(movable):
-                here = {name: own[i : i + 1] for name, own in values.items()}
-                (found[i],) = self._loops(all_follow=True).followed(here)
-        return found
-
-    @kept
-    def _loops(self, *, all_follow: bool) -> LoopsOfLinkage:
-        """Loops that passive joints keep closed, or all that may move."""
-        moving = _movable(self.linkage, frozenset(self.given))[all_follow]
-        return LoopsOfLinkage.of(self.linkage, self.home.coordinates, moving)
-
-
-def as_rounded(
-    linkage: ConnectedBodies, found: Sequence[Configuration], given: frozenset[str]
-) -> dict[int, Configuration]:
-    """Closed configurations moved by rounding along the motion that their loops hold least.
-
-    Loops near a singular configuration do not decide all coordinates to their last digits.
-    Motions that they leave free, as the spin of a rod, are no such. By number, without those whose
-    loops are regular.
-    """
-    if not found:
-        return {}
-    passive, _ = _movable(linkage, given)
-    closing = LoopsOfLinkage.of(linkage, found[0].coordinates, passive)
-    x = np.array([moved_bodies(linkage).row(one.coordinates) for one in found])
-    _, values, Vt = np.linalg.svd(closing.loops.rates(x))
-    held = np.count_nonzero(values > _FREE * values.max(axis=-1, initial=0.0)[:, None], axis=-1) - 1
-    each = range(len(found))
-    rows = [k for k in each if held[k] >= 0 and values[k, held[k]] <= _REGULAR * values[k, 0]]
-    steps = [Vt[k, held[k]] * _ROUNDING / values[k, held[k]] for k in rows]
-    if not rows:
-        return {}
-    moved = closing.configurations(closing.loops.moved(x[rows], np.array(steps)))
-    return dict(zip(rows, moved, strict=True))
-
-
-def _movable(
-    linkage: ConnectedBodies, held: frozenset[str]
-) -> tuple[tuple[Connection, ...], tuple[Connection, ...]]:
-    """The passive joints, and all that may move."""
-    movable = tuple(c for c in linkage.connections if c.may_move and c.name not in held)
-    return tuple(c for c in movable if c.is_passive), movable
-
-
-def _nearest(
-    linkage: ConnectedBodies, held: frozenset[str], values: Mapping[str, np.ndarray]
-) -> Configuration:
-    """Closed at values of some joints, as near to the home coordinates of the others as it goes.
-
-    Passive joints move, or all that may and are not held, where only these close the loops.
-    """
-    guess = {c.name: values.get(c.name, c.home) for c in linkage.connections}
-    passive, movable = _movable(linkage, held)
-
-    def found(moving: tuple[Connection, ...]) -> Configuration:
-        own = LoopsOfLinkage.of(linkage, guess, moving)
-        return own.configurations(nearest(own.loops, own.loops.start[None]))[0]
-
-    first = found(passive)
-    return first if first.is_closed or len(passive) == len(movable) else found(movable)
-
-
 @dataclass(frozen=True)
 class MovedBodies:
     """The bodies of a linkage as moving frames; a posture x has the coordinates of its tree."""
@@ -236,7 +121,7 @@ class MovedBodies:
 
 
 @kept
-def moved_bodies(linkage: ConnectedBodies) -> MovedBodies:
+def moved_bodies(linkage: Linkage) -> MovedBodies:
     """Frames of the bodies along the spanning tree, and of the connections that close loops."""
     tree, frames = MotionTree(), {linkage.base: AT_REST}
     led: dict[str, tuple[int, ...]] = {linkage.base: ()}
@@ -269,14 +154,14 @@ def moved_bodies(linkage: ConnectedBodies) -> MovedBodies:
 class LoopsOfLinkage:
     """The loops of a linkage that some of its joints may close."""
 
-    linkage: ConnectedBodies
+    linkage: Linkage
     start: Mapping[str, np.ndarray]  # coordinates of all connections to start from
     moving: Sequence[Connection]
     loops: Loops
 
     @classmethod
     def of(
-        cls, linkage: ConnectedBodies, start: Mapping[str, np.ndarray], moving: Sequence[Connection]
+        cls, linkage: Linkage, start: Mapping[str, np.ndarray], moving: Sequence[Connection]
     ) -> LoopsOfLinkage:
         """The loops that some joints may close."""
         bodies, in_loops = moved_bodies(linkage), linkage.tree.in_loops
@@ -295,6 +180,11 @@ class LoopsOfLinkage:
             length=float(max(map(np.linalg.norm, points))) or 1.0,
         )
         return cls(linkage, start, own, loops)
+
+    @property
+    def nearest(self) -> Configuration:
+        """The configuration that Newton's method finds from the start."""
+        return self.configurations(nearest(self.loops, self.loops.start[None]))[0]
 
     def followed(self, values: Mapping[str, np.ndarray]) -> list[Configuration]:
         """Configurations at values (N, size) of joints, on paths from where all loops close."""

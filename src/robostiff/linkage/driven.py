@@ -1,48 +1,30 @@
-"""A linkage that is driven by some of its joints: configurations at their values, and its record.
-
-Wrenches circulate in its loops. Bodies that more than two connections meet are joined by chains.
-"""
+"""A linkage that is driven by some of its joints, and its configurations at their values."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import combinations_with_replacement
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
-from robostiff.elastostatics import scaling
 from robostiff.errors import InputError
 from robostiff.kept import kept
 from robostiff.kinematics.closure.body import tidied, tidied_point
-from robostiff.kinematics.spanning_tree import independent_parts
-from robostiff.linkage.closure import (
-    PART_OF_A_TURN,
-    Configuration,
-    PathsFromHome,
-    close,
-    moved_bodies,
-)
-from robostiff.linkage.connections import ConnectedBodies, Connection, DriveValues
-from robostiff.linkage.essential import essential, network_of, placed_branches
-from robostiff.model import Actuated, Joint, PlacedFreedom, PlacedLeg, PlacedSpring
-from robostiff.record import Entry, Record, usual_size
-from robostiff.recorded.circulation import BodyChain, circulating
-from robostiff.recorded.closure import RecordedClosure, steps_from_home
-from robostiff.recorded.factor import factors_of
-from robostiff.recorded.guess import with_nominal
-from robostiff.recorded.leg import LegRecorder, at_samples, stiffness_entries
-from robostiff.recorded.newton_step import openings, step_of_groups
-from robostiff.recorded.parameters import COUNT, parameter_samples, with_inputs
-from robostiff.recorded.robot import RecordedRobot
-from robostiff.recorded.working_frame import WorkingFrame
-from robostiff.spatial import Frame, Screw, Space, as_floats
+from robostiff.linkage.closure import PART_OF_A_TURN, Configuration, LoopsOfLinkage, moved_bodies
+from robostiff.linkage.essential import essential
+from robostiff.linkage.linkage import Connection, DriveValues, JointValues, Linkage
+from robostiff.model import Actuated
+from robostiff.recorded.parameters import COUNT
+from robostiff.spatial import Frame, Screw, as_floats
 
 _SEED = 20110
 # Samples are this far from home at first, in radians and parts of the length.
 _TURN, _SLIDE, _NEARER, _SHRINKS = 0.2, 0.1, 0.2, 5
+# Of the largest rate at which coordinates close gaps: rates of motions that are free, and of loops
+# that are regular; and of the length, what rounding leaves of a gap.
+_FREE, _REGULAR, _ROUNDING = 1e-12, 1e-3, 1e-16
 
 
 @dataclass(frozen=True)
@@ -59,13 +41,13 @@ class DrivenLinkage:
         Closed, with the drives where they are at home; from `driven_by` it may be open.
     """
 
-    kind: ClassVar[str] = ConnectedBodies.kind
-    part: ConnectedBodies
+    kind: ClassVar[str] = Linkage.kind
+    part: Linkage
     drives: tuple[str, ...]
     home: Configuration
 
     @classmethod
-    def of(cls, linkage: ConnectedBodies, joints: Sequence[str] | None = None) -> DrivenLinkage:
+    def of(cls, linkage: Linkage, joints: Sequence[str] | None = None) -> DrivenLinkage:
         """Driven by the given joints, or by all actuated ones.
 
         Raises
@@ -74,10 +56,9 @@ class DrivenLinkage:
             When a name is no joint of the part between base and platform, there is none, or the
             loops do not close at home.
         """
-        part = _tidied(essential(linkage))
-        known = [joint.name for joint in part.joints]
-        if joints is None:
-            joints = _actuated(part)
+        driven = driven_by(linkage, None)
+        home, known = driven.home, [joint.name for joint in driven.part.joints]
+        joints = driven.drives if joints is None else joints
         if isinstance(joints, str) or not joints:
             raise InputError(
                 f"driven joints of {linkage.name!r}",
@@ -92,7 +73,6 @@ class DrivenLinkage:
                     got=name,
                     expected=f"each once of {', '.join(known)}",
                 )
-        home = close(part)
         if not home.is_closed:
             raise InputError(
                 f"home of {linkage.name!r}",
@@ -100,11 +80,7 @@ class DrivenLinkage:
                 expected="a configuration in which its loops close",
                 hint=home.advice,
             )
-        return cls(part, tuple(joints), home)
-
-    @cached_property
-    def _paths(self) -> PathsFromHome:
-        return PathsFromHome(self.part, self.home, self.drives)
+        return replace(driven, drives=tuple(joints))
 
     @property
     def driving(self) -> tuple[Connection, ...]:
@@ -115,7 +91,7 @@ class DrivenLinkage:
     @property
     def inputs(self) -> tuple[str, ...]:
         """Names of the coordinates of the drives."""
-        return tuple(name for c in self.driving for name in coordinate_names(c))
+        return tuple(name for c in self.driving for name in c.coordinate_names)
 
     @property
     def units(self) -> tuple[str, ...]:
@@ -179,15 +155,56 @@ class DrivenLinkage:
         return dict(zip(self.drives, parts, strict=True))
 
     def at(self, rows: np.ndarray) -> list[Configuration]:
-        """Configurations at coordinates of the drives (N, n), closed or as near as they came."""
-        if not len(rows):
-            return []
-        if not self.drives:
-            return [self.home] * len(rows)
-        if self.home.is_closed:
-            return self._paths.to(self.values(rows))
-        values = [self.values(row) for row in rows]
-        return [close(self.part, {n: q.tolist() for n, q in own.items()}) for own in values]
+        """Configurations at coordinates of the drives (N, n), closed or as near as they came.
+
+        Values are reached along the straight path from a home that closes, in its assembly mode.
+        """
+        values = self.values(rows)
+        if self.drives and not self._start.is_closed:
+            each = ({name: own[i] for name, own in values.items()} for i in range(len(rows)))
+            return [_nearest(self.part, frozenset(self.drives), own) for own in each]
+        found, left = [self.home] * len(rows), np.arange(len(rows) if self.drives else 0)
+        for loops in self._loops if left.size else ():
+            there = loops.followed({name: own[left] for name, own in values.items()})
+            for i, one in zip(left, there, strict=True):
+                found[i] = one
+            left = left[[not one.is_closed for one in there]]
+            if not left.size:
+                break
+        return found
+
+    @cached_property
+    def _start(self) -> Configuration:
+        """Home; a drive may contradict a joint that keeps its home coordinate, which then moves."""
+        return self.home if self.home.is_closed else _nearest(self.part, frozenset(), {})
+
+    @cached_property
+    def _loops(self) -> list[LoopsOfLinkage]:
+        """Loops that passive joints keep closed, then those that all joints do that may move."""
+        moving = _movable(self.part, frozenset(self.drives))
+        return [LoopsOfLinkage.of(self.part, self._start.coordinates, own) for own in moving]
+
+    def rounded(self, found: Sequence[Configuration]) -> dict[int, Configuration]:
+        """Closed configurations moved by rounding along the motion that their loops hold least.
+
+        Loops near a singular configuration do not decide all coordinates to their last digits.
+        Motions that they leave free, as the spin of a rod, are no such. By number, without those
+        whose loops are regular.
+        """
+        if not found:
+            return {}
+        closing, row = self._loops[0], moved_bodies(self.part).row
+        x = np.array([row(one.coordinates) for one in found])
+        _, values, V_T = np.linalg.svd(closing.loops.rates(x))
+        largest = values.max(axis=-1, initial=0.0)[:, None]
+        held = np.count_nonzero(values > _FREE * largest, axis=-1) - 1
+        each = range(len(found))
+        rows = [k for k in each if held[k] >= 0 and values[k, held[k]] <= _REGULAR * values[k, 0]]
+        if not rows:
+            return {}
+        steps = [V_T[k, held[k]] * _ROUNDING / values[k, held[k]] for k in rows]
+        moved = closing.configurations(closing.loops.moved(x[rows], np.array(steps)))
+        return dict(zip(rows, moved, strict=True))
 
     def turned_far(self, rows: np.ndarray) -> np.ndarray:
         """Where screws that follow may close on another turn than along the path from home (N,)."""
@@ -237,38 +254,74 @@ class DrivenLinkage:
 
 
 @kept
-def driven_by(linkage: ConnectedBodies, joints: tuple[str, ...] | None) -> DrivenLinkage:
+def driven_by(linkage: Linkage, joints: tuple[str, ...] | None) -> DrivenLinkage:
     """Driven as in `network_at`: home may be open, and joints beside the part are left out.
 
     Raises InputError when a name is no joint of the linkage.
     """
-    part = _tidied(essential(linkage.in_floats))
+    part = _tidied(essential(linkage))
     if joints is None:
-        return DrivenLinkage(part, _actuated(part), close(part))
-    linkage.check_names(joints)
-    known = {joint.name for joint in part.joints}
-    return DrivenLinkage(part, tuple(name for name in joints if name in known), close(part))
+        joints = tuple(own.name for own in part.joints if isinstance(own.role, Actuated))
+    else:
+        linkage.check_names(joints)
+        known = {joint.name for joint in part.joints}
+        joints = tuple(name for name in joints if name in known)
+    return DrivenLinkage(part, joints, close(part))
 
 
-def _actuated(part: ConnectedBodies) -> tuple[str, ...]:
-    return tuple(joint.name for joint in part.joints if isinstance(joint.role, Actuated))
+def close(linkage: Linkage, values: JointValues | None = None) -> Configuration:
+    """Coordinates at which all loops close.
+
+    Passive joints move first. Only where they cannot close the loops, other joints move too, as
+    little as it takes. Joints among `values`, held joints and locked ones keep their coordinates.
+    Values are reached along the straight path from home, in its assembly mode.
+
+    Parameters
+    ----------
+    linkage : Linkage
+    values : mapping of str to float or sequence of float, optional
+        Coordinates of joints that keep them [m, rad].
+
+    Returns
+    -------
+    Configuration
+        Closed, or as near as it came.
+
+    Raises
+    ------
+    InputError
+        When a name in `values` is no joint's, or its numbers do not fit.
+    """
+    given, home = linkage.checked(values or {}), _nearest(linkage, linkage.held, {})
+    if not given:
+        return home
+    row = np.concatenate([*given.values()])
+    return DrivenLinkage(linkage, tuple(given), home).at(row[None])[0]
 
 
-def coordinate_names(connection: Connection) -> tuple[str, ...]:
-    """Names of the coordinates of a connection: the joint's, with a number where it has several."""
-    return connection.chain.coordinate_names if isinstance(connection.element, Joint) else ()
+def _movable(linkage: Linkage, held: frozenset[str]) -> list[tuple[Connection, ...]]:
+    """The passive joints that may move; then all that may, where these are more."""
+    movable = tuple(c for c in linkage.connections if c.may_move and c.name not in held)
+    passive = tuple(c for c in movable if c.is_passive)
+    return [passive] if len(passive) == len(movable) else [passive, movable]
 
 
-def named(connections: Sequence[Connection], q: Mapping[str, np.ndarray]) -> dict[str, float]:
-    """Coordinates of connections by their own names."""
-    return {
-        name: float(x)
-        for c in connections
-        for name, x in zip(coordinate_names(c), q[c.name], strict=True)
-    }
+def _nearest(
+    linkage: Linkage, held: frozenset[str], values: Mapping[str, np.ndarray]
+) -> Configuration:
+    """Closed at values of some joints, as near to the home coordinates of the others as it goes.
+
+    Passive joints move, or all that may and are not held, where only these close the loops.
+    """
+    guess = {c.name: values.get(c.name, c.home) for c in linkage.connections}
+    passive, *every = _movable(linkage, held)
+    found = LoopsOfLinkage.of(linkage, guess, passive).nearest
+    if found.is_closed or not every:
+        return found
+    return LoopsOfLinkage.of(linkage, guess, every[0]).nearest
 
 
-def _tidied(part: ConnectedBodies) -> ConnectedBodies:
+def _tidied(part: Linkage) -> Linkage:
     """The same linkage; axes of frames that are 0 or 1 up to rounding are so."""
 
     def tidy(frame: Frame) -> Frame:
@@ -276,171 +329,3 @@ def _tidied(part: ConnectedBodies) -> ConnectedBodies:
 
     own = [replace(c, before=tidy(c.before), after=tidy(c.after)) for c in part.connections]
     return replace(part, connections=tuple(own))
-
-
-def record_linkage_closure(
-    driven: DrivenLinkage, samples: Sequence[Configuration]
-) -> tuple[RecordedClosure | None, tuple[str, ...]]:
-    """Record the closure of a linkage from coordinates of its drives; as `record_linkage`.
-
-    None where home is singular, or joints that resist are left undetermined. Passive joints that no
-    loop determines, as of a rod that spins, stay where they are at home.
-    """
-    part, length = driven.part, driven.home.length
-    following = driven.following(samples)
-    closed = [*samples, driven.home]  # the last one is home: a pivot that vanishes there is none
-    given = sampled(driven.driving, closed) | with_nominal(part)
-    state = sampled(following, closed)
-    record = Record({**given, **state})
-    bodies = moved_bodies(part)
-    q = coordinates(driven, record, (*driven.driving, *following))
-    tree, moving = bodies.tree, {}
-    for c in following:
-        moving |= zip(
-            bodies.places[c.name][0], ({name: 1} for name in coordinate_names(c)), strict=True
-        )
-    found = [*openings(tree, tree.placed(bodies.row(q)), moving, length)]
-    unknowns = [name for own in moving.values() for name in own]
-    parts = independent_parts(unknowns, [own.rates for own in found])
-    groups = [([found[k] for k in loops], names) for names, loops in parts]
-    joints = [
-        (c.element, coordinate_names(c), q[c.name] * bodies.places[c.name][1], c.freedoms)
-        for c in following
-        if isinstance(c.element, Joint)
-    ]
-    step = step_of_groups(groups, {}, joints, length)
-    # A spherical joint that is passed backwards turns the other way.
-    signs = {name: bodies.places[c.name][1] for c in following for name in coordinate_names(c)}
-    step = replace(step, steps={name: x * signs[name] for name, x in step.steps.items()})
-    undetermined = tuple(step.undetermined)
-    passive = {name for c in following if c.is_passive for name in coordinate_names(c)}
-    if not passive.issuperset(undetermined):
-        return None, undetermined
-    inputs = {name: record.input(name) for name in (*given, *state)}
-    start = named(following, driven.home.coordinates)
-    return steps_from_home(record, tuple(given), start, step, inputs), undetermined
-
-
-def coordinates(
-    driven: DrivenLinkage, record: Record, moving: Sequence[Connection]
-) -> dict[str, np.ndarray]:
-    """Coordinates of all connections: inputs of a record, or as at home."""
-    q: dict[str, np.ndarray] = dict(driven.home.coordinates)
-    for c in moving:
-        q[c.name] = np.array([record.input(name) for name in coordinate_names(c)], dtype=object)
-    return q
-
-
-def sampled(
-    connections: Sequence[Connection], closed: Sequence[Configuration]
-) -> dict[str, np.ndarray]:
-    """Coordinates of connections in some configurations (samples,), by their own names."""
-    rows = [named(connections, one.coordinates) for one in closed]
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
-
-
-# A smallest stiffness below this part of the largest is watched the more closely, so that a loss of
-# 1e4 stays above the ratio of 1e-10 at which `Tolerance` doubts.
-_SOFT = 1e-6
-_ROUNDING = 1e-11  # of a wrench: what elimination leaves of zero
-
-
-def record_linkage(
-    driven: DrivenLinkage, samples: Sequence[Configuration]
-) -> tuple[RecordedRobot | None, tuple[str, ...]]:
-    """Record the stiffness of a linkage; inputs are the coordinates of its drives, then symbols.
-
-    All ways to hold the platform are those of one leg. None where the closure has no record; the
-    second result are coordinates that no loop determines. A transmitted wrench that meets no
-    compliance is an `InputError`.
-
-    Examples
-    --------
-    >>> from robostiff.robots.descriptions import load_linkage
-    >>> driven = DrivenLinkage.of(load_linkage("double-pantograph"))
-    >>> recorded, undetermined = record_linkage(driven, driven.samples())
-    >>> recorded.closure.inputs, recorded.factors.rank, undetermined
-    (('screw',), 6, ())
-    """
-    closure, undetermined = record_linkage_closure(driven, samples)
-    if closure is None:
-        return None, undetermined
-    movers = [*driven.driving, *driven.following(samples)]
-    record = Record(sampled(movers, samples) | parameter_samples(driven.part))
-    part = with_inputs(driven.part, record)
-    moved = {c.name for c in movers}
-    moving = [c for c in part.connections if c.name in moved]
-    bodies, q = moved_bodies(part), coordinates(driven, record, moving)
-    placed = bodies.tree.placed(bodies.row(q))
-    R, p = placed.at(bodies.frames[part.platform])
-    reference = p + R @ part.reference_point
-    reference = np.array([record.simplified(x, driven.home.length) for x in reference])
-    length = (
-        network_of(driven.part.numeric, driven.home).characteristic_length or driven.home.length
-    )
-    recorder = LegRecorder(record, reference, Space.SPATIAL, length)
-
-    def start_of(c: Connection) -> tuple[np.ndarray, np.ndarray]:
-        return placed.at(bodies.frames[c.a].to(c.before.R, c.before.p))
-
-    legs = []
-    for a, b, path in placed_branches(part, q, start_of):
-        every = [e for _, own in path for e in own.parts]
-        legs.append((a, b, PlacedLeg(path[0][0].name, _simple(every, recorder), reference)))
-    legs.sort(key=lambda leg: sum(f.is_passive for f in leg[2].freedoms))
-    chains = [BodyChain(leg.name, a, b, leg) for a, b, leg in legs]
-    world = WorkingFrame(np.eye(3, dtype=int).astype(object), reference)
-    leg = circulating(part.name, chains, part.base, part.platform, recorder, world)
-    K = stiffness_entries([leg], 6)
-    recorded = RecordedRobot(
-        name=part.name,
-        record=record,
-        space=Space.SPATIAL,
-        length=length,
-        legs=(leg,),
-        K=K,
-        reach=(),
-        closure_losses=tuple(_near_softness(K, length, record.count)),
-        limits=(),
-        joints=closure.joints,
-        closure=closure,
-    )
-    return recorded, undetermined
-
-
-def _near_softness(K: dict[tuple[int, int], Any], length: float, count: int) -> list[Any]:
-    """By how much K is nearer to a free motion than at the samples, where it is near there."""
-    factors = factors_of(K, 6)
-    places = list(combinations_with_replacement(range(6), 2))
-    upper = at_samples([K[place] for place in places], count)
-    unit = np.zeros((count, 6, 6))
-    for number, (i, j) in enumerate(places):
-        unit[:, i, j] = unit[:, j, i] = upper[:, number]
-    scale = scaling(np.array(length), Space.SPATIAL)
-    unit /= np.outer(scale, scale)
-    size = np.sqrt(np.einsum("sii->si", unit))
-    size = np.maximum(size, _ROUNDING * np.max(size, axis=1, keepdims=True))
-    unit /= size[:, :, None] * size[:, None, :]
-    # As the network decides: the smallest eigenvalue that is held, at a unit diagonal.
-    ratio = float(np.min(np.linalg.eigvalsh(unit)[:, 6 - factors.rank])) if factors.rank else 1.0
-    if not 0 < ratio < _SOFT:
-        return []
-    return [_SOFT / ratio * usual_size(d) / d for d in factors.d if isinstance(d, Entry)]
-
-
-def _simple(
-    elements: Sequence[PlacedFreedom | PlacedSpring], recorder: LegRecorder
-) -> tuple[PlacedFreedom | PlacedSpring, ...]:
-    """Elements in the world, their entries as simple as they are at the samples."""
-    record, length = recorder.record, recorder.length
-
-    def plain(x: np.ndarray, size: float = 1.0) -> np.ndarray:
-        flat = [record.simplified(one, size) for one in x.ravel()]
-        return np.array(flat, dtype=object).reshape(x.shape)
-
-    return tuple(
-        replace(e, axis=plain(e.axis), point=plain(e.point, length))
-        if isinstance(e, PlacedFreedom)
-        else replace(e, rotation=plain(e.rotation), point=plain(e.point, length))
-        for e in elements
-    )

@@ -13,7 +13,7 @@ from robostiff.kinematics import PlacedChain, place_chain
 from robostiff.kinematics.masses_and_springs import placed_with_masses
 from robostiff.kinematics.spanning_tree import branches, connected_parts, spanning_tree
 from robostiff.linkage.closure import Configuration
-from robostiff.linkage.connections import ConnectedBodies, Connection, OfBodies, turned_round
+from robostiff.linkage.linkage import Connection, Linkage, turned_round
 from robostiff.model import (
     Chain,
     Coupling,
@@ -34,7 +34,7 @@ from robostiff.spatial import Frame
 _APART = 1e-9
 
 
-def essential(linkage: OfBodies) -> OfBodies:
+def essential(linkage: Linkage) -> Linkage:
     """The linkage between base and platform, with welded bodies merged.
 
     What remains are the connections on the ways from base to platform that pass no body twice.
@@ -53,7 +53,7 @@ def essential(linkage: OfBodies) -> OfBodies:
     return _between_base_and_platform(_welded(linkage))
 
 
-def _welded(linkage: OfBodies) -> OfBodies:
+def _welded(linkage: Linkage) -> Linkage:
     """Bodies that welds connect become one, in the frame of base, platform, or the first."""
     places = welded_places(linkage)
     if places[linkage.base][0] == places[linkage.platform][0]:
@@ -76,7 +76,7 @@ def _welded(linkage: OfBodies) -> OfBodies:
     return _with(linkage, tuple(kept), masses)
 
 
-def welded_places(linkage: ConnectedBodies) -> dict[str, tuple[str, Frame]]:
+def welded_places(linkage: Linkage) -> dict[str, tuple[str, Frame]]:
     """For every body the one that it becomes part of, and its frame in that one.
 
     Raises
@@ -116,7 +116,7 @@ def _alike(first: Frame, second: Frame) -> bool:
     )
 
 
-def _between_base_and_platform(linkage: OfBodies) -> OfBodies:
+def _between_base_and_platform(linkage: Linkage) -> Linkage:
     """Connections of bodies that no single other body separates from base and platform.
 
     Only a body at which connections branch does so, or base or platform.
@@ -187,8 +187,8 @@ def _across(c: Connection) -> Frame:
 
 
 def _with(
-    linkage: OfBodies, kept: tuple[Connection, ...], masses: Mapping[str, Sequence[Mass]]
-) -> OfBodies:
+    linkage: Linkage, kept: tuple[Connection, ...], masses: Mapping[str, Sequence[Mass]]
+) -> Linkage:
     ends = {body for c in kept for body in (c.a, c.b)}
     if not {linkage.base, linkage.platform} <= ends:
         raise InputError(
@@ -203,7 +203,7 @@ def _with(
 
 
 def placed_branches(
-    part: ConnectedBodies,
+    part: Linkage,
     q: Mapping[str, np.ndarray],
     start_of: Callable[[Connection], tuple[np.ndarray, np.ndarray]],
 ) -> Iterator[tuple[str, str, list[tuple[Connection, PlacedChain]]]]:
@@ -217,7 +217,7 @@ def placed_branches(
 
 
 def branches_of_linkage(
-    part: ConnectedBodies, every: Sequence[Configuration]
+    part: Linkage, every: Sequence[Configuration]
 ) -> tuple[Snapshot, list[tuple[int, int]]]:
     """Series paths between the bodies of an essential linkage, placed at N configurations.
 
@@ -251,7 +251,7 @@ def branches_of_linkage(
     return Snapshot(part.name, tuple(legs), p + R @ part.reference_point), ends
 
 
-def network_of(part: ConnectedBodies, found: Configuration) -> Network:
+def network_of(part: Linkage, found: Configuration) -> Network:
     """An essential linkage in a closed configuration as a network."""
     platform = found.frames[part.platform]
     joints, springs = [], []
@@ -274,7 +274,7 @@ def network_of(part: ConnectedBodies, found: Configuration) -> Network:
     )
 
 
-def _node(part: ConnectedBodies, body: str, found: Configuration) -> Node:
+def _node(part: Linkage, body: str, found: Configuration) -> Node:
     """A body in the world; of its masses those with an inertia as six."""
     frame, several = found.frames[body], part.masses.get(body, ())
     placed = (own for mass in several for own in mass.placed(mass.name, frame.R, frame.p))
@@ -290,7 +290,7 @@ def _spring(c: Connection, found: Configuration) -> SpringElement:
     return SpringElement(c.name, c.a, c.b, *place, masses)
 
 
-def with_roles(part: OfBodies, roles: Mapping[str, Role]) -> OfBodies:
+def with_roles(part: Linkage, roles: Mapping[str, Role]) -> Linkage:
     """The linkage with other roles of some of its joints, by their names."""
     connections = tuple(
         replace(c, element=replace(c.element, role=roles[c.name]))
@@ -302,7 +302,7 @@ def with_roles(part: OfBodies, roles: Mapping[str, Role]) -> OfBodies:
 
 
 def robot_of(
-    part: ConnectedBodies, found: Configuration, couplings: Sequence[Coupling] = ()
+    part: Linkage, found: Configuration, couplings: Sequence[Coupling] = ()
 ) -> Robot | None:
     """An essential linkage as a serial arm or a parallel robot; None when its legs are connected.
 
@@ -367,7 +367,7 @@ def _coupled(legs: Sequence[Leg], couplings: Sequence[Coupling]) -> tuple[Leg, .
     )
 
 
-def _with_closed_home(part: ConnectedBodies, found: Configuration) -> ConnectedBodies:
+def _with_closed_home(part: Linkage, found: Configuration) -> Linkage:
     at_home = []
     # A description has zero coordinates where no posture was chosen.
     chosen = any(np.any(q) for q in found.coordinates.values())
@@ -380,7 +380,7 @@ def _with_closed_home(part: ConnectedBodies, found: Configuration) -> ConnectedB
     return replace(part, connections=tuple(at_home))
 
 
-def _legs(part: ConnectedBodies) -> list[list[Connection]] | None:
+def _legs(part: Linkage) -> list[list[Connection]] | None:
     """Connections of each leg, from base to platform; None where legs are connected."""
     ends = part.base, part.platform
     each = list(branches([(c.a, c.b) for c in part.connections], ends))

@@ -96,14 +96,14 @@ class Cable:
 
 @dataclass(frozen=True)
 class Weight:
-    """A force that keeps its direction in the world and acts at a point of the platform.
+    """A force that keeps its direction in the world and acts at a point of a body.
 
     Attributes
     ----------
     force : (3,) array
         In world axes [N].
     point : (3,) array
-        In the platform frame [m]: the centre of mass.
+        In the frame of the body, mostly the platform [m]: the centre of mass.
     """
 
     force: Any

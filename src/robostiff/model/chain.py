@@ -13,7 +13,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.model.checks import check_distinct, coordinate_array, vector3
 from robostiff.model.coupled_joints import Coupling, Transmission, transmission
-from robostiff.model.joint import Joint, Locked, Role
+from robostiff.model.joint import Actuated, Joint, Locked, Role
 from robostiff.model.link import Link, Rigid, Telescope
 from robostiff.spatial import CoupledScrew, Frame, Screw
 from robostiff.spatial.formula import Entries, is_formula
@@ -369,6 +369,15 @@ class Chain:
             for i, own in self.transmission.sums.items():
                 roles[self.own_places[i]] = own.role
         return tuple(roles)
+
+    @cached_property
+    def limits(self) -> np.ndarray:
+        """Lowest and highest coordinates (2, size) [m, rad], infinite where no drive has any."""
+        found = np.tile([[-np.inf], [np.inf]], (1, self.size))
+        for i, role in enumerate(self.roles):
+            if isinstance(role, Actuated) and role.limits is not None:
+                found[:, i] = role.limits
+        return found
 
     @property
     def free(self) -> np.ndarray:

@@ -161,6 +161,8 @@ class PlacedBodySpring:
         [m].
     tension : float
         At that length; negative where it pushes [N].
+    is_cable : bool
+        Whether it only pulls, with that tension under gravity or not.
     """
 
     name: str
@@ -169,6 +171,7 @@ class PlacedBodySpring:
     stiffness: float
     length: float
     tension: float = 0.0
+    is_cable: bool = False
 
 
 PlacedElement = PlacedFreedom | PlacedSpring | PlacedBlock

@@ -13,12 +13,7 @@ from robostiff.network.elements import (
 )
 from robostiff.network.energy import energy_stiffness
 from robostiff.network.equations import Equations, Motion, equations_of
-from robostiff.network.internal_loads import (
-    InternalLoads,
-    NetworkUnderLoads,
-    motions_under,
-    network_under_loads,
-)
+from robostiff.network.loaded_network import InternalLoads, LoadedNetwork, network_under_loads
 from robostiff.network.mobility import held_coordinates
 from robostiff.network.network import Network, network_of_snapshot
 from robostiff.network.response import NetworkResponse, SectionForces, network_response
@@ -31,10 +26,10 @@ __all__ = [
     "ForceOnBeam",
     "InternalLoads",
     "JointElement",
+    "LoadedNetwork",
     "Motion",
     "Network",
     "NetworkResponse",
-    "NetworkUnderLoads",
     "Node",
     "NodeForce",
     "SectionForces",
@@ -46,7 +41,6 @@ __all__ = [
     "energy_stiffness",
     "equations_of",
     "held_coordinates",
-    "motions_under",
     "network_of_snapshot",
     "network_response",
     "network_under_loads",

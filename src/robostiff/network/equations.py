@@ -25,70 +25,44 @@ _SYMMETRY = 1e-9  # part of its size by which a compliance may be negative
 
 
 @dataclass(frozen=True)
-class RelativeMotion:
-    """A beam, spring or joint: it carries W f, and deflects by d with ``W^T d = S f``.
+class Motion:
+    """How some nodes move against one another at a beam, spring, joint or coupling.
 
-    d is the motion of node b against node a.
+    It resists the motions d with wrenches of sizes f, and ``d = S f``.
     """
 
     name: str
-    a: str
-    b: str
-    point: np.ndarray  # (3,): reference point of the matrices [m]
-    W: np.ndarray  # (n, m): orthonormal transmitted wrenches in scaled coordinates
-    # (m, m): scaled compliance under these wrenches; rows and columns of rigid ones are exactly 0
+    # nodes, points (3,) [m], and the parts (m, n) of their displacements there in d; an element has
+    # its nodes a and b, at one point, and -W^T and W^T of unit wrenches W that it transmits
+    ends: tuple[tuple[str, np.ndarray, np.ndarray], ...]
+    # (m, m): scaled compliance; rows and columns of rigid directions are exactly 0
     S: np.ndarray
-    rigid: np.ndarray  # (m,): which of the transmitted wrenches are rigid
     freedoms: np.ndarray  # (n, q): unit twists of the passive freedoms, scaled
-    freedom_names: tuple[str, ...]  # ``connection/freedom``
+    freedom_names: tuple[str, ...] = ()  # ``connection/freedom``
 
     @property
     def nodes(self) -> tuple[str, ...]:
         """The nodes at its ends."""
-        return self.a, self.b
+        return tuple(name for name, _, _ in self.ends)
 
-    @property
-    def ends(self) -> tuple[tuple[str, np.ndarray, np.ndarray], ...]:
-        """Nodes, points, and the parts (m, n) of their displacements there in ``W^T d``."""
-        return (self.a, self.point, -self.W.T), (self.b, self.point, self.W.T)
+    @cached_property
+    def rigid(self) -> np.ndarray:
+        """Which of the motions are impossible (m,)."""
+        return ~np.any(self.S, axis=0)
 
     @property
     def is_full(self) -> bool:
         """Whether it resists every relative motion."""
-        return self.W.shape[1] == self.W.shape[0]
+        return len(self.S) == len(self.freedoms)
 
 
-@dataclass(frozen=True)
-class CoupledMotion:
-    """A held sum of joint coordinates, as one row over the bodies of these joints."""
-
-    name: str
-    # nodes, points (3,), and the parts of their displacements there (1, n)
-    ends: tuple[tuple[str, np.ndarray, np.ndarray], ...]
-    S: np.ndarray  # (1, 1): scaled compliance against the sum, 0 where it is rigid
-    freedoms: np.ndarray  # (n, 0)
-    freedom_names: tuple[str, ...] = ()
-    is_full: bool = False
-
-    @property
-    def nodes(self) -> tuple[str, ...]:
-        """The nodes whose joints are coupled."""
-        return tuple(name for name, _, _ in self.ends)
-
-    @property
-    def rigid(self) -> np.ndarray:
-        """Whether its one row is (1,)."""
-        return ~np.any(self.S, axis=0)
-
-
-Motion = RelativeMotion | CoupledMotion
 #: Nodes (N,), points (N, 3) or (3,), and parts (N, m, n) of displacements there in ``W^T d``.
 Ends = tuple[Sequence[str], np.ndarray, np.ndarray]
 
 
 def coupled_motion(
     own: CouplingElement, points: Mapping[str, np.ndarray], scale: np.ndarray, space: Space
-) -> CoupledMotion:
+) -> Motion:
     """The row of a coupling; `scale` turns twists into lengths.
 
     A joint turns by ``s . d``, where d is how its bodies move against each other, and s a row of
@@ -106,12 +80,12 @@ def coupled_motion(
     size = float(np.sqrt(sum(np.sum(row**2) for _, _, row in found)))
     S = 0.0 if own.stiffness is None else 1.0 / (own.stiffness * size**2)
     ends = tuple((name, at, row / size) for name, at, row in found)
-    return CoupledMotion(own.name, ends, np.array([[S]]), np.zeros((len(rows), 0)))
+    return Motion(own.name, ends, np.array([[S]]), np.zeros((len(rows), 0)))
 
 
 @dataclass(frozen=True)
 class ElementGroup:
-    """Elements that transmit as many wrenches and have as many freedoms; see `RelativeMotion`."""
+    """Elements that transmit as many wrenches and have as many freedoms; see `Motion`."""
 
     numbers: np.ndarray  # (N,): places of the elements in the network
     elements: Sequence[Element]
@@ -135,12 +109,12 @@ class ElementGroup:
         return float(np.max(lengths, initial=0.0))
 
     @property
-    def motions(self) -> Iterator[tuple[int, RelativeMotion]]:
+    def motions(self) -> Iterator[tuple[int, Motion]]:
         """The elements one by one, each with its place in the network."""
-        each = zip(self.at, self.W, self.S, self.rigid, self.freedoms, strict=True)
-        names = zip(self.elements, self.freedom_names, strict=True)
-        for k, (e, own), arrays in zip(self.numbers.tolist(), names, each, strict=True):
-            yield k, RelativeMotion(e.name, e.a, e.b, *arrays, own)
+        each = zip(self.at, np.swapaxes(self.W, 1, 2), self.S, self.freedoms, strict=True)
+        names = zip(self.numbers.tolist(), self.elements, self.freedom_names, strict=True)
+        for (k, e, own), (at, W_T, S, freedoms) in zip(names, each, strict=True):
+            yield k, Motion(e.name, ((e.a, at, -W_T), (e.b, at, W_T)), S, freedoms, own)
 
 
 _NO_FREEDOM, _RIGID, _WORLD = np.zeros((6, 0)), np.zeros((6, 6)), np.eye(3)
@@ -310,7 +284,7 @@ class Equations:
     tolerance: Tolerance
     # beams, springs and joints; compliance in units of 1 / `stiffness`
     groups: tuple[ElementGroup, ...]
-    couplings: tuple[CoupledMotion, ...]
+    couplings: tuple[Motion, ...]
 
     @cached_property
     def connections(self) -> tuple[Motion, ...]:
@@ -391,7 +365,7 @@ def equations_of(network: Network, tolerance: Tolerance) -> Equations:
 
 def _scaled(
     network: Network, points: Mapping[str, np.ndarray], length: float, tolerance: Tolerance
-) -> tuple[list[ElementGroup], list[CoupledMotion]]:
+) -> tuple[list[ElementGroup], list[Motion]]:
     """Groups and couplings of a network, its twists turned into lengths by `length` [m]."""
     scale, elements = scaling(np.array(length), network.space), tuple(network.elements)
     of_nodes = np.array([points[element.a] for element in elements]).reshape(-1, 3)

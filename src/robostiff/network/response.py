@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,17 +13,11 @@ from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.markup import InNotebooks
 from robostiff.network.elements import BeamLoad, DistributedForce, ForceOnBeam, beam_load
-from robostiff.network.equations import Equations, RelativeMotion, equations_of
-from robostiff.network.internal_loads import (
-    InternalLoads,
-    are_balanced,
-    carried_wrench,
-    loads_of_parts,
-    reactions,
-)
+from robostiff.network.equations import Equations, equations_of
+from robostiff.network.loaded_network import InternalLoads, LoadedNetwork, reactions
 from robostiff.network.mobility import Mobility
 from robostiff.network.network import Network
-from robostiff.network.saddle_point import CONVERGED, SaddlePointSystem, driven_mechanism, system_of
+from robostiff.network.saddle_point import system_of
 from robostiff.spatial import as_float, as_floats, block_rotation, move_wrench
 
 Loads = Mapping[str, Any]
@@ -154,67 +148,69 @@ def network_response(
     at_nodes, on_beams = _sorted_loads(network, {} if loads is None else loads)
     moved = {name: _settlement(network, name, t) for name, t in (settlements or {}).items()}
     points = {node.name: node.point for node in network.nodes}
-    system, mobile, dependent = system_of(equations)
+    system, rows, d = system_of(equations)[0], list(network.space.rows), network.space.translations
     right = system.forces(equations, ((name, F, points[name]) for name, F in at_nodes.items()))
-    rows = list(network.space.rows)
     for k, (_, load) in on_beams.items():
-        beam, c = network.beams[k], cast("RelativeMotion", equations.connections[k])
+        beam, W_T = network.beams[k], equations.connections[k].ends[-1][2]
         axes = block_rotation(beam.rotation)
         total, tip = (axes @ load.at_start)[rows], (axes @ load.tip_twist)[rows]
         right += system.forces(equations, [(beam.a, total, beam.start)])
-        right[system.wrench_rows[k], 0] += c.W.T @ (equations.scale * tip)
-    driven = driven_mechanism(equations, mobile, system, right)
-    if driven is not None:
-        nodes = ", ".join(driven.moving[:6])
-        raise NoAnswerError(
-            f"no response of {network.name!r}: the loads drive a motion without stiffness, of "
-            f"{nodes}; {Status.FREE_MOTIONS.advice[0]}"
-        )
+        right[system.wrench_rows[k], 0] += W_T @ (equations.scale * tip)
     settled = np.zeros(right.shape)
     for name, t in moved.items():
         D = equations.between(points[name], equations.points[name])
         settled[system.rows_of[name], 0] = D @ (equations.scale * t)
-    x, step = system.solve(right - system.matrix @ settled)
-    if step > CONVERGED:
-        raise NoAnswerError(f"no response: {Status.ILL_CONDITIONED.advice[0]}")
-    x = x + settled
-    gap = (system.matrix @ x - right)[:, 0]
-    # rigid parts that hold every node leave rounding alone
-    size = max(np.abs(right).max(), *(np.abs(x[rows, 0]).max() for rows in system.rows_of.values()))
-    for k, numbers in dependent.dropped.items():  # constraints that were left out hold, too
-        if np.any(np.abs(gap[system.wrench_rows[k][numbers]]) > _GAP * size):
-            raise NoAnswerError(
-                f"no response of {network.name!r}: rigid parts cannot follow the supports, at "
-                f"{equations.connections[k].name!r}; give an elasticity to a part between them"
-            )
-    beams = _beams(equations, system, x[:, 0], on_beams)
-    undetermined = {
-        end for k in dependent.undetermined for end, _, _ in equations.connections[k].ends
-    }
-    carried = reactions(equations, system, x[:, 0], right[:, 0])
     given = [*_wrenches_of(network, points, at_nodes, {} if loads is None else loads)]
-    if not are_balanced(equations, [*given, *carried.values()]):
-        raise NoAnswerError(
-            f"no response of {network.name!r}: the reactions do not balance the loads; "
-            f"{Status.ILL_CONDITIONED.advice[0]}"
-        )
+    found = LoadedNetwork.of(equations, right, given, settled)
+    _check_holds(found)
+    beams = {}
+    for k, beam in enumerate(network.beams):
+        end = block_rotation(beam.rotation).T @ found.carried(k)
+        start = move_wrench(end, np.array([-beam.length, 0.0, 0.0]))
+        start += on_beams[k][1].at_start if k in on_beams else 0.0
+        beams[beam.name] = SectionForces(start, end)
     extra = {k: load.energy(beams[name].end) for k, (name, load) in on_beams.items()}
-    free = {name for mechanism in mobile.mechanisms for name in mechanism.moving}
-    twists = {name: system.twist(equations, x[:, 0], name, own) for name, own in points.items()}
-    shifting = _shifting(equations, mobile, points)
+    each = [equations.connections[k] for k in found.dependent.undetermined]
+    undetermined = {end for own in each for end, _, _ in own.ends}
+    free = {name for mechanism in found.mobility.mechanisms for name in mechanism.moving}
+    twists = {name: found.twist(name, own) for name, own in points.items()}
+    shifting = _shifting(equations, found.mobility, points)
     return NetworkResponse(
         network,
         {name: own for name, own in twists.items() if name not in free},
         {
-            name: move_wrench(F, (points[name] - at)[: network.space.translations])
-            for name, (at, F) in carried.items()
+            name: move_wrench(F, (points[name] - at)[:d])
+            for name, (at, F) in reactions(found).items()
             if name not in undetermined
         },
         beams,
-        loads_of_parts(equations, system, x[:, 0], dependent.undetermined, extra),
+        found.loads(extra),
         tuple(node.name for node in network.nodes if node.name in free),
-        {n: t[: network.space.translations] for n, t in twists.items() if n not in shifting},
+        {name: t[:d] for name, t in twists.items() if name not in shifting},
     )
+
+
+def _check_holds(found: LoadedNetwork) -> None:
+    """Raise a NoAnswerError unless a network is in equilibrium, and its rigid parts connected."""
+    name, system = f"no response of {found.equations.network.name!r}", found.system
+    if found.driven is not None:
+        raise NoAnswerError(
+            f"{name}: the loads drive a motion without stiffness, of "
+            f"{', '.join(found.driven.moving[:6])}; {Status.FREE_MOTIONS.advice[0]}"
+        )
+    gap, shifts = system.matrix @ found.x - found.right, system.rows_of.values()
+    # rigid parts that hold every node leave rounding alone
+    size = max(np.abs(found.right).max(), *(np.abs(found.x[rows]).max() for rows in shifts))
+    for k, numbers in found.dependent.dropped.items():  # constraints left out hold, too
+        if np.any(np.abs(gap[system.wrench_rows[k][numbers]]) > _GAP * size):
+            raise NoAnswerError(
+                f"{name}: rigid parts cannot follow the supports, at "
+                f"{found.equations.connections[k].name!r}; give an elasticity to a part between"
+            )
+    if found.status:
+        raise NoAnswerError(
+            f"{name}: the reactions do not balance the loads; {Status.ILL_CONDITIONED.advice[0]}"
+        )
 
 
 def _shifting(equations: Equations, mobile: Mobility, points: Mapping[str, np.ndarray]) -> set[str]:
@@ -312,21 +308,3 @@ def _wrenches_of(
                 per_length = as_floats("force", own.per_length, "three numbers [N/m]", "N/m")
                 force[:3] = beam.length * per_length
             yield beam.start + s * beam.rotation[:, 0], force[list(network.space.rows)]
-
-
-def _beams(
-    equations: Equations,
-    system: SaddlePointSystem,
-    x: np.ndarray,
-    on_beams: Mapping[int, tuple[str, BeamLoad]],
-) -> dict[str, SectionForces]:
-    found = {}
-    for k, beam in enumerate(equations.network.beams):
-        c = cast("RelativeMotion", equations.connections[k])
-        F = carried_wrench(equations, c, x[system.wrench_rows[k]])
-        end = block_rotation(beam.rotation).T @ F
-        start = move_wrench(end, np.array([-beam.length, 0.0, 0.0]))
-        if k in on_beams:
-            start = start + on_beams[k][1].at_start
-        found[beam.name] = SectionForces(start, end)
-    return found

@@ -15,7 +15,7 @@ from robostiff.elastostatics.tolerance import last_moved
 from robostiff.errors import NoAnswerError
 from robostiff.kept import kept
 from robostiff.kinematics.spanning_tree import independent_parts
-from robostiff.network.equations import Equations, Motion, RelativeMotion
+from robostiff.network.equations import Equations, Motion
 from robostiff.network.mobility import (
     BlockEntries,
     Mechanism,
@@ -125,7 +125,7 @@ def redundant_freedoms(
     moving = [
         (c, null_spaces(c.freedoms, equations.tolerance).right)
         for c in equations.connections
-        if isinstance(c, RelativeMotion) and c.freedom_names
+        if c.freedom_names
     ]
     rates = [block_diagonal([own for _, own in moving])]
     for mechanism in mobility.mechanisms:
@@ -133,8 +133,9 @@ def redundant_freedoms(
         rest = np.zeros_like(mechanism.motions[0])
         own = [np.zeros((0, rest.shape[-1]))]
         for c, _ in moving:
-            of_b = equations.transport(c.b, c.point) @ of_node.get(c.b, rest)
-            of_a = equations.transport(c.a, c.point) @ of_node.get(c.a, rest)
+            of_a, of_b = (
+                equations.transport(node, at) @ of_node.get(node, rest) for node, at, _ in c.ends
+            )
             own.append(np.linalg.pinv(c.freedoms) @ (of_b - of_a))
         rates.append(np.vstack(own))
     names = tuple(name for c, _ in moving for name in c.freedom_names)

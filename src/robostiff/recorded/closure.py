@@ -12,9 +12,8 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.kinematics import PostureFinder
-from robostiff.kinematics.closure.assembly import middle_of_turn
 from robostiff.kinematics.formula import FormulaPose
-from robostiff.model import Actuated, Passive, Robot
+from robostiff.model import Passive, Robot
 from robostiff.record import (
     ENTRY_FUNCTIONS,
     Entry,
@@ -378,13 +377,11 @@ def _mode(determinants: Sequence[Entry]) -> Any:
 def _turns(legs: Sequence[LegAtGuess]) -> Iterator[Any]:
     """Positive where a limited turn is the one that the careful closure reports."""
     for own in legs:
-        freedoms, roles = own.leg.chain.freedoms, own.leg.chain.roles
-        for i, (freedom, role) in enumerate(zip(freedoms, roles, strict=True)):
-            limits = role.limits if isinstance(role, Actuated) else None
-            if not freedom.is_rotation or limits is None:
+        chain = own.leg.chain
+        for i, (low, high) in enumerate(chain.limits.T.tolist()):
+            if not chain.freedoms[i].is_rotation or math.isinf(low):
                 continue
-            (low, high), q = limits, own.q[i]
-            centre = middle_of_turn(nominal(own.leg.chain.home[i]), limits)
+            q, centre = own.q[i], min(max(nominal(chain.home[i]), low), high)
             yield from (math.pi - (q - centre), math.pi + (q - centre))
             if high >= centre + math.pi or low <= centre - math.pi:
                 yield from (q - low, high - q)

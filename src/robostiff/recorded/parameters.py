@@ -122,7 +122,7 @@ def sample_postures(finder: PostureFinder, seed: int | None = None, nearer: int 
         if reached.size >= COUNT:
             rows = reached[:COUNT]
             if finder.robot.is_posed_by_joints:
-                return finder.at_joints(posture.coordinates[0][rows])
+                return finder.find(JointCoordinates(posture.coordinates[0][rows]))
             return finder.find(posture.pose[rows])
         spread *= 0.2
     raise InputError(

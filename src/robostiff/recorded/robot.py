@@ -13,7 +13,7 @@ from robostiff.elastostatics import Status
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.closure.body import tidied
 from robostiff.kinematics.formula import FormulaPose, PlacedFormula, place_leg, place_leg_at_joints
-from robostiff.model import ALL_COORDINATES, Actuated, Leg, ParallelBlock, Robot
+from robostiff.model import ALL_COORDINATES, Leg, ParallelBlock, Robot
 from robostiff.record import Entry, Operation, Record, usual_size
 from robostiff.recorded.circulation import legs_on_platform
 from robostiff.recorded.closure import RecordedClosure, record_closure
@@ -281,9 +281,8 @@ def _limits(robot: Robot, placed: Sequence[PlacedFormula]) -> list[Any]:
     """Distance of every limited actuator from its limits, as a part of their range."""
     found = []
     for leg, own in zip(robot.legs, placed, strict=True):
-        for i, role in enumerate(leg.chain.roles):
-            if isinstance(role, Actuated) and role.limits is not None:
-                low, high = role.limits
+        for i, (low, high) in enumerate(leg.chain.limits.T.tolist()):
+            if np.isfinite(low):
                 q = own.coordinate(i)
                 found += [(q - low) * (1 / (high - low)), (high - q) * (1 / (high - low))]
     return found

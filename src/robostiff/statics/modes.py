@@ -320,8 +320,7 @@ def _modes_of(loaded: LoadedPosture, wrench: np.ndarray) -> Modes:
     problem = loaded.problem
     if problem.loads_platform_alone and not problem.dead.act and not np.any(wrench):
         status, loading = loaded.status, LoadCase(wrench, wrench)
-        known = problem.linearised(problem.unloaded, loading, 0.0)
-        found = FoundEquilibrium(loading, problem.unloaded, 0.0, known, True, 0)
+        found = FoundEquilibrium(loading, problem.unloaded, 0.0, problem.at_rest, True, 0)
     else:
         answer = solved(loaded, wrench, None)
         status, found = answer.status, answer.found

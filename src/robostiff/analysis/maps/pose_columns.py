@@ -12,7 +12,7 @@ from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.pose import home_coordinates, joint_units
 from robostiff.linkage import Linkage
-from robostiff.linkage.driven import coordinate_names, driven_by
+from robostiff.linkage.driven import driven_by
 from robostiff.model import ALL_COORDINATES, Joint, Leg, Robot
 from robostiff.model.cable import CableRobot
 from robostiff.spatial import Space, as_floats, holds_quantities
@@ -127,14 +127,14 @@ def pose_columns(robot: Mapped, used: Sequence[str]) -> PoseColumns:
 
 
 def _of_drives(linkage: Linkage, used: Sequence[str]) -> PoseColumns:
-    every = {name: c.name for c in linkage.connections for name in coordinate_names(c)}
+    every = {name: c.name for c in linkage.connections for name in c.coordinate_names}
     subject = f"coordinate of linkage {linkage.name!r}"
     strange = [name for name in used if name not in every]
     if strange or not used:
         expected = f"some of its joints: {', '.join(every)}"
         raise InputError(subject, got=strange[0] if strange else "none", expected=expected)
     joints = tuple(dict.fromkeys(every[name] for name in used))
-    driven = driven_by(linkage, joints)
+    driven = driven_by(linkage.in_floats, joints)
     if missing := [name for name in joints if name not in driven.drives]:
         expected = "joints between base and platform: this one changes nothing"
         raise InputError(subject, got=missing[0], expected=expected)
@@ -150,7 +150,7 @@ def coordinate_units(robot: Mapped) -> dict[str, str]:
             name: screw.unit
             for c in robot.connections
             if isinstance(c.element, Joint)
-            for name, screw in zip(coordinate_names(c), c.element.freedoms, strict=True)
+            for name, screw in zip(c.coordinate_names, c.element.freedoms, strict=True)
         }
     if isinstance(robot, CableRobot) or not robot.is_serial:
         return {}

@@ -6,7 +6,7 @@ from geometry alone, for poses in numbers and for records; Newton's method from 
 configuration, in its assembly mode, for the rest.
 """
 
-from robostiff.kinematics.closure.assembly_mode import AssemblyMode, closed_near, follow, nearest
+from robostiff.kinematics.closure.assembly_mode import AssemblyMode, follow, nearest
 from robostiff.kinematics.closure.leg_forms import Post
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.closure.legs_alike import leg_solvers, legs_alike
@@ -14,6 +14,7 @@ from robostiff.kinematics.closure.loops import (
     ClosurePart,
     Loops,
     attachment_frame,
+    body_of_tool,
     gaps,
     loops_of_legs,
 )
@@ -28,7 +29,7 @@ __all__ = [
     "Rod",
     "Strut",
     "attachment_frame",
-    "closed_near",
+    "body_of_tool",
     "follow",
     "gaps",
     "leg_solvers",

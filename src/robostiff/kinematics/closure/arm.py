@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from robostiff.kinematics.closure.assembly import RootSigns
 from robostiff.kinematics.closure.body import (
     ClosedLeg,
     LegBody,
     Rest,
     body_turned,
+    constant_cosine,
     dot,
     quotient,
     rest_of_directions,
     root,
 )
 from robostiff.kinematics.closure.leg_forms import Cluster, LegForm, Skeleton
-from robostiff.kinematics.closure.rod_ends import Circle, aim, circle_of, driven_by_crank
+from robostiff.kinematics.closure.rod_ends import aim
+from robostiff.kinematics.closure.rods import Rod, rod_between
 from robostiff.kinematics.turn import turn_about
 from robostiff.spatial import cross
 
@@ -45,53 +48,26 @@ class Arm(LegForm):
     """
 
     first: Cluster
-    crank: Cluster
-    elbow: Cluster  # its point is the nearest to the wrist
-    wrist: Cluster  # of three axes, or a spherical joint
-
-    @property
-    def leading(self) -> int:
-        """Place of the first coordinate."""
-        return self.first.places[0]
-
-    @property
-    def signs(self) -> tuple[bool, bool, bool]:
-        """Which signs of a mode there are."""
-        return True, True, not self.wrist.is_ball
-
-    @property
-    def turning(self) -> tuple[Cluster, ...]:
-        """Joints whose coordinates are angles, from base to platform."""
-        return self.first, self.crank, self.elbow, self.wrist
+    # From the crank on: A is the elbow, its point the nearest to the wrist; B the wrist, of three
+    # axes or a spherical joint
+    rod: Rod
 
     def closed(self, base: LegBody, platform: LegBody) -> ClosedLeg:
         """The leg between its base and the platform, at poses."""
-        (e1,), (e2,), (e3,) = self.first.axes, self.crank.axes, self.elbow.axes
-        hub, W = self.first.point, platform.point(self.wrist.point)
-        at_hub = base.point(hub)
-        size = root(dot(W - at_hub, W - at_hub))
-        to_e2 = float(e2 @ (self.wrist.point - hub))
+        (e1, e2), wrist = self._axes, self.rod.B.point
+        W, hub = platform.point(wrist), base.point(self.first.point)
+        size = root(dot(W - hub, W - hub))
+        to_e2 = float(e2 @ (wrist - self.first.point))
         aimed = aim(
             base.direction(e1),
-            quotient(W - at_hub, size),
-            _cosine(e1, e2),
+            quotient(W - hub, size),
+            constant_cosine(e1, e2),
             quotient(to_e2, size) if abs(to_e2) > self.skeleton.rounding else 0,
         )
-        shoulder = body_turned(base, self._rests[0], at_hub, e1, e2, aimed.way(self.mode.root))
-        drive = driven_by_crank(shoulder, self._circle, W, self.rod @ self.rod, self.mode.first)
-        d = quotient(drive.A_to_B, root(dot(drive.A_to_B, drive.A_to_B)))
-        fore = body_turned(drive.carrier, self._rests[1], drive.A_now, e3, self.rod, d)
-        (a,), (b,), (c,) = (own.places for own in (self.first, self.crank, self.elbow))
-        bodies = {0: base, a + 1: shoulder, b + 1: drive.carrier, c + 1: fore}
-        bodies[self.wrist.places[-1] + 1] = platform
-        if not self.wrist.is_ball:
-            e4, e5, e6 = self.wrist.axes
-            last = platform.direction(e6)
-            bent = aim(fore.direction(e4), last, _cosine(e4, e5), _cosine(e5, e6))
-            near = body_turned(fore, self._rests[2], W, e4, e5, bent.way(self.mode.second))
-            bodies[self.wrist.places[0] + 1] = near
-            bodies[self.wrist.places[1] + 1] = body_turned(near, self._rests[3], W, e5, e6, last)
-        return ClosedLeg(bodies, {}, [], [])
+        shoulder = body_turned(base, self._rest, hub, e1, e2, aimed.way(self.mode.root))
+        mode = RootSigns(self.mode.first, 1, self.mode.second)
+        found = self.rod.in_mode(mode).closed(shoulder, platform)
+        return replace(found, bodies={**found.bodies, 0: base, self.leading + 1: shoulder})
 
     def meeting(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Where modes meet at coordinates q (N, size), and where drives can move alone besides.
@@ -105,58 +81,41 @@ class Arm(LegForm):
             Where W is on the first axis, or the first axis of the wrist is along its last one: the
             pose leaves a sum of coordinates alone.
         """
-        (e1,), (e2,), (e3,) = self.first.axes, self.crank.axes, self.elbow.axes
-        upper = turn_about(e2, q[:, self.crank.places[0]])
-        arm = upper @ (self.elbow.point - self.crank.point)
-        fore = np.einsum(
-            "nij,njk,k->ni", upper, turn_about(e3, q[:, self.elbow.places[0]]), self.rod
-        )
-        across = cross(
-            np.broadcast_to(e1, arm.shape), self.crank.point - self.first.point + arm + fore
-        )
-        size = np.linalg.norm(self.elbow.point - self.crank.point) + np.linalg.norm(self.rod)
+        (e1, e2), crank, elbow, wrist = self._axes, *self.rod.turning
+        upper = turn_about(e2, q[:, crank.places[0]])
+        to_elbow, to_wrist = elbow.point - crank.point, wrist.point - elbow.point
+        arm = upper @ to_elbow
+        bend = turn_about(elbow.axes[0], q[:, elbow.places[0]])
+        fore = np.einsum("nij,njk,k->ni", upper, bend, to_wrist)
+        across = cross(np.broadcast_to(e1, arm.shape), crank.point - self.first.point + arm + fore)
+        size = np.linalg.norm(to_elbow) + np.linalg.norm(to_wrist)
         found = [across @ e2 / size, cross(arm, fore) @ e2 / size**2]
         open_ = np.linalg.norm(across, axis=-1) <= _MEET * size
-        if self.wrist.is_ball:
+        if wrist.is_ball:
             found.append(np.ones(len(q)))
         else:
-            e4, e5, e6 = self.wrist.axes
-            last = turn_about(e5, q[:, self.wrist.places[1]]) @ e6
+            e4, e5, e6 = wrist.axes
+            last = turn_about(e5, q[:, wrist.places[1]]) @ e6
             bent = cross(np.broadcast_to(e4, last.shape), last)
             found.append(bent @ e5)
             open_ |= np.linalg.norm(bent, axis=-1) <= _MEET
         return np.abs(found) <= _MEET, open_
 
-    @cached_property
-    def rod(self) -> np.ndarray:
-        """From the third axis to W at zero coordinates (3,) [m]."""
-        return self.wrist.point - self.elbow.point
+    @property
+    def _axes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Those of the first and the second joint."""
+        crank, *_ = self.rod.turning
+        return self.first.axes[0], crank.axes[0]
 
     @cached_property
-    def _circle(self) -> Circle:
-        """That of the elbow."""
-        return circle_of(self.crank, self.elbow.point)
-
-    @cached_property
-    def _rests(self) -> list[Rest]:
-        """Frames at zero coordinates of what the first, third, fourth and fifth joint carry."""
-        pairs = [(self.first.point, self.first.axes[0], self.crank.axes[0])]
-        along = self.rod / np.linalg.norm(self.rod)
-        pairs.append((self.elbow.point, self.elbow.axes[0], along))
-        axes = self.wrist.axes
-        pairs += [(self.wrist.point, *axes[i : i + 2]) for i in (0, 1)]
-        each = (rest_of_directions(*own)[0] for own in pairs)
-        return [Rest(own.R.astype(float), own.p) for own in each]
+    def _rest(self) -> Rest:
+        """Frame at zero coordinates of what the first joint carries."""
+        rest, _ = rest_of_directions(self.first.point, *self._axes)
+        return Rest(rest.R.astype(float), rest.p)
 
 
-def _cosine(a: np.ndarray, b: np.ndarray) -> float:
-    """Of the angle of two unit vectors, exactly 0 at right angles."""
-    found = float(a @ b)
-    return found if abs(found) > _PARALLEL else 0
-
-
-def recognise_arm(skeleton: Skeleton) -> Arm | None:
-    """The closed form, when the leg is of this kind: six turns, or three and a spherical joint."""
+def arm_of(skeleton: Skeleton) -> Arm | None:
+    """The closed form of six turns, or of three and a spherical joint, where it is one."""
     turns: list[Cluster] = []
     for part in skeleton.parts:
         if not isinstance(part, Cluster):
@@ -169,10 +128,7 @@ def recognise_arm(skeleton: Skeleton) -> Arm | None:
     match turns:
         case (first, crank, elbow, Cluster(is_ball=True) as wrist):
             pass
-        case (first, crank, elbow, a, b, c):
-            found = _wrist(a, b, c)
-            if found is None:
-                return None
+        case (first, crank, elbow, a, b, c) if found := _wrist(a, b, c):
             wrist = found
         case _:
             return None
@@ -190,7 +146,8 @@ def recognise_arm(skeleton: Skeleton) -> Arm | None:
         or shortest <= _CROSSED * size
     ):
         return None
-    return Arm(skeleton, first, crank, elbow, wrist)
+    rod, signs = rod_between(skeleton, crank, elbow, wrist), (True, True, not wrist.is_ball)
+    return Arm(skeleton, first.places[0], signs, (first, *rod.turning), first, rod)
 
 
 def _wrist(a: Cluster, b: Cluster, c: Cluster) -> Cluster | None:

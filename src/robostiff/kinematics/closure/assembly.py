@@ -12,7 +12,7 @@ import numpy as np
 from robostiff.kept import kept
 from robostiff.kinematics.frames import beam_lengths
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import Actuated, Chain, Joint, JointKind, Locked
+from robostiff.model import Chain, Joint, JointKind, Locked
 
 _DIGITS = 9  # to which two distances from home count as equal
 
@@ -81,11 +81,8 @@ def nearest(
     """
     chain, q, near = chain.main_path, q[..., chain.main_places], near[chain.main_places]
     apart = _distances(chain, q, near, length)
-    outside = np.zeros(closed.shape, dtype=bool)
-    role = chain.roles[leading]
-    if not given[leading] and isinstance(role, Actuated) and role.limits is not None:
-        low, high = role.limits
-        outside = (q[..., leading] < low) | (q[..., leading] > high)
+    low, high = chain.limits[:, leading]
+    outside = ((q[..., leading] < low) | (q[..., leading] > high)) & (not given[leading])
     keys = (np.sum(apart, axis=-1), apart[..., leading], np.sum(apart[..., given], axis=-1))
     rounded = [np.round(key, _DIGITS) for key in keys]
     # The last key is the first to decide; equal ones keep their order.
@@ -102,12 +99,8 @@ def shortened(chain: Chain, q: np.ndarray) -> np.ndarray:
 
 def beyond_limits(chain: Chain, q: np.ndarray) -> np.ndarray:
     """Where an actuator is beyond its limits (...)."""
-    beyond = np.zeros(q.shape[:-1], dtype=bool)
-    for i, role in enumerate(chain.roles):
-        if isinstance(role, Actuated) and role.limits is not None:
-            low, high = role.limits
-            beyond |= (q[..., i] < low) | (q[..., i] > high)
-    return beyond
+    low, high = chain.limits
+    return np.any((q < low) | (q > high), axis=-1)
 
 
 def _distances(chain: Chain, q: np.ndarray, near: np.ndarray, length: float) -> np.ndarray:
@@ -149,25 +142,12 @@ def _turning(chain: Chain) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[sli
     """Places of coordinates that count full turns, their limits, and spherical joints."""
     balls = list(_balls(chain))
     of_balls = {i for place in balls for i in range(place.start, place.stop)}
-    found = []
-    for i, (screw, role) in enumerate(zip(chain.freedoms, chain.roles, strict=True)):
-        if screw.is_rotation and i not in of_balls and not isinstance(role, Locked):
-            limits = role.limits if isinstance(role, Actuated) else None
-            found.append((i, *(limits or (-np.inf, np.inf))))
-    places, low, high = np.array(found, dtype=float).reshape(-1, 3).T
-    return places.astype(int), low, high, balls
-
-
-def middle_of_turn(home: float, limits: tuple[float, float] | None) -> float:
-    """The angle about which a turn is reported: that of home, moved into the limits [rad].
-
-    Examples
-    --------
-    >>> middle_of_turn(0.0, (1.0, 4.0)), middle_of_turn(0.5, None)
-    (1.0, 0.5)
-    """
-    home = float(home)
-    return home if limits is None else min(max(home, limits[0]), limits[1])
+    places = [
+        i
+        for i, screw in enumerate(chain.freedoms)
+        if screw.is_rotation and i not in of_balls and chain.free[i]
+    ]
+    return np.array(places, dtype=int), *chain.limits[:, places], balls
 
 
 def _unwind(r: np.ndarray, near: np.ndarray) -> None:

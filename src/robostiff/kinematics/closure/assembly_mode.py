@@ -40,7 +40,7 @@ _MEETING, _BEYOND_MEETING, _ROUNDING = 1e-2, 3.0, 1e-13
 # Below this part of home's a step of Newton's method may lead across the singularity.
 _WATCHED = 0.1
 # A first step beyond half a turn, from home near a singularity, says nothing about where it leads.
-_LONG_STEP, _SAME = np.pi, 1e-6
+_LONG_STEP = np.pi
 _INDEPENDENT = Tolerance().independence
 # Coordinates this far from home, in radians and parts of the length, say what rank is usual there.
 _ASIDE, _SEED = 1e-3, 5
@@ -135,8 +135,17 @@ class Followed:
         return [self.x[:, a:b] for a, b in pairwise(self.ends)]
 
 
-def follow(loops: Loops, home: np.ndarray, given: np.ndarray) -> Followed:
-    """Postures at prescribed coordinates (N, g), in the assembly mode of a closed one (size,)."""
+def follow(
+    loops: Loops, home: np.ndarray, given: np.ndarray, near: np.ndarray | None = None
+) -> Followed:
+    """Postures at prescribed coordinates (N, g), in the assembly mode of a closed one (size,).
+
+    With another one that need not close, so that no path leads from it, those closed from there.
+    """
+    if near is not None:
+        x = np.tile(near, (len(given), 1))
+        x[:, loops.given] = given
+        return closed_near(loops, x)
     key = home.tobytes()
     if key not in loops.modes:
         loops.modes.clear()
@@ -156,10 +165,10 @@ class AssemblyMode:
     """The assembly mode of a closed posture: postures reached on paths without singularity.
 
     Along the way every part keeps the sign of its determinant det(U^T J V), telescopes stay longer
-    than zero, and each Newton step is at most half of the one before, six at most. The way is
-    gone at once where that holds, otherwise in parts of 1/4, which are cut by four down to 1/4096
-    where they have to be. Where the first step is long, the way back has to end at home. The answer
-    at a pose is the same to the last bit whatever other poses come with it.
+    than zero, and each Newton step is at most half of the one before, six at most, and the first
+    one no longer than half a turn. The way is gone at once where that holds, otherwise in parts of
+    1/4, which are cut by four down to 1/4096 where they have to be. The answer at a pose is the
+    same to the last bit whatever other poses come with it.
     """
 
     loops: Loops
@@ -169,13 +178,10 @@ class AssemblyMode:
         """Postures at prescribed coordinates (N, g), in the order of ``loops.given``."""
         x = np.tile(self.home, (len(given), 1))
         x[:, self.loops.given] = given
-        x, kept, J, first = self._stepped(x, self._at_home)
+        x, kept, J = self._stepped(x, self._at_home)
         if self._at_home is None:
             self._start_aside(x, kept, given)
-        doubtful = first > _LONG_STEP
         elsewhere = np.zeros(len(x), dtype=bool)
-        at_home, _ = self._way_back(x, kept & doubtful)
-        kept &= at_home | ~doubtful
         rows = np.flatnonzero(~kept)
         at_once = rows.size == 0
         last, gone, directions = self._along(given[rows])
@@ -192,9 +198,6 @@ class AssemblyMode:
             arrived = gone[left] >= 1.0 - _LAST_PART
             kept[rows] = closed & arrived & self._meets(x[rows], gap, own)
             elsewhere[rows] = closed & ~kept[rows]
-        if not at_once:
-            _, beyond = self._way_back(x, kept & doubtful)
-            kept[beyond], elsewhere[beyond] = False, True
         rows = np.flatnonzero(kept)
         J = J if at_once or self._at_home is None else self.loops.rates(x[rows])
         rows = rows[self._is_nearly_singular(J, len(rows))]
@@ -220,16 +223,6 @@ class AssemblyMode:
             closed = _size(self.loops.gaps(found)) <= _NEARLY_CLOSED
             closed &= self._is_long(found)
             x[rows[closed]], kept[rows[closed]] = found[closed], True
-
-    def _way_back(self, x: np.ndarray, asked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Where the straight way back ends at home, and where at another posture there (N,)."""
-        at_home, beyond = np.zeros((2, len(x)), dtype=bool)
-        for k in np.flatnonzero(asked):
-            back = AssemblyMode(self.loops, x[k])
-            (last,), (gone,), _ = back._along(self.home[self.loops.given][None])
-            is_home = np.all(np.abs(np.sin(0.5 * (last - self.home))) < _SAME)  # but for turns
-            at_home[k], beyond[k] = gone >= 1.0 and is_home, gone >= 1.0 and not is_home
-        return at_home, beyond
 
     def _is_nearly_singular(self, J: np.ndarray, count: int) -> np.ndarray:
         """Where the smallest singular value of a part of rates has nearly vanished (N,)."""
@@ -310,7 +303,7 @@ class AssemblyMode:
             aim = (gone[going] + step[going])[:, None]
             there[:, places] = start + aim * (given[going] - start)
             own = directions and [one.of_rows(going) for one in directions]
-            there, kept, J, _ = self._stepped(there, own)
+            there, kept, J = self._stepped(there, own)
             step[going[~kept]] /= _CUT
             won = going[kept]
             x[won] = there[kept]
@@ -327,15 +320,14 @@ class AssemblyMode:
 
     def _stepped(
         self, x: np.ndarray, directions: list[_Directions] | None
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Closed from guesses, where that keeps the assembly mode, rates there, first steps."""
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Closed from guesses, where that keeps the assembly mode, and rates there."""
         J = rates = np.zeros((0, 0, 0))
-        first = np.zeros(len(x))
         if directions is None:
             x = nearest(self.loops, x)
             kept = _size(self.loops.gaps(x)) <= _NEARLY_CLOSED
         else:
-            x, kept, rates, first = self._newton(x, directions[-1])
+            x, kept, rates = self._newton(x, directions[-1])
         kept &= self._is_long(x)
         if directions is not None and np.any(kept):
             J = rates[kept]
@@ -344,15 +336,15 @@ class AssemblyMode:
                 one = every.of_rows(kept)
                 same &= np.linalg.slogdet(one.square(_of_part(part, J)))[0] * one.sign > 0
             kept[kept], J = same, J[same]
-        return x, kept, J, first
+        return x, kept, J
 
     def _newton(
         self, x: np.ndarray, directions: _Directions
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Closed from guesses by steps that contract, where that succeeds; rates, first steps."""
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Closed from guesses by steps that contract from a short one on, where that succeeds."""
         x, rates = x.copy(), np.zeros((0, 0, 0))
         closed = np.zeros(len(x), dtype=bool)
-        last, first = np.full(len(x), np.inf), np.zeros(len(x))
+        last = np.full(len(x), np.inf)
         going = np.arange(len(x))
         for taken in range(_NEWTON_STEPS + _LAST_STEPS + 1):
             e, J = self.loops.gaps_and_rates(x[going])
@@ -376,15 +368,14 @@ class AssemblyMode:
             right = transposed(own.U) @ np.take(e, whole.equations, axis=1)[..., None]
             step = (own.V @ _solved(T, right))[..., 0]
             length = np.sqrt(np.sum(step * step, axis=-1))
-            if taken == 0:
-                first[going] = length
-            contracts = (length <= _CONTRACTION * last[going]) | (length <= _SMALL_STEP)
+            most = _LONG_STEP if taken == 0 else _CONTRACTION * last[going]
+            contracts = (length <= most) | (length <= _SMALL_STEP)
             closed[going[~contracts]] = is_last
             going, step, length = going[contracts], step[contracts], length[contracts]
             if going.size == 0:
                 break
             x[going], last[going] = self.loops.moved(x[going], step), length
-        return x, closed, rates, first
+        return x, closed, rates
 
     @cached_property
     def _at_home(self) -> list[_Directions] | None:

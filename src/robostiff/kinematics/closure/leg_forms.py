@@ -199,6 +199,9 @@ class LegForm(ABC):
     """A leg of a kind that closes without iteration: one formula for records and for poses."""
 
     skeleton: Skeleton
+    leading: int  # place of the coordinate that the first sign of a mode decides
+    signs: tuple[bool, bool, bool]  # which signs of a mode there are
+    turning: tuple[Cluster, ...]  # joints whose coordinates are angles, from base to platform
     mode: RootSigns = field(default_factory=RootSigns, kw_only=True)
     # Of the leg, where steps of a record are to be named
     name: str | None = field(default=None, kw_only=True)
@@ -206,21 +209,6 @@ class LegForm(ABC):
     @abstractmethod
     def closed(self, base: LegBody, platform: LegBody) -> ClosedLeg:
         """The leg between its base and the platform."""
-
-    @property
-    @abstractmethod
-    def leading(self) -> int:
-        """Place of the coordinate that the first sign of a mode decides."""
-
-    @property
-    @abstractmethod
-    def signs(self) -> tuple[bool, bool, bool]:
-        """Which signs of a mode there are."""
-
-    @property
-    @abstractmethod
-    def turning(self) -> tuple[Cluster, ...]:
-        """Joints whose coordinates are angles, from base to platform."""
 
     def in_mode(self, mode: RootSigns) -> Self:
         """The same leg in another assembly mode."""
@@ -297,21 +285,6 @@ class Post(LegForm):
     joint: Cluster
     length: float = 1.0  # against which the distance of the two places counts [m]
 
-    @property
-    def leading(self) -> int:
-        """Place of the first coordinate."""
-        return self.joint.places[0]
-
-    @property
-    def signs(self) -> tuple[bool, bool, bool]:
-        """None."""
-        return False, False, False
-
-    @property
-    def turning(self) -> tuple[Cluster, ...]:
-        """Joints whose coordinates are angles."""
-        return (self.joint,)
-
     def closed(self, base: LegBody, platform: LegBody) -> ClosedLeg:
         """The leg between its base and the platform."""
         joint, at = self.joint, base.point(self.joint.point)
@@ -334,12 +307,3 @@ class Post(LegForm):
             bodies[joint.places[1]] = between
         closing = [] if base.is_at_poses else [v @ v for v in map(tidied, missed)]
         return ClosedLeg(bodies, ball_axes, closing, [])
-
-
-def recognise_post(skeleton: Skeleton) -> Post | None:
-    """The closed form, when the leg is of this kind."""
-    match skeleton.parts:
-        case (Cluster() as joint,):
-            return Post(skeleton, joint)
-        case _:
-            return None

@@ -19,7 +19,7 @@ from robostiff.kinematics.closure.assembly import (
     on_turn_of_home,
     shortened,
 )
-from robostiff.kinematics.closure.assembly_mode import closed_near, follow
+from robostiff.kinematics.closure.assembly_mode import Followed, closed_near, follow
 from robostiff.kinematics.closure.assembly_mode import nearest as nearest_closed
 from robostiff.kinematics.closure.leg_forms import Post
 from robostiff.kinematics.closure.loops import Loops, attachment_frame, gaps, loops_of_legs
@@ -90,15 +90,13 @@ class LegSolver:
         poses far from home are looked for in many small steps.
         """
         form, chain, count = self.closed_form, self.chain, len(pose)
-        elsewhere = np.zeros(count, dtype=bool)
+        elsewhere, found = np.zeros(count, dtype=bool), []
         if form is None or isinstance(form, Arm):
-            found = []
             for one in self.each:
                 if form is not None:
-                    found.append(one._nearest_in(one._modes_at_home, form, one.home, pose, R)[0])
-                    continue
-                if from_afar:
-                    there = follow(one._loops, one._at_home, pose)
+                    q = one._nearest_in(one._modes_at_home, one.home, pose, R)[0]
+                elif from_afar:
+                    there = one._followed(pose)
                     (q,), elsewhere = there.coordinates, elsewhere | there.elsewhere
                 else:
                     home = np.tile(one.home, (count, 1))
@@ -114,12 +112,16 @@ class LegSolver:
             return found, elsewhere, placed
         for one, q, open_ in zip(self.each, found, np.split(leaves_open, len(found)), strict=True):
             rows = np.flatnonzero(open_)
-            there = follow(one._loops, one._at_home, pose[rows])
+            there = one._followed(pose[rows])
             met = there.closed | there.elsewhere
             q[rows[met]] = there.coordinates[0][met]
             elsewhere[rows] |= there.elsewhere
             on_turn_of_home(chain, q, chain.home)
         return found, elsewhere, None
+
+    def _followed(self, pose: np.ndarray) -> Followed:
+        """The first leg at poses (N, 6), followed from home."""
+        return follow(self._loops, np.concatenate([self.home_pose, self.home]), pose)
 
     def solve_near(self, near: np.ndarray, pose: np.ndarray, R: np.ndarray) -> np.ndarray:
         """Coordinates (N, size) of a leg at platform poses, in the posture nearest to given ones.
@@ -130,8 +132,7 @@ class LegSolver:
         near = np.where(self.chain.free, near, self.chain.home)
         q, left = np.tile(near, (len(pose), 1)), np.arange(len(pose))
         if self.closed_form is not None:
-            modes = all_modes(self.closed_form.signs)
-            q, closed = self._nearest_in(modes, self.closed_form, near, pose, R)
+            q, closed = self._nearest_in(all_modes(self.closed_form.signs), near, pose, R)
             left = np.flatnonzero(self.chain.has_blocks & ~closed)
         if left.size:
             start = np.concatenate([pose_of_end(self.leg, near), near])
@@ -141,25 +142,23 @@ class LegSolver:
         return on_turn_of_home(self.chain, q, near)
 
     def _nearest_in(
-        self,
-        modes: tuple[RootSigns, ...],
-        form: ClosedForm,
-        near: np.ndarray,
-        pose: np.ndarray,
-        R: np.ndarray,
+        self, modes: tuple[RootSigns, ...], near: np.ndarray, pose: np.ndarray, R: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates (N, size) of a leg nearest to given ones in some modes; where they close."""
-        every, rows = self.in_modes(form, modes, pose, R)[:, 0], np.arange(len(pose))
-        closed = np.ones(every.shape[:-1], dtype=bool)
-        if len(modes) > 1:
-            closed = self.closing(every[:, None], pose, R)[:, 0]
-        given = np.ones(self.chain.main_path.size, dtype=bool)
-        chosen = nearest(self.chain, every, closed, near, given, form.leading, self.length)
-        q = on_turn_of_home(self.chain, every[chosen, rows], near)
+        form, rows = self.closed_form, np.arange(len(pose))
+        assert form is not None  # noqa: S101 - it has modes
+        if len(modes) == 1:
+            q, is_closed = self._in_form(form.in_mode(modes[0]), R, pose[:, :3]), rows >= 0
+        else:
+            every, closed = (x[:, 0] for x in self.in_modes(modes, pose, R))
+            given = np.ones(self.chain.main_path.size, dtype=bool)
+            chosen = nearest(self.chain, every, closed, near, given, form.leading, self.length)
+            q, is_closed = every[chosen, rows], closed[chosen, rows]
+        on_turn_of_home(self.chain, q, near)
         if isinstance(form, Arm) and (open_ := np.flatnonzero(form.meeting(q)[1])).size:
             there, met = self._nearest_open(pose[open_], near)
             q[open_[met]] = there[met]
-        return q, closed[chosen, rows]
+        return q, is_closed
 
     def _nearest_open(self, pose: np.ndarray, near: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Postures of an arm at poses that leave one motion of its drives open; which close.
@@ -204,21 +203,21 @@ class LegSolver:
         return tuple(mode for mode in all_modes(self.closed_form.signs) if mode.root in wanted)
 
     def in_modes(
-        self, form: ClosedForm, modes: tuple[RootSigns, ...], pose: np.ndarray, R: np.ndarray
-    ) -> np.ndarray:
-        """Leg coordinates in some modes of the closed form (modes, legs, N, size)."""
-        count, number, n = len(modes), len(self.legs), len(pose)
-        form = form.in_mode(in_one(number * modes, n))
-        q = self._in_form(form, np.tile(R, (count, 1, 1)), np.tile(pose[:, :3], (count, 1)))
-        return np.moveaxis(q.reshape(number, count, n, -1), 0, 1)
+        self, modes: tuple[RootSigns, ...], pose: np.ndarray, R: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Postures in some modes of the closed form (modes, legs, N, size), and which close."""
+        form, shape = self.closed_form, (len(self.legs), len(modes), len(pose))
+        assert form is not None  # noqa: S101 - it has modes
+        form = form.in_mode(in_one(len(self.legs) * modes, len(pose)))
+        at = np.tile(R, (len(modes), 1, 1)), np.tile(pose[:, :3], (len(modes), 1))
+        q = self._in_form(form, *at)
+        closed = self.closes(q, *at).reshape(shape)
+        return np.moveaxis(q.reshape(*shape, -1), 0, 1), np.moveaxis(closed, 0, 1)
 
-    def closing(self, q: np.ndarray, pose: np.ndarray, R: np.ndarray) -> np.ndarray:
-        """Which postures (modes, legs, N, size) at poses close the legs (modes, legs, N)."""
-        count, number, n, size = q.shape
-        rows = np.moveaxis(q, 0, 1).reshape(-1, size)
-        at = np.tile(R, (count, 1, 1)), np.tile(pose[:, :3], (count, 1))
-        largest = np.max([_size(gap, self.length) for gap in self._placed(rows, *at)[1]], axis=0)
-        return np.moveaxis(largest.reshape(number, count, n), 0, 1) <= CLOSED
+    def closes(self, q: np.ndarray, R: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Which coordinates of rows close their legs, with the platform at poses."""
+        sizes = [_size(gap, self.length) for gap in self._placed(q, R, p)[1]]
+        return np.max(sizes, axis=0) <= CLOSED
 
     def that_close(self, pose: np.ndarray) -> tuple[tuple[RootSigns, ...], np.ndarray]:
         """Assembly modes of the closed form that close the leg at one pose (6,), and q (m, size).
@@ -233,9 +232,9 @@ class LegSolver:
                 hint="choose one by joint coordinates close to it: near=[...]",
             )
         R, modes = turn_by_vector(pose[None, 3:]), all_modes(self.closed_form.signs)
-        every = self.in_modes(self.closed_form, modes, pose[None], R)
-        q = on_turn_of_home(self.chain, every[:, 0, 0], self.chain.home)
-        closed = self.closing(every, pose[None], R)[:, 0, 0] & ~shortened(self.chain, q)
+        q, closed = (x[:, 0, 0] for x in self.in_modes(modes, pose[None], R))
+        q = on_turn_of_home(self.chain, q, self.chain.home)
+        closed &= ~shortened(self.chain, q)
         return tuple(mode for mode, good in zip(modes, closed, strict=True) if good), q[closed]
 
     @property
@@ -266,7 +265,7 @@ class LegSolver:
             q = np.where(chain.free, q * np.where(turns, np.pi, self.length), chain.home)
             poses = np.tile(pose, (_STARTS, 1))
             q = nearest_closed(self._loops, np.concatenate([poses, q], axis=-1))[:, 6:]
-            closed = self.closing(q[None, None], poses, turn_by_vector(poses[:, 3:]))[0, 0]
+            closed = self.closes(q, turn_by_vector(poses[:, 3:]), poses[:, :3])
             q = on_turn_of_home(chain, q, chain.home)
             return q[closed & ~shortened(chain, q) & ~beyond_limits(chain, q)]
         modes, q = self.that_close(pose)
@@ -289,10 +288,6 @@ class LegSolver:
     def _loops(self) -> Loops:
         """The equations of the first leg alone."""
         return loops_of_legs((self.leg,), (), self.length)
-
-    @property
-    def _at_home(self) -> np.ndarray:
-        return np.concatenate([self.home_pose, self.home])
 
     def closed_at_home(self) -> LegSolver:
         """A solver that iterates, from where that closes a leg at home."""

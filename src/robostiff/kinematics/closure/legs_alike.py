@@ -9,20 +9,24 @@ import numpy as np
 
 from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kept import kept
-from robostiff.kinematics.closure.arm import Arm, recognise_arm
+from robostiff.kinematics.closure.arm import Arm, arm_of
 from robostiff.kinematics.closure.assembly import nearest, on_turn_of_home
-from robostiff.kinematics.closure.leg_forms import copied_places, recognise_post, skeleton_of
-from robostiff.kinematics.closure.leg_solver import CLOSED, ClosedForm, LegSolver
-from robostiff.kinematics.closure.rods import (
-    Rod,
-    recognise_rod,
-    recognise_sliding_rod,
-    recognise_strut,
+from robostiff.kinematics.closure.leg_forms import (
+    Cluster,
+    Post,
+    Skeleton,
+    Slide,
+    copied_places,
+    skeleton_of,
 )
+from robostiff.kinematics.closure.leg_solver import CLOSED, ClosedForm, LegSolver
+from robostiff.kinematics.closure.rods import Rod, rod_of, strut_of
 from robostiff.kinematics.legs_together import in_groups
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Chain, Elbow, Leg
 from robostiff.model.entries import are_equal
+
+_PARALLEL = 1e-9  # sine: rounding
 
 
 def legs_alike(solvers: Sequence[LegSolver]) -> list[tuple[tuple[int, ...], LegSolver]]:
@@ -64,16 +68,14 @@ def _in_modes_of_home(group: LegSolver) -> list[LegSolver]:
         return [_checked(one.closed_at_home()) for one in group.each]
     pose, number = group.home_pose[None], len(group.legs)
     R = turn_by_vector(pose[:, 3:])
-    every = group.in_modes(form, group.modes, pose, R)
-    closes = group.closing(every, pose, R)[..., 0]
+    every, closes = (x[:, :, 0] for x in group.in_modes(group.modes, pose, R))
     given = chain.home_given[chain.main_places]
-    postures = every[:, :, 0]
-    chosen = nearest(chain, postures, closes, chain.home, given, form.leading, group.length)
-    homes = on_turn_of_home(chain, every[chosen, range(number), 0], chain.home)
+    chosen = nearest(chain, every, closes, chain.home, given, form.leading, group.length)
+    homes = on_turn_of_home(chain, every[chosen, range(number)], chain.home)
     if isinstance(form, Arm):  # where drives can move alone, home says how they stand
-        own = np.tile(chain.home, (1, number, 1, 1))
-        drawn = group.closing(own, pose, R)[0]
-        homes = np.where(drawn, on_turn_of_home(chain, own[0, :, 0], chain.home), homes)
+        own = np.tile(chain.home, (number, 1))
+        drawn = group.closes(own, R, pose[:, :3])[:, None]
+        homes = np.where(drawn, on_turn_of_home(chain, own, chain.home), homes)
     found = []
     for k, one in enumerate(group.each):
         own = replace(one, closed_form=form.in_mode(group.modes[chosen[k]]), homes=homes[k : k + 1])
@@ -120,15 +122,35 @@ def _recognised_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSol
     return LegSolver((leg,), closed_form, copies, home_pose, leg.chain.home[None], length)
 
 
-_KINDS = (recognise_strut, recognise_rod, recognise_sliding_rod, recognise_post, recognise_arm)
-
-
 @kept
 def _recognised(path: Chain) -> ClosedForm | None:
     """The closed form of a chain without blocks: by given points first, then by meeting axes."""
-    for joined in (False, True):
-        skeleton = skeleton_of(path, joined_where_axes_meet=joined)
-        for recognise in _KINDS:
-            if (found := recognise(skeleton)) is not None:
-                return found
-    return None
+    each = (skeleton_of(path, joined_where_axes_meet=joined) for joined in (False, True))
+    return next(filter(None, map(_form_of, each)), None)
+
+
+def _form_of(skeleton: Skeleton) -> ClosedForm | None:
+    found = None
+    match skeleton.parts:
+        case (Cluster() as joint,):
+            found = Post(skeleton, joint.places[0], (False, False, False), (joint,), joint)
+        case (Cluster() as A, Slide() as slide, Cluster() as B):
+            found = strut_of(skeleton, A, slide, B)
+        case (Cluster() as A, Slide() as slide, Cluster() as turn, Cluster() as B):
+            if _is_parallel(turn, slide) and turn.axes[0] @ slide.axis > 0:
+                found = strut_of(skeleton, A, slide, B, turn.places[0])
+        case (Slide() | Cluster() as drive, Cluster() as A, Cluster() as B):
+            found = rod_of(skeleton, drive, A, B)
+        case (Slide() as slide, Cluster() as crank, Cluster() as A, Cluster() as B):
+            # a crank and a rod in a plane, and a slide across the plane
+            if all(_is_parallel(joint, slide) for joint in (crank, A, B)):
+                rod = rod_of(skeleton, crank, A, B)
+                found = rod and replace(rod, across=slide)
+    return found or arm_of(skeleton)
+
+
+def _is_parallel(joint: Cluster, slide: Slide) -> bool:
+    """Whether a joint turns about one axis, along a slide."""
+    if joint.is_ball or len(joint.axes) != 1:
+        return False
+    return bool(np.linalg.norm(np.cross(joint.axes[0], slide.axis)) <= _PARALLEL)

@@ -29,10 +29,13 @@ from robostiff.model import (
     Coordinate,
     Leg,
     Passive,
+    Rigid,
     Robot,
     prismatic,
+    revolute,
     spherical,
 )
+from robostiff.spatial import Frame
 from robostiff.spatial.batch import product, transposed
 from robostiff.spatial.rotation import vector_of_rotation
 
@@ -213,8 +216,21 @@ _FREE_BODY = Chain(
 )
 
 
+def body_of_tool(tip: np.ndarray, axis: np.ndarray) -> Chain:
+    """A platform that is posed by the tip (3,) and the axis (3,) of its tool in its own frame.
+
+    Its coordinates are those of a pose of the tip, then the turn about the axis.
+    """
+    spindle = revolute(axis, Passive(), name="spindle")
+    return Chain((*_FREE_BODY.elements, spindle, Rigid(Frame(np.eye(3), -tip), "from the tip")))
+
+
 def loops_of_legs(
-    legs: Sequence[Leg], open_: Sequence[int], length: float, drives: Sequence[np.ndarray] = ()
+    legs: Sequence[Leg],
+    open_: Sequence[int],
+    length: float,
+    drives: Sequence[np.ndarray] = (),
+    body: Chain = _FREE_BODY,
 ) -> Loops:
     """Legs to close together with a platform, and the platform coordinates that they determine.
 
@@ -229,10 +245,13 @@ def loops_of_legs(
         Characteristic length [m].
     drives : sequence of (d,) arrays, optional
         Of each leg the places of coordinates that are held, and prescribed as well.
+    body : Chain
+        The platform, with the coordinates of a pose first; free by itself, or `body_of_tool`.
     """
     tree, parts, row, column = MotionTree(), [], 0, 0
-    platform, pose = tree.along(_FREE_BODY, AT_REST)
-    ends = np.cumsum([6, *(leg.chain.size for leg in legs)])
+    platform, pose = tree.along(body, AT_REST)
+    size = body.size
+    ends = np.cumsum([size, *(leg.chain.size for leg in legs)])
     free = [leg.chain.free.copy() for leg in legs]
     for own, held in zip(free, drives, strict=bool(drives)):
         own[held] = False
@@ -249,12 +268,12 @@ def loops_of_legs(
         inner = np.concatenate([own.loops for own in parts])
         outer = np.concatenate([own.ends for own in parts])
         parts.append(ClosurePart(inner, outer, np.arange(column + len(open_))))
-    given = [np.array([k for k in range(6) if k not in open_], dtype=int)]
+    given = [np.array([k for k in range(size) if k not in open_], dtype=int)]
     given += [start + held for start, held in zip(ends, drives, strict=False)]
     return Loops(
         tree=tree,
-        start=np.concatenate([np.zeros(6), *(leg.chain.home for leg in legs)]),
-        unknowns=np.array([*(6 + np.flatnonzero(np.concatenate(free))), *open_], dtype=int),
+        start=np.concatenate([np.zeros(size), *(leg.chain.home for leg in legs)]),
+        unknowns=np.array([*(size + np.flatnonzero(np.concatenate(free))), *open_], dtype=int),
         given=np.concatenate(given),
         parts=tuple(parts),
         length=length,

@@ -44,7 +44,6 @@ from robostiff.spatial import cross as cross_of_entries
 
 # Of the rod: nearer than this to the crank's axis, its far end leaves few digits of the angle.
 _ON_AXIS = 1e-6
-_PARALLEL = 1e-9
 #: A direction, or a point, at zero coordinates and now.
 Pair = tuple[np.ndarray, np.ndarray]
 
@@ -69,17 +68,6 @@ class RodForm(LegForm):
     def turned_by_second(self) -> bool:
         """Whether the joint at the far end turns the rod about itself."""
         return not self.B.is_ball and (self.spin is not None or self.A.is_ball)
-
-    @property
-    def signs(self) -> tuple[bool, bool, bool]:
-        """Which signs of a mode there are: a joint of two axes does its part in two ways."""
-        A, B = self.A, self.B
-        return True, not A.is_ball and len(A.axes) == 2, self.turned_by_second and len(B.axes) == 2
-
-    @property
-    def turning(self) -> tuple[Cluster, ...]:
-        """Joints whose coordinates are angles, from base to platform."""
-        return (self.A, self.B)
 
     def _single_turns(self) -> Iterator[tuple[int, np.ndarray]]:
         yield from super()._single_turns()
@@ -113,11 +101,6 @@ class Strut(RodForm):
 
     slide: Slide
 
-    @property
-    def leading(self) -> int:
-        """Place of the slide."""
-        return self.slide.place
-
     def closed(self, base: LegBody, platform: LegBody) -> ClosedLeg:
         """The leg between its base and the platform."""
         A, B, place = self.A, self.B, self.slide.place
@@ -132,27 +115,24 @@ class Strut(RodForm):
         return replace(rod, bodies=bodies, slides={place: Stretch(length, -fixed)})
 
 
-def recognise_strut(skeleton: Skeleton) -> Strut | None:
-    """The closed form, when the leg is of this kind."""
-    spin = None
-    match skeleton.parts:
-        case (Cluster() as A, Slide() as slide, Cluster() as B):
-            pass
-        case (Cluster() as A, Slide() as slide, Cluster() as turn, Cluster() as B):
-            if turn.is_ball or len(turn.axes) != 1:
-                return None
-            if np.linalg.norm(turn.axes[0] - slide.axis) >= _PARALLEL:
-                return None
-            spin = turn.places[0]
-        case _:
-            return None
+def strut_of(
+    skeleton: Skeleton, A: Cluster, slide: Slide, B: Cluster, spin: int | None = None
+) -> Strut | None:
+    """The closed form of a slide between joints, and perhaps a turn about it, where it is one."""
     along = slide.axis
     A_to_B = B.point - A.point
     size = 1e-9 * (np.linalg.norm(A_to_B) + np.linalg.norm(skeleton.p_end) + 1e-300)
     if np.linalg.norm(np.cross(along, A_to_B)) > size or not _fit(A, B, along):
         return None
     side = direction_across(along).astype(float)
-    return Strut(skeleton, A, B, along, side, skeleton.home, spin, slide)
+    of_form = slide.place, _signs(A, B, spin), (A, B)
+    return Strut(skeleton, *of_form, A, B, along, side, skeleton.home, spin, slide)
+
+
+def _signs(A: Cluster, B: Cluster, spin: int | None) -> tuple[bool, bool, bool]:
+    """Which signs of a mode a rod has: a joint of two axes does its part in two ways."""
+    turned_by_second = not B.is_ball and (spin is not None or A.is_ball)
+    return True, not A.is_ball and len(A.axes) == 2, turned_by_second and len(B.axes) == 2
 
 
 def _fit(first: Cluster, second: Cluster, along: np.ndarray) -> bool:
@@ -171,17 +151,6 @@ class Rod(RodForm):
     # A slide along the axis of the crank that carries all this; it decouples from the rest, which
     # moves in a plane
     across: Slide | None = None
-
-    @property
-    def leading(self) -> int:
-        """Place of the drive's coordinate."""
-        return self.drive.place if isinstance(self.drive, Slide) else self.drive.places[0]
-
-    @property
-    def turning(self) -> tuple[Cluster, ...]:
-        """Joints whose coordinates are angles."""
-        driven = (self.drive,) if isinstance(self.drive, Cluster) else ()
-        return (*driven, *super().turning)
 
     def closed(self, base: LegBody, platform: LegBody) -> ClosedLeg:
         """The leg between its base and the platform."""
@@ -219,8 +188,8 @@ class Rod(RodForm):
     @cached_property
     def _circle(self) -> Circle:
         """That of the near end of the rod, where a crank drives it."""
-        crank, *_ = self.turning
-        return circle_of(crank, self.A.point)
+        assert isinstance(self.drive, Cluster)  # noqa: S101 - no slide goes round
+        return circle_of(self.drive, self.A.point)
 
     def leaves_drive_open(self, R: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Where the far end of the rod is on the axis of the crank, which may then turn (N,).
@@ -235,13 +204,8 @@ class Rod(RodForm):
         return np.sqrt(dot(off_axis, off_axis)) <= _ON_AXIS * size
 
 
-def recognise_rod(skeleton: Skeleton) -> Rod | None:
-    """The closed form, when the leg is of this kind."""
-    match skeleton.parts:
-        case (Slide() | Cluster() as drive, Cluster() as A, Cluster() as B):
-            pass
-        case _:
-            return None
+def rod_of(skeleton: Skeleton, drive: Slide | Cluster, A: Cluster, B: Cluster) -> Rod | None:
+    """The closed form of a rod between joints, and a slide or crank, where it is one."""
     if isinstance(drive, Cluster):
         arm = A.point - drive.point
         turning = not drive.is_ball and len(drive.axes) == 1
@@ -251,25 +215,18 @@ def recognise_rod(skeleton: Skeleton) -> Rod | None:
     size = np.linalg.norm(rod)
     if size <= skeleton.rounding or not _fit(A, B, rod / size):
         return None
-    along = tidied(rod / size).astype(float)
+    return rod_between(skeleton, drive, A, B)
+
+
+def rod_between(skeleton: Skeleton, drive: Slide | Cluster, A: Cluster, B: Cluster) -> Rod:
+    """A rod from joint A, which a drive carries, to joint B."""
+    rod = B.point - A.point
+    along = tidied(rod / np.linalg.norm(rod)).astype(float)
     side = direction_across(along).astype(float)
-    return Rod(skeleton, A, B, along, side, skeleton.home, None, drive)
-
-
-def recognise_sliding_rod(skeleton: Skeleton) -> Rod | None:
-    """The closed form of a crank and a rod in a plane, and a slide across the plane."""
-    match skeleton.parts:
-        case (Slide() as slide, Cluster() as crank, Cluster() as A, Cluster() as B):
-            joints = (crank, A, B)
-        case _:
-            return None
-    for joint in joints:
-        if joint.is_ball or len(joint.axes) != 1:
-            return None
-        if np.linalg.norm(np.cross(joint.axes[0], slide.axis)) > _PARALLEL:
-            return None
-    rod = recognise_rod(replace(skeleton, parts=joints))
-    return None if rod is None else replace(rod, across=slide)
+    driven = (drive,) if isinstance(drive, Cluster) else ()
+    leading = drive.places[0] if isinstance(drive, Cluster) else drive.place
+    of_form = leading, _signs(A, B, None), (*driven, A, B)
+    return Rod(skeleton, *of_form, A, B, along, side, skeleton.home, None, drive)
 
 
 @dataclass(frozen=True)
@@ -305,10 +262,20 @@ class _RodNow:
         if spin is not None:
             bodies[spin + 1] = far.at(B.point, self.B_now)
         bodies[B.places[0]] = far.at(B.point, self.B_now)
-        if len(B.axes) == 2:
-            (b, e), point = B.axes, (B.point, self.B_now)
-            first, last = (b, far.direction(b)), (e, self.platform.direction(e))
-            bodies[B.places[0] + 1] = self._carried(far, first, last, point, target_first=True)
+        behind, (*before, e), point = far, B.axes, (B.point, self.B_now)
+        if len(before) == 2 and not B.is_ball:  # a wrist of three axes
+            a, b = before
+            axis, before = (a, far.direction(a)), [b]
+            to_a, to_e = constant_cosine(a, b), constant_cosine(b, e)
+            bent = aim(axis[1], self.platform.direction(e), to_a, to_e)
+            target = b, bent.way(self.form.mode.second)
+            behind = self._carried(far, axis, target, point, target_first=True)
+            bodies[B.places[0] + 1] = behind
+        if len(before) == 1:
+            axis = before[0], behind.direction(before[0])
+            last = e, self.platform.direction(e)
+            carried = self._carried(behind, axis, last, point, target_first=True)
+            bodies[B.places[-2] + 1] = carried
         bodies[B.places[-1] + 1] = self.platform
         ball_axes: dict[int, np.ndarray] = {}
         for cluster, body in ((A, rod), (B, far)):

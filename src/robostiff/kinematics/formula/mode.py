@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -16,7 +17,7 @@ from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.closure.rod_ends import circle_of
 from robostiff.kinematics.formula.place import FormulaPose, Site
 from robostiff.kinematics.turn import Turn, turn_by_vector_of_entries
-from robostiff.model import Actuated, Leg
+from robostiff.model import Leg
 from robostiff.record import Entry, most_size, square_root
 from robostiff.spatial import exact_number
 
@@ -44,8 +45,8 @@ def other_modes(
         return
     site, path = Site.of(leg, home, solver), whole.main_path
     given = whole.home_given[whole.main_places]
-    role = path.roles[form.leading]
-    limits = role.limits if isinstance(role, Actuated) and not given[form.leading] else None
+    limits = path.limits[:, form.leading].tolist()
+    decide = not given[form.leading] and math.isfinite(limits[0])
 
     def closed(mode: RootSigns) -> _Mode:
         own: Any = site.own_form(replace(form, mode=mode))
@@ -59,7 +60,7 @@ def other_modes(
         each = (own.nearer_than(other, [int(i) for i in places]) for places in keys)
         is_first = solver.modes.index(form.mode) < solver.modes.index(mode)
         nearer = next(filter(None, each), (1 if is_first else -1,))
-        within = [x.within(form.leading, limits) for x in (own, other) if limits is not None]
+        within = [x.within(form.leading, limits) for x in (own, other) if decide]
         yield OtherMode(nearer, *within)
 
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.kept import kept
-from robostiff.kinematics.closure.assembly import middle_of_turn
 from robostiff.kinematics.closure.body import (
     ClosedLeg,
     LegBody,
@@ -25,7 +24,6 @@ from robostiff.kinematics.closure.leg_forms import Cluster, Post, Slide
 from robostiff.kinematics.closure.leg_solver import LegSolver, RecordedForm
 from robostiff.kinematics.closure.rods import Strut
 from robostiff.kinematics.frames import (
-    Loop,
     PlacedChain,
     beam_lengths,
     place_chain,
@@ -33,7 +31,6 @@ from robostiff.kinematics.frames import (
 )
 from robostiff.kinematics.turn import Turn, turn_by_vector_of_entries
 from robostiff.model import (
-    Actuated,
     Chain,
     Joint,
     Leg,
@@ -134,36 +131,67 @@ def place_leg_at_joints(
     )
 
 
-@dataclass(frozen=True)
-class _Shift:
-    """From the first branch of a block to a copy, at zero coordinates and now."""
-
-    zero: np.ndarray
-    now: np.ndarray
-
-    def point(self, body: LegBody, x: np.ndarray) -> np.ndarray:
-        """Where a point of a copy is, which a body like this one carries."""
-        return body.point(x) if self is _UNSHIFTED else body.point(x - self.zero) + self.now
+#: From the first branch of a block to a copy, at zero coordinates and now; None on the main path.
+_Shift = tuple[np.ndarray, np.ndarray] | None
 
 
-_UNSHIFTED = _Shift(np.zeros(3, dtype=object), np.zeros(3, dtype=object))
+def _point(body: LegBody, x: np.ndarray, shift: _Shift) -> np.ndarray:
+    """Where a point is that a body like this one carries, shifted as a copy is."""
+    return body.point(x) if shift is None else body.point(x - shift[0]) + shift[1]
 
 
 @dataclass(frozen=True)
 class Layout:
     """Elements of a leg in the world, carried by the bodies of the closed leg."""
 
+    site: Site
     closed: ClosedLeg
-    loops: Mapping[str, Loop]  # at zero coordinates
     # By how much bodies after blocks miss the ends of branches, as parts of the shift
     misses: list[np.ndarray] = field(default_factory=list)
 
+    @property
+    def placed(self) -> PlacedFormula:
+        """The leg's elements on the bodies of the closed leg, and what keeps it from closing."""
+        site, closed, leg = self.site, self.closed, self.site.leg
+        end = site.platform.point(site.zero.p)
+        elements = tuple(self.elements(leg.chain, site.whole.elements))
+        misses = (*closed.misses, *(v @ v for v in self.misses))
+        closing = [x for x in misses if most_size(x) > _VANISHES]
+        lengths = [  # that a pose can make negative
+            closed.slides[site.copies[where.start]].of(beam)
+            for element, where in leg.chain.moving
+            if isinstance(element, Telescope) and site.copies[where.start] in closed.slides
+            for beam in element.beams
+            if not is_zero(beam.share)
+        ]
+        reaching = [x for x in closed.out_of_reach if not is_zero(x)]
+        return PlacedFormula(
+            leg=self._with_coordinates(PlacedLeg(leg.name, elements, end)),
+            gap=(*closing, *reaching),
+            lengths=tuple(x for x in lengths if isinstance(x, Entry)),
+            coordinate=self.coordinate,
+            platform=site.pose,
+            losses=() if is_zero(closed.loss) else (closed.loss,),
+        )
+
+    def _with_coordinates(self, placed: PlacedLeg) -> PlacedLeg:
+        """Drives whose stiffness depends on their coordinate have it."""
+        places = {part.name: i for i, part in enumerate(self.site.whole.freedoms)}
+
+        def of(part: Any) -> Any:
+            if isinstance(part, PlacedBlock):
+                return replace(part, branches=tuple(map(along, part.branches)))
+            if getattr(part, "coordinate", None) is None:
+                return part
+            return replace(part, coordinate=self.coordinate(places[part.name]))
+
+        def along(leg: PlacedLeg) -> PlacedLeg:
+            return replace(leg, elements=tuple(map(of, leg.elements)))
+
+        return along(placed)
+
     def elements(
-        self,
-        chain: Chain,
-        zero: Sequence[PlacedElement],
-        joints: int = 0,
-        shift: _Shift = _UNSHIFTED,
+        self, chain: Chain, zero: Sequence[PlacedElement], joints: int = 0, shift: _Shift = None
     ) -> Iterator[PlacedElement]:
         """Elements of a chain, or of a branch that begins after so many joints of the main path.
 
@@ -196,41 +224,28 @@ class Layout:
             if own is not first:
                 apart = tidied_point(own.end - first.end)
                 now = near.direction(apart)
-                shifted = _Shift(shift.zero + apart, shift.now + now)
-                wanted = tidied_point(self.loops[own.name].p_wanted - first.end)
+                shifted = (apart, now) if shift is None else (shift[0] + apart, shift[1] + now)
+                loop = next(loop for loop in self.site.whole.loops if loop.name == own.name)
+                wanted = tidied_point(loop.p_wanted - first.end)
                 size = np.linalg.norm([most_size(x) for x in wanted])
                 self.misses.append((far.direction(wanted) - now) * (1 / size))
             elements = tuple(self.elements(branch.chain, own.elements, joints, shifted))
-            legs.append(PlacedLeg(own.name, elements, shifted.point(far, own.end)))
+            legs.append(PlacedLeg(own.name, elements, _point(far, own.end, shifted)))
         return PlacedBlock(zero.name, tuple(legs))
 
-    def lengths(self, chain: Chain, copies: Sequence[int]) -> Iterator[Any]:
-        """Lengths of the telescopes' beams that a pose can make negative [m].
-
-        `copies` has for each coordinate of the chain its place on the main path.
-        """
-        for element, where in chain.moving:
-            if isinstance(element, Telescope) and copies[where.start] in self.closed.slides:
-                for beam in element.beams:
-                    if not is_zero(beam.share):
-                        yield self.closed.slides[copies[where.start]].of(beam)
-
-    def coordinate(
-        self,
-        zero: PlacedChain,
-        place: int,
-        about: float = 0.0,
-        limits: tuple[float, float] | None = None,
-    ) -> Any:
+    def coordinate(self, place: int) -> Any:
         """Record a coordinate [m, rad]: the turn of a joint between the bodies on its two sides.
 
-        `zero` is the main path at zero coordinates. An angle is recorded on the half turns before
-        and after `about`, or on another turn where that is within the limits [rad]. A spherical
-        joint has none.
+        An angle is recorded on the half turns before and after that of home, which is moved into
+        the limits, or on another turn where that is within them. A spherical joint has none.
         """
+        chain = self.site.twin.chain
+        low, high = chain.limits[:, place].tolist()
+        about = min(max(float(chain.home[place]), low), high)
+        place = self.site.copies[place]
         if place in self.closed.slides:
             return self.closed.slides[place].coordinate
-        freedom = zero.freedoms[place]
+        freedom = self.site.zero.freedoms[place]
         if place in self.closed.ball_axes:
             raise InputError(
                 f"coordinate of {freedom.name!r}",
@@ -242,9 +257,9 @@ class Layout:
         ahead = across if about == 0 else Turn.by(about).about(freedom.axis) @ across
         q = self.closed.angle(place, freedom.axis, ahead, across)
         q = q if about == 0 else q + about
-        if limits is None or (limits[0] >= about - math.pi and limits[1] <= about + math.pi):
+        if math.isinf(low) or (low >= about - math.pi and high <= about + math.pi):
             return q
-        low, high, turn = *limits, 2.0 * math.pi
+        turn = 2.0 * math.pi
         up = greater(low, q) * (1 - greater(q, high - turn))
         down = greater(q, high) * (1 - greater(low + turn, q))
         return q + (up - down) * turn
@@ -253,12 +268,12 @@ class Layout:
         body = self.closed.after(place)
         axis = self.closed.ball_axes.get(place)
         axis = body.direction(freedom.axis) if axis is None else axis
-        return replace(freedom, axis=axis, point=shift.point(body, freedom.point))
+        return replace(freedom, axis=axis, point=_point(body, freedom.point, shift))
 
     def _spring(self, spring: PlacedSpring, body: LegBody, shift: _Shift) -> PlacedSpring:
         return PlacedSpring(
             spring.name,
-            shift.point(body, spring.point),
+            _point(body, spring.point, shift),
             body.axes(spring.rotation),
             spring.elasticity,
         )
@@ -276,10 +291,10 @@ class Layout:
             stretch = self.closed.slides[place]
             share = share + beam.share
             if share == 1:
-                point = shift.point(far, spring.point)
+                point = _point(far, spring.point, shift)
             else:
                 e = spring.rotation[:, 0]
-                point = shift.point(near, spring.point + e * (share * stretch.offset))
+                point = _point(near, spring.point + e * (share * stretch.offset), shift)
                 point = point + near.direction(e) * (share * stretch.length)
             elasticity = telescopic_elasticity(beam, np.asarray(stretch.of(beam), dtype=object))
             yield PlacedSpring(spring.name, point, near.axes(spring.rotation), elasticity)
@@ -319,7 +334,7 @@ def place_leg(leg: Leg, pose: FormulaPose, solver: LegSolver) -> PlacedFormula:
             hint="close it by its solver and write place_leg_at_joints(leg, q)",
         )
     site = Site.of(leg, pose, solver)
-    return site.placed(site.own_form(form).closed(site.base, site.platform))
+    return Layout(site, site.own_form(form).closed(site.base, site.platform)).placed
 
 
 @dataclass(frozen=True)
@@ -386,48 +401,6 @@ class Site:
             name=self.leg.name,
             **parts,
         )
-
-    def placed(self, closed: ClosedLeg) -> PlacedFormula:
-        """The leg's elements on the bodies of the closed leg, and what keeps it from closing."""
-        leg, layout = self.leg, Layout(closed, {loop.name: loop for loop in self.whole.loops})
-        end = self.platform.point(self.zero.p)
-        elements = tuple(layout.elements(leg.chain, self.whole.elements))
-        misses = (*closed.misses, *(v @ v for v in layout.misses))
-        closing = [x for x in misses if most_size(x) > _VANISHES]
-        lengths = [x for x in layout.lengths(leg.chain, self.copies) if isinstance(x, Entry)]
-        reaching = [x for x in closed.out_of_reach if not is_zero(x)]
-        return PlacedFormula(
-            leg=self._with_coordinates(PlacedLeg(leg.name, elements, end), layout),
-            gap=(*closing, *reaching),
-            lengths=tuple(lengths),
-            coordinate=lambda place: self._coordinate(layout, place),
-            platform=self.pose,
-            losses=() if is_zero(closed.loss) else (closed.loss,),
-        )
-
-    def _with_coordinates(self, placed: PlacedLeg, layout: Layout) -> PlacedLeg:
-        """Drives whose stiffness depends on their coordinate have it."""
-        places = {part.name: i for i, part in enumerate(self.whole.freedoms)}
-
-        def of(part: Any) -> Any:
-            if isinstance(part, PlacedBlock):
-                return replace(part, branches=tuple(map(along, part.branches)))
-            if getattr(part, "coordinate", None) is None:
-                return part
-            return replace(part, coordinate=self._coordinate(layout, places[part.name]))
-
-        def along(leg: PlacedLeg) -> PlacedLeg:
-            return replace(leg, elements=tuple(map(of, leg.elements)))
-
-        return along(placed)
-
-    def _coordinate(self, layout: Layout, place: int) -> Any:
-        """A coordinate of the leg on the turn of home, or within its limits."""
-        chain = self.twin.chain
-        role = chain.roles[place]
-        limits = role.limits if isinstance(role, Actuated) else None
-        about = middle_of_turn(chain.home[place], limits)
-        return layout.coordinate(self.zero, self.copies[place], about, limits)
 
     def _spin_matters(self, *joints: Cluster) -> bool:
         """Whether the spin of a rod between two spherical joints matters to the stiffness.

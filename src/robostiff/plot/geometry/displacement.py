@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.analysis import Deflection
 from robostiff.model import PlacedLeg, Snapshot
 from robostiff.model.snapshot import PlacedBlock
-from robostiff.network import Network, motions_under, network_of_snapshot
+from robostiff.network import Network, network_of_snapshot, network_under_loads
 from robostiff.network.network import platform_node
 from robostiff.spatial import move_wrench, skew
 from robostiff.statics import BodyPlaces
@@ -83,7 +83,8 @@ def motion_under(posed: Snapshot | Network, bent: Deflection) -> Motions:
     v = (network.reference_point - answer.reference_point)[: network.space.translations]
     F, tolerance = move_wrench(bent.wrench, v), answer.details().tolerance
     nodes = {}
-    for name, (twist, point) in motions_under(network, F, bent.forces, tolerance).items():
+    found = network_under_loads(network, F, bent.forces, tolerance)
+    for name, (twist, point) in found.motions.items():
         D = skew(twist[3:])
         nodes[name] = BodyMotion(D, twist[:3] - D @ point)
     if not isinstance(posed, Snapshot):

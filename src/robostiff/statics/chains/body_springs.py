@@ -69,7 +69,8 @@ class FiniteBodySpring:
                 expected="points apart: there the direction of its pull is not determined",
                 hint="a spring of free length 0 alone may have no length",
             )
-        return FiniteBodySpring(own.name, points, spots, own.stiffness, length, constant)
+        known = own.stiffness, length, constant, own.is_cable
+        return FiniteBodySpring(own.name, points, spots, *known)
 
     def renumbered(self, chains: Mapping[int, int]) -> FiniteBodySpring:
         """The same by other numbers of the chains."""

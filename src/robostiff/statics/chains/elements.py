@@ -188,8 +188,9 @@ class Share:
 def unknown_name(subject: str, name: object, known: Iterable[str], what: str) -> InputError:
     """An error that names what is alike to a name, or the first that there are."""
     known = list(known)
-    near = get_close_matches(str(name), known, n=3) or known[:3]
-    return InputError(subject, got=name, expected=f"{what}, such as {', '.join(map(repr, near))}")
+    near = ", ".join(map(repr, get_close_matches(str(name), known, n=3) or known[:3]))
+    expected = f"{what}, such as {near}" if known else f"none: there is no {what}"
+    return InputError(subject, got=name, expected=expected)
 
 
 def wrench_at(about: np.ndarray, point: np.ndarray, force: np.ndarray) -> np.ndarray:

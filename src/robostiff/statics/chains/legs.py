@@ -26,6 +26,7 @@ from robostiff.statics.chains.elements import (
     FiniteSpring,
     Owner,
     Share,
+    Spot,
 )
 from robostiff.statics.chains.finite_turn import crossed, skews, sum_of_crossed
 from robostiff.statics.chains.moving_chain import ChainTerms, MovingChains
@@ -424,17 +425,14 @@ class Legs:
         total = -sum(own.drive.preload * s for own, s in pushed)
         return share * (total + self.arrays.load_potential(state.x, *self._starting(state)))
 
-    def twists(self, state: LegState, about: np.ndarray, c: int) -> np.ndarray:
-        """Of the body at the start of a chain, and of that behind each of its elements.
-
-        (K + 1, 6, T) about a point (3,), by all unknowns.
-        """
-        arrays = self.arrays
-        own, bodies = arrays.columns[c], arrays.bodies[c]
-        by_columns = arrays.twists(state.x, *self._starting(state), about)[own]
-        found = np.zeros((len(bodies), 6, self.numbers.total))
-        moving = arrays.body[own] <= bodies[:, None]
-        found[:, :, self.numbers.columns[own]] = np.swapaxes(by_columns * moving[..., None], 1, 2)
+    def twists(self, state: LegState, about: np.ndarray, spots: Sequence[Spot]) -> np.ndarray:
+        """Of some bodies about a point (3,), by all unknowns (M, 6, T)."""
+        arrays, found = self.arrays, np.zeros((len(spots), 6, self.numbers.total))
+        by_columns = arrays.twists(state.x, *self._starting(state), about).T
+        for own, (c, after) in zip(found, spots, strict=True):
+            columns, body = arrays.columns[c], arrays.bodies[c][after]
+            moving = arrays.body[columns] <= body
+            own[:, self.numbers.columns[columns]] = by_columns[:, columns] * moving
         return found
 
     @cached_property

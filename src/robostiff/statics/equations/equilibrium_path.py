@@ -39,8 +39,9 @@ _EASILY, _STRAIGHT = 7, 3
 _LEAST = 0.02
 # Arcs that may lead behind a corner; how often the first that does is halved.
 _BEHIND, _HALVES = (1e-5, 1e-4, 1e-3), 30
-# Part of the load by which a stable path may turn back: rounding; and by which two are the same.
-_BACK, _SAME_FACTOR = 1e-6, 1e-13
+# Part of the load by which a stable path may turn back: rounding; and by which two are so near that
+# Newton's method leads from one to the other.
+_BACK, _SAME_FACTOR = 1e-6, 1e-10
 
 
 @dataclass(frozen=True)
@@ -68,19 +69,23 @@ class OnPath:
             return self.found.under(factor)
         best, low, high = self.step.here, 0.0, self.step.arc
         at_low, at_high = best.factor - factor, max(first, self.found.factor) - factor
+        was_beyond: bool | None = None  # an end that stays twice counts half
         for _ in range(2 * _HALVES):
             if abs(best.factor - factor) <= _SAME_FACTOR * (1.0 + abs(factor)):
-                return replace(best, factor=factor)
+                break
             h = (low * at_high - high * at_low) / (at_high - at_low)
             found = self.step.along(h)
             if not found.converged:
                 break
             over = found.factor - factor
-            beyond = self.critical and least_margin(found).value < 0
-            if over > 0 or beyond:
-                high, at_high, at_low = h, max(over, 0.5 * at_high), 0.5 * at_low
+            lost = bool(self.critical) and least_margin(found).value < 0
+            beyond = over > 0 or lost
+            part = 0.5 if beyond == was_beyond else 1.0
+            if beyond:
+                high, at_high, at_low = h, max(over, 0.5 * at_high if lost else 0.0), part * at_low
             else:
-                best, low, at_low, at_high = found, h, over, 0.5 * at_high
+                best, low, at_low, at_high = found, h, over, part * at_high
+            was_beyond = beyond
         return best.under(factor)
 
 

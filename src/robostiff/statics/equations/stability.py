@@ -179,7 +179,7 @@ def margins_of(
     columns = columns / np.where(rows > 0, rows, 1.0)[..., None]
     found: list[Margin | None] = [None] * len(Q)
     inner = Q.shape[1] - m
-    for each, motions in _left_by(columns):
+    for each, motions in left_by(columns):
         k = motions.shape[-1]
         if not k + inner:
             continue
@@ -208,7 +208,7 @@ def unit_sizes(C: np.ndarray, stiff: np.ndarray) -> np.ndarray:
     return np.where(passive, typical / np.where(passive, moved, 1.0), size)
 
 
-def _left_by(C: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+def left_by(C: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Legs and orthonormal motions (legs, m, k) on which closures (N, c, m) of one rank vanish."""
     count, m = C.shape[1:]
     if count < m:

@@ -2,26 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robostiff.model import PlacedMass, PlacedSpring
-from robostiff.spatial import skew
-from robostiff.statics.chains.beam_bowing import UniformBeam, uniform_beam
+from robostiff.spatial import cross, skew
+from robostiff.statics.chains.beam_bowing import uniform_beam
 from robostiff.statics.chains.elements import BodyPlace, FiniteJoint, Spot
+from robostiff.statics.chains.legs import Legs, LegState
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, State
-from robostiff.statics.equations.stability import unit_sizes, unloaded_curvature, whole_closure
+from robostiff.statics.equations.stability import (
+    left_by,
+    unit_sizes,
+    unloaded_curvature,
+    whole_closure,
+)
 
 # Cosine, less than one by this: an elastic part whose own x axis is not along it.
 _ASIDE = 1e-9
 # Of the points from -1 to 1: the squares of cubics are integrated exactly.
 _GAUSS = np.polynomial.legendre.leggauss(4)
-# Of the largest singular value: of closure, and of the masses, whose roots are taken.
-_CLOSED, _MASSLESS = 1e-10, 1e-9
-# Of the largest stiffness, or square of a frequency: nothing resists.
-_LOOSE = 1e-10
+# Of the largest singular value of the masses, whose roots are taken: none.
+_MASSLESS = 1e-9
+# Of the largest stiffness, or square of a frequency: nothing resists; and condition of a root of
+# the stiffness up to which every motion meets more.
+_LOOSE, _CLEARLY = 1e-10, 1e5
 
 
 @dataclass(frozen=True)
@@ -48,77 +56,12 @@ class CarriedMass:
     part: PlacedSpring | None = None
     end: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
-    def velocities(
-        self, bodies: Sequence[BodyPlace], twists: np.ndarray, about: np.ndarray
-    ) -> np.ndarray:
-        """Rows B (k, m) of velocities times roots of masses: ``B^T B`` is its mass matrix.
-
-        An elastic part is straight between its ends where these are now, and its sections move as
-        `motion_of_section` says.
-
-        Parameters
-        ----------
-        bodies : sequence of BodyPlace
-            Where the body at the start of the chain is, and those behind its elements.
-        twists : (K + 1, 6, m) array
-            Theirs about a point, by the unknowns.
-        about : (3,) array
-            That point [m].
-        """
-        mass, part, n = self.mass, self.part, self.parts
-        if part is None or mass.start is None or not (n and np.any(self.end - mass.start)):
-            at = bodies[self.spot.after].of(np.asarray(mass.centre, dtype=float))
-            return np.sqrt(float(mass.value)) * _about(at - about, twists[self.spot.after])[:3]
-        x, found = self.end - mass.start, [np.zeros((0, twists.shape[-1]))]
-        beam, phi = _uniform_beam(part, x), (0.0, 0.0)
-        if beam is not None:
-            L = float(np.linalg.norm(x)) / n
-            phi = 12 * beam.EIz * beam.shear_y / L**2, 12 * beam.EIy * beam.shear_z / L**2
-        for i in range(n):
-            sections = list(self._sections(i, _axes(x, part.rotation[:, 1]), x, beam))
-            if not sections:
-                continue
-            near = self.spot.after - n + i
-            a = bodies[near].of(mass.start + x * (i / n))
-            b = bodies[near + 1].of(mass.start + x * ((i + 1) / n))
-            axes = _axes(b - a, (bodies[near].R + bodies[near + 1].R) @ part.rotation[:, 1])
-            chord = float(np.linalg.norm(b - a))
-            each = []
-            for s, weight, aside, radii in sections:
-                each.append(_about(aside, motion_of_section(s, chord, phi)) * np.sqrt(weight))
-                each[-1][3:] *= radii[:, None]
-            rows = np.concatenate(each)
-            of_ends = [
-                axes.T @ _about(end - about, twist).reshape(2, 3, -1)
-                for end, twist in ((a, twists[near]), (b, twists[near + 1]))
-            ]
-            rows = np.linalg.qr(rows, mode="r") if len(rows) > 12 else rows
-            found.append(rows @ np.concatenate(of_ends).reshape(12, -1))
-        return np.concatenate(found)
-
-    def _sections(
-        self, i: int, axes: np.ndarray, x: np.ndarray, beam: UniformBeam | None
-    ) -> Iterator[tuple[float, float, np.ndarray, np.ndarray]]:
-        """Sections with a mass in element i of an elastic part along x (3,) [m].
-
-        Part of its length before the section, the mass [kg], and, in the axes of the part, where it
-        is beside the axis (3,), and its radii of gyration (3,) [m].
-        """
-        mass, n = float(self.mass.value), self.parts
-        if self.mass.span is None:
-            aside = np.asarray(self.mass.centre, dtype=float) - self.mass.start
-            s = float(np.clip(aside @ x / (x @ x), 0.0, 1.0))
-            if min(int(s * n), n - 1) == i:
-                yield s * n - i, mass, axes.T @ (aside - s * x), np.zeros(3)
-            return
-        first, last = (own * n - i for own in self.mass.span)
-        low, high, radii = max(first, 0.0), min(last, 1.0), np.zeros(3)
-        if beam is not None:
-            radii = np.sqrt(np.array([beam.EIy + beam.EIz, beam.EIy, beam.EIz]) / beam.EA)
-        for place, weight in zip(*_GAUSS, strict=True):
-            s, share = 0.5 * (low + high + place * (high - low)), (high - low) / (last - first)
-            if share > 0:
-                yield s, 0.5 * weight * share * mass, np.zeros(3), radii
+    @property
+    def is_along_part(self) -> bool:
+        """Whether it moves with the sections of an elastic part, rather than with a body."""
+        start = self.mass.start
+        is_long = start is not None and bool(np.any(self.end - start))
+        return self.part is not None and self.parts > 0 and is_long
 
 
 @dataclass(frozen=True)
@@ -129,7 +72,113 @@ class CarriedMasses:
     on_platform: tuple[PlacedMass, ...] = ()
 
 
-def motion_of_section(s: float, length: float, phi: tuple[float, float]) -> np.ndarray:
+def velocities(
+    legs: Legs, state: LegState, about: np.ndarray, masses: Sequence[CarriedMass]
+) -> np.ndarray:
+    """Rows B (k, T) of velocities times roots of masses, by all unknowns of legs.
+
+    ``B^T B`` is the mass matrix. Unknown rates of bodies are twists about a point (3,) [m].
+    """
+    places, found = legs.moved(state), [np.zeros((0, legs.numbers.total))]
+    points = [own for own in masses if not own.is_along_part]
+    if points:
+        spots = [own.spot for own in points]
+        at = np.array(
+            [places[c][k].of(own.mass.centre) for own, (c, k) in zip(points, spots, strict=True)]
+        )
+        roots = np.sqrt(np.array([own.mass.value for own in points], dtype=float))
+        moved = _about(at - about, legs.twists(state, about, spots))[:, :3]
+        found.append((roots[:, None, None] * moved).reshape(3 * len(points), -1))
+    along = [own for own in masses if own.is_along_part]
+    if along:
+        found.append(_velocities_of_parts(legs, state, about, along, places))
+    return np.concatenate(found)
+
+
+def _velocities_of_parts(
+    legs: Legs,
+    state: LegState,
+    about: np.ndarray,
+    masses: Sequence[CarriedMass],
+    places: Sequence[Sequence[BodyPlace]],
+) -> np.ndarray:
+    """As `velocities`, of masses along elastic parts; `places` are those of all bodies.
+
+    An element of a part is straight between its ends where these are now, and its sections move as
+    `motion_of_section` says.
+    """
+    n, number = np.array([own.parts for own in masses]), np.arange(len(masses))
+    of_mass = np.repeat(number, n)
+    i = np.concatenate([np.arange(own.parts) for own in masses])
+    near = [
+        Spot(spot.chain, spot.after - own.parts + k)
+        for own in masses
+        for spot in (own.spot,)
+        for k in range(own.parts)
+    ]
+    ends = [*near, *(own._replace(after=own.after + 1) for own in near)]
+    R, t = (np.array([getattr(places[c][k], name) for c, k in ends]) for name in ("R", "t"))
+    start = np.array([own.mass.start for own in masses])[of_mass]
+    x = np.array([own.end for own in masses])[of_mass] - start
+    y = np.array([own.part.rotation[:, 1] for own in masses if own.part])[of_mass]
+    n, count = n[of_mass], len(near)
+    steps = np.concatenate([i, i + 1]) / np.tile(n, 2)
+    at = (R @ (np.tile(start, (2, 1)) + np.tile(x, (2, 1)) * steps[:, None])[..., None])[..., 0] + t
+    chord = at[count:] - at[:count]
+    axes = _axes(chord, ((R[:count] + R[count:]) @ y[..., None])[..., 0])
+    shear, radii = (np.array(own)[of_mass] for own in zip(*map(_beam_numbers, masses), strict=True))
+    spans, aside = (np.array(own)[of_mass] for own in zip(*map(_spread, masses), strict=True))
+    aside = (np.swapaxes(_axes(x, y), -1, -2) @ aside[..., None])[..., 0]
+    first, last = (spans * n[:, None] - i[:, None]).T
+    is_point, low, high = first == last, np.maximum(first, 0.0), np.minimum(last, 1.0)
+    s = low[:, None] + 0.5 * (1.0 + _GAUSS[0]) * (high - low)[:, None]
+    share = np.maximum(high - low, 0.0) / np.where(is_point, 1.0, last - first)
+    is_in = np.minimum((spans[:, 0] * n).astype(int), n - 1) == i
+    s, share = np.where(is_point[:, None], first[:, None], s), np.where(is_point, is_in, share)
+    weight = np.array([own.mass.value for own in masses], dtype=float)[of_mass] * share
+    length = np.linalg.norm(chord, axis=-1)
+    phi = shear / (x * x).sum(axis=-1)[:, None] * (n * n)[:, None]
+    rows = motion_of_section(s, length[:, None], phi[:, None])
+    rows = (
+        _about(aside[:, None], rows) * np.sqrt(0.5 * weight[:, None] * _GAUSS[1])[..., None, None]
+    )
+    rows[..., 3:, :] *= radii[:, None, :, None]
+    rows = np.linalg.qr(rows.reshape(count, -1, 12), mode="r")
+    twists = _about(at - about, legs.twists(state, about, ends)).reshape(2, count, 2, 3, -1)
+    of_ends = np.swapaxes(axes, -1, -2)[None, :, None] @ twists
+    both = np.moveaxis(of_ends, 0, 1).reshape(count, 12, -1)
+    return (rows @ both).reshape(12 * count, -1)
+
+
+def _beam_numbers(own: CarriedMass) -> tuple[tuple[float, float], np.ndarray]:
+    """``12 E I / (G A)`` in x-y and x-z [m^2], and radii of gyration (3,) of spread mass [m]."""
+    part = own.part
+    x = own.end - own.mass.start
+    if (
+        part is None
+        or part.elasticity.freedoms.size
+        or part.rotation[:, 0] @ x < (1 - _ASIDE) * np.linalg.norm(x)
+    ):
+        return (0.0, 0.0), np.zeros(3)
+    beam = uniform_beam(part.elasticity.compliance)
+    if beam is None:
+        return (0.0, 0.0), np.zeros(3)
+    radii = np.sqrt(np.array([beam.EIy + beam.EIz, beam.EIy, beam.EIz]) / beam.EA)
+    shear = 12 * beam.EIz * beam.shear_y, 12 * beam.EIy * beam.shear_z
+    return shear, radii if own.mass.span is not None else np.zeros(3)
+
+
+def _spread(own: CarriedMass) -> tuple[tuple[float, float], np.ndarray]:
+    """Where along its part a mass begins and ends, and how far it is beside it (3,) [m]."""
+    mass = own.mass
+    if mass.span is not None:
+        return mass.span, np.zeros(3)
+    x, aside = own.end - mass.start, np.asarray(mass.centre, dtype=float) - mass.start
+    s = float(np.clip(aside @ x / (x @ x), 0.0, 1.0))
+    return (s, s), aside - s * x
+
+
+def motion_of_section(s: ArrayLike, length: ArrayLike, phi: ArrayLike) -> np.ndarray:
     """Twist (6,) of a section of a beam by those of its ends (12,), as under loads at its ends.
 
     Stretch and torsion are linear. Bending in x-y has, with ``f = 12 E I_z / (G A_y L^2)``, the
@@ -140,16 +189,16 @@ def motion_of_section(s: float, length: float, phi: tuple[float, float]) -> np.n
 
     Parameters
     ----------
-    s : float
+    s : (...) array
         Part of the length before the section.
-    length : float
+    length : (...) array
         Of the beam, along x [m].
-    phi : (float, float)
+    phi : (..., 2) array
         f in x-y and in x-z; 0 of a beam without shear.
 
     Returns
     -------
-    (6, 12) array
+    (..., 6, 12) array
         Axes of the beam, each twist about its own end or the section [m, rad].
 
     Notes
@@ -161,48 +210,47 @@ def motion_of_section(s: float, length: float, phi: tuple[float, float]) -> np.n
     >>> motion_of_section(0.5, 2.0, (0.0, 0.0))[1, [1, 5, 7, 11]]
     array([ 0.5 ,  0.25,  0.5 , -0.25])
     """
-    found = np.zeros((6, 12))
-    found[[0, 3], [0, 3]], found[[0, 3], [6, 9]] = 1 - s, s
-    for v, r, sign, f in ((1, 5, 1.0, phi[0]), (2, 4, -1.0, phi[1])):
+    s, length = np.asarray(s, dtype=float), np.asarray(length, dtype=float)
+    found = np.zeros((*s.shape, 6, 12))
+    for row in (0, 3):
+        found[..., row, row], found[..., row, row + 6] = 1 - s, s
+    bent = s - s**2
+    for v, r, sign, f in zip((1, 2), (5, 4), (1.0, -1.0), np.moveaxis(phi, -1, 0), strict=True):
         columns, L = [v, r, v + 6, r + 6], sign * length
-        bent = s - s**2
-        found[v, columns] = (
+        of_shift = (
             1 - 3 * s**2 + 2 * s**3 + f * (1 - s),
             L * (bent * (1 - s) + f * bent / 2),
             3 * s**2 - 2 * s**3 + f * s,
             -L * (bent * s + f * bent / 2),
         )
-        found[r, columns] = (
+        of_turn = (
             -6 * bent / L,
             1 - 4 * s + 3 * s**2 + f * (1 - s),
             6 * bent / L,
             3 * s**2 - 2 * s + f * s,
         )
-        found[np.ix_([v, r], columns)] /= 1 + f
+        for row, own in ((v, of_shift), (r, of_turn)):
+            for column, entry in zip(columns, own, strict=True):
+                found[..., row, column] = entry / (1 + f)
     return found
 
 
-def _about(arm: np.ndarray, twists: np.ndarray) -> np.ndarray:
-    """Twists (6, m) of a body about a point beside that of given ones."""
-    return np.concatenate([twists[:3] - skew(arm) @ twists[3:], twists[3:]])
+def _about(arms: np.ndarray, twists: np.ndarray) -> np.ndarray:
+    """Twists (..., 6, m) of bodies about points at arms (..., 3) from those of given ones."""
+    moved = twists[..., :3, :] - skew(arms) @ twists[..., 3:, :]
+    return np.concatenate([moved, twists[..., 3:, :]], axis=-2)
 
 
 def _axes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Columns: unit vectors along x, across it towards y, and across both."""
-    x = x / np.linalg.norm(x)
-    y = y - (x @ y) * x
-    if np.linalg.norm(y) < _ASIDE:  # of a part whose own axes are not along it
-        y = np.eye(3)[np.argmin(np.abs(x))]
-        y = y - (x @ y) * x
-    y = y / np.linalg.norm(y)
-    return np.column_stack([x, y, np.cross(x, y)])
-
-
-def _uniform_beam(part: PlacedSpring, x: np.ndarray) -> UniformBeam | None:
-    """The beam that an elastic part along x (3,) is; None where it is none."""
-    if part.elasticity.freedoms.size or part.rotation[:, 0] @ x < (1 - _ASIDE) * np.linalg.norm(x):
-        return None
-    return uniform_beam(part.elasticity.compliance)
+    """Columns (..., 3, 3): unit vectors along x, across it towards y, and across both."""
+    x = x / np.linalg.norm(x, axis=-1, keepdims=True)
+    y = y - (x * y).sum(axis=-1, keepdims=True) * x
+    aside = np.linalg.norm(y, axis=-1) < _ASIDE  # of a part whose own axes are not along it
+    if np.any(aside):
+        other = np.eye(3)[np.argmin(np.abs(x), axis=-1)]
+        y = np.where(aside[..., None], other - (x * other).sum(axis=-1, keepdims=True) * x, y)
+    y = y / np.linalg.norm(y, axis=-1, keepdims=True)
+    return np.stack([x, y, cross(x, y)], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -232,10 +280,8 @@ class SmallMotions:
             stiff[at] = np.diagonal(unloaded_curvature(legs, block), axis1=-2, axis2=-1)
         K[n - r :, n - r :] += known.K_total - known.K
         B = [np.zeros((0, n)), _rates_of_drives(problem, n)]
-        moved = legs.moved(state.legs) if masses.on_legs else []
-        for one in masses.on_legs:
-            twists = legs.twists(state.legs, state.p, one.spot.chain)
-            own = one.velocities(moved[one.spot.chain], twists, state.p)
+        if masses.on_legs:
+            own = velocities(legs, state.legs, state.p, masses.on_legs)
             B.append(np.concatenate([own[:, problem.free], np.zeros((len(own), r))], axis=1))
         for mass in masses.on_platform:
             b = state.R @ (mass.centre - problem.point)
@@ -256,19 +302,22 @@ class SmallMotions:
         """
         Z = self._closed()
         K = Z.T @ self.K @ Z
-        w, Q = np.linalg.eigh(K)
-        least = _LOOSE * np.max(np.abs(w), initial=0.0)
-        if not np.all(w > least):
-            return self._loose(Z, K, least)
-        unit = Z @ (Q / np.sqrt(w))
+        try:
+            L = np.linalg.cholesky(K)
+            inverse = np.linalg.inv(L)
+        except np.linalg.LinAlgError:
+            return self._loose(Z, K)
+        if not np.linalg.norm(L) * np.linalg.norm(inverse) < _CLEARLY:
+            return self._loose(Z, K)
+        unit = Z @ inverse.T
         _, values, Vt = np.linalg.svd(self.B @ unit, full_matrices=False)
         heavy = values > _MASSLESS * np.max(values, initial=0.0)
         shapes = (unit @ Vt[heavy].T / values[heavy]).T
         return 1.0 / values[heavy] ** 2, shapes
 
-    def _loose(self, Z: np.ndarray, K: np.ndarray, least: float) -> tuple[np.ndarray, np.ndarray]:
+    def _loose(self, Z: np.ndarray, K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Where some motion meets no stiffness, or a negative one."""
-        B = self.B @ Z
+        least, B = _LOOSE * np.max(np.abs(np.linalg.eigvalsh(K)), initial=0.0), self.B @ Z
         _, values, Vt = np.linalg.svd(B)
         k = int(np.sum(values > _MASSLESS * np.max(values, initial=0.0)))
         heavy, light = Vt[:k].T / values[:k], Vt[k:].T
@@ -285,9 +334,8 @@ class SmallMotions:
         C = self.closure * self.size
         rows = np.linalg.norm(C, axis=1)
         C = C / np.where(rows > 0, rows, 1.0)[:, None]
-        _, values, Vt = np.linalg.svd(C)
-        rank = int(np.sum(values > _CLOSED * np.max(values, initial=0.0)))
-        return Vt[rank:].T * self.size[:, None]
+        ((_, motions),) = left_by(C[None])
+        return motions[0] * self.size[:, None]
 
 
 def _rates_of_drives(problem: EquilibriumProblem, size: int) -> np.ndarray:

@@ -26,7 +26,7 @@ from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.kernels.compiled_loading import CompiledLoading
 from robostiff.statics.kernels.elimination import RigidLegError
-from robostiff.statics.kernels.forces_on_bodies import StandingLoads, has_symbols
+from robostiff.statics.kernels.forces_on_bodies import Site, StandingLoads, has_symbols
 from robostiff.statics.kernels.loaded_robot import record_loading
 from robostiff.statics.loading.given_loads import Acting, Gravity, Loads
 from robostiff.statics.loading.loaded_posture import LoadedPosture, Postures, postures_of
@@ -53,6 +53,7 @@ def compile_loaded(
     beams: Beams = _BOWING,
     platforms: bool = False,
     drives: bool = False,
+    sites: Sequence[Site] = (),
     backend: Backend = Backend.BEST,
 ) -> CompiledLoading:
     """Record the equilibrium of a robot under a wrench once, for many poses and wrenches.
@@ -78,6 +79,8 @@ def compile_loaded(
         `evaluate` takes forces at hooks.
     drives : bool
         Whether answers have deflections and loads of elastic joints, too, and their rates.
+    sites : sequence of (str, (float, float, float))
+        Bodies, and points in their frames [m], at which `evaluate` takes forces.
     backend : Backend
         As for `compile`. NumPy runs steps of more than 30,000 operations.
 
@@ -154,6 +157,7 @@ def compile_loaded(
             by_pose=not recorded.joints,
             platforms=platforms or drives,
             drives=drives,
+            sites=sites,
         )
     except RigidLegError as error:
         raise _rigid(robot) from error
@@ -191,6 +195,7 @@ def compile_loaded(
         loading.has_arms,
         platforms or drives,
         loading.drives,
+        tuple(sites),
     )
     return _confirmed(found, finder, force)
 

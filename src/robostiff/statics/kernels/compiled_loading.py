@@ -23,8 +23,7 @@ from robostiff.record import CLOSED
 from robostiff.spatial import as_floats
 from robostiff.spatial.rotation import vector_of_quaternion
 from robostiff.statics.equilibrium import solved
-from robostiff.statics.kernels.forces_on_bodies import StandingLoads
-from robostiff.statics.loading.given_loads import Acting
+from robostiff.statics.kernels.forces_on_bodies import Site, StandingLoads
 from robostiff.statics.loading.loaded_posture import postures_of, wrenches_of
 from robostiff.statics.result import Equilibria
 
@@ -147,6 +146,8 @@ class CompiledLoading:
         Whether answers have places and rates of the platform.
     drives : tuple of str
         Elastic joints whose deflections answers have.
+    sites : tuple of (str, (float, float, float))
+        Bodies and points of them at which `evaluate` takes forces.
     """
 
     robot: Robot
@@ -158,6 +159,7 @@ class CompiledLoading:
     has_arms: bool
     has_platforms: bool = False
     drives: tuple[str, ...] = ()
+    sites: tuple[Site, ...] = ()
 
     @property
     def verified(self) -> bool:
@@ -193,6 +195,7 @@ class CompiledLoading:
         wrench: ArrayLike,
         *,
         hooks: ArrayLike | None = None,
+        forces: ArrayLike | None = None,
         parameters: Mapping[str, ArrayLike] | None = None,
         again: bool = True,
         threads: int = 1,
@@ -208,6 +211,8 @@ class CompiledLoading:
         hooks : (3, 3) or (N, 3, 3) array, optional
             Sum of ``h f^T`` over forces f of the wrench at points h from the reference point, in
             platform axes and world axes [N m]: their levers turn with the platform.
+        forces : (sites, 3) or (N, sites, 3) array, optional
+            At the points `sites` of bodies, world axes [N].
         parameters : mapping of str to a number or (N,) array, optional
             Values of parameters, in SI units; nominal where left out.
         again : bool
@@ -240,6 +245,13 @@ class CompiledLoading:
         elif hooks is not None:
             hint = "write compile_loaded(..., platforms=True)"
             raise InputError("hooks", got="a kernel without", expected="one with them", hint=hint)
+        shape = (len(self.sites), 3)
+        expected = f"{shape}, or one for each of {count} poses [N]"
+        own = as_floats("forces at sites", np.zeros(shape) if forces is None else forces, expected)
+        if own.shape not in {shape, (count, *shape)}:
+            raise InputError("forces at sites", got=f"shape {own.shape}", expected=expected)
+        own = np.broadcast_to(own, (count, *shape)).reshape(count, -1)
+        levers = np.hstack([levers, own])
         values = ParameterValues.of(robot, parameters, count)
         rows = inputs.rows(pose, given, values)
         answer = LoadedAnswer(
@@ -280,7 +292,8 @@ class CompiledLoading:
     def _inputs(self) -> KernelInputs:
         """What poses become before the record closes them, or takes the coordinates of legs."""
         inputs, robot = self.kernel.inputs, self.robot
-        joints = len(inputs) - len(robot.symbols) - robot.space.size - 9 * self.has_platforms
+        others = len(robot.symbols) + robot.space.size + 9 * self.has_platforms
+        joints = len(inputs) - others - 3 * len(self.sites)
         if self.closure is not None or inputs[0] in {own.value for own in ALL_COORDINATES}:
             joints = 0
         return KernelInputs(robot, joints)
@@ -343,10 +356,11 @@ class CompiledLoading:
         rows: np.ndarray,
         answer: LoadedAnswer,
     ) -> None:
-        postures, acting = postures_of(robot, pose, None), Acting(**self.standing.given, laws={})
-        each = []
-        for k, (wrench, own) in enumerate(zip(F, levers, strict=True)):
-            loaded = postures.loaded(k, acting)
+        postures, each = postures_of(robot, pose, None), []
+        split = 9 * self.has_platforms
+        for k, (wrench, given) in enumerate(zip(F, levers, strict=True)):
+            own, forces = given[:split], given[split:].reshape(-1, 3)
+            loaded = postures.loaded(k, self.standing.beside(self.sites, forces))
             if own.any():  # the wrench has their forces
                 dead = loaded.problem.dead
                 own_levers = dead.levers + loaded.frame[0] @ own.reshape(3, 3)

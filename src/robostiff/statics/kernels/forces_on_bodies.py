@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -28,11 +28,12 @@ from robostiff.model import (
     TelescopicBeam,
 )
 from robostiff.model.body_spring import PLATFORM, BodySpring
+from robostiff.model.cable import Weight
 from robostiff.recorded.robot import RobotOnEntries
 from robostiff.spatial import is_formula
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.equilibrium import equilibrium
-from robostiff.statics.loading.given_loads import Gravity, Loads
+from robostiff.statics.loading.given_loads import Acting, Gravity, Loads, each_load
 from robostiff.statics.result import Equilibria
 
 # Names a rigid part without extent, which shows where the frame of a body is.
@@ -72,10 +73,10 @@ def marked(leg: Leg, bodies: Collection[str], *, weigh: bool) -> Leg:
     return replace(leg, chain=along(leg.chain, f"{leg.name}/"))
 
 
-def marked_bodies(springs: Sequence[BodySpring], loads: Loads | None) -> set[str]:
-    """Bodies whose frames are asked for: those that hold springs, or given masses."""
+def marked_bodies(springs: Sequence[BodySpring], loaded: Iterable[str]) -> set[str]:
+    """Bodies whose frames are asked for: those that hold springs, or are loaded."""
     bodies = {end.body for spring in springs for end in spring.between}
-    return bodies | {_part_of(name) for name in loads or {}}
+    return bodies | {_part_of(name) for name in loaded}
 
 
 def unmarked(
@@ -199,6 +200,15 @@ def masses_of_platform(here: RobotOnEntries) -> list[PlacedMass]:
     return found
 
 
+#: A body, and a point in its frame [m].
+Site = tuple[str, tuple[float, float, float]]
+
+
+def force_inputs(sites: Sequence[Site]) -> tuple[str, ...]:
+    """Names of the inputs that are forces at points of bodies, world axes [N]."""
+    return tuple(f"force{k}_{a}" for k in range(len(sites)) for a in "xyz")
+
+
 @dataclass(frozen=True)
 class StandingLoads:
     """What acts beside the wrench, at every pose alike, and on what; as for `equilibrium`."""
@@ -212,6 +222,14 @@ class StandingLoads:
     def given(self) -> dict[str, Any]:
         """As arguments of `equilibrium`."""
         return {name: getattr(self, name) for name in ("loads", "gravity", "preload", "beams")}
+
+    def beside(self, sites: Sequence[Site], forces: np.ndarray) -> Acting:
+        """What acts when forces (sites, 3) do so, too."""
+        loads: dict[str, Any] = dict(self.loads or {})
+        for (body, point), force in zip(sites, forces, strict=True):
+            before = each_load(body, loads[body]) if body in loads else ()
+            loads[body] = (*before, Weight(force, point))
+        return Acting(**self.given | {"loads": loads or None}, laws={})
 
     def equilibria(self, robot: Any, pose: Pose, F: np.ndarray) -> Equilibria:
         """Of a robot at many poses, each under its wrench and what stands."""

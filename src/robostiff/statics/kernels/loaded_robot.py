@@ -33,7 +33,10 @@ from robostiff.statics.equations.newton import FALLS, HALF, LITTLE
 from robostiff.statics.equations.problem import DeadForces
 from robostiff.statics.kernels.elimination import Factored, SymmetricElimination
 from robostiff.statics.kernels.forces_on_bodies import (
+    Frames,
+    Site,
     StandingLoads,
+    force_inputs,
     frame_of,
     marked,
     marked_bodies,
@@ -52,7 +55,12 @@ from robostiff.statics.kernels.strut import (
     turning_forces,
 )
 from robostiff.statics.loading.assembly import of_legs
-from robostiff.statics.loading.given_loads import acting_gravity, given_forces, on_platform
+from robostiff.statics.loading.given_loads import (
+    DeadForce,
+    acting_gravity,
+    given_forces,
+    on_platform,
+)
 from robostiff.statics.loading.legs import loaded_legs
 from robostiff.statics.loading.loaded_posture import LoadedPosture
 
@@ -351,6 +359,19 @@ class RecordedLoading(RecordedSteps):
         return self.start | HANDED
 
 
+def _add_forces(
+    forces: dict[str, tuple[DeadForce, ...]],
+    sites: Sequence[Site],
+    given: Sequence[Any],
+    frames: Frames,
+) -> None:
+    """Add those at sites, of which three entries each are `given`, to forces on bodies."""
+    for k, (body, point) in enumerate(sites):
+        R, p = frame_of(frames, body) or (np.eye(3), np.zeros(3))  # no body is refused later
+        own = DeadForce(np.array(given[3 * k : 3 * k + 3], dtype=object), p + R @ point)
+        forces[body] = (*forces.get(body, ()), own)
+
+
 def record_loading(
     robot: Robot,
     finder: PostureFinder,
@@ -361,6 +382,7 @@ def record_loading(
     by_pose: bool,
     platforms: bool = False,
     drives: bool = False,
+    sites: Sequence[Site] = (),
 ) -> RecordedLoading:
     """Record the equilibrium of a robot, whose symbols are inputs.
 
@@ -368,11 +390,12 @@ def record_loading(
     [N] the platform moves by about a thousandth of the robot's length. The other inputs are pose
     coordinates (`by_pose`), or the coordinates of all legs. With `platforms` forces at hooks are
     inputs behind the wrench, and `arrival` has what `LoadedRobot._rates` gives behind the arms.
+    Behind these are forces at `sites`.
     """
     gravity = acting_gravity(robot.numeric, standing.gravity, standing.loads)
     springs = finder.robot.springs
-    bodies, weigh = marked_bodies(springs, standing.loads), bool(np.any(gravity))
-    mark = partial(marked, bodies=bodies, weigh=weigh)
+    weigh, names = bool(np.any(gravity)), {*(standing.loads or {}), *dict(sites)}
+    mark = partial(marked, bodies=marked_bodies(springs, names), weigh=weigh)
     here = RobotOnEntries.of(robot, finder, by_pose=by_pose, changed=mark)
     here, frames = unmarked(here, mark, weigh=weigh)
     record, unloaded = here.record, here.recorded
@@ -390,10 +413,11 @@ def record_loading(
     if platforms:
         levers = [record.add_input(name, small(force * finder.length)) for name in HOOKS]
         hooks = here.pose.R @ np.reshape(np.array(levers, dtype=object), (3, 3))
-    inputs = record.inputs
-    L, reference = finder.length, here.reference
+    given = [record.add_input(name, small(force)) for name in force_inputs(sites)]
+    inputs, L, reference = record.inputs, finder.length, here.reference
     frames = {PLATFORM: (here.pose.R, here.pose.p), BASE: (np.eye(3), np.zeros(3)), **frames}
     forces = given_forces(standing.loads, gravity, robot.space, partial(frame_of, frames))
+    _add_forces(forces, sites, given, frames)
     acting = [*forces.pop(PLATFORM, ())]
     snapshot = loaded_postures[0].snapshot
     assembly = of_legs(
@@ -437,7 +461,7 @@ def record_loading(
         L,
         wrench,
         dead,
-        stands=bool(springs or standing.loads or standing.preload or weigh or platforms),
+        stands=bool(springs or standing.loads or standing.preload or weigh or platforms or sites),
         axes=np.array(here.pose.R, dtype=object) if platforms else None,
         parameters=tuple(map(str, robot.symbols)),
         with_drives=drives,

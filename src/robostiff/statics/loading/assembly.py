@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from robostiff.analysis import CableStiffness
 from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
 from robostiff.kinematics.spanning_tree import connected_parts
@@ -33,6 +34,7 @@ from robostiff.model.body_spring import BASE, PLATFORM
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
 from robostiff.network.elements import Element as NetworkElement
 from robostiff.statics.chains.beam_bowing import is_rigid, moves
+from robostiff.statics.loading.given_loads import DeadForce
 
 Body = str
 Part = PlacedFreedom | PlacedSpring
@@ -95,6 +97,9 @@ class Assembly:
         That are one.
     expected : str
         Names of bodies in words.
+    steady : sequence of DeadForce
+        On the platform at any load: with a moment (r,) [N m] besides, in balance with cables at
+        that posture.
     """
 
     base: Body
@@ -111,6 +116,8 @@ class Assembly:
     nodes: dict[str, Body] = field(default_factory=dict)
     joined: list[Sequence[Body]] = field(default_factory=list)
     expected: str = "platform or leg/part"
+    steady: Sequence[DeadForce] = ()
+    moment: np.ndarray = field(default_factory=lambda: np.zeros(6))
 
 
 @singledispatch
@@ -271,6 +278,34 @@ def _add_platform(found: Assembly, placed: PlacedPlatform) -> None:
         found.masses += [(mass, place) for mass in placed.masses[part.name]]
         found.members.append(Member(a, b, own, number))
     found.nodes.setdefault(platform.tool, PLATFORM)
+
+
+@assembly_of.register
+def _of_cables(before: CableStiffness) -> Assembly:
+    """A platform in its cables, as they are without the loads.
+
+    What cables and weight leave is held by others, as a force at the reference point and a moment.
+    """
+    placed, rows = before.placed, list(before.space.rows)
+    left = np.zeros(6)
+    if before.answered:
+        left[rows] = before.missing_wrench
+    ends = zip(placed.exit_points, placed.attachments, strict=True)
+    each = zip(before.cable_names, ends, before.axial, placed.lengths, before.tensions, strict=True)
+    return Assembly(
+        BASE,
+        PLATFORM,
+        springs=tuple(
+            PlacedBodySpring(name, (BASE, PLATFORM), at, *map(float, own), is_cable=True)
+            for name, at, *own in each
+        ),
+        expected="body but the platform",
+        steady=(
+            DeadForce(placed.weight_force, placed.weight_point),
+            DeadForce(left[:3], placed.reference_point),
+        ),
+        moment=np.where(np.arange(6) < 3, 0.0, left)[rows],
+    )
 
 
 @assembly_of.register

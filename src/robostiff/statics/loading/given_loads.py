@@ -81,7 +81,7 @@ def acting_gravity(
         When it is given for a robot without masses, or is no vector.
     """
     if gravity is None:
-        own = getattr(robot, "in_floats", robot).gravity
+        own = getattr(getattr(robot, "in_floats", robot), "gravity", None)
         return _NONE if own is None else own
     pull = gravity_vector("gravity", gravity)
     given = loads.values() if isinstance(loads, Mapping) else ()
@@ -150,8 +150,7 @@ def given_forces(
     Raises
     ------
     InputError
-        When one is neither, is in a frame that is not known, or is a `Weight` elsewhere than on the
-        platform.
+        When one is neither, or is in a frame that is not known.
     """
     if loads is not None and not isinstance(loads, Mapping):
         raise InputError(
@@ -160,15 +159,19 @@ def given_forces(
     down = gravity
     if not np.any(gravity):
         down = gravity_vector("gravity", "-y" if space is Space.PLANAR else "-z")
-    found: dict[str, tuple[DeadForce, ...]] = {}
+    return {
+        name: tuple(_force(name, own, down, frame_of) for own in each_load(name, value))
+        for name, value in (loads or {}).items()
+    }
+
+
+def each_load(name: str, value: Any) -> tuple[DeadForce | Mass | Weight, ...]:
+    """The loads on a body, as they were given: one, several, or a force (3,) [N]."""
     kinds = (DeadForce, Mass, Weight)
-    for name, value in (loads or {}).items():
-        several = [value] if isinstance(value, kinds) else value
-        if isinstance(several, Sequence) and several and all(isinstance(v, kinds) for v in several):
-            found[name] = tuple(_force(name, own, down, frame_of) for own in several)
-        else:
-            found[name] = (DeadForce(load_vector("force", name, value)),)
-    return found
+    several = [value] if isinstance(value, kinds) else value
+    if isinstance(several, Sequence) and several and all(isinstance(v, kinds) for v in several):
+        return tuple(several)
+    return (DeadForce(load_vector("force", name, value)),)
 
 
 def on_platform(forces: Sequence[DeadForce], point: np.ndarray) -> DeadForces:
@@ -190,13 +193,6 @@ def _force(
     if isinstance(value, DeadForce):
         at = None if value.point is None else load_vector("point", name, value.point)
         return DeadForce(load_vector("force", name, value.force), at)
-    if name != "platform":
-        raise InputError(
-            f"load on {name!r}",
-            got="a Weight, whose point is in the platform frame",
-            expected="a DeadForce, a Mass or three numbers [N]",
-            hint=f'write loads={{"{name}": rs.Mass(12)}}, or give the Weight to "platform"',
-        )
     return DeadForce(value.force, _in_frame(name, value.point, frame_of))
 
 
@@ -212,10 +208,11 @@ def _in_frame(name: str, point: Any, frame_of: FrameOf) -> np.ndarray:
     frame = frame_of(name)
     if frame is None:
         raise InputError(
-            f"centre of the mass on {name!r}",
+            f"centre of the load on {name!r}",
             got="a body whose frame is not known, such as those of a snapshot",
             expected="its place in the world at the unloaded posture [m]",
-            hint="write rs.Mass(12, point=[0.3, 0, 0.5]); a Robot has the frames of its bodies",
+            hint="write rs.Mass(12, point=[0.3, 0, 0.5]), or rs.DeadForce(force, point); a Robot "
+            "has the frames of its bodies",
         )
     R, p = frame
     return p + R @ np.asarray(point, dtype=float)

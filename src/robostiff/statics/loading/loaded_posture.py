@@ -1,4 +1,4 @@
-"""Robots at postures with their loads, ready to be solved; of cables, springs that only pull."""
+"""Robots at postures with their loads, ready to be solved."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robostiff.analysis import CableStiffness, cable_stiffness
 from robostiff.analysis.result import require_one_pose
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.kinematics import Near, Pose, Posture, find_posture, with_body_springs, with_masses
+from robostiff.kinematics import Near, Posture, find_posture, with_body_springs, with_masses
 from robostiff.kinematics.masses_and_springs import bodies_of
 from robostiff.kinematics.pose import check_is_not_posed
 from robostiff.kinematics.turn import turn_by_vector
@@ -24,15 +24,12 @@ from robostiff.model.mass import one_of
 from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats
 from robostiff.statics.chains.beam_bowing import ElementsOfParts
-from robostiff.statics.chains.body_springs import FiniteBodySpring
-from robostiff.statics.chains.elements import FiniteChain, Spot, wrench_at
-from robostiff.statics.chains.legs import Legs
-from robostiff.statics.equations.problem import DeadForces, EquilibriumProblem, Steady
+from robostiff.statics.chains.elements import wrench_at
+from robostiff.statics.equations.problem import EquilibriumProblem, Steady
 from robostiff.statics.equations.vibration import CarriedMasses
 from robostiff.statics.loading.assembly import assembly_of
 from robostiff.statics.loading.given_loads import (
     Acting,
-    DeadForce,
     Frame,
     Masses,
     acting_gravity,
@@ -110,7 +107,7 @@ def one_loaded_posture(
     return postures.loaded(0, acting), given
 
 
-def one_wrench(postures: Postures | CablePostures, wrench: ArrayLike | None) -> np.ndarray:
+def one_wrench(postures: Postures, wrench: ArrayLike | None) -> np.ndarray:
     """The one wrench (r,) at the one posture of a robot."""
     given = wrenches_of("wrench", wrench, postures.robot.space)
     require_one_pose("a robot under load", postures.batch)
@@ -125,16 +122,19 @@ class Postures:
 
     Attributes
     ----------
-    robot : Robot, Snapshot or Network
+    robot : Robot, Snapshot, Network or CableRobot
     posture : Posture or None
-        Of a robot.
+        Of a robot of legs.
     batch : tuple of int
         Shape of its batch, () for one.
+    cables : CableStiffness or None
+        Of a cable robot without the loads: its tensions balance its weight.
     """
 
     robot: Any
     posture: Posture | None = None
     batch: tuple[int, ...] = ()
+    cables: CableStiffness | None = None
 
     def loaded(self, i: int, acting: Acting, masses: Masses | None = None) -> LoadedPosture:
         """The robot at posture i with its loads, and what vibrates where masses are given."""
@@ -174,27 +174,39 @@ class Postures:
             {} if acting.laws is None else {**laws, **acting.laws},
         )
         carried = replace(found.masses, on_platform=(*found.masses.on_platform, *on_it))
+        steady = None
+        if assembly.steady:
+            steady = Steady(on_platform(assembly.steady, point), assembly.moment)
         problem = EquilibriumProblem(
             found.legs,
             posed.space.rows,
             point,
             float(posed.characteristic_length) or 1.0,
             on_platform([*forces.get("platform", ()), *found.on_platform], point),
-            nodes=found.nodes,
+            steady,
+            found.nodes,
         )
         wanted = [
             (usual[name] if own.point is None else own.point, own.force)
             for name, several in forces.items()
             for own in several
         ]
-        if np.any(pull):
+        if np.any(pull) and assembly.masses:
             wanted += [(m.centre, m.value * pull) for m in posed.moving_masses(problem.nodes)]
         _check_all_act(problem, wanted, posed.name)
-        return LoadedPosture(posed.name, problem, posed.space, frame, status, posed, carried)
+        machine = posed if self.cables is None else self.robot
+        return LoadedPosture(posed.name, problem, posed.space, frame, status, machine, carried)
 
     def _posed(self, i: int, masses: bool) -> tuple[Any, tuple[np.ndarray, np.ndarray], Status]:
         """The robot in its posture i, the frame of its platform, and what is to be said of it."""
         own = self.posture
+        if self.cables is not None:
+            before = self.cables[i] if self.batch else self.cables
+            return (
+                before,
+                (turn_by_vector(before.pose[3:]), before.pose[:3]),
+                before.status & _LASTING,
+            )
         if own is None:
             point = np.asarray(self.robot.reference_point, dtype=float)
             return self.robot, (np.eye(3), point), Status.OK
@@ -232,117 +244,8 @@ def _check_all_act(
         raise NoAnswerError(f"no answer of {name!r}: its loads are not those that are given")
 
 
-@dataclass(frozen=True)
-class CablePostures:
-    """A cable robot at poses, without the loads: its tensions balance its weight.
-
-    Attributes
-    ----------
-    robot : CableRobot
-    before : CableStiffness
-        Of one pose or a batch.
-    """
-
-    robot: CableRobot
-    before: CableStiffness
-
-    @staticmethod
-    def of(robot: CableRobot, pose: Pose, near: Near) -> CablePostures:
-        """At a pose or a batch of poses (N, 6).
-
-        Raises
-        ------
-        InputError
-            When the poses do not fit, or lie along several axes; when a posture is chosen.
-        """
-        if near is not None:
-            raise InputError(
-                f"near of {robot.name!r}", got=near, expected="none: cables have one posture"
-            )
-        before = cable_stiffness(robot, pose)
-        if len(before.batch_shape) > 1:
-            raise InputError(
-                f"poses of {robot.name!r}", got=before.batch_shape, expected="poses along one axis"
-            )
-        return CablePostures(robot, before)
-
-    @property
-    def batch(self) -> tuple[int, ...]:
-        """Shape of its batch, () for one."""
-        return self.before.batch_shape
-
-    def loaded(self, i: int, acting: Acting, masses: Masses | None = None) -> LoadedPosture:
-        """The robot at pose i with its loads and masses, which are on the platform.
-
-        Raises
-        ------
-        InputError
-            When they are on anything but the platform, or what a cable robot does not have is
-            given.
-        """
-        others = {"preload": acting.preload, "laws": acting.laws}
-        for name, own in {**others, "gravity": acting.gravity}.items():
-            if own is not None and (name == "gravity" or own):
-                raise InputError(
-                    f"{name} of {self.robot.name!r}",
-                    expected="none: cables have tensions, and the platform its weight",
-                )
-        before = self.before[i] if self.batch else self.before
-        placed, space = before.placed, before.space
-        point = point_at(acting.at, placed.reference_point)
-        frame = turn_by_vector(before.pose[3:]), before.pose[:3]
-        frame_of = {"platform": frame}.get
-        forces = given_forces(acting.loads, np.zeros(3), space, frame_of)
-        moving = given_masses(masses or {}, {"platform": point}, frame_of)
-        forces_on_it, on_it = forces.pop("platform", ()), tuple(moving.pop("platform", ()))
-        for what, others in (("loads", forces), ("masses", moving)):
-            for name in others:
-                raise InputError(
-                    what, got=name, expected="platform: cables have no weight and carry no loads"
-                )
-        problem = cables_loaded(before, point, on_platform(forces_on_it, point))
-        status = before.status & _LASTING
-        masses_of = CarriedMasses((), on_it)
-        return LoadedPosture(before.name, problem, space, frame, status, self.robot, masses_of)
-
-
-def cables_loaded(
-    before: CableStiffness, point: np.ndarray, loads: DeadForces
-) -> EquilibriumProblem:
-    """The problem of a platform that rests in its cables, as they are without the loads.
-
-    Wrenches are about a point of the platform (3,) [m]. What cables and weight leave without the
-    loads is held by others, as a force at the reference point and a moment.
-    """
-    placed, rows = before.placed, before.space.rows
-    springs = tuple(
-        FiniteBodySpring(
-            name,
-            np.array([placed.exit_points[i], placed.attachments[i]]),
-            (None, Spot(0, 0)),
-            float(before.axial[i]),
-            float(placed.lengths[i]),
-            float(before.tensions[i] - before.axial[i] * placed.lengths[i]),
-            is_cable=True,
-        )
-        for i, name in enumerate(before.cable_names)
-    )
-    left = np.zeros(6)
-    if before.answered:
-        left[list(rows)] = before.missing_wrench
-    pulls = (
-        DeadForce(placed.weight_force, placed.weight_point),
-        DeadForce(left[:3], placed.reference_point),
-    )
-    moment = np.where(np.arange(6) < 3, 0.0, left)[list(rows)]
-    steady = Steady(on_platform(pulls, point), moment)
-    legs = Legs((FiniteChain(0, None, ()),), point[None], point, rows, springs)
-    size = float(placed.characteristic_length)
-    return EquilibriumProblem(legs, rows, point, size, loads, steady)
-
-
 @singledispatch
-def postures_of(robot: Any, pose: Any, near: Near) -> Postures | CablePostures:
+def postures_of(robot: Any, pose: Any, near: Near) -> Postures:
     """The unloaded postures of a robot at poses, or of a snapshot, network or linkage."""
     raise InputError(
         "robot of an equilibrium",
@@ -358,7 +261,7 @@ def _(robot: Robot, pose: Any, near: Near) -> Postures:
 
 
 @postures_of.register(Linkage)
-def _(robot: Linkage, pose: Any, near: Near) -> Postures | CablePostures:
+def _(robot: Linkage, pose: Any, near: Near) -> Postures:
     return postures_of(robot.network_at(pose), None, near)
 
 
@@ -381,8 +284,17 @@ def _(robot: Snapshot, pose: Any, near: Near) -> Postures:
 
 
 @postures_of.register(CableRobot)
-def _(robot: CableRobot, pose: Any, near: Near) -> CablePostures:
-    return CablePostures.of(robot, pose, near)
+def _(robot: CableRobot, pose: Any, near: Near) -> Postures:
+    if near is not None:
+        raise InputError(
+            f"near of {robot.name!r}", got=near, expected="none: cables have one posture"
+        )
+    before = cable_stiffness(robot, pose)
+    if len(before.batch_shape) > 1:
+        raise InputError(
+            f"poses of {robot.name!r}", got=before.batch_shape, expected="poses along one axis"
+        )
+    return Postures(robot, None, before.batch_shape, before)
 
 
 def as_snapshot(posed: Any) -> Snapshot | None:
