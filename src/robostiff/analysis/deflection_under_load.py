@@ -382,14 +382,16 @@ class DeflectionsOfPoses(StatusOfPoses):
     def _found(self) -> tuple[np.ndarray, np.ndarray]:
         """Status (...) and twists about the reference point (..., n)."""
         C, known = self.stiffness.inverted
-        codes, twist = np.array(self.stiffness.status_codes), np.full(self.wrench.shape, np.nan)
+        codes = np.array(self.stiffness.status_codes)
+        if known.all():
+            return codes, np.einsum("...ij,...j->...i", C, self.wrench)
+        twist = np.full(self.wrench.shape, np.nan)
         if known.any():
             twist[known] = np.einsum("...ij,...j->...i", C[known], self.wrench[known])
-        if not known.all():
-            rest, n = self.stiffness.not_inverted, self.wrench.shape[-1]
-            loads = _loads(rest, self.wrench[~known].reshape(*rest.batch_shape, n))
-            codes[~known] = loads.status_codes.ravel()
-            twist[~known] = move_twist(loads.twist, rest.offset).reshape(-1, n)
+        rest, n = self.stiffness.not_inverted, self.wrench.shape[-1]
+        loads = _loads(rest, self.wrench[~known].reshape(*rest.batch_shape, n))
+        codes[~known] = loads.status_codes.ravel()
+        twist[~known] = move_twist(loads.twist, rest.offset).reshape(-1, n)
         return codes, twist
 
     @property

@@ -26,6 +26,7 @@ _AT_ONCE = 4096  # poses: few enough for the cache
 _SWEEPS = 12
 _ROUNDING = 1e-9  # of the largest eigenvalue, where the rank is decided
 _DONE = 1e-30  # of squares: rounding
+_TINY = 1e-300  # keeps the quotient where there is nothing to rotate
 
 
 def symmetric_eigenvalues(A: np.ndarray) -> np.ndarray:
@@ -70,15 +71,14 @@ def _rotate(a: dict[tuple[int, int], np.ndarray], p: int, q: int, n: int) -> Non
     """Make entry (p, q) zero."""
     a_pq = a[p, q]
     difference = a[q, q] - a[p, p]
-    # t = tan of the smaller angle; 0 / 0 happens for diagonal matrices only.
-    root = np.abs(difference) + np.sqrt(difference**2 + 4 * a_pq**2)
-    t = np.divide(2 * a_pq, root, out=np.zeros_like(root), where=root > 0)
-    t = np.copysign(1.0, difference) * t
+    # t = tan of the smaller angle; zero where all is zero, as of diagonal matrices.
+    root = np.abs(difference) + np.sqrt(difference**2 + 4 * a_pq**2) + _TINY
+    t = np.copysign(2.0, difference) * a_pq / root
     c = 1 / np.sqrt(1 + t**2)
-    s = t * c
-    a[p, p] = a[p, p] - t * a_pq
-    a[q, q] = a[q, q] + t * a_pq
-    a[p, q] = np.zeros_like(a_pq)
+    s, moved = t * c, t * a_pq
+    a[p, p] = a[p, p] - moved
+    a[q, q] = a[q, q] + moved
+    a[p, q] = np.zeros(1)
     for r in range(n):
         if r not in (p, q):
             rp, rq = (min(r, p), max(r, p)), (min(r, q), max(r, q))

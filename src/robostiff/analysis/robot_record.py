@@ -99,7 +99,7 @@ def recorded_at_one(robot: Robot, pose: Any) -> PosesOfRobot | None:
     if record.compiled is None:
         return None
     places, home, left = _plain_coordinates(robot)
-    numbers = pose.tolist() if type(pose) is np.ndarray else pose
+    numbers = pose.tolist() if type(pose) is np.ndarray and pose.ndim == 1 else pose
     if type(numbers) is not list or len(numbers) != len(places):
         return None
     coordinates, turned = home.copy(), 0.0

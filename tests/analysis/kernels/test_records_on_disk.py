@@ -3,6 +3,8 @@
 import hashlib
 import json
 import os
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -64,6 +66,27 @@ def test_linkages_and_other_outputs_are_kept_too(monkeypatch):
     np.testing.assert_array_equal(first.evaluate(drives).matrix, again.evaluate(drives).matrix)
     assert compiled(model("hexapod"), outputs).kernel == others[0].kernel
     assert compiled(legs, rates, parameters=("R",)).kernel == others[1].kernel
+
+
+def test_calls_read_what_was_recorded_before(monkeypatch):
+    compiled(model("3-rpr"))
+    compiled(rs.load_linkage(FOUR_BAR))
+    must_not_record(monkeypatch)
+    assert rs.stiffness(model("3-rpr")).recorded is not None
+    assert rs.stiffness(rs.load_linkage(FOUR_BAR), {"crank": 0.1}).recorded is not None
+
+
+def test_a_record_is_read_at_the_second_call_without_what_makes_records():
+    compiled(model("3-rpr"))
+    code = (
+        "import sys, robostiff as rs; robot = rs.load('3-rpr'); "
+        "found = [rs.stiffness(robot).recorded is not None for _ in range(2)]; "
+        "heavy = ('sympy', 'scipy', 'robostiff.recorded', 'robostiff.linkage'); "
+        "print(found, [name for name in heavy if name in sys.modules])"
+    )
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    assert done.stdout.split() == ["[False,", "True]", "[]"]
 
 
 def test_another_robot_or_output_is_recorded_for_itself(cache):
