@@ -26,7 +26,7 @@ from robostiff.analysis.questions import (
 from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD, solve_snapshot
 from robostiff.compiled import Backend, Output, kernel_of
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Details, Form, Status, Tolerance
-from robostiff.errors import DisagreementError, InputError
+from robostiff.errors import DisagreementError, InputError, NoAnswerError
 from robostiff.kinematics import ActuatorCoordinates, Near
 from robostiff.kinematics.pose import check_is_not_posed, six_coordinates
 from robostiff.linkage import Configuration, DrivenLinkage, DriveValues, Linkage
@@ -299,4 +299,6 @@ def _(linkage: Linkage, parameters: Sequence[str], joints: Sequence[str] | None)
 @recordable.register
 def _(driven: DrivenLinkage, parameters: Sequence[str], joints: Any) -> LinkageInputs:
     del parameters, joints
+    if not driven.home.is_closed:
+        raise NoAnswerError(f"no record of {driven.part.name!r}: its loops are open at home")
     return LinkageInputs(driven)

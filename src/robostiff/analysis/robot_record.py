@@ -65,12 +65,13 @@ class KeptRecord:
         from robostiff.analysis.kernel_inputs import recordable
         from robostiff.compiled import Backend
 
-        self.is_sought, self.is_tried = True, pays
+        self.is_sought = True
         with suppress(InputError, NoAnswerError):
             taken = dispatched(recordable, self.machine)(self.machine, (), None)
             most = _MOST_OPERATIONS if pays else 0
             made = CompiledStiffness.of(taken, backend=Backend.ARRAYS, most=most)
             self.compiled, self.poses = (made, 0) if made.verified else (None, self.poses)
+        self.is_tried = pays
 
 
 @kept
