@@ -18,7 +18,7 @@ from tests.identification.campaigns import (
     with_values,
 )
 
-CAMPAIGNS = 200
+CAMPAIGNS = 80
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +35,7 @@ def arm(tmp_path_factory):
 
 @pytest.mark.parametrize("is_known", [True, False], ids=["sigma", "estimated sigma"])
 def test_intervals_cover_the_truth(hexapod, is_known):
-    """Of six compliances in 200 campaigns 95 % lie in their intervals, within three errors."""
+    """Of six compliances in 80 campaigns 95 % lie in their intervals, within three errors."""
     # Few numbers, so that the normal distribution would be too narrow where sigma is estimated.
     few = hexapod.measured.chosen(range(5))
     sigma = 1.5e-6
@@ -51,7 +51,7 @@ def test_intervals_cover_the_truth(hexapod, is_known):
             low <= x <= high for x, (low, high) in zip(truth, intervals.values(), strict=True)
         )
     share = inside / (6 * CAMPAIGNS)
-    # the six of one campaign are not independent: the error of their mean is that of 200 to 1200
+    # the six of one campaign are not independent: the error of their mean is that of 80 to 480
     assert abs(share - 0.95) < 3 * (0.95 * 0.05 / CAMPAIGNS) ** 0.5 / 2
 
 
