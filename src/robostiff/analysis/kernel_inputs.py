@@ -136,14 +136,6 @@ def checked_outputs(outputs: Sequence[Output]) -> tuple[Output, ...]:
     return tuple(outputs)
 
 
-def at_joints(robot: Robot, pose: Pose) -> Pose:
-    """The pose; of an arm that is given by all its drives, the coordinates of its joints."""
-    if isinstance(pose, ActuatorCoordinates) and robot.is_posed_by_joints:
-        request = posture_finder(robot.numeric).request(pose)
-        return JointCoordinates(request.numbers) if request.by is Given.JOINTS else pose
-    return pose
-
-
 # Of the length: legs that miss the platform by more are no matter for a record, which takes for
 # granted that they meet it; `stiffness` says where the platform is.
 _MET = 1e-12
@@ -219,8 +211,11 @@ class KernelInputs(Recordable):
         return replace(self, joints=of_joints if kernel is joint_kernel else 0)
 
     def read(self, pose: Pose) -> Pose:
-        """As `at_joints`."""
-        return at_joints(self.subject, pose)
+        """A pose; of an arm that is given by all its drives, the coordinates of its joints."""
+        if isinstance(pose, ActuatorCoordinates) and self.subject.is_posed_by_joints:
+            request = posture_finder(self.subject.numeric).request(pose)
+            return JointCoordinates(request.numbers) if request.by is Given.JOINTS else pose
+        return pose
 
     def question(
         self, machine: Any, pose: Any, given: np.ndarray, tolerance: Tolerance = DEFAULT_TOLERANCE

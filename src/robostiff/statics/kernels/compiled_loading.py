@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.compiled_answer import AtGeneralPoses, decided
-from robostiff.analysis.kernel_inputs import InputRows, KernelInputs, ParameterValues, at_joints
+from robostiff.analysis.compiled_answer import AtGeneralPoses, InputRows, decided
+from robostiff.analysis.kernel_inputs import KernelInputs, ParameterValues
 from robostiff.compiled import Kernel
 from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.codes import chunks_of, in_shares
@@ -226,9 +226,9 @@ class CompiledLoading:
         """
         threads = whole_threads(threads)
         robot, space = self.robot, self.robot.space
-        pose = at_joints(robot, pose)
-        by_joints = isinstance(pose, JointCoordinates)
         inputs = self._inputs
+        pose = inputs.read(pose)
+        by_joints = isinstance(pose, JointCoordinates)
         given = inputs.checked(pose)
         count = len(given)
         F = wrenches_of("wrench", wrench, space)
