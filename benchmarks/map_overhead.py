@@ -8,7 +8,6 @@ from __future__ import annotations
 import sys
 import tempfile
 import time
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,37 +15,20 @@ import numpy as np
 
 import robostiff as rs
 from robostiff.analysis.maps.dataset import MapArrays
-from robostiff.analysis.maps.evaluator import room_for
+from robostiff.analysis.maps.evaluator import DirectForm, MapEvaluator
 from robostiff.analysis.maps.job import MapJob, MapSummary
 from robostiff.analysis.maps.pose_columns import SIX, pose_columns
 from robostiff.analysis.maps.run import Threads, followed, workforce
 from robostiff.analysis.maps.store import MapStore, create_store
-from robostiff.analysis.maps.variables import map_variables
 
 
-@dataclass(frozen=True)
-class Filling:
-    """Fills the variables with numbers that do not compress well."""
-
-    robot: rs.Robot
-    quantity: rs.Quantity
-    method: str = "none"
-    most_poses: int = 2**20
-
-    @property
-    def variables(self):
-        return map_variables(self.robot, (self.quantity,))
-
-    def evaluate(self, poses, out=None):
-        out = room_for(self.variables, len(poses)) if out is None else out
-        for variable in self.variables:
-            array = out[variable.name]
-            if variable.is_float:
-                for k, entry in enumerate(np.ndindex(variable.shape)):
-                    array[(slice(None), *entry)] = poses[:, k % 6] + 1.234 * poses[:, (k + 1) % 6]
-            else:
-                array[...] = 0
-        return out
+def filling(asked: MapEvaluator, poses: np.ndarray) -> dict[str, np.ndarray]:
+    """Numbers that do not compress well for each variable, poses side by side in memory."""
+    found = {v.name: np.zeros((*v.shape, len(poses)), v.dtype) for v in asked.variables}
+    for variable in asked.variables:
+        for k, entry in enumerate(np.ndindex(variable.shape) if variable.is_float else ()):
+            found[variable.name][entry] = poses[:, k % 6] + 1.234 * poses[:, (k + 1) % 6]
+    return {name: np.moveaxis(array, -1, 0) for name, array in found.items()}
 
 
 def main() -> None:
@@ -57,7 +39,8 @@ def main() -> None:
     print(f"{count**6} poses, {rs.Threads().number} threads, million poses a second")
     print(f"{'quantity':20} {'memory':>10} {'Zarr':>10}")
     for quantity in (rs.Quantity.PRINCIPAL_STIFFNESS, rs.Quantity.STIFFNESS):
-        job = MapJob(Filling(robot, quantity), columns, grid)
+        form = DirectForm(filling, "none", 2**20)
+        job = MapJob(MapEvaluator(robot, columns, (quantity,), form=form), grid)
         blocks = range(len(job.partition))
 
         def rate(work, finish, job=job, blocks=blocks):
@@ -67,12 +50,12 @@ def main() -> None:
                 finish(followed(running, MapSummary(), job.partition.poses, None))
             return job.partition.poses / (time.perf_counter() - started) / 1e6
 
-        arrays = MapArrays(job, {})
+        arrays = MapArrays(job)
         rate(arrays, arrays.dataset)  # the first touch of memory is the system's time
         in_memory = rate(arrays, arrays.dataset)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "map.zarr"
-            create_store(path, job, {}, {})
+            create_store(path, job)
             store = MapStore(path, job)
             on_disk = rate(store, store.finish)
         print(f"{quantity.value:20} {in_memory:10.2f} {on_disk:10.2f}")

@@ -113,7 +113,7 @@ def kernel(name: str) -> None:
     code = fast.kernel.code
     if not isinstance(code, ClosedCode):
         raise TypeError("a kernel under load takes steps")
-    steps = code.many.step.operations
+    steps = code.few.step.program.operations
     print(
         f"{name:<16}{fast.kernel.operations:>11}{steps:>8}{answer.guarded_share:>9.4f}{off:>12.1e}"
         f"{loaded:>11.0f}{loaded / without:>9.1f}"

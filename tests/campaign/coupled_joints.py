@@ -21,8 +21,7 @@ import robostiff as rs
 from robostiff.elasticity import circle, material
 from robostiff.elastostatics import Status
 from robostiff.io.snapshot import snapshot_to_data
-from robostiff.kinematics import find_posture
-from robostiff.kinematics.posture import Posture
+from robostiff.kinematics import Posture, find_posture
 from robostiff.model import (
     Actuated,
     Branch,

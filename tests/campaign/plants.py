@@ -350,15 +350,13 @@ def _chunk_offset(patch: Patch) -> None:
     from robostiff.analysis.maps.evaluator import MapEvaluator
 
     def changed(of: Any) -> Any:
-        def wrong(self: Any, poses: np.ndarray) -> Any:
-            return of(
-                self,
-                poses if len(poses) % 4 == 0 and len(poses) > 4000 else np.roll(poses, 1, axis=0),
-            )
+        def wrong(self: Any, poses: np.ndarray, out: Any, **how: Any) -> Any:
+            is_right = len(poses) % 4 == 0 and len(poses) > 4000
+            return of(self, poses if is_right else np.roll(poses, 1, axis=0), out, **how)
 
         return wrong
 
-    patch.method(MapEvaluator, "_chunk", changed)
+    patch.method(MapEvaluator, "evaluate", changed)
 
 
 def _unit(patch: Patch) -> None:

@@ -1,5 +1,7 @@
 """Poses from CSV; maps as NetCDF, and back."""
 
+import re
+
 import numpy as np
 import pytest
 import xarray
@@ -135,6 +137,24 @@ def test_a_damaged_chunk_is_named_when_it_is_read(tmp_path):
     chunk.unlink()
     with pytest.raises(InputError, match=r"it has no K/c/"):
         read_map(path).K.load()
+
+
+def test_a_changed_description_is_named(tmp_path):
+    """Of the store and of each array: one letter of a unit, a title or a shape."""
+    path = tmp_path / "map.zarr"
+    rs.stiffness_map(loaded("3-puu"), Grid(x=Axis(-0.1, 0.1, 4)), store=path)
+    described = sorted(path.rglob("zarr.json"))
+    assert len(described) > 5
+    for file in described:
+        whole = file.read_text(encoding="utf-8")
+        for old, new in (("N/m", "N/n"), ("3-puu", "3-pus"), ('"shape": [', '"shape": [1')):
+            file.write_text(whole.replace(old, new), encoding="utf-8")
+            name = re.escape(file.relative_to(path).as_posix())
+            if old in whole:
+                with pytest.raises(InputError, match=rf"is damaged: it has a {name} that was"):
+                    read_map(path)
+        file.write_text(whole, encoding="utf-8")
+    assert read_map(path).attrs["poses"] == 4
 
 
 def test_maps_of_other_programs_are_read_where_they_are_maps(found, tmp_path):

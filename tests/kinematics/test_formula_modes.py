@@ -7,7 +7,6 @@ import pytest
 
 from robostiff.elasticity import Elasticity
 from robostiff.kinematics import PostureFinder, leg_compliance
-from robostiff.kinematics.closure.assembly import RootSigns
 from robostiff.kinematics.formula import place_leg
 from robostiff.model import (
     Actuated,
@@ -93,7 +92,7 @@ def test_the_way_of_home_is_recorded_and_no_other(case: LegCase):
     (solver,) = PostureFinder(case.robot).solvers
     assert solver.closed_form is not None
     mode = solver.closed_form.mode
-    other = RootSigns(mode.root, -mode.first, -mode.second)
+    other = replace(mode, first=-mode.first, second=-mode.second)
     turned = replace(solver, closed_form=solver.closed_form.in_mode(other))
     record, pose = recorded_pose(poses)
     legs = at_samples(place_leg(case.leg, pose, turned).leg, len(poses))

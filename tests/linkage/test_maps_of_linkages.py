@@ -9,7 +9,8 @@ import pytest
 
 import robostiff as rs
 from robostiff.analysis.identity import plain
-from robostiff.analysis.maps import Batched, Compiled, request
+from robostiff.analysis.maps import Batched, Compiled
+from robostiff.analysis.maps import map as maps
 from robostiff.io.map_files import read_poses
 
 FOUR_BAR = Path(__file__).parents[2] / "examples" / "four-bar.xml"
@@ -52,12 +53,10 @@ def test_kernel_and_networks_give_one_map_with_a_status_at_each_pose(four_bar):
 def test_many_poses_take_the_kernel_and_few_the_networks(four_bar, monkeypatch):
     def methods(count):
         poses = rs.Grid(crank=rs.Axis(0, 0.1, count))
-        return request.checked_request(
-            four_bar, poses, QUANTITIES[:1], None, 1.0, None
-        ).job.evaluator.method
+        return maps.checked_job(four_bar, poses, QUANTITIES[:1], length=1.0).evaluator.method
 
     assert methods(3) == "networks"
-    monkeypatch.setattr(request, "_LINKAGE_PAYS", 3)
+    monkeypatch.setattr(maps, "_LINKAGE_PAYS", 3)
     assert "compiled" in methods(3)
 
 

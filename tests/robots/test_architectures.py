@@ -10,8 +10,7 @@ from robostiff.elasticity import tube
 from robostiff.elastostatics import Status
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
-from robostiff.kinematics import PostureFinder
-from robostiff.kinematics.jacobians import freedom_twists
+from robostiff.kinematics import PostureFinder, freedom_twists
 from robostiff.model import PlacedBlock, PlacedFreedom, Robot
 from robostiff.robots import robot_file
 from tests.cases.metric import distance

@@ -3,8 +3,8 @@
 import numpy as np
 
 import robostiff as rs
-from robostiff.statics.equations.problem import LoadCase
-from robostiff.statics.equations.vibration import SmallMotions
+from robostiff.statics.chains.elements import Spot
+from robostiff.statics.equations.vibration import mass_rows
 from robostiff.statics.loading.given_loads import Acting
 from robostiff.statics.loading.loaded_posture import postures_of
 
@@ -12,11 +12,10 @@ from robostiff.statics.loading.loaded_posture import postures_of
 def mass_matrix(robot: rs.Robot, pose: rs.JointCoordinates) -> np.ndarray:
     """Of a serial arm whose joints all have a stiffness and whose links are rigid (m, m)."""
     loaded = postures_of(robot, pose, None).loaded(0, Acting(beams=rs.Linear()), masses={})
-    problem, nothing = loaded.problem, np.zeros(loaded.problem.size)
-    known = problem.linearised(problem.unloaded, LoadCase(nothing, nothing), 0.0)
-    small = SmallMotions.of(problem, loaded.masses, known, problem.unloaded)
-    m = small.B.shape[1] - problem.size
-    # the twist of the platform follows from the joints, so that the chain stays closed
-    twist = -np.linalg.lstsq(small.closure[:, m:], small.closure[:, :m], rcond=None)[0]
-    B = small.B[:, :m] + small.B[:, m:] @ twist
+    problem, state = loaded.problem, loaded.problem.unloaded
+    B, m = mass_rows(problem, loaded.masses, state), len(problem.free)
+    # the platform moves with the body behind the last joint, so that the chain stays closed
+    last = Spot(0, len(problem.legs.chains[0].elements))
+    twist = problem.legs.twists(state.legs, state.p, [last])[0][list(problem.rows)]
+    B = B[:, :m] + B[:, m:] @ twist[:, problem.free]
     return B.T @ B

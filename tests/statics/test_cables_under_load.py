@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pkgutil
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,8 @@ import robostiff as rs
 from robostiff.model.cable import Cable, CableRobot, Weight
 from robostiff.spatial import Frame, Space
 from tests.cables.machines import answered, cable_robot, random_robot
+
+ALONG = "robostiff.statics.equations.newton.PathStep.along"
 
 
 def rested(robot: CableRobot, **given: Any) -> rs.Equilibrium:
@@ -96,6 +99,15 @@ def test_the_same_as_the_response_with_locked_winches():
     assert loaded.status == response.status
 
 
+def test_the_whole_load_is_met_between_two_steps_of_a_path_at_once(monkeypatch: pytest.MonkeyPatch):
+    """In 4 steps of regula falsi; 40 more were made where both ends counted less and less."""
+    arcs, along = [], pkgutil.resolve_name(ALONG)
+    monkeypatch.setattr(ALONG, lambda own, h: arcs.append(h) or along(own, h))
+    loaded = rested(cable_robot("cable-3-suspended"), wrench=[50, 20, 0, 0, 0, 0])
+    assert loaded.stable
+    assert 5 < len(arcs) < 30
+
+
 def test_a_load_above_topples_a_platform_at_one_cable():
     """``W c theta^2 / 2 - P h theta^2 / 2``, as both turn about the attachment."""
     W, c, h = 300.0, 0.4, 0.25
@@ -127,7 +139,7 @@ def test_a_platform_is_lifted_at_the_limit_of_its_path():
     assert np.isclose(curve.critical_factor.values[0], found.factor, rtol=1e-9)
     assert curve.critical_mode.values[0] == found.mode
     response = rs.cable_response(robot, wrench=load)
-    assert np.isclose(response.carried, found.factor, rtol=1e-3)
+    assert np.isclose(response.carried, found.factor, rtol=1e-9)
 
 
 def test_a_platform_whose_cables_are_all_slack_is_at_its_limit():

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import robostiff as rs
 from robostiff.elasticity.cantilever import cantilever_compliance
 from robostiff.record import Record, cosine, derivatives_along, sine
 from robostiff.spatial import Space, skew
@@ -24,6 +25,7 @@ from robostiff.statics.chains.elements import (
 )
 from robostiff.statics.chains.finite_turn import FURTHEST_TURN, FiniteTurn
 from robostiff.statics.chains.legs import Legs
+from tests.statics.robots_under_load import loaded
 
 
 def _joint(random: np.random.Generator, *, turns: bool, slide: float) -> FiniteJoint:
@@ -77,26 +79,24 @@ def _motion(e: Element, y: Any) -> np.ndarray:
     return M
 
 
-def _potential(
-    chain: FiniteChain, x: np.ndarray, axial: np.ndarray, end: np.ndarray, W: np.ndarray
-) -> Any:
+def _potential(legs: Legs, x: np.ndarray, axial: np.ndarray, end: np.ndarray, W: np.ndarray) -> Any:
     """Energy less the work of loads, preloads and the end force; end motion (4, 4).
 
     Stationary in the axial forces of beams.
     """
     energy: Any = 0
+    chain = legs.chains[0]
     forces = iter(axial.tolist())
     T, behind = np.eye(4), [np.eye(4)]
-    for e, place in zip(chain.elements, chain.places, strict=True):
+    for e, place in zip(chain.elements, legs.places.values(), strict=True):
         y = x[place]
         energy = energy + sum(e.stiffness * y * y) * 0.5
         if isinstance(e, FiniteJoint):
             energy = energy - e.preload * y[0]
         else:
             N, bent, k = next(forces), e.bending, e.axial
-            inner = sum(bent.b[:, i] / (1 + N * bent.l[:, i]) for i in range(2))
             z, stretch = bent.z @ y, N - k * (e.modes[0] @ y)
-            h = bent.s * N - inner * (N * N)
+            h = bent.s * N - bent.b / (1 + N * bent.l) * (N * N)
             energy = energy + (h * z * z).sum() * 0.5 - stretch * stretch * (0.5 / k)
         T = T @ _motion(e, y)
         behind.append(T)
@@ -115,7 +115,9 @@ def test_gradient_and_second_derivatives_are_those_of_the_potential(on_entries: 
     record = Record({name: [value] for name, value in zip(names, [*at, *N], strict=True)})
     unknowns = np.array([record.input(name) for name in names], dtype=object)
     x, axial = unknowns[:n], unknowns[n:]
-    potential, T = _potential(chain, x, axial, end, W)
+    kind = object if on_entries else float
+    legs = Legs((chain,), np.zeros((0, 3)).astype(kind), end.astype(kind), tuple(range(6)))
+    potential, T = _potential(legs, x, axial, end, W)
     value = np.vectorize(lambda y: float(y.sample[0]) if hasattr(y, "sample") else float(y))
     # a moment m has the work of the constant matrix m x R / 2 on R, as far as it is symmetric
     of_moment = 0.5 * skew(W[3:]) @ value(T[:3, :3])
@@ -128,21 +130,33 @@ def test_gradient_and_second_derivatives_are_those_of_the_potential(on_entries: 
     missing, rate = (-np.linalg.solve(Q[n:, n:], own) for own in (gradient[n:], Q[n:, :n]))
     gradient, Q = gradient[:n] + Q[:n, n:] @ missing, Q[:n, :n] + Q[:n, n:] @ rate
 
-    kind = object if on_entries else float
-    points = np.zeros((0, 3)).astype(kind)
-    arrays = Legs((chain,), points, end.astype(kind), tuple(range(6))).arrays
     start = np.eye(3)[None].astype(kind), np.zeros((1, 3)).astype(kind)
     given = (x, axial) if on_entries else (at, N)
-    terms = arrays.terms(given[0], *start, W[None], given[1], 1.0)
-    size, (a, b) = np.max(np.abs(Q)), arrays.pairs
+    terms = legs.arrays.terms(given[0], *start, W[None], given[1], 1.0)
+    size, (a, b) = np.max(np.abs(Q)), legs.numbers.of_chains.pairs
     assert value(terms.gradient) == pytest.approx(gradient, abs=1e-12 * size)
     assert value(terms.tangent) == pytest.approx(Q[a, b], abs=1e-12 * size)
     assert value(terms.J[:, :3]) == pytest.approx(J, abs=1e-13)
     assert value(terms.P[0]) == pytest.approx(value(np.array(P)), abs=1e-14)
     assert value(terms.beams.missing) == pytest.approx(missing, rel=1e-12)
-    beams = [chain.places[1], chain.places[3]]
+    beams = [legs.places[0, 1], legs.places[0, 3]]
     of_beams = np.array([own[place] for own, place in zip(rate, beams, strict=True)])
     assert value(terms.beams.rate) == pytest.approx(of_beams, abs=1e-12 * np.max(np.abs(rate)))
+
+
+def test_legs_of_one_kind_are_numbered_once() -> None:
+    """At all poses and under all wrenches; a load on a leg, or one mode less, is another kind."""
+    robot = rs.load("3-prs")
+    pose = rs.find_posture(robot).pose[0] + [0, 0, 0.01, 0, 0, 0]
+    answers = [
+        loaded(robot),
+        loaded(robot, pose=pose, wrench=[1, 2, 3, 0, 0, 0]),
+        loaded(robot, beams=rs.Bowing(elements=1)),
+        loaded(robot, loads={"leg1/drive": [0, 0, -1]}),
+    ]
+    first, *others = (own.found.known.problem.legs.numbers for own in answers if own.found)
+    assert [own is first for own in others] == [True, False, False]
+    assert [own.total - first.total for own in others] == [0, 0, 0]
 
 
 def test_turns_have_one_value_on_both_sides_of_where_series_end() -> None:

@@ -13,12 +13,14 @@ from mpmath import mp
 import robostiff as rs
 from robostiff.compiled.closed import ClosedCode
 from robostiff.kinematics import posture_finder
-from robostiff.model import PlacedFreedom
+from robostiff.model import Branch, Chain, Leg, ParallelBlock, PlacedFreedom
 from robostiff.recorded.closure import LAST
-from robostiff.statics.kernels.strut import buckling_of
+from robostiff.spatial import Frame
+from robostiff.statics.chains.elements import FiniteJoint
+from robostiff.statics.kernels.strut import buckling_of, struts_among
 from robostiff.statics.loading.given_loads import Acting
 from robostiff.statics.loading.loaded_posture import postures_of
-from tests.statics.robots_under_load import loaded
+from tests.statics.robots_under_load import loaded, struts
 
 COUNT = 3
 # One answer or a batch, as the question is.
@@ -170,6 +172,50 @@ def test_four_steps_arrive_at_half_the_critical_load_and_newtons_are_squared():
     seen = after > 1e-13
     assert np.count_nonzero(seen) > 100
     assert np.all(after[seen] < 8 * before[seen] ** 2)
+
+
+@pytest.mark.parametrize("aside", [0.0, 1e-7, 1e-3])
+def test_a_leg_is_a_strut_where_it_carries_what_a_spring_between_two_points_does(aside: float):
+    """And no other: the axis of its last joint misses the centre of the two before it."""
+    angles = np.radians([[0, 120, 120, 240, 240, 360], [60, 60, 180, 180, 300, 300]])
+    base, top = (np.stack([np.cos(a), np.sin(a), 0 * a], axis=1) for a in angles)
+    robot = struts(base, 0.6 * top + [0.01, 0.02, 0.8], 1e6, np.array([0, 0, 0.9]))
+    leg = robot.legs[2]
+    joint = leg.elements[-1]
+    assert isinstance(joint, PlacedFreedom)
+    across = np.cross(joint.axis, joint.axis[[1, 2, 0]])
+    moved = replace(joint, point=joint.point + aside * across / np.linalg.norm(across))
+    leg = replace(leg, elements=(*leg.elements[:-1], moved))
+    robot = replace(robot, legs=(*robot.legs[:2], leg, *robot.legs[3:]))
+    found = struts_among(postures_of(robot, None, None).loaded(0, Acting()).problem)
+    assert found == ({0, 1, 2, 3, 4, 5} if aside == 0 else {0, 1, 3, 4, 5})
+
+
+def test_a_leg_between_bearings_that_are_stiffer_along_one_axis_is_no_strut():
+    """At home the leg is along that axis; it turns away from it."""
+    robot = rs.load("hexapod")
+    problem = postures_of(robot, None, None).loaded(0, Acting()).problem
+    assert struts_among(problem) == set(range(6))
+    chain = problem.legs.chains[0]
+    k, first = next((k, e) for k, e in enumerate(chain.elements) if not isinstance(e, FiniteJoint))
+    softer = replace(first, stiffness=first.stiffness * np.array([1, 1, 0.25]))
+    elements = (*chain.elements[:k], softer, *chain.elements[k + 1 :])
+    chains = (replace(chain, elements=elements), *problem.legs.chains[1:])
+    other = replace(problem, legs=replace(problem.legs, chains=chains))
+    assert struts_among(other) == set(range(1, 6))
+
+
+def test_a_leg_of_two_struts_side_by_side_carries_what_both_do():
+    """It is no strut itself, though each of its branches behaves as one."""
+    robot, still = rs.load("gough-stewart-b"), Frame(np.eye(3), np.zeros(3))
+    pair = tuple(Branch(own.name, own.base, own.chain, own.attachment) for own in robot.legs[:2])
+    leg = Leg("pair", still, Chain((ParallelBlock(pair, "block"),)), still)
+    other = replace(robot, legs=(leg, *robot.legs[2:]))
+    fast = rs.compile_loaded(other, backend=rs.Backend.ARRAYS)
+    pose, wrench = postures("gough-stewart-b"), loads("gough-stewart-b", 3e-3)
+    found, sure = (own.evaluate(pose, wrench) for own in (fast, compiled("gough-stewart-b")))
+    assert not found.guarded.any()
+    assert np.abs(found.K - sure.K).max() < 1e-9 * np.abs(sure.K).max()
 
 
 @pytest.mark.parametrize("force", [-5e5, 5e5])

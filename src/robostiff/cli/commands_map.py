@@ -42,11 +42,10 @@ from robostiff.analysis.maps import (
 from robostiff.analysis.maps import Progress as Done
 from robostiff.analysis.maps.pose_columns import FACTOR, SIX, Mapped, coordinate_units
 from robostiff.analysis.maps.pose_source import PoseSource
-from robostiff.analysis.maps.store import already_there
 from robostiff.cli import arguments as written
 from robostiff.cli.command import BAD_STATUS, INTERRUPTED, answered
+from robostiff.cli.map_options import MapOptions
 from robostiff.cli.output import draw, new_file, picture_beside
-from robostiff.cli.pictures import MakeMap
 from robostiff.errors import InputError, NoAnswerError, needs_extra
 from robostiff.io.map_files import check_netcdf, read_poses, write_map_netcdf
 from robostiff.io.units import Dimension, parse_quantities
@@ -57,7 +56,7 @@ if TYPE_CHECKING:
     from robostiff.statics.loaded_map import UnderLoad
 
 
-def read_asked_poses(robot: Mapped, asked: MakeMap) -> PoseSource:
+def read_asked_poses(robot: Mapped, asked: MapOptions) -> PoseSource:
     """Grid, list or random poses, as given on the command line."""
     if asked.poses is not None:
         if asked.axes or asked.joints or asked.random is not None or asked.factors:
@@ -177,7 +176,7 @@ _QUANTITIES = {quantity.value: quantity for quantity in Quantity}
 _IN_MEMORY = 100_000  # poses of a NetCDF file; more are computed into a store beside it
 
 
-def _under_load(asked: MakeMap) -> UnderLoad | None:
+def _under_load(asked: MapOptions) -> UnderLoad | None:
     if asked.under_load:
         from robostiff.statics.loaded_map import UnderLoad
 
@@ -188,7 +187,7 @@ def _under_load(asked: MakeMap) -> UnderLoad | None:
     return None
 
 
-def make_map(asked: MakeMap) -> int:
+def make_map(asked: MapOptions) -> int:
     """Compute a map, write it, and print a summary."""
     output = _checked_output(asked)
     picture = picture_beside(asked.plot, asked.answer, is_scene=False)
@@ -258,7 +257,7 @@ def make_map(asked: MakeMap) -> int:
     return 0 if found.attrs["poses_reachable"] else BAD_STATUS
 
 
-def _checked_output(run: MakeMap) -> Path | None:
+def _checked_output(run: MapOptions) -> Path | None:
     """Where to write; None where only the summary is printed."""
     with needs_extra("maps", "maps"):
         import xarray  # noqa: F401
@@ -287,13 +286,9 @@ def _checked_output(run: MakeMap) -> Path | None:
             expected=f"{'a new name' if run.reductions else 'FILE.nc'}: a store is never replaced",
             hint="remove it, or continue it with --resume",
         )
-    if not output.absolute().parent.is_dir():
-        raise InputError("--output", got=run.output, expected="a store in an existing folder")
-    if output.exists() and not run.resume:
-        raise already_there(output)
     return output
 
 
-def _endings(run: MakeMap) -> tuple[str, ...]:
+def _endings(run: MapOptions) -> tuple[str, ...]:
     """Of outputs, first that of one that can be resumed."""
     return (".npz",) if run.reductions else (".zarr", ".nc")

@@ -1,5 +1,9 @@
 """Records of robots turned into kernels: SIMD machine code, or NumPy in chunks."""
 
+from robostiff.compiled.array_loops import PAGES as PAGES
+from robostiff.compiled.array_loops import PLACES as PLACES
+from robostiff.compiled.array_loops import count_by_digits as count_by_digits
+from robostiff.compiled.array_loops import uniform_rows as uniform_rows
 from robostiff.compiled.codes import ArrayCode as ArrayCode
 from robostiff.compiled.codes import MachineCode as MachineCode
 from robostiff.compiled.codes import room_for as room_for

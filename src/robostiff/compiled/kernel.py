@@ -143,6 +143,12 @@ class Kernel:
         return replace(self, code=self.code.by(code))
 
 
+def processors() -> int:
+    """How many this process may use."""
+    are_told = hasattr(os, "sched_getaffinity")
+    return len(os.sched_getaffinity(0)) if are_told else os.cpu_count() or 1
+
+
 def whole_threads(threads: int | None, poses: int = 0) -> int:
     """A number of threads as it was given; of None, one for each 10^5 poses.
 
@@ -152,9 +158,7 @@ def whole_threads(threads: int | None, poses: int = 0) -> int:
         When it is none.
     """
     if threads is None:
-        are_left = hasattr(os, "sched_getaffinity")
-        most = len(os.sched_getaffinity(0)) if are_left else os.cpu_count() or 1
-        return max(1, min(most, poses // _POSES_A_THREAD))
+        return max(1, min(processors(), poses // _POSES_A_THREAD))
     if not isinstance(threads, int) or isinstance(threads, bool) or threads < 1:
         raise InputError("threads", got=threads, expected="a whole number from 1")
     return threads

@@ -10,7 +10,7 @@ import ctypes
 import math
 import platform
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any, TypeAlias
@@ -115,30 +115,40 @@ def machine_code_is_available() -> bool:
 _Compiled = Callable[[int, int, int, int], None]
 
 
+def functions_of(
+    text: str, processor: Processor, kinds: Mapping[str, tuple[Any, ...]]
+) -> dict[str, Any]:
+    """Functions that are written in the language of LLVM, by name, with the types they take."""
+    import llvmlite.binding as llvm
+
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    machine = llvm.Target.from_default_triple().create_target_machine(
+        cpu=processor.name, features=processor.features, opt=2, jit=True
+    )
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
+    engine.finalize_object()
+    found = {}
+    for name, kind in kinds.items():
+        found[name] = ctypes.CFUNCTYPE(None, *kind)(engine.get_function_address(name))
+        found[name].engine = engine  # owns the machine code, and lives as long as its functions
+    return found
+
+
 @dataclass(frozen=True)
 class VectorFunction:
     """A program as machine code for one processor."""
 
     address: _Compiled
     width: int  # how many poses an operation takes
-    engine: Any = field(repr=False)  # owns the machine code, and lives as long as the function
 
     @staticmethod
     def of(program: Program, processor: Processor) -> VectorFunction:
         """Compile a program."""
-        import llvmlite.binding as llvm
-
-        llvm.initialize_native_target()
-        llvm.initialize_native_asmprinter()
-        module = llvm.parse_assembly(text_of(program, processor.width))
-        machine = llvm.Target.from_default_triple().create_target_machine(
-            cpu=processor.name, features=processor.features, opt=2, jit=True
-        )
-        engine = llvm.create_mcjit_compiler(module, machine)
-        engine.finalize_object()
         pointer, count = ctypes.c_void_p, ctypes.c_int64
-        kind = ctypes.CFUNCTYPE(None, pointer, pointer, count, count)
-        return VectorFunction(kind(engine.get_function_address("program")), processor.width, engine)
+        kinds = {"program": (pointer, pointer, count, count)}
+        functions = functions_of(text_of(program, processor.width), processor, kinds)
+        return VectorFunction(functions["program"], processor.width)
 
     def fill(self, inputs: Rows, outputs: Rows, part: slice) -> None:
         """Fill rows of results at a part of the poses, float64, poses side by side in each row."""

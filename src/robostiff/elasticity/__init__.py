@@ -15,6 +15,7 @@ from robostiff.elasticity.beam import (
     beam_stiffness,
     tapered_compliance,
 )
+from robostiff.elasticity.beam_from_matrix import UniformBeam, uniform_beam
 from robostiff.elasticity.cantilever import cantilever_compliance, cantilever_stiffness
 from robostiff.elasticity.material import MATERIALS, Material, material
 from robostiff.elasticity.shapes import CrossSection, box, circle, i_section, rectangle, tube
@@ -35,6 +36,7 @@ __all__ = [
     "Material",
     "SlenderBeam",
     "Timoshenko",
+    "UniformBeam",
     "beam_compliance",
     "beam_stiffness",
     "box",
@@ -52,4 +54,5 @@ __all__ = [
     "tapered_compliance",
     "translational_spring",
     "tube",
+    "uniform_beam",
 ]

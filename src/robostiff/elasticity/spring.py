@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robostiff.elasticity.beam import SlenderBeam
+from robostiff.elasticity.beam_from_matrix import UniformBeam, uniform_beam
 from robostiff.elasticity.bounds import Bounds, left_open
 from robostiff.elasticity.checks import as_array, positive_number
 from robostiff.errors import InputError
@@ -86,6 +87,11 @@ class Elasticity:
     def modes(self) -> NDArray[Any]:
         """Twists (..., 6, 6) in columns: a wrench w stores the energy ``|modes^T w|^2 / 2``."""
         return compliance_modes(self.compliance)
+
+    @cached_property
+    def as_beam(self) -> UniformBeam | None:
+        """The uniform beam that a matrix of numbers is of, in its own axes; None of others."""
+        return None if self.freedoms.size else uniform_beam(self.compliance)
 
     @property
     def is_rigid(self) -> bool:

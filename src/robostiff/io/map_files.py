@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import os
 from collections.abc import Hashable
 from pathlib import Path
@@ -24,7 +25,8 @@ if TYPE_CHECKING:
     import xarray
 
 
-_BLOCK_BYTES = 2**23  # of a variable in memory
+# Of a variable in memory, and of a chunk in a file.
+_BLOCK_BYTES, _CHUNK_BYTES = 2**23, 2**20
 _SECONDS, _BYTES_A_SECOND = 20, 5_000_000
 _MOST_EXPANSION = 1100  # of deflate
 
@@ -73,7 +75,8 @@ def write_map_netcdf(found: xarray.Dataset, path: str | os.PathLike[str]) -> Non
     import h5netcdf
 
     with whole_file(path) as begun, _DelayingFile(begun, "wb+") as file:
-        with h5netcdf.File(file, "w") as whole:
+        # a chunk of two blocks stays in the cache until both are there
+        with h5netcdf.File(file, "w", rdcc_nbytes=2 * _CHUNK_BYTES) as whole:
             whole.dimensions = {str(name): size for name, size in found.sizes.items()}
             whole.attrs.update({name: own for name, own in found.attrs.items() if own != ""})
             for name, array in found.variables.items():
@@ -98,8 +101,13 @@ def _write_variable(whole: Any, name: str, array: xarray.Variable, coordinates: 
         if array.chunks is None:
             rows = max(1, _BLOCK_BYTES * len(array) // (array.size * array.dtype.itemsize))
             array = array.to_base_variable().chunk({array.dims[0]: rows})
+        chunk = [own[0] for own in array.chunks or ()]
+        # HDF5 takes several times the memory of a chunk: cut along the first of several places
+        axis = next((k for k, n in enumerate(chunk) if n > 1), 0)
+        parts = -(-math.prod(chunk) * array.dtype.itemsize // _CHUNK_BYTES)
+        chunk[axis] = -(-chunk[axis] // parts)
         options = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
-        options |= {"fletcher32": True, "chunks": tuple(own[0] for own in array.chunks or ())}
+        options |= {"fletcher32": True, "chunks": tuple(chunk)}
     missing = np.nan if kind == "f" else None
     dtype = h5py.string_dtype() if kind == "U" else array.dtype
     made = whole.create_variable(name, array.dims, dtype, fillvalue=missing, **options)

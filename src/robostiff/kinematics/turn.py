@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,35 +17,24 @@ _TINY = 1e-300
 _EYE = np.eye(3)
 
 
-@dataclass(frozen=True)
-class Turn:
-    """A rotation by an angle that is given by cosine and sine."""
+def turn_by_cosine(axis: np.ndarray, c: Any, s: Any) -> np.ndarray:
+    """Rotation matrix c I + s (e x) + (1 - c) e e^T about a unit vector e, entries or numbers.
 
-    cosine: Any
-    sine: Any
+    c and s are cosine and sine of the angle.
 
-    @classmethod
-    def by(cls, angle: Any) -> Turn:
-        """The turn by an angle [rad], an entry or a number."""
-        return cls(cosine(angle), sine(angle))
-
-    def about(self, axis: np.ndarray) -> np.ndarray:
-        """Rotation matrix c I + s (e x) + (1 - c) e e^T about a unit vector e, entries or numbers.
-
-        Examples
-        --------
-        >>> Turn(0, 1).about(np.array([0, 0, 1])).astype(int).tolist()
-        [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
-        """
-        c, s = self.cosine, self.sine
-        R = np.empty((3, 3), dtype=object)
-        for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-            square = axis[i] * axis[i]
-            R[i, i] = 1 if is_one(square) else c if is_zero(square) else c + (1 - c) * square
-            shared, turned = axis[i] * axis[j], s * axis[k]
-            even = 0 if is_zero(shared) else (1 - c) * shared
-            R[i, j], R[j, i] = even - turned, even + turned
-        return R
+    Examples
+    --------
+    >>> turn_by_cosine(np.array([0, 0, 1]), 0, 1).astype(int).tolist()
+    [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+    """
+    R = np.empty((3, 3), dtype=object)
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        square = axis[i] * axis[i]
+        R[i, i] = 1 if is_one(square) else c if is_zero(square) else c + (1 - c) * square
+        shared, turned = axis[i] * axis[j], s * axis[k]
+        even = 0 if is_zero(shared) else (1 - c) * shared
+        R[i, j], R[j, i] = even - turned, even + turned
+    return R
 
 
 def turn_by_vector_of_entries(r: np.ndarray) -> np.ndarray:
@@ -63,12 +51,12 @@ def turn_by_vector_of_entries(r: np.ndarray) -> np.ndarray:
     turning = [i for i in range(3) if not is_zero(r[i])]
     if len(turning) <= 1:
         k = turning[0] if turning else 2
-        return Turn.by(r[k]).about(np.eye(3, dtype=int)[k])
+        return turn_by_cosine(np.eye(3, dtype=int)[k], cosine(r[k]), sine(r[k]))
     a = square_root(r @ r + (0 if all(map(is_number, r)) else _TINY))
-    half = Turn.by(a * 0.5)
+    c, s = cosine(a * 0.5), sine(a * 0.5)
     # u u^T = 2 v v^T and w u = 2 c v for the quaternion (c, v)
-    u = r * (half.sine / a * math.sqrt(2.0))
-    w = half.cosine * math.sqrt(2.0)
+    u = r * (s / a * math.sqrt(2.0))
+    w = c * math.sqrt(2.0)
     squares = u * u
     R = np.empty((3, 3), dtype=object)
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
@@ -93,12 +81,13 @@ def turn_about(
            [ 0.,  0.,  1.]])
     """
     if object in (angle.dtype, axis.dtype):
-        return Turn.by(angle.item()).about(axis)
+        x = angle.item()
+        return turn_by_cosine(axis, cosine(x), sine(x))
     x, y, z = axis.tolist()
     E = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     entries = (3, 3, *(1,) * angle.ndim)
-    sine, versine = np.sin(angle), 2.0 * np.sin(0.5 * angle) ** 2
-    R = _EYE.reshape(entries) + sine * E.reshape(entries) + versine * (E @ E).reshape(entries)
+    s, versine = np.sin(angle), 2.0 * np.sin(0.5 * angle) ** 2
+    R = _EYE.reshape(entries) + s * E.reshape(entries) + versine * (E @ E).reshape(entries)
     return R.transpose(*range(2, R.ndim), 0, 1)
 
 

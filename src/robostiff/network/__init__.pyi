@@ -9,7 +9,6 @@ from robostiff.network.elements import (
     SpringElement,
     beam_between,
     beam_stiffness_12,
-    section_compliance,
 )
 from robostiff.network.energy import energy_stiffness
 from robostiff.network.equations import Equations, Motion, equations_of
@@ -45,5 +44,4 @@ __all__ = [
     "network_response",
     "network_under_loads",
     "redundancy",
-    "section_compliance",
 ]

@@ -17,6 +17,7 @@ from robostiff.elasticity import (
     EulerBernoulli,
     Material,
     beam_compliance,
+    uniform_beam,
 )
 from robostiff.errors import InputError
 from robostiff.model import PlacedFreedom, PlacedMass, beam_axes
@@ -26,7 +27,7 @@ from robostiff.spatial import as_float, as_floats, twist_transport
 from robostiff.spatial.shapes import Float
 
 _DEFAULT_THEORY = EulerBernoulli()
-_NO_SHEAR = 1e-12  # part of a deflection
+_ROUNDING = 1e-9  # of the length of a beam
 
 
 @dataclass(frozen=True)
@@ -262,35 +263,6 @@ def beam_stiffness_12(
     return B.T @ tip_stiffness @ B
 
 
-def section_compliance(
-    tip_compliance: Float[np.ndarray, "6 6"], length: float
-) -> Float[np.ndarray, 6]:
-    """Strains and curvatures (6,) of the section of a uniform beam under unit forces and moments.
-
-    1 / (EA, G A_y, G A_z, GJ, EI_y, EI_z) [1/N, 1/(N m^2)]; 0 for no deflection by shear. The
-    compliance is that of the tip with the start clamped, in the beam's axes.
-
-    Examples
-    --------
-    >>> section_compliance(np.diag([2.0, 8 / 3, 8 / 3, 6.0, 2.0, 2.0]), 2.0)
-    array([1., 0., 0., 3., 1., 1.])
-
-    A little shear is no rounding:
-
-    >>> section_compliance(np.diag([1.0, 1.0 + 1e-10, 1.0, 1.0, 3.0, 3.0]), 1.0)[1].round(12)
-    np.float64(1e-10)
-    """
-    whole = np.diagonal(tip_compliance) / length
-    c = whole.copy()
-    c[1:3] -= c[[5, 4]] * length**2 / 3
-    c[1:3] = np.where(c[1:3] < _NO_SHEAR * whole[1:3], 0.0, c[1:3])
-    return c
-
-
-# Of an entry: a compliance that differs from that of a uniform beam by less is rounding.
-_ROUNDING = 1e-9
-
-
 @dataclass(frozen=True)
 class DistributedForce:
     """A uniform force along a whole beam, on its axis.
@@ -406,19 +378,19 @@ def _in_axes(beam: BeamElement, what: str, value: ArrayLike, unit: str) -> np.nd
 
 
 def _section_compliance(beam: BeamElement) -> np.ndarray:
-    """That of a uniform beam, see `section_compliance`."""
-    C, L = beam.tip_compliance, beam.length
-    c = section_compliance(C, L)
-    expected = np.diag(c * L)
-    for row, turn, sign in ((1, 5, 1.0), (2, 4, -1.0)):
-        expected[row, row] += c[turn] * L**3 / 3
-        expected[row, turn] = expected[turn, row] = sign * c[turn] * L**2 / 2
-    size = np.sqrt(np.outer(np.diagonal(C), np.diagonal(C)))
-    if np.any(np.abs(C - expected) > _ROUNDING * size):
+    """Strains and curvatures (6,) of the section of a uniform beam under unit forces and moments.
+
+    1 / (EA, G A_y, G A_z, GJ, EI_y, EI_z) [1/N, 1/(N m^2)]; 0 for no deflection by shear, and of a
+    rigid beam.
+    """
+    if not np.any(beam.tip_compliance):
+        return np.zeros(6)
+    own = uniform_beam(beam.tip_compliance)
+    if own is None or abs(own.length - beam.length) > _ROUNDING * beam.length:
         raise InputError(
             f"beam {beam.name!r} with a load between its ends",
             got="a compliance that is not that of a uniform beam",
             expected="one section along the beam, its axes principal",
             hint="divide the beam into pieces, and load their ends",
         )
-    return c
+    return np.array([1 / own.EA, own.shear_y, own.shear_z, 1 / own.GJ, 1 / own.EIy, 1 / own.EIz])

@@ -135,11 +135,6 @@ class Network(FrozenSubject):
                 if any(end in nodes for end in ends):
                     yield mass
 
-    @property
-    def has_masses(self) -> bool:
-        """Whether a body or an elastic part has a mass."""
-        return any(own.masses for own in (*self.nodes, *self.beams, *self.springs))
-
     def weights(self, gravity: np.ndarray) -> Iterator[NodeForce]:
         """Weights under a gravity (3,) [m/s^2]; elastic parts put theirs on their ends.
 

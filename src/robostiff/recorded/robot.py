@@ -237,6 +237,7 @@ def assembled(
     positive = (*softest, *(x for own in placed for x in own.lengths))
     lengths = [_as_part(x) for x in positive if isinstance(x, Entry)]
     K = stiffness_entries(legs, robot.space.size)
+    radicands, losses = _assumed(record, K)
     return RecordedRobot(
         name=robot.name,
         record=record,
@@ -244,8 +245,8 @@ def assembled(
         length=length,
         legs=tuple(legs),
         K=K,
-        reach=(*lengths, *gaps, *_radicands(record, K)),
-        closure_losses=(*_choices(record, K), *(loss for own in placed for loss in own.losses)),
+        reach=(*lengths, *gaps, *radicands),
+        closure_losses=(*losses, *(loss for own in placed for loss in own.losses)),
         limits=tuple(_limits(robot, placed)),
         mass=_mass(robot, placed),
     )
@@ -288,26 +289,21 @@ def _limits(robot: Robot, placed: Sequence[PlacedFormula]) -> list[Any]:
     return found
 
 
-def _radicands(record: Record, K: dict[tuple[int, int], Any]) -> list[Any]:
-    """Radicands that can become negative, relative to their samples."""
-    found = {}
-    for step in record.needed(x.step for x in K.values() if isinstance(x, Entry)):
-        operation, below, _ = record.operations[step]
-        if operation is Operation.SQUARE_ROOT and lower_bound(record, below) < 0:
-            found[below] = _as_part(Entry(record, below))
-    return list(found.values())
+def _assumed(record: Record, K: dict[tuple[int, int], Any]) -> tuple[list[Any], list[Any]]:
+    """Radicands that can become negative, as parts of what they are at the samples; and losses.
 
-
-def _choices(record: Record, K: dict[tuple[int, int], Any]) -> list[Any]:
-    """Losses of the comparisons by which the legs choose a branch."""
-    found = []
+    Those are of the comparisons by which the legs choose a branch.
+    """
+    radicands, losses = {}, []
     for step in record.needed(x.step for x in K.values() if isinstance(x, Entry)):
         operation, a, b = record.operations[step]
-        if operation is Operation.GREATER:
+        if operation is Operation.SQUARE_ROOT and lower_bound(record, a) < 0:
+            radicands[a] = _as_part(Entry(record, a))
+        elif operation is Operation.GREATER:
             apart = record.at(a) - record.at(b)
             by = apart.reciprocal()
-            found.append(by * by * (_CHOSEN * float(np.mean(apart.sample**2))))
-    return found
+            losses.append(by * by * (_CHOSEN * float(np.mean(apart.sample**2))))
+    return [*radicands.values()], losses
 
 
 def _shape(leg: Any) -> tuple[Any, ...]:

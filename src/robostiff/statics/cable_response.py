@@ -136,9 +136,10 @@ def _first_slack(before: FoundEquilibrium, after: FoundEquilibrium) -> tuple[flo
 
     factor = before.factor
     if least(factor) > 0:
-        from scipy.optimize import brentq
+        from scipy.optimize import root_scalar
 
-        factor = float(brentq(least, before.factor, after.factor, xtol=1e-12))
+        found = root_scalar(least, bracket=(before.factor, after.factor), xtol=1e-12)
+        factor = float(found.root)
         pulls = _pulls(known.get(factor, after))
     return factor, int(np.argmin(np.where(taut, pulls, np.inf)))
 

@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
 from robostiff.analysis.maps import Batched, Compiled, Quantity
-from robostiff.analysis.maps.evaluator import Evaluator, MapEvaluator, room_for
-from robostiff.analysis.maps.request import Method
-from robostiff.analysis.maps.variables import NO_RANK, Variable
-from robostiff.analysis.measures import principal_stiffnesses, stiffness_indices
+from robostiff.analysis.maps.evaluator import DirectForm, MapEvaluator, MapMethod
+from robostiff.analysis.maps.variables import NO_RANK
 from robostiff.compiled import Backend
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.model import Robot
 from robostiff.model.cable import CableRobot
 from robostiff.statics.kernels.compile import compile_loaded
-from robostiff.statics.kernels.compiled_loading import CompiledLoading, LoadedAnswer
+from robostiff.statics.kernels.compiled_loading import CompiledLoading
 from robostiff.statics.kernels.forces_on_bodies import StandingLoads
-from robostiff.statics.result import Equilibria
 
 # Equilibria take some 20 ms each, a kernel some seconds to make.
 _WORTH_COMPILING = 2000
@@ -34,7 +31,7 @@ _FREE = 1e-9
 
 
 @dataclass(frozen=True)
-class UnderLoad(StandingLoads):
+class UnderLoad(StandingLoads, MapMethod):
     """As method of `stiffness_map`: everything in the equilibrium under the loads of each pose.
 
     K is the rate of the wrench; principal stiffnesses and indices are those of its symmetric part,
@@ -62,9 +59,10 @@ class UnderLoad(StandingLoads):
     '{"ok": 2, "unstable+beyond-critical-load": 1}'
     """
 
-    by: Method | None = None
+    has_loads: ClassVar = True
+    by: Compiled | Batched | None = None
 
-    def evaluator(self, like: MapEvaluator, count: int) -> Evaluator:
+    def evaluator(self, like: MapEvaluator, count: int) -> MapEvaluator:
         """What computes a map of so many poses; `like` has its robot, columns and quantities.
 
         Raises
@@ -72,7 +70,8 @@ class UnderLoad(StandingLoads):
         InputError
             When a quantity is none under load, or a kernel is required that there is not.
         """
-        if Quantity.ACTUATOR_FORCES in like.quantities:
+        quantities = like.quantities
+        if Quantity.ACTUATOR_FORCES in quantities:
             raise InputError(
                 "quantity of a map under load",
                 got=Quantity.ACTUATOR_FORCES.value,
@@ -81,36 +80,37 @@ class UnderLoad(StandingLoads):
             )
         if self.by is not None and not isinstance(self.by, Compiled | Batched):
             raise InputError("by of UnderLoad", got=self.by, expected="Compiled() or Batched()")
-        if not isinstance(like.robot, CableRobot):
-            return LoadedEvaluator(like, self, self._kernel(like, count))
-        standing = [name for name in ("loads", "gravity", "preload", "by") if getattr(self, name)]
-        if standing or like.of_wrench:
-            raise InputError(
-                f"map of cable robot {like.robot.name!r} under load",
-                got=", ".join([*standing, *(quantity.value for quantity in like.of_wrench)]),
-                expected="UnderLoad() alone, whose wrench the tensions balance",
-            )
-        return like
+        if isinstance(like.robot, CableRobot):
+            standing = [own for own in ("loads", "gravity", "preload", "by") if getattr(self, own)]
+            asked = [*standing, *(own.value for own in quantities if own.needs_wrench)]
+            if asked:
+                raise InputError(
+                    f"map of cable robot {like.robot.name!r} under load",
+                    got=", ".join(asked),
+                    expected="UnderLoad() alone, whose wrench the tensions balance",
+                )
+            return like
+        kernel = self._kernel(like, count)
+        name, most = "equilibria under load", _FEW
+        if kernel is not None:
+            name, most = "compiled record under load, equilibria where it is unsafe", _MANY
+        return replace(like, form=DirectForm(partial(_variables, self, kernel), name, most, self))
 
     def _kernel(self, like: MapEvaluator, count: int) -> CompiledLoading | None:
         required = isinstance(self.by, Compiled)
         if isinstance(self.by, Batched) or (count < _WORTH_COMPILING and not required):
             return None
-        robot, columns = like.robot, like.columns
-        if not isinstance(robot, Robot):
-            return None
+        robot, columns = cast("Robot", like.robot), like.columns
         free = tuple(c.value for c in robot.coordinates)
         fits = columns.of_joints or columns.names[: -columns.loads] == free
-        if columns.of_joints != robot.is_posed_by_joints or not fits:
-            if required:
+        try:
+            if columns.of_joints != robot.is_posed_by_joints or not fits:
                 raise InputError(
                     f"map of {robot.name!r} under load by a kernel",
                     got=" ".join(columns.names),
                     expected="the free coordinates of the robot",
                     hint="leave by out, or write UnderLoad(by=Batched())",
                 )
-            return None
-        try:
             backend = Backend.BEST if count >= _WORTH_MACHINE_CODE else Backend.ARRAYS
             if isinstance(self.by, Compiled):
                 backend = self.by.backend
@@ -121,82 +121,29 @@ class UnderLoad(StandingLoads):
             return None
 
 
-@dataclass(frozen=True)
-class LoadedEvaluator:
-    """Equilibria at poses; see `Evaluator`.
+def _variables(
+    load: UnderLoad, kernel: CompiledLoading | None, like: MapEvaluator, poses: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Variables (N, ...) of a map at equilibria; no numbers where there is none."""
+    pose, F = like.columns.as_pose(poses), like.columns.wrenches(poses)
+    found: Any = (
+        load.equilibria(like.robot, pose, F) if kernel is None else kernel.evaluate(pose, F)
+    )
+    space, codes = like.robot.space, found.status_codes
+    K, K_total, moved = map(np.ma.getdata, (found.K, found.K_total, found.displacement))
+    symmetric, d = 0.5 * (K + np.swapaxes(K, -1, -2)), space.translations
+    rank = _ranks(symmetric, space.rows, like.length)
 
-    Attributes
-    ----------
-    like : MapEvaluator
-        Robot, columns, quantities, length.
-    load : UnderLoad
-    kernel : CompiledLoading or None
-    """
+    def worst() -> np.ndarray:
+        values = np.full(len(rank), np.nan)
+        whole = (rank == space.size) & ((codes & int(_NO_COMPLIANCE)) == 0)
+        C = np.linalg.inv(K_total[whole])
+        values[whole] = np.linalg.norm(C[:, :d, :d], 2, axis=(1, 2))  # not symmetric
+        return values
 
-    like: MapEvaluator
-    load: UnderLoad
-    kernel: CompiledLoading | None
-
-    @property
-    def method(self) -> str:
-        """Name of the method."""
-        if self.kernel is None:
-            return "equilibria under load"
-        return "compiled record under load, equilibria where it is unsafe"
-
-    @property
-    def variables(self) -> tuple[Variable, ...]:
-        """The variables that `evaluate` returns."""
-        return self.like.variables
-
-    @property
-    def most_poses(self) -> int:
-        """So many that progress is seen."""
-        return _FEW if self.kernel is None else _MANY
-
-    def evaluate(
-        self, poses: np.ndarray, out: Mapping[str, np.ndarray] | None = None
-    ) -> Mapping[str, np.ndarray]:
-        """The variables at poses (N, n_coordinates), and which were ``guarded``."""
-        out = room_for(self.variables, len(poses)) if out is None else out
-        columns = self.like.columns
-        pose = columns.as_pose(poses)
-        F = columns.wrenches(poses)
-        found: LoadedAnswer | Equilibria
-        if self.kernel is None:
-            found = self.load.equilibria(self.like.robot, pose, F)
-            guarded = np.zeros(len(poses), dtype=bool)
-        else:
-            found = self.kernel.evaluate(pose, F)
-            guarded = found.guarded
-        for name, values in self._quantities(found).items():
-            out[name][...] = values
-        return {**out, "guarded": guarded}
-
-    def _quantities(self, found: LoadedAnswer | Equilibria) -> dict[str, np.ndarray]:
-        quantities, space = self.like.quantities, self.like.robot.space
-        d = space.translations
-        # no numbers where there is no equilibrium
-        K, K_total, moved = map(np.ma.getdata, (found.K, found.K_total, found.displacement))
-        codes = found.status_codes
-        symmetric = 0.5 * (K + np.swapaxes(K, -1, -2))
-        rank = _ranks(symmetric, space.rows, self.like.length)
-        out: dict[str, np.ndarray] = {"rank": rank, "status": codes}
-        if Quantity.STIFFNESS in quantities:
-            out["K"] = K
-        if Quantity.PRINCIPAL_STIFFNESS in quantities:
-            out |= principal_stiffnesses(symmetric, definite=False)
-        if Quantity.INDICES in quantities:
-            out |= stiffness_indices(symmetric, rank, self.like.length)
-        if Quantity.WORST_DEFLECTION in quantities:
-            worst = np.full(len(rank), np.nan)
-            whole = (rank == space.size) & ((codes & int(_NO_COMPLIANCE)) == 0)
-            C = np.linalg.inv(K_total[whole])
-            worst[whole] = np.linalg.norm(C[:, :d, :d], 2, axis=(1, 2))  # not symmetric
-            out["worst_deflection"] = worst
-        if Quantity.DEFLECTION in quantities:
-            out |= {"displacement": moved[:, :d], "rotation": moved[:, d:]}
-        return out
+    out = like.of_matrices(symmetric, rank, worst, definite=False)
+    out |= {"K": K, "status": codes, "displacement": moved[:, :d], "rotation": moved[:, d:]}
+    return out | {"guarded": getattr(found, "guarded", np.zeros(len(rank), dtype=bool))}
 
 
 _NO_COMPLIANCE = WITHOUT_STIFFNESS | Status.FREE_MOTIONS

@@ -27,7 +27,7 @@ from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.equations.newton import FoundEquilibrium
 from robostiff.statics.equations.problem import EquilibriumProblem, LoadCase
 from robostiff.statics.equations.stability import energies_of
-from robostiff.statics.equations.vibration import SmallMotions
+from robostiff.statics.equations.vibration import vibrations
 from robostiff.statics.equilibrium import solved
 from robostiff.statics.loaded_parts import BodyPlaces, body_places, shares
 from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads, Masses
@@ -326,8 +326,10 @@ def _modes_of(loaded: LoadedPosture, wrench: np.ndarray) -> Modes:
         status, found = answer.status, answer.found
     if found is None:
         return Modes(loaded.name, loaded.space, status)
-    small, each = SmallMotions.of(problem, loaded.masses, found.known, found.state), []
-    for square, shape in zip(*small.vibrations(), strict=True):
+    each = []
+    for square, shape in zip(
+        *vibrations(problem, loaded.masses, found.known, found.state), strict=True
+    ):
         rate, twist = float(np.sqrt(abs(square))), shape[len(shape) - problem.size :]
         frequency, growth = (rate / (2 * np.pi), 0.0) if square >= 0 else (0.0, rate)
         each.append(Mode(frequency, growth, twist, found, shape))

@@ -11,6 +11,7 @@ import numpy as np
 from robostiff.analysis import PartShare
 from robostiff.analysis.cable_stiffness import beyond_limits
 from robostiff.elastostatics import Status
+from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import NoAnswerError
 from robostiff.markup import InNotebooks
 from robostiff.model import Snapshot
@@ -306,7 +307,7 @@ class Equilibrium(InNotebooks):
 
 
 @dataclass(frozen=True, repr=False)
-class Equilibria:
+class Equilibria(StatusOfPoses):
     """Equilibria of a batch of poses or wrenches, one a row; those without an answer are masked.
 
     Attributes
@@ -320,11 +321,6 @@ class Equilibria:
     def status_codes(self) -> np.ndarray:
         """Status of each (N,) as uint16."""
         return np.array([int(one.status) for one in self.each], dtype=np.uint16)
-
-    @property
-    def status(self) -> Status:
-        """Everything that happened to any of them."""
-        return Status(int(np.bitwise_or.reduce(self.status_codes, initial=0)))
 
     @property
     def answered(self) -> np.ndarray:

@@ -9,15 +9,22 @@ from typing import Any, cast, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis import ActuatorLoad, Deflection, DeflectionsOfPoses, JointReaction
+from robostiff.analysis import (
+    ActuatorLoad,
+    Deflection,
+    DeflectionsOfPoses,
+    JointReaction,
+    Stiffness,
+    stiffness,
+)
 from robostiff.analysis import deflection as deflection_under_wrench
-from robostiff.analysis.deflection_under_load import deflection_at, leg_loads
+from robostiff.analysis.deflection_under_load import deflection_at, leg_loads, loads_known
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
 from robostiff.kinematics.pose import OnePose
 from robostiff.linkage import DriveValues, Linkage
-from robostiff.model import Robot, Snapshot
+from robostiff.model import Actuated, Robot, Snapshot
 from robostiff.network import Network, NodeForce
 from robostiff.spatial import Space, move_twist, move_wrench
 from robostiff.statics.chains.beam_bowing import Linear
@@ -159,17 +166,13 @@ def deflection(
             expected="a robot without cables, a snapshot, a network or a linkage",
             hint="cables have cable_response(robot, pose, wrench=...), or 'robostiff cables'",
         )
-    nothing = np.zeros(robot.space.size)
     acting = Acting(loads, none, beams=Linear(), at=at)
-    given = nothing if wrench is None else wrench
-    asked, F = one_loaded_posture(robot, pose, given, near, acting)
-    rest: Any = deflection_under_wrench(replace(robot, springs=()), pose, nothing, **options)
-    problem = asked.problem
+    asked, F = one_loaded_posture(robot, pose, wrench, near, acting)
+    problem, answer = asked.problem, stiffness(replace(robot, springs=()), pose, **options)
     if not np.any(none):  # springs between its bodies are relaxed
         relaxed = (replace(s, constant=-s.stiffness * s.length) for s in problem.legs.springs)
         problem = replace(problem, legs=replace(problem.legs, springs=tuple(relaxed)))
-    flexible = asked.snapshot is not None and asked.snapshot.platform is not None
-    return _under_smloadedloads(problem, F, rest, flexible)
+    return _at_bodies(problem, F, answer)
 
 
 def _of_network(
@@ -204,17 +207,16 @@ def _of_network(
     return deflection_at(rest.stiffness, rest.wrench, tuple(forces))
 
 
-def _under_smloadedloads(
-    problem: EquilibriumProblem, F: np.ndarray, rest: Deflection, has_flexible_platform: bool
-) -> Deflection:
-    """A robot under small loads, from how it is without any."""
-    stiffness = rest.stiffness
+def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness) -> Deflection:
+    """A robot under small loads at its bodies and a wrench, from its stiffness at that pose."""
 
     def none(status: Status) -> Deflection:
         return Deflection(F, stiffness, stiffness.status | status, None)
 
-    if not rest.has_answer:
-        return none(rest.status)
+    if Status.UNREACHABLE in stiffness.status or not loads_known(stiffness):
+        return none(Status.ILL_CONDITIONED if stiffness.status.has_stiffness else Status.OK)
+    placed: Any = stiffness.placed()
+    has_flexible_platform = placed.platform is not None
     nothing, at_rest = np.zeros(problem.size), problem.unloaded
     known = problem.linearised(at_rest, LoadCase(nothing, F), 0.0, 2)
     if _drives_legs(problem, known):
@@ -231,8 +233,8 @@ def _under_smloadedloads(
         status = status if is_free else status & ~Status.FREE_MOTIONS
     else:
         carried = leg_loads(stiffness, move_wrench(known.by_factor, to_origin))
-        if carried is None or carried.status_codes:
-            return none(Status(int(carried.status_codes)) if carried else Status.ILL_CONDITIONED)
+        if carried.status_codes:
+            return none(Status(int(carried.status_codes)))
         t = move_twist(carried.twist, -to_origin)
     step = known.factor_steps + known.by_twist @ t
     state = problem.moved(at_rest, nothing, step)
@@ -248,7 +250,8 @@ def _under_smloadedloads(
     if has_flexible_platform:  # nodes are where they are without load
         wrenches = loaded.about_the_tool(known.by_twist)[0]
     joints = [(part, part.load) for part in parts if part.load is not None]
-    driven = {(own.leg, own.joint) for own in rest.actuators}
+    each = ((leg.name, own) for leg in placed.legs for own in leg.freedoms)
+    driven = {(leg, own.name) for leg, own in each if isinstance(own.role, Actuated)}
     return Deflection(
         wrench=F,
         stiffness=stiffness,

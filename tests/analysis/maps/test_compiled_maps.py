@@ -9,9 +9,9 @@ import xarray
 import robostiff as rs
 from robostiff import Axis, Batched, Compiled, Grid, Quantity, RandomPoses, Threads
 from robostiff.analysis.maps.evaluator import MapEvaluator
+from robostiff.analysis.maps.map import checked_job
 from robostiff.analysis.maps.pose_columns import joint_columns, pose_columns
-from robostiff.analysis.maps.request import checked_request
-from tests.analysis.maps.robots import loaded
+from tests.analysis.maps.robots import loaded, values_at
 
 OF_K = (Quantity.STIFFNESS, Quantity.PRINCIPAL_STIFFNESS, Quantity.INDICES)
 ALL = (*OF_K, Quantity.WORST_DEFLECTION, Quantity.DEFLECTION)
@@ -30,9 +30,8 @@ COUNT = 150
 ARRAYS = Compiled(rs.Backend.ARRAYS)
 
 
-def is_batched(request) -> bool:
-    evaluator = request.job.evaluator
-    return isinstance(evaluator, MapEvaluator) and evaluator.kernel is None
+def is_batched(job) -> bool:
+    return job.evaluator.kernel is None
 
 
 def batched_of(name, quantities):
@@ -53,7 +52,7 @@ def test_kernels_fill_maps_as_the_batched_form_does(name, quantities, spread):
     poses = home + np.random.default_rng(2).uniform(-spread, spread, (COUNT, home.size))
     poses[0] = home  # a special place for some
     poses = np.ascontiguousarray(poses.T).T
-    found, expected = compiled.evaluate(poses), batched.evaluate(poses)
+    found, expected = values_at(compiled, poses), values_at(batched, poses)
     for variable in compiled.variables:
         own, other = found[variable.name], expected[variable.name]
         if not variable.is_float:
@@ -65,18 +64,15 @@ def test_kernels_fill_maps_as_the_batched_form_does(name, quantities, spread):
         np.testing.assert_array_equal(np.isnan(own), np.isnan(other), err_msg=variable.name)
         apart = np.abs(own - other).reshape(len(other), -1).max(axis=1)
         assert np.all((apart <= precision * size) | np.isnan(size)), variable.name
-    assert found["guarded"].shape == (COUNT,)
 
 
 def test_large_maps_are_compiled_and_small_ones_are_not():
     robot = loaded("3-rpr")
-    small = checked_request(robot, Grid(x=Axis(0, 0.1, 10)), OF_K, None, None, None)
-    large = checked_request(robot, RandomPoses(100_000, {"x": (0, 0.1)}), OF_K, None, None, None)
+    small = checked_job(robot, Grid(x=Axis(0, 0.1, 10)), OF_K)
+    large = checked_job(robot, RandomPoses(100_000, {"x": (0, 0.1)}), OF_K)
     assert is_batched(small)
     assert not is_batched(large)
-    asked = checked_request(
-        robot, RandomPoses(100_000, {"x": (0, 0.1)}), OF_K, None, None, None, Batched()
-    )
+    asked = checked_job(robot, RandomPoses(100_000, {"x": (0, 0.1)}), OF_K, method=Batched())
     assert is_batched(asked)
 
 
@@ -91,10 +87,10 @@ def test_large_maps_are_compiled_and_small_ones_are_not():
 def test_what_kernels_cannot_do_is_left_to_the_batched_form(name, poses, quantities, message):
     robot, source = loaded(name), RandomPoses(100_000, {poses: (0, 0.01)})
     wrench = [0, 0, 1, 0, 0, 0] if quantities[0].needs_wrench else None
-    request = checked_request(robot, source, quantities, wrench, None, None)
+    request = checked_job(robot, source, quantities, wrench=wrench)
     assert is_batched(request)
     with pytest.raises((rs.InputError, rs.NoAnswerError), match=message):
-        checked_request(robot, source, quantities, wrench, None, None, Compiled())
+        checked_job(robot, source, quantities, wrench=wrench, method=Compiled())
 
 
 def test_a_method_is_an_object():
@@ -132,8 +128,8 @@ def test_a_compiled_evaluator_travels():
     evaluator = batched_of("3-rpr", OF_K).with_kernel(rs.Backend.BEST)
     poses = np.array([evaluator.columns.home] * 3)
     other = pickle.loads(pickle.dumps(evaluator))  # noqa: S301
-    for name, values in evaluator.evaluate(poses).items():
-        np.testing.assert_array_equal(other.evaluate(poses)[name], values)
+    for name, values in values_at(evaluator, poses).items():
+        np.testing.assert_array_equal(values_at(other, poses)[name], values)
 
 
 def test_a_store_remembers_its_method(tmp_path):

@@ -1,7 +1,7 @@
 """Maps as datasets: dimensions, units, statuses, selection, and refusals."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,11 +11,11 @@ import xarray
 import robostiff as rs
 from robostiff import Axis, Grid, PoseList, Quantity, RandomPoses, Threads
 from robostiff.analysis.maps.dataset import MapArrays
-from robostiff.analysis.maps.evaluator import MapEvaluator
+from robostiff.analysis.maps.evaluator import DirectForm, MapEvaluator
 from robostiff.analysis.maps.job import MapJob, MapSummary
 from robostiff.analysis.maps.pose_columns import pose_columns
 from robostiff.errors import InputError
-from tests.analysis.maps.robots import loaded
+from tests.analysis.maps.robots import loaded, values_at
 
 
 def test_dimensions_coordinates_and_units():
@@ -132,33 +132,21 @@ def test_threads_change_nothing():
     xarray.testing.assert_identical(one, two)
 
 
-@dataclass(frozen=True)
-class Guarding:
-    """An evaluator that says it has computed poses again."""
-
-    slow: MapEvaluator
-    method: str = "guarding"
-    most_poses: int = 1000
-
-    @property
-    def variables(self):
-        return self.slow.variables
-
-    def evaluate(self, poses, out=None):
-        return {**self.slow.evaluate(poses, out), "guarded": poses[:, 0] > 0}
-
-
 def test_guarded_poses_are_counted():
+    """Of a form with a kernel of its own, which says what it has computed again."""
     robot, poses = loaded("3-rpr"), RandomPoses(5000, {"x": (-0.05, 0.05)}, seed=2)
-    columns = pose_columns(robot, poses.names)
-    slow = MapEvaluator(robot, columns, (Quantity.STIFFNESS,))
-    job = MapJob(Guarding(slow), columns, poses)
+    slow = MapEvaluator(robot, pose_columns(robot, poses.names), (Quantity.STIFFNESS,))
+
+    def guarding(asked: MapEvaluator, poses: np.ndarray) -> dict[str, np.ndarray]:
+        return {**slow.direct.compute(asked, poses), "guarded": poses[:, 0] > 0}
+
+    job = MapJob(replace(slow, form=DirectForm(guarding, "guarding", 1000)), poses)
     assert len(job.partition) == 5
-    arrays = MapArrays(job, {})
-    summary = MapSummary.total(arrays.compute(index) for index in range(5))
-    found = arrays.dataset(summary)
+    arrays = MapArrays(job)
+    found = arrays.dataset(sum((arrays.compute(index) for index in range(5)), MapSummary()))
     assert found.attrs["poses_guarded"] == int((found.x > 0).sum()) > 0
-    np.testing.assert_allclose(found.K, slow.evaluate(job.poses((slice(None),)))["K"], rtol=1e-12)
+    K = values_at(slow, job.poses((slice(None),)))["K"]
+    np.testing.assert_allclose(found.K, K, rtol=1e-12)
 
 
 def test_progress_is_reported_to_the_end():

@@ -15,7 +15,7 @@ from robostiff.analysis.measures import (
     symmetric_eigenvalues,
     worst_deflection,
 )
-from tests.analysis.maps.robots import loaded
+from tests.analysis.maps.robots import loaded, values_at
 
 # Robot, coordinates, spread about home: regular, free motions, plane, arms, lower mobility.
 ROBOTS = [
@@ -42,7 +42,7 @@ def evaluated(name, coordinate, spread, count=12):
     without = {Quantity.TENSIONS} | ({Quantity.ACTUATOR_FORCES} if name == "planar-link" else set())
     quantities = [q for q in Quantity if q not in without]
     evaluator = MapEvaluator(robot, columns, tuple(quantities), wrench, 0.5)
-    return robot, columns, poses, np.array(wrench), evaluator.evaluate(poses)
+    return robot, columns, poses, np.array(wrench), values_at(evaluator, poses)
 
 
 @pytest.mark.parametrize(("name", "coordinate", "spread"), ROBOTS)
@@ -100,7 +100,7 @@ def test_a_balanced_load_is_carried_and_an_unbalanced_one_is_said_to_be():
     home = np.array([columns.home])
     down = MapEvaluator(robot, columns, (Quantity.DEFLECTION,), (0, 0, -100.0, 0, 0, 0))
     aside = MapEvaluator(robot, columns, (Quantity.DEFLECTION,), (100.0, 0, 0, 0, 0, 0))
-    carried, lost = down.evaluate(home), aside.evaluate(home)
+    carried, lost = values_at(down, home), values_at(aside, home)
     assert carried["displacement"][0, 2] < 0
     assert rs.Status(int(carried["status"][0])) == rs.Status.FREE_MOTIONS
     assert np.isnan(lost["displacement"][0, 2])

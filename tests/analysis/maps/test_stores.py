@@ -232,7 +232,7 @@ def test_the_order_of_axes_makes_another_map(tmp_path):
 def test_another_version_is_refused(tmp_path, monkeypatch):
     path = tmp_path / "map.zarr"
     begun(path)
-    monkeypatch.setattr("robostiff.analysis.maps.request.__version__", "99.0")
+    monkeypatch.setattr("robostiff.analysis.maps.job.__version__", "99.0")
     with pytest.raises(InputError, match="other version of robostiff"):
         rs.stiffness_map(loaded("3-rpr"), POSES, method=rs.Batched(), store=path, resume=True)
 

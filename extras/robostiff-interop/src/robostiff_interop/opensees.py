@@ -14,7 +14,7 @@ from itertools import count
 
 import numpy as np
 
-from robostiff.elasticity import Elasticity
+from robostiff.elasticity import UniformBeam, uniform_beam
 from robostiff.elastostatics import DEFAULT_TOLERANCE
 from robostiff.errors import InputError
 from robostiff.network import (
@@ -24,7 +24,6 @@ from robostiff.network import (
     SpringElement,
     equations_of,
     held_coordinates,
-    section_compliance,
 )
 from robostiff_interop.ascii_name import in_one_ascii_line
 
@@ -142,7 +141,10 @@ def opensees_commands(network: Network, stiff: float = STIFF) -> list[OpenSeesCo
         if any(flags):
             model.add("fix", tag, *flags)
     for beam in network.beams:
-        _add_beam(model, beam, beam.tip_compliance, beam.end, beam.rotation)
+        own = uniform_beam(beam.tip_compliance)
+        if own is None:
+            raise _no_beam(f"beam {beam.name!r}")
+        _add_beam(model, beam, own, beam.end, beam.rotation)
     for spring in network.springs:
         _add_spring(model, spring)
     for joint in network.joints:
@@ -204,52 +206,39 @@ class _Model:
 def _add_beam(
     model: _Model,
     element: BeamElement | SpringElement,
-    C: np.ndarray,
+    own: UniformBeam,
     end: np.ndarray,
     axes: np.ndarray,
 ) -> None:
-    """An element of a frame, its length and section found from the compliance of its tip."""
-    L = 2 * C[1, 5] / C[5, 5]
-    c = section_compliance(C, L)
-    EA, GJ, EIy, EIz = (1 / c[i] for i in (0, 3, 4, 5))
-    start = end - L * axes[:, 0]
+    """An element of a frame."""
+    start = end - own.length * axes[:, 0]
     nodes = model.attached(element.a, start), model.attached(element.b, end)
     transformation, tag = next(model.tags), next(model.tags)
     model.add("geomTransf", "Linear", transformation, *axes[:, 2])
-    if not c[1:3].any():
-        section = (EA, 1.0, 1.0, GJ, EIy, EIz)
+    if not (own.shear_y or own.shear_z):
+        section = (own.EA, 1.0, 1.0, own.GJ, own.EIy, own.EIz)
         model.add("element", "elasticBeamColumn", tag, *nodes, *section, transformation)
         return
-    section = (1.0, 1.0, EA, GJ, EIy, EIz, 1 / c[1], 1 / c[2])
+    section = (1.0, 1.0, own.EA, own.GJ, own.EIy, own.EIz, 1 / own.shear_y, 1 / own.shear_z)
     model.add("element", "ElasticTimoshenkoBeam", tag, *nodes, *section, transformation)
 
 
-def _is_beam(elasticity: Elasticity) -> bool:
-    """Whether it is that of a uniform beam, which is bent in both planes over the same length."""
-    C = elasticity.compliance
-    sizes = np.sqrt(np.abs(np.diagonal(C)))
-    if elasticity.freedoms.shape[1] or C[1, 5] <= 0 or not sizes.all():
-        return False
-    L = 2 * C[1, 5] / C[5, 5]
-    beam = np.diag(np.diagonal(C))
-    beam[[1, 5], [5, 1]] = L * C[5, 5] / 2
-    beam[[2, 4], [4, 2]] = -L * C[4, 4] / 2
-    bent = L * L / 3 * C[[5, 4], [5, 4]] <= (1 + _ROUNDING) * C[[1, 2], [1, 2]]
-    return bool(bent.all() and np.all(np.abs(C - beam) <= _ROUNDING * np.outer(sizes, sizes)))
+def _no_beam(subject: str) -> InputError:
+    return InputError(
+        f"{subject} for OpenSees",
+        got="a matrix with entries off its diagonal, as of a tapered beam",
+        expected="a uniform beam, or a spring along its own axes",
+        hint="OpenSees has no element for a 6 x 6 matrix; CalculiX has",
+    )
 
 
 def _add_spring(model: _Model, spring: SpringElement) -> None:
-    C = spring.elasticity.compliance
-    if _is_beam(spring.elasticity):
-        _add_beam(model, spring, C, spring.point, spring.rotation)
+    C, own = spring.elasticity.compliance, spring.elasticity.as_beam
+    if own is not None:
+        _add_beam(model, spring, own, spring.point, spring.rotation)
         return
     if np.any(C - np.diag(np.diagonal(C))) or spring.elasticity.freedoms.shape[1]:
-        raise InputError(
-            f"spring {spring.name!r} for OpenSees",
-            got="a matrix with entries off its diagonal, as of a tapered beam",
-            expected="a uniform beam, or a spring along its own axes",
-            hint="OpenSees has no element for a 6 x 6 matrix; CalculiX has",
-        )
+        raise _no_beam(f"spring {spring.name!r}")
     stiff = np.repeat(model.stiff, 3)
     values = [1 / c if c > 0 else k for c, k in zip(np.diagonal(C), stiff, strict=True)]
     model.zero_length(spring, spring.point, spring.rotation, values)

@@ -1,3 +1,5 @@
+from robostiff.analysis.maps.evaluator import Batched as Batched
+from robostiff.analysis.maps.evaluator import Compiled as Compiled
 from robostiff.analysis.maps.map import stiffness_map as stiffness_map
 from robostiff.analysis.maps.pose_source import Axis as Axis
 from robostiff.analysis.maps.pose_source import Grid as Grid
@@ -8,8 +10,6 @@ from robostiff.analysis.maps.reduction import Histogram as Histogram
 from robostiff.analysis.maps.reduction import Quantiles as Quantiles
 from robostiff.analysis.maps.reduction import Reduction as Reduction
 from robostiff.analysis.maps.reduction import ShareAbove as ShareAbove
-from robostiff.analysis.maps.request import Batched as Batched
-from robostiff.analysis.maps.request import Compiled as Compiled
 from robostiff.analysis.maps.run import Progress as Progress
 from robostiff.analysis.maps.run import Threads as Threads
 from robostiff.analysis.maps.variables import Quantity as Quantity

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from robostiff.analysis.maps.job import MapJob, MapSummary
-from robostiff.analysis.maps.pose_columns import FACTOR, Mapped
+from robostiff.analysis.maps.pose_columns import FACTOR
 from robostiff.analysis.maps.variables import Variable, status_flags, status_words
 from robostiff.errors import InputError
 from robostiff.version import __version__
@@ -82,10 +81,10 @@ def variable_attributes(job: MapJob, variable: Variable) -> dict[str, Any]:
     return {name: own for name, own in attributes.items() if own}
 
 
-def map_attributes(
-    robot: Mapped, job: MapJob, wrench: tuple[float, ...], length: float
-) -> dict[str, Any]:
+def map_attributes(job: MapJob) -> dict[str, Any]:
     """Attributes that are known before the first pose is computed."""
+    asked, columns = job.evaluator, job.columns
+    robot = asked.robot
     attributes: dict[str, Any] = {
         "Conventions": "CF-1.11",
         "title": f"stiffness map of {robot.name}",
@@ -93,17 +92,19 @@ def map_attributes(
         "robot_title": robot.title,
         "source": robot.source.strip(),
         "robostiff_version": __version__,
-        "method": job.evaluator.method,
+        "method": asked.method,
         "conventions": _CONVENTIONS,
         "reference_point": [float(x) for x in robot.reference_point],
         "reference_point_comment": "in the platform frame [m]",
-        "pose_coordinates": " ".join(job.columns.names),
-        "home_pose": list(job.columns.home),
-        "characteristic_length": length,
+        "pose_coordinates": " ".join(columns.names),
+        "home_pose": list(columns.home),
+        "characteristic_length": asked.length,
     }
-    if wrench:
-        attributes["wrench"] = list(wrench)
+    if asked.wrench:
+        attributes["wrench"] = list(asked.wrench)
         attributes["wrench_order"] = " ".join(robot.space.wrench_order)
+    if asked.near:
+        attributes["near"] = list(asked.near)
     return attributes
 
 
@@ -119,11 +120,6 @@ def summary_attributes(summary: MapSummary) -> dict[str, Any]:
     }
 
 
-def range_attributes(summary: MapSummary) -> dict[str, dict[str, Any]]:
-    """``actual_range`` of each variable that has one (NetCDF users' guide)."""
-    return {name: {"actual_range": list(ends)} for name, ends in summary.ranges.items()}
-
-
 def _meaning(job: MapJob, name: str) -> str:
     columns = job.columns
     if name in columns.names[len(columns.names) - columns.loads :]:
@@ -137,9 +133,8 @@ def _meaning(job: MapJob, name: str) -> str:
 class MapArrays:
     """A map in memory; blocks may be filled by several threads."""
 
-    def __init__(self, job: MapJob, attributes: Mapping[str, Any]) -> None:
+    def __init__(self, job: MapJob) -> None:
         self.job = job
-        self.attributes = attributes
         poses = job.partition.poses
         # Equal entries of all poses side by side: a block is a run in each of them.
         self._rows = {v.name: np.empty((*v.shape, poses), v.dtype) for v in job.variables}
@@ -148,17 +143,20 @@ class MapArrays:
         """Compute a block in its place."""
         run = slice(*self.job.partition.run(index))
         places = {name: rows[..., run] for name, rows in self._rows.items()}
-        return self.job.compute(index, places)[1]
+        return self.job.compute(index, places)
 
     def dataset(self, summary: MapSummary) -> xarray.Dataset:
         """The map, once all blocks are there."""
         import xarray
 
-        job, ranges, arrays = self.job, range_attributes(summary), {}
+        job, arrays = self.job, {}
         for v in job.variables:
-            values = v.poses_first(self._rows[v.name], job.partition.shape)
-            about = {**variable_attributes(job, v), **ranges.get(v.name, {})}
+            whole, n = self._rows[v.name].reshape(*v.shape, *job.partition.shape), len(v.shape)
+            values = np.moveaxis(whole, range(n), range(-n, 0))
+            about = variable_attributes(job, v)
+            if v.name in summary.ranges:
+                about["actual_range"] = list(summary.ranges[v.name])
             arrays[v.name] = (*job.source.dims, *v.dims), values, about
-        attributes = {**self.attributes, **summary_attributes(summary)}
+        attributes = {**map_attributes(job), **summary_attributes(summary)}
         made = xarray.Dataset({**arrays, **coordinate_arrays(job)}, attrs=attributes)
         return made.set_coords(own_coordinates(job))

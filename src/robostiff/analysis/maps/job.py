@@ -5,40 +5,47 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from robostiff.analysis.maps.evaluator import Evaluator, poses_at
+from robostiff.analysis.identity import plain
+from robostiff.analysis.maps.evaluator import MapEvaluator, poses_at
 from robostiff.analysis.maps.pose_columns import PoseColumns
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.variables import EXCLUDED, Variable
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
+from robostiff.version import __version__
 
 
 @dataclass(frozen=True)
 class MapSummary:
-    """Counts and ranges of some poses, of one block or of a whole map."""
+    """Counts and ranges of some poses, of one block or of a whole map.
 
-    poses: int = 0  # all of them, those excluded as well
+    Examples
+    --------
+    >>> (MapSummary({0: 2}) + MapSummary({0: 1, 64: 2})).statuses
+    {0: 3, 64: 2}
+    """
+
     statuses: Mapping[int, int] = field(default_factory=dict)  # how many poses have each status
-    guarded: int = 0  # poses that a fast evaluator gave to the batched numeric form
+    guarded: int = 0  # poses that a kernel gave to the direct form
     resumed: int = 0  # poses that were on disk before
     # Smallest and largest value of each variable in one unit; none where no pose has an answer
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
-    def excluded(self) -> int:
-        """Number of poses left out by `where`."""
-        return self.statuses.get(EXCLUDED, 0)
+    def poses(self) -> int:
+        """All of them, those excluded as well."""
+        return sum(self.statuses.values())
 
     @property
     def computed(self) -> int:
-        """Number of poses to compute."""
-        return self.poses - self.excluded
+        """Number of poses to compute: without those that `where` leaves out."""
+        return self.poses - self.statuses.get(EXCLUDED, 0)
 
     @property
     def reachable(self) -> int:
@@ -47,48 +54,20 @@ class MapSummary:
         out = sum(n for code, n in self.statuses.items() if code & without)
         return self.computed - out
 
-    @staticmethod
-    def total(parts: Iterable[MapSummary]) -> MapSummary:
-        """All of them together.
-
-        Examples
-        --------
-        >>> one, other = MapSummary(2, {0: 2}), MapSummary(3, {0: 1, 64: 2})
-        >>> MapSummary.total([one, other]).statuses
-        {0: 3, 64: 2}
-        """
-        every, statuses, ranges = list(parts), Counter[int](), {}
-        for part in every:
-            statuses.update(part.statuses)
-            for name, (low, high) in part.ranges.items():
-                least, most = ranges.get(name, (low, high))
-                ranges[name] = (min(low, least), max(high, most))
-        return MapSummary(
-            sum(own.poses for own in every),
-            dict(sorted(statuses.items())),
-            sum(own.guarded for own in every),
-            sum(own.resumed for own in every),
-            ranges,
-        )
-
-    def as_data(self) -> dict[str, Any]:
-        """As JSON has it."""
-        return asdict(self)
-
-    @classmethod
-    def from_data(cls, data: Mapping[str, Any]) -> MapSummary:
-        """From what `as_data` gave, through JSON."""
-        statuses = {int(code): count for code, count in data["statuses"].items()}
-        ranges = {name: (low, high) for name, (low, high) in data["ranges"].items()}
-        return cls(**{**data, "statuses": statuses, "ranges": ranges})
+    def __add__(self, other: MapSummary) -> MapSummary:
+        statuses, ranges = Counter(self.statuses), dict(self.ranges)
+        statuses.update(other.statuses)
+        for name, (low, high) in other.ranges.items():
+            least, most = ranges.get(name, (low, high))
+            ranges[name] = (min(low, least), max(high, most))
+        counts = self.guarded + other.guarded, self.resumed + other.resumed
+        return MapSummary(dict(sorted(statuses.items())), *counts, ranges)
 
 
 def summarize(
     arrays: Mapping[str, np.ndarray], variables: Iterable[Variable], guarded: int
 ) -> MapSummary:
     """Summary of a block of arrays (..., N)."""
-    status = arrays["status"]
-    codes = np.bincount(status)
     ranges: dict[str, tuple[float, float]] = {}
     for variable in variables:
         # Of one unit, and no mixed components: least and greatest entry mean something.
@@ -97,15 +76,19 @@ def summarize(
             low, high = np.fmin.reduce(values, axis=None), np.fmax.reduce(values, axis=None)
             if np.isfinite(low):
                 ranges[variable.name] = (float(low), float(high))
-    return MapSummary(
-        poses=len(status),
-        statuses={int(code): int(codes[code]) for code in np.flatnonzero(codes)},
-        guarded=guarded,
-        ranges=ranges,
-    )
+    return MapSummary(count_of_each(arrays["status"]), guarded, 0, ranges)
+
+
+def count_of_each(status: np.ndarray) -> dict[int, int]:
+    """How many poses have each status."""
+    if status.size and np.all(status == status[0]):  # faster
+        return {int(status[0]): status.size}
+    counts = np.bincount(status)
+    return {int(code): int(counts[code]) for code in np.flatnonzero(counts)}
 
 
 MOST_POSES = 10**12
+_SAMPLED_BLOCKS = 16  # of a selection
 # Small enough for the cache, large enough to hide the cost of a block.
 _BLOCK_BYTES = 8 * 2**20
 
@@ -180,10 +163,14 @@ Selection = Callable[[Mapping[str, np.ndarray]], np.ndarray]
 class MapJob:
     """Everything that a worker needs; picklable."""
 
-    evaluator: Evaluator
-    columns: PoseColumns
+    evaluator: MapEvaluator
     source: PoseSource
     where: Selection | None = None
+
+    @property
+    def columns(self) -> PoseColumns:
+        """What the numbers of a pose are."""
+        return self.evaluator.columns
 
     @cached_property
     def coordinates(self) -> tuple[Variable, ...]:
@@ -206,15 +193,10 @@ class MapJob:
         """What a block holds: coordinates of its poses, then the answers."""
         return (*self.coordinates, *self.answers)
 
-    @property
-    def bytes_a_pose(self) -> int:
-        """Memory for the answer at one pose."""
-        return sum(variable.bytes_a_pose for variable in self.variables)
-
     @cached_property
     def partition(self) -> Partition:
         """The blocks, which depend on the poses only, not on the processors."""
-        most = _BLOCK_BYTES // max(self.bytes_a_pose, 1)
+        most = _BLOCK_BYTES // sum(v.bytes_a_pose for v in self.variables)
         return Partition.of(self.source.shape, min(most, self.evaluator.most_poses))
 
     def poses(self, part: tuple[slice, ...]) -> np.ndarray:
@@ -245,42 +227,67 @@ class MapJob:
             )
         return np.broadcast_to(answer, (len(poses),))
 
-    def pose(self, number: int) -> np.ndarray:
-        """A pose (n_coordinates,) by its number in memory order."""
-        place = np.unravel_index(number, self.partition.shape)
-        return self.poses(tuple(slice(int(i), int(i) + 1) for i in place))[0]
-
-    def compute(
-        self, index: int, out: Mapping[str, np.ndarray] | None = None
-    ) -> tuple[Mapping[str, np.ndarray], MapSummary]:
-        """Arrays (..., N) at the poses of a block, one a variable, perhaps given, and a summary."""
+    def compute(self, index: int, out: Mapping[str, np.ndarray]) -> MapSummary:
+        """Fill arrays (..., N), one a variable, at the poses of a block, and sum them up."""
         poses = self.poses(self.partition.slices(index))
-        out = self.room(len(poses)) if out is None else out
         guarded = int(np.count_nonzero(self.fill(poses, out)))
-        return out, summarize(out, self.answers, guarded)
+        return summarize(out, self.answers, guarded)
 
-    def room(self, count: int) -> dict[str, np.ndarray]:
+    def room(self, count: int, variables: Iterable[Variable]) -> dict[str, np.ndarray]:
         """Arrays (..., N) for so many poses."""
-        return {v.name: np.empty((*v.shape, count), v.dtype) for v in self.variables}
+        return {v.name: np.empty((*v.shape, count), v.dtype) for v in variables}
 
-    def fill(self, poses: np.ndarray, out: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Fill arrays (..., N) at poses, and return where a fast evaluator was in doubt (N,)."""
-        for variable in self.coordinates:
+    def fill(
+        self, poses: np.ndarray, out: Mapping[str, np.ndarray], *, again: bool = True
+    ) -> np.ndarray:
+        """Fill arrays (..., N) at poses, and return where a kernel is not trusted (N,).
+
+        The direct form computes these, if `again`. Coordinates without an array are left out.
+        """
+        for variable in (v for v in self.coordinates if v.name in out):
             out[variable.name][...] = poses[:, self.columns.names.index(variable.name)]
-        places = {v.name: np.moveaxis(out[v.name], -1, 0) for v in self.evaluator.variables}
-        chosen, guarded = self.selected(poses), np.zeros(len(poses), dtype=bool)
+        evaluator, chosen = self.evaluator, self.selected(poses)
         if chosen is None or bool(np.all(chosen)):
-            guarded[:] = self.evaluator.evaluate(poses, places).get("guarded", False)
+            places = {v.name: np.moveaxis(out[v.name], -1, 0) for v in evaluator.variables}
+            guarded = evaluator.evaluate(poses, places, again=again)
         else:
-            for variable in self.evaluator.variables:
-                missing = EXCLUDED if variable.name == "status" else variable.missing
-                out[variable.name][...] = missing
-            found = self.evaluator.evaluate(poses_at(poses, chosen)) if chosen.any() else {}
-            for name in places.keys() & found.keys():
-                places[name][chosen] = found[name]
-            guarded[chosen] = found.get("guarded", False)
-        for variable in self.evaluator.variables:
+            some = self.room(int(np.count_nonzero(chosen)), evaluator.variables)
+            places = {v.name: np.moveaxis(some[v.name], -1, 0) for v in evaluator.variables}
+            guarded = np.zeros(len(poses), dtype=bool)
+            guarded[chosen] = evaluator.evaluate(poses_at(poses, chosen), places, again=again)
+            for v in evaluator.variables:
+                out[v.name][...] = EXCLUDED if v.name == "status" else v.missing
+                out[v.name][..., chosen] = some[v.name]
+        for variable in evaluator.variables:
             if variable.magnitude:
                 components = out[variable.name].astype(float)
                 out[variable.magnitude.name][...] = np.linalg.norm(components, axis=0)
         return guarded
+
+
+def identity(job: MapJob) -> dict[str, Any]:
+    """Everything on which a map depends, part by part."""
+    own = job.evaluator
+    names = ("quantities", "wrench", "length", "dtype", "near")
+    asked = {**{name: getattr(own, name) for name in names}, "method": own.direct.about}
+    return {
+        "robot": plain(own.robot),
+        "poses": plain([job.source.description(), job.partition.block]),
+        "quantities": plain(asked),
+        "selection": plain(_sampled_selection(job)),
+        "method": own.method,
+        "version of robostiff": __version__,
+    }
+
+
+def _sampled_selection(job: MapJob) -> list[np.ndarray] | None:
+    """Poses that `where` selects in some blocks, since functions cannot be compared."""
+    if job.where is None:
+        return None
+    count = len(job.partition)
+    chosen = np.unique(np.linspace(0, count - 1, min(count, _SAMPLED_BLOCKS)).astype(int))
+    found = []
+    for index in chosen:
+        answer = job.selected(job.poses(job.partition.slices(int(index))))
+        found.append(np.packbits(np.asarray(answer, dtype=bool)))
+    return found

@@ -2,29 +2,27 @@
 
 from __future__ import annotations
 
+import math
 import os
+import shutil
 from collections.abc import Callable, Iterable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
-from robostiff.analysis.maps.dataset import MapArrays
-from robostiff.analysis.maps.job import MapSummary, Selection
-from robostiff.analysis.maps.pose_columns import Mapped
+from robostiff.analysis.cable_tensions import cable_tensions
+from robostiff.analysis.maps.dataset import MapArrays, coordinate_arrays
+from robostiff.analysis.maps.evaluator import Batched, MapEvaluator, MapMethod
+from robostiff.analysis.maps.job import MOST_POSES, MapJob, MapSummary, Selection
+from robostiff.analysis.maps.pose_columns import Mapped, pose_columns
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.reduced_map import ReducedMap
 from robostiff.analysis.maps.reduction import Reduction, check_reductions
-from robostiff.analysis.maps.request import (
-    LoadedMethod,
-    MapRequest,
-    Method,
-    check_room,
-    checked_request,
-)
 from robostiff.analysis.maps.run import Progress, Run, Threads, followed, workforce
 from robostiff.analysis.maps.store import (
     MapStore,
@@ -33,18 +31,30 @@ from robostiff.analysis.maps.store import (
     is_complete,
     locked,
     open_map,
-    remove_marks,
 )
 from robostiff.analysis.maps.variables import Quantity
-from robostiff.errors import InputError, needs_extra
+from robostiff.analysis.posed_stiffness import direct_stiffness
+from robostiff.analysis.result import given_wrenches
+from robostiff.compiled import Backend
+from robostiff.errors import InputError, NoAnswerError, needs_extra
 from robostiff.kinematics import Near
-from robostiff.model import Snapshot
+from robostiff.kinematics.pose import near_coordinates
+from robostiff.linkage import Linkage
+from robostiff.model import Joint, Robot, Snapshot
+from robostiff.model.cable import CableRobot
+from robostiff.model.chain import is_elastic
+from robostiff.spatial import as_float
 
 if TYPE_CHECKING:
     import xarray
     from distributed import Client
 
 _DEFAULT_QUANTITIES = (Quantity.PRINCIPAL_STIFFNESS,)
+_MEMORY_SHARE = 0.8
+_SHRINKS = 20  # how much smaller a map may become on disk
+# A kernel of which no record is kept takes as long to make as the batched form takes for so many
+# poses of a robot with elastic links, of one without, and as many networks of a linkage.
+_PAYS, _RIGID_PAYS, _LINKAGE_PAYS = 10_000, 20_000, 40
 
 
 def stiffness_map(
@@ -55,7 +65,7 @@ def stiffness_map(
     wrench: ArrayLike | None = None,
     length: float | None = None,
     where: Selection | None = None,
-    method: Method | LoadedMethod | None = None,
+    method: MapMethod | None = None,
     near: Near = None,
     store: str | os.PathLike[str] | None = None,
     resume: bool = False,
@@ -133,61 +143,257 @@ def stiffness_map(
     """
     with needs_extra("maps", "maps"):
         import xarray  # noqa: F401
-    reductions = [reduce] if isinstance(reduce, Reduction) else list(reduce)
+    reductions = (reduce,) if isinstance(reduce, Reduction) else tuple(reduce)
     path = None if store is None else Path(store).absolute()
-    # reductions take as much memory for any number of poses
-    room = None if reductions else partial(check_room, path=path)
-    request = checked_request(
-        robot, poses, quantities, wrench, length, where, method, room, near, dtype
+    job = checked_job(
+        robot,
+        poses,
+        quantities,
+        wrench=wrench,
+        length=length,
+        where=where,
+        method=method,
+        near=near,
+        dtype=dtype,
+        # reductions take as much memory for any number of poses
+        check_room=None if reductions else partial(check_room, path=path),
     )
-    job = request.job
+    coordinate_arrays(job)  # raises for a name that a map cannot have
     if path is None and resume:
         raise InputError("store to resume", got="none", expected='such as store="map.zarr"')
-    running = workforce(workers, scheduler)
+    running, count = workforce(workers, scheduler), job.partition.poses
     if reductions:
         check_reductions(reductions, job)
         with running as run:
-            made = ReducedMap.begun(request, tuple(reductions), path, resume)
-            blocks = made.gathered(run(made.work.compute, made.todo))
-            followed(blocks, made.summary, job.partition.poses, progress)
+            made = ReducedMap.begun(job, reductions, path, resume)
+            followed(made.gathered(run), made.summary, count, progress)
         return made.dataset()
     if path is not None:
-        _fill(path, request, resume, running, progress)
+        _fill(path, job, resume, running, progress)
         return open_map(path)
     if workers is None and (scheduler is None or isinstance(scheduler, Threads)):
-        arrays = MapArrays(job, request.attributes)
+        arrays = MapArrays(job)
         with running as run:
             blocks = run(arrays.compute, range(len(job.partition)))
-            return arrays.dataset(followed(blocks, MapSummary(), job.partition.poses, progress))
+            return arrays.dataset(followed(blocks, MapSummary(), count, progress))
     if workers is None:
         raise InputError("store of a map", got="none", expected="a path that all workers see")
     with TemporaryDirectory(prefix="robostiff-map-") as folder:
         path = Path(folder) / "map.zarr"
-        _fill(path, request, False, running, progress)
+        _fill(path, job, False, running, progress)
         return open_map(path).load()
 
 
 def _fill(
     path: Path,
-    request: MapRequest,
+    job: MapJob,
     resume: bool,
     running: AbstractContextManager[Run[MapSummary]],
     progress: Callable[[Progress], None] | None,
 ) -> None:
-    """Begin a store, or take that of the same request, and compute what is not there yet."""
+    """Begin a store, or take that of the same map, and compute what is not there yet."""
     with needs_extra("maps", "maps"):
         import dask.array  # noqa: F401
         import zarr  # noqa: F401
-    identity = request.identity()
     if path.exists() and not resume:
         raise already_there(path)
-    if path.exists() and is_complete(path, identity):
+    if path.exists() and is_complete(path, job):
         return
     with running as run:
         if not path.exists():
-            create_store(path, request.job, identity, request.attributes)
+            create_store(path, job)
         with locked(path):
-            store, partition = MapStore(path, request.job), request.job.partition
+            store, partition = MapStore(path, job), job.partition
             blocks = run(store.compute, range(len(partition)))
             store.finish(followed(blocks, MapSummary(), partition.poses, progress))
-    remove_marks(path)
+    store.remove_progress()
+
+
+def checked_job(
+    robot: Mapped | Snapshot,
+    poses: PoseSource,
+    quantities: Iterable[Quantity],
+    *,
+    wrench: ArrayLike | None = None,
+    length: float | None = None,
+    where: Selection | None = None,
+    method: MapMethod | None = None,
+    near: Near = None,
+    dtype: DTypeLike = "float64",
+    check_room: Callable[[MapJob], None] | None = None,
+) -> MapJob:
+    """The checked work for a map; it chooses the method."""
+    robot = _checked_robot(robot, poses, where)
+    if not isinstance(method, MapMethod | None):
+        expected = "Compiled(), Batched() or UnderLoad()"
+        raise InputError("method of a map", got=method, expected=expected)
+    has_loads = method is not None and method.has_loads
+    wanted = _quantities(quantities)
+    F = _wrench(robot, wanted, wrench, has_loads)
+    if has_loads and isinstance(robot, Linkage):
+        raise InputError(
+            "map under load",
+            got=f"linkage {robot.name!r}",
+            expected="a Robot",
+            hint="rs.equilibrium(linkage, values) answers at one configuration",
+        )
+    own = _near(robot, near, method)
+    if own:
+        method = Batched()  # a kernel has the posture of home
+    columns = pose_columns(robot, poses.names, F if has_loads else None)
+    poses.check_units(dict(zip(columns.names, columns.units, strict=True)))
+    numbers = F, _length(robot, length), own, _float_type(dtype)
+    evaluator = MapEvaluator(robot, columns, wanted, *numbers)
+    if check_room is not None:  # before a kernel is made
+        check_room(MapJob(evaluator, poses, where))
+    count = math.prod(poses.shape)
+    if method is not None:
+        evaluator = method.evaluator(evaluator, count)
+    elif count >= _pays_from(robot):
+        # without a kernel: a rigid robot, cables, free motions everywhere, other quantities
+        with suppress(InputError, NoAnswerError):
+            evaluator = evaluator.with_kernel(Backend.BEST)
+    return MapJob(evaluator, poses, where)
+
+
+def _checked_robot(robot: Mapped | Snapshot, poses: Any, where: Any) -> Mapped:
+    """A robot that can move, with poses and a selection that are such."""
+    if not isinstance(robot, Mapped):
+        raise InputError(
+            "robot of a map",
+            got=robot,
+            expected="a Robot, a Linkage or a CableRobot, which can move",
+            hint='write load("hexapod"), load_linkage("four-bar.xml"); a snapshot is frozen at its '
+            "own pose",
+        )
+    if isinstance(poses, type) or not isinstance(poses, PoseSource):
+        raise InputError(
+            "poses of a map",
+            got=poses,
+            expected="a Grid, a PoseList or RandomPoses",
+            hint="write Grid(x=Axis(-0.1, 0.1, 21))",
+        )
+    if where is not None and not callable(where):
+        raise InputError(
+            "where",
+            got=where,
+            expected="a function of the coordinates",
+            hint='write where=lambda pose: pose["x"]**2 + pose["y"]**2 < 0.01',
+        )
+    if math.prod(poses.shape) > MOST_POSES:
+        raise InputError(
+            "poses of a map",
+            got=f"{math.prod(poses.shape):.4g}",
+            expected=f"at most {MOST_POSES:.0e}, which take weeks",
+            hint="take fewer values along each axis, or random poses",
+        )
+    return robot
+
+
+def check_room(job: MapJob, path: Path | None) -> None:
+    """Raise when a map does not fit into memory, or would fill the disk even nearly empty."""
+    subject, hint = "map in memory", 'write it to disk: store="map.zarr" (-o map.zarr)'
+    if path is None:
+        try:
+            room = _MEMORY_SHARE * os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+        except (AttributeError, ValueError, OSError):  # not available on every system
+            return
+    elif path.exists() or not path.parent.is_dir():
+        return  # nothing is begun here
+    else:
+        subject, hint = "map on disk", "take fewer poses or quantities, or another disk"
+        room = _SHRINKS * shutil.disk_usage(path.parent).free
+    needed = sum(v.bytes_a_pose for v in job.variables) * job.partition.poses
+    if needed > room:
+        raise InputError(
+            subject,
+            got=f"{needed / 2**30:.3g} GiB for {job.partition.poses} poses",
+            expected=f"at most {room / 2**30:.3g} GiB, for which there is room",
+            hint=hint,
+        )
+
+
+def _pays_from(robot: Mapped) -> int:
+    """Poses from which a kernel saves time; the same in every run, whose last digits stay so."""
+    if isinstance(robot, Linkage):
+        return _LINKAGE_PAYS
+    elements = [own for leg in getattr(robot, "legs", ()) for own in leg.chain.elements]
+    bends = any(is_elastic(own) for own in elements if not isinstance(own, Joint))
+    return _PAYS if bends else _RIGID_PAYS
+
+
+def _float_type(dtype: DTypeLike) -> str:
+    try:
+        name = np.dtype(dtype).name
+    except TypeError:
+        name = ""
+    if name not in ("float64", "float32"):
+        raise InputError("dtype of a map", got=dtype, expected="float64 or float32")
+    return name
+
+
+def _quantities(quantities: Iterable[Quantity]) -> tuple[Quantity, ...]:
+    given = [quantities] if isinstance(quantities, Quantity | str) else list(quantities)
+    for quantity in given:
+        if not isinstance(quantity, Quantity):
+            raise InputError(
+                "quantity of a map",
+                got=quantity,
+                expected=", ".join(f"Quantity.{member.name}" for member in Quantity),
+            )
+    return tuple(quantity for quantity in Quantity if quantity in given)
+
+
+def _wrench(
+    robot: Mapped, quantities: tuple[Quantity, ...], wrench: ArrayLike | None, acts: bool
+) -> tuple[float, ...]:
+    asked = [quantity.value for quantity in quantities if quantity.needs_wrench]
+    if wrench is None and (acts or not asked):
+        return ()
+    if not asked and not acts:
+        raise InputError(
+            "wrench of a map",
+            got=wrench,
+            expected="a quantity that needs it",
+            hint="add Quantity.DEFLECTION (--quantity deflection), or for K under this wrench "
+            "method=UnderLoad() (--under-load)",
+        )
+    subject = f"wrench of {asked[0]}" if wrench is None else "wrench"
+    return tuple(map(float, given_wrenches(wrench, robot.space, subject=subject)))
+
+
+def _near(robot: Mapped, near: Near, method: MapMethod | None) -> tuple[float, ...]:
+    """Joint coordinates of all legs in a row; empty where home chooses the posture."""
+    if near is None:
+        return ()
+    if not isinstance(robot, Robot):
+        raise InputError(
+            f"near of {robot.name!r}", got=near, expected="none: only robots of legs have postures"
+        )
+    given = near_coordinates(robot, near)
+    if given is None:
+        return ()
+    if robot.is_posed_by_joints:
+        raise InputError(
+            f"near of {robot.name!r}",
+            got=near,
+            expected="none: joint coordinates pose this arm, and determine its posture",
+        )
+    if not isinstance(method, Batched | None):
+        raise InputError(
+            "method of a map near joint coordinates",
+            got=method,
+            expected="Batched(), or none: kernels have the posture of home",
+        )
+    return tuple(float(x) for x in np.concatenate(given))
+
+
+def _length(robot: Mapped, given: float | None) -> float:
+    if given is None:
+        if isinstance(robot, CableRobot):
+            return float(cable_tensions(robot).placed.characteristic_length)
+        return float(direct_stiffness(robot).length)
+    length = as_float("length", given, "a length above 0 [m]", "m")
+    if not length > 0:
+        raise InputError("length", got=given, expected="a length above 0 [m]")
+    return length

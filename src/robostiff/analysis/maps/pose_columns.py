@@ -83,12 +83,15 @@ class PoseColumns:
         return self.units[self.names.index(name)]
 
 
-def pose_columns(robot: Mapped, used: Sequence[str]) -> PoseColumns:
+def pose_columns(
+    robot: Mapped, used: Sequence[str], wrench: Sequence[float] | None = None
+) -> PoseColumns:
     """The columns of poses given by the coordinates `used`; the others stay at home.
 
     Free coordinates of the robot alone leave the rest to its legs; any other pose coordinate makes
     it all six; names of joints pose a serial arm, or drive a linkage. An arm without a home of its
-    platform has the joint of a name, whatever the platform calls so.
+    platform has the joint of a name, whatever the platform calls so. With a wrench, perhaps empty,
+    its components and a factor follow, as coordinates like the others.
 
     Examples
     --------
@@ -97,15 +100,34 @@ def pose_columns(robot: Mapped, used: Sequence[str]) -> PoseColumns:
     ('x', 'y', 'z')
     >>> pose_columns(rs.load("two-link-arm"), ["elbow"]).names
     ('shoulder', 'elbow')
+    >>> pose_columns(rs.load("3-rpr"), ["x", "factor"], (0.0, -5.0, 0.0)).names
+    ('x', 'y', 'rz', 'Fx', 'Fy', 'Mz', 'factor')
     """
     if isinstance(robot, Linkage):
         return _of_drives(robot, used)
+    loads = () if wrench is None else (*robot.space.wrench_order, FACTOR)
+    own = [name for name in used if name not in loads]
+    columns = _of_robot(robot, own, may_be_none=bool(used and loads))
+    if wrench is None:
+        return columns
+    return replace(
+        columns,
+        names=(*columns.names, *loads),
+        units=(*columns.units, *robot.space.wrench_units, "1"),
+        home=(*columns.home, *(wrench or (0.0,) * robot.space.size), 1.0),
+        loads=len(loads),
+    )
+
+
+def _of_robot(robot: Robot | CableRobot, used: Sequence[str], may_be_none: bool) -> PoseColumns:
     free = tuple(coordinate.value for coordinate in robot.coordinates)
     six = tuple(SIX[k] for k in robot.space.rows)
+    by_joints = isinstance(robot, Robot) and robot.is_posed_by_joints
     joints = joint_columns(robot.legs[0]) if isinstance(robot, Robot) and robot.is_serial else None
     wanted, subject = set(used), f"coordinate of {robot.name!r}"
+    if not used and may_be_none:
+        return joints if by_joints and joints is not None else _of_platform(robot, free)
     if joints is not None and wanted and wanted <= set(joints.names):
-        by_joints = isinstance(robot, Robot) and robot.is_posed_by_joints
         if not by_joints and (both := wanted & set(six)):
             expected = "a name that a joint or the platform has alone"
             raise InputError(subject, got=min(both), expected=expected, hint="rename the joint")
@@ -156,34 +178,6 @@ def coordinate_units(robot: Mapped) -> dict[str, str]:
         return {}
     joints = joint_columns(robot.legs[0])
     return dict(zip(joints.names, joints.units, strict=True))
-
-
-def columns_under_load(
-    robot: Robot | CableRobot, used: Sequence[str], wrench: Sequence[float]
-) -> PoseColumns:
-    """The same, followed by the components of the wrench and its factor.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> columns_under_load(rs.load("3-rpr"), ["x", "factor"], (0.0, -5.0, 0.0)).names
-    ('x', 'y', 'rz', 'Fx', 'Fy', 'Mz', 'factor')
-    """
-    loads = (*robot.space.wrench_order, FACTOR)
-    own = [name for name in used if name not in loads]
-    if own or not used:
-        columns = pose_columns(robot, own)
-    elif isinstance(robot, Robot) and robot.is_posed_by_joints:
-        columns = joint_columns(robot.legs[0])
-    else:
-        columns = _of_platform(robot, tuple(c.value for c in robot.coordinates))
-    return replace(
-        columns,
-        names=(*columns.names, *loads),
-        units=(*columns.units, *robot.space.wrench_units, "1"),
-        home=(*columns.home, *(wrench or (0.0,) * robot.space.size), 1.0),
-        loads=len(loads),
-    )
 
 
 def joint_columns(leg: Leg) -> PoseColumns:

@@ -6,12 +6,14 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.maps.pose_columns import POSE_UNITS, read_coordinate
+from robostiff.compiled import uniform_rows
 from robostiff.errors import InputError
 from robostiff.spatial import as_floats, holds_quantities
 
@@ -149,8 +151,6 @@ class PoseList(PoseSource):
         return self._columns[:, part[0]]
 
 
-# Philox makes four 64-bit numbers a step of its counter.
-_PER_STEP = 4
 _MOST = 2**63
 
 
@@ -211,22 +211,14 @@ class RandomPoses(PoseSource):
     def values(self, part: tuple[slice, ...]) -> np.ndarray:
         """Coordinates of some of the poses (names, N)."""
         start, stop, _ = part[0].indices(self.count)
-        block = np.empty((len(self.ranges), stop - start))
-        ahead = start % _PER_STEP
-        numbers = np.empty(stop - start + ahead)
-        stream = np.random.Philox(0)
-        begun: Any = stream.state
-        for k, (low, high) in enumerate(self.ranges.values()):
-            # One stream a coordinate; a pose is a place in it.
-            begun["state"] = {
-                "key": np.array([self.seed, k], dtype=np.uint64),
-                "counter": np.array([start // _PER_STEP, 0, 0, 0], dtype=np.uint64),
-            }
-            stream.state = begun
-            np.random.Generator(stream).random(out=numbers)
-            np.multiply(numbers[ahead:], high - low, out=block[k])
-            block[k] += low
-        return block
+        low, high = np.array(list(self.ranges.values())).T
+        return uniform_rows(self._keys, start, stop - start, low, high)
+
+    @cached_property
+    def _keys(self) -> np.ndarray:
+        """One for each coordinate, a pose is a place in its sequence."""
+        each = [np.random.SeedSequence(self.seed, spawn_key=(k,)) for k in range(len(self.names))]
+        return np.array([own.generate_state(1, np.uint64)[0] for own in each])
 
 
 _MOST_VALUES = 10**8

@@ -8,20 +8,19 @@ import time
 import zipfile
 import zlib
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from robostiff.analysis.identity import plain
-from robostiff.analysis.maps.dataset import coordinate_arrays, summary_attributes
-from robostiff.analysis.maps.evaluator import MapEvaluator
-from robostiff.analysis.maps.job import MapJob, MapSummary, Partition
+from robostiff.analysis.maps.dataset import coordinate_arrays, map_attributes, summary_attributes
+from robostiff.analysis.maps.job import MapJob, MapSummary, Partition, count_of_each, identity
 from robostiff.analysis.maps.reduction import Reduction, State
-from robostiff.analysis.maps.request import MapRequest
+from robostiff.analysis.maps.run import Run
 from robostiff.analysis.maps.store import already_there, check_same_map
 from robostiff.analysis.maps.variables import Variable
 from robostiff.errors import InputError
@@ -32,10 +31,10 @@ if TYPE_CHECKING:
 
 # Poses of a block by a kernel, and of those left to the direct form at once.
 _BLOCK, _TOGETHER = 2**20, 2**14
-_CACHE = 2**22  # bytes of poses and values that stay in the second-level cache
+_CACHE = 2**22  # bytes of poses and values of a piece, so that most stays in the cache
 _SAVED = 5.0  # s between two states on disk
 _LARGEST = 2**30  # bytes of all arrays in a file
-_FORMAT = "reductions of a map by robostiff"
+_FORMAT = "reductions of a map by robostiff, 2"
 
 #: What a worker gives for a block: counts, and a state for each reduction of each variable.
 BlockFound = tuple[MapSummary, list[State]]
@@ -45,7 +44,7 @@ BlockFound = tuple[MapSummary, list[State]]
 class BlockReductions:
     """Computes blocks of which reductions are left; picklable.
 
-    A block is gone through in pieces that stay in the cache. Poses that a kernel leaves to the
+    A block is several pieces of a map that stay in the cache. Poses that a kernel leaves to the
     direct form are computed together, some thousands at once.
     """
 
@@ -58,53 +57,49 @@ class BlockReductions:
         return [(own, v) for own in self.reductions for v in own.variables(self.job)]
 
     @cached_property
-    def quick(self) -> MapJob | None:
-        """The same by a kernel that leaves some poses; None without a kernel."""
-        own = self.job.evaluator
-        if not isinstance(own, MapEvaluator) or own.kernel is None:
-            return None
-        return replace(self.job, evaluator=replace(own, recomputes=False))
+    def pieces(self) -> Partition:
+        """Parts of the map that are computed one after the other."""
+        job = self.job
+        if job.evaluator.kernel is None:
+            return job.partition
+        size = sum(v.bytes_a_pose for v in job.answers) + 8 * len(job.columns.names)
+        return Partition.of(job.source.shape, max(1, _CACHE // size))
 
     @cached_property
-    def partition(self) -> Partition:
-        """The blocks."""
-        job = self.job
-        return job.partition if self.quick is None else Partition.of(job.source.shape, _BLOCK)
+    def blocks(self) -> list[range]:
+        """Numbers of the pieces of each block."""
+        if self.job.evaluator.kernel is None:
+            return [range(k, k + 1) for k in range(len(self.pieces))]
+        size, count = max(1, _BLOCK // math.prod(self.pieces.block)), len(self.pieces)
+        return [range(k, min(k + size, count)) for k in range(0, count, size)]
 
     def compute(self, index: int) -> BlockFound:
         """Counts of a block, and what reductions have of it."""
-        part, (start, _) = self.partition.slices(index), self.partition.run(index)
-        job, names = self.quick or self.job, self.job.variables
-        most = max(1, _CACHE // (job.bytes_a_pose + 8 * len(job.columns.names)))
-        pieces = Partition.of(tuple(s.stop - s.start for s in part), most)
-        room = job.room(min(most, pieces.poses))
+        job, pieces = self.job, self.pieces
+        room = job.room(math.prod(pieces.block), job.answers)
         states = [own.begun(math.prod(v.shape)) for own, v in self.each]
         statuses, guarded = Counter[int](), 0
         left: list[np.ndarray] = []  # poses of the direct form, and behind them their numbers
-        for piece in range(len(pieces)):
-            inside = zip(part, pieces.slices(piece), strict=True)
-            poses = job.poses(tuple(slice(s.start + p.start, s.start + p.stop) for s, p in inside))
-            first, stop = pieces.run(piece)
-            arrays = {name: rows[..., : stop - first] for name, rows in room.items()}
-            doubtful = np.flatnonzero(job.fill(poses, arrays))
+        for piece in self.blocks[index]:
+            poses, (start, stop) = job.poses(pieces.slices(piece)), pieces.run(piece)
+            arrays = {name: rows[..., : stop - start] for name, rows in room.items()}
+            doubtful = np.flatnonzero(job.fill(poses, arrays, again=False))
             guarded += doubtful.size
-            if doubtful.size and self.quick is not None:
-                left.append(np.vstack([poses[doubtful].T, start + first + doubtful]))
+            if doubtful.size and job.evaluator.kernel is not None:
+                left.append(np.vstack([poses[doubtful].T, start + doubtful]))
                 statuses.subtract(arrays["status"][doubtful].tolist())
-                for rows in (arrays[v.name] for v in names if v.is_float):
+                for rows in (arrays[v.name] for v in job.answers if v.is_float):
                     rows[..., doubtful] = np.nan
-            self._add(states, statuses, arrays, range(start + first, start + stop))
-            if left and (piece == len(pieces) - 1 or sum(x.shape[1] for x in left) > _TOGETHER):
-                self._add_direct(states, statuses, np.concatenate(left, axis=1))
-                left = []
-        return MapSummary(pieces.poses, dict(sorted((+statuses).items())), guarded), states
-
-    def _add_direct(self, states: list[State], statuses: Counter[int], left: np.ndarray) -> None:
-        evaluator = replace(cast("MapEvaluator", self.job.evaluator), kernel=None)
-        job = replace(self.job, evaluator=evaluator, where=None)
-        arrays = job.room(left.shape[1])
-        job.fill(left[:-1].T, arrays)
-        self._add(states, statuses, arrays, left[-1].astype(int).tolist())
+            self._add(states, statuses, arrays, range(start, stop))
+            is_last = piece == self.blocks[index][-1]
+            if left and (is_last or sum(x.shape[1] for x in left) > _TOGETHER):
+                together = np.concatenate(left, axis=1)
+                direct = replace(job, evaluator=replace(job.evaluator, kernel=None), where=None)
+                arrays, left = job.room(together.shape[1], job.answers), []
+                direct.fill(together[:-1].T, arrays)
+                self._add(states, statuses, arrays, together[-1].astype(int).tolist())
+        closed = [own.closed(state) for (own, _), state in zip(self.each, states, strict=True)]
+        return MapSummary(dict(sorted((+statuses).items())), guarded), closed
 
     def _add(
         self,
@@ -114,17 +109,15 @@ class BlockReductions:
         numbers: Sequence[int],
     ) -> None:
         """Add poses of such numbers to what was found before."""
-        counts, count = np.bincount(arrays["status"]), len(numbers)
-        statuses.update({int(code): int(counts[code]) for code in np.flatnonzero(counts)})
+        statuses.update(count_of_each(arrays["status"]))
         for (own, v), state in zip(self.each, states, strict=True):
-            own.extend(state, arrays[v.name].reshape(-1, count), numbers)
+            own.extend(state, arrays[v.name].reshape(-1, len(numbers)), numbers)
 
 
 @dataclass
 class ReducedMap:
     """What reductions have of the blocks that are done."""
 
-    request: MapRequest
     work: BlockReductions
     path: Path | None  # where the state is kept
     summary: MapSummary = field(default_factory=MapSummary)
@@ -133,14 +126,14 @@ class ReducedMap:
 
     @classmethod
     def begun(
-        cls, request: MapRequest, reductions: tuple[Reduction, ...], path: Path | None, resume: bool
+        cls, job: MapJob, reductions: tuple[Reduction, ...], path: Path | None, resume: bool
     ) -> ReducedMap:
         """Nothing yet, or the state at a path of an earlier run.
 
         Raises InputError when there is none to go on with: it is damaged, or of another map or
         other reductions, or `resume` is False.
         """
-        made = cls(request, BlockReductions(request.job, reductions), path)
+        made = cls(BlockReductions(job, reductions), path)
         if path is not None and not path.parent.is_dir():
             raise InputError(
                 "store of a map", got=str(path), expected="a path in an existing folder"
@@ -152,14 +145,9 @@ class ReducedMap:
         return made
 
     @property
-    def todo(self) -> Iterator[int]:
-        """Blocks that are not done."""
-        return (k for k in range(len(self.work.partition)) if k not in self.done)
-
-    @property
     def _identity(self) -> dict[str, Any]:
-        own = plain([self.work.reductions, self.work.partition.block])
-        return {**self.request.identity(), "reductions": own}
+        own = plain([self.work.reductions, self.work.pieces.block])
+        return {**identity(self.work.job), "reductions": own}
 
     def _read(self, path: Path) -> None:
         """Go on from the state on disk; every part of such a file has a checksum."""
@@ -171,9 +159,11 @@ class ReducedMap:
                 about = json.loads(data["about"].item())
                 if about["format"] != _FORMAT:
                     raise ValueError("another format")
-                each = [{name: data[f"{k}.{name}"] for name in own} for k, own in about["states"]]
-            summary = MapSummary.from_data(about["summary"])
-            done = {k for start, stop in about["done"] for k in range(start, stop)}
+                self.states = [
+                    {name: data[f"{k}.{name}"] for name in own} for k, own in about["states"]
+                ]
+                self.done = set(data["done"].tolist())
+            self.summary = MapSummary(dict(about["statuses"]), about["guarded"])
         except (
             *(OSError, ValueError, TypeError, LookupError, AttributeError, RecursionError),
             *(EOFError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error),
@@ -185,19 +175,16 @@ class ReducedMap:
                 hint="use another path",
             ) from None
         check_same_map(path, about["parts"], self._identity)
-        self.summary, self.states, self.done = summary, each, done
 
-    def gathered(
-        self, blocks: Iterable[tuple[int, BlockFound]]
-    ) -> Iterator[tuple[int, MapSummary]]:
-        """Add blocks as they are done, in any order, and keep the state now and then."""
-        each = [own for own, _ in self.work.each]
-        saved = -math.inf  # the first block shows whether there is room on the disk
+    def gathered(self, run: Run[BlockFound]) -> Iterator[tuple[int, MapSummary]]:
+        """Run what is not done, add blocks in any order, and keep the state now and then."""
+        work, saved = self.work, -math.inf  # the first shows whether there is room on the disk
+        todo = (k for k in range(len(work.blocks)) if k not in self.done)
         try:
-            for index, (summary, states) in blocks:
-                pairs = zip(each, self.states or states, states, strict=True)
-                added = [own.added(a, b) for own, a, b in pairs] if self.states else states
-                self.states, self.summary = added, MapSummary.total((self.summary, summary))
+            for index, (summary, states) in run(work.compute, todo):
+                pairs = zip(work.each, self.states, states, strict=True) if self.states else ()
+                self.states = [own.added(a, b) for (own, _), a, b in pairs] or states
+                self.summary += summary
                 self.done.add(index)
                 if time.monotonic() - saved > _SAVED:
                     self._save()
@@ -210,21 +197,19 @@ class ReducedMap:
         """Write the state, whole or not at all."""
         if self.path is None or not self.done:
             return
-        ordered = sorted(self.done)
-        starts = [k for k in ordered if k - 1 not in self.done]
-        stops = [k + 1 for k in ordered if k + 1 not in self.done]
         about = {
             "format": _FORMAT,
             "parts": self._identity,
-            "done": list(zip(starts, stops, strict=True)),
-            "summary": self.summary.as_data(),
+            "statuses": list(self.summary.statuses.items()),
+            "guarded": self.summary.guarded,
             "states": [[k, list(state)] for k, state in enumerate(self.states)],
         }
         arrays: dict[str, Any] = {
             f"{k}.{name}": own for k, state in enumerate(self.states) for name, own in state.items()
         }
+        arrays |= {"about": np.array(json.dumps(about)), "done": np.array(sorted(self.done))}
         with whole_file(self.path) as begun, begun.open("wb") as file:
-            np.savez_compressed(file, about=np.array(json.dumps(about)), **arrays)
+            np.savez_compressed(file, **arrays)
 
     def dataset(self) -> xarray.Dataset:
         """Reductions of all poses, with names, units and words of their variables."""
@@ -234,7 +219,7 @@ class ReducedMap:
         arrays: dict[str, Any] = {}
         coordinates: dict[str, Any] = {}
         for (own, v), state in zip(self.work.each, self.states, strict=True):
-            for name, labels, values, has_unit in own.found(state, v.name, job):
+            for name, labels, values, has_unit in own.found(state, v.name, math.prod(v.shape), job):
                 coordinates |= {dim: (dim, list(known)) for dim, known in labels.items()}
                 about = {"long_name": f"{name.removeprefix(v.name)[1:]} of the {v.long_name}"}
                 if isinstance(v.units, str) and has_unit:
@@ -244,5 +229,5 @@ class ReducedMap:
         dims = {dim for own, _, _ in arrays.values() for dim in own}
         known = coordinate_arrays(job).items()
         coordinates |= {name: array for name, array in known if dims.issuperset(array[0])}
-        attributes = {**self.request.attributes, **summary_attributes(self.summary)}
+        attributes = {**map_attributes(job), **summary_attributes(self.summary)}
         return xarray.Dataset(arrays, coordinates, attributes)

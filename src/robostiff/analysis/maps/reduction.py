@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.maps.variables import Variable
+from robostiff.compiled import PAGES, PLACES, count_by_digits
 from robostiff.errors import InputError
 from robostiff.spatial import as_floats
 
@@ -26,10 +27,7 @@ State = dict[str, np.ndarray]
 #: A result: its name, labels of its first dimensions, values (..., entries of the variable), and
 #: whether they have the unit of the variable.
 Found = tuple[str, Mapping[str, Sequence[Any]], np.ndarray, bool]
-# The upper halves of numbers of 32 bits: sign, exponent and seven bits of the digits.
-_BINS = 2**16
-_SIGN = 2**15
-_INFINITE = 0x7F80
+_INFINITE, _SIGN = 0x7F80, 2**15  # first halves of numbers of 32 bits
 
 
 @dataclass(frozen=True)
@@ -60,6 +58,10 @@ class Reduction(ABC):
     def begun(self, entries: int) -> State:
         """What it has of no poses."""
 
+    def closed(self, state: State) -> State:
+        """What is to be kept of it once no more is added."""
+        return state
+
     @abstractmethod
     def extend(self, state: State, values: np.ndarray, numbers: Sequence[int]) -> None:
         """Add values (entries, N) that may be none, at poses of such numbers."""
@@ -69,7 +71,7 @@ class Reduction(ABC):
         return {name: own + b[name] for name, own in a.items()}
 
     @abstractmethod
-    def found(self, state: State, name: str, job: MapJob) -> Iterator[Found]:
+    def found(self, state: State, name: str, entries: int, job: MapJob) -> Iterator[Found]:
         """Its results at all poses."""
 
 
@@ -111,23 +113,24 @@ class Extremes(Reduction):
         kept = np.isnan(y) | (x < y) | earlier
         return {name: np.where(kept, a[name], b[name]) for name in ("ends", "at")}
 
-    def found(self, state: State, name: str, job: MapJob) -> Iterator[Found]:
+    def found(self, state: State, name: str, entries: int, job: MapJob) -> Iterator[Found]:
         """Values and coordinates [m, rad] are none where no pose has an answer."""
         ends = {"extreme": ["least", "greatest"]}
         yield f"{name}_extreme", ends, state["ends"].T, True
         poses = np.full((*state["at"].shape, len(job.columns.names)), np.nan)
         for place in np.argwhere(state["at"] >= 0):
-            poses[tuple(place)] = job.pose(int(state["at"][tuple(place)]))
-        where = {"coordinate": job.columns.names, **ends}
-        yield f"{name}_at", where, poses.transpose(2, 1, 0), False
+            where = np.unravel_index(int(state["at"][tuple(place)]), job.source.shape)
+            poses[tuple(place)] = job.poses(tuple(slice(int(i), int(i) + 1) for i in where))[0]
+        labels = {"coordinate": job.columns.names, **ends}
+        yield f"{name}_at", labels, poses.transpose(2, 1, 0), False
 
 
 @dataclass(frozen=True)
 class Quantiles(Reduction):
     """Values below which given shares of the poses lie that have an answer.
 
-    Counts of numbers that agree in their first eight binary digits decide, so that a quantile is
-    right within 0.4 % of itself.
+    Counts of numbers that agree in their first fourteen binary digits decide, so that a quantile is
+    right within 0.01 % of itself.
 
     Parameters
     ----------
@@ -156,29 +159,60 @@ class Quantiles(Reduction):
         object.__setattr__(self, "shares", tuple(given.tolist()))
 
     def begun(self, entries: int) -> State:
-        """How many numbers there are of each upper half (entries, 2^16)."""
-        return {"counts": np.zeros((entries, _BINS), dtype=int)}
+        """Which row of the counts numbers of the same first half have; row 0 for those without."""
+        return {
+            "table": np.zeros((entries, PAGES), dtype=np.uint32),
+            "numbers": np.zeros(1, dtype=int),
+            "counts": np.zeros((1, PLACES), dtype=int),
+        }
 
     def extend(self, state: State, values: np.ndarray, numbers: Sequence[int]) -> None:
-        """Count numbers by their upper halves."""
+        """Count numbers by their digits; those whose first half is new get a row."""
         with np.errstate(over="ignore"):
-            upper = np.ascontiguousarray(values, dtype=np.float32).view(np.uint32) >> 16
-        for counts, own in zip(state["counts"], upper, strict=True):
-            np.add.at(counts, own, 1)
+            values = np.ascontiguousarray(values, dtype=np.float32)
+        for entry, (own, table) in enumerate(zip(values, state["table"], strict=True)):
+            count_by_digits(own, table, state["counts"])
+            if not state["counts"][0].any():
+                continue
+            upper = own.view(np.uint32) >> 16
+            is_new = table[upper] == 0
+            new, before = np.unique(upper[is_new]), len(state["counts"])
+            table[new] = range(before, before + len(new))
+            rows = np.zeros((len(new), PLACES), dtype=int)
+            state["counts"] = np.concatenate([state["counts"], rows])
+            state["counts"][0] = 0
+            state["numbers"] = np.concatenate([state["numbers"], entry * PAGES + new.astype(int)])
+            count_by_digits(own[is_new], table, state["counts"])
 
-    def found(self, state: State, name: str, job: MapJob) -> Iterator[Found]:
-        """The middle of the numbers of one upper half."""
-        upper = np.arange(_BINS, dtype=np.uint32)
-        middles = ((upper << 16) | 0x8000).view(np.float32)
-        middles[[_INFINITE, _INFINITE + _SIGN]] = np.inf, -np.inf
-        order = np.argsort(middles, kind="stable")[: np.count_nonzero(~np.isnan(middles))]
-        middles = middles[order].astype(float)
-        sums = np.cumsum(state["counts"][:, order], axis=1)
-        quantiles = np.full((len(self.shares), len(sums)), np.nan)
-        for entry, below in enumerate(sums):
-            if below[-1]:
+    def closed(self, state: State) -> State:
+        """The counts, and of which entries and first halves of numbers they are, in order."""
+        numbers, counts = state["numbers"][1:], state["counts"][1:]
+        order = np.argsort(numbers)
+        return {"numbers": numbers[order], "counts": counts[order]}
+
+    def added(self, a: State, b: State) -> State:
+        """The rows of both."""
+        numbers = np.union1d(a["numbers"], b["numbers"])
+        counts = np.zeros((len(numbers), PLACES), dtype=int)
+        for own in (a, b):
+            counts[np.searchsorted(numbers, own["numbers"])] += own["counts"]
+        return {"numbers": numbers, "counts": counts}
+
+    def found(self, state: State, name: str, entries: int, job: MapJob) -> Iterator[Found]:
+        """The middle of the numbers of the same digits."""
+        entry, upper = np.divmod(state["numbers"], PAGES)
+        places = np.arange(PLACES, dtype=np.uint32) << 10
+        middles = ((upper.astype(np.uint32) << 16)[:, None] + places + 0x200).view(np.float32)
+        for infinite, value in ((_INFINITE, np.inf), (_INFINITE + _SIGN, -np.inf)):
+            middles[upper == infinite, 0] = value
+        quantiles = np.full((len(self.shares), entries), np.nan)
+        for k in range(entries):
+            values, counts = middles[entry == k].ravel(), state["counts"][entry == k].ravel()
+            order = np.argsort(values)[: np.count_nonzero(~np.isnan(values))]
+            below = np.cumsum(counts[order])
+            if below.size and below[-1]:
                 least = np.maximum(np.ceil(np.array(self.shares) * below[-1]), 1)
-                quantiles[:, entry] = middles[np.searchsorted(below, least)]
+                quantiles[:, k] = values[order[np.searchsorted(below, least)]]
         yield f"{name}_quantile", {"share": self.shares}, quantiles, True
 
 
@@ -230,7 +264,7 @@ class Histogram(_Counts):
         object.__setattr__(self, "of", of)
         object.__setattr__(self, "edges", tuple(given.tolist()))
 
-    def found(self, state: State, name: str, job: MapJob) -> Iterator[Found]:
+    def found(self, state: State, name: str, entries: int, job: MapJob) -> Iterator[Found]:
         """Counts from each edge to the next; values beyond the edges are left out."""
         counts = -np.diff(state["counts"][:, :-1]).T
         yield f"{name}_count", {f"{name}_from": self.edges[:-1]}, counts, False
@@ -262,7 +296,7 @@ class ShareAbove(_Counts):
         object.__setattr__(self, "of", of)
         object.__setattr__(self, "edges", tuple(given.tolist()))
 
-    def found(self, state: State, name: str, job: MapJob) -> Iterator[Found]:
+    def found(self, state: State, name: str, entries: int, job: MapJob) -> Iterator[Found]:
         """None where no pose has an answer."""
         counts = state["counts"].T
         with np.errstate(invalid="ignore"):

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import logging
-import os
 import signal
 import time
-import uuid
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Executor, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from robostiff.analysis.maps.job import MapSummary
+from robostiff.compiled.kernel import processors
 from robostiff.errors import InputError, NoAnswerError, needs_extra
 
 if TYPE_CHECKING:
@@ -50,13 +48,11 @@ class Threads:
     @property
     def number(self) -> int:
         """How many."""
-        if self.count or not hasattr(os, "sched_getaffinity"):
-            return self.count or os.cpu_count() or 1
-        return len(os.sched_getaffinity(0))
+        return self.count or processors()
 
 
 Found = TypeVar("Found")
-#: Calls a function at the numbers of blocks, and yields numbers with what it gives.
+#: Calls a function at the numbers of blocks, and yields what it gives as it is there.
 Run = Callable[[Callable[[int], Found], Iterable[int]], Iterator[tuple[int, Found]]]
 
 
@@ -64,69 +60,58 @@ Run = Callable[[Callable[[int], Found], Iterable[int]], Iterator[tuple[int, Foun
 def workforce(workers: int | None, scheduler: Any) -> Iterator[Run[Any]]:
     """What computes blocks: threads of this process, processes, or a cluster.
 
+    Only what is found passes through a scheduler; another worker follows one that dies.
+
     Raises InputError where there is no such scheduler.
     """
     if workers is None and (scheduler is None or isinstance(scheduler, Threads)):
-        yield partial(_in_threads, scheduler or Threads())
-    else:
-        with _dask_client(workers, scheduler) as client:
-            yield partial(_on_dask, client)
-
-
-def _in_threads(
-    threads: Threads, compute: Callable[[int], Found], todo: Iterable[int]
-) -> Iterator[tuple[int, Found]]:
-    rest = iter(todo)
-    if threads.number == 1:
-        for index in rest:
-            yield index, compute(index)
-        return
-    pool = ThreadPoolExecutor(threads.number, thread_name_prefix="robostiff-map")
-    running: dict[Future[Found], int] = {}
-    try:
-        for index in islice(rest, _AHEAD * threads.number):
-            running[pool.submit(compute, index)] = index
-        while running:
-            done, _ = wait(running, return_when=FIRST_COMPLETED)
-            for future in done:
-                index = running.pop(future)
-                found = future.result()
-                for following in islice(rest, 1):
-                    running[pool.submit(compute, following)] = following
-                yield index, found
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
-def _on_dask(
-    client: Client, compute: Callable[[int], Found], todo: Iterable[int]
-) -> Iterator[tuple[int, Found]]:
-    """Only what is found passes through the scheduler; another worker follows one that dies."""
-    from distributed import KilledWorker, as_completed
-
-    run = uuid.uuid4().hex[:8]
-    # A task like the others, which is done again where the worker that held it has died.
-    shared = client.submit(_received, compute, key=f"robostiff-map-{run}", pure=False)
-    rest = iter(todo)
-
-    def submit(index: int) -> Any:
-        key = f"robostiff-block-{run}-{index}"
-        return client.submit(_computed, shared, index, key=key, pure=False)
-
-    threads: Any = client.nthreads()
-    ahead = _AHEAD * max(1, sum(threads.values()))
-    running = as_completed([submit(index) for index in islice(rest, ahead)], loop=client.loop)
-    for future in running:
+        count = (scheduler or Threads()).number
+        if count == 1:
+            yield lambda compute, todo: ((index, compute(index)) for index in todo)
+            return
+        pool = ThreadPoolExecutor(count, thread_name_prefix="robostiff-map")
         try:
-            index, found = future.result()
-        except KilledWorker as error:
-            raise NoAnswerError(
-                f"workers died again and again over one block ({error}); the blocks done so far "
-                "are safe: give the workers more memory, and resume"
-            ) from None
-        for following in islice(rest, 1):
-            running.add(submit(following))
-        yield index, found
+            yield lambda compute, todo: _blocks(pool, count, compute, todo)
+        finally:
+            pool.shutdown(cancel_futures=True)
+        return
+    with _dask_client(workers, scheduler) as client:
+
+        def run(compute: Callable[[int], Found], todo: Iterable[int]) -> Any:
+            threads: Any = client.nthreads()
+            # A task like the others, which is done again where the worker that held it has died.
+            shared, pool = client.submit(_received, compute, pure=False), client.get_executor()
+            try:
+                yield from _blocks(pool, sum(threads.values()), shared, todo)
+            finally:
+                pool.shutdown(wait=False)
+
+        yield run
+
+
+def _blocks(
+    pool: Executor, workers: int, compute: Any, todo: Iterable[int]
+) -> Iterator[tuple[int, Any]]:
+    rest = iter(todo)
+    running = {pool.submit(_computed, compute, k) for k in islice(rest, _AHEAD * max(1, workers))}
+    while running:
+        done, running = wait(running, return_when=FIRST_COMPLETED)
+        for future in done:
+            try:
+                found = future.result()
+            except Exception as error:
+                if type(error).__name__ != "KilledWorker":  # of Dask, perhaps not installed
+                    raise
+                raise NoAnswerError(
+                    f"workers died again and again over one block ({error}); the blocks done so "
+                    "far are safe: give the workers more memory, and resume"
+                ) from None
+            running |= {pool.submit(_computed, compute, k) for k in islice(rest, 1)}
+            yield found
+
+
+def _ignore_interrupts() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _received(compute: Found) -> Found:
@@ -175,21 +160,9 @@ def _dask_client(workers: int | None, scheduler: Any) -> Iterator[Client]:
         ) as cluster,
         Client(cluster, set_as_default=False) as client,
     ):
-        client.register_plugin(_left_to_end_by_us())
+        # Ctrl-C reaches all processes of a terminal: this one ends the others, without their noise.
+        client.run(_ignore_interrupts)
         yield client
-
-
-def _left_to_end_by_us() -> Any:
-    """Ctrl-C reaches all processes of a terminal: this one ends the others, without their noise."""
-    from distributed import WorkerPlugin
-
-    class IgnoreInterrupts(WorkerPlugin):
-        name = "robostiff-ignore-interrupts"
-
-        def setup(self, worker: Any) -> None:
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-    return IgnoreInterrupts()
 
 
 @dataclass(frozen=True)
@@ -238,7 +211,7 @@ def followed(
     """
     started, summary = time.monotonic(), before
     for _, own in blocks:
-        summary = MapSummary.total((summary, own))
+        summary += own
         if progress is not None:
             seconds, resumed = time.monotonic() - started, before.poses + summary.resumed
             progress(Progress(summary.poses, total, resumed, seconds, summary.guarded))

@@ -4,10 +4,14 @@ A block is one chunk of every array, with the checksum (crc32c) that Zarr makes 
 array ``progress/done`` marks it afterwards; a marked block is read again when the map goes on, and
 computed again if that fails. When all are done ``progress`` goes. Entries of a quantity come before
 the poses, as in memory, and symmetric matrices have each entry once; `open_map` turns them round.
+The description of the store has checksums (SHA-256) of those of its arrays, of coordinates that
+several poses share, and of itself.
 """
 
 from __future__ import annotations
 
+import hashlib
+import json
 import math
 import shutil
 import sys
@@ -24,28 +28,27 @@ import numpy as np
 from robostiff.analysis.identity import differences
 from robostiff.analysis.maps.dataset import (
     coordinate_arrays,
+    map_attributes,
     own_coordinates,
-    range_attributes,
     summary_attributes,
     variable_attributes,
 )
-from robostiff.analysis.maps.job import MOST_POSES, MapJob, MapSummary, summarize
-from robostiff.analysis.maps.variables import Variable
+from robostiff.analysis.maps.job import MOST_POSES, MapJob, MapSummary, identity, summarize
 from robostiff.errors import InputError, needs_extra
+from robostiff.whole_file import whole_file
 
 if TYPE_CHECKING:
     import xarray
 
-_IDENTITY, _ENTRIES = "robostiff_map", "entries"
+_IDENTITY, _ENTRIES, _DESCRIPTION = "robostiff_map", "entries", "zarr.json"
+_OWN = {_IDENTITY, "checksum"}  # attributes of the store and not of the map
 _PROGRESS, _DONE = "progress", "progress/done"
 _NAMED = 3  # differences between two maps
 # Of stores from anywhere: values in a chunk, values a pose, bytes of a description.
 _LARGEST_CHUNK, _MOST_VALUES, _LONGEST = 2**24, 2**10, 2**24
 
 
-def create_store(
-    path: Path, job: MapJob, identity: Mapping[str, Any], attributes: Mapping[str, Any]
-) -> None:
+def create_store(path: Path, job: MapJob) -> None:
     """Make a store of attributes, coordinates and empty arrays, then move it to its place whole."""
     import zarr
     from zarr.codecs import BloscCodec, Crc32cCodec
@@ -53,12 +56,14 @@ def create_store(
     if not path.parent.is_dir():
         raise InputError("store of a map", got=str(path), expected="a path in an existing folder")
     begun, partition = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}"), job.partition
-    kept = {v.name: [v.dims, v.shape, v.is_symmetric] for v in job.variables}
-    about = {"parts": dict(identity), "variables": kept, "complete": False}
-    own = {"coordinates": " ".join(own_coordinates(job)), _IDENTITY: about}
     try:
-        root = zarr.create_group(begun, attributes={**attributes, **own})
+        root = zarr.create_group(begun)
         for v in job.variables:
+            entries: dict[str, str] = {}
+            if v.is_symmetric:
+                row, column = v.labels
+                upper = zip(*np.triu_indices(len(row)), strict=True)
+                entries[_ENTRIES] = ", ".join(f"{row[i]} {column[j]}" for i, j in upper)
             root.create_array(
                 v.name,
                 shape=(*v.stored_shape, *partition.shape),
@@ -67,7 +72,7 @@ def create_store(
                 fill_value=v.missing,  # 0 would make a place that was not written an answer
                 compressors=(BloscCodec(cname="lz4", clevel=1, shuffle="shuffle"), Crc32cCodec()),
                 dimension_names=(*v.stored_dims, *job.source.dims),
-                attributes={**variable_attributes(job, v), **_entries(v)},
+                attributes=variable_attributes(job, v) | entries,
             )
         for name, (dims, values, words) in coordinate_arrays(job).items():
             is_text = values.dtype.kind == "U"
@@ -79,7 +84,19 @@ def create_store(
                 attributes=words,
             )
         marks = {"shape": (len(partition),), "chunks": (1,), "dtype": "int64"}
+        files = sorted(own for own in begun.glob("*/**/*") if own.is_file())
         root.create_array(_DONE, compressors=Crc32cCodec(), **marks)
+        about = {
+            "parts": identity(job),
+            "variables": {v.name: [v.dims, v.shape, v.is_symmetric] for v in job.variables},
+            "complete": False,
+            "ranges": {},
+            "checksums": {
+                own.relative_to(begun).as_posix(): _checksum(own.read_bytes()) for own in files
+            },
+        }
+        coordinates = {"coordinates": " ".join(own_coordinates(job))}
+        _describe(begun, {**map_attributes(job), **coordinates, _IDENTITY: about})
         if path.exists():
             raise already_there(path)
         begun.rename(path)
@@ -87,20 +104,23 @@ def create_store(
         shutil.rmtree(begun, ignore_errors=True)
 
 
-def is_complete(path: Path, identity: Mapping[str, Any]) -> bool:
+def _describe(path: Path, attributes: Mapping[str, Any]) -> None:
+    """Write the description of a store, with a checksum of all the rest in it."""
+    content = {"zarr_format": 3, "node_type": "group", "attributes": {**attributes}}
+    content["attributes"]["checksum"] = _checksum(json.dumps(content, sort_keys=True).encode())
+    with whole_file(path / _DESCRIPTION) as begun:
+        begun.write_text(json.dumps(content))
+
+
+def _checksum(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+def is_complete(path: Path, job: MapJob) -> bool:
     """Whether the store of this very map is complete; InputError where it holds another map."""
-    about = _about(path)
-    check_same_map(path, about["parts"], identity)
+    about = _attributes(path)[_IDENTITY]
+    check_same_map(path, about["parts"], identity(job))
     return about["complete"]
-
-
-def _entries(variable: Variable) -> dict[str, str]:
-    """Names of the entries of a symmetric matrix in a store, as an attribute."""
-    if not variable.is_symmetric:
-        return {}
-    row, column = variable.labels
-    upper = zip(*np.triu_indices(len(row)), strict=True)
-    return {_ENTRIES: ", ".join(f"{row[i]} {column[j]}" for i, j in upper)}
 
 
 def damaged(path: Path, what: str) -> InputError:
@@ -151,7 +171,9 @@ def already_there(path: Path) -> InputError:
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
     """Keep other processes from filling the same store; the lock ends with the process."""
-    with (path / _PROGRESS / "lock").open("w") as file:
+    with _undamaged(path, _PROGRESS):
+        file = (path / _PROGRESS / "lock").open("w")
+    with file:
         try:
             if sys.platform == "win32":
                 import msvcrt
@@ -188,18 +210,23 @@ class MapStore:
             # A chunk of zeros is written, too: a chunk that is not there is lost.
             every = {"write_empty_chunks": True}
             names = (*(v.name for v in self.job.variables), _DONE)
-            return {"": root, **{name: root[name].with_config(every) for name in names}}
+            return {name: root[name].with_config(every) for name in names}
 
     def compute(self, index: int) -> MapSummary:
         """Compute a block and put it on disk, unless it is there, and sum it up."""
         if (stored := self._stored(index)) is not None:
             return stored
-        block, summary = self.job.compute(index)
-        part = self.job.partition.slices(index)
-        for v in self.job.variables:
+        job, part = self.job, self.job.partition.slices(index)
+        shape = tuple(where.stop - where.start for where in part)
+        block = job.room(math.prod(shape), job.variables)
+        summary = job.compute(index, block)
+        for v in job.variables:
             values = block[v.name][np.triu_indices(v.shape[0])] if v.is_symmetric else block[v.name]
-            own = *v.stored_shape, *(where.stop - where.start for where in part)
-            self._arrays[v.name][(*map(slice, v.stored_shape), *part)] = values.reshape(own)
+            places = (*map(slice, v.stored_shape), *part)
+            try:
+                self._arrays[v.name][places] = values.reshape(*v.stored_shape, *shape)
+            except IsADirectoryError:
+                raise damaged(self.path, f"a folder for a chunk of {v.name}") from None
         self._arrays[_DONE][index] = summary.guarded + 1
         return summary
 
@@ -222,40 +249,50 @@ class MapStore:
 
     def finish(self, summary: MapSummary) -> None:
         """Write the summary, which makes the map complete."""
-        for name, attributes in range_attributes(summary).items():
-            self._arrays[name].update_attributes(attributes)
-        root = self._arrays[""]
-        about = {**root.attrs[_IDENTITY], "complete": True}
-        root.update_attributes({**summary_attributes(summary), _IDENTITY: about})
+        attributes = _attributes(self.path)
+        about = {**attributes[_IDENTITY], "complete": True, "ranges": summary.ranges}
+        _describe(self.path, {**attributes, **summary_attributes(summary), _IDENTITY: about})
+
+    def remove_progress(self) -> None:
+        """Away with the marks of a complete map, and with its lock, which must be open no more."""
+        shutil.rmtree(self.path / _PROGRESS, ignore_errors=True)
 
 
-def remove_marks(path: Path) -> None:
-    """Away with the progress of a complete map."""
-    shutil.rmtree(path / _PROGRESS, ignore_errors=True)
+def _attributes(path: Path) -> dict[str, Any]:
+    """Attributes of a store whose descriptions are as they were written; no larger than of maps.
 
-
-def _about(path: Path) -> dict[str, Any]:
-    """What a store says of itself; its arrays are no larger than those of maps.
-
-    Raises InputError when it is none or damaged.
+    Raises InputError when it is none, or names the description that is damaged.
     """
-    import zarr
+    if not (path / _DESCRIPTION).is_file():
+        raise InputError(
+            "store of a map", got=str(path), expected="a map that was begun by robostiff"
+        )
+    text = _description(path, _DESCRIPTION)
+    with _undamaged(path, _DESCRIPTION):
+        content = json.loads(text)
+        attributes = content["attributes"]
+        own, about = attributes.pop("checksum"), attributes[_IDENTITY]
+        if own != _checksum(json.dumps(content, sort_keys=True).encode()):
+            raise damaged(path, f"a {_DESCRIPTION} that was changed")
+    for file, checksum in about["checksums"].items():
+        text = _description(path, file)
+        if _checksum(text) != checksum:
+            raise damaged(path, f"a {file} that was changed")
+        if file.endswith(_DESCRIPTION):
+            with _undamaged(path, file):
+                described = json.loads(text)
+                chunk = math.prod(described["chunk_grid"]["configuration"]["chunk_shape"])
+                is_large = math.prod(described["shape"]) > _MOST_VALUES * MOST_POSES
+            if is_large or chunk > _LARGEST_CHUNK:
+                raise damaged(path, f"a {file} of more than robostiff writes")
+    return attributes
 
-    described = path / "zarr.json"
-    with _undamaged(path, "a description"):
-        if described.is_file():
-            for file in described, *path.glob("*/zarr.json"):
-                if file.stat().st_size > _LONGEST:
-                    raise damaged(path, f"a zarr.json of more than {_LONGEST} bytes")
-            root = zarr.open_group(path, mode="r", zarr_format=3, use_consolidated=False)
-            for name, array in root.arrays():
-                chunk, whole = math.prod(array.chunks), math.prod(array.shape)
-                if chunk > _LARGEST_CHUNK or whole > _MOST_VALUES * MOST_POSES:
-                    raise damaged(path, f"{name!r} larger than robostiff writes")
-            about: Any = root.attrs.get(_IDENTITY)
-            if about is not None:
-                return about | {"parts": dict(about["parts"]), "complete": bool(about["complete"])}
-    raise InputError("store of a map", got=str(path), expected="a map that was begun by robostiff")
+
+def _description(path: Path, file: str) -> bytes:
+    with _undamaged(path, file):
+        if file.endswith(_DESCRIPTION) and (path / file).stat().st_size > _LONGEST:
+            raise damaged(path, f"a {file} of more than {_LONGEST} bytes")
+        return (path / file).read_bytes()
 
 
 def open_map(path: Path) -> xarray.Dataset:
@@ -263,7 +300,7 @@ def open_map(path: Path) -> xarray.Dataset:
     with needs_extra("maps", "maps"):
         import dask.array
         import xarray
-    about = _about(path)
+    about = _attributes(path)[_IDENTITY]
     with _undamaged(path, "contents"):
         found = xarray.open_zarr(path, chunks=None, consolidated=False, zarr_format=3)
         poses, arrays = found["status"].dims, {}
@@ -279,8 +316,10 @@ def open_map(path: Path) -> xarray.Dataset:
                 dtype=stored.dtype,
                 meta=np.empty((0,) * (len(poses) + len(dims)), stored.dtype),
             )
-            stored.attrs.pop(_ENTRIES, None)
-            arrays[name] = (*poses, *dims), values, stored.attrs
+            attributes = {k: own for k, own in stored.attrs.items() if k != _ENTRIES}
+            if name in about["ranges"]:
+                attributes["actual_range"] = about["ranges"][name]
+            arrays[name] = (*poses, *dims), values, attributes
         coordinates: dict[str, Any] = {
             # NetCDF and older programs know no texts of any length
             str(name): own.copy(data=np.array(own.values.tolist()))
@@ -289,7 +328,7 @@ def open_map(path: Path) -> xarray.Dataset:
             for name, own in found.coords.items()
             if name not in arrays
         }
-        kept = {name: own for name, own in found.attrs.items() if name != _IDENTITY}
+        kept = {name: own for name, own in found.attrs.items() if name not in _OWN}
         opened = xarray.Dataset(arrays, coordinates, kept)
         return opened.set_coords([name for name in arrays if name in found.coords])
 

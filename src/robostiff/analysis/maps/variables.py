@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
@@ -15,7 +15,6 @@ from robostiff.errors import InputError
 from robostiff.linkage import Linkage
 from robostiff.model import Actuated
 from robostiff.model.cable import CableRobot
-from robostiff.spatial import Space
 
 EXCLUDED = 256
 NOT_COMPUTED = 512
@@ -46,12 +45,6 @@ class Variable:
             return None
         words = f"magnitude of the {self.long_name}"
         return Variable(f"{self.name}_magnitude", (), (), self.units, words)
-
-    def poses_first(self, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-        """Values (*self.shape, N) as an array (*shape, *self.shape) of N poses in that shape."""
-        own = len(self.shape)
-        whole = values.reshape(*self.shape, *shape)
-        return np.moveaxis(whole, range(own), range(-own, 0))
 
     @property
     def stored_shape(self) -> tuple[int, ...]:
@@ -173,87 +166,67 @@ def map_variables(
     >>> [v.name for v in map_variables(robot, [Quantity.PRINCIPAL_STIFFNESS])]
     ['translational_stiffness', 'rotational_stiffness', 'rank', 'status']
     """
-    found: list[Variable] = []
-    for quantity in quantities:
-        match quantity:
-            case Quantity.STIFFNESS:
-                own = _matrix(robot.space)
-                is_symmetric = not (is_loaded or isinstance(robot, CableRobot))
-                found.append(replace(own, dtype=dtype, is_symmetric=is_symmetric))
-            case Quantity.ACTUATOR_FORCES:
-                found.append(_actuator_forces(robot))
-            case Quantity.TENSIONS:
-                found += _tensions(robot)
-            case _:
-                found += _FLOATS[quantity](robot.space)
-    return (*found, RANK, STATUS)
+    found = [own for quantity in quantities for own in _variables_of(quantity, robot)]
+    is_symmetric = not (is_loaded or isinstance(robot, CableRobot))
+    whole = {"dtype": dtype, "is_symmetric": is_symmetric}
+    return (*(replace(own, **whole) if own.name == "K" else own for own in found), RANK, STATUS)
 
 
-def _matrix(space: Space) -> Variable:
-    # as UDUNITS reads them; a radian is 1, and so is a metre per metre
-    named = ("N m-1", "N", "N m rad-1")
-    turns = [name.startswith("r") for name in space.twist_order]
-    return Variable(
-        "K",
-        ("row", "column"),
-        (space.size, space.size),
-        tuple(tuple(named[row + column] for column in turns) for row in turns),
-        "Cartesian stiffness matrix about the reference point, world axes",
-        labels=(space.wrench_order, space.twist_order),
-        note="force or moment (row) per displacement or rotation (column)",
-    )
-
-
-def _principal(space: Space) -> list[Variable]:
-    d, words = space.translations, "eigenvalues of the {} block of K, {} held; ascending"
-    forces = words.format("force-displacement", "rotations")
-    moments = words.format("moment-rotation", "displacements")
-    return [
-        Variable("translational_stiffness", ("principal_translation",), (d,), "N/m", forces),
-        Variable(
-            "rotational_stiffness", ("principal_rotation",), (space.size - d,), "N m/rad", moments
-        ),
-    ]
-
-
-def _worst(space: Space) -> list[Variable]:
-    words = "largest displacement per unit force over all directions, no moment"
-    note = "none where a force can drive a free motion"
-    return [Variable("worst_deflection", (), (), "m/N", words, note=note)]
-
-
-def _indices(space: Space) -> list[Variable]:
-    determinant = "log10 of the determinant of K scaled to N/m"
-    return [
-        Variable("smallest_eigenvalue", (), (), "N/m", "of K scaled to lengths"),
-        Variable("largest_eigenvalue", (), (), "N/m", "of K scaled to lengths"),
-        Variable("isotropy", (), (), "1", "smallest over largest eigenvalue of K, 0 to 1"),
-        Variable("log10_determinant", (), (), "1", determinant, note="none where K is singular"),
-    ]
-
-
-def _deflection(space: Space) -> list[Variable]:
+def _variables_of(quantity: Quantity, robot: Mapped) -> Iterator[Variable]:
+    space = robot.space
     d, twist = space.translations, space.twist_order
-    return [
-        Variable(name, (f"{name}_axis",), (len(own),), unit, words, labels=(own,), is_vector=True)
-        for name, own, unit, words in (
-            (
-                "displacement",
-                twist[:d],
-                "m",
-                "displacement of the reference point under the wrench",
-            ),
-            ("rotation", twist[d:], "rad", "rotation of the platform under the wrench"),
-        )
-    ]
-
-
-_FLOATS: dict[Quantity, Callable[[Space], list[Variable]]] = {
-    Quantity.PRINCIPAL_STIFFNESS: _principal,
-    Quantity.WORST_DEFLECTION: _worst,
-    Quantity.INDICES: _indices,
-    Quantity.DEFLECTION: _deflection,
-}
+    match quantity:
+        case Quantity.STIFFNESS:
+            # as UDUNITS reads them; a radian is 1, and so is a metre per metre
+            named = ("N m-1", "N", "N m rad-1")
+            turns = [name.startswith("r") for name in twist]
+            yield Variable(
+                "K",
+                ("row", "column"),
+                (space.size, space.size),
+                tuple(tuple(named[row + column] for column in turns) for row in turns),
+                "Cartesian stiffness matrix about the reference point, world axes",
+                labels=(space.wrench_order, twist),
+                note="force or moment (row) per displacement or rotation (column)",
+            )
+        case Quantity.PRINCIPAL_STIFFNESS:
+            words = "eigenvalues of the {} block of K, {} held; ascending"
+            for kind, size, unit, *own in (
+                ("translation", d, "N/m", "force-displacement", "rotations"),
+                ("rotation", space.size - d, "N m/rad", "moment-rotation", "displacements"),
+            ):
+                name, dims = f"{kind}al_stiffness", (f"principal_{kind}",)
+                yield Variable(name, dims, (size,), unit, words.format(*own))
+        case Quantity.WORST_DEFLECTION:
+            words = "largest displacement per unit force over all directions, no moment"
+            note = "none where a force can drive a free motion"
+            yield Variable("worst_deflection", (), (), "m/N", words, note=note)
+        case Quantity.INDICES:
+            yield Variable("smallest_eigenvalue", (), (), "N/m", "of K scaled to lengths")
+            yield Variable("largest_eigenvalue", (), (), "N/m", "of K scaled to lengths")
+            words = "smallest over largest eigenvalue of K, 0 to 1"
+            yield Variable("isotropy", (), (), "1", words)
+            words, note = "log10 of the determinant of K scaled to N/m", "none where K is singular"
+            yield Variable("log10_determinant", (), (), "1", words, note=note)
+        case Quantity.DEFLECTION:
+            for name, own, unit, words in (
+                ("displacement", twist[:d], "m", "displacement of the reference point"),
+                ("rotation", twist[d:], "rad", "rotation of the platform"),
+            ):
+                about = (f"{name}_axis",), (len(own),), unit, f"{words} under the wrench"
+                yield Variable(name, *about, labels=(own,), is_vector=True)
+        case Quantity.ACTUATOR_FORCES:
+            yield _actuator_forces(robot)
+        case Quantity.TENSIONS:
+            if not isinstance(robot, CableRobot):
+                subject = f"quantity of a map of {robot.name!r}"
+                expected = "another one: it has no cables"
+                raise InputError(subject, got=quantity.value, expected=expected)
+            names = tuple(robot.cable_names)
+            words = "tensions of the cables that balance weight and load before winches are locked"
+            yield Variable("tension", ("cable",), (len(names),), "N", words, labels=(names,))
+            yield Variable("least_tension", (), (), "N", f"least of the {words}")
+            yield Variable("greatest_tension", (), (), "N", f"greatest of the {words}")
 
 
 def _actuator_forces(robot: Mapped) -> Variable:
@@ -289,19 +262,3 @@ def _actuator_forces(robot: Mapped) -> Variable:
         labels=(names,),
         note="the drive holds the opposite",
     )
-
-
-def _tensions(robot: Mapped) -> list[Variable]:
-    if not isinstance(robot, CableRobot):
-        subject, expected = f"quantity of a map of {robot.name!r}", "another one: it has no cables"
-        raise InputError(subject, got=Quantity.TENSIONS.value, expected=expected)
-    names, which = (
-        tuple(robot.cable_names),
-        "that balance weight and load before winches are locked",
-    )
-    words = f"tensions of the cables {which}"
-    return [
-        Variable("tension", ("cable",), (len(names),), "N", words, labels=(names,)),
-        Variable("least_tension", (), (), "N", f"least of the tensions {which}"),
-        Variable("greatest_tension", (), (), "N", f"greatest of the tensions {which}"),
-    ]

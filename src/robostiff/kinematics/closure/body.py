@@ -7,22 +7,22 @@ both.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from robostiff.kinematics.turn import Turn
 from robostiff.model import TelescopicBeam
 from robostiff.record import (
     Entry,
     arc_tangent,
+    cosine,
     is_one,
     is_zero,
     least,
     most_size,
     shortened,
+    sine,
     square_root,
 )
 from robostiff.record.record import is_exact
@@ -54,8 +54,7 @@ def times(R: np.ndarray, local: np.ndarray) -> np.ndarray:
 
 def spun(R: np.ndarray, axis: np.ndarray, angle: Any) -> np.ndarray:
     """R after a turn about a unit vector."""
-    turn = Turn.by(angle)
-    c, s = turn.cosine, turn.sine
+    c, s = cosine(angle), sine(angle)
     columns = (R[:, i] for i in range(3))
     return frame(*(v * c + cross(axis, v) * s + axis * (dot(axis, v) * (1 - c)) for v in columns))
 
@@ -141,34 +140,14 @@ class Rest:
     # (3, 3) and (3,): in the leg's base frame
     R: np.ndarray
     p: np.ndarray
-    _directions: dict[bytes, np.ndarray] = field(default_factory=dict, compare=False, repr=False)
-    _points: dict[bytes, np.ndarray] = field(default_factory=dict, compare=False, repr=False)
-
-    def at(self, p: np.ndarray) -> Rest:
-        """Another frame with the same axes."""
-        return Rest(self.R, p, self._directions)
 
     def direction(self, e: np.ndarray) -> np.ndarray:
-        """A direction, or several as columns, seen from the frame."""
-        return _once(self._directions, e, lambda: tidied(self.R.T @ e))
+        """A direction, or several as columns, seen from the frame; for records."""
+        return tidied(self.R.T @ e)
 
     def point(self, x: np.ndarray) -> np.ndarray:
-        """A point seen from the frame."""
-
-        def local() -> np.ndarray:
-            return tidied(self.R.T @ (x - self.p), max(most_size(c) for c in (*x, *self.p)))
-
-        return _once(self._points, x, local)
-
-
-def _once(known: dict[bytes, np.ndarray], e: np.ndarray, found: Callable[[], np.ndarray]) -> Any:
-    """What is found for a vector of numbers, worked out once; entries are recorded each time."""
-    if e.dtype == object:
-        return found()
-    key = e.tobytes()
-    if key not in known:
-        known[key] = found()
-    return known[key]
+        """A point seen from the frame; for records."""
+        return tidied(self.R.T @ (x - self.p), max(most_size(c) for c in (*x, *self.p)))
 
 
 @dataclass(frozen=True)
@@ -187,10 +166,14 @@ class LegBody:
 
     def point(self, x: np.ndarray) -> np.ndarray:
         """Where a point of the body is that was at x."""
+        if self.is_at_poses:
+            return self.p + self.direction(x - self.rest.p)
         return self.p + times(self.R, self.rest.point(x))
 
     def direction(self, e: np.ndarray) -> np.ndarray:
         """The present direction of the body that was e."""
+        if self.is_at_poses:
+            return np.einsum("ijn,j->in", self.R, self.rest.R.T @ e)
         return times(self.R, self.rest.direction(e))
 
     def axes(self, R: np.ndarray) -> np.ndarray:
@@ -199,11 +182,11 @@ class LegBody:
 
     def at(self, x: np.ndarray, p: np.ndarray) -> LegBody:
         """A body of the same orientation, whose point x is at p."""
-        return LegBody(self.rest.at(x), self.R, p)
+        return LegBody(Rest(self.rest.R, x), self.R, p)
 
     def turn_to(self, far: LegBody, own: np.ndarray) -> np.ndarray:
         """Rotation (3, 3, N) to another body at poses, in axes `own` (3, 3) at zero coordinates."""
-        near_own, far_own = (body.rest.direction(own).astype(float) for body in (self, far))
+        near_own, far_own = (body.rest.R.T @ own for body in (self, far))
         turn = np.einsum("jin,jkn->ikn", self.R, far.R)
         turn = np.einsum("ijn,jk->ikn", turn, far_own)
         return np.einsum("ji,jkn->ikn", near_own, turn)

@@ -6,7 +6,6 @@ Blocks whose branches are copies count as their first branch.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Self
@@ -259,13 +258,12 @@ class LegForm(ABC):
     @cached_property
     def _turns(self) -> tuple[tuple[int, np.ndarray, np.ndarray], ...]:
         """Place and axis of each turn, and a direction across it."""
-        found = list(self._single_turns())
-        return tuple((place, axis, direction_across(axis).astype(float)) for place, axis in found)
-
-    def _single_turns(self) -> Iterator[tuple[int, np.ndarray]]:
-        for cluster in self.turning:
-            if not cluster.is_ball:
-                yield from zip(cluster.places, cluster.axes, strict=True)
+        return tuple(
+            (place, axis, direction_across(axis).astype(float))
+            for cluster in self.turning
+            if not cluster.is_ball
+            for place, axis in zip(cluster.places, cluster.axes, strict=True)
+        )
 
     @cached_property
     def _balls(self) -> tuple[tuple[Cluster, np.ndarray], ...]:

@@ -138,7 +138,7 @@ def _form_of(skeleton: Skeleton) -> ClosedForm | None:
             found = strut_of(skeleton, A, slide, B)
         case (Cluster() as A, Slide() as slide, Cluster() as turn, Cluster() as B):
             if _is_parallel(turn, slide) and turn.axes[0] @ slide.axis > 0:
-                found = strut_of(skeleton, A, slide, B, turn.places[0])
+                found = strut_of(skeleton, A, slide, B, turn)
         case (Slide() | Cluster() as drive, Cluster() as A, Cluster() as B):
             found = rod_of(skeleton, drive, A, B)
         case (Slide() as slide, Cluster() as crank, Cluster() as A, Cluster() as B):

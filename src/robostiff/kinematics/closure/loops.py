@@ -7,7 +7,7 @@ Screws that make many turns take steps in which another joint about the same axi
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -44,30 +44,18 @@ _SEED = 3  # of the postures at which axes are compared
 _INDEPENDENT = 1e-6  # of rates: motions of the platform that the legs leave free
 
 
-@dataclass(frozen=True)
-class Spin:
-    """A screw, and the joint of the same chain about its axis that can take its turns back.
+#: A screw and its place, the joint of the same chain about its axis that can take its turns back (a
+#: turn, or a spherical joint on the axis) by its places, and the angle that advances by the
+#: characteristic length, or one radian if that is more [rad].
+Spin = tuple[int, tuple[int, ...], float]
+
+
+def _spins_of(loops: Loops) -> tuple[Spin, ...]:
+    """The screws whose turns another joint of their chain takes back, at any posture.
 
     A nut advances 100 mm in twenty turns, and nothing but the nut is turned where that joint turns
     back. One step of Newton's method goes that far only where both turn together.
     """
-
-    place: int  # of the screw
-    back: tuple[int, ...]  # places of a coaxial turn, or of a spherical joint on the axis
-    # Angle that advances by the characteristic length, or one radian if that is more [rad]
-    unit: float
-
-    def shares(self, axes: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
-        """What each joint that turns back turns where the screw turns by one (N,), by its place.
-
-        With the axes (N, size, 3) of all coordinates.
-        """
-        for i in self.back:
-            yield i, -np.einsum("...i,...i->...", axes[:, self.place], axes[:, i])
-
-
-def _spins_of(loops: Loops) -> tuple[Spin, ...]:
-    """The screws whose turns another joint of their chain takes back, at any posture."""
     tree, free = loops.tree, loops.unknowns.tolist()
     screws = [i for i in free if tree.screws[i].turns and tree.screws[i].slides]
     if not screws:
@@ -89,7 +77,7 @@ def _spins_of(loops: Loops) -> tuple[Spin, ...]:
         ]
         if fits:
             nearest = min(fits, key=lambda back: abs(back[0] - i))
-            found.append(Spin(i, nearest, max(1.0, loops.length / pitch)))
+            found.append((i, nearest, max(1.0, loops.length / pitch)))
     return tuple(found)
 
 
@@ -161,9 +149,8 @@ class Loops:
             return e[:1], J[:1]
         placed = self.tree.placed(x)
         J = self.tree.closing_twists(placed)
-        for spin in self.spins:  # an advance without a turn
-            back = [s[:, None, None] * J[..., i] for i, s in spin.shares(placed.axes)]
-            J[..., spin.place] = spin.unit * sum(back, J[..., spin.place])
+        if self.spins:  # an advance without a turn
+            J = J + J @ self._turned_back(placed.axes)[:, None]
         if self.summed is not None and np.any(J[..., self.summed]):
             J[..., self.summed] = J[..., self.summed] @ rotvec_rate(x[:, self.summed])[:, None]
         J = np.take(J, self.unknowns, axis=-1)
@@ -180,15 +167,22 @@ class Loops:
         """Postures after steps (N, n) of the unknowns."""
         delta = np.zeros(x.shape)
         delta[:, self.unknowns] = step * self._unit_steps
+        moved = advanced(x, delta, self._turned)
         if not self.spins:
-            return advanced(x, delta, self._turned)
-        axes, back = self.tree.placed(x).axes, np.zeros_like(delta)
-        for spin in self.spins:
-            delta[:, spin.place] *= spin.unit
-            for i, share in spin.shares(axes):
-                back[:, i] += share * delta[:, spin.place]
+            return moved
+        back = np.einsum("nij,nj->ni", self._turned_back(self.tree.placed(x).axes), delta)
         # Last, so that what is turned back is turned about the very axis of the screw.
-        return advanced(advanced(x, delta, self._turned), back, self._turned)
+        return advanced(moved, back, self._turned)
+
+    def _turned_back(self, axes: np.ndarray) -> np.ndarray:
+        """What each joint turns back where a screw turns by one (N, size, size).
+
+        With the axes (N, size, 3) of all coordinates.
+        """
+        S = np.zeros((*axes.shape[:2], axes.shape[1]))
+        for place, back, _ in self.spins:
+            S[:, back, place] = -np.einsum("ni,nki->nk", axes[:, place], axes[:, back])
+        return S
 
     def lengths(self, x: np.ndarray) -> np.ndarray:
         """Lengths of the beams of telescopes (N, k) [m], which must be positive."""
@@ -203,8 +197,11 @@ class Loops:
 
     @cached_property
     def _unit_steps(self) -> np.ndarray:
-        """Unit of each unknown: the length for a shift, a radian for a turn."""
-        return np.where(self.tree.turns[self.unknowns], 1.0, self.length)
+        """Unit of each unknown: the length for a shift, a radian for a turn, more for a screw."""
+        units = np.where(self.tree.turns, 1.0, self.length)
+        for place, _, unit in self.spins:
+            units[place] = unit
+        return units[self.unknowns]
 
 
 #: A body that nothing holds; its coordinates are those of a pose.

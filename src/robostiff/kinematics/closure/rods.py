@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -69,11 +68,6 @@ class RodForm(LegForm):
         """Whether the joint at the far end turns the rod about itself."""
         return not self.B.is_ball and (self.spin is not None or self.A.is_ball)
 
-    def _single_turns(self) -> Iterator[tuple[int, np.ndarray]]:
-        yield from super()._single_turns()
-        if self.spin is not None:
-            yield self.spin, self.along
-
     @cached_property
     def home_of_ball(self) -> np.ndarray:
         """Rotation of the spherical joint at A in the home configuration (3, 3)."""
@@ -116,7 +110,7 @@ class Strut(RodForm):
 
 
 def strut_of(
-    skeleton: Skeleton, A: Cluster, slide: Slide, B: Cluster, spin: int | None = None
+    skeleton: Skeleton, A: Cluster, slide: Slide, B: Cluster, turn: Cluster | None = None
 ) -> Strut | None:
     """The closed form of a slide between joints, and perhaps a turn about it, where it is one."""
     along = slide.axis
@@ -125,7 +119,8 @@ def strut_of(
     if np.linalg.norm(np.cross(along, A_to_B)) > size or not _fit(A, B, along):
         return None
     side = direction_across(along).astype(float)
-    of_form = slide.place, _signs(A, B, spin), (A, B)
+    spin, turns = (None, ()) if turn is None else (turn.places[0], (turn,))
+    of_form = slide.place, _signs(A, B, spin), (A, *turns, B)
     return Strut(skeleton, *of_form, A, B, along, side, skeleton.home, spin, slide)
 
 
@@ -300,7 +295,7 @@ class _RodNow:
         x, p = point or (self.form.A.point, self.A_now)
         if before.is_at_poses:
             rest = self.form.rest(axis[0], target[0])
-            return body_turned(before, rest.at(x), p, axis[0], *target)
+            return body_turned(before, Rest(rest.R, x), p, axis[0], *target)
         (u0, u), (v0, v) = (target, axis) if target_first else (axis, target)
         return body_of_directions((x, u0, v0), (p, u, v))
 

@@ -16,9 +16,9 @@ from robostiff.kinematics.closure.leg_forms import Post
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.closure.rod_ends import circle_of
 from robostiff.kinematics.formula.place import FormulaPose, Site
-from robostiff.kinematics.turn import Turn, turn_by_vector_of_entries
+from robostiff.kinematics.turn import turn_about, turn_by_vector_of_entries
 from robostiff.model import Leg
-from robostiff.record import Entry, most_size, square_root
+from robostiff.record import Entry, cosine, most_size, sine, square_root
 from robostiff.spatial import exact_number
 
 _EQUAL, _AT_HOME = 1e-9, 1e-12  # distances from home
@@ -124,8 +124,9 @@ class _Mode:
         base, rest = self.site.base, circle_of(self.form.drive, self.form.A.point).rest
         m, n, _ = (base.direction(axis) for axis in rest.R.T)
         to_B = self.site.platform.point(self.form.B.point) - base.point(rest.p)
-        q = Turn.by(self.site.home[self.form.leading])
-        return ((to_B @ m) * q.sine - (to_B @ n) * q.cosine) * self.form.mode.root
+        home = self.site.home[self.form.leading]
+        c, s = cosine(home), sine(home)
+        return ((to_B @ m) * s - (to_B @ n) * c) * self.form.mode.root
 
     def within(self, place: int, limits: tuple[float, float]) -> tuple[Any, ...]:
         """What is positive where a coordinate is within its limits."""
@@ -135,14 +136,13 @@ class _Mode:
         low, high = limits
         if high - low >= 2.0 * np.pi:
             return ()
-        half = Turn.by(0.5 * (high - low))
-        return (self._cosine(place, 0.5 * (low + high)) - half.cosine,)
+        return (self._cosine(place, 0.5 * (low + high)) - cosine(0.5 * (high - low)),)
 
     def _cosine(self, place: int, start: Any) -> Any:
         """Of the angle of a joint from another one."""
         axis = self.site.zero.freedoms[place].axis
         across = direction_across(axis)
-        home = Turn.by(start).about(axis) @ across
+        home = turn_about(axis, np.array(start, dtype=object)) @ across
         near, far = self.closed.after(place), self.closed.after(place + 1)
         return near.direction(home) @ far.direction(across)
 

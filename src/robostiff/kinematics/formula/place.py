@@ -29,7 +29,7 @@ from robostiff.kinematics.frames import (
     place_chain,
     telescopic_elasticity,
 )
-from robostiff.kinematics.turn import Turn, turn_by_vector_of_entries
+from robostiff.kinematics.turn import turn_about, turn_by_vector_of_entries
 from robostiff.model import (
     Chain,
     Joint,
@@ -254,7 +254,11 @@ class Layout:
                 hint="give limits to the joints that are driven",
             )
         across = direction_across(freedom.axis)
-        ahead = across if about == 0 else Turn.by(about).about(freedom.axis) @ across
+        ahead = (
+            across
+            if about == 0
+            else turn_about(freedom.axis, np.array(about, dtype=object)) @ across
+        )
         q = self.closed.angle(place, freedom.axis, ahead, across)
         q = q if about == 0 else q + about
         if math.isinf(low) or (low >= about - math.pi and high <= about + math.pi):

@@ -89,16 +89,15 @@ def map_slice(
             raise InputError(
                 f"coordinate {name!r} of a slice", got="one value", expected="two or more"
             )
-    title = part.name if not part.where else f"{part.name}: {part.where}"
     if variable in CLASSES:
-        picture = Field(f"{title}, {variable}", columns, rows, part.values, None, part.regions)
+        picture = Field(f"{part.title}, {variable}", columns, rows, part.values, None, part.regions)
         return drawn_by(backend, picture)
     finite = part.values[np.isfinite(part.values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
     answered = len(finite) / part.values.size
     notes = () if answered == 1 else (f"{100 * answered:.0f} % of the poses have a value",)
     picture = Field(
-        title,
+        part.title,
         columns,
         rows,
         part.values,
@@ -288,7 +287,7 @@ def map_bands(
         shares.append(replace(region, where=share))
         marked |= region.where
     picture = Bands(
-        part.name if not part.where else f"{part.name}: {part.where}",
+        part.title,
         part.axes[0],
         f"{variable}, share of poses" if variable in CLASSES else part.label,
         ()
@@ -387,7 +386,7 @@ def map_isosurface(
         items.append(Marks(points, Category(len(wanted) + i), Shape.DOT, label))
     units = {axis.label.rpartition("[")[2] for axis in part.axes}
     picture = Scene(
-        part.name if not part.where else f"{part.name}: {part.where}",
+        part.title,
         (one.label, two.label, three.label),
         tuple(items),
         is_equal=len(units) == 1,

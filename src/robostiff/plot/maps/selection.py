@@ -91,13 +91,12 @@ At = Mapping[str, float | str | int]
 class Selection:
     """A quantity over some coordinates of a map."""
 
-    name: str  # of the robot
+    title: str  # the robot, and what else was chosen, in words
     label: str  # of the quantity, with the unit of the values
     axes: tuple[PlotAxis, ...]
     # one axis a coordinate, in the unit of the label; NaN where a region stands instead
     values: np.ndarray
     regions: tuple[Region, ...]
-    where: str  # what else was chosen, in words
     factor: float  # from SI units to the unit of the label
 
 
@@ -168,13 +167,13 @@ def select(
         heading = f"{name} [{own}]" if own else name
         axes.append(PlotAxis(heading, np.asarray(found[name].values, dtype=float)))
     title = f"{label} [{unit}]" if unit and unit != "1" else label
+    robot, where = str(found.attrs.get("robot", "")), ", ".join(words)
     return Selection(
-        name=str(found.attrs.get("robot", "")),
+        title=f"{robot}: {where}" if where else robot,
         label=title,
         axes=tuple(axes),
         values=times * shown,
         regions=parts,
-        where=", ".join(words),
         factor=times,
     )
 

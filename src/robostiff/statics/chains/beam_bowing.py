@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from robostiff.elasticity import Elasticity
-from robostiff.elasticity.cantilever import cantilever_compliance
 from robostiff.errors import InputError
 from robostiff.model import Passive, PlacedFreedom, PlacedSpring, StiffnessLaw
 from robostiff.model.snapshot import PlacedElement
@@ -18,9 +17,8 @@ from robostiff.spatial import Space, compliance_modes
 from robostiff.statics.chains.bending import bending, bending_planes
 from robostiff.statics.chains.elements import Element, FiniteJoint, FiniteSpring
 
-_ALIKE = 1e-9  # of an entry: what a beam's compliance may miss of the formula
-# Under these names an elasticity keeps the beam that it is, and what has been worked out of it.
-_BEAM, _OWN = "_beam", "_as_elements"
+# Under this name an elasticity keeps what has been worked out of it.
+_OWN = "_as_elements"
 
 
 @dataclass(frozen=True)
@@ -72,38 +70,6 @@ class Bowing:
 Beams = Bowing | Linear
 
 
-@dataclass(frozen=True)
-class UniformBeam:
-    """A uniform beam, known by its compliance: x along it, clamped at its start.
-
-    Attributes
-    ----------
-    length : float
-        [m]
-    EA, EIy, EIz, GJ : float
-        Rigidities [N], [N m^2].
-    shear_y, shear_z : float
-        Shear compliance of a length [1/N]; 0 without shear.
-    """
-
-    length: float
-    EA: float
-    EIy: float
-    EIz: float
-    GJ: float
-    shear_y: float
-    shear_z: float
-
-    @property
-    def compliance(self) -> np.ndarray:
-        """About its far end (6, 6)."""
-        L = self.length
-        C = cantilever_compliance(L, 1.0, 1.0, self.EA, self.EIy, self.EIz, self.GJ)
-        C[1, 1] += self.shear_y * L
-        C[2, 2] += self.shear_z * L
-        return C
-
-
 def part_of_beam(C: np.ndarray, length: Any, parts: int) -> np.ndarray:
     """Compliance (6, 6) of one of so many equal parts of a uniform beam, about its far end.
 
@@ -124,31 +90,6 @@ def part_of_beam(C: np.ndarray, length: Any, parts: int) -> np.ndarray:
     return found
 
 
-def uniform_beam(C: np.ndarray) -> UniformBeam | None:
-    """The uniform beam that has a compliance (6, 6) about its far end; None where none has.
-
-    Examples
-    --------
-    >>> beam = uniform_beam(cantilever_compliance(0.5, 2e11, 8e10, 1e-3, 1e-8, 2e-8, 2e-8))
-    >>> beam.length, uniform_beam(np.eye(6)) is None
-    (0.5, True)
-    """
-    diagonal = np.diagonal(C)
-    if not np.all(diagonal > 0) or not C[1, 5] > 0:
-        return None
-    L = 2.0 * C[1, 5] / C[5, 5]
-    stretch, dy, dz, twist, ry, rz = (float(entry) for entry in diagonal)
-    shear_y, shear_z = dy / L - rz * L / 3.0, dz / L - ry * L / 3.0
-    size_y, size_z = dy / L, dz / L
-    if shear_y < -_ALIKE * size_y or shear_z < -_ALIKE * size_z:
-        return None
-    shear_y = shear_y if shear_y > _ALIKE * size_y else 0.0
-    shear_z = shear_z if shear_z > _ALIKE * size_z else 0.0
-    beam = UniformBeam(float(L), L / stretch, L / ry, L / rz, L / twist, shear_y, shear_z)
-    scale = np.sqrt(np.outer(diagonal, diagonal))
-    return beam if np.all(np.abs(C - beam.compliance) <= _ALIKE * scale) else None
-
-
 def moves(element: PlacedElement) -> bool:
     """Whether it is no joint that is held rigidly."""
     if isinstance(element, PlacedFreedom):
@@ -167,9 +108,9 @@ class ElementsOfParts:
 
     space: Space
     treated: Beams
-    # by compliance, and in the plane by axes; the uniform beam of each, None where it is none
-    known: dict[tuple[object, ...], FiniteSpring] = field(default_factory=dict)
-    beams: dict[tuple[bytes, bytes], UniformBeam | None] = field(default_factory=dict)
+    # by compliance, and in the plane by axes: an element in no place, the length [m] of its beam,
+    # and of how many parts this is
+    known: dict[tuple[object, ...], tuple[FiniteSpring, float, int]] = field(default_factory=dict)
 
     def array(self, values: Any) -> np.ndarray:
         """Values as an array of numbers."""
@@ -193,32 +134,35 @@ class ElementsOfParts:
     def spring(self, spring: PlacedSpring, leg: str) -> list[Element]:
         """An elastic part as one spring, or a beam as one or more elements with their bowing."""
         del leg
-        C = spring.elasticity.compliance
-        free = np.array(spring.elasticity.freedoms, dtype=float)
+        elasticity = spring.elasticity
         turned = None if self.space is Space.SPATIAL else spring.rotation.tobytes()
-        entries, kept = (C.tobytes(), free.tobytes()), vars(spring.elasticity)
-        if _BEAM not in kept:  # with a part that is alike at all poses it stays known
-            if entries not in self.beams:
-                self.beams[entries] = None if free.size else uniform_beam(C)
-            kept[_BEAM], kept[_OWN] = self.beams[entries], {}
-        beam: UniformBeam | None = kept[_BEAM]
+        # with a part that is alike at all poses it stays known
+        kept = vars(elasticity).setdefault(_OWN, {})
+        if (turned, self.treated) not in kept:
+            free = np.array(elasticity.freedoms, dtype=float)
+            entries = elasticity.compliance.tobytes(), free.tobytes(), turned
+            if entries not in self.known:
+                self.known[entries] = self._in_no_place(elasticity, free, spring.rotation)
+            kept[turned, self.treated] = self.known[entries]
+        own, length, parts = kept[turned, self.treated]
+        return in_series(own, spring, length, parts)
+
+    def _in_no_place(
+        self, elasticity: Elasticity, free: np.ndarray, rotation: np.ndarray
+    ) -> tuple[FiniteSpring, float, int]:
+        C, beam = elasticity.compliance, elasticity.as_beam
         treated = self.treated if beam is not None else Linear()
         parts = (treated.elements or 1) if isinstance(treated, Bowing) else 0
-        inner = isinstance(treated, Bowing) and treated.has_inner_modes
-        key = (*entries, turned, parts, inner)
-        own = self.known.get(key) or kept[_OWN].get(key[2:])
-        if own is None:
-            own = elastic_element(
-                self.space,
-                np.array(spring.rotation, dtype=float),
-                (C, free),
-                beam.length if beam and parts else None,
-                parts,
-                partial(_modes, spring.elasticity),
-                inner=inner,
-            )
-        self.known[key] = kept[_OWN][key[2:]] = own
-        return in_series(own, spring, 0.0 if beam is None else beam.length, parts)
+        own = elastic_element(
+            self.space,
+            np.array(rotation, dtype=float),
+            (C, free),
+            beam.length if beam and parts else None,
+            parts,
+            partial(_modes, elasticity),
+            inner=isinstance(treated, Bowing) and treated.has_inner_modes,
+        )
+        return own, 0.0 if beam is None else beam.length, parts
 
 
 def _modes(
@@ -270,9 +214,12 @@ def in_series(own: FiniteSpring, spring: PlacedSpring, length: Any, parts: int) 
     Parts of a beam of some length [m], of numbers or of entries, end with the last at its point.
     """
     point, rotation = (
-        np.array(each, dtype=own.point.dtype) for each in (spring.point, spring.rotation)
+        np.asarray(each, dtype=own.point.dtype) for each in (spring.point, spring.rotation)
     )
-    own = replace(own, name=spring.name, point=point, rotation=rotation)
+    shared = own.modes, own.stiffness, own.axial, own.bending
+    own = FiniteSpring(spring.name, point, rotation, *shared)
+    if parts < 2:
+        return [own]
     x = rotation[:, 0] * length
     nearer = [replace(own, point=point + x * ((i + 1) / parts - 1)) for i in range(parts - 1)]
     return [*nearer, own]

@@ -36,22 +36,20 @@ def bending_planes(space: Space, rotation: np.ndarray) -> list[tuple[np.ndarray,
 
 @dataclass(frozen=True)
 class Bending:
-    """How bending shortens beams, in each plane by three forms that do not mix.
+    """How bending shortens beams, by forms z of the motion of the far end that do not mix.
 
-    The far end is displaced by d and turned by r across the beam, and ``z = (d, d - L r/2, r)``.
     Under the axial force N the energy of a beam is, beside that of its linear springs, ``sum(h(N)
-    z^2) / 2 - (N - k u)^2 / (2 k)``, stationary in N, with ``h = N s - N^2 sum(b / (1 + N l))``, u
-    the stretch of the ends and k = EA/L. The forms of z shorten the line by ``s z^2 / 2``. b and l
-    are those of inner modes, in balance with z: where ``1 + N l`` is zero, one of them buckles
-    between clamped ends.
+    z^2) / 2 - (N - k u)^2 / (2 k)``, stationary in N, with ``h = N s - N^2 b / (1 + N l)``, u the
+    stretch of the ends and k = EA/L. The forms shorten the line by ``s z^2 / 2``. b and l are those
+    of an inner mode, in balance with z: where ``1 + N l`` is zero, it buckles between clamped ends.
 
     Attributes
     ----------
-    z : (..., 6, m) array
-        The forms by the coordinates of the beam, those of both planes.
-    s : (..., 6) array
-        [1/m] and [m].
-    b, l : (..., 6, 2) arrays
+    z : (..., F, m) array
+        F forms by the coordinates of the beam.
+    s : (..., F) array
+        [1/m] of shifts, [m] of turns.
+    b, l : (..., F) arrays
         [1/N] of shifts, [m^2/N] of turns; [1/N]. Zero where there is no inner mode.
     """
 
@@ -79,9 +77,9 @@ class Bending:
         z, N_ = (self.z @ y[..., None])[..., 0], N[..., None]
         pivots = self.pivots(N)
         g = 1 / pivots
-        h = N_ * self.s - N_ * N_ * (self.b * g).sum(axis=-1)
-        slope = self.s - N_ * (self.b * g * (1 + g)).sum(axis=-1)
-        bend = (self.b * g * g * g).sum(axis=-1) * 2
+        h = N_ * self.s - N_ * N_ * self.b * g
+        slope = self.s - N_ * self.b * g * (1 + g)
+        bend = self.b * g * g * g * 2
         beyond = N - k * (along * y).sum(axis=-1)
         q = along + _times(slope * z, self.z)
         softness = 1 / k + (bend * z * z).sum(axis=-1) * 0.5
@@ -99,8 +97,8 @@ class Bending:
         )
 
     def pivots(self, N: np.ndarray) -> np.ndarray:
-        """``1 + N l`` (..., 6, 2); in numbers, no nearer to zero than digits allow."""
-        found = 1 + N[..., None, None] * self.l
+        """``1 + N l`` (..., F); in numbers, no nearer to zero than digits allow."""
+        found = 1 + N[..., None] * self.l
         if found.dtype == object:
             return found
         return np.where(np.abs(found) < _NEAREST, np.copysign(_NEAREST, found), found)
@@ -110,22 +108,19 @@ class Bending:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Curvature of the energy by coordinates and amplitudes, none of these eliminated.
 
-        By the former less that which `terms` have (..., m, m), by both (..., 12, m), by the latter
-        (..., 12, 12), that of the modes themselves among it; in numbers.
+        By the former (..., m, m), by both (..., F, m), by the latter (..., F, F), that of the modes
+        themselves among it; in numbers.
         """
-        z, N_, k_ = self.z @ y[..., None], N[..., None, None], k[..., None, None]
-        root, flat = np.sqrt(self.b), (*y.shape[:-1], 12)
-        a = -N_ * root * z / self.pivots(N)  # each of which stores a^2 / 2
-        of_y = along + _times(self.s * z[..., 0] + (root * a).sum(axis=-1), self.z)
-        of_a = (root * z + self.l * a).reshape(flat)
+        z, N_, k_ = (self.z @ y[..., None])[..., 0], N[..., None, None], k[..., None, None]
+        root, own = np.sqrt(self.b), np.eye(self.l.shape[-1])
+        a = -N[..., None] * root * z / self.pivots(N)  # each of which stores a^2 / 2
+        of_y = along + _times(self.s * z + root * a, self.z)
+        of_a = root * z + self.l * a
         S = np.swapaxes(self.z, -1, -2) @ (self.z * self.s[..., None])
-        mixed = (root[..., None] * self.z[..., None, :]).reshape(*flat, -1)
-        own = _outer(of_y, of_y) * k_ - _outer(along, along) * k_ + N_ * S
-        l = self.l.reshape(flat)
         return (
-            own - self.terms(y, N, along, k).curvature,
-            _outer(of_a, of_y) * k_ + N_ * mixed,
-            _outer(of_a, of_a) * k_ + (1 + N[..., None] * l)[..., None] * np.eye(12),
+            _outer(of_y, of_y) * k_ - _outer(along, along) * k_ + N_ * S,
+            _outer(of_a, of_y) * k_ + N_ * (root[..., None] * self.z),
+            _outer(of_a, of_a) * k_ + (1 + N_ * self.l[..., None]) * own,
         )
 
 
@@ -140,7 +135,7 @@ class BowingTerms:
     # (...) and (..., m): what the axial force lacks, and how it follows the coordinates
     missing: np.ndarray
     rate: np.ndarray
-    pivots: np.ndarray  # (..., 6, 2): 1 + N l; positive where inner modes are stable
+    pivots: np.ndarray  # (..., F): 1 + N l; positive where inner modes are stable
 
 
 def _times(v: np.ndarray, M: np.ndarray) -> np.ndarray:
@@ -189,13 +184,13 @@ def bending(
     Bending
         Of one beam.
     """
-    shape = [(V.shape[1],), (), (2,), (2,)]
-    z, s, b, l = (np.zeros((6, *own), dtype=int).astype(V.dtype) for own in shape)
-    for i, (across, turn) in enumerate(planes):
+    forms: list[tuple[np.ndarray, Any, Any, Any]] = []
+    for across, turn in planes:
         d, r = across @ V[:3], turn @ V[3:]
-        at = slice(3 * i, 3 * i + 3)
-        z[at], s[at] = [d, d - r * (L * 0.5), r], [1 / L, 0.2 * (1 / L), L * (1 / 12)]
+        of_shift, of_turn = (d - r * (L * 0.5), 0.2 * (1 / L)), (r, L * (1 / 12))
+        forms.append((d, 1 / L, 0, 0))
         if not inner:
+            forms += [(*of_shift, 0, 0), (*of_turn, 0, 0)]
             continue
         soft = turn @ C[3:, 3:] @ turn  # L/EI
         e = (across @ C[:3, :3] @ across) * (1 / (soft * L * L)) - 1 / 3
@@ -203,8 +198,8 @@ def bending(
         # the second mode: slopes, energy, and slopes with the cubic
         stiff, with_shift = 1 + 140.0 * e, 7**-0.5 / 10 + 2 * 7**0.5 * e
         slopes = 1 / 90 + 2 * e + 140.0 * e * e
-        b[3 * i + 1, 0] = with_shift * with_shift * (1 / stiff) * soft
-        l[3 * i + 1, 0] = slopes * (1 / stiff) * (soft * L)
+        b, l = with_shift * with_shift * (1 / stiff) * soft, slopes * (1 / stiff) * (soft * L)
+        forms.append((*of_shift, b, l))
         # the first and the third: c^T (K + N S)^-1 c in partial fractions
         K = np.eye(2, dtype=int) + _SHEARED * e
         S = _SLOPES + np.eye(2) * (2 * e) + _SHEARED * (e * e)
@@ -218,9 +213,14 @@ def bending(
             for M in (K, S)
         )
         half = 0.5 * (1 / apart) * (soft * L * L)
-        b[3 * i + 2] = [(whole * first - part) * half, (part - whole * last) * half]
-        l[3 * i + 2] = [first * (soft * L), last * (soft * L)]
-    return Bending(z, s, b, l)
+        forms.append((*of_turn, (whole * first - part) * half, first * (soft * L)))
+        forms.append((r, 0, (part - whole * last) * half, last * (soft * L)))
+    shapes = (V.shape[1],), (), (), ()
+    found = [np.zeros((len(forms), *own), dtype=int).astype(V.dtype) for own in shapes]
+    for i, own in enumerate(forms):
+        for values, value in zip(found, own, strict=True):
+            values[i] = value
+    return Bending(*found)
 
 
 def _determinant(A: np.ndarray, B: np.ndarray) -> Any:

@@ -6,11 +6,9 @@ How they move, and the energy that they store, is computed for all elements of a
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,6 +16,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.model import ForceLaw
 from robostiff.model.stiffness_law import ForceFromStiffness
+from robostiff.record import is_zero
 from robostiff.spatial import cross
 from robostiff.statics.chains.bending import Bending
 
@@ -54,6 +53,11 @@ class FiniteJoint:
     inertia: float = 0.0  # of its drive in motion by q [kg or kg m^2]
 
     size = 1
+
+    @property
+    def kind(self) -> ElementKind:
+        """What decides where its unknowns are."""
+        return ElementKind(1, is_spring=False)
 
     def under(self, law: Law) -> FiniteJoint:
         """The joint following a law of its own."""
@@ -100,7 +104,13 @@ class FiniteSpring:
     @property
     def bows(self) -> bool:
         """Whether it is a beam with bowing."""
-        return bool(np.any(self.axial))
+        return not is_zero(self.axial)
+
+    @property
+    def kind(self) -> ElementKind:
+        """What decides where its unknowns are."""
+        inner = (self.bending.b != 0).tobytes() if self.bows else None
+        return ElementKind(self.size, is_spring=True, inner=inner)
 
     def sizes(self, length: float) -> list[float]:
         """What a unit of each coordinate turns or shifts (m,), shifts by the robot's length."""
@@ -118,6 +128,23 @@ class BodyLoad:
     after: int  # how many elements lie before the body
     point: np.ndarray  # (3,): where it acts at the unloaded posture [m]
     force: np.ndarray  # (3,): in the world [N]
+
+
+class ElementKind(NamedTuple):
+    """What the numbers of unknowns take from an element."""
+
+    size: int  # coordinates
+    is_spring: bool
+    inner: bytes | None = None  # of a beam with bowing: which inner modes it has
+
+
+class ChainKind(NamedTuple):
+    """The same of a chain."""
+
+    start: int | None
+    end: int | None
+    elements: tuple[ElementKind, ...]
+    loads: tuple[int, ...]  # of each: how many elements lie before its body
 
 
 class Owner(NamedTuple):
@@ -149,16 +176,16 @@ class FiniteChain:
     loads: tuple[BodyLoad, ...] = ()
     owner: Owner = NOBODY
 
-    @cached_property
-    def places(self) -> tuple[slice, ...]:
-        """Coordinates of each element."""
-        ends = itertools.accumulate((e.size for e in self.elements), initial=0)
-        return tuple(itertools.starmap(slice, itertools.pairwise(ends)))
+    @property
+    def kind(self) -> ChainKind:
+        """What decides where its unknowns are."""
+        elements, loads = tuple(e.kind for e in self.elements), tuple(b.after for b in self.loads)
+        return ChainKind(self.start, self.end, elements, loads)
 
     @property
     def size(self) -> int:
         """Number of coordinates."""
-        return self.places[-1].stop if self.places else 0
+        return sum(e.size for e in self.elements)
 
 
 @dataclass(frozen=True)

@@ -6,16 +6,13 @@ are one component: its unknowns do not follow from those of others while the pla
 
 from __future__ import annotations
 
-import itertools
-from collections import defaultdict
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from robostiff.kinematics.spanning_tree import connected_parts
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 from robostiff.statics.chains.body_springs import FiniteBodySpring, Pulls, SpringArrays
 from robostiff.statics.chains.elements import (
@@ -30,7 +27,7 @@ from robostiff.statics.chains.elements import (
 )
 from robostiff.statics.chains.finite_turn import crossed, skews, sum_of_crossed
 from robostiff.statics.chains.moving_chain import ChainTerms, MovingChains
-from robostiff.statics.chains.numbers import Component, ComponentBlock, Numbers, summed
+from robostiff.statics.chains.numbers import ComponentBlock, LegsKind, Numbers, numbers_of, summed
 
 
 @dataclass(frozen=True)
@@ -92,145 +89,46 @@ class Legs:
     couplings: tuple[FiniteCoupling, ...] = ()
 
     @cached_property
+    def numbers(self) -> Numbers:
+        """Where all unknowns are."""
+        meeting: list[Sequence[tuple[int, int]]] = [(c.place, *c.terms) for c in self.couplings]
+        meeting += [[own for own in spring.spots if own is not None] for spring in self.springs]
+        kind = LegsKind(
+            tuple(own.kind for own in self.chains),
+            len(self.points),
+            self.rows,
+            tuple(spot for spot, _ in self.spring_arrays.anchors),
+            tuple(tuple(c for c, _ in own) for own in meeting),
+            tuple((own.place[0], own.drive.turns) for own in self.rigid),
+        )
+        return numbers_of(kind)
+
+    @cached_property
     def arrays(self) -> MovingChains:
         """Their chains side by side."""
-        anchors = self.spring_arrays.anchors
-        return MovingChains(self.chains, self.points, self.end_points, self.rows, anchors)
+        numbers, anchors = self.numbers.of_chains, [p for _, p in self.spring_arrays.anchors]
+        return MovingChains(self.chains, numbers, self.points, self.end_points, self.rows, anchors)
+
+    @cached_property
+    def end_points(self) -> np.ndarray:
+        """Points of the bodies at the ends of all chains, at the unloaded posture (C, 3) [m]."""
+        points = np.concatenate([self.points.reshape(-1, 3), self.platform_point[None]])
+        return points[self.numbers.ends]
 
     @cached_property
     def spring_arrays(self) -> SpringArrays:
         """Springs between bodies side by side."""
         return SpringArrays.of(self.springs)
 
-    @cached_property
-    def end_points(self) -> np.ndarray:
-        """Points of the bodies at the ends of all chains, at the unloaded posture (C, 3) [m]."""
-        return np.concatenate([self.points.reshape(-1, 3), self.platform_point[None]])[self.ends]
-
-    @cached_property
-    def coordinates(self) -> list[slice]:
-        """Those of each chain among all."""
-        ends = itertools.accumulate((chain.size for chain in self.chains), initial=0)
-        return list(itertools.starmap(slice, itertools.pairwise(ends)))
-
-    @cached_property
+    @property
     def places(self) -> dict[tuple[int, int], slice]:
         """Coordinates of all elements, by chain and place there, among all."""
-        return {
-            (c, k): slice(own.start + at.start, own.start + at.stop)
-            for c, (chain, own) in enumerate(zip(self.chains, self.coordinates, strict=True))
-            for k, at in enumerate(chain.places)
-        }
+        return self.numbers.places
 
     @cached_property
     def rigid(self) -> list[FiniteCoupling]:
         """Couplings whose sums stay 0."""
         return [own for own in self.couplings if own.is_rigid]
-
-    @cached_property
-    def components(self) -> list[Component]:
-        """Its components."""
-        meeting: list[list[Hashable]] = [
-            [c, *((b,) for b in (own.start, own.end) if b is not None)]
-            for c, own in enumerate(self.chains)
-        ]
-        for coupling in self.couplings:
-            meeting.append([c for c, _ in (coupling.place, *coupling.terms)])
-        for spring in self.springs:
-            meeting.append([own.chain for own in spring.spots if own is not None])
-        nodes = [*range(len(self.chains)), *((b,) for b in range(len(self.points)))]
-        first = connected_parts(nodes, [own for own in meeting if own])
-        found: dict[Hashable, Component] = {}
-        for c in range(len(self.chains)):
-            found.setdefault(first[c], Component([], [], [])).chains.append(c)
-        for b in range(len(self.points)):
-            found[first[b,]].bodies.append(b)
-        for i, own in enumerate(self.rigid):
-            found[first[own.place[0]]].rigid.append(i)
-        return list(found.values())
-
-    @cached_property
-    def numbers(self) -> Numbers:
-        """Where all unknowns are."""
-        r, chains, of_chain = len(self.rows), self.chains, defaultdict(list)
-        for i, (c, k, beam) in enumerate(self.beams):
-            of_chain[c].append((i, k, beam))
-        kinds: dict[Hashable, list[Component]] = defaultdict(list)
-        for own in self.components:
-            beams = ((k, self.inner_modes[i]) for c in own.chains for i, k, _ in of_chain[c])
-            sizes = tuple(tuple(e.size for e in chains[c].elements) for c in own.chains)
-            turns = tuple(self.rigid[i].drive.turns for i in own.rigid)
-            kind = sizes, len(own.bodies), turns, tuple((k, has.tobytes()) for k, has in beams)
-            kinds[kind].append(own)
-        x, held = (np.zeros(n, dtype=int) for n in (len(self.arrays.coordinates), len(self.rigid)))
-        bodies, W = (np.zeros((len(n), r), dtype=int) for n in (self.points, chains))
-        none, blocks, total, entries = np.zeros(0, dtype=int), [], 0, 0
-        rows, local = [none], [none]
-        for each in kinds.values():
-            at = []
-            free = sum(chains[c].size for c in each[0].chains) + r * len(each[0].bodies)
-            for own, inner, rigid in each:
-                parts = [x[self.coordinates[c]] for c in own] + [bodies[b] for b in inner]
-                parts += [*(W[c] for c in own), *(held[i : i + 1] for i in rigid)]
-                n = sum(map(len, parts))
-                at.append(np.arange(total, total + n))
-                for part, place in zip(parts, _split(at[-1], parts), strict=True):
-                    part[:] = place
-                rows.append(entries + n * np.arange(n))
-                local.append(np.arange(n))
-                total, entries = total + n, entries + n * n
-            beams = [[beam for c in own for beam in of_chain[c]] for own, *_ in each]
-            blocks.append(
-                ComponentBlock(
-                    np.array(at),
-                    free,
-                    np.array([own for own, *_ in each]),
-                    np.array([[i for i, *_ in own] for own in beams], dtype=int),
-                )
-            )
-        a, b = self.arrays.pairs
-        starts = ((bodies[own.start] if own.start is not None else none) for own in chains)
-        both = zip(starts, (x[own] for own in self.coordinates), strict=True)
-        columns = np.concatenate([none, *(part for pair in both for part in pair)])
-        a, b, across = columns[a], columns[b], W[self.arrays.of_chain]
-        to, fro, one = W[self.inner_chains], bodies[self.ends[self.inner_chains]], columns[:, None]
-        every = [(a, b), (b[a != b], a[a != b]), (across, one), (one, across), (to, fro), (fro, to)]
-        rows, local = np.concatenate(rows), np.concatenate(local)
-        by_twist = np.zeros((total, r))
-        by_twist[W[self.on_platform]] = -np.eye(r)
-        beams = np.zeros((len(self.beams), 6), dtype=int)
-        for i, (c, k, beam) in enumerate(self.beams):
-            beams[i, : beam.size] = x[self.places[c, k]]
-        return Numbers(
-            total=total,
-            blocks=tuple(blocks),
-            x=x,
-            bodies=bodies,
-            W=W,
-            held=held,
-            columns=columns,
-            beams=beams,
-            rows=rows,
-            local=local,
-            entries=np.concatenate([(rows[i] + local[j]).ravel() for i, j in every]),
-            constants=np.repeat([-1.0, 1.0], to.size),
-            by_twist=by_twist,
-        )
-
-    @cached_property
-    def on_platform(self) -> np.ndarray:
-        """Chains that end on the platform."""
-        return np.flatnonzero(self.ends < 0)
-
-    @cached_property
-    def ends(self) -> np.ndarray:
-        """Bodies at the ends of all chains (C,), -1 for the platform."""
-        return np.array([-1 if c.end is None else c.end for c in self.chains], dtype=int)
-
-    @cached_property
-    def inner_chains(self) -> np.ndarray:
-        """Chains that end on bodies between chains."""
-        return np.flatnonzero(self.ends >= 0)
 
     @cached_property
     def beams(self) -> list[tuple[int, int, FiniteSpring]]:
@@ -244,17 +142,15 @@ class Legs:
 
     @cached_property
     def inner_modes(self) -> np.ndarray:
-        """Which inner modes each beam has (B, 12)."""
-        return self.arrays.bending.b.reshape(-1, 12) != 0
+        """Which forms of bending of each beam have an inner mode (B, F)."""
+        return self.arrays.bending.b != 0
 
     @cached_property
     def unloaded(self) -> LegState:
         """The posture from which they are loaded."""
-        bodies = np.tile(np.eye(3), (len(self.points), 1, 1)), self.points
-        W = np.zeros((len(self.chains), len(self.rows)))
-        sizes = len(self.arrays.coordinates), len(self.rigid), len(self.beams)
-        x, held, axial = map(np.zeros, sizes)
-        return LegState(x, W, *bodies, held, axial)
+        at, R = self.numbers, np.tile(np.eye(3), (len(self.points), 1, 1))
+        x, W, held, axial = (np.zeros(n.shape) for n in (at.x, at.W, at.held, at.beams[:, 0]))
+        return LegState(x, W, R, self.points, held, axial)
 
     def owners(self, block: ComponentBlock) -> list[Owner]:
         """The first leg of every component; `NOBODY` where springs hold the platform alone."""
@@ -264,7 +160,7 @@ class Legs:
     def moved(self, state: LegState) -> list[list[BodyPlace]]:
         """Of every chain, where the bodies at its start and behind every element are."""
         R, t = self.arrays.moved(state.x, *self._starting(state))
-        return [[BodyPlace(R[i], t[i]) for i in own] for own in self.arrays.bodies]
+        return [[BodyPlace(R[i], t[i]) for i in own] for own in self.numbers.of_chains.bodies]
 
     @cached_property
     def sum_rows(self) -> list[np.ndarray]:
@@ -291,19 +187,18 @@ class Legs:
         rows, at = list(self.rows), self.numbers
         pulls = self.pulls(state, share.value) if self.springs else None
         terms = self.terms(state, pulls, share.value)
-        R_end, p_end = self._placed(self.ends, state, R, p)
+        R_end, p_end = self._placed(at.ends, state, R, p)
         D = terms.R @ np.swapaxes(R_end, -1, -2)
         turn = sum_of_crossed(D) * -0.5 if D.dtype == object else vector_of_rotation(D)
         gap = np.concatenate([terms.P - p_end, turn], axis=-1)[:, rows]
-        J, (a, b) = terms.J[:, rows], self.arrays.pairs
-        tangent = terms.tangent
-        A = at.summed(at.entries, [tangent, tangent[a != b], J, -J, at.constants])
+        J, tangent = terms.J[:, rows], terms.tangent
+        A = at.summed(at.entries, [tangent, tangent[at.off_diagonal], J, -J, at.constants])
         r = summed(at.columns, terms.gradient, at.total)
         r_factor = summed(at.columns, terms.by_share * share.rate, at.total)
         r[at.W] += gap
         half = crossed(state.W @ self._turning.T, turn) @ self._turning * 0.5
-        inner = self.inner_chains
-        np.add.at(r, at.bodies[self.ends[inner]], (state.W + half)[inner])
+        inner = at.inner_chains
+        np.add.at(r, at.bodies[at.ends[inner]], (state.W + half)[inner])
         blocks = at.as_blocks(A)
         if self.couplings:
             self._add_couplings(state, share, A, r, r_factor)
@@ -329,7 +224,7 @@ class Legs:
         by θ/2: of its rate ``m x θ / 2`` goes off. So the tangent of a chain is symmetric.
         """
         at, T = self.numbers, self._turning
-        turn = T @ np.concatenate([step[at.bodies], twist[None]])[self.ends]
+        turn = T @ np.concatenate([step[at.bodies], twist[None]])[at.ends]
         found, m = step.copy(), eq.state.W @ T.T
         found[at.W] = found[at.W] - T.T @ (skews(m) @ turn) * 0.5
         found[at.W, 0] = found[at.W, 0] + eq.half
@@ -345,19 +240,16 @@ class Legs:
         forces = None
         if pulls is not None:
             forces = 0 * self.arrays.load_force
-            forces[self.arrays.first_anchor :] = self.spring_arrays.on_anchors(pulls.force)
+            forces[self.numbers.of_chains.first_anchor :] = self.spring_arrays.on_anchors(
+                pulls.force
+            )
         start = self._starting(state)
         return self.arrays.terms(state.x, *start, W, state.axial, share, forces)
-
-    @cached_property
-    def starts(self) -> np.ndarray:
-        """Bodies at the starts of all chains (C,), -1 for the base."""
-        return np.array([-1 if c.start is None else c.start for c in self.chains], dtype=int)
 
     def _starting(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
         """Axes and points of the bodies at the starts of the chains [m]."""
         base = np.eye(3, dtype=int), np.zeros(3, dtype=int)
-        return self._placed(self.starts, state, *base)
+        return self._placed(self.numbers.starts, state, *base)
 
     def _placed(
         self, which: np.ndarray, state: LegState, R: np.ndarray, p: np.ndarray
@@ -375,7 +267,7 @@ class Legs:
         """
         at, rigid = self.numbers, iter(range(len(self.rigid)))
         for own, s in zip(self.couplings, self.sums(state), strict=True):
-            x = np.concatenate([at.x[self.places[place]] for place in own.terms])
+            x = np.concatenate([at.x[at.places[place]] for place in own.terms])
             factors, push = own.factors, own.drive.preload
             if own.is_rigid:
                 i = next(rigid)
@@ -417,7 +309,7 @@ class Legs:
     def energies(self, state: LegState) -> list[list[float]]:
         """Elastic energy of every element of every chain [J], preloads left out."""
         found = self.arrays.energies(state.x, state.axial)
-        return [found[own[1:]].tolist() for own in self.arrays.bodies]
+        return [found[own[1:]].tolist() for own in self.numbers.of_chains.bodies]
 
     def load_potential(self, state: LegState, share: float) -> float:
         """Potential of loads on its bodies and of preloads, 0 at the unloaded posture [J]."""
@@ -427,22 +319,20 @@ class Legs:
 
     def twists(self, state: LegState, about: np.ndarray, spots: Sequence[Spot]) -> np.ndarray:
         """Of some bodies about a point (3,), by all unknowns (M, 6, T)."""
-        arrays, found = self.arrays, np.zeros((len(spots), 6, self.numbers.total))
-        by_columns = arrays.twists(state.x, *self._starting(state), about).T
+        at, found = self.numbers.of_chains, np.zeros((len(spots), 6, self.numbers.total))
+        by_columns = self.arrays.twists(state.x, *self._starting(state), about).T
         for own, (c, after) in zip(found, spots, strict=True):
-            columns, body = arrays.columns[c], arrays.bodies[c][after]
-            moving = arrays.body[columns] <= body
+            columns, body = at.columns[c], at.bodies[c][after]
+            moving = at.body[columns] <= body
             own[:, self.numbers.columns[columns]] = by_columns[:, columns] * moving
         return found
 
     @cached_property
     def stiffness(self) -> np.ndarray:
         """Of elastic parts and of drives, by unknown (T,), couplings left out."""
-        found, stiff = np.zeros(self.numbers.total), np.zeros(len(self.arrays.coordinates))
-        arrays = self.arrays
-        stiff[arrays.joint_x] = arrays.stiffness
-        stiff[arrays.spring_x] = arrays.mode_stiffness.ravel()[arrays.full]
-        found[self.numbers.x] = stiff
+        at, arrays, found = self.numbers, self.arrays, np.zeros(self.numbers.total)
+        found[at.x[at.of_chains.joint_x]] = arrays.stiffness
+        found[at.x[at.of_chains.spring_x]] = arrays.mode_stiffness.ravel()[at.of_chains.full]
         return found
 
     def units(self, length: float) -> np.ndarray:
@@ -469,8 +359,3 @@ class Legs:
             springs=tuple(own.renumbered(number) for own in self.springs),
             couplings=tuple(own.renumbered(number) for own in self.couplings),
         )
-
-
-def _split(values: np.ndarray, parts: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Values cut into as many as each part has."""
-    return np.split(values, np.cumsum([len(own) for own in parts[:-1]], dtype=int))

@@ -267,8 +267,8 @@ def _bent_beam(found: FoundEquilibrium, twist: np.ndarray) -> str:
     known, problem, legs = found.known, found.problem, found.problem.legs
     moved = known.by_twist[: legs.numbers.total] @ twist
     bent = np.zeros(legs.inner_modes.shape)
-    for block, A in zip(problem.blocks, known.equations.A, strict=True):
-        m, Q = block.free, with_modes(legs, block, A, known.equations.state)
+    for g, block in enumerate(problem.blocks):
+        m, Q = block.free, with_modes(legs, known.equations, g)
         motion = moved[block.coordinates]
         bends = -np.linalg.pinv(Q[:, m:, m:]) @ Q[:, m:, :m] @ motion[..., None]
         for i, own in enumerate(bends[..., 0]):

@@ -215,7 +215,7 @@ class EquilibriumProblem:
                 every[block.at], regulars = solved(A, wanted[block.at], first, refinements)
             regular = regular and bool(np.all(regulars))
         # what only the base holds has no end on the platform
-        ends = self.legs.on_platform
+        ends = self.legs.numbers.on_platform
         twist = np.eye(self.size, self.size + 2, 1)
         every = self.legs.steps(eq, every, twist)
         carried = every[self.legs.numbers.W[ends]].sum(axis=0)
@@ -259,7 +259,7 @@ class EquilibriumProblem:
         """Whether neither preloads, forces nor springs between bodies act on the legs."""
         arrays = self.legs.arrays
         pushed = any(own.drive.preload for own in self.legs.couplings) or np.any(arrays.preload)
-        return not (self.legs.springs or pushed or arrays.load_bodies.size)
+        return not (self.legs.springs or pushed or arrays.load_force.size)
 
     @property
     def has_laws(self) -> bool:
@@ -319,7 +319,7 @@ class EquilibriumProblem:
     def by_leg(self, ends: np.ndarray) -> tuple[np.ndarray, ...]:
         """Sums by leg (...) of what all chains on the platform have (C, ...)."""
         found = {leg: np.zeros(ends.shape[1:]) for leg in self.leg_names}
-        for c in self.legs.on_platform:
+        for c in self.legs.numbers.on_platform:
             owner = self.legs.chains[c].owner
             if owner != NOBODY:
                 found[owner.leg] = found[owner.leg] + ends[c]

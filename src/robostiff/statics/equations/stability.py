@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robostiff.statics.chains.elements import NOBODY
-from robostiff.statics.chains.legs import Legs, LegState
+from robostiff.statics.chains.legs import LegEquations, Legs
 from robostiff.statics.chains.numbers import ComponentBlock
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised
 
@@ -145,11 +145,10 @@ def leg_margins(known: Linearised) -> dict[int, Margin]:
     """Of each leg with the platform held, by its index; modes are coordinates and bodies."""
     found: dict[int, Margin] = {}
     problem = known.problem
-    each = zip(problem.blocks, known.equations.A, problem.missing, strict=True)
-    for g, (block, A, missing) in enumerate(each):
+    for g, (block, missing) in enumerate(zip(problem.blocks, problem.missing, strict=True)):
         if block.free <= block.closures - missing and not block.beams.size:
             continue  # the platform holds all coordinates
-        own = margins_of(problem, block, A, known.equations.state)
+        own = margins_of(problem, known.equations, g)
         for row, (owner, one) in enumerate(zip(problem.legs.owners(block), own, strict=True)):
             # A margin of 0 is that of a joint that nothing holds, such as the spin of a rod.
             if one is not None and one.value != 0.0:
@@ -160,18 +159,16 @@ def leg_margins(known: Linearised) -> dict[int, Margin]:
     return dict(sorted(found.items()))
 
 
-def margins_of(
-    problem: EquilibriumProblem, block: ComponentBlock, A: np.ndarray, state: LegState
-) -> list[Margin | None]:
-    """Of components of one kind, with tangents A (N, n, n), inner modes of beams among motions.
+def margins_of(problem: EquilibriumProblem, eq: LegEquations, g: int) -> list[Margin | None]:
+    """Of the components of block g, inner modes of beams among their motions.
 
     None for one that the platform holds.
     """
-    m, legs = block.free, problem.legs
-    Q = with_modes(legs, block, A, state)
+    legs, block = problem.legs, problem.blocks[g]
+    m, Q = block.free, with_modes(legs, eq, g)
     Q0 = np.tile(np.eye(Q.shape[1]), (len(Q), 1, 1))
     Q0[:, :m, :m] = unloaded_curvature(legs, block)
-    C = A[:, m:, :m] * problem.units[block.at[0, m:]][:, None]
+    C = eq.A[g][:, m:, :m] * problem.units[block.at[0, m:]][:, None]
     # Without springs between bodies: what these add to a passive joint may be rounding.
     scale = unit_sizes(C, np.diagonal(own_curvature(legs, block), axis1=-2, axis2=-1))
     columns = C * scale[:, None]
@@ -282,7 +279,7 @@ def whole_closure(known: Linearised) -> np.ndarray:
 def energies_of(legs: Legs, motion: np.ndarray, inner: np.ndarray) -> list[tuple[str, str, float]]:
     """Legs and parts, and what they store in a motion of all unknowns (T,) [J].
 
-    `inner` (B, 12) are amplitudes of inner modes of beams, see `with_modes`.
+    `inner` (B, F) are amplitudes of inner modes of beams, see `with_modes`.
     """
     x = motion[legs.numbers.x]
     found = [
@@ -299,24 +296,26 @@ def energies_of(legs: Legs, motion: np.ndarray, inner: np.ndarray) -> list[tuple
     return found
 
 
-def with_modes(legs: Legs, block: ComponentBlock, A: np.ndarray, state: LegState) -> np.ndarray:
-    """Curvature by the m free unknowns, and by amplitudes of inner modes of beams behind."""
-    m, count = block.free, block.beams.shape[1]
+def with_modes(legs: Legs, eq: LegEquations, g: int) -> np.ndarray:
+    """Curvature by the m free unknowns of block g, and by amplitudes of inner modes of beams."""
+    block, A = legs.numbers.blocks[g], eq.A[g]
+    m, count, forms = block.free, block.beams.shape[1], legs.inner_modes.shape[1]
     if not count:
         return A[:, :m, :m]
-    found = np.zeros((len(A), *[m + 12 * count] * 2))
+    found = np.zeros((len(A), *[m + forms * count] * 2))
     found[:, :m, :m] = A[:, :m, :m]
     arrays = legs.arrays
-    y = arrays.spring_coordinates(state.x)[arrays.beams]
-    parts = arrays.bending.with_modes(y, state.axial, arrays.along, arrays.axial)
+    y = arrays.spring_coordinates(eq.state.x)[arrays.beams]
+    whole, *others = arrays.bending.with_modes(y, eq.state.axial, arrays.along, arrays.axial)
+    parts = whole - eq.terms.beams.curvature, *others  # A has those in balance
     for i, first in enumerate(block.beams[0]):
-        less, mixed, inside = (own[block.beams[:, i]] for own in parts)
-        beam, modes = legs.beams[first][2], slice(m + 12 * i, m + 12 * i + 12)
+        more, mixed, inside = (own[block.beams[:, i]] for own in parts)
+        beam, modes = legs.beams[first][2], m + forms * i + np.arange(forms)
         at = legs.numbers.beams[first, : beam.size] - block.at[0, 0]
-        found[:, at[:, None], at] += less[:, : beam.size, : beam.size]
-        found[:, modes, at] = mixed[:, :, : beam.size]
-        found[:, at, modes] = np.swapaxes(mixed[:, :, : beam.size], -1, -2)
-        found[:, modes, modes] = inside
+        found[:, at[:, None], at] += more[:, : beam.size, : beam.size]
+        found[:, modes[:, None], at] = mixed[:, :, : beam.size]
+        found[:, at[:, None], modes] = np.swapaxes(mixed[:, :, : beam.size], -1, -2)
+        found[:, modes[:, None], modes] = inside
     kept = m + np.flatnonzero(legs.inner_modes[block.beams[0]])
     kept = np.concatenate([np.arange(m), kept])
     return found[:, kept[:, None], kept]
@@ -328,7 +327,7 @@ def whole_motion(
     """A motion of component i of a block, as in `with_modes`, as `energies_of` takes them."""
     motion, inner = np.zeros(legs.numbers.total), np.zeros(legs.inner_modes.shape)
     motion[block.coordinates[i]] = mode[: block.free]
-    own = np.zeros((block.beams.shape[1], 12))
+    own = np.zeros_like(inner[block.beams[i]])
     own[legs.inner_modes[block.beams[i]]] = mode[block.free :]
     inner[block.beams[i]] = own
     return motion, inner

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.model import PlacedMass, PlacedSpring
 from robostiff.spatial import cross, skew
-from robostiff.statics.chains.beam_bowing import uniform_beam
 from robostiff.statics.chains.elements import BodyPlace, FiniteJoint, Spot
 from robostiff.statics.chains.legs import Legs, LegState
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, State
@@ -107,8 +107,8 @@ def _velocities_of_parts(
     An element of a part is straight between its ends where these are now, and its sections move as
     `motion_of_section` says.
     """
-    n, number = np.array([own.parts for own in masses]), np.arange(len(masses))
-    of_mass = np.repeat(number, n)
+    n = np.array([own.parts for own in masses])
+    of_mass = np.repeat(np.arange(len(masses)), n)  # of each element
     i = np.concatenate([np.arange(own.parts) for own in masses])
     near = [
         Spot(spot.chain, spot.after - own.parts + k)
@@ -122,6 +122,7 @@ def _velocities_of_parts(
     x = np.array([own.end for own in masses])[of_mass] - start
     y = np.array([own.part.rotation[:, 1] for own in masses if own.part])[of_mass]
     n, count = n[of_mass], len(near)
+    # ends of all elements, and their axes, as they are now
     steps = np.concatenate([i, i + 1]) / np.tile(n, 2)
     at = (R @ (np.tile(start, (2, 1)) + np.tile(x, (2, 1)) * steps[:, None])[..., None])[..., 0] + t
     chord = at[count:] - at[:count]
@@ -129,6 +130,7 @@ def _velocities_of_parts(
     shear, radii = (np.array(own)[of_mass] for own in zip(*map(_beam_numbers, masses), strict=True))
     spans, aside = (np.array(own)[of_mass] for own in zip(*map(_spread, masses), strict=True))
     aside = (np.swapaxes(_axes(x, y), -1, -2) @ aside[..., None])[..., 0]
+    # sections, as parts s of their elements, and their masses; a mass at one point is all in one
     first, last = (spans * n[:, None] - i[:, None]).T
     is_point, low, high = first == last, np.maximum(first, 0.0), np.minimum(last, 1.0)
     s = low[:, None] + 0.5 * (1.0 + _GAUSS[0]) * (high - low)[:, None]
@@ -136,12 +138,12 @@ def _velocities_of_parts(
     is_in = np.minimum((spans[:, 0] * n).astype(int), n - 1) == i
     s, share = np.where(is_point[:, None], first[:, None], s), np.where(is_point, is_in, share)
     weight = np.array([own.mass.value for own in masses], dtype=float)[of_mass] * share
+    # their velocities by those of both ends, and these by the unknowns
     length = np.linalg.norm(chord, axis=-1)
     phi = shear / (x * x).sum(axis=-1)[:, None] * (n * n)[:, None]
     rows = motion_of_section(s, length[:, None], phi[:, None])
-    rows = (
-        _about(aside[:, None], rows) * np.sqrt(0.5 * weight[:, None] * _GAUSS[1])[..., None, None]
-    )
+    roots = np.sqrt(0.5 * weight[:, None] * _GAUSS[1])
+    rows = _about(aside[:, None], rows) * roots[..., None, None]
     rows[..., 3:, :] *= radii[:, None, :, None]
     rows = np.linalg.qr(rows.reshape(count, -1, 12), mode="r")
     twists = _about(at - about, legs.twists(state, about, ends)).reshape(2, count, 2, 3, -1)
@@ -152,16 +154,9 @@ def _velocities_of_parts(
 
 def _beam_numbers(own: CarriedMass) -> tuple[tuple[float, float], np.ndarray]:
     """``12 E I / (G A)`` in x-y and x-z [m^2], and radii of gyration (3,) of spread mass [m]."""
-    part = own.part
-    x = own.end - own.mass.start
-    if (
-        part is None
-        or part.elasticity.freedoms.size
-        or part.rotation[:, 0] @ x < (1 - _ASIDE) * np.linalg.norm(x)
-    ):
-        return (0.0, 0.0), np.zeros(3)
-    beam = uniform_beam(part.elasticity.compliance)
-    if beam is None:
+    part, x = cast("PlacedSpring", own.part), own.end - own.mass.start
+    beam = part.elasticity.as_beam
+    if beam is None or part.rotation[:, 0] @ x < (1 - _ASIDE) * np.linalg.norm(x):
         return (0.0, 0.0), np.zeros(3)
     radii = np.sqrt(np.array([beam.EIy + beam.EIz, beam.EIy, beam.EIz]) / beam.EA)
     shear = 12 * beam.EIz * beam.shear_y, 12 * beam.EIy * beam.shear_z
@@ -215,7 +210,9 @@ def motion_of_section(s: ArrayLike, length: ArrayLike, phi: ArrayLike) -> np.nda
     for row in (0, 3):
         found[..., row, row], found[..., row, row + 6] = 1 - s, s
     bent = s - s**2
-    for v, r, sign, f in zip((1, 2), (5, 4), (1.0, -1.0), np.moveaxis(phi, -1, 0), strict=True):
+    for v, r, sign, f in zip(
+        (1, 2), (5, 4), (1.0, -1.0), np.moveaxis(np.asarray(phi), -1, 0), strict=True
+    ):
         columns, L = [v, r, v + 6, r + 6], sign * length
         of_shift = (
             1 - 3 * s**2 + 2 * s**3 + f * (1 - s),
@@ -253,93 +250,85 @@ def _axes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.stack([x, y, cross(x, y)], axis=-1)
 
 
-@dataclass(frozen=True)
-class SmallMotions:
-    """Stiffness, masses and closure of all legs and of the platform at a state."""
+def vibrations(
+    problem: EquilibriumProblem, masses: CarriedMasses, known: Linearised, state: State
+) -> tuple[np.ndarray, np.ndarray]:
+    """Squares of angular frequencies (k,) [rad^2/s^2], slowest first, and motions (k, n).
 
-    K: np.ndarray  # (n, n): second variation of the energy, less the work of loads and wrenches
-    # (k, n): B^T B is the mass matrix, of velocities of points times roots of their masses
-    B: np.ndarray
-    # (c, n): zero for motions that keep the robot together, in robot lengths and radians
-    closure: np.ndarray
-    size: np.ndarray  # (n,): of a unit of energy in each coordinate, or of motion without
-
-    @staticmethod
-    def of(
-        problem: EquilibriumProblem, masses: CarriedMasses, known: Linearised, state: State
-    ) -> SmallMotions:
-        """About a state of a problem, where its equations are known."""
-        rows, r, legs = list(problem.rows), problem.size, problem.legs
-        number = np.full(legs.numbers.total, -1)
-        number[problem.free] = np.arange(len(problem.free))
-        n = len(problem.free) + r
-        K, stiff = np.zeros((n, n)), np.zeros(n)
-        for block, A in zip(problem.blocks, known.equations.A, strict=True):
-            m, at = block.free, number[block.coordinates]
-            K[at[:, :, None], at[:, None]] = A[:, :m, :m]
-            stiff[at] = np.diagonal(unloaded_curvature(legs, block), axis1=-2, axis2=-1)
-        K[n - r :, n - r :] += known.K_total - known.K
-        B = [np.zeros((0, n)), _rates_of_drives(problem, n)]
-        if masses.on_legs:
-            own = velocities(legs, state.legs, state.p, masses.on_legs)
-            B.append(np.concatenate([own[:, problem.free], np.zeros((len(own), r))], axis=1))
-        for mass in masses.on_platform:
-            b = state.R @ (mass.centre - problem.point)
-            rate = np.zeros((3, n))
-            rate[:, n - r :] = np.concatenate([np.eye(3), -skew(b)], axis=1)[:, rows]
-            B.append(np.sqrt(float(mass.value)) * rate)
-        sizes = np.append(problem.units[problem.free], problem.scale / problem.length)
-        C = whole_closure(known) * sizes
-        return SmallMotions(0.5 * (K + K.T), np.concatenate(B), C, unit_sizes(C, stiff))
-
-    def vibrations(self) -> tuple[np.ndarray, np.ndarray]:
-        """Squares of angular frequencies (k,) [rad^2/s^2], slowest first, and motions (k, n).
-
-        The squares are negative where the robot leaves the equilibrium; motions have the kinetic
-        energy 1/2 at unit velocity. Those without mass are at rest in the others' balance. Where
-        every motion meets stiffness, frequencies are the inverse singular values of ``B`` over
-        motions of unit energy: the slow ones keep their digits beside the fast ones.
-        """
-        Z = self._closed()
-        K = Z.T @ self.K @ Z
-        try:
-            L = np.linalg.cholesky(K)
-            inverse = np.linalg.inv(L)
-        except np.linalg.LinAlgError:
-            return self._loose(Z, K)
-        if not np.linalg.norm(L) * np.linalg.norm(inverse) < _CLEARLY:
-            return self._loose(Z, K)
-        unit = Z @ inverse.T
-        _, values, Vt = np.linalg.svd(self.B @ unit, full_matrices=False)
-        heavy = values > _MASSLESS * np.max(values, initial=0.0)
-        shapes = (unit @ Vt[heavy].T / values[heavy]).T
-        return 1.0 / values[heavy] ** 2, shapes
-
-    def _loose(self, Z: np.ndarray, K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Where some motion meets no stiffness, or a negative one."""
-        least, B = _LOOSE * np.max(np.abs(np.linalg.eigvalsh(K)), initial=0.0), self.B @ Z
-        _, values, Vt = np.linalg.svd(B)
-        k = int(np.sum(values > _MASSLESS * np.max(values, initial=0.0)))
-        heavy, light = Vt[:k].T / values[:k], Vt[k:].T
-        w, Q = np.linalg.eigh(light.T @ K @ light)
-        held = np.abs(w) > least
-        follow = light @ Q[:, held]
-        moved = heavy - follow @ ((follow.T @ K @ heavy) / w[held][:, None])
-        squares, own = np.linalg.eigh(moved.T @ K @ moved)
-        none = np.abs(squares) <= _LOOSE * np.max(np.abs(squares), initial=0.0)
-        return np.where(none, 0.0, squares), (Z @ moved @ own).T
-
-    def _closed(self) -> np.ndarray:
-        """Motions (n, k) that keep the robot together."""
-        C = self.closure * self.size
-        rows = np.linalg.norm(C, axis=1)
-        C = C / np.where(rows > 0, rows, 1.0)[:, None]
-        ((_, motions),) = left_by(C[None])
-        return motions[0] * self.size[:, None]
+    Small vibrations about a state where the equations are known, over the free coordinates of legs
+    and the twist of the platform. The squares are negative where the robot leaves the equilibrium;
+    motions have the kinetic energy 1/2 at unit velocity. Those without mass are at rest in the
+    others' balance. Where every motion meets stiffness, frequencies are the inverse singular values
+    of ``B`` over motions of unit energy: the slow ones keep their digits beside the fast ones.
+    """
+    legs, r = problem.legs, problem.size
+    number = np.full(legs.numbers.total, -1)
+    number[problem.free] = np.arange(len(problem.free))
+    n = len(problem.free) + r
+    # second variation of the energy, less the work of loads and wrenches
+    K, stiff = np.zeros((n, n)), np.zeros(n)
+    for block, A in zip(problem.blocks, known.equations.A, strict=True):
+        m, at = block.free, number[block.coordinates]
+        K[at[:, :, None], at[:, None]] = A[:, :m, :m]
+        stiff[at] = np.diagonal(unloaded_curvature(legs, block), axis1=-2, axis2=-1)
+    K[n - r :, n - r :] += known.K_total - known.K
+    # motions that keep the robot together, in robot lengths and radians
+    C = whole_closure(known) * np.append(
+        problem.units[problem.free], problem.scale / problem.length
+    )
+    size = unit_sizes(C, stiff)
+    C = C * size
+    rows = np.linalg.norm(C, axis=1)
+    ((_, motions),) = left_by((C / np.where(rows > 0, rows, 1.0)[:, None])[None])
+    Z = motions[0] * size[:, None]
+    B, K = mass_rows(problem, masses, state) @ Z, Z.T @ (0.5 * (K + K.T)) @ Z
+    try:
+        L = np.linalg.cholesky(K)
+        inverse = np.linalg.inv(L)
+    except np.linalg.LinAlgError:
+        return _loose(Z, K, B)
+    if not np.linalg.norm(L) * np.linalg.norm(inverse) < _CLEARLY:
+        return _loose(Z, K, B)
+    _, values, Vt = np.linalg.svd(B @ inverse.T, full_matrices=False)
+    heavy = values > _MASSLESS * np.max(values, initial=0.0)
+    shapes = (Z @ (inverse.T @ Vt[heavy].T) / values[heavy]).T
+    return 1.0 / values[heavy] ** 2, shapes
 
 
-def _rates_of_drives(problem: EquilibriumProblem, size: int) -> np.ndarray:
-    """Rates of coordinates and sums times roots of the inertia of their drives (k, size)."""
+def _loose(Z: np.ndarray, K: np.ndarray, B: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Where some motion meets no stiffness, or a negative one."""
+    least = _LOOSE * np.max(np.abs(np.linalg.eigvalsh(K)), initial=0.0)
+    _, values, Vt = np.linalg.svd(B)
+    k = int(np.sum(values > _MASSLESS * np.max(values, initial=0.0)))
+    heavy, light = Vt[:k].T / values[:k], Vt[k:].T
+    w, Q = np.linalg.eigh(light.T @ K @ light)
+    held = np.abs(w) > least
+    follow = light @ Q[:, held]
+    moved = heavy - follow @ ((follow.T @ K @ heavy) / w[held][:, None])
+    squares, own = np.linalg.eigh(moved.T @ K @ moved)
+    none = np.abs(squares) <= _LOOSE * np.max(np.abs(squares), initial=0.0)
+    return np.where(none, 0.0, squares), (Z @ moved @ own).T
+
+
+def mass_rows(problem: EquilibriumProblem, masses: CarriedMasses, state: State) -> np.ndarray:
+    """B (k, n) of all masses and drives by free coordinates and twist; ``B^T B`` is their matrix.
+
+    Velocities of points times roots of masses.
+    """
+    r, legs, rows, free = problem.size, problem.legs, list(problem.rows), len(problem.free)
+    each = [_rates_of_drives(problem)]
+    if masses.on_legs:
+        each.append(velocities(legs, state.legs, state.p, masses.on_legs)[:, problem.free])
+    found = [np.pad(np.concatenate(each), [(0, 0), (0, r)])]
+    for mass in masses.on_platform:
+        b = state.R @ (mass.centre - problem.point)
+        rate = np.concatenate([np.eye(3), -skew(b)], axis=1)[:, rows]
+        found.append(np.pad(np.sqrt(float(mass.value)) * rate, [(0, 0), (free, 0)]))
+    return np.concatenate(found)
+
+
+def _rates_of_drives(problem: EquilibriumProblem) -> np.ndarray:
+    """Rates of coordinates and sums times roots of the inertia of their drives (k, m)."""
     legs = problem.legs
     pairs = [(own.drive, a) for own, a in zip(legs.couplings, legs.sum_rows, strict=True)]
     for (c, k), at in legs.places.items():
@@ -348,6 +337,4 @@ def _rates_of_drives(problem: EquilibriumProblem, size: int) -> np.ndarray:
             unit[legs.numbers.x[at]] = 1.0
             pairs.append((element, unit))
     moving = [np.sqrt(drive.inertia) * a[problem.free] for drive, a in pairs if drive.inertia]
-    found = np.zeros((len(moving), size))
-    found[:, : len(problem.free)] = np.array(moving).reshape(-1, len(problem.free))
-    return found
+    return np.array(moving).reshape(-1, len(problem.free))

@@ -207,9 +207,7 @@ def kept_loading(robot: Robot, gravity: Gravity = None, **settings: Any) -> Comp
     return _kept(robot, gravity=gravity, **settings)
 
 
-@kept
-def _kept(robot: Robot, **settings: Any) -> CompiledLoading:
-    return compile_loaded(robot, **settings)
+_kept = kept(compile_loaded)
 
 
 def _loaded_postures(finder: PostureFinder, standing: StandingLoads) -> list[LoadedPosture]:

@@ -208,7 +208,7 @@ class RecordedLegs:
         """Elastic joints, by ``leg/joint``: numbers of their coordinates, and stiffnesses."""
         found = {}
         for c, chain in enumerate(self.legs.chains):
-            own = iter(self.legs.numbers.x[self.legs.coordinates[c]].tolist())
+            own = iter(self.legs.numbers.x[self.legs.numbers.coordinates[c]].tolist())
             for e in chain.elements:
                 first, *_ = [next(own) for _ in range(e.size)]
                 if isinstance(e, FiniteJoint) and not is_zero(e.stiffness):
@@ -274,7 +274,7 @@ class RecordedLegs:
                 for i, j in zip(*np.tril_indices(len(own)), strict=True):
                     elimination.add(own[i], own[j], rates[i, j])
         moment = np.zeros(6, dtype=int).astype(object)
-        for c in legs.on_platform:
+        for c in at.on_platform:
             start, W = legs.chains[c].start, state.W[c]
             is_platform = legs.chains[c].owner == NOBODY
             moment[rows] = moment[rows] + (eq.r[at.bodies[start]] if is_platform else W)
@@ -285,7 +285,7 @@ class RecordedLegs:
         for spring, length in zip(legs.springs, eq.pulls.length if eq.pulls else (), strict=True):
             if spring.constant and isinstance(length, Entry):
                 elimination.pivots.append(length * (1 / usual_size(length)))
-        for own in legs.components:
+        for own in at.components:
             self._eliminate(elimination, own)
         return eq, moment[3:]
 
@@ -298,7 +298,7 @@ class RecordedLegs:
         for c in own.chains:
             chain = legs.chains[c]
             stiffness = (k for e in chain.elements for k in np.ravel(e.stiffness))
-            for u, k in zip(at.x[legs.coordinates[c]].tolist(), stiffness, strict=True):
+            for u, k in zip(at.x[at.coordinates[c]].tolist(), stiffness, strict=True):
                 (free if is_zero(k) and u not in follow else elastic).append(u)
             multipliers += at.W[c].tolist()
             end = chain.start if chain.owner == NOBODY else chain.end

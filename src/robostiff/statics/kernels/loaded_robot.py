@@ -50,7 +50,7 @@ from robostiff.statics.kernels.strut import (
     RecordedStrut,
     StrutTerms,
     buckling_of,
-    recorded_strut,
+    recorded_struts,
     strut_terms,
     turning_forces,
 )
@@ -440,22 +440,17 @@ def record_loading(
     )
     dead = on_platform([*acting, *found.on_platform], reference)
     dead = replace(dead, levers=dead.levers + hooks)
-    struts: dict[int, RecordedStrut] = {}
-    gone: list[int] = []
-    for chains, *_ in found.legs.components:
-        leg = found.legs.chains[chains[0]].owner.leg
-        strut = None
-        if not drives:  # of a strut the force alone is computed
-            strut = recorded_strut(found.legs, chains, unloaded.legs[max(leg, 0)], L)
-        if strut is not None:
-            struts[leg] = strut
-            gone += chains
-    legs = RecordedLegs(found.legs.without(gone), L, force)
+    problems = [own.problem for own in loaded_postures]
+    straight: dict[int, RecordedStrut] = {}
+    if not drives:  # of a strut the force alone is computed
+        straight = recorded_struts(found.legs, unloaded.legs, problems)
+    struts = {found.legs.chains[c].owner.leg: own for c, own in straight.items()}
+    legs = RecordedLegs(found.legs.without([*straight]), L, force)
     loaded = LoadedRobot(
         unloaded,
         legs,
         struts,
-        buckling_of([own.problem for own in loaded_postures], [*struts], force),
+        buckling_of(problems, [*struts], force),
         MovedBody("platform", reference),
         robot.space,
         L,

@@ -10,16 +10,24 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.record import Entry, reciprocal, square_root, usual_size
+from robostiff.record import Entry, is_zero, reciprocal, square_root
 from robostiff.recorded.leg import RecordedLeg
 from robostiff.spatial import cross
-from robostiff.statics.chains.elements import Element, FiniteJoint, FiniteSpring, Share
+from robostiff.spatial.rotation import matrix_of_rotation
+from robostiff.statics.chains.elements import FiniteChain, FiniteJoint, Share
 from robostiff.statics.chains.legs import Legs
-from robostiff.statics.equations.problem import EquilibriumProblem
+from robostiff.statics.equations.newton import equilibrium_at
+from robostiff.statics.equations.problem import EquilibriumProblem, LoadCase
 from robostiff.statics.equations.stability import margins_of
 from robostiff.statics.kernels.leg import MovingBody
 
-_SAME = 1e-9  # of the length, or of a compliance: rounding at the samples
+# How far the platform is held from the unloaded posture, in radians and lengths of the robot; of
+# the force that shortens a strut by that length: what it may miss.
+_FAR, _SAME = 3e-3, 1e-11
+# Postures at which legs have to be struts.
+_POSTURES = 4
+# Of a strut: free turns at least, three about one of its ends.
+_TURNS = 5
 _DEGREE = 3
 # Between the lengths of a fit: a part of it, and how many times what it misses at these.
 _PART, _MISSED = 1.03, 2.0
@@ -42,7 +50,8 @@ class RecordedStrut:
         """To first order, after a twist (6,) of the platform from the unloaded posture."""
         (w,), (mu,) = self.unloaded.wrenches, self.unloaded.mu
         size = square_root(_square_of_force(w))
-        sign = np.sign(_values(np.array(w[:3], dtype=object) @ (self.B - self.A))[0])
+        along = np.array(w[:3], dtype=object) @ (self.B - self.A)
+        sign = np.sign(along.sample[0] if isinstance(along, Entry) else along)
         return (np.array([x / mu for x in w], dtype=object) @ twist) * size * float(sign)
 
     @property
@@ -146,138 +155,75 @@ def turning_forces(
     return K, np.array([G[1, 2] - G[2, 1], G[2, 0] - G[0, 2], G[0, 1] - G[1, 0]], dtype=object)
 
 
-def recorded_strut(
-    legs: Legs, chains: Sequence[int], unloaded: RecordedLeg, length: float
-) -> RecordedStrut | None:
-    """A leg that carries a force along one line alone, as a spring; None for any other.
+def recorded_struts(
+    legs: Legs, unloaded: Sequence[RecordedLeg], problems: Sequence[EquilibriumProblem]
+) -> dict[int, RecordedStrut]:
+    """Legs on which nothing acts and that are struts at several postures, by their chains.
 
-    It turns freely about two points, about one of them in all directions. What lies between is
-    straight, and a force along it bends nothing; springs at the points are equally soft in all
-    directions. Whether it stays straight is another question, of its buckling. Without load it
-    transmits what `unloaded` does: a strut has its stiffness. `length` is that of the robot [m].
+    `unloaded` are all legs without load: a strut has the stiffness of its own, by one wrench; a leg
+    of several branches is none. `problems` have the robot in numbers.
     """
-    chain = legs.chains[chains[0]]
-    elements = chain.elements
-    held = [c for own in legs.couplings for c, _ in (own.place, *own.terms)]
-    held += [own.chain for spring in legs.springs for own in spring.spots if own is not None]
-    pushed = any(not _nothing(e.preload) for e in elements if isinstance(e, FiniteJoint))
-    is_acted_on = chain.loads or pushed or chains[0] in held
-    turns = [
-        (k, e)
-        for k, e in enumerate(elements)
-        if isinstance(e, FiniteJoint) and e.turns and _nothing(e.stiffness)
-    ]
-    are_turns = len(turns) >= 5 and all(_nothing(e.slide) for _, e in turns)
-    if (
-        chains[1:]
-        or is_acted_on
-        or len(legs.rows) != 6
-        or not are_turns
-        or len(unloaded.wrenches) != 1
-    ):
-        return None
-    places = _clusters([e.point for _, e in turns], [e.axis for _, e in turns], length)
-    if places is None:
-        return None
-    first, A, B = places
-    kinks = [k for k, _ in turns]
-    groups = turns[:first], turns[first:]
-    counts = sorted(_independent([e.axis for _, e in own]) for own in groups)
-    d = B - A
-    along = d * reciprocal(square_root(d @ d))
-    compliances = []
-    for k, own in enumerate(elements):
-        if k in kinks:
+    straight = set.intersection(*(struts_among(own) for own in problems[:_POSTURES]))
+    taken = [c for one in legs.couplings for c, _ in (one.place, *one.terms)]
+    taken += [spot.chain for spring in legs.springs for spot in spring.spots if spot is not None]
+    found = {}
+    for c, own in enumerate(legs.chains):
+        joints = (e for e in own.elements if isinstance(e, FiniteJoint))
+        pushed = own.loads or not all(is_zero(e.preload) for e in joints)
+        if own.owner.leg not in straight or c in taken or pushed:
             continue
-        if k < kinks[0] or k > kinks[-1]:
-            compliances.append(_at_end(own, A if k < kinks[0] else B, length))
-        else:
-            inside = kinks[first - 1] < k < kinks[first]
-            compliances.append(_between(own, along, A, length) if inside else None)
-    if counts not in ([2, 3], [3, 3]) or not compliances or None in compliances:
-        return None
-    (wrench,), (mu,) = unloaded.wrenches, unloaded.mu
-    along_line = mu * reciprocal(_square_of_force(wrench))
-    same = (reduce(add, compliances) - along_line) * (1 / usual_size(along_line))
-    if not _zero(np.array([same])):
-        return None
-    return RecordedStrut(A, B, legs.platform_point, reciprocal(along_line), unloaded)
+        A, *_, B = _turning_points(own)
+        leg = unloaded[own.owner.leg]
+        if len(leg.wrenches) > 1:
+            continue
+        (wrench,), (mu,) = leg.wrenches, leg.mu
+        softness = mu * reciprocal(_square_of_force(wrench))
+        found[c] = RecordedStrut(A, B, legs.platform_point, reciprocal(softness), leg)
+    return found
+
+
+def struts_among(problem: EquilibriumProblem) -> set[int]:
+    """Legs that are springs between two points, by their numbers.
+
+    They behave so: while the platform is held elsewhere, they carry what such springs do between
+    the points of their first and last free turns, no matter what they are made of. Whether they
+    stay straight is another question, of their buckling.
+    """
+    legs, random = problem.legs, np.random.default_rng(11)
+    single = [own.chains[0] for own in legs.numbers.components if len(own.chains) == 1]
+    points = {c: _turning_points(legs.chains[c]) for c in single}
+    points = {
+        c: own for c, own in points.items() if len(own) >= _TURNS and np.any(own[0] != own[-1])
+    }
+    if not points or problem.size < 6 or problem.at_rest.rigid:
+        return set()
+    nothing, length = np.zeros(problem.size), problem.length
+    turn, shift = _FAR * random.uniform(-1, 1, (2, 3))
+    target = matrix_of_rotation(turn), problem.point + length * shift
+    loading = LoadCase(nothing, nothing, 0.0, 0.0)
+    held = equilibrium_at(problem, loading, 0.0, problem.unloaded, target)
+    found = set()
+    for c, (A, *_, B) in points.items():
+        unit = (B - A) / np.linalg.norm(B - A)
+        k = unit @ problem.at_rest.by_twist[legs.numbers.W[c, :3], :3] @ unit
+        arm = target[0] @ (B - problem.point)
+        d = arm + target[1] - A
+        force = k * (1 - np.linalg.norm(B - A) / np.linalg.norm(d)) * d
+        off = held.state.legs.W[c] - np.concatenate([force, np.cross(arm, force)])
+        if held.converged and np.max(np.abs(off / problem.scale)) <= _SAME * k * length:
+            found.add(legs.chains[c].owner.leg)
+    return found
+
+
+def _turning_points(chain: FiniteChain) -> list[np.ndarray]:
+    """Points (3,) of the joints that turn freely, base first [m]."""
+    joints = [e for e in chain.elements if isinstance(e, FiniteJoint) and e.turns]
+    return [e.point for e in joints if is_zero(e.stiffness)]
 
 
 def _square_of_force(wrench: Sequence[Any]) -> Any:
     square = reduce(add, (f * f for f in wrench[:3]))
     return square.record.simplified(square) if isinstance(square, Entry) else square
-
-
-def _at_end(own: Element, at: np.ndarray, length: float) -> Any:
-    """Compliance of a spring at a point, alike in all directions; None of anything else."""
-    if isinstance(own, FiniteJoint) or any(map(_nothing, own.stiffness)):
-        return None
-    C = _compliance(own)
-    size = C[0, 0]
-    if _nothing(size) or not _zero((own.point - at) * (1 / length)):
-        return None
-    rest = C.copy()
-    for i in range(3):
-        rest[i, i] = rest[i, i] - size
-    return size if _zero(rest.reshape(-1) * (1 / usual_size(size))) else None
-
-
-def _between(own: Element, along: np.ndarray, A: np.ndarray, length: float) -> Any:
-    """Compliance along the line; None where a force along it does more than stretch."""
-    if any(map(_nothing, np.ravel(own.stiffness))):
-        return None
-    if isinstance(own, FiniteJoint):
-        is_slide = not own.turns and _zero(cross(own.axis, along))
-        return reciprocal(own.stiffness) if is_slide else None
-    if not _zero(cross(own.point - A, along) * (1 / length)):
-        return None
-    local = own.rotation.T @ along
-    twist = _compliance(own)[:, :3] @ local
-    size = local @ twist[:3]
-    bends = np.concatenate([(twist[:3] - local * size), twist[3:] * length])
-    return size if _zero(bends * (1 / usual_size(size))) else None
-
-
-def _compliance(own: FiniteSpring) -> np.ndarray:
-    found = np.zeros((6, 6), dtype=int).astype(object)
-    for k, column in zip(own.stiffness, own.modes.T, strict=True):
-        found = found + column[:, None] * column[None, :] * reciprocal(k)
-    return found
-
-
-def _clusters(
-    points: Sequence[np.ndarray], axes: Sequence[np.ndarray], length: float
-) -> tuple[int, np.ndarray, np.ndarray] | None:
-    """How many joints turn about the first point, and the two points; None of other chains."""
-    A, B = points[0], points[-1]
-    on_A = [_zero(cross(p - A, a) * (1 / length)) for p, a in zip(points, axes, strict=True)]
-    on_B = [_zero(cross(p - B, a) * (1 / length)) for p, a in zip(points, axes, strict=True)]
-    for first in range(2, len(points) - 1):
-        if all(on_A[:first]) and all(on_B[first:]):
-            return first, A, B
-    return None
-
-
-def _independent(axes: Sequence[np.ndarray]) -> int:
-    """Rank of some axes at the samples."""
-    count = max((x.sample.size for a in axes for x in a if isinstance(x, Entry)), default=1)
-    values = np.array([[np.broadcast_to(_values(x), count) for x in a] for a in axes])
-    return min(
-        int(np.linalg.matrix_rank(values[:, :, k], tol=1e-6)) for k in range(values.shape[2])
-    )
-
-
-def _zero(values: np.ndarray) -> bool:
-    return all(np.all(np.abs(_values(x)) <= _SAME) for x in values)
-
-
-def _nothing(value: Any) -> bool:
-    return not isinstance(value, Entry) and float(value) == 0.0
-
-
-def _values(value: Any) -> np.ndarray:
-    return value.sample if isinstance(value, Entry) else np.array([float(value)])
 
 
 @dataclass(frozen=True)
@@ -321,24 +267,22 @@ def buckling_of(
         at, lengths = legs.numbers, {}
         step = np.zeros(at.total + len(legs.beams))  # under a force of one newton along the struts
         for c, chain in chains.items():
-            # about which the struts turn
-            free = (e for e in chain.elements if not np.any(e.stiffness))
-            turning = [e.point for e in free if isinstance(e, FiniteJoint) and e.turns]
-            d = turning[-1] - turning[0]
+            A, *_, B = _turning_points(chain)
+            d = B - A
             lengths[c] = float(np.linalg.norm(d))
             shift = np.append(d / lengths[c], np.zeros(3))
             beams = [at.total + i for i, (own, *_) in enumerate(legs.beams) if own == c]
-            rows = np.concatenate([at.x[legs.coordinates[c]], at.W[c], beams]).astype(int)
+            rows = np.concatenate([at.x[at.coordinates[c]], at.W[c], beams]).astype(int)
             by_shift = problem.at_rest.by_twist @ shift
             step[rows] = by_shift[rows] / (by_shift[at.W[c]] @ shift)
         rates: dict[int, list[float]] = {c: [] for c in chains}
         for sign in (1.0, -1.0):
             moved = legs.stepped(legs.unloaded, sign * force * step)
             eq = legs.equations(moved, np.eye(3), problem.point, Share(0.0, 0.0))
-            for block, A in zip(problem.blocks, eq.A, strict=True):
+            for g, block in enumerate(problem.blocks):
                 if chains.keys().isdisjoint(block.chains[:, 0].tolist()):
                     continue
-                margins = margins_of(problem, block, A, moved)
+                margins = margins_of(problem, eq, g)
                 for (c, *_), own in zip(block.chains.tolist(), margins, strict=True):
                     # nothing is lost where the platform holds all, or something spins
                     lost = 1.0 - own.value if own and own.value else 0.0

@@ -93,8 +93,6 @@ class Assembly:
     springs : tuple of PlacedBodySpring
     nodes : dict of str to body
         Bodies that results list by name.
-    joined : list of collections of bodies
-        That are one.
     expected : str
         Names of bodies in words.
     steady : sequence of DeadForce
@@ -114,7 +112,6 @@ class Assembly:
     masses: list[tuple[PlacedMass, NamedBody]] = field(default_factory=list)
     springs: tuple[PlacedBodySpring, ...] = ()
     nodes: dict[str, Body] = field(default_factory=dict)
-    joined: list[Sequence[Body]] = field(default_factory=list)
     expected: str = "platform or leg/part"
     steady: Sequence[DeadForce] = ()
     moment: np.ndarray = field(default_factory=lambda: np.zeros(6))
@@ -315,7 +312,6 @@ def _of_network(network: Network) -> Assembly:
         network.fixed[0],
         network.platform,
         [network.name],
-        joined=[network.fixed],
         nodes={node.name: node.name for node in network.nodes},
     )
     for node in network.nodes:
@@ -339,9 +335,10 @@ def _of_network(network: Network) -> Assembly:
             along = mass.start is not None and bool(parts)
             place = NamedBody(e.b, number, 1) if along else NamedBody(e.b)
             found.masses.append((mass, place))
+    found.members += [Member(network.fixed[0], other, (), 0) for other in network.fixed[1:]]
     own = connected_parts(
         (network.fixed[0], network.platform, *found.points),
-        [network.fixed, *((m.a, m.b) for m in found.members if not m.parts)],
+        [(m.a, m.b) for m in found.members if not m.parts],
     )
     if own[network.platform] == network.fixed[0]:
         raise InputError(

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
-from robostiff.linkage import Linkage
 from robostiff.model import ForceLaw, Mass, PlacedMass, Robot, Snapshot, gravity_vector
-from robostiff.model.cable import CableRobot, Weight
+from robostiff.model.cable import Weight
 from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
@@ -27,6 +26,8 @@ Gravity = ArrayLike | str | None
 Frame = tuple[np.ndarray, np.ndarray]
 FrameOf = Callable[[str], Frame | None]
 _NONE = np.zeros(3)
+# Attributes of machines and of parts that list their parts.
+_PARTS = ("legs", "elements", "beams", "springs", "branches", "nodes", "connections", "parts")
 # Of the stiffness of a drive: how far that of its law without motion may be off.
 _ALIKE = 1e-6
 
@@ -98,8 +99,8 @@ def acting_gravity(
     return pull
 
 
-def has_masses(robot: Robot | Snapshot | Network | Linkage | CableRobot) -> bool:
-    """Whether any part of a robot has a mass.
+def has_masses(machine: Any) -> bool:
+    """Whether a machine, or any part of one, has a mass, or a material with a density.
 
     Examples
     --------
@@ -107,29 +108,15 @@ def has_masses(robot: Robot | Snapshot | Network | Linkage | CableRobot) -> bool
     >>> has_masses(load("hexapod")), has_masses(load("gough-stewart-b"))
     (True, False)
     """
-    if isinstance(robot, CableRobot):
-        return False
-    if isinstance(robot, Linkage):
-        return bool(robot.masses) or any(_carries(c.element) for c in robot.connections)
-    if isinstance(robot, Network):
-        return robot.has_masses
-    if isinstance(robot, Snapshot):
-        return any(True for _ in robot.named_masses)
-    parts = () if robot.platform is None else robot.platform.parts
-    carriers = [*parts, *(leg.chain for leg in robot.legs)]
-    return bool(robot.platform_masses) or any(map(_carries, carriers))
-
-
-def _carries(part: Any) -> bool:
-    """Whether a leg, chain, block or element has a mass, or something in it."""
-    if getattr(part, "masses", ()) or getattr(part, "mass", None) is not None:
+    own = getattr(machine, "masses", ())
+    several = own.values() if isinstance(own, Mapping) else (own,)
+    density = getattr(getattr(machine, "material", None), "density", None)
+    known = (getattr(machine, "mass", None), density)
+    if any(several) or getattr(machine, "platform_masses", ()) or any(x is not None for x in known):
         return True
-    material = getattr(part, "material", None)
-    if material is not None and material.density is not None:
-        return True
-    inner = [*getattr(part, "elements", ()), *getattr(part, "beams", ())]
-    inner += [getattr(branch, "chain", branch) for branch in getattr(part, "branches", ())]
-    return any(map(_carries, inner))
+    inner = [part for name in _PARTS for part in getattr(machine, name, ())]
+    inner += [getattr(machine, name, None) for name in ("chain", "element", "platform")]
+    return any(has_masses(part) for part in inner if part is not None)
 
 
 def given_forces(

@@ -165,8 +165,7 @@ class _Chains:
         base, platform, members = assembly.base, assembly.platform, assembly.members
         bodies = (base, platform, *assembly.points, *(b for m in members for b in (m.a, m.b)))
         rigid = [(m.a, m.b) for m in members if not m.parts]
-        joined = [own for own in (*assembly.joined, *rigid) if len(own) > 1]
-        of_body = connected_parts(bodies, joined) if joined else {b: b for b in bodies}
+        of_body = connected_parts(bodies, rigid) if rigid else {b: b for b in bodies}
         if of_body[platform] == of_body[base]:  # a rigid leg holds the platform
             of_body = {b: b for b in bodies}
         found = _Chains(assembly, of_body, make)

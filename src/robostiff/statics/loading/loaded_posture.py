@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import singledispatch
-from typing import Any
+from functools import cached_property, singledispatch
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -96,7 +96,10 @@ def one_loaded_posture(
 ) -> tuple[LoadedPosture, np.ndarray]:
     """A robot at one posture, and one wrench (r,); not zero where it grows, as an example says."""
     postures = postures_of(robot, pose, near)
-    given = one_wrench(postures, wrench)
+    given = wrenches_of("wrench", wrench, postures.robot.space)
+    require_one_pose("a robot under load", postures.batch)
+    if given.ndim > 1:
+        raise InputError("wrench", got=wrench, expected="one wrench")
     if grows and not np.any(given):
         raise InputError(
             f"wrench on {postures.robot.name!r}",
@@ -105,15 +108,6 @@ def one_loaded_posture(
             hint=f"write {grows}",
         )
     return postures.loaded(0, acting), given
-
-
-def one_wrench(postures: Postures, wrench: ArrayLike | None) -> np.ndarray:
-    """The one wrench (r,) at the one posture of a robot."""
-    given = wrenches_of("wrench", wrench, postures.robot.space)
-    require_one_pose("a robot under load", postures.batch)
-    if given.ndim > 1:
-        raise InputError("wrench", got=wrench, expected="one wrench")
-    return given
 
 
 @dataclass(frozen=True)
@@ -197,25 +191,31 @@ class Postures:
         machine = posed if self.cables is None else self.robot
         return LoadedPosture(posed.name, problem, posed.space, frame, status, machine, carried)
 
+    @cached_property
+    def _without_masses(self) -> Snapshot:
+        """All postures of a robot of legs."""
+        own = cast("Posture", self.posture)
+        return with_body_springs(own) if own.robot.springs else own.snapshot
+
+    @cached_property
+    def _with_masses(self) -> Snapshot:
+        return replace(
+            with_masses(cast("Posture", self.posture)), springs=self._without_masses.springs
+        )
+
     def _posed(self, i: int, masses: bool) -> tuple[Any, tuple[np.ndarray, np.ndarray], Status]:
         """The robot in its posture i, the frame of its platform, and what is to be said of it."""
         own = self.posture
         if self.cables is not None:
             before = self.cables[i] if self.batch else self.cables
-            return (
-                before,
-                (turn_by_vector(before.pose[3:]), before.pose[:3]),
-                before.status & _LASTING,
-            )
+            frame = turn_by_vector(before.pose[3:]), before.pose[:3]
+            return before, frame, before.status & _LASTING
         if own is None:
             point = np.asarray(self.robot.reference_point, dtype=float)
             return self.robot, (np.eye(3), point), Status.OK
         k = i if self.batch else 0
-        placed = with_masses(own) if masses else own.snapshot
-        if own.robot.springs:
-            placed = replace(placed, springs=with_body_springs(own).springs)
-        snapshot = placed.one(k)
-        status = Status.OK
+        placed = self._with_masses if masses else self._without_masses
+        snapshot, status = placed.one(k), Status.OK
         if not own.reached[k]:
             status |= Status.UNREACHABLE
         elif not own.within_limits[k]:
