@@ -18,11 +18,11 @@ from sympy.core.cache import clear_cache
 
 import robostiff as rs
 from robostiff.analytic import AtHome, AtSymbols, Definition, RobotDerivation
+from robostiff.analytic.derivation import InNames
 from robostiff.analytic.exact.definition import count_of, different_entries, operations_of
 from robostiff.analytic.export.robot_outline import is_vectors_alone
 from robostiff.analytic.placement.agreement import closed_places
 from robostiff.analytic.placement.robot_placement import place_robot
-from robostiff.analytic.robot_derivation import InNames
 from robostiff.analytic.vectors.forms import VectorForm
 from robostiff.analytic.vectors.vector_expressions import (
     Coordinates,

@@ -18,8 +18,6 @@ from robostiff.analytic import (
     snapshot_formula,
 )
 from robostiff.analytic.export import (
-    c_function,
-    derivation_data,
     derivation_latex,
     derivation_markdown,
     derivation_text,
@@ -203,12 +201,6 @@ def test_misuse():
         differentiate(in_steps(), sp.Symbol("mu_1"))
     with pytest.raises(InputError, match="values of symbols"):
         differentiate(in_steps(), L).substituted({L: 1, "l": 2})
-
-
-@pytest.mark.parametrize("writer", [c_function, derivation_data])
-def test_languages_without_derivatives_say_so(writer):
-    with pytest.raises(InputError, match="python_function"):
-        writer(differentiate(in_steps(), L))
 
 
 def test_the_chain_rule_is_that_of_sympy():

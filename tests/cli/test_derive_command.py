@@ -235,9 +235,9 @@ def test_json_is_a_short_word_for_the_format():
     program = run(*command, "--json", "-o", "stiffness.c")
     assert program.exit_code == 2
     assert "got 'stiffness.c', expected a name that ends in .json" in program.stderr
-    rate = run(*command, "--json", "--derivative", "k")
-    assert rate.exit_code == 2
-    assert "--derivative: got 'k', expected another format than json" in rate.stderr
+    found = json.loads(run("planar-link", "--json", "--derivative", "L").stdout)
+    assert (found["symbol"], found["derivation"]["name"]) == ("L", "planar-link")
+    assert found["dK"][0][0] == "-168000000/L**2"
 
 
 def test_angles_of_a_pose_are_named():

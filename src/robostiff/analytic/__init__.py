@@ -15,7 +15,7 @@ from robostiff.analytic.calculus import (
     differentiate,
 )
 from robostiff.analytic.chain import Closed, Steps, derive_chain
-from robostiff.analytic.derivation import Derivation, Formula, Stage
+from robostiff.analytic.derivation import Derivation, Formula, LegDerivation, RobotDerivation, Stage
 from robostiff.analytic.exact.closed import canonical, sum_of_legs
 from robostiff.analytic.exact.definition import Condition, Definition
 from robostiff.analytic.exact.field import ExactField
@@ -38,7 +38,6 @@ from robostiff.analytic.questions.motions import (
 )
 from robostiff.analytic.questions.rank import RankFormula, rank_formula
 from robostiff.analytic.reading.combinations import NamedCombinations, name_combinations
-from robostiff.analytic.robot_derivation import LegDerivation, RobotDerivation
 from robostiff.analytic.robot_formula import derive_robot
 from robostiff.analytic.snapshot_formula import SnapshotFormula, snapshot_formula
 

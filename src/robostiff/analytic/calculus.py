@@ -82,7 +82,7 @@ class FormulaDerivative(Formula):
     @cached_property
     def in_names(self) -> FormulaDerivative:
         """The same in the names of a robot's formula, by the chain rule; itself without names."""
-        named = getattr(self.derivation, "named", None)
+        named = self.derivation.named
         return self if named is None else _by_steps(named, self.symbol)
 
     @property
@@ -144,7 +144,7 @@ def differentiate(derivation: Formula, symbol: sp.Symbol | str) -> FormulaDeriva
         )
     if not derivation.is_closed:
         return _by_steps(derivation, symbol)
-    if getattr(derivation, "named", None) is None:
+    if derivation.named is None:
         return FormulaDerivative(
             derivation, symbol, derivative_formula(derivation.matrices[0], symbol)
         )
@@ -350,7 +350,7 @@ def compliance_steps(derivation: Formula) -> ComplianceSteps:
     (K, *_), definitions = derivation.as_printed
     K, definitions = matrix_by_entries(K, definitions)
     n = K.rows
-    rank = getattr(derivation, "general_rank", None)
+    rank = derivation.general_rank
     if (rank is not None and rank < n) or any(not any(K.row(i)) for i in range(n)):
         raise InputError(
             f"compliance of {derivation.name!r}",

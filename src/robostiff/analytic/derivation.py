@@ -1,15 +1,15 @@
-"""What all formulas can do, and the derivation of K_C: first matrix, passive joints, result."""
+"""Formulas: what all of them can do, and those of chains, of robots, of their legs and levels."""
 
 from __future__ import annotations
 
 from abc import ABC
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from typing import Any, Self
 
 import sympy as sp
 
-from robostiff.analytic.exact.definition import Definition, WrittenField, WrittenWhole
+from robostiff.analytic.exact.definition import Definition, Unwritten, WrittenField, WrittenWhole
 from robostiff.analytic.substitution import (
     Substitution,
     at_values,
@@ -39,6 +39,12 @@ class Formula(WrittenWhole, ABC):
     keeps_numbers = False
     #: Whether a negative stiffness says that the legs do not reach.
     is_of_legs = False
+    #: Of a robot: the levels beside the matrix itself, its rank in numbers, and whether named steps
+    #: were asked for.
+    named: Any = None
+    at_vector_level: Any = None
+    general_rank: int | None = None
+    steps_asked: bool = False
     #: Methods that the face of the package gives to all formulas; they are written above this one.
     lambdify: Any
     latex: Any
@@ -279,3 +285,162 @@ class Derivation(Formula):
         # Some of those from which it begins cancel in K.
         found = self.free_symbols.union(*(s.J.free_symbols for s in self.stages))
         return found | self.K0.free_symbols - {d.symbol for d in self.definitions}
+
+
+@dataclass(frozen=True)
+class LegDerivation(WrittenWhole):
+    """Transmitted wrenches and compliances of a leg.
+
+    A closed form writes wrenches, compliances and K in SymPy when they are first looked at.
+
+    Attributes
+    ----------
+    name : str
+    joints : tuple of str
+        Its passive freedoms.
+    redundant : tuple of str
+        Those that add no freedom to the ones before.
+    elastic : tuple of str
+        Its elastic parts and drives.
+    wrenches : tuple of sympy.ImmutableMatrix
+        The wrenches (n x 1) that its passive joints transmit, about the reference point, world
+        axes; conjugate to one another, of any length.
+    compliances : tuple of sympy.Expr
+        Compliance of each wrench: K_leg = sum of w w^T / c.
+    K : sympy.ImmutableMatrix or None
+        Stiffness (n x n) about the reference point, world axes; None in steps.
+    definitions : tuple of Definition
+        Intermediates that the leg is the first to need.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    redundant: tuple[str, ...]
+    elastic: tuple[str, ...]
+    wrenches: WrittenField = WrittenField(())
+    compliances: WrittenField = WrittenField(())
+    K: WrittenField = WrittenField(None)
+    definitions: tuple[Definition, ...] = ()
+
+
+@dataclass(frozen=True)
+class InNames(Formula):
+    """A closed form as a person writes it: with names for lengths, beams and compliances.
+
+    Attributes
+    ----------
+    K : sympy.ImmutableMatrix
+        Sum of w w^T / c in names.
+    legs : tuple of LegDerivation
+        Their wrenches and compliances in names; without K.
+    definitions : tuple of Definition
+        What the names stand for, in the order in which they can be computed.
+    in_lengths : (definitions, K)
+        The same without names of components, so that what is zero in K is seen at once.
+    """
+
+    K: sp.ImmutableMatrix
+    legs: tuple[LegDerivation, ...]
+    definitions: tuple[Definition, ...]
+    in_lengths: tuple[Any, ...] = field(default=(), compare=False, repr=False)
+    _: KW_ONLY
+    name: str = "K_C"
+    conditions: WrittenField = WrittenField(())
+    meanings: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
+    following: tuple[str, ...] = ()
+
+    keeps_numbers = is_of_legs = True
+
+
+@dataclass(frozen=True)
+class RobotDerivation(Derivation):
+    """The stiffness matrix of a robot as a formula, with the derivation of its legs.
+
+    Attributes
+    ----------
+    legs : tuple of LegDerivation
+    where : str
+        The pose, in words.
+    coordinates : tuple of str
+        Names of the symbols of the pose.
+    following : tuple of str
+        Names of the symbols that the legs decide: coordinates of the platform or of joints, which
+        are those at which the legs close, and not free to choose.
+    remark : str
+        Why it is in steps where a closed form was to be expected; empty otherwise.
+    named : InNames or None
+        The same in names, where every leg holds by unit wrenches that share no energy.
+    at_vector_level : VectorForm, InSeries or None
+        The same at vector level, found when it is first looked at; see `vectors`.
+    general_rank : int or None
+        Rank of K in numbers, at the random parameters and poses at which the formula was compared
+        with them; None after `subs`.
+    steps_asked : bool
+        Whether named steps were asked for by `Steps()`; exports write them beside `vectors` then.
+    """
+
+    legs: tuple[LegDerivation, ...] = ()
+    where: str = ""
+    coordinates: tuple[str, ...] = ()
+    following: tuple[str, ...] = ()
+    remark: str = ""
+    named: InNames | None = field(default=None, compare=False)
+    at_vector_level: WrittenField = WrittenField(None)
+    general_rank: int | None = field(default=None, compare=False)
+    steps_asked: bool = field(default=False, compare=False)
+
+    is_of_legs = True
+
+    @property
+    def as_printed(self) -> tuple[tuple[Any, ...], tuple[Definition, ...]]:
+        """K in names, where it has some, and what these stand for."""
+        return super().as_printed if self.named is None else self.named.as_printed
+
+    @property
+    def vectors(self) -> Any:
+        """A `VectorForm`: one generic leg, a table of what differs, the sum; None of other legs.
+
+        Struts, rods on slides and cranks, and two links have one by their wrenches; legs with one
+        chain have one by their springs, in joint coordinates or by the axes of their joints.
+
+        Found when first looked at, and compared with the numerical form.
+        """
+        form = self.at_vector_level
+        return None if form is None or form.is_arm else form
+
+    @property
+    def in_series(self) -> Any:
+        """The compliance of a serial arm, a sum over its springs; None of others.
+
+        Entry by entry, an `InSeries`, or in vectors where these would be long. Found when first
+        looked at, and
+        compared with the numerical form.
+        """
+        form = self.at_vector_level
+        return form if form is not None and form.is_arm else None
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.where, self.coordinates))
+
+    def __repr__(self) -> str:
+        return f"<RobotDerivation of {self.name!r}, {len(self.legs)} legs>"
+
+    def _at_values(self, put_in: Substitution) -> Self:
+        bare = replace(self, named=None, at_vector_level=None, general_rank=None)
+        found = super(RobotDerivation, bare)._at_values(put_in)
+        left = {x.name for x in found.symbols}
+        following = tuple(name for name in self.following if name in left)
+
+        def at_level(form: Any) -> Any:
+            if form is None:
+                return None
+            whole = replace(form, conditions=found.conditions, following=following)
+            return at_values(whole, Substitution(put_in.values), with_numbers=True)
+
+        return replace(
+            found,
+            coordinates=tuple(name for name in self.coordinates if name in left),
+            following=following,
+            named=at_level(self.named),
+            at_vector_level=Unwritten(lambda: at_level(self.at_vector_level)),
+        )

@@ -19,6 +19,7 @@ from robostiff.analytic.budget import (
     within,
 )
 from robostiff.analytic.chain import Closed, Steps
+from robostiff.analytic.derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.analytic.exact.atoms import OutsideFieldError
 from robostiff.analytic.exact.closed import closed_sum
 from robostiff.analytic.exact.definition import Definition, Unwritten, used_definitions
@@ -36,7 +37,6 @@ from robostiff.analytic.placement.robot_pose import (
 )
 from robostiff.analytic.placement.turned_legs import with_mirrored
 from robostiff.analytic.reading.record_reading import ClosedReading, StepReading, written_size
-from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.analytic.series_form import is_arm, series_form
 from robostiff.analytic.springs.sampled_leg import SampledLeg
 from robostiff.analytic.springs.sum_of_springs import SpringLeg, sum_of_springs
@@ -198,35 +198,31 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
         redundant = [sampled[first].redundant for first, _ in ways]
     else:
         redundant = [own.redundant for own in placed.recorded.legs]
-    facts = [
-        _facts_of(placed.place(first).leg, lost) | {"name": leg.name}
-        for leg, lost, (first, _) in zip(placed.entries.legs, redundant, ways, strict=True)
+    each = zip(placed.entries.legs, redundant, ways, strict=True)
+    bare = [
+        replace(_bare_leg(placed.place(first).leg, lost), name=leg.name)
+        for leg, lost, (first, _) in each
     ]
-    ways = [turned.get(i, (i, None)) for i in range(len(facts))]
+    ways = [turned.get(i, (i, None)) for i in range(len(bare))]
     of_legs = [found.leg(first, way) for first, way in ways]
-    named = tuple(_leg_of(own, leg) for own, leg in zip(facts, of_legs, strict=True))
-    of_legs, n = list(map(found.without_names, of_legs)), found.K.rows
-    legs = [
-        _leg_of(own, leg, Unwritten(lambda leg=leg: _stiffness(leg, n)))
-        for own, leg in zip(facts, of_legs, strict=True)
-    ]
-    before = None
-    if found.before is not None:
-        before = InNames(found.before.K, named, found.before.definitions)
-    in_names = InNames(found.K, named, found.definitions, before)
-    parts = placed, found.K, legs, found.definitions, in_names, found.written_out
-    return _derivation(*parts)
+    named = tuple(_with_springs(own, leg) for own, leg in zip(bare, of_legs, strict=True))
+    of_legs = list(map(found.without_names, of_legs))
+    legs = [_with_springs(own, leg, found.K.rows) for own, leg in zip(bare, of_legs, strict=True)]
+    plain = found.before or found
+    in_names = InNames(found.K, named, found.definitions, (plain.definitions, plain.K))
+    return _derivation(placed, found.K, legs, found.definitions, in_names, found.written_out)
 
 
-def _leg_of(facts: dict[str, Any], leg: SpringLeg, K: Unwritten | None = None) -> LegDerivation:
+def _with_springs(bare: LegDerivation, leg: SpringLeg, n: int = 0) -> LegDerivation:
+    """With its wrenches and compliances; with K (n x n) where n is given."""
+
+    def stiffness() -> sp.ImmutableMatrix:
+        products = (w * w.T / c for w, c in zip(leg.wrenches, leg.compliances, strict=True))
+        return sp.ImmutableMatrix(sum(products, sp.zeros(n)))
+
     wrenches, compliances = Unwritten(lambda: leg.wrenches), Unwritten(lambda: leg.compliances)
-    return LegDerivation(**facts, wrenches=wrenches, compliances=compliances, K=K)
-
-
-def _stiffness(leg: SpringLeg, n: int) -> sp.ImmutableMatrix:
-    """K = sum of w w^T / c (n x n)."""
-    products = (w * w.T / c for w, c in zip(leg.wrenches, leg.compliances, strict=True))
-    return sp.ImmutableMatrix(sum(products, sp.zeros(n)))
+    K = Unwritten(stiffness) if n else None
+    return replace(bare, wrenches=wrenches, compliances=compliances, K=K)
 
 
 def _in_steps(
@@ -250,12 +246,11 @@ def _in_steps(
     K = sp.ImmutableMatrix(n, n, lambda i, j: reading(K_entries[min(i, j), max(i, j)]))
     of_legs = [[reading(x) for x in leg] for leg in of_legs]
     legs = []
-    each = _facts_of_robot(placed, recorded)
+    each = _bare_legs(placed, recorded)
     for i, own in enumerate(_shared_out(reading.definitions, of_legs)):
-        leg, facts = recorded.legs[i], each[i]
-        w = tuple(sp.ImmutableMatrix([reading(x) for x in w]) for w in leg.wrenches)
-        c = tuple(reading(mu) for mu in leg.mu)
-        legs.append(LegDerivation(**facts, wrenches=w, compliances=c, definitions=own, K=None))
+        w = tuple(sp.ImmutableMatrix([reading(x) for x in w]) for w in recorded.legs[i].wrenches)
+        c = tuple(reading(mu) for mu in recorded.legs[i].mu)
+        legs.append(replace(each[i], wrenches=w, compliances=c, definitions=own))
     return _derivation(
         placed, K, legs, reading.definitions, remark=remark, level=level, steps_asked=asked
     )
@@ -290,10 +285,10 @@ def _closed(placed: PlacedRobot, limit: int, of_all: float) -> RobotDerivation:
         for leg in recorded.legs
     ]
     found = closed_sum(written, recorded.space.size, limit, of_all)
-    legs = []
-    for i, facts in enumerate(_facts_of_robot(placed, recorded)):
-        w, c = found.wrenches[i], found.compliances[i]
-        legs.append(LegDerivation(**facts, wrenches=w, compliances=c, K=found.legs[i]))
+    each = zip(
+        _bare_legs(placed, recorded), found.wrenches, found.compliances, found.legs, strict=True
+    )
+    legs = [replace(leg, wrenches=w, compliances=c, K=K) for leg, w, c, K in each]
     return _derivation(placed, found.K, legs)
 
 
@@ -400,26 +395,20 @@ def _give_names(leg: RecordedLeg, number: int) -> None:
                 x.named(f"w_{own}_{i}")
 
 
-def _facts_of(placed: PlacedLeg, redundant: Sequence[bool]) -> dict[str, Any]:
-    """Names of a leg, its passive freedoms, which of them are redundant, and its elastic parts."""
-    return _facts(placed.name, passive_freedoms(placed), redundant, elastic_parts(placed))
+def _bare_leg(placed: PlacedLeg, redundant: Sequence[bool]) -> LegDerivation:
+    """A leg by its passive freedoms, those that are redundant, and its elastic parts."""
+    joints = passive_freedoms(placed)
+    lost = tuple(joint for joint, own in zip(joints, redundant, strict=True) if own)
+    return LegDerivation(placed.name, joints, lost, elastic_parts(placed))
 
 
-def _facts_of_robot(placed: PlacedRobot, recorded: RecordedRobot) -> list[dict[str, Any]]:
-    """Facts of each leg; of legs on a flexible platform together with its parts."""
+def _bare_legs(placed: PlacedRobot, recorded: RecordedRobot) -> list[LegDerivation]:
+    """Each leg; of legs on a flexible platform one, together with its parts."""
     legs = [own.leg for own in placed.legs]
     if placed.robot.platform is None:
-        return [_facts_of(leg, own.redundant) for leg, own in zip(legs, recorded.legs, strict=True)]
-    (whole,) = recorded.legs
+        return [_bare_leg(leg, own.redundant) for leg, own in zip(legs, recorded.legs, strict=True)]
     joints = tuple(f"{leg.name}/{joint}" for leg in legs for joint in passive_freedoms(leg))
-    parts = [f"platform/{part.name}" for part in placed.robot.platform.parts]
-    elastic = (f"{leg.name}/{part}" for leg in legs for part in elastic_parts(leg))
-    name = "all legs, on the flexible platform"
-    return [_facts(name, joints, whole.redundant, (*elastic, *parts))]
-
-
-def _facts(
-    name: str, joints: tuple[str, ...], redundant: Sequence[bool], elastic: tuple[str, ...]
-) -> dict[str, Any]:
-    lost = tuple(joint for joint, own in zip(joints, redundant, strict=True) if own)
-    return {"name": name, "joints": joints, "redundant": lost, "elastic": elastic}
+    lost = tuple(x for x, own in zip(joints, recorded.legs[0].redundant, strict=True) if own)
+    elastic = [f"{leg.name}/{part}" for leg in legs for part in elastic_parts(leg)]
+    elastic += [f"platform/{part.name}" for part in placed.robot.platform.parts]
+    return [LegDerivation("all legs, on the flexible platform", joints, lost, tuple(elastic))]

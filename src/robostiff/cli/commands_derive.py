@@ -52,8 +52,7 @@ from robostiff.analytic.placement.robot_pose import (
 )
 from robostiff.cli.arguments import chosen
 from robostiff.cli.command import INTERRUPTED
-from robostiff.cli.files import FORMATS, Derive
-from robostiff.cli.output import new_file
+from robostiff.cli.output import FORMULA_FILES, new_file
 from robostiff.cli.watched import go_on_in_child
 from robostiff.errors import InputError
 from robostiff.io.model_file import ParameterChoice
@@ -115,7 +114,7 @@ def pose_from(text: str, robot: Robot, angles: str | None = None) -> PoseFormula
     return AtCoordinates(values, rotation)
 
 
-def _properties(asked: Derive, derivation: RobotDerivation) -> Page:
+def _properties(asked: Any, derivation: RobotDerivation) -> Page:
     """Rank and free motions, as far as they are asked for."""
     lines = []
     if asked.rank:
@@ -152,10 +151,6 @@ _WRITERS: dict[str, Callable[[Any], str]] = {
     "julia": julia_function,
     "matlab": matlab_function,
 }
-_ENDINGS = (".txt", ".tex", ".pdf", ".md", ".html", ".json", ".py", ".c", ".jl", ".m")
-_SUFFIXES: dict[str, str] = dict(zip(_ENDINGS, FORMATS, strict=True))
-
-
 # What the library advises in Python, as options of this command or another.
 _AS_OPTIONS = {
     "write derive(robot), which": "leave out --leg: the formula of the whole robot",
@@ -168,8 +163,8 @@ _AS_OPTIONS = {
 }
 
 
-def print_formula(asked: Derive) -> int:
-    """Derive the stiffness of a robot and write it, or print its properties."""
+def print_formula(asked: Any) -> int:
+    """Derive the stiffness of a robot and write it, or print its properties: `cli.files.Derive`."""
     language, output = _language(asked)
     form = _form(asked)
     checked_budget(asked.budget)
@@ -230,7 +225,7 @@ def print_formula(asked: Derive) -> int:
     return 0
 
 
-def _check_questions(asked: Derive, language: str) -> None:
+def _check_questions(asked: Any, language: str) -> None:
     """Refuse what does not go together."""
     if asked.asks and (asked.derivative is not None or language != "text"):
         raise InputError(
@@ -244,12 +239,9 @@ def _check_questions(asked: Derive, language: str) -> None:
             got=f"--leg {asked.leg}",
             expected="the whole robot: --rank and --free-motions without --leg",
         )
-    if asked.derivative is not None and language == "json":
-        expected = "another format than json: text, a typeset one, or a program"
-        raise InputError("--derivative", got=asked.derivative, expected=expected)
 
 
-def _derived(asked: Derive, form: Closed | Steps | None) -> RobotDerivation | LegElimination:
+def _derived(asked: Any, form: Closed | Steps | None) -> RobotDerivation | LegElimination:
     """The formula of the robot, or of one of its legs."""
     names = [name.strip() for name in asked.symbols.split(",") if name.strip()]
     shorter = dict(name.split("=", 1) for name in names if "=" in name)
@@ -267,7 +259,7 @@ def _derived(asked: Derive, form: Closed | Steps | None) -> RobotDerivation | Le
     return derive_robot(robot, **options)
 
 
-def _form(asked: Derive) -> Closed | Steps | None:
+def _form(asked: Any) -> Closed | Steps | None:
     if asked.steps and (asked.closed or asked.limit is not None):
         other = "--closed" if asked.closed else "--limit"
         raise InputError(f"--steps and {other}", expected="one of them")
@@ -278,26 +270,26 @@ def _form(asked: Derive) -> Closed | Steps | None:
     return Closed() if asked.closed else None
 
 
-def _language(asked: Derive) -> tuple[str, Path | None]:
+def _language(asked: Any) -> tuple[str, Path | None]:
     """The format, and the file to write; None for standard output."""
     output = None if asked.output in (None, "-") else Path(asked.output)
     name = asked.format
     if asked.answer.as_json:
         if name not in (None, "json"):
             raise InputError("--json and --format", got=name, expected="one of them")
-        if output is not None and _SUFFIXES.get(output.suffix, "json") != "json":
+        if output is not None and FORMULA_FILES.get(output.suffix, "json") != "json":
             expected = "a name that ends in .json"
             raise InputError("--output beside --json", got=asked.output, expected=expected)
         name = "json"
     if name is None:
-        name = "text" if output is None else _SUFFIXES.get(output.suffix)
+        name = "text" if output is None else FORMULA_FILES.get(output.suffix)
     if name is None:
         raise InputError(
             "--output",
             got=asked.output,
-            expected=f"a name that ends in {', '.join(_SUFFIXES)}, or --format beside it",
+            expected=f"a name that ends in {', '.join(FORMULA_FILES)}, or --format beside it",
         )
-    chosen("--format", name, dict.fromkeys(FORMATS))
+    chosen("--format", name, dict.fromkeys(FORMULA_FILES.values()))
     if name == "pdf" and output is None:
         raise InputError("--format", got="pdf", expected="a file", hint="write -o FILE.pdf")
     if output is not None:

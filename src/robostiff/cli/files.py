@@ -24,10 +24,9 @@ from robostiff.cli.options import (
     option,
     output_option,
 )
-from robostiff.cli.output import new_file, output_beside, show, show_files, shown
+from robostiff.cli.output import FORMULA_FILES, new_file, output_beside, show, show_files, shown
 from robostiff.errors import InputError, NoAnswerError, Words, warn_of_slip
 
-FORMATS = ("text", "latex", "pdf", "md", "html", "json", "python", "c", "julia", "matlab")
 _OUTPUT = "The file to write; standard output when left out."
 _YAML = (".yaml", ".yml")
 _KERNELS = {"c": (".c",), "cuda": (".cu",)}
@@ -138,7 +137,8 @@ class Derive(Command, name="derive"):
     format: str | None = option(
         "--format",
         metavar="NAME",
-        help=f"{', '.join(FORMATS)}; that of the file's name, or text, when left out.",
+        help=", ".join(FORMULA_FILES.values())
+        + "; that of the file's name, or text, when left out.",
     )
     output: str | None = output_option(_OUTPUT, None)
     snippet: bool = option(

@@ -20,6 +20,12 @@ if TYPE_CHECKING:
 JSON_VERSION = 1
 """Of what ``--json`` prints: a key that changes its meaning or is gone makes another version."""
 
+#: Formats of formulas, by the endings of their files.
+FORMULA_FILES: dict[str, str] = {
+    **{".txt": "text", ".tex": "latex", ".pdf": "pdf", ".md": "md", ".html": "html"},
+    **{".json": "json", ".py": "python", ".c": "c", ".jl": "julia", ".m": "matlab"},
+}
+
 running: ContextVar[str] = ContextVar("running")
 """The command that is running."""
 

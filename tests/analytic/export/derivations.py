@@ -5,9 +5,8 @@ import random
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.derivation import Derivation, Stage
+from robostiff.analytic.derivation import Derivation, RobotDerivation, Stage
 from robostiff.analytic.exact.definition import Condition, Definition
-from robostiff.analytic.robot_derivation import RobotDerivation
 
 
 def symmetric(n, letter="K"):

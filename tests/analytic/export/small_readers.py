@@ -88,6 +88,7 @@ def matlab(source):
     assert depth == 0, "an end is missing"
     assert first is not None, "no function"
     names = {**_names(), "zeros": np.zeros, "all": np.all, "isfinite": np.isfinite}
+    names["isreal"] = np.isreal
     return _run(out, names, first[0])
 
 
@@ -105,7 +106,7 @@ def julia(source):
     body = re.sub(r"^    \w+ = typeof\([^)]*\)\n", "", body, flags=re.MULTILINE)
     body = re.sub(r"^    \w+ = Float64\n", "", body, flags=re.MULTILINE)
     body = re.sub(r"zeros\(\w+, (\d+), \d+\)", r"zeros((\1, \1))", body)
-    body = re.sub(r"all\(isfinite, (\w+|\([^)]*\))\)", r"all(isfinite(\1))", body)
+    body = re.sub(r"all\(isfinite,\s+(\w+|\([^)]*\))\)", r"all(isfinite(\1))", body)
     body = re.sub(r"^    (\w+) \|\| throw\(", r"    \1 or throw(", body, flags=re.MULTILINE)
     returned = re.search(r"^    return (.*)$", body, flags=re.MULTILINE)
     assert returned is not None, "nothing is returned"

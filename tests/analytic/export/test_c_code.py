@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from robostiff.analytic import differentiate
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.export import c_function
 from robostiff.errors import InputError
@@ -61,6 +62,18 @@ def test_values_without_the_sign_of_their_symbol_or_infinite_are_refused(tmp_pat
         K = (ctypes.c_double * 9)(-7.0)
         assert function(K, (ctypes.c_double * 3)(*values)) == fails
         assert K[0] == (-7.0 if fails else 0.5)
+
+
+@pytest.mark.needs("a C compiler")
+def test_a_derivative_comes_beside(tmp_path):
+    derivation = ALL["gough_stewart_b"]
+    found = differentiate(derivation, "h")
+    values = random_values(derivation, 3)
+    K, dK = ((ctypes.c_double * 36)() for _ in range(2))
+    function = compiled(c_function(found), tmp_path)
+    assert function(K, dK, (ctypes.c_double * len(values))(*values.values())) == 0
+    for own, expected in zip((K, dK), found.substituted(values), strict=True):
+        np.testing.assert_allclose(np.array(own), np.array(expected.tolist(), float).ravel(), 1e-12)
 
 
 def test_comment_says_order_and_convention():

@@ -3,7 +3,7 @@
 import pytest
 import sympy as sp
 
-from robostiff.analytic.export.program import product, scaled
+from robostiff.analytic.export.program import scaled
 
 x, y = sp.symbols("x y", positive=True)
 TEN = sp.Integer(10)
@@ -22,6 +22,7 @@ TEN = sp.Integer(10)
 )
 def test_the_product_is_the_expression(expression):
     values = {x: sp.Rational(7, 5), y: sp.Rational(2, 3)}
-    written = product(*scaled(expression, {}))
-    apart = (written.subs(values) / expression.subs(values)).evalf(60, maxn=2000)
+    power, rest = scaled(expression, {})
+    apart = (TEN**power * rest.subs(values) / expression.subs(values)).evalf(60, maxn=2000)
     assert abs(apart - 1) < sp.Float("1e-30")
+    assert all(abs(n) < TEN**60 for n in rest.atoms(sp.Rational))

@@ -17,56 +17,10 @@ from robostiff.analytic.export.entries import (
     readable_matrix,
     without_lost_digits,
 )
-from robostiff.analytic.vectors.vector_expressions import Equation, Over, Vector
+from robostiff.analytic.vectors.vector_expressions import Equation, Vector
 
 #: A matrix with more operations than this is not written out between other equations.
 LONGEST = 1500
-
-
-@dataclass(frozen=True)
-class Outer:
-    """``w w^T``, or ``W C W^T`` with a matrix in the middle; names, or what else stands there."""
-
-    vector: Any
-    middle: Any = None
-
-
-@dataclass(frozen=True)
-class Inner:
-    """``W^T C W``."""
-
-    matrix: Any
-    vector: Any
-
-
-@dataclass(frozen=True)
-class Inverse:
-    """The inverse of a matrix."""
-
-    matrix: Any
-
-
-@dataclass(frozen=True)
-class Total:
-    """A sum of a term over an index; over all of a kind where the index is empty."""
-
-    index: str
-    term: Any
-
-
-@dataclass(frozen=True)
-class Lever:
-    """``(v x) R``: the vector product of an arm with each column of a matrix."""
-
-    arm: Any
-    matrix: Any
-
-
-@dataclass(frozen=True)
-class Rows:
-    """A matrix by its rows, of which parts may be zero (None)."""
-
-    rows: tuple[tuple[Any, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -164,7 +118,7 @@ def scalar_unless_name(name: str, expression: Any) -> list[Block]:
 
 
 def equation(name: str, expression: Any) -> EquationRows:
-    """``name = expression`` of a vector or a matrix, alone."""
+    """``name = expression`` of a vector or a matrix, alone; see `Notation.fixed`."""
     return EquationRows((Equation(name, expression),))
 
 
@@ -196,12 +150,6 @@ def meanings_of_given(given: Iterable[str], meanings: Mapping[str, str]) -> list
     return [(tuple(names), meaning) for meaning, names in rows.items()]
 
 
-def share(wrench: str, compliance: str) -> Any:
-    """``w w^T / c``."""
-    outer: Any = Outer(Vector(wrench))
-    return Over(outer, sp.Symbol(compliance))
-
-
 #: Axes of a leg, or of an arm, and their origin.
 OWN_AXES = (Vector("R_0"), Vector("v_0"))
 
@@ -217,7 +165,6 @@ def own_axes(found: Any) -> list[Block]:
 
 def transport(after: str, before: str) -> EquationRows:
     """``after = T before T^T``: from own axes to the reference point, eq. (11)-(13)."""
-    axes, arm = OWN_AXES
-    T: Any = Rows(((axes, None), (Lever(arm, axes), axes)))
-    moved: Any = Outer(Vector("T"), Vector(before))
-    return EquationRows((Equation(after, moved), Equation("T", T)))
+    moved: Any = f"T {before} T^T"
+    lever: Any = "[R_0, 0; (v_0 ×) R_0, R_0]"
+    return EquationRows((Equation(after, moved), Equation("T", lever)))

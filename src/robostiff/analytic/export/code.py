@@ -1,9 +1,10 @@
-"""A derivation as a function of a language: SymPy's printer, guards, a template."""
+"""A formula as a function of a language: SymPy's printer, guards, a template."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from abc import abstractmethod
+from collections.abc import Iterator, Mapping
+from string import Template
 from typing import Any, ClassVar
 
 import numpy as np
@@ -14,12 +15,19 @@ from sympy.printing.precedence import PRECEDENCE
 from robostiff.analytic.calculus import FormulaDerivative
 from robostiff.analytic.export.language import wrapped_formula, wrapped_words
 from robostiff.analytic.export.program import LARGE, FormulaProgram, program
-from robostiff.analytic.export.vocabulary import Identifiers, ascii_identifier, function_name
+from robostiff.analytic.export.vocabulary import (
+    Identifiers,
+    ascii_identifier,
+    constant_name,
+    function_name,
+    unknown,
+)
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 
 NO_ANSWER = "the formula does not hold at these values"
 _LARGEST = sp.Integer(10) ** 300
+_LARGEST_EXPONENT = 1000  # numerator and denominator
 _EXACT = 2**53  # integers that are doubles
 _FAILS = (
     "where the formula does not hold: where a denominator vanishes up to rounding, "
@@ -33,41 +41,33 @@ def plain_text(name: str) -> str:
     return " ".join(kept.split()) or "without a plain name"
 
 
-def unquoted(name: str) -> str:
-    """A name inside a string or a comment of Python."""
-    kept = "".join(c for c in name if c.isprintable() and c not in '"\\')
-    return " ".join(kept.split())
+class Code(CodePrinter):
+    """A function in a language: its expressions, and the lines of its template.
 
-
-class Code(CodePrinter, ABC):
-    """A program in a language: its expressions, and the lines of a function.
-
-    `entry`: has the matrix, row i and column j from 0, I and J from 1, and the place n; `declared`:
-    the target of an intermediate; `both`: what holds before, and a test.
+    In a template, ``$name`` at the end of a line may stand for several lines. `entry`: has the
+    matrix, row i and column j from 0, I and J from 1, and the place n; `both`: what holds before,
+    and a test; `steps`: the target of an intermediate; `zeros`: a matrix before its entries.
     """
 
-    name_of_language: ClassVar[str]
+    language: ClassVar[str]
     reserved: ClassVar[frozenset[str]]  # identifiers that must not be defined
     own: ClassVar[tuple[str, ...]] = ()  # further identifiers of the function
     longest: ClassVar[int | None] = None  # letters of an identifier
-    width: ClassVar[int] = 96  # of lines
-    indent: ClassVar[int] = 4  # of the comment
-    size: ClassVar[str] = "abs"
-    zero: ClassVar[str] = "0"
-    pi: ClassVar[str] = "pi"
-    e: ClassVar[str] = "exp(1)"
+    width: ClassVar[int] = 92  # of lines that may still be indented
+    end: ClassVar[str] = ""  # of a statement
+    goes_on: ClassVar[str] = ""  # at the end of a line that the next one continues
+    in_brackets: ClassVar[bool] = False  # whether statements of several lines need brackets
+    size, zero, pi, e = "abs", "0", "pi", "exp(1)"
     entry: ClassVar[str]
-    declared: ClassVar[str] = "{}"
-    both: ClassVar[str] = "{} && {}"
-    functions: ClassVar[dict[str, str]] = {}  # by their names in the vocabulary
-    # a name fit for a comment of the language
-    plain: ClassVar[staticmethod[[str], str]] = staticmethod(plain_text)
+    text: ClassVar[str]  # the template
+    steps, both, zeros = "{}", "{} && {}", "{}"
+    fails, subject, shape = "It fails", "It", "{n} x {n}"
 
     def __init__(self, derivation: Any, name: str) -> None:
         super().__init__({"order": None})
         is_identifier = ascii_identifier(name) == name and len(name) <= (self.longest or len(name))
         if not is_identifier or name in self.reserved:
-            expected = f"an identifier of {self.name_of_language}"
+            expected = f"an identifier of {self.language}"
             raise InputError("name of the function", got=name, expected=expected)
         self.name = name
         self.title: str = getattr(derivation, "name", "")
@@ -76,37 +76,59 @@ class Code(CodePrinter, ABC):
             self.title = f"{whole} with its derivative by {symbol}"
         self.is_stiffness: bool = getattr(derivation, "is_stiffness", True)
         is_program = isinstance(derivation, FormulaProgram)
-        compute = derivation if is_program else program(derivation)
-        self.compute: FormulaProgram = compute
+        self.compute: FormulaProgram = derivation if is_program else program(derivation)
         self.identifiers: Identifiers = Identifiers({*self.reserved, name}, self.longest)
-        take = self.identifiers.take
-        symbols = (*compute.arguments, *(a.symbol for a in compute.assignments))
+        take, given = self.identifiers.take, self.compute.arguments
+        symbols = (*given, *(a.symbol for a in self.compute.assignments))
         self._names = {symbol: take(symbol.name) for symbol in symbols}
-        self.arguments: list[str] = [self._names[symbol] for symbol in compute.arguments]
-        self.results: list[str] = [take(x) for x in ("K", "dK")[: len(compute.results)]]
-        self.n: int = compute.entries.rows
-        self.holds: str = take("holds")
-        self.others: list[str] = [take(x) for x in self.own]
-
-    @abstractmethod
-    def lines(self) -> list[str]:
-        """The function and its comment."""
+        self.arguments: list[str] = [self._names[symbol] for symbol in given]
+        self.results: list[str] = [take(x) for x in ("K", "dK")[: len(self.compute.results)]]
+        self.n: int = self.compute.entries.rows
+        self.fields: dict[str, Any] = {x: take(x) for x in ("holds", *self.own)}
+        self.template: str = self.text
 
     def source(self) -> str:
-        """All lines as one text."""
-        return "\n".join([*(line.rstrip() for line in self.lines()), ""])
+        """All lines of the function as one text."""
+        fields = {
+            **{"name": self.name, "n": self.n, "no_answer": NO_ANSWER},
+            **{"results": ", ".join(self.results), "comment": self.comment()},
+            **self.fields,
+            **self.parts(),
+        }
+        fields["steps"] = [
+            line
+            for a in self.compute.assignments
+            for line in self.assigned(self.steps.format(self._names[a.symbol]), a.expression)
+        ]
+        fields |= {"matrices": [*self._matrices()], "tests": [*self._tests()]}
+        lines: list[str] = []
+        for line in self.template.splitlines():
+            before, _, name = line.rpartition("$")
+            own = fields.get(name)
+            own = [before + x for x in own] if isinstance(own, list) else None
+            lines += [Template(line).substitute(fields)] if own is None else own
+        return "\n".join([*(line.rstrip() for line in lines), ""])
+
+    @abstractmethod
+    def parts(self) -> Mapping[str, str | list[str]]:
+        """What else the template has."""
+
+    # --- expressions ---
 
     def call(self, function: str, arguments: list[str]) -> str:
         """A function of the vocabulary, or sqrt."""
-        return f"{self.functions.get(function, function)}({', '.join(arguments)})"
+        return f"{function}({', '.join(arguments)})"
 
     def power(self, base: Any, exponent: Any, sign: str = "^") -> str:
         """A power with a positive exponent."""
         return sign.join(self.parenthesize(x, PRECEDENCE["Pow"]) for x in (base, exponent))
 
-    def write(self, expression: Any) -> str:
-        """An expression as a statement's right-hand side."""
-        return self._print(expression)
+    def _print(self, expr: Any, **settings: Any) -> str:
+        """Only what is of the vocabulary: what is written may be run."""
+        known = constant_name(expr) or function_name(expr)
+        if known or isinstance(expr, sp.Rational | sp.Float | sp.Symbol | sp.Add | sp.Mul | sp.Pow):
+            return super()._print(expr, **settings)
+        raise unknown(expr)
 
     def _print_Symbol(self, expr: Any) -> str:
         return self._names[expr]
@@ -132,108 +154,97 @@ class Code(CodePrinter, ABC):
         return self.e
 
     def _print_Function(self, expr: Any) -> str:
-        return self.call(function_name(expr) or "", [self._print(x) for x in expr.args])
+        name = function_name(expr)
+        return (
+            self.call(name, list(map(self._print, expr.args))) if name else self.emptyPrinter(expr)
+        )
 
     _print_ExpBase = _print_Abs = _print_Function
 
     def _print_Pow(self, expr: Any, rational: bool = False) -> str:
+        is_ratio = expr.exp.is_Rational and max(abs(expr.exp.p), expr.exp.q) <= _LARGEST_EXPONENT
+        if not is_ratio:
+            raise unknown(expr)
         if expr.exp.is_negative:
             return self._print_Mul(expr)
         if expr.exp == sp.S.Half:
             return self.call("sqrt", [self._print(expr.base)])
         return self.power(expr.base, expr.exp)
 
-    def about(self) -> Iterator[tuple[str, str]]:
-        """Each argument, and what a comment says of it: its name in the formula, its meaning."""
-        for written, symbol in zip(self.arguments, self.compute.arguments, strict=True):
-            own = [] if written == symbol.name else [f"{self.plain(symbol.name)} of the formula"]
-            meaning = self.compute.meanings.get(symbol.name)
-            yield written, ", ".join([*own, self.plain(meaning)] if meaning else own)
+    # --- statements ---
 
-    def comment(
-        self, fails: str, of: Sequence[str] | None = None, subject: str = "It", shape: str = ""
-    ) -> list[str]:
-        """Lines on the matrix, what it relates, its arguments, and where there is no answer.
+    def broken(self, start: str, text: str) -> list[str]:
+        """What goes on without brackets of its own, on as many lines as it needs."""
+        lines = wrapped_formula(text, self.width - len(self.goes_on), start)
+        return [*(line + self.goes_on for line in lines[:-1]), lines[-1]]
 
-        `fails`: what happens there; `of`: lines on the arguments; `subject`: what relates.
-        """
-        n, width = self.n, self.width - self.indent
-        of = [f"{x}: {words}" for x, words in self.about() if words] if of is None else of
-        space = Space.of_size(n)
+    def assigned(self, target: str, expression: Any) -> list[str]:
+        """An assignment of an expression, or of what is written already."""
+        written = expression if isinstance(expression, str) else self._print(expression)
+        start = f"{target} = "
+        if not self.in_brackets or len(start + written) <= self.width:
+            return self.broken(start, written + self.end)
+        return [f"{start}(", *wrapped_formula(written, self.width, "    "), ")"]
+
+    def _matrices(self) -> Iterator[str]:
+        for K, matrix in zip(self.results, self.compute.results, strict=True):
+            yield self.zeros.format(K, n=self.n, nn=self.n**2, **self.fields)
+            for i, j in np.ndindex(self.n, self.n):
+                if matrix[i, j] != 0:
+                    is_copy = j < i and matrix[i, j] == matrix[j, i]
+                    own = self._entry(K, j, i) if is_copy else matrix[i, j]
+                    yield from self.assigned(self._entry(K, i, j), own)
+
+    def _entry(self, K: str, i: int, j: int) -> str:
+        return self.entry.format(K, i=i, j=j, I=i + 1, J=j + 1, n=self.n * i + j)
+
+    def _tests(self) -> Iterator[str]:
+        """Lines that say where the formula holds."""
+        holds: str = self.fields["holds"]
+        tests = [f"{size} > {least}" for size, least in self.guarded()]
+        tests += [f"{self._print(x)} {sign} {self.zero}" for _, x, sign in self.compute.conditions]
+        for test in tests:
+            yield from self.assigned(holds, self.both.format(holds, test))
+
+    def guarded(self) -> Iterator[tuple[str, str]]:
+        """Sizes of sums that must not cancel, and the least that they may be."""
+        for guard in self.compute.guards:
+            whole, *terms = (f"{self.size}({self._print(x)})" for x in (guard.value, *guard.terms))
+            yield whole, f"{guard.part}*({' + '.join(terms)})"
+
+    # --- words ---
+
+    def comment(self) -> list[str]:
+        """Lines on the matrix, what it relates, its arguments, and where there is no answer."""
+        space = Space.of_size(self.n)
         both = (
             f"the twist ({', '.join(space.twist_order)}) of the reference point",
             f"the wrench ({', '.join(space.wrench_order)}) about the reference point",
         )
         given, found = both if self.is_stiffness else both[::-1]
-        matrix, law = (
-            ("Stiffness matrix", "F = K t") if self.is_stiffness else ("Cartesian", "t = K F")
-        )
-        title = f"{matrix} {self.plain(self.title)} about the reference point, "
+        matrix, law = "Stiffness matrix", "F = K t"
+        if not self.is_stiffness:
+            matrix, law = "Cartesian", "t = K F"
+        shape, subject = (x.format(n=self.n, **self.fields) for x in (self.shape, self.subject))
+        beside = dict.fromkeys(f"; unless {words}" for words, *_ in self.compute.conditions)
+        start = f"{matrix} {plain_text(self.title)} about the reference point, {shape}."
         convention = (
-            f"relates {given} to {found}, {law}: translation before rotation, force before moment, "
-            "SI units."
+            f"{subject} relates {given} to {found}, {law}: translation before rotation, force "
+            "before moment, SI units."
         )
-        return [
-            *(*wrapped_words(f"{title}{shape or f'{n} x {n}'}.", width), ""),
-            *(*wrapped_words(f"{subject} {convention}", width), ""),
-            *(*of, *[""][: len(of)]),
-            *wrapped_words(f"{fails} {self.failure()}.", width),
-        ]
+        fails = f"{self.fails} {plain_text(_FAILS + ''.join(beside))}."
+        start, convention, fails = (
+            wrapped_words(x, self.width - 4) for x in (start, convention, fails)
+        )
+        values = self.values()
+        return [*start, "", *convention, "", *values, *[""] * bool(values), *fails]
 
-    def failure(self) -> str:
-        """Where there is no answer, in words."""
-        beside = dict.fromkeys(unquoted(own) for own, *_ in self.compute.conditions)
-        return self.plain(_FAILS + "".join(f"; unless {own}" for own in beside))
-
-    def tests(self) -> list[str]:
-        """Lines that say where the formula holds."""
-        tests = [f"{size} > {least}" for size, least in self._guarded()]
-        tests += [f"{self.write(x)} {sign} {self.zero}" for _, x, sign in self.compute.conditions]
-        each = (self.assigned(self.holds, self.both.format(self.holds, test)) for test in tests)
-        return [line for own in each for line in own]
-
-    def broken(self, text: str, start: str, rest: str = "    ") -> list[str]:
-        """What may take more lines than one."""
-        return wrapped_formula(text, self.width, start, rest)
-
-    def margins(self) -> list[str]:
-        """What is positive where the formula holds, or not negative, in the order of its tests."""
-        margins = [f"{size} - {least}" for size, least in self._guarded()]
-        return [*margins, *(self.write(x) for _, x, _ in self.compute.conditions)]
-
-    def _guarded(self) -> Iterator[tuple[str, str]]:
-        """Sizes of sums that must not cancel, and the least that they may be."""
-        for guard in self.compute.guards:
-            whole, *terms = (f"{self.size}({self.write(x)})" for x in (guard.value, *guard.terms))
-            yield whole, f"{guard.part}*({' + '.join(terms)})"
-
-    def intermediates(self) -> list[str]:
-        """Lines that compute what the matrices need."""
-        each = ((self._names[a.symbol], a.expression) for a in self.compute.assignments)
-        lines = (self.assigned(self.declared.format(x), self.write(e)) for x, e in each)
-        return [line for own in lines for line in own]
-
-    def matrices(self, zeros: str) -> list[str]:
-        """Lines that compute the matrices; `zeros`: the line that makes one, of its name."""
-        lines: list[str] = []
-        for K, matrix in zip(self.results, self.compute.results, strict=True):
-            rows = matrix.tolist()
-            lines.append(zeros.format(K))
-            for i, j in np.ndindex(self.n, self.n):
-                if rows[i][j] != 0:
-                    is_copy = j < i and rows[i][j] == rows[j][i]
-                    written = self.place(K, j, i) if is_copy else self.write(rows[i][j])
-                    lines += self.assigned(self.place(K, i, j), written)
-        return lines
-
-    def place(self, K: str, i: int, j: int) -> str:
-        """The entry of a matrix in row i and column j, from 0."""
-        return self.entry.format(K, i=i, j=j, I=i + 1, J=j + 1, n=self.n * i + j)
-
-    def assigned(self, target: str, expression: str) -> list[str]:
-        """An assignment, in brackets where it takes more than a line: of Python and of Julia."""
-        line = f"    {target} = {expression}"
-        if len(line) <= self.width:
-            return [line]
-        inside = wrapped_formula(expression, self.width, " " * 8, " " * 8)
-        return [f"    {target} = (", *inside, "    )"]
+    def values(self) -> list[str]:
+        """Lines on the arguments: what they are in the formula, where there is something to say."""
+        lines = []
+        for written, symbol in zip(self.arguments, self.compute.arguments, strict=True):
+            own = [] if written == symbol.name else [f"{plain_text(symbol.name)} of the formula"]
+            meaning = self.compute.meanings.get(symbol.name)
+            own += [plain_text(meaning)] if meaning else []
+            lines += [f"  {written}: {', '.join(own)}"] if own else []
+        return ["Values:", *lines] if lines else []

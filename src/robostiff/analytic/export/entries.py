@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -18,12 +18,10 @@ from robostiff.analytic.exact.field import ExactField
 from robostiff.errors import InputError
 
 
-@dataclass(frozen=True)
-class PrintedProduct:
-    """A product or quotient, its factors in the order of printing."""
+class PrintedProduct(NamedTuple):
+    """A product or quotient, its factors without signs in the order of printing; empty for 1."""
 
     negative: bool
-    # factors without a sign; empty stands for 1
     above: tuple[sp.Expr, ...]
     below: tuple[sp.Expr, ...]
 
@@ -38,27 +36,20 @@ def printed_product(expression: sp.Expr) -> PrintedProduct:
     PrintedProduct(negative=True, above=(2, x), below=(3, y**2))
     """
     negative = False
-    above: list[sp.Expr] = []
-    below: list[sp.Expr] = []
-    numbers: tuple[list[sp.Expr], list[sp.Expr]] = ([], [])
-    for factor in expression.as_ordered_factors():
-        if isinstance(factor, sp.Rational):
-            negative ^= bool(factor < 0)
-            numbers[0].append(sp.Integer(abs(int(factor.p))))
-            numbers[1].append(sp.Integer(int(factor.q)))
-        elif isinstance(factor, sp.Float):
-            negative ^= bool(factor < 0)
-            numbers[0].append(abs(factor))
-        elif isinstance(factor, sp.Pow) and factor.exp.is_Rational and factor.exp.is_negative:
-            power = factor.base if factor.exp == -1 else sp.Pow(factor.base, -factor.exp)
-            below.append(power)
+    numbers: tuple[list[Any], list[Any]] = ([], [])
+    factors: tuple[list[Any], list[Any]] = ([], [])
+    for x in expression.as_ordered_factors():
+        if isinstance(x, sp.Rational | sp.Float):
+            negative ^= bool(x < 0)
+            parts = (abs(x), sp.S.One) if isinstance(x, sp.Float) else abs(x).as_numer_denom()
+            for place, part in enumerate(parts):
+                numbers[place].extend([part] * (part != 1))
+        elif isinstance(x, sp.Pow) and x.exp.is_Rational and x.exp.is_negative:
+            factors[1].append(x.base if x.exp == -1 else sp.Pow(x.base, -x.exp))
         else:
-            above.append(factor)
-    return PrintedProduct(
-        negative,
-        (*(n for n in numbers[0] if n != 1), *above),
-        (*(n for n in numbers[1] if n != 1), *below),
-    )
+            factors[0].append(x)
+    above, below = ((*a, *b) for a, b in zip(numbers, factors, strict=True))
+    return PrintedProduct(negative, above, below)
 
 
 def number_in_front(product: Any) -> tuple[sp.Expr, Any]:
@@ -109,17 +100,24 @@ def joined_terms(terms: Iterable[str], minus: str = " - ", plus: str = " + ") ->
     return first + "".join(f"{minus}{t[1:]}" if t.startswith("-") else f"{plus}{t}" for t in others)
 
 
-_GREEK_NAMES = (
+_SMALL = (
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi omicron pi rho sigma "
     "tau upsilon phi chi psi omega"
 )
-#: Greek letters by their English names.
-GREEK: dict[str, str] = dict(zip(_GREEK_NAMES.split(), "αβγδεζηθικλμνξοπρστυφχψω", strict=True))
-_NAMES_OF_GREEK = {letter: name for name, letter in GREEK.items()}
-_GREEK_CAPITALS = {
-    name.capitalize(): name.capitalize()
-    for name in ("gamma", "delta", "theta", "lambda", "xi", "pi", "sigma", "phi", "psi", "omega")
+_CAPITALS = "Gamma Delta Theta Lambda Xi Pi Sigma Phi Psi Omega"
+_SMALL_LETTERS = dict(zip(_SMALL.split(), "αβγδεζηθικλμνξοπρστυφχψω", strict=True))
+_NAMES_OF_GREEK = {"ς": "sigma", **{letter: name for name, letter in _SMALL_LETTERS.items()}}
+#: Greek letters by their English names; no capitals that are Latin letters as well.
+GREEK: dict[str, str] = {
+    **_SMALL_LETTERS,
+    **{name: _SMALL_LETTERS[name.lower()].upper() for name in _CAPITALS.split()},
 }
+
+
+def spelled(word: str) -> str:
+    """A Greek letter by its English name; other words unchanged."""
+    name = _NAMES_OF_GREEK.get(word.lower())
+    return word if name is None else name if word.islower() else name.capitalize()
 
 
 @dataclass(frozen=True)
@@ -147,7 +145,7 @@ def name_parts(name: str) -> NameParts:
         stripped, subscripts = matched[1], [matched[2], *subscripts]
     # Of a coordinate of leg i, or of its rod j.
     subscripts = [part for s in subscripts for part in (s if _COORDINATE.fullmatch(s) else (s,))]
-    return NameParts(_spelled(stripped or head), tuple(map(_spelled, subscripts)), primes)
+    return NameParts(spelled(stripped or head), tuple(map(spelled, subscripts)), primes)
 
 
 def differential_parts(name: str) -> tuple[str, str] | None:
@@ -156,27 +154,10 @@ def differential_parts(name: str) -> tuple[str, str] | None:
     return (matched[1], matched[2]) if matched else None
 
 
-def is_greek(word: str) -> bool:
-    """Whether a word is the English name of a Greek letter."""
-    return word in GREEK or word in _GREEK_CAPITALS
-
-
 def is_word(name: str) -> bool:
     """Whether a name begins with a word, which is set apart from what stands beside it."""
     letter = name_parts(name).letter
-    return len(letter) > 1 and not is_greek(letter)
-
-
-def _spelled(word: str) -> str:
-    """A Greek character by its English name; other characters unchanged."""
-    if len(word) != 1:
-        return word
-    if word in _NAMES_OF_GREEK:
-        return _NAMES_OF_GREEK[word]
-    lower = word.lower()
-    if lower in _NAMES_OF_GREEK and _NAMES_OF_GREEK[lower].capitalize() in _GREEK_CAPITALS:
-        return _NAMES_OF_GREEK[lower].capitalize()
-    return word
+    return len(letter) > 1 and letter not in GREEK
 
 
 def symbols_of(expressions: Iterable[Any]) -> set[Any]:

@@ -19,13 +19,10 @@ from robostiff.analytic.export.blocks import (
     FormulaTable,
     MatrixEquation,
     Nomenclature,
-    Outer,
-    Rows,
     Sentences,
     Title,
-    Total,
 )
-from robostiff.analytic.export.entries import is_greek, ordered_terms, printed_product
+from robostiff.analytic.export.entries import GREEK, ordered_terms, printed_product
 from robostiff.analytic.export.notation import Notation
 from robostiff.analytic.vectors.vector_expressions import Equation, Vector
 from robostiff.errors import printable
@@ -47,7 +44,7 @@ class _Widths(Notation):
     constants: ClassVar[dict[str, str]] = {"pi": _LETTER, "e": _LETTER}
 
     def word(self, word: str) -> str:
-        return _LETTER * (1 if is_greek(word) else len(word))
+        return _LETTER * (1 if word in GREEK else len(word))
 
     def bold(self, letter: str) -> str:
         return self.word(letter)
@@ -95,10 +92,7 @@ def name_width(name: str) -> float:
     return len(_WIDTHS.name(name)) / len(_LETTER)
 
 
-@dataclass(frozen=True)
-class _Piece:
-    text: str
-    width: float
+_Piece = tuple[str, float]  # what is not broken, and its width
 
 
 def broken_lines(expression: sp.Expr, language: Any, room: float) -> list[str]:
@@ -116,60 +110,52 @@ def broken_lines(expression: sp.Expr, language: Any, room: float) -> list[str]:
     """
     if math_width(expression) <= room:
         return [language.write(expression)]
-    lines: list[str] = []
-    line, filled = "", 0.0
-    for piece in _pieces(expression, language, room):
-        if line and filled + piece.width > room:
-            lines.append(line)
-            line, filled = "", 0.0
-        line = f"{line} {piece.text}" if line else piece.text
-        filled += piece.width
-    return [*lines, line]
+    lines, filled = [""], 0.0
+    for text, width in _pieces(expression, language, room):
+        if lines[-1] and filled + width > room:
+            lines.append("")
+            filled = 0.0
+        lines[-1] = f"{lines[-1]} {text}".lstrip()
+        filled += width
+    return lines
 
 
 def _pieces(expression: Any, language: Any, room: float) -> list[_Piece]:
     """The pieces of an expression that are not broken, in order."""
     width = math_width(expression)
-    whole = [_Piece(language.write(expression), width)]
     # A sum that fits is still broken if otherwise half of the line before it stayed empty.
     if expression.is_Add and width > room / 4:
-        pieces: list[_Piece] = []
-        for number, term in enumerate(ordered_terms(expression)):
-            first, *rest = _pieces(term, language, room)
-            if number > 0:
-                sign, bare = ("-", first.text[1:]) if first.text[0] == "-" else ("+", first.text)
-                first = _Piece(f"{sign} {bare.lstrip()}", first.width + 2)
-            pieces += [first, *rest]
+        pieces = _pieces((terms := ordered_terms(expression))[0], language, room)
+        for term in terms[1:]:
+            (text, own), *rest = _pieces(term, language, room)
+            sign, bare = ("-", text[1:]) if text[0] == "-" else ("+", text)
+            pieces += [(f"{sign} {bare.lstrip()}", own + 2), *rest]
         return pieces
-    if not (expression.is_Mul or expression.is_Pow) or width <= room:
-        return whole
     product = printed_product(expression)
-    alone = product.above[0] if len(product.above) == 1 else None
-    if not product.below and not product.negative and alone and not _is_power_of_a_sum(alone):
-        return whole
-    first, *rest = _factor_pieces(product.above, language, room)
-    pieces = [_Piece(f"-{first.text}", first.width + 1) if product.negative else first, *rest]
+    is_alone = len(product.above) == 1 and not _is_power_of_a_sum(product.above[0])
+    if width <= room or (is_alone and not product.below and not product.negative):
+        return [(language.write(expression), width)]
+    (text, own), *rest = _factors(product.above, language, room)
+    pieces = [(f"-{text}", own + 1) if product.negative else (text, own), *rest]
     if product.below:
-        below = _factor_pieces(product.below, language, room)
-        if len(product.below) > 1:
-            below = _bracketed(below, language)
-        first, *rest = below
-        pieces += [_Piece(f"{language.slash} {first.text}", first.width + 1), *rest]
+        below = _factors(product.below, language, room)
+        (text, own), *rest = _bracketed(below, language) if len(product.below) > 1 else below
+        pieces += [(f"{language.slash} {text}", own + 1), *rest]
     return pieces
 
 
-def _factor_pieces(factors: tuple[Any, ...], language: Any, room: float) -> list[_Piece]:
+def _factors(factors: tuple[Any, ...], language: Any, room: float) -> list[_Piece]:
     pieces: list[_Piece] = []
-    for factor in factors:
-        if isinstance(factor, sp.Add):
-            pieces += _bracketed(_pieces(factor, language, room), language)
-        elif _is_power_of_a_sum(factor) and math_width(factor) > room:
-            pieces += _bracketed(_pieces(factor.base, language, room), language)
-            power = language.power.replace("{}", language.write(factor.exp))
-            pieces[-1] = _Piece(f"{pieces[-1].text}{power}", pieces[-1].width + 1)
+    for x in factors:
+        if x.is_Add:
+            pieces += _bracketed(_pieces(x, language, room), language)
+        elif _is_power_of_a_sum(x) and math_width(x) > room:
+            *first, (text, own) = _bracketed(_pieces(x.base, language, room), language)
+            power = language.power.replace("{}", language.write(x.exp))
+            pieces += [*first, (f"{text}{power}", own + 1)]
         else:
-            pieces += _pieces(factor, language, room)
-    return pieces or [_Piece("1", 1.0)]
+            pieces += _pieces(x, language, room)
+    return pieces or [("1", 1.0)]
 
 
 def _is_power_of_a_sum(factor: Any) -> bool:
@@ -177,10 +163,9 @@ def _is_power_of_a_sum(factor: Any) -> bool:
 
 
 def _bracketed(pieces: list[_Piece], language: Any) -> list[_Piece]:
-    pieces = list(pieces)
-    pieces[0] = _Piece(f"{language.opening} {pieces[0].text}", pieces[0].width + 1)
-    pieces[-1] = _Piece(f"{pieces[-1].text} {language.closing}", pieces[-1].width + 1)
-    return pieces
+    (text, own), *rest = pieces
+    *first, (last, width) = [(f"{language.opening} {text}", own + 1), *rest]
+    return [*first, (f"{last} {language.closing}", width + 1)]
 
 
 def room_beside(block: MatrixEquation, room: float) -> float:
@@ -409,7 +394,7 @@ class Language(Notation):
         name = self.name(equation.name, bold=equation.is_vector)
         expression: Any = equation.expression
         if not isinstance(expression, sp.Expr):
-            is_high = isinstance(expression, Rows | Outer | Total)
+            is_high = isinstance(expression, str) and re.match(r"sum|\[", expression)
             width = math.inf if is_high else 6 + math_width(expression)
             return Row(name, (self.written(expression),), width)
         around = name_width(equation.name) + 4

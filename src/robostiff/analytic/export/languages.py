@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 from sympy.printing.str import StrPrinter
 
 from robostiff.analytic.export.blocks import Block, MatrixEquation
-from robostiff.analytic.export.entries import GREEK, decimal, is_greek, ordered_terms
+from robostiff.analytic.export.entries import GREEK, decimal, ordered_terms
 from robostiff.analytic.export.language import Language, Row, fitted, wrapped_formula, wrapped_words
 from robostiff.markup import element, escaped, typst_text
 
@@ -146,7 +146,7 @@ class _Latex(Language):
     def word(self, word: str) -> str:
         if word == "omicron":
             return "o"
-        if is_greek(word):
+        if word in GREEK:
             return f"\\{word}"
         if word.isascii() and ((len(word) == 1 and word.isalpha()) or word.isdigit()):
             return word
@@ -236,7 +236,7 @@ class _Typst(Language):
         return f"#columns(2)[\n{found}\n]" if self.room == ROOM_ON_ITS_SIDE else found
 
     def word(self, word: str) -> str:
-        is_bare = is_greek(word) or word.isdigit() or (len(word) == 1 and word.isalpha())
+        is_bare = word in GREEK or word.isdigit() or (len(word) == 1 and word.isalpha())
         return word if is_bare else self.quoted(word)
 
     def quoted(self, name: str) -> str:
@@ -345,9 +345,8 @@ class _Html(Language):
     total, total_over = "<mo>∑</mo>", "<munder><mo>∑</mo><mi>{}</mi></munder>"
 
     def word(self, word: str) -> str:
-        if is_greek(word):
-            letter = GREEK[word.lower()]
-            return f"<mi>{letter if word in GREEK else letter.upper()}</mi>"
+        if word in GREEK:
+            return f"<mi>{GREEK[word]}</mi>"
         if word.isdigit():
             return f"<mn>{word}</mn>"
         return f"<mi>{escape(word)}</mi>" if len(word) == 1 else f"<mtext>{escape(word)}</mtext>"

@@ -9,7 +9,7 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.derivation import Formula
-from robostiff.analytic.exact.definition import Condition
+from robostiff.analytic.exact.definition import Condition, Definition
 from robostiff.analytic.export.blocks import (
     OWN_AXES,
     Block,
@@ -23,8 +23,7 @@ from robostiff.analytic.export.blocks import (
     scalar,
 )
 from robostiff.analytic.export.entries import EntryNames, differential_parts
-from robostiff.analytic.robot_derivation import RobotDerivation
-from robostiff.analytic.vectors.forms import FormulaInVectors, VectorForm
+from robostiff.analytic.vectors.forms import VectorForm
 from robostiff.analytic.vectors.vector_expressions import (
     Coordinates,
     Cross,
@@ -143,10 +142,11 @@ _OF_LINKS = {
     "f_i": "cosine of the angle between the links",
     "h_i": "its sine",
 }
-#: Of a generic leg by its springs, beside the names that have a number.
-_OF_SERIES = {
-    "R": "rotation of the platform",
-    "Q": "rotation of the platform",
+#: Of legs and arms by their springs, in order; {i} is the index of a generic leg, {of} what it is.
+_OF_WALK = {
+    "C{i}": "compliance about the reference point, world axes",
+    "p": "reference point",
+    "[RQ]": "rotation of the platform",
     "a_i": "base of leg i",
     "e_i": "axis of its first joint",
     "j_i": "axis of its last joint, in the platform's axes",
@@ -155,13 +155,28 @@ _OF_SERIES = {
     "b_i": "from the reference point to the end of leg i, in the platform's axes",
     "p_i": "reference point, by leg i",
     "R_i": "rotation of the platform, by leg i",
+    "(alpha|beta|gamma)_i": "turns of the base of leg i about x, y and z",
+    "(lambda|mu|nu)_i": "turns of the platform behind the end of leg i",
+    "phi_i": "angle of the base of leg i",
+    "psi_i": "angle of its end on the platform",
+    r"(theta|s)_i_\d+": "joint coordinates of leg i",
+    "K_i": "stiffness of leg i",
+    "W_i": "wrenches that do no work on its passive joints, side by side",
+    "J_i": "twists of its passive joints, side by side",
+    "R{i}_.*": "rotations of the parts of the {of}, one after the other",
+    "p{i}_.*": "points between these parts",
+    "Q{i}_.*": "axes of a beam",
+    "m{i}_.*": "from the reference point to the middle of a beam",
+    "t{i}_.*": "twist of the unit motion of a drive",
+    "j{i}_.*": "twist of the unit motion of a passive joint",
+    "c": "compliance of a drive",
+    "D": "compliance of a beam about its middle, in its own axes",
+    "T": OF_T,
+    "L'?|EA'?|EI_[yz]'?|GJ'?": (
+        "its length, and stiffness against traction, bending about y and z, and torsion"
+    ),
 }
-_OF_TURNS = {
-    ("alpha_i", "beta_i", "gamma_i"): "turns of the base of leg i about x, y and z",
-    ("lambda_i", "mu_i", "nu_i"): "turns of the platform behind the end of leg i",
-    ("phi_i",): "angle of the base of leg i",
-    ("psi_i",): "angle of its end on the platform",
-}
+_SCALARS = re.compile(r"[a-z]{2,}_i.*|[cs]|s_i_.*|L'?|EA'?|EI_[yz]'?|GJ'?")
 
 
 def nomenclature_of(
@@ -179,37 +194,25 @@ def nomenclature_of(
     return Nomenclature((result, *rows, *meanings_of_given(given, formula.meanings)))
 
 
-def meanings_of_robot(
-    derivation: RobotDerivation, names: EntryNames, *, alone: bool, in_names: bool
+def meanings_of_legs(
+    formula: Formula, form: Any, names: EntryNames, steps: Sequence[Definition] = ()
 ) -> list[Meaning]:
-    """Of wrenches and compliances, and of vectors.
+    """Of wrenches or of compliances, of names among steps, and of vectors.
 
-    `alone`: whether one leg, the table and the sum are all; `in_names`: whether there are none.
+    `form`: the vector level of the formula, or what of it is printed; None where there is none.
     """
-    form, steps = derivation.at_vector_level, () if alone else derivation.definitions
     defined = {d.symbol.name.partition("_")[0] for d in steps}
     own: list[Meaning] = [((x,), words) for x, words in _OF_NAMES.items() if x in defined]
-    if form is None or in_names:
-        return [*_meanings_of_wrenches(derivation, names), *own]
-    return meanings_in_vectors(form, names, own)
-
-
-def _meanings_of_wrenches(formula: Formula, names: EntryNames) -> list[Meaning]:
-    wrench = ", ".join(Space.of_size(formula.matrices[0].rows).wrench_order)
-    return [
-        ((Vector(names.generic("w")),), f"wrench ({wrench}) that a leg transmits"),
-        ((names.generic("c"),), "compliance of the leg under this wrench"),
-    ]
-
-
-def meanings_in_vectors(
-    form: FormulaInVectors, names: EntryNames, own: Sequence[Meaning] = ()
-) -> list[Meaning]:
-    """Of wrenches or of compliances, some of its `own`, and of vectors."""
     if isinstance(form, VectorForm) and not form.wrenches:
         return [*_meanings_of_springs(form, names), *own]
-    if isinstance(form, VectorForm):
-        return [*_meanings_of_wrenches(form, names), *own, *_meanings_of_vectors(form)]
+    if form is None or isinstance(form, VectorForm):
+        wrench = ", ".join(Space.of_size(formula.matrices[0].rows).wrench_order)
+        return [
+            ((Vector(names.generic("w")),), f"wrench ({wrench}) that a leg transmits"),
+            ((names.generic("c"),), "compliance of the leg under this wrench"),
+            *own,
+            *(() if form is None else _meanings_of_vectors(form)),
+        ]
     return [
         ((Vector("C"),), "compliance in axes of the arm"),
         ((Vector("K_0"),), "stiffness there"),
@@ -261,47 +264,21 @@ def _of_angles(
 def _meanings_of_springs(found: VectorForm, given: EntryNames) -> list[Meaning]:
     """Of the names of rotations, points, twists and beams of an arm, or of a generic leg."""
     of, index = ("arm", "") if found.is_arm else ("leg", "_i")
-    kinds = {
-        "R": f"rotations of the parts of the {of}, one after the other",
-        "p": "points between these parts",
-        "Q": "axes of a beam",
-        "m": "from the reference point to the middle of a beam",
-        "t": "twist of the unit motion of a drive",
-        "j": "twist of the unit motion of a passive joint",
-    }
     forms = (found, *found.others)
-    names = [*dict.fromkeys(e.name for form in forms for e in (*form.pose, *form.leg))]
-    columns = dict.fromkeys(name for form in forms for name in form.columns)
-    listed = {*names, *columns}
-    rows: list[Meaning] = [
-        ((Vector(f"C{index}"),), "compliance about the reference point, world axes")
-    ]
-    rows += [((Vector("p"),), "reference point")] if "p" in listed else []
-    if index:
-        of_joints = [x for x in columns if x.startswith(("theta_i_", "s_i_"))]
-        rows += [((Vector(x),), words) for x, words in _OF_SERIES.items() if x in listed]
-        for own, words in {**_OF_TURNS, tuple(of_joints): "joint coordinates of leg i"}.items():
-            shown = tuple(x for x in own if x in listed)
-            rows += [(shown, words)] if shown else []
-        rows += [
-            ((Vector("K_i"),), "stiffness of leg i"),
-            ((Vector("W_i"),), "wrenches that do no work on its passive joints, side by side"),
-            ((Vector("J_i"),), "twists of its passive joints, side by side"),
-        ]
-    for letter, meaning in kinds.items():
-        own = [Vector(x) for x in names if x.startswith(f"{letter}{index}_")]
-        shown = own if len(own) < 3 else [own[0], "...", own[-1]]
-        rows += [(tuple(shown), meaning)] if own else []
-    rows += [(("c",), "compliance of a drive")] if found.drives else []
-    if found.beams:
-        rows += [
-            ((Vector("D"),), "compliance of a beam about its middle, in its own axes"),
-            ((Vector("T"),), OF_T),
-            (
-                tuple(x + "'" * (x in given.given) for x in ("L", "EA", "EI_y", "EI_z", "GJ")),
-                "its length, and stiffness against traction, bending about y and z, and torsion",
-            ),
-        ]
+    names = [f"C{index}", *(e.name for form in forms for e in (*form.pose, *form.leg))]
+    names += [x for form in forms for x in form.columns]
+    names += [] if found.is_arm else ["K_i", "W_i", "J_i"]
+    names += ["c"] * bool(found.drives)
+    beam = ("D", "T", *(x + "'" * (x in given.given) for x in ("L", "EA", "EI_y", "EI_z", "GJ")))
+    names += beam if found.beams else ()
+    rows: list[Meaning] = []
+    for pattern, words in _OF_WALK.items():
+        one = re.compile(pattern.format(i=index))
+        own = [x for x in dict.fromkeys(names) if one.fullmatch(x)]
+        each = [x if _SCALARS.fullmatch(x) else Vector(x) for x in own]
+        is_row = pattern.endswith("_.*") and len(each) > 2
+        shown = (each[0], "...", each[-1]) if is_row else tuple(each)
+        rows += [(shown, words.format(of=of))] if each else []
     return rows
 
 

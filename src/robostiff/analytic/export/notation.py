@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
+from collections import deque
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
 import sympy as sp
 from sympy.printing.printer import Printer
 
-from robostiff.analytic.export.blocks import Inner, Inverse, Lever, Outer, Rows, Total
 from robostiff.analytic.export.entries import (
     decimal,
     differential_parts,
@@ -36,6 +37,7 @@ from robostiff.analytic.vectors.vector_expressions import (
 )
 
 _HALF = sp.Rational(1, 2)
+_TOKEN = re.compile(r"sum over \w+ of|sum of|\^T|\^-1|\$?[A-Za-z][\w']*|\S")
 _OPERATORS = {"acos": "arccos", "asin": "arcsin", "atan": "arctan", "log": "ln"}
 
 
@@ -124,7 +126,7 @@ class Notation(Printer):
         start, cells, lines, end = self.matrix_signs
         return start + lines.join(cells.join(row) for row in rows) + end
 
-    def written(self, expression: Any) -> str:
+    def written(self, expression: Any) -> str:  # noqa: PLR0912
         """An expression of scalars, vectors and matrices."""
         write = self.written
         match expression:
@@ -150,42 +152,67 @@ class Notation(Printer):
             case Norm(vector):
                 found = self.norm.format(write(vector))
             case Stacked(force, moment):
-                found = self.matrix([[write(force)], [write(moment)]])
+                each = (self.zero if x is None else write(x) for x in (force, moment))
+                found = self.matrix([[x] for x in each])
             case Turns(turns):
                 named = ((self.name(f"R_{axis}", bold=True), write(x)) for axis, x in turns)
                 found = " ".join(f"{R}{self.in_brackets(angle)}" for R, angle in named)
-            case None | Columns() | Outer() | Inner() | Inverse() | Total() | Lever() | Rows():
-                found = self._of_matrices(expression)
+            case Columns(vectors):
+                found = self.matrix([list(map(write, vectors))])
+            case str():
+                found = self.fixed(expression)
             case _:
                 found = self.write(expression)
         return found
 
-    def _of_matrices(self, expression: Any) -> str:
-        """An expression of matrices; None is zero."""
-        write = self.written
-        match expression:
-            case None:
-                found = self.zero
-            case Outer(vector, middle):
-                between = [] if middle is None else [write(middle)]
-                found = " ".join([write(vector), *between, f"{write(vector)}{self.transposed}"])
-            case Inverse(matrix):
-                inner = write(matrix)
-                inner = inner if isinstance(matrix, Vector) else self.in_brackets(inner)
-                found = f"{inner}{self.inverse}"
-            case Inner(matrix, vector):
-                found = f"{write(vector)}{self.transposed} {write(matrix)} {write(vector)}"
-            case Columns(vectors):
-                found = self.matrix([list(map(write, vectors))])
-            case Total(index, term):
-                sign = self.total_over.format(index) if index else self.total
-                inner = write(term)
-                found = f"{sign} {self.in_brackets(inner) if isinstance(term, Sum) else inner}"
-            case Lever(arm, matrix):
-                found = f"({write(arm)} {self.cross}) {write(matrix)}"
-            case _:
-                found = self.matrix([[write(x) for x in row] for row in expression.rows])
+    def fixed(self, text: str) -> str:
+        """A formula of matrices as plain text has it: ``sum over i of K_i``, ``w w^T / c``.
+
+        Names are those of matrices and vectors, and of scalars after ``$`` and ``/``.
+        """
+        return self._sum(deque(_TOKEN.findall(text)))
+
+    def _sum(self, tokens: deque[str]) -> str:
+        found = self._product(tokens)
+        while tokens and tokens[0] in "+-":
+            sign = tokens.popleft()
+            found += f" {sign} {self._product(tokens)}"
         return found
+
+    def _product(self, tokens: deque[str]) -> str:
+        factors: list[str] = []
+        while tokens and tokens[0] not in ("+", "-", ")", "]", ",", ";"):
+            match tokens.popleft():
+                case "/":
+                    return self.over(" ".join(factors), self.name(tokens.popleft()))
+                case "^T":
+                    factors[-1] += self.transposed
+                case "^-1":
+                    factors[-1] += self.inverse
+                case "(":
+                    factors.append(self.in_brackets(self._sum(tokens)))
+                    tokens.popleft()
+                case "[":
+                    factors.append(self.matrix(self._rows(tokens)))
+                case "0":
+                    factors.append(self.zero)
+                case "×":
+                    factors.append(self.cross)
+                case "sum of":
+                    return f"{self.total} {self._product(tokens)}"
+                case total if total.startswith("sum over "):
+                    return f"{self.total_over.format(total.split()[2])} {self._product(tokens)}"
+                case name:
+                    factors.append(self.name(name.strip("$"), bold=name[0] != "$"))
+        return " ".join(factors)
+
+    def _rows(self, tokens: deque[str]) -> list[list[str]]:
+        rows, sign = [[self._sum(tokens)]], tokens.popleft()
+        while sign != "]":
+            rows += [[]] * (sign == ";")
+            rows[-1] = [*rows[-1], self._sum(tokens)]
+            sign = tokens.popleft()
+        return rows
 
     def _factor(self, part: Any) -> str:
         is_bare = not isinstance(part, Sum | Turned | Times | Cross)

@@ -7,13 +7,12 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.calculus import ComplianceSteps, FormulaDerivative, derivative_name
-from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivation import Derivation, RobotDerivation
 from robostiff.analytic.exact.definition import used_definitions
 from robostiff.analytic.export.blocks import (
     OWN_AXES,
     Block,
     EquationRows,
-    Inverse,
     MatrixEquation,
     Meaning,
     Nomenclature,
@@ -26,7 +25,6 @@ from robostiff.analytic.export.blocks import (
     own_axes,
     scalar,
     scalar_unless_name,
-    share,
     stiffness_equation,
     transport,
     unless_long,
@@ -41,9 +39,8 @@ from robostiff.analytic.export.nomenclature import (
 from robostiff.analytic.export.robot_outline import outline_in_vectors, robot_outline
 from robostiff.analytic.legs import LegElimination
 from robostiff.analytic.reading.combinations import name_combinations
-from robostiff.analytic.robot_derivation import RobotDerivation
 from robostiff.analytic.vectors.forms import FormulaInVectors
-from robostiff.analytic.vectors.vector_expressions import Sum, Vector
+from robostiff.analytic.vectors.vector_expressions import Vector
 from robostiff.spatial import Space
 
 
@@ -124,12 +121,11 @@ def _joints(derivation: Derivation, names: EntryNames) -> list[Block]:
             blocks += [equations(stage.definitions), column_equation(u, stage.u)]
             blocks += scalar_unless_name(mu, stage.mu)
             if not stage.is_redundant:
-                less = Sum(((1, Vector(earlier)), (-1, share(u, mu))))
-                blocks.append(equation(after, less))
+                blocks.append(equation(after, f"{earlier} - {u} {u}^T / {mu}"))
         if stage.is_redundant:
-            blocks.append(equation(after, Vector(earlier)))
+            blocks.append(equation(after, earlier))
         if number == len(derivation.stages) and not of_leg and stage.K == derivation.K:
-            blocks.append(equation(after, Vector(names.result)))
+            blocks.append(equation(after, names.result))
         elif not stage.is_redundant:
             blocks += unless_long(after, stage.K)
         before = stage.K
@@ -205,7 +201,7 @@ def _leg(derivation: LegElimination) -> list[Block]:
         Title("Compliance without passive joints"),
         Sentences(f"Springs: {', '.join(derivation.elastic)}; all joints are held."),
         MatrixEquation(C.name, readable_matrix(derivation.C)),
-        equation(first, Inverse(C)),
+        equation(first, "C^-1"),
         *unless_long(first, derivation.K0),
         *_joints(derivation, names),
         Title("About the reference point, world axes"),

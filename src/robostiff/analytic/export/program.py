@@ -12,68 +12,49 @@ from sympy.simplify.cse_main import tree_cse
 from robostiff.analytic.derivation import Formula
 from robostiff.analytic.exact.definition import Definition, count_of, used_definitions
 from robostiff.analytic.export.nomenclature import in_programs
-from robostiff.analytic.export.vocabulary import check_vocabulary
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.reading.rewriting import in_order
 from robostiff.errors import InputError
 
 #: Products of numbers with more digits exceed the range of doubles. Exact arithmetic on decimals
 #: leaves sums (a x + b y) / (c x + d y) of such numbers, though the quotient is of usual size.
-#: A sum is divided by a power of ten near its largest number, which cancels where it stands.
+#: A power of ten near its largest number stands before a sum, and cancels where sums divide.
 LARGE = sp.Integer(10) ** 50
 
 
 def scaled(expression: Any, scales: Mapping[Any, Any]) -> tuple[Any, Any]:
-    """A factor and an expression of usual size, whose product is an expression.
+    """A power of ten and an expression of usual size, whose product is an expression.
 
-    Symbols are to be multiplied by their `scales`, 1 where there is none.
+    Symbols are to be multiplied by ten to the power of their `scales`, if they have one.
     """
-    if isinstance(expression, sp.Rational):
-        return expression, sp.S.One
-    if expression.is_Symbol:
-        return scales.get(expression, sp.S.One), expression
+    if expression.is_Rational:
+        power = _even_power(expression)
+        return power, expression / sp.Integer(10) ** power
+    if not expression.args:
+        return scales.get(expression, 0), expression
+    parts = [scaled(part, scales) for part in expression.args]
     if expression.is_Mul:
-        parts = [scaled(part, scales) for part in expression.args]
-        return sp.Mul(*(factor for factor, _ in parts)), _product([rest for _, rest in parts])
+        return sum(power for power, _ in parts), sp.Mul(*(rest for _, rest in parts))
     if expression.is_Add:
-        return _sum([scaled(term, scales) for term in expression.args])
+        most = max(power for power, _ in parts)
+        return most, sp.Add(*(_product(power - most, rest) for power, rest in parts))
     if expression.is_Pow and expression.exp.is_Rational:
-        factor, rest = scaled(expression.base, scales)
-        # Of a root only an even power of ten comes out.
-        outside = {1: factor, 2: _even_power(factor)}.get(expression.exp.q, sp.S.One)
-        return outside**expression.exp, product(factor / outside, rest) ** expression.exp
-    arguments = [product(*scaled(argument, scales)) for argument in expression.args]
-    return sp.S.One, expression.func(*arguments) if arguments else expression
+        (power, base), exponent = parts[0], expression.exp
+        inside = power % exponent.q  # a root of it is no power of ten
+        return (power - inside) * exponent, _product(inside, base) ** exponent
+    return 0, expression.func(*(_product(*part) for part in parts))
 
 
-def product(factor: Any, rest: Any) -> Any:
-    """A factor times an expression, a sum left whole."""
-    if factor == 1:
-        return rest
-    if rest.is_Add:
-        return sp.Mul(factor, rest, evaluate=False)
-    return _product([factor, rest])
-
-
-def _sum(terms: list[tuple[Any, Any]]) -> tuple[Any, Any]:
-    """Terms divided by a power of ten when a factor of theirs is large or small."""
-    largest = max(abs(factor) for factor, _ in terms)
-    power = _even_power(largest)
-    return power, sp.Add(*(product(factor / power, rest) for factor, rest in terms))
-
-
-def _product(factors: list[Any]) -> Any:
-    """A product in which a number is not distributed over a sum."""
-    factors = [factor for factor in factors if factor != 1]
-    return sp.Mul(*factors, evaluate=not any(factor.is_Add for factor in factors))
+def _product(power: Any, rest: Any) -> Any:
+    return rest if power == 0 else sp.Integer(10) ** power * rest
 
 
 def _even_power(number: Any) -> Any:
-    """An even power of ten near a number; 1 for a number of usual size."""
+    """An even exponent of a power of ten near a number; 0 for a number of usual size."""
     if not number or 1 / LARGE <= abs(number) <= LARGE:
-        return sp.S.One
+        return sp.S.Zero
     bits = int(abs(number.p)).bit_length() - int(number.q).bit_length()
-    return sp.Integer(10) ** (2 * (3 * bits // 20))  # a bit is 3/10 of a digit
+    return sp.Integer(2 * (3 * bits // 20))  # a bit is 3/10 of a digit
 
 
 #: Smallest ratio of a denominator to its terms: below it, the digits of K are lost.
@@ -186,7 +167,7 @@ def program(derivation: Formula) -> FormulaProgram:
     Raises
     ------
     InputError
-        When two symbols have the same name, or an expression is not of the vocabulary.
+        When two symbols have the same name.
 
     Examples
     --------
@@ -205,8 +186,8 @@ def program(derivation: Formula) -> FormulaProgram:
         named = name_combinations(matrix, (symbol.name for symbol in derivation.symbols))
         matrix, definitions = named.matrix, named.definitions
     found = _in_order(derivation, matrix, definitions, sp.cse)
-    form = None if derivation.is_closed else getattr(derivation, "at_vector_level", None)
-    if form is None or getattr(derivation, "steps_asked", False):
+    form = None if derivation.is_closed else derivation.at_vector_level
+    if form is None or derivation.steps_asked:
         return found
     in_vectors = _in_order(derivation, form.K, form.definitions, sp.cse)
     return min(found, in_vectors, key=lambda own: own.operations)
@@ -233,7 +214,6 @@ def _in_order(
         *matrix.flat(),
         *(expression for _, expression in conditions),
     ]
-    check_vocabulary(expressions)
     shared, reduced = share(expressions, symbols=_temporaries(set(names)))
     # A shared subexpression that is a definition has the name of that.
     own: dict[Any, Any] = {}
@@ -286,14 +266,10 @@ def _in_range(
         return assignments, results
     scales: dict[Any, Any] = {}
     found = []
-    for assignment in assignments:
-        factor, rest = scaled(assignment.expression, scales)
-        if not 1 / LARGE <= abs(factor) <= LARGE:
-            scales[assignment.symbol] = factor
-            factor = sp.S.One
-        expression = product(factor, rest)
-        found.append(Definition(assignment.symbol, expression))
-    return tuple(found), [product(*scaled(result, scales)) for result in results]
+    for a in assignments:
+        scales[a.symbol], rest = scaled(a.expression, scales)
+        found.append(Definition(a.symbol, rest))
+    return tuple(found), [_product(*scaled(result, scales)) for result in results]
 
 
 def _temporaries(taken: set[str]) -> Iterator[sp.Symbol]:

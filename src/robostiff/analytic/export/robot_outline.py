@@ -9,41 +9,29 @@ from typing import Any
 
 import sympy as sp
 
+from robostiff.analytic.derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.analytic.exact.definition import Definition, used_definitions
 from robostiff.analytic.export.blocks import (
     OWN_AXES,
     Block,
     EquationRows,
     FormulaTable,
-    Inner,
-    Inverse,
-    Lever,
     MatrixEquation,
-    Outer,
-    Rows,
     Sentences,
     Title,
-    Total,
     equation,
     equations,
     own_axes,
     scalar,
     scalar_unless_name,
-    share,
     stiffness_equation,
     transport,
     unless_long,
 )
 from robostiff.analytic.export.entries import EntryNames, in_decimals
-from robostiff.analytic.export.nomenclature import (
-    OF_STRUTS,
-    meanings_in_vectors,
-    meanings_of_robot,
-    nomenclature_of,
-)
+from robostiff.analytic.export.nomenclature import OF_STRUTS, meanings_of_legs, nomenclature_of
 from robostiff.analytic.placement.turned_legs import turn_in_words
 from robostiff.analytic.reading.combinations import name_combinations
-from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.analytic.vectors.forms import (
     FormulaInVectors,
     InSeries,
@@ -54,7 +42,6 @@ from robostiff.analytic.vectors.vector_expressions import (
     Coordinates,
     Equation,
     Sum,
-    Times,
     Vector,
     with_formulas_changed,
 )
@@ -101,7 +88,8 @@ def robot_outline(derivation: RobotDerivation) -> list[Block]:
             blocks += [Title("Names for recurring expressions"), equations(definitions)]
             blocks += _leg_by_leg(derivation, named.legs, names)
         blocks.append(stiffness_equation(names.result, named.K))
-    rows = meanings_of_robot(derivation, names, alone=alone, in_names=in_names)
+    level = None if in_names else derivation.at_vector_level
+    rows = meanings_of_legs(derivation, level, names, () if alone else derivation.definitions)
     return [*blocks, nomenclature_of(derivation, names, rows, derivation.coordinates)]
 
 
@@ -112,7 +100,7 @@ def outline_in_vectors(form: FormulaInVectors) -> list[Block]:
         blocks, _ = _vector_level(form, names.result, (), set(names.given))
     else:
         blocks = _series(form, names.result, set(names.given))
-    rows = meanings_in_vectors(form, names)
+    rows = meanings_of_legs(form, form, names)
     return [Title(names.title, level=1), *blocks, nomenclature_of(form, names, rows)]
 
 
@@ -238,7 +226,8 @@ def _leg_by_leg(
             blocks.append(Sentences(f"Turned {'; '.join(turned)}."))
     of_legs = {d.symbol for leg in derivation.legs for d in leg.definitions}
     rest = [d for d in derivation.definitions if d.symbol not in of_legs]
-    total = equation(names.result, Total("", share(*map(names.generic, "wc"))))
+    w, c = map(names.generic, "wc")
+    total = equation(names.result, f"sum of {w} {w}^T / {c}")
     return [*blocks, Title("Sum of the legs"), total, equations(rest)]
 
 
@@ -308,7 +297,7 @@ def _vector_level(
     if found.passive:
         blocks += _sum_of_legs(found, result, taken)
     elif several:
-        blocks.append(equation(result, Sum(tuple((1, Vector(part)) for part in parts))))
+        blocks.append(equation(result, " + ".join(parts)))
     if found.average is not None:
         blocks += [
             Sentences(
@@ -338,7 +327,7 @@ def _kind_of_leg(
     of_wrench = [e.name.startswith(("w_", "c_", "o_")) for e in leg]
     first = [e for e, is_later in zip(leg, of_wrench, strict=True) if not is_later]
     rest = [e for e, is_later in zip(leg, of_wrench, strict=True) if is_later]
-    J: Any = Rows((tuple(map(Vector, found.passive)),))
+    J: Any = f"[{', '.join(found.passive)}]"
     twists = (Equation("J_i", J),) * bool(found.passive)
     blocks: list[Block] = [
         EquationRows((*pose, *first, *twists)),
@@ -362,7 +351,7 @@ def _kind_of_leg(
         blocks.append(Sentences(f"Legs that are turns of one another about z: {same}."))
     if found.passive:
         return [*blocks, *_tables_of_springs(found, taken)]
-    terms: list[Any] = [share(w, c) for w, c in found.wrenches]
+    terms = [f"{w} {w}^T / {c}" for w, c in found.wrenches]
     if found.rods:
         couple, compliance = in_names(found.of_rod)
         blocks += [
@@ -377,31 +366,32 @@ def _kind_of_leg(
                 "rod",
             ),
         ]
-        terms.append(Total("j", share(couple.name, compliance.name)))
+        v = couple.name
+        terms.append(f"sum over j of {v} {v}^T / {compliance.name}")
     if not found.coupled:
-        of_leg = terms[0] if len(terms) == 1 else Sum(tuple((1, term) for term in terms))
-        return [*blocks, equation(result, Total("i", of_leg))]
-    W: Any = Rows((tuple(Vector(w) for w, _ in found.wrenches),))
-    C: Any = Rows(tuple(tuple(sp.Symbol(c) if c else None for c in row) for row in found.coupled))
-    K: Any = Total("i", Outer(Vector("W_i"), Inverse(Vector("C_i"))))
-    return [*blocks, EquationRows((Equation("W_i", W), Equation("C_i", C), Equation(result, K)))]
+        of_leg = terms[0] if len(terms) == 1 else f"({' + '.join(terms)})"
+        return [*blocks, equation(result, f"sum over i of {of_leg}")]
+    W = f"[{', '.join(w for w, _ in found.wrenches)}]"
+    C = "; ".join(", ".join(f"${c}" if c else "0" for c in row) for row in found.coupled)
+    K = "sum over i of W_i C_i^-1 W_i^T"
+    each: Any = (("W_i", W), ("C_i", f"[{C}]"), (result, K))
+    return [*blocks, EquationRows(tuple(Equation(*own) for own in each))]
 
 
 def _sum_of_legs(found: VectorForm, result: str, taken: set[str]) -> list[Block]:
     """The stiffness of a leg by its springs and passive joints, and the sum over all legs."""
-    W, C, J, K = (Vector(f"{x}_i") for x in "WCJK")
-    held: Any = Outer(W, Inverse(Inner(C, W)))
+    held: Any = "W_i (W_i^T C_i W_i)^-1 W_i^T"
     words = (
         "The columns of {} are wrenches that do no work on the twists {} of the passive joints, as "
         "many as there are."
     )
     closing = " Legs close where they hold the platform alike: {} and {} are those of all legs."
     own = [Vector(x) for x in ("p_i", "R_i") if x in {e.name for e in found.leg}]
-    names = (W, J, *own) if len(own) > 1 else (W, J)
+    names = [Vector("W_i"), Vector("J_i"), *(own if len(own) > 1 else ())]
     return [
         *_compliance_of_springs(found, "C_i", taken, Equation("K_i", held)),
-        Sentences(words + closing * (len(names) > 2), names),
-        equation(result, Total("i", K)),
+        Sentences(words + closing * (len(names) > 2), tuple(names)),
+        equation(result, "sum over i of K_i"),
     ]
 
 
@@ -420,7 +410,7 @@ def _series(found: Any, result: str, taken: set[str]) -> list[Block]:
             equations(found.names),
             *own_axes(found),
             MatrixEquation("C", found.C.applyfunc(in_decimals)),
-            equation("K_0", Inverse(Vector("C"))),
+            equation("K_0", "C^-1"),
             transport(result, "K_0"),
         ]
     return [
@@ -430,7 +420,7 @@ def _series(found: Any, result: str, taken: set[str]) -> list[Block]:
         equations(found.names),
         *_tables_of_springs(found, taken),
         *_compliance_of_springs(found, "C", taken),
-        equation(result, Inverse(Vector("C"))),
+        equation(result, "C^-1"),
     ]
 
 
@@ -458,20 +448,14 @@ def _compliance_of_springs(
     found: VectorForm, name: str, taken: set[str], *after: Equation
 ) -> list[Block]:
     """The compliance as a sum over drives and beams, and the equations after it."""
-    t, m, Q, T, D = map(Vector, "tmQTD")
-    terms: list[tuple[int, Any]] = []
-    rows: list[Equation] = []
-    if found.drives:
-        twist: Any = Outer(t)
-        terms.append((1, Total("", Times(sp.Symbol("c"), twist))))
+    C = " + ".join(
+        ["sum of $c t t^T"] * bool(found.drives) + ["sum of T D T^T"] * bool(found.beams)
+    )
+    rows: list[tuple[str, Any]] = [(name, C)]
     if found.beams:
         own = beam_compliances(*map(sp.Symbol, _letters_of_beam(taken)))
-        moved: Any = Rows(((Q, Lever(m, Q)), (None, Q)))
-        terms.append((1, Total("", Outer(T, D))))
-        rows.append(Equation("T", moved))
-        diagonal: Any = sp.Function("diag")(*own)
-        rows.append(Equation("D", diagonal))
-    return [EquationRows((Equation(name, Sum(tuple(terms))), *rows, *after))]
+        rows += [("T", "[Q, (m ×) Q; 0, Q]"), ("D", sp.Function("diag")(*own))]
+    return [EquationRows((*(Equation(*own) for own in rows), *after))]
 
 
 def _in_known_names(

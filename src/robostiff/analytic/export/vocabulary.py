@@ -9,7 +9,9 @@ from collections.abc import Iterable
 from typing import Any
 
 import sympy as sp
+from sympy.printing.c import get_math_macros, known_functions_C99, reserved_words
 
+from robostiff.analytic.export.entries import spelled
 from robostiff.errors import InputError
 
 _FUNCTIONS = "acos asin atan atan2 cos cosh exp log sin sinh tan tanh"
@@ -21,9 +23,6 @@ FUNCTIONS: dict[str, Any] = {
 
 #: Numbers that have a name.
 CONSTANTS: dict[str, Any] = {"pi": sp.pi, "e": sp.E}
-
-#: Largest numerator and denominator of an exponent.
-LARGEST_EXPONENT = 1000
 
 _FUNCTION_NAMES = {function: name for name, function in FUNCTIONS.items()}
 _CONSTANT_NAMES = {constant: name for name, constant in CONSTANTS.items()}
@@ -39,74 +38,23 @@ def constant_name(expression: sp.Basic) -> str | None:
     return _CONSTANT_NAMES.get(expression)
 
 
-def check_vocabulary(expressions: Iterable[sp.Basic]) -> None:
-    """Refuse expressions that cannot be written in another language.
-
-    Raises
-    ------
-    InputError
-        For a function, number or power that is not of the vocabulary.
-
-    Examples
-    --------
-    >>> x = sp.Symbol("x")
-    >>> check_vocabulary([sp.sqrt(x) / 3, sp.sin(x)])
-    >>> check_vocabulary([sp.gamma(x)])  # doctest: +ELLIPSIS
-    Traceback (most recent call last):
-    ...
-    robostiff.errors.InputError: formula: got 'gamma(x)', expected sums, products, ...
-    """
-    for expression in expressions:
-        for part in sp.preorder_traversal(expression):
-            if not _is_known(part):
-                raise unknown(part)
-
-
 def unknown(part: sp.Basic) -> InputError:
     """The error for a part of a formula that is not in the vocabulary."""
     allowed = ", ".join(("sums, products, rational powers", *sorted(CONSTANTS, reverse=True)))
     return InputError("formula", got=str(part), expected=f"{allowed}, {', '.join(FUNCTIONS)}")
 
 
-def _is_known(part: sp.Basic) -> bool:
-    if isinstance(part, sp.Pow):
-        power = part.exp
-        is_ratio = isinstance(power, sp.Rational)
-        return is_ratio and max(abs(int(power.p)), int(power.q)) <= LARGEST_EXPONENT
-    if isinstance(part, sp.Float):
-        return bool(part.is_finite)
-    if isinstance(part, sp.Add | sp.Mul | sp.Rational):
-        return True  # what is infinite in a sum is a part of its own; to ask SymPy takes minutes
-    if isinstance(part, sp.Symbol):
-        return not isinstance(part, sp.Dummy)
-    return function_name(part) is not None or constant_name(part) is not None
-
-
 _NUMBERS = 8  # letters for a number behind an identifier
 
-_C_KEYWORDS = """
-    auto break case char const continue default do double else enum extern float for goto if inline
-    int long register restrict return short signed sizeof static struct switch typedef union
-    unsigned void volatile while main
-    alignas alignof and and_eq asm atomic bitand bitor bool catch class compl concept constexpr
-    const_cast delete dynamic_cast explicit export false friend mutable namespace new noexcept not
-    not_eq nullptr operator or or_eq private protected public reinterpret_cast requires
-    static_assert static_cast template this thread_local throw true try typeid typename typeof
-    using virtual wchar_t xor xor_eq NULL
-"""
-_C_MATHEMATICS = """
-    acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh erf erfc exp exp2 expm1 fabs
-    fdim floor fma fmax fmin fmod frexp hypot ilogb ldexp lgamma llrint llround log log10 log1p log2
-    logb lrint lround modf nan nearbyint nextafter nexttoward pow remainder remquo rint round
-    scalbln scalbn sin sinh sqrt tan tanh tgamma trunc
-"""
+# Of C, beside those that SymPy knows: functions and macros of mathematics.
 _C_OTHER = """
-    abs labs j0 j1 jn y0 y1 yn gamma signgam isfinite isinf isnan isnormal signbit fpclassify
-    isgreater isgreaterequal isless islessequal islessgreater isunordered double_t float_t
-    math_errhandling HUGE_VAL HUGE_VALF HUGE_VALL INFINITY NAN FP_INFINITE FP_NAN FP_NORMAL
-    FP_SUBNORMAL FP_ZERO FP_FAST_FMA FP_FAST_FMAF FP_FAST_FMAL FP_ILOGB0 FP_ILOGBNAN MATH_ERRNO
-    MATH_ERREXCEPT M_E M_PI M_PI_2 M_PI_4 M_SQRT2 M_SQRT1_2 M_LN2 M_LN10 M_LOG2E M_LOG10E M_1_PI
-    M_2_PI M_2_SQRTPI linux unix i386
+    abs labs cbrt ceil copysign fdim fmax fmin fmod frexp ilogb ldexp lgamma llrint llround logb
+    lrint lround modf nan nearbyint nextafter nexttoward remainder remquo rint round scalbln scalbn
+    tgamma trunc
+    inline restrict main fabs pow gamma j0 j1 jn y0 y1 yn isfinite isinf isnan isnormal signbit NULL
+    HUGE_VAL HUGE_VALF HUGE_VALL INFINITY NAN FP_INFINITE FP_NAN FP_NORMAL FP_SUBNORMAL FP_ZERO
+    FP_FAST_FMA FP_FAST_FMAF FP_FAST_FMAL FP_ILOGB0 FP_ILOGBNAN MATH_ERRNO MATH_ERREXCEPT
+    math_errhandling M_LOG10E linux unix i386
 """
 _JULIA_KEYWORDS = """
     abstract baremodule begin break catch const continue do else elseif end export false finally for
@@ -123,11 +71,7 @@ _MATLAB_KEYWORDS = """
 
 #: Identifiers that generated functions must not define.
 C_WORDS: frozenset[str] = frozenset(
-    [
-        *_C_KEYWORDS.split(),
-        *(name + suffix for name in _C_MATHEMATICS.split() for suffix in ("", "f", "l")),
-        *_C_OTHER.split(),
-    ]
+    [*reserved_words, *known_functions_C99, *get_math_macros().values(), *_C_OTHER.split()]
 )
 PYTHON_WORDS: frozenset[str] = frozenset([*keyword.kwlist, *keyword.softkwlist, "np", "float"])
 JULIA_WORDS: frozenset[str] = frozenset([*_JULIA_KEYWORDS.split(), *FUNCTIONS])
@@ -169,20 +113,7 @@ class Identifiers:
 
 def ascii_identifier(name: str) -> str:
     """Letters, digits and underscores, a letter first; Greek letters by their names."""
-    spelled = "".join(map(_spelled, unicodedata.normalize("NFKD", name)))
-    plain = re.sub(r"[^A-Za-z0-9_]", "_", spelled)
+    each = (c if c.isascii() else spelled(c) for c in unicodedata.normalize("NFKD", name))
+    kept = "".join(c for c in each if not unicodedata.combining(c[0]))
+    plain = re.sub(r"[^A-Za-z0-9_]", "_", kept)
     return plain if plain[:1].isalpha() else f"v{plain}"
-
-
-def _spelled(character: str) -> str:
-    if character.isascii():
-        return character
-    if unicodedata.combining(character):
-        return ""
-    matched = re.fullmatch(
-        r"GREEK (SMALL|CAPITAL) LETTER (FINAL )?(\w+)", unicodedata.name(character, "")
-    )
-    if matched is None:
-        return "_"
-    letter = "lambda" if matched[3] == "LAMDA" else matched[3].lower()
-    return letter if matched[1] == "SMALL" else letter.capitalize()

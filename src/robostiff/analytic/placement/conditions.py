@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from robostiff.analysis import stiffness
+from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD, solve_snapshot
 from robostiff.analytic.exact.closed import factored_fraction
 from robostiff.analytic.exact.definition import Condition, count_of
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
@@ -20,16 +20,18 @@ from robostiff.analytic.placement.closed_posture import gap_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot, home_frame
 from robostiff.analytic.placement.robot_pose import platform_pose
 from robostiff.analytic.reading.record_reading import ClosedReading
-from robostiff.errors import NoAnswerError, OpenAtHomeError
-from robostiff.kinematics import FormulaPose, place_leg, posture_finder
+from robostiff.elastostatics.tolerance import DEFAULT_TOLERANCE
+from robostiff.errors import OpenAtHomeError
+from robostiff.kinematics import FormulaPose, PostureFinder, place_leg, posture_finder
 from robostiff.kinematics.closure.body import tidied
 from robostiff.kinematics.formula import PlacedFormula, other_modes, place_leg_at_joints
 from robostiff.model import CoupledFreedom, Leg, PlacedFreedom, PlacedLeg, Robot, with_entries
 from robostiff.model.entries import bounds_of
 from robostiff.record import Entry, Operation, Record, is_zero
-from robostiff.recorded import RecordedLeg, RecordedRobot, entry_reader
+from robostiff.recorded import RecordedRobot, entry_reader
 from robostiff.recorded.leg import at_samples, lower_bound
 from robostiff.spatial import cross, exact_number
+from robostiff.spatial.batch import poses_side_by_side
 
 # Square of the largest gap of a closed leg, relative to the length, or rad
 _CLOSED = sp.Rational(1, 10**14)
@@ -58,20 +60,45 @@ def conditions_of(
     part = placed.robot if only is None else next(x for x in placed.robot.legs if x.name == only)
     found = list(_existing(part))
     divisors = [] if recorded is None else _divisors(recorded, placed.record)
+    # Those on a flexible platform are eliminated as one.
+    eliminated = None if recorded is None or placed.robot.platform is not None else recorded.legs
+    of_firsts: dict[Any, list[Condition]] = {}  # a leg that is turned has those of the first
     for i, leg in enumerate(legs):
-        for length in leg.lengths:
-            if isinstance(length, Entry) and lower_bound(placed.record, length.step) < 0:
-                words = f"a beam of a telescope of leg {leg.leg.name!r} has a positive length"
-                expression = _in_short_roots(sp.sympify(read(length)))
-                found.append(Condition(words, expression, leg=leg.leg.name))
-        if not placed.following:
-            found += _closing(leg.leg.name, leg.gap, read)
-        stretched = list(_stretched(leg.leg, read))
-        found += [own for own, _ in stretched]
-        if recorded is not None and placed.robot.platform is None:
-            found += _independent(leg.leg, recorded.legs[i], read, stretched, divisors)
+        own, name = leg.leg, leg.leg.name
+        first = placed.turned.get(i, (i,))[0] if only is None and not own.blocks else i
+        key = first, tuple(x.name for x in own.parts)
+        if key not in of_firsts:
+            alone = () if eliminated is None else eliminated[i].alone
+            of_firsts[key] = list(_of_leg(placed, leg, read, alone, divisors))
+        for c in of_firsts[key]:
+            words = c.words.replace(f"leg {c.leg!r}", f"leg {name!r}") if i != first else c.words
+            found.append(replace(c, words=words, leg=name if i != first else c.leg))
     found += _nearest_to_home(placed, legs, read)
     return (*found, *(_following(placed, read) if placed.following else ()))
+
+
+def _of_leg(
+    placed: PlacedRobot,
+    leg: PlacedFormula,
+    read: ClosedReading,
+    alone: Sequence[Any],
+    divisors: Sequence[np.ndarray],
+) -> Iterator[Condition]:
+    """That a leg reaches, closes, and that its passive joints are independent.
+
+    `alone`: what the elimination found of each passive joint, if the formula is from one.
+    """
+    name = leg.leg.name
+    for length in leg.lengths:
+        if isinstance(length, Entry) and lower_bound(placed.record, length.step) < 0:
+            words = f"a beam of a telescope of leg {name!r} has a positive length"
+            yield Condition(words, _in_short_roots(sp.sympify(read(length))), leg=name)
+    if not placed.following:
+        yield from _closing(name, leg.gap, read)
+    stretched = list(_stretched(leg.leg, read))
+    yield from (own for own, _ in stretched)
+    if placed.robot.platform is None:
+        yield from _independent(name, alone, read, stretched, divisors)
 
 
 def _nearest_to_home(
@@ -94,16 +121,21 @@ def _nearest_to_home(
     home = FormulaPose(*home_frame(placed.entries))
     wanted = {leg.leg.name for leg in legs}
     every = list(zip(placed.entries.legs, placed.solvers, finder.solvers, strict=True))
+    modes: dict[int, dict[Any, np.ndarray]] = {}
     for i, (leg, solver, near) in enumerate(every):
-        if solver.recorded_form is None or leg.name not in wanted:
+        if solver.recorded_form is not None and leg.name in wanted:
+            close = dict(zip(*near.that_close(finder.home_pose), strict=True))
+            modes[i] = {x: close[x] for x in solver.modes if x in close}
+    postures = [[*at[:i], q, *at[i + 1 :]] for i, own in modes.items() for q in own.values()]
+    matrices = iter(_stiffness(finder, postures) if postures else ())
+    for i, close in modes.items():
+        leg, solver, _ = every[i]
+        form, K = solver.recorded_form, dict(zip(close, matrices, strict=False))
+        if form is None or form.mode not in K:
             continue
-        own = solver.recorded_form.mode
-        q = dict(zip(*near.that_close(finder.home_pose), strict=True))
-        K = {x: _stiffness(robot, [*at[:i], q[x], *at[i + 1 :]]) for x in solver.modes if x in q}
-        if own not in K:
-            continue
-        scale = _SAME * np.abs(K[own]).max()
-        others = [x for x in K if not np.abs(K[x] - K[own]).max() <= scale]
+        own = K[form.mode]
+        scale = _SAME * np.abs(own).max()
+        others = [x for x in K if not np.abs(K[x] - own).max() <= scale]
         words = (
             f"leg {leg.name!r} at home is nearer to its home coordinates than in another posture"
         )
@@ -121,12 +153,13 @@ def _nearest_to_home(
         yield from (Condition(words, _decisive(x), leg=leg.name) for x in open_ones)
 
 
-def _stiffness(robot: Robot, near: list[np.ndarray]) -> np.ndarray:
-    """At home, in the posture near given coordinates; no numbers where it has none."""
-    try:
-        return stiffness(robot, near=near).K
-    except NoAnswerError:
-        return np.full((robot.space.size,) * 2, np.nan)
+def _stiffness(finder: PostureFinder, postures: list[list[np.ndarray]]) -> np.ndarray:
+    """At home, in postures of given coordinates (m, n, n); no numbers where it has none."""
+    request: Any = finder.request(np.tile(finder.home_pose, (len(postures), 1)))
+    rows = [poses_side_by_side(np.array(own), 1) for own in zip(*postures, strict=True)]
+    posture = finder.placed((len(postures),), request.coordinates, request.R, rows)
+    found = solve_snapshot(posture.snapshot, DEFAULT_METHOD, DEFAULT_TOLERANCE)
+    return np.where(found.answered[:, None, None], found.matrix, np.nan)
 
 
 def _any_of(values: Iterable[Any]) -> Any:
@@ -165,8 +198,8 @@ def _divisors(recorded: RecordedRobot, record: Record) -> list[np.ndarray]:
 
 
 def _independent(
-    leg: PlacedLeg,
-    recorded: RecordedLeg,
+    leg: str,
+    alone: Sequence[Any],
     read: ClosedReading,
     stretched: Sequence[tuple[Condition, np.ndarray]],
     divisors: Sequence[np.ndarray],
@@ -177,7 +210,7 @@ def _independent(
     """
     known, product = [1.0, *(x for _, x in stretched), *divisors], sp.Integer(1)
     met = [own.expression for own, _ in stretched]
-    for own in recorded.alone:
+    for own in alone:
         at = own.sample if isinstance(own, Entry) else np.ones(1)
         if any(_is_same(at, x) for x in known):
             continue
@@ -186,8 +219,8 @@ def _independent(
         if _may_vanish(square, met):
             product *= square / sp.Integer(10) ** int(np.log10(np.mean(at)))
     if product != 1:
-        words = f"the passive joints of leg {leg.name!r} are independent"
-        yield Condition(words, product - _STRETCHED, leg=leg.name)
+        words = f"the passive joints of leg {leg!r} are independent"
+        yield Condition(words, product - _STRETCHED, leg=leg)
 
 
 def _may_vanish(square: Any, met: Sequence[Any]) -> bool:

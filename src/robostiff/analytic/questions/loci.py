@@ -21,11 +21,10 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.budget import FormulaTooLargeError
-from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivation import Derivation, RobotDerivation
 from robostiff.analytic.exact.definition import Definition, count_of, used_definitions
 from robostiff.analytic.exact.factors import bound_of_terms, is_positive_form, without_sign
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.robot_derivation import RobotDerivation
 from robostiff.spatial import Space
 
 _LONGEST = (2000, 20, 3)  # terms of a step that is written out; fewer where minors are too long

@@ -257,7 +257,7 @@ def _rank_in_names(K: Any, names: MatrixInNames) -> RankFormula | None:
 def matrix_in_names(K: Any) -> MatrixInNames | None:
     """A derivation as a sum of springs, in names."""
     named = getattr(K, "named", None)
-    return None if named is None else MatrixInNames.of(*named.in_lengths)
+    return None if named is None else MatrixInNames.of(*reversed(named.in_lengths))
 
 
 def _rank(K: Any) -> tuple[int, dict[Any, int]]:

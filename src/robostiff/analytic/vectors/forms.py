@@ -436,6 +436,8 @@ class InSeries(FormulaInVectors):
     axes: sp.ImmutableMatrix
     arm: sp.ImmutableMatrix
 
+    is_arm = True
+
     def _written(self) -> tuple[Any, list[Definition]]:
         own = self.components()
         T = transport(self.axes.applyfunc(own.value), self.arm.applyfunc(own.value), self.space)
