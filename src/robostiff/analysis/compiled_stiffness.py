@@ -101,14 +101,17 @@ class CompiledStiffness(AtGeneralPoses):
         is_whole = len(read) == _PARTS and getattr(read[3], "outputs", None) == outputs
         if not is_whole and most == 0:  # no record is so short
             raise NoAnswerError(f"no record of {taken.subject.name!r} on disk")
-        parts = cast("RecordedParts", read) if is_whole else taken.recorded(outputs, backend, most)
-        rank, status, verified, kernel, joint_kernel, ranks = parts
+        if not is_whole:
+            from robostiff.analysis.recording import recorded_parts
+
+            read = recorded_parts(taken, outputs, backend, most)
+        rank, status, verified, kernel, joint_kernel, ranks = cast("RecordedParts", read)
         if is_whole:
             code, of_joints = code_of(backend), joint_kernel is kernel
             kernel, other = kernel.by(code), joint_kernel and joint_kernel.by(code)
             joint_kernel = kernel if of_joints else other
         elif file is not None:
-            file.write(parts)
+            file.write(read)
         taken = taken.taken_by(kernel, joint_kernel)
         return cls(rank, status, verified, kernel, taken, joint_kernel, ranks=ranks)
 

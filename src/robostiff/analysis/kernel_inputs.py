@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.compiled_answer import InputRows, RecordedRanks
 from robostiff.analysis.questions import CHUNK, PosesOfRobot, Question
-from robostiff.compiled import Backend, Kernel, Output
+from robostiff.compiled import Kernel, Output
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kinematics import (
@@ -153,12 +153,6 @@ class Recordable(ABC):
 
     subject: Any  # the machine; its symbols are the parameters of its kernels
 
-    @abstractmethod
-    def recorded(
-        self, outputs: tuple[Output, ...], backend: Backend, most: int | None
-    ) -> RecordedParts:
-        """Record kernels; a NoAnswerError where they take more than `most` operations."""
-
     def taken_by(self, kernel: Kernel, joint_kernel: Kernel | None) -> Self:
         """The same for kernels, which may take coordinates of legs."""
         del kernel, joint_kernel
@@ -196,14 +190,6 @@ class KernelInputs(Recordable):
 
     subject: Robot
     joints: int = 0  # how many leg coordinates the kernel takes; 0 where it takes pose coordinates
-
-    def recorded(
-        self, outputs: tuple[Output, ...], backend: Backend, most: int | None
-    ) -> RecordedParts:
-        """Legs in closed form, or closed by Newton steps."""
-        from robostiff.analysis.recording import recorded_robot
-
-        return recorded_robot(self, outputs, backend, most)
 
     def taken_by(self, kernel: Kernel, joint_kernel: Kernel | None) -> KernelInputs:
         """Coordinates of legs are taken by the kernel of joints alone."""

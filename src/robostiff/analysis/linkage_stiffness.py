@@ -23,6 +23,7 @@ from robostiff.analysis.questions import (
     differences,
     question_of,
 )
+from robostiff.analysis.recording import check_derivatives, is_trusted, recorded_parts
 from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD, solve_snapshot
 from robostiff.compiled import Backend, Output, kernel_of
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Details, Form, Status, Tolerance
@@ -210,45 +211,6 @@ class LinkageInputs(Recordable):
         """The part between base and platform; its symbols are the parameters."""
         return self.driven.part
 
-    def recorded(
-        self, outputs: tuple[Output, ...], backend: Backend, most: int | None
-    ) -> RecordedParts:
-        """At samples as near to home as its surroundings are regular."""
-        from robostiff.analysis.recording import check_derivatives, is_trusted
-
-        del most
-        driven, name, otherwise = self.driven, self.subject.name, "linkage.network_at pose by pose"
-        recorded, undetermined, nearer = None, (), 0
-        for nearer in range(_NEARER):
-            recorded, undetermined = record_linkage(driven, driven.samples(nearer=nearer))
-            if recorded is not None or undetermined:
-                break
-        left = f"{', '.join(driven.drives)}, which leave {', '.join(undetermined)} undetermined"
-        wrong = InputError(
-            f"driven joints of {name!r}",
-            got=left,
-            expected="joints that decide the configuration",
-            hint=f"add them, joints=(...), or use {otherwise}",
-        )
-        if recorded is None:
-            if undetermined:
-                raise wrong
-            raise InputError(
-                f"home of {name!r}",
-                got="a configuration in which assembly modes meet",
-                expected="a regular home for a kernel",
-                hint=f"give another home, or use {otherwise}",
-            )
-        check_derivatives(name, recorded, outputs)
-        kernel = kernel_of(recorded, outputs, backend)
-        try:
-            verified = is_trusted(recorded, kernel, self, nearer)
-        except DisagreementError:
-            if undetermined:
-                raise wrong from None
-            raise
-        return recorded.factors.rank, recorded.status, verified, kernel, None, None
-
     def checked(self, pose: DriveValues) -> np.ndarray:
         """Coordinates of the drives (N, n)."""
         driven, rows = self.driven, self.driven.rows(pose)
@@ -302,3 +264,42 @@ def _(driven: DrivenLinkage, parameters: Sequence[str], joints: Any) -> LinkageI
     if not driven.home.is_closed:
         raise NoAnswerError(f"no record of {driven.part.name!r}: its loops are open at home")
     return LinkageInputs(driven)
+
+
+@recorded_parts.register
+def _(
+    taken: LinkageInputs, outputs: tuple[Output, ...], backend: Backend, most: int | None
+) -> RecordedParts:
+    # At samples as near to home as its surroundings are regular.
+    del most
+    driven, name, otherwise = taken.driven, taken.subject.name, "linkage.network_at pose by pose"
+    recorded, undetermined, nearer = None, (), 0
+    for nearer in range(_NEARER):
+        recorded, undetermined = record_linkage(driven, driven.samples(nearer=nearer))
+        if recorded is not None or undetermined:
+            break
+    left = f"{', '.join(driven.drives)}, which leave {', '.join(undetermined)} undetermined"
+    wrong = InputError(
+        f"driven joints of {name!r}",
+        got=left,
+        expected="joints that decide the configuration",
+        hint=f"add them, joints=(...), or use {otherwise}",
+    )
+    if recorded is None:
+        if undetermined:
+            raise wrong
+        raise InputError(
+            f"home of {name!r}",
+            got="a configuration in which assembly modes meet",
+            expected="a regular home for a kernel",
+            hint=f"give another home, or use {otherwise}",
+        )
+    check_derivatives(name, recorded, outputs)
+    kernel = kernel_of(recorded, outputs, backend)
+    try:
+        verified = is_trusted(recorded, kernel, taken, nearer)
+    except DisagreementError:
+        if undetermined:
+            raise wrong from None
+        raise
+    return recorded.factors.rank, recorded.status, verified, kernel, None, None

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import singledispatch
+from typing import Any
 
 import numpy as np
 
@@ -32,10 +34,19 @@ _SPUN = 0.2  # what coordinates that nothing determines are changed by [m, rad]
 _NEAR = 5.0
 
 
-def recorded_robot(
+@singledispatch
+def recorded_parts(
+    taken: Any, outputs: tuple[Output, ...], backend: Backend, most: int | None
+) -> RecordedParts:
+    """Record kernels of a machine; a NoAnswerError where they take more than `most` operations."""
+    del outputs, backend, most
+    raise TypeError(f"no record of {type(taken).__name__}")
+
+
+@recorded_parts.register
+def _(
     taken: KernelInputs, outputs: tuple[Output, ...], backend: Backend, most: int | None
 ) -> RecordedParts:
-    """Kernels of a robot, as `Recordable.recorded`."""
     robot = taken.subject
     finder = posture_finder(robot.numeric)
     recorded = record_robot(robot, finder, most)
