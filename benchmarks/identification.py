@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 import robostiff as rs
+from robostiff.identification.identified import Identified
 from robostiff.identification.search import fitted
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -82,11 +83,17 @@ def main() -> None:
             )
         return
     found, random = hexapod(30), np.random.default_rng(11)
-    truth, inside = found.fit.x, 0
-    for _ in range(campaigns):
-        own = _simulated(found, random).interval(0.95)
+    truth, fit, inside = found.fit.x, found.fit, 0
+    exact, _ = found.predict(found.measured)
+    for k in range(1, campaigns + 1):
+        values = exact + 1e-6 * random.standard_normal(exact.shape)
+        model = replace(found.model, measured=replace(found.measured, values=values))
+        own = Identified(*fitted(model, truth, fit.bounds, fit.loss)).interval(0.95)
         inside += sum(a <= x <= b for x, (a, b) in zip(truth, own.values(), strict=True))
-    print(f"{campaigns} campaigns: {inside / (len(truth) * campaigns):.2%} in intervals of 95 %")
+        if k % 500 == 0 or k == campaigns:
+            print(
+                f"{k} campaigns: {inside / (len(truth) * k):.2%} in intervals of 95 %", flush=True
+            )
 
 
 if __name__ == "__main__":

@@ -130,6 +130,7 @@ from robostiff.kinematics import actuator_names as actuator_names
 from robostiff.kinematics import find_posture as find_posture
 from robostiff.kinematics import hybrid_machine as hybrid_machine
 from robostiff.kinematics import postures as postures
+from robostiff.linkage import network_at as network_at
 from robostiff.model import Actuated as Actuated
 from robostiff.model import BodyPoint as BodyPoint
 from robostiff.model import BodySpring as BodySpring

@@ -303,8 +303,8 @@ REFUSED: dict[str, Callable[[], Any]] = {
         "c", [0, 0, 1], [0, 0, 0], EA=1e4, greatest_tension=Q(2, "kN")
     ),
     "weight": lambda: rs.Weight(Q([0, 0, -100], "N")),
-    "joints of a linkage": lambda: rs.load_linkage("double-pantograph").network_at(
-        {"left foot": [Q(1, "deg")]}
+    "joints of a linkage": lambda: rs.network_at(
+        rs.load_linkage("double-pantograph"), {"left foot": [Q(1, "deg")]}
     ),
     "coordinate of a formula": lambda: rs.derive(
         "gough-stewart-b", symbols=("R",), pose=rs.AtCoordinates({"x": Q(1, "deg")})

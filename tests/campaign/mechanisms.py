@@ -191,7 +191,7 @@ def _linkage(rng: np.random.Generator) -> tuple[list[Complaint], _TEXT]:
     judge = Judge(None, 1.0, True)
     text = {"linkage.txt": repr(linkage) + f"\ncrank at {end!r}"}
     try:
-        network = linkage.network_at({"crank": end})
+        network = rs.network_at(linkage, {"crank": end})
     except rs.NoAnswerError as error:
         judge.say("linkage", "open, and a smooth way closes it", str(error)[:200])
         return judge.complaints, text

@@ -77,7 +77,7 @@ def loaded_linkage(rng: np.random.Generator) -> list[Complaint]:
         essential(linkage)
     except rs.InputError:  # a circuit that ends where it begins is left out
         return []
-    network = linkage.network_at(None)
+    network = rs.network_at(linkage, None)
     length = float(network.characteristic_length) or 1.0
     unloaded = rs.stiffness(network)
     wrench = _wrench(rng, unloaded, network.space, length)

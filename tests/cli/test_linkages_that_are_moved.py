@@ -19,7 +19,7 @@ run = Running()
 
 @pytest.fixture(scope="module")
 def low():
-    return rs.load_linkage(PANTOGRAPH).network_at({"screw": -0.05})
+    return rs.network_at(rs.load_linkage(PANTOGRAPH), {"screw": -0.05})
 
 
 def test_an_equilibrium_is_that_of_the_network_there(low):

@@ -51,7 +51,8 @@ def test_counts_are_those_of_the_digits():
     values[:5] = 0.0, -0.0, np.inf, -np.inf, np.nan
     pages = (np.arange(2**16) % 300).astype(np.uint32)
     counts = np.ones((300, 64), dtype=int)
-    count_by_digits(values, pages, counts)
+    places = count_by_digits(values, pages, counts)
+    np.testing.assert_array_equal(places, np.flatnonzero(pages[values.view(np.uint32) >> 16] == 0))
     expected = np.ones((300, 64), dtype=int)
     for bits in values.view(np.uint32).tolist():
         expected[(bits >> 16) % 300, bits >> 10 & 63] += 1

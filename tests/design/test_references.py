@@ -105,7 +105,7 @@ def test_spreads_of_a_hexapod(hexapod):
     for q, reference in expected["quantiles_of_worst"].items():
         value, error = found.quantile("worst_deflection", float(q))
         apart = abs(value[0] - reference["value"])
-        assert apart < 5 * np.hypot(error[0], reference["standard_error"])
+        assert apart < 4 * np.hypot(error[0], reference["standard_error"])
     assert found.mean("worst_deflection")[0] == pytest.approx(expected["mean"], rel=1e-4)
     assert found.deviation("worst_deflection")[0] == pytest.approx(expected["std"], rel=5e-3)
     first = found.first_order("worst_deflection")[0]
@@ -131,7 +131,7 @@ def test_struts_of_least_work_for_their_mass(six_struts):
     assert found.at_limits == ("mass at most 30",)
     assert found.objective == pytest.approx(float(OPTIMUM["least_work"]), rel=1e-12)
     areas = np.array([found.values[name] for name in AREAS])
-    np.testing.assert_allclose(areas, np.array(OPTIMUM["optimal_areas"], dtype=float), rtol=1e-6)
+    np.testing.assert_allclose(areas, np.array(OPTIMUM["optimal_areas"], dtype=float), rtol=1e-8)
     bent = rs.deflection(found.robot, OPTIMUM["pose"], wrench=Work.wrench)
     assert float(np.dot(Work.wrench, bent.twist)) == pytest.approx(found.objective, rel=1e-9)
 

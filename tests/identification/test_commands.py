@@ -40,6 +40,17 @@ def test_the_campaign_of_the_examples(tmp_path):
     assert picture.stat().st_size > 1000
 
 
+def test_a_page_with_tables_and_residuals(tmp_path):
+    page = tmp_path / "residuals.html"
+    done = run("identify", ARM, CAMPAIGN, *ZEROS, "--plot", page)
+    assert done.exit_code == 0, done.output
+    html = page.read_text("utf-8")
+    assert html.startswith("<!doctype html>")
+    assert "<title>loaded-arm, identified</title>" in html
+    assert "status <b>ok</b>" in html
+    assert '<img alt="Residuals of loaded-arm"' in html
+
+
 def test_a_model_file_with_the_values(tmp_path):
     """Comments and order stay; the file is the robot that was found."""
     output = tmp_path / "identified.yaml"

@@ -68,3 +68,16 @@ def test_an_instrument_elsewhere(arm, found):
     other = rs.identify(arm, moved, ["arm/joint*"])
     _alike(found, other, 1e-5)
     assert other.chi_square == pytest.approx(found.chi_square, rel=1e-8)
+
+
+def test_a_world_that_is_turned(arm, found):
+    """Robot, gravity and loads turned and shifted together, beside the same readings."""
+    R, p = Rotation.from_rotvec([0.7, 0.4, -1.3]).as_matrix(), np.array([0.5, -1.0, 2.0])
+    (leg,) = arm.legs
+    base = rs.Frame(R @ leg.base.R, R @ leg.base.p + p)
+    turned = replace(arm, legs=(replace(leg, base=base),), gravity=R @ arm.gravity)
+    measured = arm_campaign()
+    moved = replace(measured, forces=measured.forces @ R.T)
+    other = rs.identify(turned, moved, ["arm/joint*"])
+    _alike(found, other, 1e-5)
+    assert other.chi_square == pytest.approx(found.chi_square, rel=1e-8)

@@ -129,7 +129,7 @@ def test_a_tree_without_mobility(tmp_path):
     assert robot.coordinates == ()
     result = rs.stiffness(robot)
     assert result.status is rs.Status.OK
-    network = rs.load_linkage(path).network_at()
+    network = rs.network_at(rs.load_linkage(path))
     assert np.allclose(rs.stiffness(network).K, result.K, rtol=0, atol=1e-6)
 
 

@@ -153,13 +153,13 @@ def test_what_was_asked_before_changes_no_answer():
         fresh = replace(asked)
         assert fresh is not asked
         try:
-            points = [node.point for node in fresh.network_at({"left": angle}).nodes]
+            points = [node.point for node in rs.network_at(fresh, {"left": angle}).nodes]
         except rs.NoAnswerError as error:
             lost += 1
             with pytest.raises(rs.NoAnswerError, match=re.escape(str(error))):
-                asked.network_at({"left": angle})
+                rs.network_at(asked, {"left": angle})
             continue
-        again = [node.point for node in asked.network_at({"left": angle}).nodes]
+        again = [node.point for node in rs.network_at(asked, {"left": angle}).nodes]
         np.testing.assert_array_equal(again, points)
     assert 0 < lost < len(angles) - 3
 

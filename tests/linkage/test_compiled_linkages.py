@@ -30,7 +30,7 @@ def _compiled(source):
 
 def _agrees(fast, linkage, row, K, status, rank):
     values = dict(zip(fast.inputs, row.tolist(), strict=True))
-    own = rs.stiffness(linkage.network_at(values))
+    own = rs.stiffness(rs.network_at(linkage, values))
     assert int(own.status) == status
     assert int(own.rank) == rank
     size = np.sqrt(np.maximum(np.diag(own.matrix), 0.0))
@@ -124,7 +124,7 @@ def test_far_from_home_the_straight_way_is_gone_in_parts():
     Machine code and NumPy go the same way.
     """
     linkage, fast = _compiled(FOUR_BAR)
-    pin = linkage.network_at().reference_point
+    pin = rs.network_at(linkage).reference_point
     rows = np.linspace(-1.0, 1.0, 600)[:, None]
     kernels = (fast, replace(fast, kernel=fast.kernel.by(MachineCode)))
     answers = [kernel.attempt(rows) for kernel in kernels[: 1 + machine_code_is_available()]]
@@ -132,7 +132,7 @@ def test_far_from_home_the_straight_way_is_gone_in_parts():
         assert not answer.guarded.any()
     K, other = answers[0].values["K"], answers[-1].values["K"]
     np.testing.assert_allclose(K, other, rtol=1e-9, atol=1e-9 * np.abs(K).max())
-    own = rs.stiffness(linkage.network_at({"crank": 1.0}))
+    own = rs.stiffness(rs.network_at(linkage, {"crank": 1.0}))
     assert np.linalg.norm(own.reference_point - pin) > 0.1
     np.testing.assert_allclose(K[-1], own.K, rtol=1e-9, atol=1e-9 * own.K.max())
 
@@ -213,7 +213,7 @@ def test_stiffnesses_may_be_inputs(tmp_path):
         fast.evaluate({"screw": screw}, parameters={"E": [E, 0.0, E]})
     for i in range(3):
         own = rs.load_linkage(path, {"k": float(k[i]), "E": E})
-        K = rs.stiffness(own.network_at({"screw": float(screw[i])})).K
+        K = rs.stiffness(rs.network_at(own, {"screw": float(screw[i])})).K
         for answer in answers:
             assert np.allclose(answer.values["K"][i], K, rtol=0, atol=1e-11 * K.max())
     at_nominal = fast.evaluate({"screw": screw}).values["K"]
@@ -240,7 +240,7 @@ def test_symbols_of_linkages_that_cannot_be():
     with pytest.raises(rs.InputError, match="parameters of stiffnesses"):
         rs.load_linkage("double-pantograph", symbols=("stroke",))
     linkage = rs.load_linkage("double-pantograph", symbols=("k",))
-    for question in (lambda: rs.stiffness(linkage), linkage.network_at):
+    for question in (lambda: rs.stiffness(linkage), lambda: rs.network_at(linkage)):
         with pytest.raises(rs.InputError, match="symbols without a number: k"):
             question()
     with pytest.raises(rs.InputError, match=r"expected a symbol: k; write rs\.load_linkage"):

@@ -17,7 +17,7 @@ run = Running()
 @pytest.mark.parametrize("joints", ["screw=-50 mm", "-50 mm"])
 def test_stiffness_and_deflection_at_values_of_joints(joints):
     linkage = rs.load_linkage(PANTOGRAPH, {"k": 1e5})
-    network = linkage.network_at({"screw": -0.05})
+    network = rs.network_at(linkage, {"screw": -0.05})
     K = rs.stiffness(network).K
     options = (PANTOGRAPH, "--set", "k=1e5", "--joints", joints)
     found = run.answer("stiffness", *options)

@@ -44,9 +44,9 @@ def test_kernel_and_networks_give_one_map_with_a_status_at_each_pose(four_bar):
         rtol = 1e-9 if values.dtype == np.float64 else 1e-6
         np.testing.assert_allclose(fast[name], values, atol=rtol * scale, rtol=rtol)
     assert fast.crank.attrs["units"] == "rad"
-    own = rs.stiffness(four_bar.network_at({"crank": -1.0})).K
+    own = rs.stiffness(rs.network_at(four_bar, {"crank": -1.0})).K
     np.testing.assert_allclose(slow.K[0], own, rtol=1e-9, atol=1e-9 * own.max())
-    bent = rs.deflection(four_bar.network_at({"crank": 1.0}), None, F)
+    bent = rs.deflection(rs.network_at(four_bar, {"crank": 1.0}), None, F)
     np.testing.assert_allclose(slow.displacement[2], bent.twist[:3], rtol=1e-6)
 
 

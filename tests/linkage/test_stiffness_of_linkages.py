@@ -36,11 +36,11 @@ def _alike(result, network):
 
 
 def test_at_values_it_is_the_network_at_these(four_bar):
-    _alike(rs.stiffness(four_bar), four_bar.network_at())
+    _alike(rs.stiffness(four_bar), rs.network_at(four_bar))
     every = rs.stiffness(four_bar, {"crank": ANGLES})
     assert every.batch_shape == (3,)
     for i, angle in enumerate(ANGLES):
-        network = four_bar.network_at({"crank": angle})
+        network = rs.network_at(four_bar, {"crank": angle})
         _alike(every[i], network)
         _alike(rs.stiffness(four_bar, {"crank": angle}), network)
     assert every.joint_coordinates["crank"][:, 0].tolist() == ANGLES
@@ -96,7 +96,7 @@ def test_deflection_compliance_and_indices_are_those_of_the_networks(four_bar):
     C = rs.compliance(four_bar, values)
     found = rs.indices(four_bar, values)
     for i, angle in enumerate(ANGLES):
-        network = four_bar.network_at({"crank": angle})
+        network = rs.network_at(four_bar, {"crank": angle})
         expected = rs.deflection(network, None, F)
         np.testing.assert_allclose(bent.twist[i], expected.twist, rtol=1e-9)
         for one in (bent[i], rs.deflection(four_bar, {"crank": angle}, F)):
@@ -122,7 +122,7 @@ def test_many_poses_are_answered_by_the_record():
     assert answer.recorded is not None
     assert "_details" not in vars(answer)
     for i, angle in enumerate([*ANGLES, 0.7]):
-        _alike(answer[i], fresh.network_at({"crank": angle}))
+        _alike(answer[i], rs.network_at(fresh, {"crank": angle}))
     assert "_details" not in vars(answer)
     about = rs.stiffness(fresh, {"crank": ANGLES[0]}, at=[0, 0, 0]).K
     own = answer.about(np.zeros(3))[0].K
@@ -158,7 +158,7 @@ def test_rigid_bars_have_a_compliance_and_a_deflection(four_bar):
     C = rs.compliance(linkage, values)
     bent = rs.deflection(linkage, values, F)
     for i, angle in enumerate(ANGLES):
-        network = linkage.network_at({"crank": angle})
+        network = rs.network_at(linkage, {"crank": angle})
         np.testing.assert_allclose(C[i], rs.compliance(network), atol=1e-9 * np.abs(C[i]).max())
         expected = rs.deflection(network, None, F).twist
         np.testing.assert_allclose(bent.twist[i], expected, atol=1e-9 * np.abs(expected).max())

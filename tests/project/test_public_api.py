@@ -178,6 +178,7 @@ PUBLIC = [
     "mass_below",
     "material",
     "modes",
+    "network_at",
     "network_response",
     "optimise",
     "planar",

@@ -25,7 +25,7 @@ def test_it_loads_by_its_name_as_a_network():
     assert isinstance(network, Network)
     assert rs.verify(network).agree
     assert rs.shipped_linkages() == ("double-pantograph",)
-    at_home = rs.compliance(linkage().network_at())
+    at_home = rs.compliance(rs.network_at(linkage()))
     np.testing.assert_allclose(rs.compliance(network), at_home, rtol=1e-9, atol=1e-15)
 
 
@@ -49,7 +49,7 @@ def test_a_load_in_the_middle_bends_the_bars_as_statics_tells():
         bent = np.array([across, up]) @ [-along[1], along[0]]
         stretched = pressed**2 * half / (E * SECTION.A)
         expected += 2 * (stretched + bent**2 * half**3 / (3 * E * SECTION.Iy))
-    C = rs.compliance(linkage().network_at())
+    C = rs.compliance(rs.network_at(linkage()))
     assert C[2, 2] == pytest.approx(expected, rel=1e-9)
 
 
@@ -58,7 +58,7 @@ def test_the_screw_is_compliant_by_its_transmission(stroke):
     """h = 2 l sin q above feet that are l cos q apart: dh = -2 cot q ds."""
     span = SPAN + stroke
     transmission = 2 * span / np.sqrt(BAR**2 - span**2)
-    soft, hard = (rs.compliance(linkage(k).network_at({"screw": stroke})) for k in (SCREW, 1e9))
+    soft, hard = (rs.compliance(rs.network_at(linkage(k), {"screw": stroke})) for k in (SCREW, 1e9))
     difference = transmission**2 * (1 / SCREW - 1 / 1e9)
     assert soft[2, 2] - hard[2, 2] == pytest.approx(difference, rel=1e-6)
 
@@ -67,7 +67,7 @@ def test_without_its_screw_it_collapses_upright():
     given = linkage()
     loose = prismatic([1, 0, 0], Passive(), name="screw")
     connections = (replace(c, element=loose) if c.name == "screw" else c for c in given.connections)
-    network = replace(given, connections=tuple(connections)).network_at({"screw": -0.1})
+    network = rs.network_at(replace(given, connections=tuple(connections)), {"screw": -0.1})
     result = rs.stiffness(network)
     assert result.status == Status.FREE_MOTIONS
     assert [str(motion) for motion in result.free_motions] == ["translation along z"]

@@ -266,7 +266,7 @@ def test_a_linkage_with_a_screw_is_the_robot_and_its_network(sign: int):
         Connection("beam", "body", "tip", frames[2], beam, Frame.identity()),
     )
     linkage = Linkage("jack", connections, "base", "tip", np.zeros(3))
-    C = rs.compliance(linkage.network_at())
+    C = rs.compliance(rs.network_at(linkage))
     robot = robot_of(linkage, close(linkage))
     snapshot = rs.find_posture(robot).snapshot.one(0)
     assert apart(rs.compliance(snapshot), C) < 1e-10

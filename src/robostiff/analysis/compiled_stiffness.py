@@ -356,7 +356,7 @@ def compile_stiffness(
         the nominal values.
     joints : sequence of str, optional
         Of a linkage, the joints that drive it; all actuated ones when left out. The other ones
-        follow, as in ``linkage.network_at``.
+        follow, as in `network_at`.
     backend : Backend
         ``Backend.MACHINE``, ``Backend.ARRAYS``, or the ``BEST`` there is.
 

@@ -272,7 +272,11 @@ def _(
 ) -> RecordedParts:
     # At samples as near to home as its surroundings are regular.
     del most
-    driven, name, otherwise = taken.driven, taken.subject.name, "linkage.network_at pose by pose"
+    driven, name, otherwise = (
+        taken.driven,
+        taken.subject.name,
+        "network_at(linkage, ...) pose by pose",
+    )
     recorded, undetermined, nearer = None, (), 0
     for nearer in range(_NEARER):
         recorded, undetermined = record_linkage(driven, driven.samples(nearer=nearer))

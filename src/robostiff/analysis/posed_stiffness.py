@@ -130,7 +130,7 @@ def stiffness(
         coordinates of the robot, the others following from the legs; joint coordinates for a serial
         arm; None for home. A snapshot and a network have their own pose. Of a linkage coordinates
         of joints by name, numbers (...) each, or those of all actuated joints (..., n); the other
-        joints follow, as in ``linkage.network_at``.
+        joints follow, as in `network_at`.
     method : Form
         ``WrenchBasis()`` (default), ``Block()``, ``Recursive()``, ``SaddlePoint()``,
         ``IndexRules()``. A network is solved as a whole, without any of them.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import click
@@ -149,7 +150,9 @@ class Identify(Command, name="identify"):
     )
     gravity: str | None = option("--gravity", metavar="AXIS", help=_GRAVITY)
     output: str | None = output_option("The model file with these values, a new file.", None)
-    plot: str | None = plot_option("Draw residuals", ".png, .svg or .pdf")
+    plot: str | None = plot_option(
+        "Draw residuals", ".png, .svg or .pdf; or .html, with all tables above"
+    )
     answer: Answer = group(Answer)
 
     def run(self) -> int:
@@ -164,7 +167,7 @@ class Identify(Command, name="identify"):
         losses = {"squares": Squares(), "robust": Robust()}
         loss = written.chosen("--loss", self.loss, losses)
         output = output_beside(self.output, self.answer)
-        picture = picture_beside(self.plot, self.answer, is_scene=False)
+        picture = picture_beside(self.plot, self.answer)
         robot, markers = _robot(self.model, self.unknowns), _markers(self.markers)
         frames: Any = UnknownFrames()
         if self.instrument is not None or markers:
@@ -195,8 +198,24 @@ class Identify(Command, name="identify"):
         if picture is not None:
             from robostiff.plot.curves import residuals_picture
 
-            draw(residuals_picture(found), picture)
+            if picture.suffix.lower() == ".html":
+                _write_page(found, picture)
+            else:
+                draw(residuals_picture(found), picture)
         return answered(found, self.answer)
+
+
+def _write_page(found: Any, path: Path) -> None:
+    """A page with what notebooks show: tables, advice and residuals."""
+    from robostiff.markup import escaped
+    from robostiff.plot.in_notebooks import picture_html
+    from robostiff.whole_file import whole_file
+
+    title = f"<title>{escaped(found.robot.name)}, identified</title>"
+    body = f"<body>{found._repr_html_()}{picture_html(found)}</body>"
+    with whole_file(path) as begun:
+        head = f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">{title}</head>'
+        begun.write_text(f"{head}\n{body}</html>\n", encoding="utf-8")
 
 
 class Plan(Command, name="plan"):
@@ -346,21 +365,15 @@ def _table(robot: Any, postures: Any) -> str:
     """A file of postures, to be completed by readings, in degrees and millimetres."""
     import numpy as np
 
+    from robostiff.analysis.maps.pose_columns import POSE_UNITS, coordinate_units
     from robostiff.identification.measurement_kinds import coordinates_of
     from robostiff.kinematics import JointCoordinates
-    from robostiff.kinematics.pose import joint_units
 
-    if isinstance(postures, JointCoordinates):
-        chain = robot.numeric.legs[0].chain
-        names, units = chain.coordinate_names, joint_units(chain)
-    else:
-        names = tuple(f"pose_{own.value}" for own in robot.coordinates)
-        units = tuple("rad" if name[5] == "r" else "m" for name in names)
+    units = coordinate_units(robot)
+    if not isinstance(postures, JointCoordinates):
+        units = {f"pose_{own.value}": POSE_UNITS[own.value] for own in robot.coordinates}
     shown = {"rad": ("deg", 180 / np.pi), "m": ("mm", 1e3)}
-    heads = [f"{name} [{shown[unit][0]}]" for name, unit in zip(names, units, strict=True)]
-    factors = [shown[unit][1] for unit in units]
-    rows = [
-        ",".join([str(k + 1), *(f"{x:.6f}" for x in row * factors)])
-        for k, row in enumerate(coordinates_of(postures))
-    ]
-    return "\n".join([",".join(["posture", *heads]), *rows]) + "\n"
+    lines = [",".join(["posture", *(f"{name} [{shown[u][0]}]" for name, u in units.items())])]
+    rows = coordinates_of(postures) * [shown[u][1] for u in units.values()]
+    lines += [",".join([str(k), *(f"{x:.6f}" for x in row)]) for k, row in enumerate(rows, 1)]
+    return "\n".join(lines) + "\n"

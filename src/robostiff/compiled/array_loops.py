@@ -69,7 +69,7 @@ def uniform_rows(
     return out
 
 
-def count_by_digits(values: np.ndarray, pages: np.ndarray, counts: np.ndarray) -> None:
+def count_by_digits(values: np.ndarray, pages: np.ndarray, counts: np.ndarray) -> np.ndarray:
     """Count numbers by their sign, exponent and first thirteen binary digits.
 
     Parameters
@@ -79,13 +79,21 @@ def count_by_digits(values: np.ndarray, pages: np.ndarray, counts: np.ndarray) -
         Row of `counts` for the first 16 bits of a number.
     counts : (rows, PLACES) array of int64
         Counts are added to it.
+
+    Returns
+    -------
+    (M,) array
+        Places of the numbers whose row is 0.
     """
     if (functions := _machine_code()) is not None:
-        arrays = (own.ctypes.data for own in (pages, counts))
+        places = np.empty(len(values) + 1, dtype=np.int64)  # at last, how many there are
+        arrays = (own.ctypes.data for own in (pages, counts, places))
         functions["count"](values.ctypes.data, len(values), *arrays)
-        return
+        return places[: places[-1]]
     bits = values.view(np.uint32)
-    np.add.at(counts, (pages[bits >> 16], bits >> 10 & (PLACES - 1)), 1)
+    rows = pages[bits >> 16]
+    np.add.at(counts, (rows, bits >> 10 & (PLACES - 1)), 1)
+    return np.flatnonzero(rows == 0)
 
 
 @cache
@@ -96,7 +104,7 @@ def _machine_code() -> dict[str, Any] | None:
     pointer, count, number = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
     kinds = {
         "fill": (pointer, count, ctypes.c_uint64, number, number),
-        "count": (pointer, count, pointer, pointer),
+        "count": (pointer, count, pointer, pointer, pointer),
     }
     return functions_of(_text(processor.width), processor, kinds)
 
@@ -143,11 +151,12 @@ places:
 done:
   ret void
 }}
-define void @count(ptr %values, i64 %count, ptr %pages, ptr %counts) {{
+define void @count(ptr %values, i64 %count, ptr %pages, ptr %counts, ptr %places) {{
 entry:
   br label %numbers
 numbers:
   %k = phi i64 [0, %entry], [%next, %numbers]
+  %left = phi i64 [0, %entry], [%left_next, %numbers]
   %from = getelementptr i32, ptr %values, i64 %k
   %bits = load i32, ptr %from, align 4
   %above = lshr i32 %bits, 16
@@ -163,10 +172,17 @@ numbers:
   %before = load i64, ptr %own, align 8
   %after = add i64 %before, 1
   store i64 %after, ptr %own, align 8
+  %left_place = getelementptr i64, ptr %places, i64 %left
+  store i64 %k, ptr %left_place, align 8
+  %is_left = icmp eq i32 %page, 0
+  %one_left = zext i1 %is_left to i64
+  %left_next = add i64 %left, %one_left
   %next = add i64 %k, 1
   %more = icmp slt i64 %next, %count
   br i1 %more, label %numbers, label %done
 done:
+  %last = getelementptr i64, ptr %places, i64 %count
+  store i64 %left_next, ptr %last, align 8
   ret void
 }}
 """

@@ -24,7 +24,7 @@ from robostiff.spatial import Space
 _REACHED = 1e-6
 # Legs must close with this part of what stands below the roots of their closure, at least.
 _ROOM = 1e-2
-_PRECISION, _MOST_STEPS = 1e-12, 300
+_PRECISION, _MOST_STEPS = 1e-15, 300
 # In place of the objective where there is no answer, so that a step is shortened.
 _FAR = 1e6
 

@@ -207,7 +207,7 @@ def choose_poses(
         markers=list(names) * (len(rows) * len(loads)),
         sigma=sigma,
     )
-    statics = FiniteLoads.of(States.of(changed, measured, np.eye(3)), changed, unknowns, gravity)
+    statics = FiniteLoads(States.of(changed, measured, np.eye(3)), changed, unknowns, gravity)
     turns = np.tile(np.eye(3), (len(names), 1, 1))
     model = ReadingModel(measured, statics, unknowns, None, None, np.eye(3), names, turns)
     x = np.concatenate([[own.nominal for own in unknowns], np.zeros(6), places.ravel()])
@@ -216,7 +216,12 @@ def choose_poses(
     good = _serve(model, J)
     rows, J = rows[good], J[good]
     if len(rows) < least:
-        raise InputError("candidates", got=f"{len(rows)} that serve", expected=f"at least {least}")
+        raise InputError(
+            "candidates",
+            got=f"{len(rows)} that serve",
+            expected=f"at least {least}",
+            hint="the others are near singular, or move by less than 5 sigma: hang loads on them",
+        )
     M = np.swapaxes(J, 1, 2) @ J
     before = np.zeros(M.shape[1:])
     every = [np.asarray(np.linalg.qr(J.reshape(-1, len(x)), mode="r"))]

@@ -99,31 +99,21 @@ def known_frames(
     return instrument, markers, turn_by_vector(np.reshape(vectors, (-1, 3))), turned
 
 
-@dataclass(frozen=True, eq=False)
-class SeenPoints:
-    """Whole points of markers, and the platforms that carry them, as far as they are known.
-
-    `points` (N, 3) are in instrument axes; `origins` (N, 3) and `axes` (N, 3, 3) those of the
-    platforms in the world; `marker` (N,) is the number of the marker.
-    """
-
-    points: np.ndarray
-    origins: np.ndarray
-    axes: np.ndarray
-    marker: np.ndarray
-
-    def in_world(self, m: np.ndarray) -> np.ndarray:
-        """The points (N, 3) in the world, of markers at m (K, 3) in the platform."""
-        return self.origins + np.einsum("nij,nj->ni", self.axes, m[self.marker])
-
-
 def nearest_frames(
-    seen: SeenPoints, instrument: np.ndarray | None, markers: np.ndarray | None, count: int
+    y: np.ndarray,
+    P: np.ndarray,
+    A: np.ndarray,
+    which: np.ndarray,
+    instrument: np.ndarray | None,
+    markers: np.ndarray | None,
+    count: int,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rotation to instrument axes, its place and the markers (count, 3), found where None.
 
-    With ``Q = R^T`` as nine numbers ``Q y + b - A m = P`` is linear; Q is made a rotation, and what
-    is unknown beside it follows again and again. Another start has all markers at the origin of the
+    By whole points y (N, 3) of markers `which` (N,), instrument axes, and the origins P (N, 3) and
+    axes A (N, 3, 3) in the world of the platforms that carry them, as far as they are known. With
+    ``Q = R^T`` as nine numbers ``Q y + b - A m = P`` is linear; Q is made a rotation, and what is
+    unknown beside it follows again and again. Another start has all markers at the origin of the
     platform; the better one counts.
 
     Raises InputError when there are less than three points.
@@ -133,11 +123,13 @@ def nearest_frames(
     Kabsch: A solution for the best rotation to relate two sets of vectors, Acta Crystallographica
     A 32, 1976.
     """
-    y, A, P, which = seen.points, seen.axes, seen.origins, seen.marker
     if len(y) < 3:
         raise InputError("points of markers", got=f"{len(y)} whole ones", expected="three or more")
     b = np.zeros(3) if instrument is None else instrument[:3]
     m = np.zeros((count, 3)) if markers is None else markers
+
+    def in_world(m: np.ndarray) -> np.ndarray:
+        return P + np.einsum("nij,nj->ni", A, m[which])
 
     def settled(Q: np.ndarray, b: np.ndarray, m: np.ndarray) -> tuple[float, Any, Any, Any]:
         for _ in range(_ROUNDS):
@@ -146,8 +138,8 @@ def nearest_frames(
                 sums = [np.bincount(which, each[:, i], count) for i in range(3)]
                 m = np.array(sums).T / np.maximum(np.bincount(which, minlength=count), 1)[:, None]
             if instrument is None:
-                Q, b = _absolute_orientation(y, seen.in_world(m))
-        return float(np.sum((y @ Q.T + b - seen.in_world(m)) ** 2)), Q, b, m
+                Q, b = _absolute_orientation(y, in_world(m))
+        return float(np.sum((y @ Q.T + b - in_world(m)) ** 2)), Q, b, m
 
     if instrument is not None:
         _, Q, b, m = settled(turn_by_vector(instrument[3:]).T, b, m)
@@ -158,10 +150,10 @@ def nearest_frames(
         M[:, i, 3 * i : 3 * i + 3], M[:, i, 9 + i] = y, 1.0
         if markers is None:
             M[np.arange(len(y))[:, None], i, 12 + 3 * which[:, None] + np.arange(3)] = -A[:, i]
-    found = np.linalg.lstsq(M.reshape(-1, M.shape[2]), seen.in_world(m).ravel(), rcond=1e-9)[0]
+    found = np.linalg.lstsq(M.reshape(-1, M.shape[2]), in_world(m).ravel(), rcond=1e-9)[0]
     Q = nearest_turn(found[:9].reshape(3, 3))
     m = found[12:].reshape(-1, 3) if markers is None else m
-    starts.append(settled(Q, np.mean(seen.in_world(m) - y @ Q.T, axis=0), m))
+    starts.append(settled(Q, np.mean(in_world(m) - y @ Q.T, axis=0), m))
     _, Q, b, m = min(starts, key=lambda own: own[0])
     return Q.T, b, m
 

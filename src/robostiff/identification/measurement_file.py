@@ -256,7 +256,7 @@ class _Table:
                 bodies[row] = name
             elif name not in ("", "tip"):
                 known = ", ".join(self.hooks) or "hooks="
-                expected = f"tip, a body such as arm/joint3, or one of {known}"
+                expected = f"tip, or one of {known}, or a body such as arm/joint3"
                 raise FileError(self.at(row), "hook", got=name, expected=expected)
             if np.isfinite(own).any() and not np.isfinite(own).all():
                 raise FileError(
@@ -270,7 +270,7 @@ class _Table:
         """Those of all lines, and the lines that count."""
         count = len(self.lines)
         load, (hooks, bodies) = self.columns(_WRENCH, 0.0), self._hooks()
-        at_hooks = np.isfinite(hooks).all(axis=1) | [bool(body) for body in bodies]
+        at_hooks = np.isfinite(hooks).all(axis=1) | np.array([bool(body) for body in bodies])
         forces = load[:, :3] * np.reshape(at_hooks, (-1, 1))
         mass = self.columns(["mass"], 0.0)[:, 0]
         if mass.any():

@@ -239,7 +239,7 @@ class Measurements:
         count = len(self)
         found = self.chosen(np.tile(np.arange(count), 2))
         wrenches, forces, shift = found.wrenches, found.forces, sign * self.sigma_wrench[:, k]
-        at_hook = np.isfinite(self.hooks).all(axis=1) | [bool(own) for own in self.bodies]
+        at_hook = np.isfinite(self.hooks).all(axis=1) | np.array([bool(own) for own in self.bodies])
         at_hook &= k < 3
         wrenches[:count, k] += np.where(at_hook, 0.0, shift)
         forces[:count, k % 3] += np.where(at_hook, shift, 0.0)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -12,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.compiled import Backend
 from robostiff.errors import InputError
-from robostiff.identification.measurement_kinds import LoadAxes, Reading, coordinates_of
+from robostiff.identification.measurement_kinds import LoadAxes, Reading
 from robostiff.identification.measurements import Measurements
 from robostiff.identification.unknowns import Unknown
 from robostiff.kinematics import JointCoordinates, find_posture
@@ -154,28 +153,20 @@ class FiniteLoads:
 
     states: States
     robot: Robot  # with symbols
-    names: tuple[str, ...]  # of the parameters
+    parameters: tuple[Unknown, ...]
     gravity: ArrayLike | str | None = None
-    lost: np.ndarray | None = None  # (S,) of bool: states without rates
-    nominal: np.ndarray = field(default_factory=lambda: np.zeros(0))  # (n,) of the parameters
-    plays: Mapping[str, str] = field(default_factory=dict)  # joints of parameters that are play
     drives: bool = False  # whether what drives carry is asked for
+    lost: np.ndarray | None = None  # (S,) of bool: states without rates
 
-    @classmethod
-    def of(
-        cls,
-        states: States,
-        robot: Robot,
-        parameters: Sequence[Unknown],
-        gravity: ArrayLike | str | None,
-        *,
-        drives: bool = False,
-    ) -> FiniteLoads:
-        """Of unknowns, at their nominal values."""
-        names = tuple(own.name for own in parameters)
-        nominal = np.array([own.nominal for own in parameters])
-        plays = {own.name: own.plays for own in parameters if own.plays}
-        return cls(states, robot, names, gravity, None, nominal, plays, drives)
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the parameters."""
+        return tuple(own.name for own in self.parameters)
+
+    @property
+    def plays(self) -> dict[str, str]:
+        """Joints of parameters that are play."""
+        return {own.name: own.plays for own in self.parameters if own.plays}
 
     @cached_property
     def compiled(self):
@@ -208,7 +199,8 @@ class FiniteLoads:
         if self.plays:
             found[:, [name in self.plays for name in self.names]] = 0.0
             vars(self)["factors"] = found  # without play
-            strains = self._answer(self.nominal, slice(None), again=False)[1].drives[:, 1]
+            nominal = np.array([own.nominal for own in self.parameters])
+            strains = self._answer(nominal, slice(None), again=False)[1].drives[:, 1]
             sizes = np.nanmax(np.abs(strains), axis=0, initial=0.0)
             for name, joint in self.plays.items():
                 own = strains[:, self.compiled.drives.index(joint)]
@@ -222,11 +214,10 @@ class FiniteLoads:
         """Coordinates of all drives without load (S, drives), by their names `compiled.drives`."""
         robot = self.robot.numeric
         posture = find_posture(robot, self.states.pose)
+        each = zip(robot.legs, posture.coordinates, actuator_places(robot), strict=True)
         found = {
             f"{leg.name}/{leg.chain.coordinate_names[place]}": q[:, place]
-            for leg, q, places in zip(
-                robot.legs, posture.coordinates, actuator_places(robot), strict=True
-            )
+            for leg, q, places in each
             for place in places
         }
         none = np.full(len(self.states.coordinates), np.nan)
@@ -236,18 +227,12 @@ class FiniteLoads:
         self, values: np.ndarray, rows: np.ndarray | slice, *, again: bool
     ) -> tuple[LoadedAnswer, Platforms]:
         """Of some states."""
-        own = replace(
-            self.states,
-            coordinates=self.states.coordinates[rows],
-            wrenches=self.states.wrenches[rows],
-            levers=self.states.levers[rows],
-            forces=self.states.forces[rows],
-        )
+        own, q = self.states, self.states.coordinates[rows]
         found = self.compiled.evaluate(
-            own.pose,
-            own.wrenches[:, list(self.robot.space.rows)],
-            hooks=own.levers,
-            forces=own.forces,
+            JointCoordinates(q) if own.by_joints else q,
+            own.wrenches[rows][:, list(self.robot.space.rows)],
+            hooks=own.levers[rows],
+            forces=own.forces[rows],
             parameters=dict(zip(self.names, (values * self.factors[rows]).T, strict=True)),
             again=again,
         )
@@ -293,17 +278,10 @@ class SmallLoads:
     names: tuple[str, ...]
 
     @cached_property
-    def _postures(self) -> tuple[np.ndarray | JointCoordinates, np.ndarray]:
-        """Different postures, and that of each state."""
-        q, place = np.unique(self.states.coordinates, axis=0, return_inverse=True)
-        return (JointCoordinates(q) if self.states.by_joints else q), place.ravel()
-
-    @cached_property
     def _unloaded(self) -> tuple[np.ndarray, np.ndarray]:
         """Reference points and axes of the platform in the states."""
-        pose, of_state = self._postures
         robot = self.robot.numeric
-        found = find_posture(robot, pose).pose.reshape(-1, 6)[of_state]
+        found = find_posture(robot, self.states.pose).pose.reshape(-1, 6)
         R = turn_by_vector(found[:, 3:])
         return found[:, :3] + R @ robot.reference_point, R
 
@@ -314,7 +292,7 @@ class SmallLoads:
         from robostiff.compiled import ComplianceMatrix, Derivative
 
         C = ComplianceMatrix()
-        many = len(coordinates_of(self._postures[0])) >= _MANY
+        many = len(self.states.coordinates) >= _MANY
         backend = Backend.BEST if many else Backend.ARRAYS
         outputs = [C, *(Derivative(C, name) for name in self.names)]
         return compile_stiffness(self.robot, outputs, parameters=self.names, backend=backend)
@@ -333,16 +311,13 @@ class SmallLoads:
         """Places at values (n,) of the parameters."""
         (points, R), rows = self._unloaded, list(self.robot.space.rows)
         given = dict(zip(self.names, values.tolist(), strict=True))
-        pose, of_state = self._postures
-        answer = self.compiled.evaluate(pose, parameters=given)
+        answer = self.compiled.evaluate(self.states.pose, parameters=given)
         B = R @ self.states.levers
         W = self.states.wrenches.copy()
         W[:, 3:] += B[:, [1, 2, 0], [2, 0, 1]] - B[:, [2, 0, 1], [1, 2, 0]]
         each = [answer.values[output.name] for output in self.compiled.kernel.outputs]
         moved = np.zeros((len(W), 6, len(each)))
         for k, C in enumerate(each):
-            moved[:, rows, k] = np.einsum("sij,sj->si", C[of_state], W[:, rows])
-        codes, none = answer.status_codes[of_state], np.zeros((len(W), 2, 0))
-        return PlacesInStates(
-            points, R, moved[:, :, 0], moved[:, :, 1:], codes, none, none[..., None]
-        )
+            moved[:, rows, k] = np.einsum("sij,sj->si", C, W[:, rows])
+        none, moves = np.zeros((len(W), 2, 0)), (moved[:, :, 0], moved[:, :, 1:])
+        return PlacesInStates(points, R, *moves, answer.status_codes, none, none[..., None])

@@ -127,7 +127,8 @@ def _with_unknowns(
     symbols = {str(symbol): symbol for symbol in robot.symbols}
     groups = _asked(robot.name, [*symbols, *candidates], patterns, fixed, shared=shared)
     if not any(groups.values()):
-        raise InputError("parameters to identify", got="none that is not fixed", expected="some")
+        got = "none that is not fixed" if patterns else "none"
+        raise InputError("parameters to identify", got=got, expected='names, such as "arm/joint*"')
     chosen = {name for names in groups.values() for name in names}
     others = {name: robot.nominal[name] for name in symbols if name not in chosen}
     if others:

@@ -1,5 +1,5 @@
 from robostiff.linkage.closure import Configuration
-from robostiff.linkage.driven import DrivenLinkage, close
+from robostiff.linkage.driven import DrivenLinkage, close, closed_at, network_at
 from robostiff.linkage.essential import essential, robot_of, welded_places, with_roles
 from robostiff.linkage.linkage import Connection, DriveValues, Linkage
 
@@ -10,7 +10,9 @@ __all__ = [
     "DrivenLinkage",
     "Linkage",
     "close",
+    "closed_at",
     "essential",
+    "network_at",
     "robot_of",
     "welded_places",
     "with_roles",

@@ -9,13 +9,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, NoAnswerError
 from robostiff.kept import kept
 from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.linkage.closure import PART_OF_A_TURN, Configuration, LoopsOfLinkage, moved_bodies
-from robostiff.linkage.essential import essential
+from robostiff.linkage.essential import essential, network_of
 from robostiff.linkage.linkage import Connection, DriveValues, JointValues, Linkage
 from robostiff.model import Actuated
+from robostiff.network import Network
 from robostiff.recorded.parameters import COUNT
 from robostiff.spatial import Frame, Screw, as_floats
 
@@ -267,6 +268,42 @@ def driven_by(linkage: Linkage, joints: tuple[str, ...] | None) -> DrivenLinkage
         known = {joint.name for joint in part.joints}
         joints = tuple(name for name in joints if name in known)
     return DrivenLinkage(part, joints, close(part))
+
+
+def network_at(linkage: Linkage, values: JointValues | None = None) -> Network:
+    """A linkage as a network, with some joints at given coordinates.
+
+    Parameters
+    ----------
+    linkage : Linkage
+    values : mapping of str to float or sequence of float, optional
+        Coordinates of joints by name [m, rad], which these joints keep. The others start at
+        home and follow as the loops need. The home configuration when left out.
+
+    Raises
+    ------
+    NoAnswerError
+        When the loops do not close.
+    InputError
+        When a name is no joint's, or its numbers are not finite or too many or few.
+    """
+    return network_of(*closed_at(linkage, values))
+
+
+def closed_at(linkage: Linkage, values: JointValues | None = None) -> tuple[Linkage, Configuration]:
+    """The part between base and platform, closed; as `network_at`.
+
+    Every path begins at the same home, which is closed once.
+    """
+    given = linkage.checked(values or {})
+    driven = driven_by(linkage.in_floats, tuple(given))
+    row = np.concatenate([np.zeros(0), *(given[name] for name in driven.drives)])
+    (found,) = driven.at(row[None])
+    if not found.is_closed:
+        raise NoAnswerError(
+            f"the loops of {linkage.name!r} do not close: {found.complaint}; {found.advice}"
+        )
+    return driven.part, found
 
 
 def close(linkage: Linkage, values: JointValues | None = None) -> Configuration:

@@ -5,23 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.elasticity import moved
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import InputError
 from robostiff.kinematics.spanning_tree import SpanningTree, spanning_tree
 from robostiff.model import Chain, Joint, JointKind, Link, Locked, Mass, Passive
 from robostiff.model.checks import finite_coordinates
 from robostiff.model.entries import Symbolic
 from robostiff.model.subject import Coordinate, Subject
 from robostiff.spatial import Frame, Screw, Space, refuse_quantities
-
-if TYPE_CHECKING:
-    from robostiff.linkage.closure import Configuration
-    from robostiff.network import Network
 
 JointValues = Mapping[str, float | Sequence[float]]
 """Coordinates of joints by their names [m, rad]; a list for a joint with several."""
@@ -196,43 +192,6 @@ class Linkage(Symbolic, Subject):
     def tree(self) -> SpanningTree[Connection]:
         """Ways to its bodies, and the connections that close loops."""
         return spanning_tree(self.base, self.connections)
-
-    def network_at(self, values: JointValues | None = None) -> Network:
-        """The linkage as a network, with some joints at given coordinates.
-
-        Parameters
-        ----------
-        values : mapping of str to float or sequence of float, optional
-            Coordinates of joints by name [m, rad], which these joints keep. The others start at
-            home and follow as the loops need. The home configuration when left out.
-
-        Raises
-        ------
-        NoAnswerError
-            When the loops do not close.
-        InputError
-            When a name is no joint's, or its numbers are not finite or too many or few.
-        """
-        from robostiff.linkage.essential import network_of
-
-        return network_of(*self.closed_at(values))
-
-    def closed_at(self, values: JointValues | None = None) -> tuple[Linkage, Configuration]:
-        """The part between base and platform, closed; as `network_at`.
-
-        Every path begins at the same home, which is closed once.
-        """
-        from robostiff.linkage.driven import driven_by
-
-        given = self.checked(values or {})
-        driven = driven_by(self.in_floats, tuple(given))
-        row = np.concatenate([np.zeros(0), *(given[name] for name in driven.drives)])
-        (found,) = driven.at(row[None])
-        if not found.is_closed:
-            raise NoAnswerError(
-                f"the loops of {self.name!r} do not close: {found.complaint}; {found.advice}"
-            )
-        return driven.part, found
 
     def check_names(self, joints: Iterable[str]) -> None:
         """Raise for a name that is no joint's."""

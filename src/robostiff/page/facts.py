@@ -12,7 +12,7 @@ from robostiff.analysis import stiffness
 from robostiff.analysis.parts_at_home import mobility_at_home, part_in_words, parts_at_home
 from robostiff.elastostatics import Status
 from robostiff.kinematics import find_posture, with_body_springs, with_masses
-from robostiff.linkage import Linkage
+from robostiff.linkage import Linkage, network_at
 from robostiff.markup import STIFFNESS_UNITS, Block, Bullets, Facts, Page, Table, row
 from robostiff.model import Actuated, Joint, Passive, PlacedLeg, PlacedMass, Robot
 from robostiff.model.in_words import elements_in_words, placed_in_words
@@ -161,7 +161,7 @@ def _legs(machine: Any) -> list[dict[str, Any]]:
 def masses_at_home(machine: Any) -> dict[str, Any]:
     """Masses, gravity and springs between bodies at home, as `masses_in_words` takes them."""
     if isinstance(machine, Linkage):
-        machine = machine.network_at({})
+        machine = network_at(machine, {})
     posture = find_posture(machine) if isinstance(machine, Robot) else None
     placed: Any = machine if posture is None else with_masses(posture).one(0)
     masses = (

@@ -8,11 +8,14 @@ from io import BytesIO
 from typing import Any, cast
 
 from robostiff.analysis import Deflection, Stiffness
+from robostiff.compensation.compensate import Compensation
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
+from robostiff.identification.identified import Identified
 from robostiff.markup import escaped
 from robostiff.model.subject import Subject
 from robostiff.plot.backend import DATA, Matplotlib
+from robostiff.plot.curves import compensation_picture, residuals_picture
 from robostiff.plot.picture import Picture
 from robostiff.plot.posed_robot import equilibrium, mode, picture_of_posed, robot
 from robostiff.plot.stiffness_pictures import ellipsoid
@@ -42,25 +45,30 @@ def picture_html(result: object) -> str:
 
 
 def picture_of_result(result: object) -> Picture | None:
-    """The machine, its compliance ellipsoid, its deformed shape or its slowest mode.
+    """The machine, its compliance ellipsoid, its deformed shape, its slowest mode, or curves.
 
     None for batches, and where the result does not know its robot.
     """
     match result:
         case Subject():
-            return robot(getattr(result, "numeric", cast("Any", result)), backend=DATA)
+            picture = robot(getattr(result, "numeric", cast("Any", result)), backend=DATA)
         case Stiffness() if _is_posed(result):
-            return ellipsoid(result, within=result.placed(), backend=DATA)
+            picture = ellipsoid(result, within=result.placed(), backend=DATA)
         case Deflection(stiffness=Stiffness() as own) if _is_posed(own):
             # the shape under forces at bodies is not known from the wrench
             drawable = result.has_answer and result.work_of_loads is None
-            return picture_of_posed(own.placed(), result) if drawable else None
+            picture = picture_of_posed(own.placed(), result) if drawable else None
         case Equilibrium() if result.has_answer:
-            return equilibrium(result, backend=DATA)
+            picture = equilibrium(result, backend=DATA)
         case Modes() if result.each:
-            return mode(result, backend=DATA)
+            picture = mode(result, backend=DATA)
+        case Identified() if not result.fit.too_few:
+            picture = residuals_picture(result)
+        case Compensation() if len(result.target):
+            picture = compensation_picture(result)
         case _:
-            return None
+            picture = None
+    return picture
 
 
 def _is_posed(result: Stiffness) -> bool:

@@ -25,7 +25,7 @@ from robostiff.analytic import AtHome, RobotDerivation
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Pose
-from robostiff.linkage import Linkage
+from robostiff.linkage import Linkage, closed_at
 from robostiff.linkage.essential import network_of
 from robostiff.markup import Number
 from robostiff.model import Robot, Snapshot
@@ -146,7 +146,7 @@ def report_contents(
     place: Any = pose
     own["source"] = getattr(robot, "source", "")
     if isinstance(robot, Linkage):
-        part, closed = robot.closed_at(place)
+        part, closed = closed_at(robot, place)
         joints = {
             joint.name + (f"[{i}]" if joint.size > 1 else ""): Number(float(q), screw.unit)
             for joint in part.joints

@@ -104,7 +104,7 @@ def load_linkage(
     """A robot description with its side file as a linkage, to be placed at any joint coordinates.
 
     `robostiff.load` makes the robot of it, or a network at home. A linkage is a network at every
-    configuration: ``linkage.network_at({"crank": 0.3})``.
+    configuration: ``network_at(linkage, {"crank": 0.3})``.
 
     Parameters
     ----------

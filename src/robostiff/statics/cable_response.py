@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -15,13 +16,17 @@ from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.kinematics import Pose
 from robostiff.model.cable import CableRobot
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
-from robostiff.statics.equations.equilibrium_path import path
+from robostiff.statics.equations.critical_point import least_margin
+from robostiff.statics.equations.equilibrium_path import first_critical
 from robostiff.statics.equations.newton import FoundEquilibrium, equilibrium_at
 from robostiff.statics.equations.problem import EquilibriumProblem, LoadCase
 from robostiff.statics.loading.given_loads import Acting
 from robostiff.statics.loading.loaded_posture import Postures
 
 _FURTHEST = 100.0  # times the load, up to which slack is searched for
+# Of the load, a step; of the length of the robot, or [rad], how far one may move it; and steps of
+# Newton's method, before there is no equilibrium near by.
+_SHORTEST, _NEAR, _STEPS = 1e-4, 0.1, 12
 _TAUT = 1e-10
 
 
@@ -88,24 +93,43 @@ def cable_response(
 def _followed(
     problem: EquilibriumProblem, loading: LoadCase
 ) -> tuple[tuple[float, int] | None, FoundEquilibrium | None, float]:
-    """The first slack cable, the whole load's equilibrium, and the part that is carried."""
+    """The first slack cable, the whole load's equilibrium, and the part that is carried.
+
+    In long steps from one stable equilibrium to the next; on the path itself where these end.
+    """
+    here = equilibrium_at(problem, loading, 0.0, problem.unloaded)
     if not np.any(loading.wrench_rate):
-        found = equilibrium_at(problem, loading, 1.0, problem.unloaded)
-        return None, found if found.converged else None, 1.0
-    event, whole, carried, before = None, None, 0.0, None
-    for own in path(problem, loading, largest=1.0):
-        critical = own.critical[0] if own.critical else None
-        reached = own.found.factor if critical is None else critical.factor
-        if before is not None and event is None:
-            event = _first_slack(before, own.found if critical is None else critical.found)
-        if whole is None and reached >= 1.0:
-            whole = own.at(1.0)
-        carried = min(1.0, max(carried, reached))
-        ends = critical is not None or not 0 <= reached < _FURTHEST
-        if ends or (event is not None and whole is not None):
+        return None, here if here.converged else None, 1.0
+    event, whole = None, None
+    for last in (1.0, _FURTHEST):
+        for found in _walk(here, last):
+            event = event or _first_slack(here, found)
+            here = found
+            if whole is not None and event is not None:
+                return event, whole, 1.0
+        if whole is None and here.factor < last:
+            ended, critical, carried = first_critical(problem, loading, last)
+            is_carried = critical is None and carried == last
+            return event, ended if is_carried else None, carried
+        whole = whole or here
+        if event is not None:
             break
-        before = own.found
-    return event, whole if whole is not None and whole.converged else None, carried
+    return event, whole, 1.0
+
+
+def _walk(here: FoundEquilibrium, last: float) -> Iterator[FoundEquilibrium]:
+    """Stable equilibria near by each other under the growing load, after one up to a factor."""
+    problem, loading, step = here.problem, here.loading, min(1.0, last - here.factor)
+    while here.converged and here.factor < last and step > _SHORTEST * last:
+        factor = min(here.factor + step, last)
+        found = equilibrium_at(problem, loading, factor, here.state, steps=_STEPS)
+        moved = problem.size_of(found.displacement - here.displacement)
+        if found.converged and moved < _NEAR and least_margin(found).value > 0:
+            here = found
+            yield here
+            step *= 2.0
+        else:
+            step *= 0.5
 
 
 def _pulls(found: FoundEquilibrium) -> np.ndarray:

@@ -220,7 +220,7 @@ links:
     robot = _loaded(tmp_path, mjcf, side)
     assert [leg.chain.size for leg in robot.legs] == [5, 5, 5]
     assert {c.value for c in robot.coordinates} == {"z", "rx", "ry"}
-    network = rs.load_linkage(tmp_path / "m.xml", side=tmp_path / "side.yaml").network_at()
+    network = rs.network_at(rs.load_linkage(tmp_path / "m.xml", side=tmp_path / "side.yaml"))
     assert matrix_distance(rs.stiffness(network).K, rs.stiffness(robot).K) < 1e-9
 
 

@@ -110,7 +110,7 @@ links: {{{link}: {beam}}}
     names = [joint.name for joint, _ in robot.legs[0].chain.moving]
     q = np.random.default_rng(5).uniform(-1, 1, len(names))
     result = rs.stiffness(robot, rs.JointCoordinates(q))
-    network = rs.load_linkage(path, side=file).network_at(dict(zip(names, q, strict=True)))
+    network = rs.network_at(rs.load_linkage(path, side=file), dict(zip(names, q, strict=True)))
     assert network.springs
     assert np.allclose(network.reference_point, result.reference_point, atol=1e-12)
     assert matrix_distance(rs.stiffness(network).K, result.K) < 1e-9

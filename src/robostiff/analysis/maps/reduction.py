@@ -159,36 +159,34 @@ class Quantiles(Reduction):
         object.__setattr__(self, "shares", tuple(given.tolist()))
 
     def begun(self, entries: int) -> State:
-        """Which row of the counts numbers of the same first half have; row 0 for those without."""
+        """Which row of the counts numbers of a first half have; row 0 for those without, so far."""
         return {
             "table": np.zeros((entries, PAGES), dtype=np.uint32),
-            "numbers": np.zeros(1, dtype=int),
             "counts": np.zeros((1, PLACES), dtype=int),
+            "rows": np.ones((), dtype=int),
         }
 
     def extend(self, state: State, values: np.ndarray, numbers: Sequence[int]) -> None:
         """Count numbers by their digits; those whose first half is new get a row."""
         with np.errstate(over="ignore"):
             values = np.ascontiguousarray(values, dtype=np.float32)
-        for entry, (own, table) in enumerate(zip(values, state["table"], strict=True)):
-            count_by_digits(own, table, state["counts"])
-            if not state["counts"][0].any():
+        for own, table in zip(values, state["table"], strict=True):
+            left = own[count_by_digits(own, table, state["counts"])]
+            if not left.size:
                 continue
-            upper = own.view(np.uint32) >> 16
-            is_new = table[upper] == 0
-            new, before = np.unique(upper[is_new]), len(state["counts"])
+            new, before = np.unique(left.view(np.uint32) >> 16), int(state["rows"])
             table[new] = range(before, before + len(new))
-            rows = np.zeros((len(new), PLACES), dtype=int)
-            state["counts"] = np.concatenate([state["counts"], rows])
-            state["counts"][0] = 0
-            state["numbers"] = np.concatenate([state["numbers"], entry * PAGES + new.astype(int)])
-            count_by_digits(own[is_new], table, state["counts"])
+            state["rows"] += len(new)
+            if (missing := before + len(new) - len(state["counts"])) > 0:
+                more = np.zeros((missing + before, PLACES), dtype=int)  # rarely: twice as many
+                state["counts"] = np.concatenate([state["counts"], more])
+            count_by_digits(left, table, state["counts"])
 
     def closed(self, state: State) -> State:
         """The counts, and of which entries and first halves of numbers they are, in order."""
-        numbers, counts = state["numbers"][1:], state["counts"][1:]
-        order = np.argsort(numbers)
-        return {"numbers": numbers[order], "counts": counts[order]}
+        entry, upper = np.nonzero(state["table"])
+        counts = state["counts"][state["table"][entry, upper]]
+        return {"numbers": entry * PAGES + upper, "counts": counts}
 
     def added(self, a: State, b: State) -> State:
         """The rows of both."""

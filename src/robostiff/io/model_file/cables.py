@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from pydantic import Field
@@ -24,9 +24,6 @@ from robostiff.io.model_file.place import (
 from robostiff.io.units import Dimension
 from robostiff.model.cable import Cable, CableRobot, Weight
 from robostiff.spatial import Space
-
-if TYPE_CHECKING:
-    from robostiff.io.model_file.robots import ModuleFiles
 
 
 class WrittenCableBody(WrittenMapping):
@@ -97,7 +94,7 @@ class WrittenCableRobot(WrittenHead):
     cables: WrittenCables = Field(description="a list of cables, or one cable with repeat:")
 
     def build(
-        self, top: Place, files: ModuleFiles, holds: Sequence[str] = ()
+        self, top: Place, files: object, holds: Sequence[str] = ()
     ) -> tuple[CableRobot, list[Place]]:
         """The cable robot, and no places of legs."""
         del files, holds

@@ -17,7 +17,7 @@ from robostiff.kinematics import Near, Posture, find_posture, with_body_springs,
 from robostiff.kinematics.masses_and_springs import bodies_of
 from robostiff.kinematics.pose import check_is_not_posed
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.linkage import Linkage
+from robostiff.linkage import Linkage, network_at
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.model.mass import one_of
@@ -262,7 +262,7 @@ def _(robot: Robot, pose: Any, near: Near) -> Postures:
 
 @postures_of.register(Linkage)
 def _(robot: Linkage, pose: Any, near: Near) -> Postures:
-    return postures_of(robot.network_at(pose), None, near)
+    return postures_of(network_at(robot, pose), None, near)
 
 
 @postures_of.register(Network)
