@@ -282,10 +282,9 @@ def _(
         recorded, undetermined = record_linkage(driven, driven.samples(nearer=nearer))
         if recorded is not None or undetermined:
             break
-    left = f"{', '.join(driven.drives)}, which leave {', '.join(undetermined)} undetermined"
     wrong = InputError(
         f"driven joints of {name!r}",
-        got=left,
+        got=f"{', '.join(driven.drives)}, which leave {', '.join(undetermined)} undetermined",
         expected="joints that decide the configuration",
         hint=f"add them, joints=(...), or use {otherwise}",
     )
