@@ -116,6 +116,7 @@ outputs: $(STAMP)-peers $(STAMP)-docs
 	$(BIN)/python -m tests.project.shown_output
 
 bench: $(STAMP)-bench
+	$(BIN)/python benchmarks/every_job.py
 	$(BIN)/python benchmarks/batched_stiffness.py
 	$(BIN)/python benchmarks/one_pose_and_many.py
 	$(BIN)/python benchmarks/accuracy_of_forms.py

@@ -27,7 +27,8 @@ from robostiff.compiled import Kernel, kernel_of
 from robostiff.compiled.codes import POSES_A_CHUNK
 from robostiff.kinematics import PostureFinder
 from robostiff.model import Robot
-from robostiff.recorded import CLOSED, record_at_joints, record_robot
+from robostiff.record import CLOSED
+from robostiff.recorded import record_at_joints, record_robot
 
 MODELS = Path(__file__).parent.parent / "tests" / "recorded" / "models"
 ROBOTS = (

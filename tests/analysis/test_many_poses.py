@@ -27,7 +27,7 @@ ROBOTS = ["hexapod", "3-puu", "3-rps", "delta", "gough-stewart-a", "3-rpr", "h4"
 
 @pytest.fixture
 def recorded_at_once(monkeypatch):
-    monkeypatch.setattr(robot_record, "_PAYS", 0)
+    monkeypatch.setattr(questions.PosesOfRobot, "pays", (250, 0, 2**20))
 
 
 @pytest.fixture
@@ -347,11 +347,11 @@ def test_no_pose_is_an_empty_batch(recorded_at_once):
 
 @pytest.mark.needs("llvmlite")
 def test_machine_code_takes_over_where_it_pays(recorded_at_once, monkeypatch):
-    monkeypatch.setattr(robot_record, "_MACHINE_CODE_PAYS", 150)
+    monkeypatch.setattr(questions.PosesOfRobot, "pays", (250, 0, 150))
     robot: Any = rs.load("3-rpr")
     poses = posed(robot, 100, 0.05)
     first, second = rs.stiffness(robot, poses), rs.stiffness(robot, poses)
-    assert isinstance(robot_record.record_of(robot).for_poses(1).kernel.code, MachineCode)
+    assert isinstance(robot_record.record_of(robot).compiled.kernel.code, MachineCode)
     np.testing.assert_array_equal(first.status_codes, second.status_codes)
     assert_same(second.K, first.K)
 

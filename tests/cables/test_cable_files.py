@@ -147,7 +147,7 @@ def test_cables_command_with_rules():
         (("deflection", "cable-8", "--wrench", "1 0 0 0 0 0"), "cable_response"),
         (("map", "cable-8", "--joint", "q 0 1 3", "-o", "-"), "joints pose serial arms"),
         (("derive", "cable-8"), "cable robots have numbers alone"),
-        (("verify", "cable-8"), "one method for cables"),
+        (("verify", "cable-8"), "a robot without cables"),
         (("cables", "cable-8", "--rule", "best", "--tensions", "1 2"), "nearest or closed-form"),
         (
             ("cables", "cable-8", "--rule", "closed-form", "--tensions", "1 2"),

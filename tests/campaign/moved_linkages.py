@@ -11,13 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from robostiff.analysis import CompiledAnswer
-from robostiff.analysis.linkage_stiffness import ConfigurationsOfLinkage
 from robostiff.elasticity import circle, material
 from robostiff.elastostatics import Status
 from robostiff.linkage import Configuration, Connection, Linkage, essential
@@ -303,9 +303,9 @@ def moved_linkage(rng: np.random.Generator) -> list[Complaint]:
         joint.name: float(joint.home[0]) + spread * way
         for joint, way in zip(actuated, ways, strict=True)
     }
-    asked = ConfigurationsOfLinkage.asked(linkage, values)
-    configurations = asked.driven.at(asked.numbers)
     networks = rs.stiffness(linkage, values)
+    asked: Any = networks.question
+    configurations = asked.driven.at(asked.numbers)
     for i, found in enumerate(configurations):
         one = networks[i] if networks.batch_shape else networks
         _judge(judge, f"network {i}", part, found, one.status, int(one.rank), one.matrix)

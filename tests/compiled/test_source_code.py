@@ -11,7 +11,7 @@ import pytest
 
 import robostiff as rs
 from robostiff import SourceLanguage
-from robostiff.recorded import Flag
+from robostiff.record import Flag
 from tests.other_programs import command
 
 # Closed forms; legs that steps close, and an arm at joint coordinates; in the plane

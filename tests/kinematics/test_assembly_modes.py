@@ -8,7 +8,8 @@ from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from robostiff.kinematics import Posture, PostureFinder
-from robostiff.recorded import CLOSED, record_closure
+from robostiff.record import CLOSED
+from robostiff.recorded import record_closure
 
 RADIUS, CRANK, BAR = 0.120, 0.090, 0.110
 SWING = CRANK * np.sin(np.radians(20))

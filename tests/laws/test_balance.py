@@ -20,7 +20,7 @@ LOADING = "robostiff.statics.loading.loaded_posture.on_platform"
 REACTIONS = "robostiff.statics.loaded_parts.CarriedLoads.reactions"
 BEAM_LOADS = "robostiff.network.response.beam_load"
 SUPPORTS = "robostiff.network.loaded_network.reactions"
-LEGS = "robostiff.analysis.leg_loads.ConjugateWrenches.carried"
+LEGS = "robostiff.analysis.deflection_under_load.ConjugateWrenches.carried"
 
 
 def wrench_of(force: np.ndarray, at: np.ndarray) -> np.ndarray:

@@ -3,12 +3,12 @@
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.analysis import robot_record
 from robostiff.analysis.linkage_stiffness import ConfigurationsOfLinkage
 from robostiff.elastostatics import Status
 from robostiff.kinematics import ActuatorCoordinates
@@ -111,7 +111,7 @@ def test_deflection_compliance_and_indices_are_those_of_the_networks(four_bar):
 def _with_record():
     """A linkage that records itself at once, and its answer."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(robot_record, "_OF_LINKAGES", (0, 1, 10**9))
+        patch.setattr(ConfigurationsOfLinkage, "pays", (0, 1, 10**9))
         linkage = rs.load_linkage(FOUR_BAR)
         return linkage, rs.stiffness(linkage, {"crank": [*ANGLES, 0.7]})
 
@@ -130,8 +130,9 @@ def test_many_poses_are_answered_by_the_record():
 
 
 def test_a_record_that_differs_from_the_network_is_an_error():
-    linkage, answer = _with_record()
-    asked = ConfigurationsOfLinkage.asked(linkage, {"crank": [*ANGLES, 0.7]})
+    _, answer = _with_record()
+    question: Any = answer.question
+    asked = ConfigurationsOfLinkage(question.driven, question.numbers)
     assert answer.recorded is not None
     asked.recorded = replace(answer.recorded, values={"K": 1.01 * answer.recorded.matrix})
     with pytest.raises(rs.DisagreementError, match="record of a linkage"):

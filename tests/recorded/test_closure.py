@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.analysis import compiled_stiffness
 from robostiff.compiled import closed, machine_code_is_available
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.formula import FormulaPose
@@ -28,8 +27,8 @@ from robostiff.model import (
     Robot,
     revolute,
 )
-from robostiff.record import Operation, Program, Record
-from robostiff.recorded import CLOSED, RecordedClosure, record_closure
+from robostiff.record import CLOSED, Operation, Program, Record
+from robostiff.recorded import RecordedClosure, record_closure
 from robostiff.recorded.newton_step import LegAtGuess, newton_step
 from robostiff.spatial import Frame
 from tests.generators.machines import elbow_arm
@@ -120,7 +119,7 @@ def test_poses_out_of_reach():
 def test_a_loop_over_one_step_is_the_same_as_all_steps_written_out(monkeypatch):
     robot = robot_called("exechon")
     poses = around_home(robot, 1500, 0.2)
-    monkeypatch.setattr(compiled_stiffness, "is_trusted", lambda *_: True)
+    monkeypatch.setattr("robostiff.analysis.recording.is_trusted", lambda *_: True)
     whole = rs.compile(robot, backend=rs.Backend.ARRAYS)
     monkeypatch.setattr(closed, "_LONGEST", 0)
     for backend in BACKENDS:

@@ -52,6 +52,7 @@ def test_a_record_is_given_up_beyond_its_budget(monkeypatch: pytest.MonkeyPatch)
         recorded(robot, size - 1)
     monkeypatch.setattr(robot_record, "_MOST_OPERATIONS", size // 2)
     kept = robot_record.record_of(robot)
-    assert kept.for_poses(10**6) is None
+    assert kept.for_poses(10**6, (250, 6000, 2**20)) is None
+    assert kept.is_tried
     K = rs.stiffness(robot).K
     assert np.array_equal(rs.stiffness(robot).K, K)

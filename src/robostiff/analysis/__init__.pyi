@@ -1,4 +1,3 @@
-from robostiff.analysis.answer_of_kernel import CompiledAnswer
 from robostiff.analysis.cable_stiffness import (
     CableResponse,
     CableStiffness,
@@ -6,6 +5,7 @@ from robostiff.analysis.cable_stiffness import (
     cable_stiffness,
 )
 from robostiff.analysis.cable_tensions import CableTensions, cable_tensions
+from robostiff.analysis.compiled_answer import CompiledAnswer
 from robostiff.analysis.compiled_stiffness import CompiledStiffness
 from robostiff.analysis.compiled_stiffness import compile_stiffness as compile
 from robostiff.analysis.deflection_under_load import (

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.cable_tensions import CableAnswer, cable_tensions
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
+from robostiff.analysis.questions import Question, question_of
 from robostiff.analysis.result import points_given
 from robostiff.cables import (
     TensionRule,
@@ -22,11 +24,11 @@ from robostiff.cables import (
     weight_wrench,
 )
 from robostiff.cables.equilibrium import Stability, stability
-from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, StiffnessOfPoses, Tolerance
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Form, Status, StiffnessOfPoses, Tolerance
 from robostiff.elastostatics.result import scaled_inverse
 from robostiff.elastostatics.tolerance import scaling
-from robostiff.errors import NoAnswerError
-from robostiff.kinematics import Pose
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.kinematics import Near, Pose
 from robostiff.markup import InNotebooks
 from robostiff.model.cable import CableRobot
 from robostiff.spatial import Space, move_wrench
@@ -239,21 +241,27 @@ def cable_stiffness(
     lengths = chosen.placed.lengths
     axial = axial_stiffness(robot, lengths, chosen.values)
     result = CableStiffness(
-        name=robot.name,
-        cable_names=chosen.cable_names,
-        pose=chosen.pose,
-        placed=chosen.placed,
+        **{own.name: getattr(chosen, own.name) for own in fields(CableAnswer)},
         tensions=chosen.values,
         axial=np.where(chosen.feasible[..., None], axial, 0.0),
-        wrench=chosen.wrench,
         load_point=chosen.placed.reference_point,
-        status_codes=chosen.status_codes,
         held_rank=np.full(chosen.batch_shape, -1),
         rank=np.full(chosen.batch_shape, -1),
-        rule=chosen.rule,
         tolerance=tolerance,
     )
     return judged(result).about(at)
+
+
+@question_of.register
+def _(machine: CableRobot, pose: Any, method: Form, near: Near, tolerance: Tolerance) -> Question:
+    del pose, method, near, tolerance
+    raise InputError(
+        "robot",
+        got=f"cable robot {machine.name!r}",
+        expected="a robot without cables: these may become slack, and need not stay near",
+        hint="write cable_stiffness(robot, pose), cable_response(robot, pose, wrench=...), "
+        "or 'robostiff cables'",
+    )
 
 
 def judged(result: CableStiffness) -> CableStiffness:

@@ -1,36 +1,28 @@
-"""Answers of kernels, and their checks pose by pose."""
+"""Answers of kernels at poses, and their checks pose by pose; a kernel from disk needs no more."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robostiff.analysis.answer_of_kernel import CompiledAnswer
-from robostiff.analysis.kernel_inputs import InputRows
-from robostiff.analysis.measures import values_of
-from robostiff.analysis.result import Stiffness
-from robostiff.compiled import (
-    Backend,
-    Kernel,
-    Output,
-    Rates,
-    StiffnessMatrix,
-    TotalMass,
-    kernel_of,
-    room_for,
-)
+from robostiff.compiled import ArrayCode, Kernel, Rates, StiffnessMatrix, room_for
 from robostiff.compiled.codes import chunks_of
 from robostiff.compiled.machine_code import Rows
 from robostiff.elastostatics import Status
+from robostiff.elastostatics.batched import PoseBatch
 from robostiff.elastostatics.conditioning import smallest_held_stiffness
+from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.elastostatics.tolerance import DEFAULT_TOLERANCE, scaling
-from robostiff.recorded import CLOSED, Flag, RecordedRobot
+from robostiff.record import CLOSED, Flag, Program
 from robostiff.spatial import Space
+
+if TYPE_CHECKING:
+    from robostiff.recorded import RecordedRobot
 
 # What is so much clearer than the tolerances ask for is decided alike with the characteristic
 # length of another posture, and by wrenches of a record, which are rounded otherwise.
@@ -38,6 +30,54 @@ _CLEARLY = 10.0
 _ROUNDED = 1e-2
 # Part of the largest diagonal entry of K below which rounding shows in the others of its row.
 _SMALL = 1e-8
+
+
+@dataclass(frozen=True)
+class InputRows:
+    """Inputs of a kernel at N poses."""
+
+    rows: np.ndarray  # (inputs, N)
+    missed: np.ndarray  # (N,) of bool: poses that are known to be out of reach
+    # (N,) of bool: poses within reach whose legs do not meet the platform to the last digits, or
+    # do not follow from the pose
+    loose: np.ndarray
+
+
+@dataclass(frozen=True, repr=False)
+class CompiledAnswer(StatusOfPoses, PoseBatch):
+    """The result of a compiled robot at a batch of poses.
+
+    Attributes
+    ----------
+    values : dict of names to (N, ...) arrays
+        One array an output; not a number where the status says that there is no answer.
+    status_codes : (N,) array of uint16
+        See `Status`.
+    rank : (N,) array of int8
+        -1 where out of reach.
+    guarded : (N,) array of bool
+        Poses that were computed again by the wrench basis form on batches.
+    """
+
+    values: dict[str, np.ndarray]
+    status_codes: np.ndarray
+    rank: np.ndarray
+    guarded: np.ndarray
+
+    def __repr__(self) -> str:
+        names = ", ".join(self.values)
+        share = f"{self.guarded_share:.2%} recomputed"
+        return f"<CompiledAnswer of {len(self.rank)} poses: {names}; {share}>"
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """Stiffness matrices (N, n, n), of a kernel that has them."""
+        return self.values[StiffnessMatrix.name]
+
+    @property
+    def guarded_share(self) -> float:
+        """Part of the poses that were recomputed."""
+        return float(np.mean(self.guarded)) if self.guarded.size else 0.0
 
 
 @dataclass(frozen=True)
@@ -56,8 +96,10 @@ class RecordedRanks:
     @classmethod
     def of(cls, recorded: RecordedRobot) -> RecordedRanks:
         """The ranks of a record that needs no closure."""
-        counts = tuple(len(leg.basis) for leg in recorded.legs)
-        kernel = kernel_of(recorded, [Wrenches(sum(counts))], Backend.ARRAYS, has_flags=False)
+        counts, record = tuple(len(leg.basis) for leg in recorded.legs), recorded.record
+        entries = [x for leg in recorded.legs for wrench in leg.basis for x in wrench]
+        code = ArrayCode(Program.of(record, entries))
+        kernel = Kernel(record.inputs, (), (), recorded.space, code)
         return cls(kernel, counts, recorded.space, recorded.length)
 
     def decided(self, inputs: np.ndarray, K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -98,22 +140,6 @@ class RecordedRanks:
 
 
 @dataclass(frozen=True)
-class Wrenches:
-    """So many wrenches that the legs of a robot transmit, as an output of a kernel."""
-
-    count: int
-    name = "wrenches"
-
-    def shape(self, space: Space) -> tuple[int, ...]:
-        """(count n,)."""
-        return (self.count * space.size,)
-
-    def recorded(self, robot: RecordedRobot) -> list[Any]:
-        """Their entries, wrench by wrench; world axes, about the reference point."""
-        return [x for leg in robot.legs for wrench in leg.basis for x in wrench]
-
-
-@dataclass(frozen=True)
 class AtGeneralPoses:
     """Assumptions of a record."""
 
@@ -122,21 +148,6 @@ class AtGeneralPoses:
     verified: bool  # whether the record is trusted at all
     # Decides the rank near singular poses, of kernels of K alone
     ranks: RecordedRanks | None = field(default=None, kw_only=True)
-
-    def at_one(self, kernel: Kernel, inputs: np.ndarray) -> CompiledAnswer | None:
-        """What a kernel of K gives at one pose by inputs (n,); None where a check of it fails."""
-        results = kernel.evaluate(inputs[:, None])[:, 0]
-        flags, n = int(results[kernel.rows - len(kernel.checks)]), kernel.space.size
-        is_right = self.verified and flags in (0, Flag.BEYOND_LIMITS) and closes(kernel, results)
-        if not is_right:
-            return None
-        beyond = Status.BEYOND_LIMITS if flags else Status.OK
-        return CompiledAnswer(
-            values={StiffnessMatrix.name: results[: n * n].reshape(n, n)},
-            status_codes=np.array(int(self.status | beyond), dtype=np.uint16),
-            rank=np.array(self.rank, dtype=np.int8),
-            guarded=np.array(False),
-        )
 
 
 def decided(
@@ -157,7 +168,7 @@ def decided(
     closed = closes(kernel, results)
     guarded = given.loose | ~closed if general.verified else np.ones(len(flags), dtype=bool)
     lost, meet = given.missed, None
-    if flags.any():
+    if not flags.max(initial=0.0) <= 0:
         codes = flags.astype(np.uint8)
         at = {flag: (codes & np.uint8(flag)) != 0 for flag in Flag}
         status[at[Flag.BEYOND_LIMITS]] |= np.uint16(Status.BEYOND_LIMITS)
@@ -185,10 +196,13 @@ def decided(
     return CompiledAnswer(dict(values), status, rank, guarded)
 
 
-def closes(kernel: Kernel, results: Rows) -> np.ndarray:
-    """Where the recorded closure arrives, in the assembly mode of home, as of the results (N,)."""
+def closes(kernel: Kernel, results: Any) -> Any:
+    """Where the recorded closure arrives, in the assembly mode of home, as of the results (N,).
+
+    One truth value for all of them where nothing needs to be closed, or of results at one pose.
+    """
     if "open" not in kernel.checks:
-        return np.broadcast_to(True, np.shape(results[0]))
+        return np.True_
     return (results[-2] < CLOSED) & (results[-1] > 0)
 
 
@@ -247,28 +261,3 @@ def _places(
             rows = [*rows[:start], *(entries[at] for at in np.ndindex(shape)), *rows[stop:]]
         values[output.name], start = own, stop
     return rows, values
-
-
-def put_direct(
-    answer: CompiledAnswer,
-    rows: np.ndarray,
-    result: Stiffness,
-    outputs: Sequence[Output],
-    rank: int,
-) -> None:
-    """Write what the direct form gives at some poses into an answer of a general `rank`."""
-    answer.status_codes[rows] = result.status_codes
-    answer.rank[rows] = result.rank
-    for output in outputs:
-        if isinstance(output, TotalMass):
-            continue  # no check of the record concerns it
-        if isinstance(output, Rates):
-            # Derivatives are not recomputed: the loss of digits is reported instead. Where
-            # the rank is another, K jumps.
-            answer.status_codes[rows] |= np.uint16(Status.ILL_CONDITIONED)
-            jumps = ~result.answered | (result.rank != rank)
-            answer.values[output.name][rows[jumps]] = np.nan
-            continue
-        values, of_load = values_of(output, result)
-        answer.values[output.name][rows] = values
-        answer.status_codes[rows] |= of_load

@@ -3,38 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.answer_of_kernel import CompiledAnswer
 from robostiff.analysis.compiled_answer import (
     AtGeneralPoses,
-    RecordedRanks,
+    CompiledAnswer,
+    InputRows,
     attempted,
+    closes,
     decided_chunks,
-    put_direct,
 )
 from robostiff.analysis.kernel_inputs import (
-    InputRows,
-    KernelInputs,
-    LinkageInputs,
     ParameterValues,
+    Recordable,
+    RecordedParts,
     checked_outputs,
-    with_parameters,
+    recordable,
 )
-from robostiff.analysis.questions import Question
+from robostiff.analysis.questions import Question, dispatched
 from robostiff.analysis.record_file import RecordFile
-from robostiff.analysis.record_trust import (
-    NEARER,
-    check_derivatives,
-    depends_on_what_is_held,
-    is_trusted,
-)
 from robostiff.analysis.result import Stiffness
 from robostiff.compiled import (
     Backend,
@@ -43,27 +35,23 @@ from robostiff.compiled import (
     Rates,
     SourceLanguage,
     StiffnessMatrix,
-    kernel_of,
+    TotalMass,
     source_of,
 )
 from robostiff.compiled.kernel import code_of
 from robostiff.elastostatics import Status
-from robostiff.errors import DisagreementError, InputError, NoAnswerError, OpenAtHomeError
-from robostiff.kinematics import JointCoordinates, posture_finder
-from robostiff.linkage import DrivenLinkage, Linkage
-from robostiff.linkage.record import record_linkage
-from robostiff.model import ALL_COORDINATES, Robot
-from robostiff.recorded import RecordedRobot, record_at_joints, record_robot, sample_postures
+from robostiff.errors import InputError, NoAnswerError, OpenAtHomeError
+from robostiff.kinematics import JointCoordinates
+from robostiff.record import Flag
 from robostiff.version import __version__
 
-# Ranks are decided about a reference point that is nearer to the robot than so many lengths.
-_NEAR = 5.0
+if TYPE_CHECKING:
+    from robostiff.linkage import Linkage
+    from robostiff.model import Robot
 
-
-#: Rank and status at a general pose, whether the record is verified, the kernel, that of joints,
-#: and what decides ranks.
-_Parts = tuple[int, Status, bool, Kernel, Kernel | None, RecordedRanks | None]
 _PARTS = 6
+# Flags of a pose at which a kernel is right, limits beside.
+_RIGHT = (0.0, float(Flag.BEYOND_LIMITS))
 
 
 @dataclass(frozen=True, repr=False)
@@ -86,41 +74,49 @@ class CompiledStiffness(AtGeneralPoses):
         Of a robot it takes pose coordinates; those of the legs for an arm posed by its joints, and
         where the closure of the legs has no record: poses are then closed by iteration before. Of
         a linkage it takes the coordinates of the drives. Parameters follow.
-    taken : KernelInputs or LinkageInputs
-        How poses become inputs of the kernel.
+    taken : Recordable
+        The machine, and how poses become inputs of the kernel.
     joint_kernel : Kernel or None
         Takes leg coordinates: of an arm, or it is the kernel itself.
     """
 
     kernel: Kernel
-    taken: KernelInputs | LinkageInputs
+    taken: Recordable
     joint_kernel: Kernel | None = None
 
     @classmethod
-    def kept(
+    def of(
         cls,
-        about: tuple[Any, Sequence[Output]],
-        backend: Backend,
-        make: Callable[[], _Parts],
-        taken: Callable[[Kernel, Kernel | None], KernelInputs | LinkageInputs],
-    ) -> CompiledStiffness:
-        """What is on disk about a robot or linkage and outputs; else it is made, and put there."""
-        file = RecordFile.of(*about)
+        taken: Recordable,
+        outputs: tuple[Output, ...] = (StiffnessMatrix(),),
+        backend: Backend = Backend.BEST,
+        most: int | None = None,
+    ) -> Self:
+        """What is on disk about a machine and outputs; else it is recorded, and put there.
+
+        A NoAnswerError where that would take more than `most` operations.
+        """
+        file = RecordFile.of(taken, outputs)
         read = () if file is None else file.read() or ()
-        is_whole = len(read) == _PARTS and getattr(read[3], "outputs", None) == tuple(about[1])
-        parts = cast("_Parts", read) if is_whole else make()
-        rank, status, verified, kernel, joint_kernel, ranks = parts
+        is_whole = len(read) == _PARTS and getattr(read[3], "outputs", None) == outputs
+        if not is_whole and most == 0:  # no record is so short
+            raise NoAnswerError(f"no record of {taken.subject.name!r} on disk")
+        if not is_whole:
+            from robostiff.analysis.recording import recorded_parts
+
+            read = recorded_parts(taken, outputs, backend, most)
+        rank, status, verified, kernel, joint_kernel, ranks = cast("RecordedParts", read)
         if is_whole:
             code, of_joints = code_of(backend), joint_kernel is kernel
             kernel, other = kernel.by(code), joint_kernel and joint_kernel.by(code)
             joint_kernel = kernel if of_joints else other
         elif file is not None:
-            file.write(parts)
-        inputs = taken(kernel, joint_kernel)
-        return cls(rank, status, verified, kernel, inputs, joint_kernel, ranks=ranks)
+            file.write(read)
+        taken = taken.taken_by(kernel, joint_kernel)
+        return cls(rank, status, verified, kernel, taken, joint_kernel, ranks=ranks)
 
     @property
-    def subject(self) -> Robot | Linkage:
+    def subject(self) -> Any:
         """The robot or linkage; its symbols are the parameters of the kernel."""
         return self.taken.subject
 
@@ -195,8 +191,25 @@ class CompiledStiffness(AtGeneralPoses):
                 for values_of_output in answer.values.values():
                     values_of_output[rows] = np.nan
             else:
-                put_direct(answer, rows, result, self.kernel.outputs, self.rank)
+                _put_direct(answer, rows, result, self.kernel.outputs, self.rank)
         return answer
+
+    def at_one(self, inputs: list[float]) -> CompiledAnswer | None:
+        """What a kernel of K gives at one pose by plain inputs; None where a check of it fails."""
+        kernel = self.kernel
+        if not self.verified or len(kernel.inputs) != len(inputs):
+            return None
+        results = kernel.at_one(inputs)
+        flags, n = results[len(results) - len(kernel.checks)], kernel.space.size
+        if flags not in _RIGHT or not (len(kernel.checks) == 1 or closes(kernel, results)):
+            return None
+        status = int(self.status) | (int(Status.BEYOND_LIMITS) if flags else 0)
+        return CompiledAnswer(
+            values={StiffnessMatrix.name: np.array(results[: n * n]).reshape(n, n)},
+            status_codes=np.array(status, dtype=np.uint16),
+            rank=np.array(self.rank, dtype=np.int8),
+            guarded=np.array(False),
+        )
 
     def attempt(
         self,
@@ -257,13 +270,13 @@ class CompiledStiffness(AtGeneralPoses):
     ) -> tuple[Kernel, InputRows, ParameterValues[Any], Callable[[Any, np.ndarray], Question]]:
         """The kernel for such poses, its inputs, values of parameters, and the direct question."""
         kernel: Kernel = self.kernel
-        taken: Any = self.taken  # which of the two takes such a pose
+        taken = self.taken
         pose = taken.read(pose)
         of_joints = self.joint_kernel
         if isinstance(pose, JointCoordinates):
             if of_joints is not None and of_joints is not kernel:
                 kernel = of_joints
-                taken = replace(taken, joints=len(kernel.inputs) - len(self.parameters))
+                taken = taken.taken_by(kernel, of_joints)
         elif of_joints is kernel:
             self._check_poses()
         given = taken.checked(pose)
@@ -286,6 +299,33 @@ class CompiledStiffness(AtGeneralPoses):
                         expected="JointCoordinates, which stay while the parameter changes",
                     )
                 rate = rate.of
+
+
+def _put_direct(
+    answer: CompiledAnswer,
+    rows: np.ndarray,
+    result: Stiffness,
+    outputs: Sequence[Output],
+    rank: int,
+) -> None:
+    """Write what the direct form gives at some poses into an answer of a general `rank`."""
+    from robostiff.analysis.measures import values_of
+
+    answer.status_codes[rows] = result.status_codes
+    answer.rank[rows] = result.rank
+    for output in outputs:
+        if isinstance(output, TotalMass):
+            continue  # no check of the record concerns it
+        if isinstance(output, Rates):
+            # Derivatives are not recomputed: the loss of digits is reported instead. Where
+            # the rank is another, K jumps.
+            answer.status_codes[rows] |= np.uint16(Status.ILL_CONDITIONED)
+            jumps = ~result.answered | (result.rank != rank)
+            answer.values[output.name][rows[jumps]] = np.nan
+            continue
+        values, of_load = values_of(output, result)
+        answer.values[output.name][rows] = values
+        answer.status_codes[rows] |= of_load
 
 
 def compile_stiffness(
@@ -347,153 +387,7 @@ def compile_stiffness(
     >>> answer.values["principal_stiffness"].shape
     (1000, 6)
     """
-    compiled = _COMPILERS.get(getattr(robot, "kind", ""))
-    if compiled is None:
-        raise InputError(
-            "robot to compile",
-            got=type(robot).__name__,
-            expected="a Robot or a Linkage",
-            hint='write compile(load("hexapod")), compile(load_linkage("four-bar.xml"))',
-        )
-    return compiled(robot, outputs, parameters, joints, backend)
-
-
-def compile_robot(
-    robot: Robot,
-    outputs: Sequence[Output],
-    parameters: Sequence[str],
-    backend: Backend,
-    most: int | None = None,
-) -> CompiledStiffness:
-    """As `compile_stiffness`; a record of more than `most` operations is a `NoAnswerError`."""
-    robot.check_has_no_springs("kernel")
-    outputs = checked_outputs(outputs)
-    robot = with_parameters(robot, parameters, [c.value for c in ALL_COORDINATES])
-    # Coordinates that leave the plane of a planar robot are those of home.
-    inside = [ALL_COORDINATES[row] for row in robot.space.rows]
-    robot = replace(robot, coordinates=tuple(c for c in robot.coordinates if c in inside))
-    return CompiledStiffness.kept(
-        (robot, outputs),
-        backend,
-        lambda: _recorded_robot(robot, outputs, backend, most),
-        partial(_inputs, robot),
+    record = dispatched(recordable, robot)
+    return CompiledStiffness.of(
+        record(robot, parameters, joints), checked_outputs(outputs), backend
     )
-
-
-def _inputs(robot: Robot, kernel: Kernel, joint_kernel: Kernel | None) -> KernelInputs:
-    """How poses become inputs of a kernel, which may take coordinates of the legs."""
-    joints = len(kernel.inputs) - len(robot.symbols) if kernel is joint_kernel else 0
-    return KernelInputs(robot, joints)
-
-
-def _recorded_robot(
-    robot: Robot, outputs: tuple[Output, ...], backend: Backend, most: int | None
-) -> _Parts:
-    if most == 0:  # none is so short
-        raise NoAnswerError(f"no record of {robot.name!r} on disk")
-    finder = posture_finder(robot.numeric)
-    recorded = record_robot(robot, finder, most)
-    if depends_on_what_is_held(recorded, robot, finder):
-        recorded = record_at_joints(robot, finder, most)
-    # A derivative may need more of the closure than its Newton steps give.
-    if recorded.joints and not robot.is_posed_by_joints:
-        check_derivatives(robot.name, recorded, outputs)
-    joint_kernel = None
-    names = {coordinate.value for coordinate in ALL_COORDINATES}
-    by_pose = any(isinstance(x, Rates) and not names.isdisjoint(x.inputs) for x in outputs)
-    if recorded.closure is not None and robot.is_serial and not by_pose:
-        joint_kernel = kernel_of(record_at_joints(robot, finder), outputs, backend)
-    kernel = kernel_of(recorded, outputs, backend)
-    if recorded.joints and recorded.closure is None:
-        joint_kernel = kernel
-    verified = is_trusted(recorded, kernel, _inputs(robot, kernel, joint_kernel))
-    ranks = None
-    if outputs == (StiffnessMatrix(),) and recorded.closure is None:
-        at = sample_postures(finder).snapshot
-        away = np.linalg.norm(at.reference_point - at.centre, axis=-1)
-        if np.all(away < _NEAR * at.characteristic_length):  # ranks are decided about this point
-            ranks = RecordedRanks.of(recorded)
-    return recorded.factors.rank, recorded.status, verified, kernel, joint_kernel, ranks
-
-
-def compile_linkage(
-    driven: DrivenLinkage,
-    outputs: Sequence[Output] = (StiffnessMatrix(),),
-    backend: Backend = Backend.BEST,
-) -> CompiledStiffness:
-    """As `compile_stiffness`, of a linkage that some joints drive.
-
-    Wrenches that circulate in the loops are eliminated by the passive joints, and K follows from
-    the energy of the rest.
-    """
-    return CompiledStiffness.kept(
-        (driven, outputs),
-        backend,
-        lambda: _recorded_linkage(driven, outputs, backend),
-        lambda *_: LinkageInputs(driven),
-    )
-
-
-def _recorded_linkage(driven: DrivenLinkage, outputs: Sequence[Output], backend: Backend) -> _Parts:
-    recorded, undetermined, nearer = _record_of(driven)
-    check_derivatives(driven.part.name, recorded, outputs)
-    kernel, taken = kernel_of(recorded, outputs, backend), LinkageInputs(driven)
-    try:
-        verified = is_trusted(recorded, kernel, taken, nearer)
-    except DisagreementError:
-        if undetermined:
-            raise _undetermined(driven, undetermined) from None
-        raise
-    return recorded.factors.rank, recorded.status, verified, kernel, None, None
-
-
-def _record_of(driven: DrivenLinkage) -> tuple[RecordedRobot, tuple[str, ...], int]:
-    """The record, joints left undetermined, and how near to home the samples are.
-
-    They are as near as home's surroundings are regular.
-    """
-    for nearer in range(NEARER):
-        samples = driven.samples(nearer=nearer)
-        recorded, undetermined = record_linkage(driven, samples)
-        if recorded is not None:
-            return recorded, undetermined, nearer
-        if undetermined:
-            raise _undetermined(driven, undetermined)
-    raise InputError(
-        f"home of {driven.part.name!r}",
-        got="a configuration in which assembly modes meet",
-        expected="a regular home for a kernel",
-        hint="give another home, or use network_at(linkage, ...) pose by pose",
-    )
-
-
-def _undetermined(driven: DrivenLinkage, names: Sequence[str]) -> InputError:
-    return InputError(
-        f"driven joints of {driven.part.name!r}",
-        got=f"{', '.join(driven.drives)}, which leave {', '.join(names)} undetermined",
-        expected="joints that decide the configuration",
-        hint="add them, joints=(...), or use network_at(linkage, ...) pose by pose",
-    )
-
-
-def _compiled_robot(
-    robot: Robot, outputs: Any, parameters: Sequence[str], joints: Any, backend: Backend
-) -> CompiledStiffness:
-    if joints is not None:
-        raise InputError(
-            f"driven joints of {robot.name!r}",
-            got=joints,
-            expected="none: a robot with legs takes poses",
-        )
-    return compile_robot(robot, outputs, parameters, backend)
-
-
-def _compiled_linkage(
-    linkage: Linkage, outputs: Any, parameters: Sequence[str], joints: Any, backend: Backend
-) -> CompiledStiffness:
-    names = [name for c in linkage.connections for name in c.coordinate_names]
-    driven = DrivenLinkage.of(with_parameters(linkage, parameters, names), joints)
-    return compile_linkage(driven, checked_outputs(outputs), backend)
-
-
-_COMPILERS = {Robot.kind: _compiled_robot, Linkage.kind: _compiled_linkage}

@@ -6,12 +6,10 @@ import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from enum import Enum
+from functools import cache
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
-
-from robostiff.spatial.rotation import is_rigid_transform
 
 _MOST = 100  # entries of an array that are kept; of a larger one its SHA-256 alone
 
@@ -29,37 +27,42 @@ def plain(thing: Any) -> Any:
     >>> plain([1.0]) == plain([1.0 + 1e-15])
     False
     """
+    kind = type(thing)
     found: Any
     match thing:
+        case float() | np.floating():  # most of all
+            found = float(thing).hex()
         case None | bool() | str():
             found = thing
         case int() | np.integer():
             found = int(thing)
-        case float() | np.floating():
-            found = float(thing).hex()
         case Enum():
-            found = [type(thing).__name__, thing.name]
+            found = [kind.__name__, thing.name]
         case np.ndarray() if thing.size > _MOST and thing.dtype != object:
             data = np.ascontiguousarray(thing, dtype=thing.dtype.newbyteorder("<"))
             digest = hashlib.sha256(data.tobytes()).hexdigest()
-            found = ["array", list(data.shape), data.dtype.str, digest]
+            found = ["array", list(thing.shape), data.dtype.str, digest]
         case np.ndarray():
-            found = ["array", list(thing.shape), [plain(entry) for entry in thing.flat]]
-        case _ if isinstance(thing, Rotation) or is_rigid_transform(thing):
-            found = [type(thing).__name__, plain(thing.as_matrix())]
+            found = ["array", list(thing.shape), [plain(own) for own in thing.ravel().tolist()]]
+        case tuple() | list():
+            found = [plain(entry) for entry in thing]
+        case _ if is_dataclass(thing):
+            found = [kind.__name__, {name: plain(getattr(thing, name)) for name in _names(kind)}]
+        case _ if hasattr(thing, "as_matrix"):  # rotations and rigid transforms of SciPy
+            found = [kind.__name__, plain(thing.as_matrix())]
         case Mapping():
             own = {str(key): plain(value) for key, value in thing.items()}
             found = ["mapping", list(own), own]
         case frozenset():
             found = sorted(plain(entry) for entry in thing)
-        case tuple() | list():
-            found = [plain(entry) for entry in thing]
-        case _ if is_dataclass(thing):
-            own = {field.name: plain(getattr(thing, field.name)) for field in fields(thing)}
-            found = [type(thing).__name__, own]
         case _:  # symbols and other exact numbers are distinguished by their text
-            found = [type(thing).__name__, str(thing)]
+            found = [kind.__name__, str(thing)]
     return found
+
+
+@cache
+def _names(kind: Any) -> tuple[str, ...]:
+    return tuple(field.name for field in fields(kind))
 
 
 def differences(one: Any, other: Any, where: str) -> Iterator[str]:

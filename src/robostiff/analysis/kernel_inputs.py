@@ -1,18 +1,20 @@
-"""Poses and parameters as rows of inputs of a kernel."""
+"""Machines of which kernels are recorded: poses and parameters as rows of inputs."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Generic
+from functools import singledispatch
+from typing import Any, Generic, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.linkage_stiffness import ConfigurationsOfLinkage
+from robostiff.analysis.compiled_answer import InputRows, RecordedRanks
 from robostiff.analysis.questions import CHUNK, PosesOfRobot, Question
-from robostiff.compiled import Output
-from robostiff.elastostatics import DEFAULT_TOLERANCE, Tolerance
+from robostiff.compiled import Kernel, Output
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kinematics import (
     ActuatorCoordinates,
@@ -22,10 +24,8 @@ from robostiff.kinematics import (
     posture_finder,
 )
 from robostiff.kinematics.pose import Given, check_held_sums, coordinate_units, joint_units
-from robostiff.linkage import DrivenLinkage, DriveValues, Linkage
-from robostiff.model import Robot
+from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.model.entries import OfSymbols
-from robostiff.recorded import parameter_samples, sample_postures
 from robostiff.spatial import as_floats
 from robostiff.spatial.rotation import is_rigid_transform
 
@@ -67,7 +67,7 @@ class ParameterValues(Generic[OfSymbols]):
             if value.shape not in {(), (count,)}:
                 raise InputError(f"parameter {name}", got=f"shape {value.shape}", expected=words)
             row[:] = value
-        return cls(robot, rows)._checked()
+        return cls(robot, rows)._checked() if names else cls(robot, rows)
 
     def _checked(self) -> ParameterValues[OfSymbols]:
         error = self.robot.error_at(self.rows)
@@ -89,33 +89,26 @@ class ParameterValues(Generic[OfSymbols]):
             yield robot, where[kinds.ravel() == k]
 
 
-def with_parameters(robot: OfSymbols, names: Sequence[str], taken: Sequence[str]) -> OfSymbols:
+def with_parameters(
+    robot: OfSymbols, names: Sequence[str], taken: Sequence[str], loads: str = "load"
+) -> OfSymbols:
     """The robot or linkage with symbols for some parameters, and nominal values for the others.
 
     An `InputError` says where there is no such symbol, it has no nominal value, or its name is
-    taken.
+    taken, and which function of rs `loads` such a machine with symbols.
     """
     symbols = [str(symbol) for symbol in robot.symbols]
-    loads = "load" if getattr(robot, "kind", None) == "robot" else "load_linkage"
     if isinstance(names, str):
         raise InputError(
             "parameters to compile", got=names, expected="several names", hint=f"write ({names!r},)"
         )
     for name in names:
+        expected, hint = "a name that is no coordinate", "rename it in the model file"
         if name not in symbols:
-            raise InputError(
-                f"parameter of {robot.name!r}",
-                got=name,
-                expected=f"a symbol: {', '.join(symbols) or 'it has none'}",
-                hint=f'write rs.{loads}(..., symbols=("{name}",))',
-            )
-        if name in taken:
-            raise InputError(
-                f"parameter of {robot.name!r}",
-                got=name,
-                expected="a name that is no coordinate",
-                hint="rename it in the model file",
-            )
+            expected = f"a symbol: {', '.join(symbols) or 'it has none'}"
+            hint = f'write rs.{loads}(..., symbols=("{name}",))'
+        if name not in symbols or name in taken:
+            raise InputError(f"parameter of {robot.name!r}", got=name, expected=expected, hint=hint)
     if not robot.has_formulas:
         return robot
     in_numbers = robot.numeric  # raises where a nominal value is missing
@@ -130,91 +123,110 @@ def checked_outputs(outputs: Sequence[Output]) -> tuple[Output, ...]:
 
     Raises InputError when there is none, one is no output, or two have the same name.
     """
-    kinds = "StiffnessMatrix(), PrincipalStiffness()"
+    subject, kinds = "outputs to compile", "StiffnessMatrix(), PrincipalStiffness()"
     if not isinstance(outputs, Sequence) or not outputs:
-        raise InputError(
-            "outputs to compile", got=outputs, expected="several", hint=f"write [{kinds}]"
-        )
+        raise InputError(subject, got=outputs, expected="several", hint=f"write [{kinds}]")
     for output in outputs:
         if isinstance(output, type) or not isinstance(output, Output):
             raise InputError("output to compile", got=output, expected=f"such as {kinds}")
     names = [output.name for output in outputs]
     if len(set(names)) < len(names):
-        raise InputError(
-            "outputs to compile",
-            got=names,
-            expected="each name once",
-            hint="compile once for each load case",
-        )
+        hint = "compile once for each load case"
+        raise InputError(subject, got=names, expected="each name once", hint=hint)
     return tuple(outputs)
-
-
-def at_joints(robot: Robot, pose: Pose) -> Pose:
-    """The pose; of an arm that is given by all its drives, the coordinates of its joints."""
-    if isinstance(pose, ActuatorCoordinates) and robot.is_posed_by_joints:
-        request = posture_finder(robot.numeric).request(pose)
-        return JointCoordinates(request.numbers) if request.by is Given.JOINTS else pose
-    return pose
 
 
 # Of the length: legs that miss the platform by more are no matter for a record, which takes for
 # granted that they meet it; `stiffness` says where the platform is.
 _MET = 1e-12
 _OTHERWISE = "rs.stiffness takes poses in other ways, all six coordinates among them"
+_FOUND = "find_posture(robot, pose).pose has their coordinates"
+_BY_DRIVES = {ActuatorCoordinates: "actuator coordinates", ToolPose: "tool poses"}
+
+#: Rank and status at a general pose, whether the record is verified, the kernel, that of joints,
+#: and what decides ranks.
+RecordedParts = tuple[int, Status, bool, Kernel, Kernel | None, RecordedRanks | None]
 
 
-@dataclass(frozen=True)
-class InputRows:
-    """Inputs of a kernel at N poses."""
+class Recordable(ABC):
+    """A machine of which kernels are recorded, and how poses become rows of their inputs."""
 
-    rows: np.ndarray  # (inputs, N)
-    missed: np.ndarray  # (N,) of bool: poses that are known to be out of reach
-    # (N,) of bool: poses within reach whose legs do not meet the platform to the last digits, or
-    # do not follow from the pose
-    loose: np.ndarray
+    subject: Any  # the machine; its symbols are the parameters of its kernels
 
+    def taken_by(self, kernel: Kernel, joint_kernel: Kernel | None) -> Self:
+        """The same for kernels, which may take coordinates of legs."""
+        del kernel, joint_kernel
+        return self
 
-@dataclass(frozen=True)
-class KernelInputs:
-    """Rows that a kernel takes, made from poses."""
+    def read(self, pose: Any) -> Any:
+        """Poses; of an arm given by all its drives the coordinates of its joints."""
+        return pose
 
-    robot: Robot  # its symbols are the parameters of the kernel
-    joints: int  # how many leg coordinates the kernel takes; 0 where it takes pose coordinates
+    @abstractmethod
+    def checked(self, pose: Any) -> np.ndarray:
+        """The numbers of poses (N, n)."""
 
-    @property
-    def subject(self) -> Robot:
-        """The robot."""
-        return self.robot
+    @abstractmethod
+    def rows(self, pose: Any, given: np.ndarray, values: ParameterValues[Any]) -> InputRows:
+        """Rows of inputs, and the poses that are known to be out of reach."""
 
-    def read(self, pose: Pose) -> Pose:
-        """A pose, of an arm given by all its drives the coordinates of its joints."""
-        return at_joints(self.robot, pose)
-
+    @abstractmethod
     def question(
-        self, robot: Robot, pose: Pose, given: np.ndarray, tolerance: Tolerance = DEFAULT_TOLERANCE
+        self, machine: Any, pose: Any, given: np.ndarray, tolerance: Tolerance = DEFAULT_TOLERANCE
     ) -> Question:
-        """What is asked of a robot of numbers at some coordinates of the kind of `pose`."""
-        some = JointCoordinates(given) if isinstance(pose, JointCoordinates) else given
-        return PosesOfRobot(robot, some, tolerance=tolerance)
+        """What is asked of a machine of numbers at some coordinates of the kind of `pose`."""
 
-    def drawn(self, seed: int, nearer: int) -> tuple[Pose, dict[str, np.ndarray]]:
+    @abstractmethod
+    def drawn(self, seed: int, nearer: int) -> tuple[Any, dict[str, np.ndarray]]:
         """A few poses near home, and values of the parameters there by name (N,).
 
         Those of the record for seed 0; each whole number of `nearer` takes a fifth of the way.
         """
-        posture = sample_postures(posture_finder(self.robot.numeric), seed or None, nearer)
-        samples = parameter_samples(self.robot, seed or None)
-        if self.robot.is_posed_by_joints:
+
+
+@dataclass(frozen=True)
+class KernelInputs(Recordable):
+    """A robot, and rows that a kernel takes, made from poses."""
+
+    subject: Robot
+    joints: int = 0  # how many leg coordinates the kernel takes; 0 where it takes pose coordinates
+
+    def taken_by(self, kernel: Kernel, joint_kernel: Kernel | None) -> KernelInputs:
+        """Coordinates of legs are taken by the kernel of joints alone."""
+        of_joints = len(kernel.inputs) - len(self.subject.symbols)
+        return replace(self, joints=of_joints if kernel is joint_kernel else 0)
+
+    def read(self, pose: Pose) -> Pose:
+        """A pose; of an arm that is given by all its drives, the coordinates of its joints."""
+        if isinstance(pose, ActuatorCoordinates) and self.subject.is_posed_by_joints:
+            request = posture_finder(self.subject.numeric).request(pose)
+            return JointCoordinates(request.numbers) if request.by is Given.JOINTS else pose
+        return pose
+
+    def question(
+        self, machine: Any, pose: Any, given: np.ndarray, tolerance: Tolerance = DEFAULT_TOLERANCE
+    ) -> Question:
+        """Poses, or joint coordinates."""
+        some = JointCoordinates(given) if isinstance(pose, JointCoordinates) else given
+        return PosesOfRobot(machine, some, tolerance=tolerance)
+
+    def drawn(self, seed: int, nearer: int) -> tuple[Pose, dict[str, np.ndarray]]:
+        """Poses of the platform, or the joint coordinates of an arm."""
+        from robostiff.recorded import parameter_samples, sample_postures
+
+        posture = sample_postures(posture_finder(self.subject.numeric), seed or None, nearer)
+        samples = parameter_samples(self.subject, seed or None)
+        if self.subject.is_posed_by_joints:
             return JointCoordinates(posture.coordinates[0]), samples
-        return posture.pose[:, self.robot.coordinate_places], samples
+        return posture.pose[:, self.subject.coordinate_places], samples
 
     def checked(self, pose: Pose) -> np.ndarray:
         """The numbers of poses (N, n)."""
-        subject = f"poses of {self.robot.name!r}"
+        subject = f"poses of {self.subject.name!r}"
         # A chain without joints has no coordinates, (N, 0).
-        takes_joints = self.joints > 0 or not self.robot.legs[0].chain.size
-        by_joints = isinstance(pose, JointCoordinates) and self.robot.is_serial and takes_joints
-        names = [coordinate.value for coordinate in self.robot.coordinates]
+        takes_joints = self.joints > 0 or not self.subject.legs[0].chain.size
+        by_joints = isinstance(pose, JointCoordinates) and self.subject.is_serial and takes_joints
+        names = [coordinate.value for coordinate in self.subject.coordinates]
         if by_joints:
             expected = f"joint coordinates (N, {self.joints}), one pose a row"
         elif names:
@@ -223,29 +235,22 @@ class KernelInputs:
             expected = f"JointCoordinates of an array (N, {self.joints})"
         else:
             expected = "an array (N, 0): a structure has one pose"
-        if isinstance(pose, JointCoordinates):
-            if not by_joints:
-                raise InputError(
-                    subject, got="joint coordinates", expected=expected, hint=_OTHERWISE
-                )
-            units = joint_units(self.robot.legs[0].chain)
-            given = as_floats(subject, pose.values, expected, units)
-        elif isinstance(pose, ActuatorCoordinates | ToolPose):
-            hint = "find_posture(robot, pose).pose has their coordinates"
-            got = "actuator coordinates" if isinstance(pose, ActuatorCoordinates) else "tool poses"
+        kinds = {**_BY_DRIVES, JointCoordinates: "joint coordinates", type(None): "none"}
+        got = "a rigid transform" if is_rigid_transform(pose) else kinds.get(type(pose))
+        if got and not by_joints:
+            hint = _FOUND if type(pose) in _BY_DRIVES else _OTHERWISE
             raise InputError(subject, got=got, expected=expected, hint=hint)
-        elif pose is None or is_rigid_transform(pose):
-            got = "none" if pose is None else "a rigid transform"
-            raise InputError(subject, got=got, expected=expected, hint=_OTHERWISE)
-        else:
-            given = as_floats(subject, pose, expected, coordinate_units(self.robot))
-        count = self.joints if by_joints else len(self.robot.coordinates)
+        numbers: Any = pose.values if isinstance(pose, JointCoordinates) else pose
+        units = (
+            joint_units(self.subject.legs[0].chain) if by_joints else coordinate_units(self.subject)
+        )
+        given = as_floats(subject, numbers, expected, units)
+        count = self.joints if by_joints else len(self.subject.coordinates)
         if given.ndim != 2 or given.shape[1] != count or (count == 0 and self._needs_joints):
-            raise InputError(
-                subject, got=f"shape {given.shape}", expected=expected, hint=_OTHERWISE
-            )
+            got = f"shape {given.shape}"
+            raise InputError(subject, got=got, expected=expected, hint=_OTHERWISE)
         if by_joints:
-            check_held_sums(self.robot, given)
+            check_held_sums(self.subject, given)
         return given
 
     def rows(self, pose: Pose, given: np.ndarray, values: ParameterValues[Robot]) -> InputRows:
@@ -253,7 +258,7 @@ class KernelInputs:
         missed, loose = np.zeros((2, len(given)), dtype=bool)
         by_joints = isinstance(pose, JointCoordinates)
         # A record takes for granted that loops are closed, which given coordinates may leave open.
-        loops = any(leg.chain.has_blocks for leg in self.robot.legs)
+        loops = any(leg.chain.has_blocks for leg in self.subject.legs)
         if not self.joints or (by_joints and not loops):
             rows = given.T
         else:
@@ -278,60 +283,32 @@ class KernelInputs:
     @property
     def _needs_joints(self) -> bool:
         """Whether nothing but joint coordinates poses it."""
-        return self.robot.is_posed_by_joints and self.robot.legs[0].chain.size > 0
+        return self.subject.is_posed_by_joints and self.subject.legs[0].chain.size > 0
 
 
-@dataclass(frozen=True)
-class LinkageInputs:
-    """Rows that the kernel of a linkage takes, made from coordinates of its drives."""
+@singledispatch
+def recordable(machine: Any, parameters: Sequence[str], joints: Sequence[str] | None) -> Recordable:
+    """A machine as it is recorded, with symbols for some parameters, driven by some joints."""
+    del parameters, joints
+    raise InputError(
+        "robot to compile",
+        got=type(machine).__name__,
+        expected="a Robot or a Linkage",
+        hint='write compile(load("hexapod")), compile(load_linkage("four-bar.xml"))',
+    )
 
-    driven: DrivenLinkage
 
-    @property
-    def subject(self) -> Linkage:
-        """The part between base and platform; its symbols are the parameters."""
-        return self.driven.part
-
-    def read(self, pose: DriveValues) -> DriveValues:
-        """Coordinates of the drives as they are."""
-        return pose
-
-    def checked(self, pose: DriveValues) -> np.ndarray:
-        """Coordinates of the drives (N, n)."""
-        driven, rows = self.driven, self.driven.rows(pose)
-        if rows.ndim == 3 and rows.shape[1] == 1:  # a column (N, 1) of a joint with one coordinate
-            rows = rows[:, 0]
-        if rows.ndim != 2:
-            n = len(driven.inputs)
-            raise InputError(
-                f"driven joints of {driven.part.name!r}",
-                got=f"shape {rows.shape[:-1]} of poses",
-                expected=f"numbers (N,) of each joint, or an array (N, {n}), one pose a row",
-            )
-        return rows
-
-    def rows(
-        self, pose: DriveValues, given: np.ndarray, values: ParameterValues[Linkage]
-    ) -> InputRows:
-        """Rows of inputs; steps from home do not count the turns of screws."""
-        inputs = np.concatenate([given.T, values.rows]) if len(values.rows) else given.T
-        return InputRows(inputs, np.zeros(len(given), dtype=bool), self.driven.turned_far(given))
-
-    def question(
-        self,
-        part: Linkage,
-        pose: DriveValues,
-        given: np.ndarray,
-        tolerance: Tolerance = DEFAULT_TOLERANCE,
-    ) -> Question:
-        """What is asked of a linkage of numbers at coordinates of its drives."""
-        return ConfigurationsOfLinkage(replace(self.driven, part=part), given, tolerance)
-
-    def drawn(self, seed: int, nearer: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Some configurations near home, and values of the parameters; as `KernelInputs.drawn`.
-
-        Loops are closed at home once for all configurations, which share the parameters.
-        """
-        given = np.array([self.driven.given_in(one) for one in self.driven.samples(seed, nearer)])
-        samples = parameter_samples(self.subject)
-        return given, {name: values[int(seed > 0)] for name, values in samples.items()}
+@recordable.register
+def _(robot: Robot, parameters: Sequence[str], joints: Sequence[str] | None) -> KernelInputs:
+    if joints is not None:
+        raise InputError(
+            f"driven joints of {robot.name!r}",
+            got=joints,
+            expected="none: a robot with legs takes poses",
+        )
+    robot.check_has_no_springs("kernel")
+    robot = with_parameters(robot, parameters, [c.value for c in ALL_COORDINATES])
+    # Coordinates that leave the plane of a planar robot are those of home.
+    inside = [ALL_COORDINATES[row] for row in robot.space.rows]
+    own = tuple(c for c in robot.coordinates if c in inside)
+    return KernelInputs(robot if own == robot.coordinates else replace(robot, coordinates=own))

@@ -1,25 +1,45 @@
-"""Stiffness of networks, and of linkages at values of their driven joints."""
+"""Stiffness of networks, and of linkages at values of their driven joints; records of linkages."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
 
-from robostiff.analysis.questions import OwnPose, Question, StructuralAnalysis, differences
+from robostiff.analysis.compiled_answer import InputRows
+from robostiff.analysis.kernel_inputs import (
+    ParameterValues,
+    Recordable,
+    RecordedParts,
+    recordable,
+    with_parameters,
+)
+from robostiff.analysis.questions import (
+    OwnPose,
+    Question,
+    StructuralAnalysis,
+    differences,
+    question_of,
+)
+from robostiff.analysis.recording import check_derivatives, is_trusted, recorded_parts
 from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD, solve_snapshot
+from robostiff.compiled import Backend, Output, kernel_of
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Details, Form, Status, Tolerance
-from robostiff.errors import InputError
+from robostiff.errors import DisagreementError, InputError, NoAnswerError
 from robostiff.kinematics import ActuatorCoordinates, Near
 from robostiff.kinematics.pose import check_is_not_posed, six_coordinates
-from robostiff.linkage import Configuration, DrivenLinkage, Linkage
+from robostiff.linkage import Configuration, DrivenLinkage, DriveValues, Linkage
 from robostiff.linkage.driven import driven_by
 from robostiff.linkage.essential import branches_of_linkage, network_of
+from robostiff.linkage.record import record_linkage
 from robostiff.model import Joint
 from robostiff.network import Network, condense
 from robostiff.spatial import Space, as_floats
+
+#: How often configurations are drawn nearer to home.
+_NEARER = 4
 
 
 class PoseOfNetwork(OwnPose):
@@ -27,14 +47,12 @@ class PoseOfNetwork(OwnPose):
 
     has_legs: ClassVar[bool] = False
 
-    @classmethod
-    def asked(
-        cls, machine: Any, pose: Any, method: Form, near: Near, tolerance: Tolerance
-    ) -> PoseOfNetwork:
-        """Only its own pose."""
-        del method, near
-        check_is_not_posed(machine, pose)
-        return cls(machine, StructuralAnalysis(), tolerance, condense(machine, tolerance))
+
+@question_of.register
+def _(machine: Network, pose: Any, method: Form, near: Near, tolerance: Tolerance) -> Question:
+    del method, near
+    check_is_not_posed(machine, pose)
+    return PoseOfNetwork(machine, StructuralAnalysis(), tolerance, condense(machine, tolerance))
 
 
 class ConfigurationsOfLinkage(Question):
@@ -52,6 +70,8 @@ class ConfigurationsOfLinkage(Question):
     has_legs: ClassVar[bool] = False
     opinions: ClassVar[str] = "the record of a linkage and the wrench basis form"
     free: ClassVar[float] = 1e-4  # what rounding leaves of zero, with all wrenches at once
+    # Some 340 configurations of a batch, or 20 calls (double pantograph), and 10^5 poses.
+    pays: ClassVar[tuple[int, int, int]] = 17, 340, 2**17
 
     def __init__(
         self, driven: DrivenLinkage, given: np.ndarray, tolerance: Tolerance = DEFAULT_TOLERANCE
@@ -59,36 +79,6 @@ class ConfigurationsOfLinkage(Question):
         name, batch = driven.part.name, given.shape[:-1]
         super().__init__(name, Space.SPATIAL, DEFAULT_METHOD, tolerance, batch, given)
         self.driven = driven
-
-    @classmethod
-    def asked(
-        cls,
-        machine: Linkage,
-        pose: Any = None,
-        method: Form = DEFAULT_METHOD,
-        near: Near = None,
-        tolerance: Tolerance = DEFAULT_TOLERANCE,
-    ) -> ConfigurationsOfLinkage:
-        """At values of joints by name, of all actuated ones, or home."""
-        del method, near
-        values = pose.values if isinstance(pose, ActuatorCoordinates) else pose
-        values = {} if values is None else values
-        if not isinstance(values, Mapping):
-            driven = driven_by(machine.in_floats, None)
-            if not driven.drives:
-                raise InputError(
-                    f"values of linkage {machine.name!r}",
-                    got=values,
-                    expected="values of joints by their names: it has no actuated joint",
-                    hint='write {"crank": 0.1}',
-                )
-            return cls(driven, driven.rows(values), tolerance)
-        driven = driven_by(machine.in_floats, tuple(values))
-        drives = driven.drives
-        rows = driven.rows({name: values[name] for name in drives})
-        others = [j for j in machine.joints if j.name in values and j.name not in drives]
-        batch = np.broadcast_shapes(rows.shape[:-1], *(_batch(j, values[j.name]) for j in others))
-        return cls(driven, np.broadcast_to(rows, (*batch, rows.shape[-1])), tolerance)
 
     def reference_points(self, rows: np.ndarray) -> np.ndarray:
         """Of the platform in the world (..., 3) [m]."""
@@ -168,6 +158,32 @@ class ConfigurationsOfLinkage(Question):
         return lost
 
 
+@question_of.register
+def _(machine: Linkage, pose: Any, method: Form, near: Near, tolerance: Tolerance) -> Question:
+    """At values of joints by name, of all actuated ones, or home."""
+    del method, near
+    values = pose.values if isinstance(pose, ActuatorCoordinates) else pose
+    values = {} if values is None else values
+    if not isinstance(values, Mapping):
+        driven = driven_by(machine.in_floats, None)
+        if not driven.drives:
+            raise InputError(
+                f"values of linkage {machine.name!r}",
+                got=values,
+                expected="values of joints by their names: it has no actuated joint",
+                hint='write {"crank": 0.1}',
+            )
+        return ConfigurationsOfLinkage(driven, driven.rows(values), tolerance)
+    driven = driven_by(machine.in_floats, tuple(values))
+    drives = driven.drives
+    rows = driven.rows({name: values[name] for name in drives})
+    others = [j for j in machine.joints if j.name in values and j.name not in drives]
+    batch = np.broadcast_shapes(rows.shape[:-1], *(_batch(j, values[j.name]) for j in others))
+    return ConfigurationsOfLinkage(
+        driven, np.broadcast_to(rows, (*batch, rows.shape[-1])), tolerance
+    )
+
+
 def _batch(joint: Joint, value: Any) -> tuple[int, ...]:
     """Shape of a batch of coordinates of a joint that the platform does not feel."""
     words = "finite numbers" if joint.size == 1 else f"finite numbers (..., {joint.size})"
@@ -178,3 +194,115 @@ def _batch(joint: Joint, value: Any) -> tuple[int, ...]:
     if joint.size > 1 and numbers.shape[-1:] != (joint.size,):
         raise InputError(f"coordinates of {joint.name!r}", got=value, expected=words)
     return numbers.shape if joint.size == 1 else numbers.shape[:-1]
+
+
+@dataclass(frozen=True)
+class LinkageInputs(Recordable):
+    """A linkage that some joints drive; its kernel takes their coordinates.
+
+    Wrenches that circulate in its loops are eliminated by the passive joints, and K follows from
+    the energy of the rest.
+    """
+
+    driven: DrivenLinkage
+
+    @property
+    def subject(self) -> Linkage:
+        """The part between base and platform; its symbols are the parameters."""
+        return self.driven.part
+
+    def checked(self, pose: DriveValues) -> np.ndarray:
+        """Coordinates of the drives (N, n)."""
+        driven, rows = self.driven, self.driven.rows(pose)
+        if rows.ndim == 3 and rows.shape[1] == 1:  # a column (N, 1) of a joint with one coordinate
+            rows = rows[:, 0]
+        if rows.ndim != 2:
+            n = len(driven.inputs)
+            raise InputError(
+                f"driven joints of {driven.part.name!r}",
+                got=f"shape {rows.shape[:-1]} of poses",
+                expected=f"numbers (N,) of each joint, or an array (N, {n}), one pose a row",
+            )
+        return rows
+
+    def rows(
+        self, pose: DriveValues, given: np.ndarray, values: ParameterValues[Linkage]
+    ) -> InputRows:
+        """Rows of inputs; steps from home do not count the turns of screws."""
+        inputs = np.concatenate([given.T, values.rows]) if len(values.rows) else given.T
+        return InputRows(inputs, np.zeros(len(given), dtype=bool), self.driven.turned_far(given))
+
+    def question(
+        self, machine: Any, pose: Any, given: np.ndarray, tolerance: Tolerance = DEFAULT_TOLERANCE
+    ) -> Question:
+        """Configurations at coordinates of the drives."""
+        del pose
+        return ConfigurationsOfLinkage(replace(self.driven, part=machine), given, tolerance)
+
+    def drawn(self, seed: int, nearer: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Configurations near home.
+
+        Loops are closed at home once for all configurations, which share the parameters.
+        """
+        from robostiff.recorded import parameter_samples
+
+        given = np.array([self.driven.given_in(one) for one in self.driven.samples(seed, nearer)])
+        samples = parameter_samples(self.subject)
+        return given, {name: values[int(seed > 0)] for name, values in samples.items()}
+
+
+@recordable.register
+def _(linkage: Linkage, parameters: Sequence[str], joints: Sequence[str] | None) -> LinkageInputs:
+    names = [name for own in linkage.connections for name in own.coordinate_names]
+    own = with_parameters(linkage, parameters, names, "load_linkage")
+    return LinkageInputs(DrivenLinkage.of(own, joints))
+
+
+@recordable.register
+def _(driven: DrivenLinkage, parameters: Sequence[str], joints: Any) -> LinkageInputs:
+    del parameters, joints
+    if not driven.home.is_closed:
+        raise NoAnswerError(f"no record of {driven.part.name!r}: its loops are open at home")
+    return LinkageInputs(driven)
+
+
+@recorded_parts.register
+def _(
+    taken: LinkageInputs, outputs: tuple[Output, ...], backend: Backend, most: int | None
+) -> RecordedParts:
+    # At samples as near to home as its surroundings are regular.
+    del most
+    driven, name, otherwise = (
+        taken.driven,
+        taken.subject.name,
+        "network_at(linkage, ...) pose by pose",
+    )
+    recorded, undetermined, nearer = None, (), 0
+    for nearer in range(_NEARER):
+        recorded, undetermined = record_linkage(driven, driven.samples(nearer=nearer))
+        if recorded is not None or undetermined:
+            break
+    wrong = InputError(
+        f"driven joints of {name!r}",
+        got=f"{', '.join(driven.drives)}, which leave {', '.join(undetermined)} undetermined",
+        expected="joints that decide the configuration",
+        hint=f"add them, joints=(...), or use {otherwise}",
+    )
+    if recorded is None:
+        if undetermined:
+            raise wrong
+        raise InputError(
+            f"home of {name!r}",
+            got="a configuration in which assembly modes meet",
+            expected="a regular home for a kernel",
+            hint=f"give another home, or use {otherwise}",
+        )
+    check_derivatives(name, recorded, outputs)
+    kernel = kernel_of(recorded, outputs, backend)
+    try:
+        verified = is_trusted(recorded, kernel, taken, nearer)
+    except DisagreementError:
+        if undetermined:
+            raise wrong from None
+        raise
+    return recorded.factors.rank, recorded.status, verified, kernel, None, None

@@ -22,9 +22,11 @@ from robostiff.errors import InputError
 from robostiff.spatial import Space
 from robostiff.spatial.batch import empty_batch
 
+_AT_ONCE = 4096  # poses: few enough for the cache
 _SWEEPS = 12
 _ROUNDING = 1e-9  # of the largest eigenvalue, where the rank is decided
 _DONE = 1e-30  # of squares: rounding
+_TINY = 1e-300  # keeps the quotient where there is nothing to rotate
 
 
 def symmetric_eigenvalues(A: np.ndarray) -> np.ndarray:
@@ -43,25 +45,25 @@ def symmetric_eigenvalues(A: np.ndarray) -> np.ndarray:
     array([[1., 3.]])
     """
     n = A.shape[-1]
-    a = {(i, j): np.array(A[:, i, j]) for i in range(n) for j in range(i, n)}
-    scale = np.zeros(len(A))
-    for i in range(n):
-        scale += a[i, i] ** 2
-    for _ in range(_SWEEPS if n > 1 else 0):
-        off = sum(a[i, j] ** 2 for i in range(n) for j in range(i + 1, n))
-        if np.all(off <= _DONE * scale):
-            break
-        for p in range(n):
-            for q in range(p + 1, n):
-                _rotate(a, p, q, n)
     values = empty_batch((len(A),), (n,))
-    for i in range(n):
-        values[:, i] = a[i, i]
-    for i in range(n):  # sorted without moving the poses in memory
-        for j in range(n - 1 - i):
-            low = np.minimum(values[:, j], values[:, j + 1])
-            values[:, j + 1] = np.maximum(values[:, j], values[:, j + 1])
-            values[:, j] = low
+    for start in range(0, len(A), _AT_ONCE):
+        own = A[start : start + _AT_ONCE]
+        a = {(i, j): np.array(own[:, i, j]) for i in range(n) for j in range(i, n)}
+        scale = sum(a[i, i] ** 2 for i in range(n))
+        for _ in range(_SWEEPS if n > 1 else 0):
+            off = sum(a[i, j] ** 2 for i in range(n) for j in range(i + 1, n))
+            if np.all(off <= _DONE * scale):
+                break
+            for p in range(n):
+                for q in range(p + 1, n):
+                    _rotate(a, p, q, n)
+        rows = [a[i, i] for i in range(n)]
+        for i in range(n):  # sorted without moving the poses in memory
+            for j in range(n - 1 - i):
+                low, high = np.minimum(*rows[j : j + 2]), np.maximum(*rows[j : j + 2])
+                rows[j : j + 2] = low, high
+        for i, row in enumerate(rows):
+            values[start : start + _AT_ONCE, i] = row
     return values
 
 
@@ -69,15 +71,14 @@ def _rotate(a: dict[tuple[int, int], np.ndarray], p: int, q: int, n: int) -> Non
     """Make entry (p, q) zero."""
     a_pq = a[p, q]
     difference = a[q, q] - a[p, p]
-    # t = tan of the smaller angle; 0 / 0 happens for diagonal matrices only.
-    root = np.abs(difference) + np.sqrt(difference**2 + 4 * a_pq**2)
-    t = np.divide(2 * a_pq, root, out=np.zeros_like(root), where=root > 0)
-    t = np.copysign(1.0, difference) * t
+    # t = tan of the smaller angle; zero where all is zero, as of diagonal matrices.
+    root = np.abs(difference) + np.sqrt(difference**2 + 4 * a_pq**2) + _TINY
+    t = np.copysign(2.0, difference) * a_pq / root
     c = 1 / np.sqrt(1 + t**2)
-    s = t * c
-    a[p, p] = a[p, p] - t * a_pq
-    a[q, q] = a[q, q] + t * a_pq
-    a[p, q] = np.zeros_like(a_pq)
+    s, moved = t * c, t * a_pq
+    a[p, p] = a[p, p] - moved
+    a[q, q] = a[q, q] + moved
+    a[p, q] = np.zeros(1)
     for r in range(n):
         if r not in (p, q):
             rp, rq = (min(r, p), max(r, p)), (min(r, q), max(r, q))

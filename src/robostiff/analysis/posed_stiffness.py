@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, cast, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.questions import Question
+from robostiff.analysis.questions import Question, dispatched, question_of
 from robostiff.analysis.result import Stiffness, given_wrenches
 from robostiff.analysis.robot_record import ask_record, recorded_at_one
 from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD
@@ -24,47 +23,14 @@ if TYPE_CHECKING:
     from robostiff.network import Network
 
 
-# The questions of each kind of machine: modules that are imported with the first of them.
-_QUESTIONS = {
-    "robot": ("questions", "PosesOfRobot"),
-    "snapshot": ("questions", "OwnPose"),
-    "network": ("linkage_stiffness", "PoseOfNetwork"),
-    "linkage": ("linkage_stiffness", "ConfigurationsOfLinkage"),
-}
-
-
-def question_of(
+def asked_question(
     machine: Any, pose: Any, method: Form, near: Near, tolerance: Tolerance
 ) -> Question:
     """What is asked for by arguments of `stiffness`, which are checked."""
-    place = _QUESTIONS.get(getattr(machine, "kind", ""))
     _check_options(method, tolerance)
-    if place is None:
-        raise InputError(
-            "robot",
-            got=machine,
-            expected="a Robot, a Snapshot, a Network, a Linkage or a CableRobot",
-            hint='write load("hexapod")',
-        )
-    module, name = place
-    question: type[Question] = getattr(import_module(f"robostiff.analysis.{module}"), name)
+    question = dispatched(question_of, machine)(machine, pose, method, near, tolerance)
     _check_fits(machine, method, near, question.has_legs, question.has_postures)
-    return question.asked(machine, pose, method, near, tolerance)
-
-
-def _check_options(method: Any, tolerance: Any) -> None:
-    if isinstance(method, type) or not isinstance(method, Form):
-        name = method.__name__ if isinstance(method, type) else "WrenchBasis"
-        raise InputError(
-            "method", got=method, expected="a form of K_C", hint=f"write method={name}()"
-        )
-    if not isinstance(tolerance, Tolerance):
-        raise InputError(
-            "tolerance",
-            got=tolerance,
-            expected="a Tolerance",
-            hint="write tolerance=Tolerance(independence=1e-9)",
-        )
+    return question
 
 
 def _check_fits(machine: Any, method: Form, near: Near, has_legs: bool, has_postures: bool) -> None:
@@ -82,11 +48,26 @@ def _check_fits(machine: Any, method: Form, near: Near, has_legs: bool, has_post
         )
 
 
+def _check_options(method: Any, tolerance: Any) -> None:
+    if isinstance(method, type) or not isinstance(method, Form):
+        name = method.__name__ if isinstance(method, type) else "WrenchBasis"
+        raise InputError(
+            "method", got=method, expected="a form of K_C", hint=f"write method={name}()"
+        )
+    if not isinstance(tolerance, Tolerance):
+        raise InputError(
+            "tolerance",
+            got=tolerance,
+            expected="a Tolerance",
+            hint="write tolerance=Tolerance(independence=1e-9)",
+        )
+
+
 def stiffness_by_record(
     machine: Any, pose: Any, at: ArrayLike | None, near: Near, tolerance: Tolerance
 ) -> Stiffness:
     """As `stiffness`, of one pose by the direct form: for what asks for the legs at one pose."""
-    question = question_of(machine, pose, DEFAULT_METHOD, near, tolerance)
+    question = asked_question(machine, pose, DEFAULT_METHOD, near, tolerance)
     if question.rows.shape:
         ask_record(question)
     return Stiffness.of(question, at)
@@ -105,7 +86,7 @@ def direct_stiffness(
 
     For what is going to ask for legs, compliance or loads, and for what checks a record.
     """
-    return Stiffness.of(question_of(robot, pose, method, near, tolerance), at)
+    return Stiffness.of(asked_question(robot, pose, method, near, tolerance), at)
 
 
 @overload
@@ -194,7 +175,7 @@ def stiffness(
         from robostiff.analysis.cable_stiffness import cable_stiffness
 
         return cable_stiffness(cast("Any", robot), cast("Any", pose), at=at, tolerance=tolerance)
-    question = question_of(robot, pose, method, near, tolerance)
+    question = asked_question(robot, pose, method, near, tolerance)
     ask_record(question)
     return Stiffness.of(question, at)
 
@@ -259,13 +240,6 @@ def deflection(
     InputError
         When the wrench or the pose does not fit.
     """
-    if getattr(robot, "kind", None) == "cable robot":
-        raise InputError(
-            "robot of a deflection",
-            got=f"cable robot {robot.name!r}",
-            expected="a robot without cables: these may become slack, and need not stay near",
-            hint="write cable_response(robot, pose, wrench=...), or 'robostiff cables'",
-        )
     answer = stiffness_by_record(robot, pose, at, near, tolerance)
     from robostiff.analysis.deflection_under_load import DeflectionsOfPoses, deflection_at
 

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import singledispatch
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import numpy as np
 
 from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD, solve_snapshot
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Details, Form, Status, Tolerance, scaling
-from robostiff.errors import DisagreementError
+from robostiff.errors import DisagreementError, InputError
 from robostiff.kept import kept
 from robostiff.kinematics import (
     JointCoordinates,
@@ -27,7 +31,7 @@ from robostiff.model import PlacedLeg, Robot, Snapshot
 from robostiff.spatial import Space
 
 if TYPE_CHECKING:
-    from robostiff.analysis.answer_of_kernel import CompiledAnswer
+    from robostiff.analysis.compiled_answer import CompiledAnswer
     from robostiff.kinematics import Pose
     from robostiff.network import Network
 
@@ -119,6 +123,9 @@ class Question(ABC):
     opinions: ClassVar[str] = ""
     #: Of the largest size: what rounding leaves of zero.
     free: ClassVar[float] = 0.0
+    #: Of how many poses of a batch the direct form takes as long as what its call begins with, and
+    #: as recording; and how many a record serves by NumPy before it pays to compile it.
+    pays: ClassVar[tuple[int, int, int]] = 0, 0, 0
 
     def __init__(
         self,
@@ -130,7 +137,7 @@ class Question(ABC):
         numbers: np.ndarray,
     ) -> None:
         self.name, self.space, self.method, self.tolerance = name, space, method, tolerance
-        self.rows = np.arange(int(np.prod(batch, dtype=int))).reshape(batch)
+        self.rows = np.arange(math.prod(batch)).reshape(batch)
         self.numbers = numbers.reshape(self.rows.size, numbers.shape[-1])
         self.recorded: CompiledAnswer | None = None
         self._whole: Details | None = None
@@ -167,13 +174,6 @@ class Question(ABC):
                 where = f"{self.name!r} at {self.place(flat[i])}"
                 raise DisagreementError(self.opinions, distance, where)
         return found if rows.ndim == 1 else found.reshaped(rows.shape)
-
-    @classmethod
-    @abstractmethod
-    def asked(
-        cls, machine: Any, pose: Any, method: Form, near: Near, tolerance: Tolerance
-    ) -> Question:
-        """By the arguments of `stiffness`; an InputError where they do not fit the machine."""
 
     def recordable(self) -> tuple[Any, JointCoordinates | np.ndarray] | None:
         """Of what a record answers, with the inputs (N, n) that it takes; None where none does."""
@@ -220,6 +220,10 @@ class PosesOfRobot(Question):
     has_postures: ClassVar[bool] = True
     opinions: ClassVar[str] = "the record of a robot and the wrench basis form"
     free: ClassVar[float] = 1e-6
+    # Recording takes as long as 3,000 to 9,000 poses of a batch, or 10 to 30 calls (all shipped
+    # robots). Machine code is some 0.5 us a pose faster than NumPy, and takes 0.1 s to compile
+    # after 0.5 s to load the compiler.
+    pays: ClassVar[tuple[int, int, int]] = 250, 6_000, 2**20
 
     def __init__(
         self,
@@ -235,14 +239,6 @@ class PosesOfRobot(Question):
         self.request = request = pose if is_read else self.finder.request(cast("Pose", pose))
         numbers = request.coordinates
         super().__init__(robot.name, robot.space, method, tolerance, request.batch, numbers)
-
-    @classmethod
-    def asked(
-        cls, machine: Robot, pose: Any, method: Form, near: Near, tolerance: Tolerance
-    ) -> PosesOfRobot:
-        """A robot with springs between its bodies is refused: those need a load."""
-        machine.check_has_no_springs("stiffness without load")
-        return cls(machine, pose, method, near, tolerance)
 
     def pose_at(self, rows: np.ndarray) -> np.ndarray | None:
         """Pose coordinates (..., 6) where all of them are given."""
@@ -264,34 +260,27 @@ class PosesOfRobot(Question):
     def recordable(self) -> tuple[Any, JointCoordinates | np.ndarray] | None:
         """The robot and its free coordinates, where they are asked for as a record gives them.
 
-        That is not so for other methods, tolerances and postures than a record has.
+        That is not so for other methods, tolerances and postures than a record has, and for a
+        structure, which has one pose alone.
         """
-        given, robot = self._inputs(), self.finder.robot
-        if given is None or not given.size:  # no poses, or a structure that has one alone
-            return None
-        return robot, JointCoordinates(given) if robot.is_posed_by_joints else given
-
-    def _inputs(self) -> np.ndarray | None:
-        """Free coordinates of poses (N, n), where they are asked for as a record gives them."""
         request, numbers, robot = self.request, self.numbers, self.finder.robot
         if (
             self.near is not None
-            or request.by in (Given.DRIVES, Given.TOOL)
+            or not numbers.size
+            or request.by is not (Given.JOINTS if robot.is_posed_by_joints else Given.POSE)
             or self.form != DEFAULT_METHOD
             or self.tolerance != DEFAULT_TOLERANCE
         ):
             return None
         if request.by is Given.JOINTS:
-            return numbers if robot.is_posed_by_joints else None
-        if robot.is_posed_by_joints:
-            return None
+            return robot, JointCoordinates(numbers)
         free = [place for place in robot.coordinate_places if place in robot.space.rows]
         left = tuple(place for place in robot.space.rows if place not in free)
         # Where the legs decide the others, those of home are right at home alone.
         at_home = not request.batch and np.array_equal(numbers[0], self.finder.home_pose)
         if not free or not (request.open == left or at_home):
             return None
-        return numbers if free == list(range(numbers.shape[1])) else numbers[:, free]
+        return robot, numbers if free == [*range(numbers.shape[1])] else numbers[:, free]
 
     def _posture(self, rows: np.ndarray) -> Posture:
         """The posture at some of the poses; of one pose it is found once."""
@@ -357,16 +346,6 @@ class OwnPose(Question):
         super().__init__(machine.name, machine.space, method, tolerance, batch, none)
         self.machine, self._whole = machine, found
 
-    @classmethod
-    def asked(
-        cls, machine: Snapshot, pose: Any, method: Form, near: Near, tolerance: Tolerance
-    ) -> OwnPose:
-        """Only its own pose."""
-        del near
-        check_is_not_posed(machine, pose)
-        machine.check_has_no_springs("stiffness without load")
-        return cls(machine, method, tolerance, solve_snapshot(machine, method, tolerance))
-
     def solved(self, rows: np.ndarray) -> Details:
         """What was found at N of the poses."""
         return self.details(self.rows)[np.unravel_index(rows, self.rows.shape)]
@@ -374,6 +353,47 @@ class OwnPose(Question):
     def placed(self, row: np.ndarray) -> Snapshot | Network:
         """The machine itself, or one pose of a batch along one axis."""
         return self.machine.one(int(row)) if self.rows.shape else self.machine  # type: ignore[union-attr]
+
+
+@singledispatch
+def question_of(
+    machine: Any, pose: Any, method: Form, near: Near, tolerance: Tolerance
+) -> Question:
+    """What arguments of `stiffness` ask; an InputError where they do not fit the machine."""
+    del pose, method, near, tolerance
+    raise InputError(
+        "robot",
+        got=machine,
+        expected="a Robot, a Snapshot, a Network, a Linkage or a CableRobot",
+        hint='write load("hexapod")',
+    )
+
+
+@question_of.register
+def _(machine: Robot, pose: Any, method: Form, near: Near, tolerance: Tolerance) -> PosesOfRobot:
+    machine.check_has_no_springs("stiffness without load")  # those need a load
+    return PosesOfRobot(machine, pose, method, near, tolerance)
+
+
+@question_of.register
+def _(machine: Snapshot, pose: Any, method: Form, near: Near, tolerance: Tolerance) -> OwnPose:
+    del near
+    check_is_not_posed(machine, pose)
+    machine.check_has_no_springs("stiffness without load")
+    return OwnPose(machine, method, tolerance, solve_snapshot(machine, method, tolerance))
+
+
+def dispatched(function: Any, machine: Any) -> Callable[..., Any]:
+    """A single-dispatch function for a machine.
+
+    Those for linkages, networks and cables are imported with the first of them.
+    """
+    found = function.dispatch(type(machine))
+    if found is function.dispatch(object):
+        for module in ("linkage_stiffness", "cable_stiffness"):
+            import_module(f"robostiff.analysis.{module}")
+        found = function.dispatch(type(machine))
+    return found
 
 
 # Of the stiffness of a leg: two postures that differ by less are the same to it.

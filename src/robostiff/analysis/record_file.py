@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis.compiled_answer import RecordedRanks, Wrenches
+from robostiff.analysis.compiled_answer import RecordedRanks
 from robostiff.analysis.identity import plain
 from robostiff.compiled import (
     ArrayCode,
@@ -57,7 +57,7 @@ _HEAD = len(_MAGIC) + 1 + 64 + 1
 _KINDS: dict[str, Any] = {
     kind.__name__: kind
     for kind in (
-        *(Program, Kernel, ArrayCode, ClosedCode, StepCodes, RecordedRanks, Wrenches),
+        *(Program, Kernel, ArrayCode, ClosedCode, StepCodes, RecordedRanks),
         *(StiffnessMatrix, ComplianceMatrix, DeflectionUnder, PrincipalStiffness, WorstDeflection),
         *(DisplacementUnder, EntryOf, TotalMass, Derivative, Gradient, Space, Status),
     )
@@ -206,8 +206,12 @@ def _is_ours(output: Any) -> bool:
 @cache
 def _sources() -> list[Any]:
     """Versions, and size and time of each source file of this package."""
-    root = Path(__file__).parents[1]
-    files = [(str(own.relative_to(root)), own.stat()) for own in sorted(root.rglob("*.py"))]
-    stamps = [[name, status.st_size, status.st_mtime_ns] for name, status in files]
-    digest = hashlib.sha256(json.dumps(stamps).encode()).hexdigest()
+    root, stamps = str(Path(__file__).parents[1]), []
+    for folder, _, names in os.walk(root):
+        for name in names:
+            if name.endswith(".py"):
+                path = os.path.join(folder, name)
+                status = os.stat(path)
+                stamps.append((path[len(root) :], status.st_size, status.st_mtime_ns))
+    digest = hashlib.sha256(json.dumps(sorted(stamps)).encode()).hexdigest()
     return [__version__, np.__version__, sys.byteorder, digest]

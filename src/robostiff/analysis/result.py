@@ -31,7 +31,7 @@ from robostiff.spatial.rotation import matrix_of_rotation, rigid_transform
 if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
-    from robostiff.analysis.answer_of_kernel import CompiledAnswer
+    from robostiff.analysis.compiled_answer import CompiledAnswer
     from robostiff.network import Network
 
 
@@ -351,7 +351,7 @@ class Stiffness(StiffnessOfPoses, InNotebooks):
 
     def check_answered(self) -> None:
         """Raise a NoAnswerError unless all poses have a matrix; what a single one complains of."""
-        if np.all(self.answered):
+        if self.answered.all():
             return
         if self.complaints:
             raise NoAnswerError(f"no stiffness matrix of {self.name!r}: {'; '.join(self.advice)}")

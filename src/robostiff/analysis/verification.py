@@ -170,12 +170,6 @@ def verify(
     """
     if not 0 < agreement < 1:
         raise InputError("agreement", got=agreement, expected="a number between 0 and 1")
-    if getattr(robot, "kind", None) == "cable robot":
-        raise InputError(
-            "robot of a verification",
-            got=f"cable robot {robot.name!r}",
-            expected="a Robot, a Snapshot, a Network or a Linkage: there is one method for cables",
-        )
     reference = direct_stiffness(robot, pose, near=near, tolerance=tolerance)
     require_one_pose("a verification", reference.batch_shape)
     if Status.UNREACHABLE in reference.status:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from robostiff.compiled.codes import ArrayCode, MachineCode, chunks_of, in_shares
 from robostiff.compiled.machine_code import Rows
-from robostiff.record import Program
-from robostiff.recorded import CLOSED, RecordedClosure
-from robostiff.recorded.closure import RecordedSteps
+from robostiff.record import CLOSED, Program
+
+if TYPE_CHECKING:
+    from robostiff.recorded.closure import RecordedSteps
 
 Code = MachineCode | ArrayCode
 
@@ -68,6 +70,8 @@ class ClosedCode:
         cls, closure: RecordedSteps, program: Program, code: Callable[[Program], Code]
     ) -> ClosedCode:
         """The code of a program of leg coordinates."""
+        from robostiff.recorded import RecordedClosure
+
         arrival, home = None, ()
         if isinstance(closure, RecordedClosure):
             arrival = ArrayCode(closure.arrived(Program((), (), ())))
@@ -130,6 +134,11 @@ class ClosedCode:
         far = np.flatnonzero(~_arrived(outputs))
         for first in range(0, far.size, _CHUNK):
             self._reach(inputs, outputs, far[first : first + _CHUNK])
+
+    def at_one(self, inputs: list[float]) -> list[float] | None:
+        """Results at one pose on plain numbers; None where the usual steps do not arrive."""
+        found = self.whole.at_one(inputs) if isinstance(self.whole, ArrayCode) else None
+        return None if found is None or not _arrived(found) else found
 
     def _reach(self, inputs: np.ndarray, outputs: Rows, far: np.ndarray) -> None:
         """Fill the results of far poses that parts of the straight way from home lead to.
@@ -216,6 +225,6 @@ def _put(outputs: Rows, where: slice | np.ndarray, results: np.ndarray) -> None:
         row[where] = own
 
 
-def _arrived(results: Rows) -> np.ndarray:
+def _arrived(results: Any) -> Any:
     """Where steps arrive in the assembly mode of home (N,): the last two rows say so."""
     return (results[-2] < CLOSED) & (results[-1] > 0)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any, TypeVar
@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from robostiff.compiled.machine_code import Rows, VectorFunction, this_processor
-from robostiff.record import NUMPY_FUNCTIONS, OPERATORS, Operation, Program
+from robostiff.record import NUMPY_FUNCTIONS, Operation, Program
 
 # Poses at once: the arrays in use at a time should stay in the second-level cache.
 _CHUNK = 8192
@@ -32,6 +32,8 @@ def in_shares(
     if len(shares) <= 1:
         work(slice(0, count))
         return
+    from concurrent.futures import ThreadPoolExecutor
+
     with ThreadPoolExecutor(len(shares)) as pool:
         list(pool.map(work, shares))
 
@@ -58,15 +60,20 @@ def room_for(rows: int, poses: int) -> np.ndarray:
     return memory[start : start + rows * apart].reshape(rows, apart)[:, :poses]
 
 
-# On floats, which are some ten times faster than arrays of one number. What has no value raises.
-_FLOAT_FUNCTIONS: dict[Operation, Callable[..., float]] = {
-    **OPERATORS,
-    Operation.SQUARE_ROOT: math.sqrt,
-    Operation.SINE: math.sin,
-    Operation.COSINE: math.cos,
-    Operation.ARC_COSINE: math.acos,
+# On floats, which are some ten times faster than arrays of one number, all of two arguments. What
+# has no value raises.
+_FLOAT_FUNCTIONS: dict[Operation, Callable[[float, float], float]] = {
+    Operation.ADD: operator.add,
+    Operation.SUBTRACT: operator.sub,
+    Operation.MULTIPLY: operator.mul,
+    Operation.NEGATE: lambda a, _: -a,
+    Operation.RECIPROCAL: lambda a, _: 1.0 / a,
+    Operation.SQUARE_ROOT: lambda a, _: math.sqrt(a),
+    Operation.SINE: lambda a, _: math.sin(a),
+    Operation.COSINE: lambda a, _: math.cos(a),
+    Operation.ARC_COSINE: lambda a, _: math.acos(a),
     Operation.ARC_TANGENT: math.atan2,
-    Operation.HYPERBOLIC_TANGENT: math.tanh,
+    Operation.HYPERBOLIC_TANGENT: lambda a, _: math.tanh(a),
     Operation.LEAST: lambda a, b: a if a < b else b if b <= a else math.nan,
     Operation.GREATER: lambda a, b: float(a > b),
 }
@@ -115,8 +122,12 @@ class ArrayCode(_Code):
     def evaluate(self, inputs: np.ndarray, outputs: Rows, threads: int = 1) -> None:
         """Fill `outputs` (results, N) from `inputs` (inputs, N), float64."""
         n = inputs.shape[1]
-        if not (n == 1 and self._fill_one(inputs, outputs)):
+        found = self.at_one(inputs[:, 0].tolist()) if n == 1 else None
+        if found is None:
             in_shares(partial(self._fill, inputs, outputs), n, threads, _CHUNK)
+            return
+        for row, value in zip(outputs, found, strict=True):
+            row[0] = value
 
     def _fill(self, inputs: np.ndarray, outputs: Rows, part: slice) -> None:
         instructions, results, count = self._plan
@@ -133,29 +144,34 @@ class ArrayCode(_Code):
                 for row, where in zip(outputs, results, strict=True):
                     row[poses] = where if isinstance(where, float) else held[where[0]]
 
-    def _fill_one(self, inputs: np.ndarray, outputs: Rows) -> bool:
-        """Fill the results of one pose; False where some number has no value, as out of reach."""
-        start, instructions = self._one
-        held = start.copy()
-        held[: len(inputs)] = inputs[:, 0].tolist()
+    def at_one(self, inputs: list[float]) -> list[float] | None:
+        """Results at one pose; None where some number has no value, as out of reach."""
+        numbers, instructions, outputs = self._one
+        known = [*inputs, *numbers]
+        add = known.append
         try:
-            for function, a, b, out in instructions:
-                held[out] = function(held[a]) if b is None else function(held[a], held[b])
+            for function, a, b in instructions:
+                add(function(known[a], known[b]))
         except (ValueError, ArithmeticError):
-            return False
-        for row, k in zip(outputs, self.program.outputs, strict=True):
-            row[0] = held[k]
-        return True
+            return None
+        return [known[k] for k in outputs]
 
     @cached_property
-    def _one(self) -> tuple[list[float], list[tuple[Any, int, int | None, int]]]:
-        """Numbers of all steps, as far as they are known before, and what computes the others."""
-        numbers, instructions = [], []
-        for i, step in enumerate(self.program.steps):
-            numbers.append(float(step.number))
-            if step.operation not in (Operation.INPUT, Operation.NUMBER):
-                instructions.append((_FLOAT_FUNCTIONS[step.operation], step.a, step.b, i))
-        return numbers, instructions
+    def _one(self) -> tuple[list[float], list[tuple[Any, int, int]], list[int]]:
+        """Numbers, what computes all others behind inputs and numbers, and places of results."""
+        steps, idle = self.program.steps, (Operation.INPUT, Operation.NUMBER)
+        numbers = [i for i, step in enumerate(steps) if step.operation is Operation.NUMBER]
+        order = [*range(len(self.program.inputs)), *numbers]
+        order += [i for i, step in enumerate(steps) if step.operation not in idle]
+        place = {i: k for k, i in enumerate(order)}
+        instructions = []
+        for i in order[len(self.program.inputs) + len(numbers) :]:
+            operation, a, b = steps[i][:3]
+            first = place[a or 0]
+            second = first if b is None else place[b]
+            instructions.append((_FLOAT_FUNCTIONS[operation], first, second))
+        values = [float(steps[i].number) for i in numbers]
+        return values, instructions, [place[i] for i in self.program.outputs]
 
     @cached_property
     def _plan(self) -> tuple[list[_Instruction], list[Any], int]:

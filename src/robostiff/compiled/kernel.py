@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,8 +18,10 @@ from robostiff.compiled.outputs import Output
 from robostiff.compiled.rates import Rates
 from robostiff.errors import InputError
 from robostiff.record import Program
-from robostiff.recorded import RecordedRobot, flags_of
 from robostiff.spatial import Space
+
+if TYPE_CHECKING:
+    from robostiff.recorded import RecordedRobot
 
 _POSES_A_THREAD = 100_000  # below, starting a thread takes as long as what it saves
 _CHUNKS_OF_STEPS = 16
@@ -54,7 +56,7 @@ class Kernel:
         What its rows of inputs are: coordinates [m, rad], then parameters.
     outputs : tuple of Output
     checks : tuple of str
-        ``flags``, a sum of flags, see `robostiff.recorded.Flag`. With a closure also ``open``, the
+        ``flags``, a sum of flags, see `robostiff.record.Flag`. With a closure also ``open``, the
         square of what the legs leave open, and ``mode``, positive in the assembly mode of home.
     space : Space
     code : MachineCode, ArrayCode or ClosedCode
@@ -131,6 +133,11 @@ class Kernel:
         self.code.evaluate(inputs, out, whole_threads(threads, count))
         return out
 
+    def at_one(self, inputs: list[float]) -> Sequence[float]:
+        """Results at one pose, as of `evaluate`."""
+        found = None if isinstance(self.code, MachineCode) else self.code.at_one(inputs)
+        return self.evaluate(np.array(inputs)[:, None])[:, 0] if found is None else found
+
     def by(self, code: type[MachineCode | ArrayCode]) -> Kernel:
         """The same kernel, run by another code."""
         return replace(self, code=self.code.by(code))
@@ -184,6 +191,8 @@ def kernel_of(
     entries = [entry for output in outputs for entry in output.recorded(recorded)]
     names: tuple[str, ...] = ()
     if has_flags:
+        from robostiff.recorded import flags_of
+
         gaps = [gap for x in outputs if isinstance(x, Rates) for gap in x.gaps(recorded)]
         entries.append(flags_of(recorded, gaps))
         names = ("flags",)

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, ClassVar, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.record import is_zero, plain_root
-from robostiff.recorded import RecordedRobot, eigenvalues, inverse_entries
-from robostiff.recorded.factor import Upper
 from robostiff.spatial import Space, as_floats
+
+if TYPE_CHECKING:  # a kernel that was read from disk is run without what makes records
+    from robostiff.recorded import RecordedRobot
+    from robostiff.recorded.factor import Upper
 
 
 @runtime_checkable
@@ -71,6 +73,8 @@ class ComplianceMatrix(_OfTwists):
         NoAnswerError
             When the platform has free motions at every pose.
         """
+        from robostiff.recorded import inverse_entries
+
         _require_full_rank(robot, "compliance matrix")
         return _both_triangles(inverse_entries(robot.factors), robot.space.size)
 
@@ -168,6 +172,8 @@ class WorstDeflection(_OfTwists):
         return [_part(values[-1] - values[-2], values)]
 
     def _all(self, robot: RecordedRobot) -> list[Any]:
+        from robostiff.recorded import eigenvalues, inverse_entries
+
         _require_full_rank(robot, "worst deflection")
         inverse = inverse_entries(robot.factors)
         d = range(robot.space.translations)
@@ -198,6 +204,8 @@ class PrincipalStiffness(_OfTwists):
         ]
 
     def _blocks(self, robot: RecordedRobot) -> list[list[Any]]:
+        from robostiff.recorded import eigenvalues
+
         n, d = robot.space.size, robot.space.translations
         return [
             eigenvalues([[robot.K[min(i, j), max(i, j)] for j in block] for i in block])

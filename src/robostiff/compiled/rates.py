@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from robostiff.compiled.outputs import Output, gaps_of
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.record import Entry, derivatives_along, gradient
-from robostiff.recorded import RecordedRobot
 from robostiff.spatial import Space
+
+if TYPE_CHECKING:
+    from robostiff.recorded import RecordedRobot
 
 _MEET = 1e-9  # a gap at which eigenvalues are the same
 

@@ -9,8 +9,7 @@ from enum import Enum
 from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.kernel import Kernel
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.record import Operation, Program
-from robostiff.recorded import CLOSED, Flag
+from robostiff.record import CLOSED, Flag, Operation, Program
 
 
 class SourceLanguage(Enum):

@@ -40,9 +40,9 @@ _AT_ONCE = 2048  # poses: few enough for the cache
 def definite_inverse(K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Inverse of symmetric K (..., n, n), and where it is certain to nine digits (...).
 
-    By symmetric sweeps, over all poses side by side. Pivots do not depend on units: those of a
-    positive definite K are above zero, and digits are lost where they are small beside the
-    diagonal.
+    By symmetric sweeps of the upper triangle, over all poses side by side. Pivots do not depend on
+    units: those of a positive definite K are above zero, and digits are lost where they are small
+    beside the diagonal.
 
     References
     ----------
@@ -57,18 +57,24 @@ def definite_inverse(K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     n = K.shape[-1]
     given = K.reshape(-1, n, n)
     C, certain = empty_batch((len(given),), (n, n)), np.ones(len(given), dtype=bool)
+    places = [(i, j) for i in range(n) for j in range(i, n)]
     for start in range(0, len(given), _AT_ONCE):
         own = slice(start, start + _AT_ONCE)
-        A = np.moveaxis(given[own], 0, -1).copy()
+        rows, inverse = (np.moveaxis(every[own], 0, -1) for every in (given, C))
+        A, product = {place: rows[place].copy() for place in places}, np.empty(rows.shape[-1])
         with np.errstate(all="ignore"):
             for k in range(n):
-                pivot = A[k, k].copy()
-                certain[own] &= pivot * _FEW_LOST > given[own, k, k]
-                row = A[k] / pivot
-                A -= A[:, k, None] * row
-                A[k] = A[:, k] = row
-                A[k, k] = -1 / pivot
-        np.negative(A, out=np.moveaxis(C[own], 0, -1))
+                certain[own] &= A[k, k] * _FEW_LOST > rows[k, k]
+                A[k, k] = factor = -1 / A[k, k]
+                column = [A[min(i, k), max(i, k)] for i in range(n)]
+                scaled = [entry * factor for entry in column]
+                for i, j in places:
+                    if k not in (i, j):
+                        A[i, j] += np.multiply(column[i], scaled[j], out=product)
+                for i in set(range(n)) - {k}:
+                    A[min(i, k), max(i, k)] = -scaled[i]
+        for i, j in places:
+            inverse[j, i] = np.negative(A[i, j], out=inverse[i, j])
     return C.reshape(K.shape), certain.reshape(K.shape[:-2])
 
 
@@ -107,7 +113,7 @@ class StiffnessOfPoses(StatusOfPoses):
 
     def check_answered(self: Any) -> None:
         """Raise a NoAnswerError, with the advice of the status, unless all poses have a matrix."""
-        if np.all(self.answered):
+        if self.answered.all():
             return
         name, reason = getattr(self, "name", ""), getattr(self, "reason", "")
         what = f"no stiffness matrix of {name!r}" if name else "no stiffness matrix"

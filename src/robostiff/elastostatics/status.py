@@ -130,6 +130,9 @@ _ADVICE = {
 }
 
 
+_WITHOUT = int(WITHOUT_STIFFNESS)
+
+
 class _OfPoses(Protocol):
     @property
     def status_codes(self) -> np.ndarray: ...
@@ -151,4 +154,4 @@ class StatusOfPoses:
     @property
     def answered(self: _OfPoses) -> np.ndarray:
         """Where there is a stiffness matrix (...)."""
-        return (self.status_codes & int(WITHOUT_STIFFNESS)) == 0
+        return (self.status_codes & _WITHOUT) == 0

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar
 
 import numpy as np
 
@@ -42,7 +41,6 @@ class DrivenLinkage:
         Closed, with the drives where they are at home; from `driven_by` it may be open.
     """
 
-    kind: ClassVar[str] = Linkage.kind
     part: Linkage
     drives: tuple[str, ...]
     home: Configuration

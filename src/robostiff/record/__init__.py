@@ -5,6 +5,8 @@ The formulas of the library work on arrays of any entries. Filled with `Entry` t
 poses, compiled, differentiated, or read as named steps.
 """
 
+from robostiff.record.checks import CLOSED as CLOSED
+from robostiff.record.checks import Flag as Flag
 from robostiff.record.exact import shortened as shortened
 from robostiff.record.functions import ENTRY_FUNCTIONS as ENTRY_FUNCTIONS
 from robostiff.record.functions import angle_of as angle_of

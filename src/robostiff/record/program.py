@@ -128,14 +128,15 @@ class Program:
         Raises ValueError, TypeError or LookupError where it is none: a step may only work on steps
         before it, on as many as its operation takes.
         """
-        operations = [_OPERATIONS[letter] for letter in data["operations"]]
-        inputs, count = tuple(data["inputs"]), len(operations)
+        letters = data["operations"]
+        inputs, count = tuple(data["inputs"]), len(letters)
+        operations = [_OPERATIONS[letter] for letter in letters]
         a, b, outputs = (np.array(data[name], dtype=np.int64) for name in ("a", "b", "outputs"))
-        taken, place = np.array([_TAKEN[own] for own in operations]), np.arange(count)
-        is_input = np.array([own is Operation.INPUT for own in operations])
+        place, kinds = np.arange(count), np.frombuffer(letters.encode("ascii"), dtype=np.uint8)
+        taken = _ARGUMENTS[kinds]
         are_steps = (
             a.shape == b.shape == (count,)
-            and np.array_equal(is_input, place < len(inputs))
+            and np.array_equal(kinds == ord(_LETTERS[Operation.INPUT]), place < len(inputs))
             and np.array_equal((a >= 0).astype(int) + (b >= 0), taken)
             and np.all((a >= b) | (taken == 2))
             and np.all((a < place) & (b < place))
@@ -146,10 +147,14 @@ class Program:
         names: list[str] = [*inputs, *[""] * (count - len(inputs))]
         for i, name in data["names"].items():
             names[int(i)] = str(name)
-        given = iter(map(float, data["numbers"]))
-        numbers = [next(given) if own is Operation.NUMBER else 0.0 for own in operations]
-        first, second = ([None if k < 0 else k for k in own.tolist()] for own in (a, b))
-        each = zip(operations, first, second, numbers, names, strict=True)
+        columns: list[list[Any]] = [a.tolist(), b.tolist(), [0.0] * count]
+        for column, known in zip(columns, (a, b), strict=False):
+            for i in np.flatnonzero(known < 0).tolist():
+                column[i] = None
+        is_number = np.flatnonzero(kinds == ord(_LETTERS[Operation.NUMBER])).tolist()
+        for i, number in zip(is_number, data["numbers"], strict=True):
+            columns[2][i] = float(number)
+        each = zip(operations, *columns, names, strict=True)
         steps = tuple(map(partial(tuple.__new__, Step), each))  # in half the time of `Step`
         return cls(inputs, steps, tuple(outputs.tolist()))
 
@@ -160,9 +165,7 @@ _OF_TWO = (
     *(Operation.ADD, Operation.SUBTRACT, Operation.MULTIPLY),
     *(Operation.ARC_TANGENT, Operation.LEAST, Operation.GREATER),
 )
-#: How many arguments each operation takes.
-_TAKEN = {
-    **dict.fromkeys(Operation, 1),
-    **dict.fromkeys((Operation.INPUT, Operation.NUMBER), 0),
-    **dict.fromkeys(_OF_TWO, 2),
-}
+# How many arguments each operation takes, by its letter.
+_ARGUMENTS = np.ones(128, dtype=int)
+for _count, _own in ((0, (Operation.INPUT, Operation.NUMBER)), (2, _OF_TWO)):
+    _ARGUMENTS[[ord(_LETTERS[operation]) for operation in _own]] = _count

@@ -4,14 +4,12 @@ Closure, placement, elimination of the passive joints in the working frame where
 and the sum over the legs, on recorded entries.
 """
 
-from robostiff.recorded.closure import CLOSED as CLOSED
 from robostiff.recorded.closure import RecordedClosure as RecordedClosure
 from robostiff.recorded.closure import record_closure as record_closure
 from robostiff.recorded.factor import Factors as Factors
 from robostiff.recorded.factor import eigenvalues as eigenvalues
 from robostiff.recorded.factor import factors_of as factors_of
 from robostiff.recorded.factor import inverse_entries as inverse_entries
-from robostiff.recorded.flags import Flag as Flag
 from robostiff.recorded.flags import flags_of as flags_of
 from robostiff.recorded.leg import LegRecorder as LegRecorder
 from robostiff.recorded.leg import RecordedLeg as RecordedLeg

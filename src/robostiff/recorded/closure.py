@@ -119,8 +119,6 @@ class RecordedSteps:
 # Part of a determinant's size at home below which the careful closure looks at the assembly mode.
 _WATCHED = 0.1
 _MODE = "assembly mode"  # positive in that of home
-#: Square of the gap, as a part of the length and radians, at which legs meet to the last digits.
-CLOSED = 1e-12**2
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from enum import IntFlag
 from functools import reduce
 from typing import Any
 
 import numpy as np
 
-from robostiff.record import Entry, Operation, Record, greater, least
+from robostiff.record import Entry, Flag, Operation, Record, greater, least
 from robostiff.recorded.leg import SHORT, lower_bound
 from robostiff.recorded.robot import RecordedRobot
 
@@ -23,16 +22,6 @@ _AT_LIMIT = 1e-9
 # A gap between eigenvalues, as a part of them, below which their derivatives are rounding.
 _APART = 1e-7
 _FINITE = 1e300
-
-
-class Flag(IntFlag):
-    """What holds at a pose; 0 where the answer of the record is right as it is."""
-
-    BEYOND_LIMITS = 1
-    OUT_OF_REACH = 2
-    DOUBTFUL = 4  # an assumption is close to failing
-    RANK_DOUBTFUL = 8  # the pivots of K do not decide its rank
-    MEETING = 16  # eigenvalues meet, which have no derivatives there
 
 
 def flags_of(robot: RecordedRobot, gaps: Sequence[Any] = ()) -> Any:

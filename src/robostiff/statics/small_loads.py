@@ -18,8 +18,7 @@ from robostiff.analysis import (
     stiffness,
 )
 from robostiff.analysis import deflection as deflection_under_wrench
-from robostiff.analysis.deflection_under_load import deflection_at
-from robostiff.analysis.leg_loads import leg_loads, loads_known
+from robostiff.analysis.deflection_under_load import deflection_at, leg_loads, loads_known
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose

@@ -3,7 +3,10 @@
 import hashlib
 import json
 import os
+import subprocess
+import sys
 from dataclasses import replace
+from pkgutil import resolve_name
 
 import numpy as np
 import pytest
@@ -13,6 +16,8 @@ from robostiff.analysis import compiled_stiffness
 from robostiff.record import Program, Record, least, sine
 from tests.analysis.kernels.cases import around_home, model
 from tests.linkage.test_maps_of_linkages import FOUR_BAR
+
+RECORDED = "robostiff.analysis.recording.recorded_parts"
 
 
 @pytest.fixture(autouse=True)
@@ -29,8 +34,7 @@ def compiled(robot, outputs=None, **options):
 
 
 def must_not_record(monkeypatch):
-    for name in ("_recorded_robot", "_recorded_linkage"):
-        monkeypatch.setattr(compiled_stiffness, name, lambda *_: pytest.fail("recorded again"))
+    monkeypatch.setattr(RECORDED, lambda *_: pytest.fail("recorded again"))
 
 
 @pytest.mark.parametrize("name", ["hexapod", "3-prs", "six-joint-arm", "gough-stewart-a"])
@@ -62,6 +66,27 @@ def test_linkages_and_other_outputs_are_kept_too(monkeypatch):
     np.testing.assert_array_equal(first.evaluate(drives).matrix, again.evaluate(drives).matrix)
     assert compiled(model("hexapod"), outputs).kernel == others[0].kernel
     assert compiled(legs, rates, parameters=("R",)).kernel == others[1].kernel
+
+
+def test_calls_read_what_was_recorded_before(monkeypatch):
+    compiled(model("3-rpr"))
+    compiled(rs.load_linkage(FOUR_BAR))
+    must_not_record(monkeypatch)
+    assert rs.stiffness(model("3-rpr")).recorded is not None
+    assert rs.stiffness(rs.load_linkage(FOUR_BAR), {"crank": 0.1}).recorded is not None
+
+
+def test_a_record_is_read_at_the_second_call_without_what_makes_records():
+    compiled(model("3-rpr"))
+    code = (
+        "import sys, robostiff as rs; robot = rs.load('3-rpr'); "
+        "found = [rs.stiffness(robot).recorded is not None for _ in range(2)]; "
+        "heavy = ('sympy', 'scipy', 'robostiff.recorded', 'robostiff.linkage'); "
+        "print(found, [name for name in heavy if name in sys.modules])"
+    )
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    assert done.stdout.split() == ["[False,", "True]", "[]"]
 
 
 def test_another_robot_or_output_is_recorded_for_itself(cache):
@@ -146,10 +171,8 @@ def test_what_is_damaged_or_of_others_is_recorded_again(harm, cache, monkeypatch
     (path,) = cache.iterdir()
     harm(path)
     made.clear()
-    record = compiled_stiffness._recorded_robot
-    monkeypatch.setattr(
-        compiled_stiffness, "_recorded_robot", lambda *own: made.append(own) or record(*own)
-    )
+    record = resolve_name(RECORDED)
+    monkeypatch.setattr(RECORDED, lambda *own: made.append(own) or record(*own))
     again = compiled(robot)
     assert len(made) == 1
     assert again == first

@@ -154,7 +154,7 @@ class IndicesOfPoses(StatusOfPoses):
         """Of forces [N/m] and then of moments [N m/rad], each ascending (..., n)."""
         d = self.result.space.translations
 
-        def inverses(known: np.ndarray) -> np.ndarray:
+        def inverses(known: Any) -> np.ndarray:
             k = 1 / _eigenvalues_of_blocks(self.result.compliances[known])
             return np.concatenate([k[:, :d][:, ::-1], k[:, d:][:, ::-1]], axis=-1)
 
@@ -181,7 +181,7 @@ class IndicesOfPoses(StatusOfPoses):
         def largest(A: np.ndarray) -> np.ndarray:
             return symmetric_eigenvalues(A)[:, -1:]
 
-        def ratios(known: np.ndarray) -> np.ndarray:
+        def ratios(known: Any) -> np.ndarray:
             K, C = self.result.matrix[known], self.result.compliances[known]
             return largest(K / scale[known]) * largest(C * scale[known])
 
@@ -189,11 +189,14 @@ class IndicesOfPoses(StatusOfPoses):
 
     def _numbers(
         self,
-        together: Callable[[np.ndarray], np.ndarray],
+        together: Callable[[Any], np.ndarray],
         alone: Callable[[StiffnessIndices], StationaryStiffness | float | None],
     ) -> np.ma.MaskedArray:
         """Numbers (..., m) of poses with K and C `together`, and of each other pose `alone`."""
         known = self.answered & self.result.has_compliance
+        if known.ndim == 1 and known.all():
+            values = together(slice(None))
+            return np.ma.MaskedArray(values, np.zeros(values.shape, dtype=bool))
         values = together(known)
         found = np.ma.masked_all((*known.shape, values.shape[-1]))
         found.data[...] = np.nan  # what is read past the mask is no number

@@ -12,8 +12,7 @@ import numpy as np
 
 from robostiff.analysis.cable_stiffness import are_beyond_limits, cable_stiffness
 from robostiff.analysis.compiled_stiffness import CompiledStiffness, compile_stiffness
-from robostiff.analysis.deflection_under_load import carried_by
-from robostiff.analysis.leg_loads import leg_loads
+from robostiff.analysis.deflection_under_load import carried_by, leg_loads
 from robostiff.analysis.maps.pose_columns import Mapped, PoseColumns
 from robostiff.analysis.maps.variables import Quantity, Variable, map_variables
 from robostiff.analysis.measures import (

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.compiled_answer import AtGeneralPoses, decided
-from robostiff.analysis.kernel_inputs import InputRows, KernelInputs, ParameterValues, at_joints
+from robostiff.analysis.compiled_answer import AtGeneralPoses, InputRows, decided
+from robostiff.analysis.kernel_inputs import KernelInputs, ParameterValues
 from robostiff.compiled import Kernel
 from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.codes import chunks_of, in_shares
@@ -19,7 +19,7 @@ from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kinematics import JointCoordinates, Pose, posture_finder
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import ALL_COORDINATES, Robot
-from robostiff.recorded import CLOSED
+from robostiff.record import CLOSED
 from robostiff.spatial import as_floats
 from robostiff.spatial.rotation import vector_of_quaternion
 from robostiff.statics.equilibrium import solved
@@ -226,9 +226,9 @@ class CompiledLoading:
         """
         threads = whole_threads(threads)
         robot, space = self.robot, self.robot.space
-        pose = at_joints(robot, pose)
-        by_joints = isinstance(pose, JointCoordinates)
         inputs = self._inputs
+        pose = inputs.read(pose)
+        by_joints = isinstance(pose, JointCoordinates)
         given = inputs.checked(pose)
         count = len(given)
         F = wrenches_of("wrench", wrench, space)

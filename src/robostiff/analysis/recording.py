@@ -1,34 +1,79 @@
-"""Whether the record of a robot or linkage is confirmed by the direct form at generic poses."""
+"""Robots recorded, and records of robots and linkages confirmed by the direct form."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import singledispatch
 from typing import Any
 
 import numpy as np
 
-from robostiff.analysis.compiled_answer import AtGeneralPoses, attempted, closes
-from robostiff.analysis.kernel_inputs import KernelInputs, LinkageInputs, ParameterValues
+from robostiff.analysis.compiled_answer import AtGeneralPoses, RecordedRanks, attempted, closes
+from robostiff.analysis.kernel_inputs import (
+    KernelInputs,
+    ParameterValues,
+    Recordable,
+    RecordedParts,
+)
 from robostiff.analysis.questions import PosesOfRobot, differences
 from robostiff.analysis.result import Stiffness
 from robostiff.compiled import Backend, Kernel, Output, Rates, StiffnessMatrix, kernel_of
 from robostiff.elastostatics import Status, Tolerance
 from robostiff.errors import DisagreementError, InputError
-from robostiff.kinematics import JointCoordinates, PostureFinder
-from robostiff.model import Robot
-from robostiff.recorded import RecordedRobot, sample_postures
+from robostiff.kinematics import JointCoordinates, PostureFinder, posture_finder
+from robostiff.model import ALL_COORDINATES, Robot
+from robostiff.recorded import RecordedRobot, record_at_joints, record_robot, sample_postures
 
 # Generic poses must keep away from the tolerances that decide, by what poses may differ.
 _STRICT = Tolerance(near_independence=1e-4, near_rigidity=1e-8)
 _OTHER_SEED = 47
-#: How often poses are drawn nearer to home.
-NEARER = 4
+# How often poses are drawn nearer to home.
+_NEARER = 4
 _SPUN = 0.2  # what coordinates that nothing determines are changed by [m, rad]
+# Ranks are decided about a reference point that is nearer to the robot than so many lengths.
+_NEAR = 5.0
 
 
-def is_trusted(
-    recorded: RecordedRobot, kernel: Kernel, taken: KernelInputs | LinkageInputs, nearer: int = 0
-) -> bool:
+@singledispatch
+def recorded_parts(
+    taken: Any, outputs: tuple[Output, ...], backend: Backend, most: int | None
+) -> RecordedParts:
+    """Record kernels of a machine; a NoAnswerError where they take more than `most` operations."""
+    del outputs, backend, most
+    raise TypeError(f"no record of {type(taken).__name__}")
+
+
+@recorded_parts.register
+def _(
+    taken: KernelInputs, outputs: tuple[Output, ...], backend: Backend, most: int | None
+) -> RecordedParts:
+    robot = taken.subject
+    finder = posture_finder(robot.numeric)
+    recorded = record_robot(robot, finder, most)
+    if depends_on_what_is_held(recorded, robot, finder):
+        recorded = record_at_joints(robot, finder, most)
+    # A derivative may need more of the closure than its Newton steps give.
+    if recorded.joints and not robot.is_posed_by_joints:
+        check_derivatives(robot.name, recorded, outputs)
+    joint_kernel = None
+    names = {coordinate.value for coordinate in ALL_COORDINATES}
+    by_pose = any(isinstance(x, Rates) and not names.isdisjoint(x.inputs) for x in outputs)
+    if recorded.closure is not None and robot.is_serial and not by_pose:
+        joint_kernel = kernel_of(record_at_joints(robot, finder), outputs, backend)
+    kernel = kernel_of(recorded, outputs, backend)
+    if recorded.joints and recorded.closure is None:
+        joint_kernel = kernel
+    verified = is_trusted(recorded, kernel, taken.taken_by(kernel, joint_kernel))
+    ranks = None
+    if outputs == (StiffnessMatrix(),) and recorded.closure is None:
+        at = sample_postures(finder).snapshot
+        away = np.linalg.norm(at.reference_point - at.centre, axis=-1)
+        if np.all(away < _NEAR * at.characteristic_length):  # ranks are decided about this point
+            ranks = RecordedRanks.of(recorded)
+    return recorded.factors.rank, recorded.status, verified, kernel, joint_kernel, ranks
+
+
+def is_trusted(recorded: RecordedRobot, kernel: Kernel, taken: Recordable, nearer: int = 0) -> bool:
     """Whether generic poses are regular, and a record has been confirmed at them.
 
     Once at the poses at which it was recorded, and once at others: what a record takes for zero or
@@ -45,10 +90,12 @@ def is_trusted(
     return all(at)
 
 
-def _agrees(kernel: Kernel, general: AtGeneralPoses, taken: Any, seed: int, first: int) -> bool:
+def _agrees(
+    kernel: Kernel, general: AtGeneralPoses, taken: Recordable, seed: int, first: int
+) -> bool:
     """Whether a kernel gives what the direct form gives, and nothing is in doubt."""
-    subject: Any = taken.subject
-    for nearer in range(first, NEARER):
+    subject = taken.subject
+    for nearer in range(first, _NEARER):
         pose, samples = taken.drawn(seed, nearer)
         given = np.asarray(pose.values if isinstance(pose, JointCoordinates) else pose)
         values = ParameterValues.of(subject, samples, len(given))
