@@ -59,7 +59,7 @@ class UnderLoad(StandingLoads, MapMethod):
     '{"ok": 2, "unstable+beyond-critical-load": 1}'
     """
 
-    has_loads: ClassVar = True
+    has_loads: ClassVar[bool] = True
     by: Compiled | Batched | None = None
 
     def evaluator(self, like: MapEvaluator, count: int) -> MapEvaluator:

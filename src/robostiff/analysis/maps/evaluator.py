@@ -344,7 +344,7 @@ _DIRECT = {
 class MapMethod(ABC):
     """How the poses of a map are computed."""
 
-    has_loads: ClassVar = False  # whether poses have loads beside coordinates
+    has_loads: ClassVar[bool] = False  # whether poses have loads beside coordinates
 
     @abstractmethod
     def evaluator(self, like: MapEvaluator, count: int) -> MapEvaluator:

@@ -57,11 +57,18 @@ class Code(CodePrinter):
     end: ClassVar[str] = ""  # of a statement
     goes_on: ClassVar[str] = ""  # at the end of a line that the next one continues
     in_brackets: ClassVar[bool] = False  # whether statements of several lines need brackets
-    size, zero, pi, e = "abs", "0", "pi", "exp(1)"
+    size: ClassVar[str] = "abs"
+    zero: ClassVar[str] = "0"
+    pi: ClassVar[str] = "pi"
+    e: ClassVar[str] = "exp(1)"
     entry: ClassVar[str]
     text: ClassVar[str]  # the template
-    steps, both, zeros = "{}", "{} && {}", "{}"
-    fails, subject, shape = "It fails", "It", "{n} x {n}"
+    steps: ClassVar[str] = "{}"
+    both: ClassVar[str] = "{} && {}"
+    zeros: ClassVar[str] = "{}"
+    fails: ClassVar[str] = "It fails"
+    subject: ClassVar[str] = "It"
+    shape: ClassVar[str] = "{n} x {n}"
 
     def __init__(self, derivation: Any, name: str) -> None:
         super().__init__({"order": None})

@@ -138,7 +138,7 @@ class UnitQuaternion:
     (0.28, 0.96)
     """
 
-    names: ClassVar = ("q_x", "q_y", "q_z")
+    names: ClassVar[tuple[str, ...]] = ("q_x", "q_y", "q_z")
 
     def names_of(self, coordinates: Sequence[Coordinate]) -> tuple[str, ...]:
         """Names of the parts where some of the rotations are free."""

@@ -73,6 +73,11 @@ class ChainNumbers:
     the second.
     """
 
+    starts: np.ndarray
+    last: np.ndarray
+    joint_bodies: np.ndarray
+    joint_x: np.ndarray
+
     def __init__(self, kind: LegsKind) -> None:
         chains, C = kind.chains, len(kind.chains)
         lengths = np.array([len(c.elements) for c in chains], dtype=int)
@@ -172,6 +177,15 @@ class Numbers:
 
     The tangent is flat: its blocks (N, n, n) one behind the other.
     """
+
+    starts: np.ndarray
+    ends: np.ndarray
+    x: np.ndarray
+    held: np.ndarray
+    bodies: np.ndarray
+    W: np.ndarray
+    rows: np.ndarray
+    local: np.ndarray
 
     def __init__(self, kind: LegsKind) -> None:
         self.of_chains: ChainNumbers = ChainNumbers(kind)

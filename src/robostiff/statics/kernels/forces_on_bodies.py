@@ -229,7 +229,7 @@ class StandingLoads:
         for (body, point), force in zip(sites, forces, strict=True):
             before = each_load(body, loads[body]) if body in loads else ()
             loads[body] = (*before, Weight(force, point))
-        return Acting(**self.given | {"loads": loads or None}, laws={})
+        return Acting(loads or None, self.gravity, self.preload, self.beams, laws={})
 
     def equilibria(self, robot: Any, pose: Pose, F: np.ndarray) -> Equilibria:
         """Of a robot at many poses, each under its wrench and what stands."""
