@@ -87,6 +87,8 @@ def _error_of_kinds(
     subject = type(args[0]).__name__ if function.__name__ == "__init__" else function.__name__
     for name, value in given.items():
         parameter = signature.parameters[name]
+        if parameter.annotation is parameter.empty:  # self, which may not be complete
+            continue
         values = [value]
         if parameter.kind is inspect.Parameter.VAR_KEYWORD:
             values = list(value.values())

@@ -280,6 +280,7 @@ GOOD = {
     rs.Network: lambda: {
         key: getattr(_network(), key) for key in inspect.signature(rs.Network).parameters
     },
+    rs.network_at: lambda: {"linkage": rs.load_linkage("double-pantograph"), "values": {}},
     rs.network_response: lambda: {"network": _network(), "loads": {"b": LOAD},
                                   "settlements": None, "tolerance": rs.Tolerance()},
     rs.load: lambda: {"name_or_path": "planar-link", "parameters": None, "symbols": (),

@@ -175,7 +175,8 @@ def test_tangent_is_the_derivative_of_the_residual(name: str, beams: rs.Bowing):
             own = replace(own, axial=own.axial + missing)
         return legs.equations(own, state.R, state.p, share).r
 
-    rate = (residual(1e-6) - residual(-1e-6)) / 2e-6
+    near, far = ((residual(part) - residual(-part)) / (2 * part) for part in (1e-5, 2e-5))
+    rate = (4 * near - far) / 3  # without the error of second order
     for block, A in zip(legs.numbers.blocks, eq.A, strict=True):
         for u, own in zip(block.at, A, strict=True):
             scale = np.abs(own * step[u]).max(axis=1)

@@ -216,7 +216,8 @@ def unknown_name(subject: str, name: object, known: Iterable[str], what: str) ->
     """An error that names what is alike to a name, or the first that there are."""
     known = list(known)
     near = ", ".join(map(repr, get_close_matches(str(name), known, n=3) or known[:3]))
-    expected = f"{what}, such as {near}" if known else f"none: there is no {what}"
+    alone = what.removeprefix("a ").removeprefix("an ")
+    expected = f"{what}, such as {near}" if known else f"none: there is no {alone}"
     return InputError(subject, got=name, expected=expected)
 
 

@@ -27,7 +27,13 @@ from robostiff.statics.chains.elements import (
 )
 from robostiff.statics.chains.finite_turn import crossed, skews, sum_of_crossed
 from robostiff.statics.chains.moving_chain import ChainTerms, MovingChains
-from robostiff.statics.chains.numbers import ComponentBlock, LegsKind, Numbers, numbers_of, summed
+from robostiff.statics.chains.numbers import (
+    ComponentBlock,
+    LegNumbers,
+    LegsKind,
+    numbers_of,
+    summed,
+)
 
 
 @dataclass(frozen=True)
@@ -89,7 +95,7 @@ class Legs:
     couplings: tuple[FiniteCoupling, ...] = ()
 
     @cached_property
-    def numbers(self) -> Numbers:
+    def numbers(self) -> LegNumbers:
         """Where all unknowns are."""
         meeting: list[Sequence[tuple[int, int]]] = [(c.place, *c.terms) for c in self.couplings]
         meeting += [[own for own in spring.spots if own is not None] for spring in self.springs]
@@ -263,7 +269,7 @@ class Legs:
     ) -> None:
         """Add couplings to the equations: closures ``s = 0`` of rigid ones, else energy.
 
-        A is flat, see `Numbers`; it, r and r_factor are changed in place.
+        A is flat, see `LegNumbers`; it, r and r_factor are changed in place.
         """
         at, rigid = self.numbers, iter(range(len(self.rigid)))
         for own, s in zip(self.couplings, self.sums(state), strict=True):

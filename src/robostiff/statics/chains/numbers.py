@@ -172,7 +172,7 @@ class ChainNumbers:
         )  # among elastic parts, those with bowing
 
 
-class Numbers:
+class LegNumbers:
     """Where T unknowns are, and where their equations have what chains contribute.
 
     The tangent is flat: its blocks (N, n, n) one behind the other.
@@ -297,9 +297,9 @@ class Numbers:
 
 
 @lru_cache(maxsize=64)
-def numbers_of(kind: LegsKind) -> Numbers:
+def numbers_of(kind: LegsKind) -> LegNumbers:
     """The numbers of all legs of a kind: alike at all poses, and under all wrenches."""
-    found = Numbers(kind)
+    found = LegNumbers(kind)
     for own in (*vars(found).values(), *vars(found.of_chains).values()):
         if isinstance(own, np.ndarray):  # robots share them
             own.setflags(write=False)
