@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping, Set, Sized
 from types import SimpleNamespace, UnionType
 from typing import Any
 
-from robostiff.errors import InputError, RobostiffError
+from robostiff.errors import InputError, RobostiffError, Words
 
 #: Exceptions that arguments of other kinds cause.
 _FOREIGN = (ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError)
@@ -63,7 +63,7 @@ def names_other_kinds(function: Callable[..., Any]) -> Callable[..., Any]:
         except RobostiffError:
             raise
         except _FOREIGN as foreign:
-            error = _error_of_kinds(function, args, kwargs)
+            error = _error_of_kinds(function, args, kwargs, foreign)
             if getattr(foreign, "errno", None) == errno.ENAMETOOLONG:
                 name = str(getattr(foreign, "filename", ""))
                 error = InputError("name of a file", got=name, expected="a shorter one")
@@ -76,9 +76,15 @@ def names_other_kinds(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _error_of_kinds(
-    function: Callable[..., Any], args: tuple[Any, ...], kwargs: Mapping[str, Any]
+    function: Callable[..., Any],
+    args: tuple[Any, ...],
+    kwargs: Mapping[str, Any],
+    foreign: BaseException,
 ) -> InputError | None:
-    """The error for the first argument that its annotation excludes; None where there is none."""
+    """The error for the first argument that its annotation excludes.
+
+    Where there is none, of a constructor the foreign one in words, and else None.
+    """
     signature = inspect.signature(function)
     try:
         given = signature.bind(*args, **kwargs).arguments
@@ -99,6 +105,9 @@ def _error_of_kinds(
                 for code, word in _IN_WORDS.items():
                     words = words.replace(code, word)
                 return InputError(f"{name} of {subject}", got=one, expected=words)
+    if function.__name__ == "__init__":
+        expected = "values of the kinds and shapes that its documentation says"
+        return InputError(f"arguments of {subject}", got=Words(str(foreign)), expected=expected)
     return None
 
 

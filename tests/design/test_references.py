@@ -131,7 +131,7 @@ def test_struts_of_least_work_for_their_mass(six_struts):
     assert found.at_limits == ("mass at most 30",)
     assert found.objective == pytest.approx(float(OPTIMUM["least_work"]), rel=1e-12)
     areas = np.array([found.values[name] for name in AREAS])
-    np.testing.assert_allclose(areas, np.array(OPTIMUM["optimal_areas"], dtype=float), rtol=1e-8)
+    np.testing.assert_allclose(areas, np.array(OPTIMUM["optimal_areas"], dtype=float), rtol=1e-6)
     bent = rs.deflection(found.robot, OPTIMUM["pose"], wrench=Work.wrench)
     assert float(np.dot(Work.wrench, bent.twist)) == pytest.approx(found.objective, rel=1e-9)
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from functools import partial, reduce
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -24,8 +24,7 @@ from robostiff.spatial import Space
 _REACHED = 1e-6
 # Legs must close with this part of what stands below the roots of their closure, at least.
 _ROOM = 1e-2
-# Of the objective: what says that it is an optimum, and what the search aims at.
-_PRECISION, _FINEST, _MOST_STEPS = 1e-12, 1e-15, 300
+_PRECISION, _MOST_STEPS = 1e-12, 300
 # In place of the objective where there is no answer, so that a step is shortened.
 _FAR = 1e6
 
@@ -248,10 +247,9 @@ def optimise(
 
     z = (x - low) / (high - low)
     begin = np.append(z, np.max(first[0]) / size) if is_worst else z
-
-    search = partial(
-        minimize,
+    found = minimize(
         lambda z: objective_at(z)[0],
+        begin,
         jac=lambda z: objective_at(z)[1],
         method="SLSQP",
         bounds=bounds,
@@ -260,8 +258,8 @@ def optimise(
             "fun": lambda z: room_below(z)[0],
             "jac": lambda z: room_below(z)[1],
         },
+        options={"ftol": _PRECISION, "maxiter": _MOST_STEPS},
     )
-    found = _ended(search, begin)
     z = np.clip(found.x[:n], 0.0, 1.0)
     values, _ = at(z)
     kept = bool(np.min(room_below(np.append(z, np.max(values[0]) / size))[0]) > -_REACHED)
@@ -277,16 +275,6 @@ def optimise(
         steps=int(found.nit),
         robot=robot.substituted(best),
     )
-
-
-def _ended(search: Callable[..., Any], begin: np.ndarray) -> Any:
-    """Where a search ends; where rounding may have stopped it, whether this is an optimum."""
-    found = search(begin, options={"ftol": _FINEST, "maxiter": _MOST_STEPS})
-    if found.success:
-        return found
-    again = search(found.x, options={"ftol": _PRECISION, "maxiter": _MOST_STEPS})
-    again.nit += found.nit
-    return again
 
 
 def _at_start(robot: Robot, numbers: NumbersOfDesigns, x: np.ndarray) -> np.ndarray:
