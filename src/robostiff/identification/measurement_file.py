@@ -18,7 +18,12 @@ from robostiff.identification.instrument_files import (
     tracker_points,
     with_headings,
 )
-from robostiff.identification.measurement_kinds import LoadAxes, Reading, coordinates_of
+from robostiff.identification.measurement_kinds import (
+    LoadAxes,
+    Reading,
+    act_at_hooks,
+    coordinates_of,
+)
 from robostiff.io.csv_table import CsvTable, table_of
 from robostiff.io.posture_columns import posture_columns, postures_of
 from robostiff.kinematics import JointCoordinates
@@ -270,7 +275,7 @@ class _Table:
         """Those of all lines, and the lines that count."""
         count = len(self.lines)
         load, (hooks, bodies) = self.columns(_WRENCH, 0.0), self._hooks()
-        at_hooks = np.isfinite(hooks).all(axis=1) | np.array([bool(body) for body in bodies])
+        at_hooks = act_at_hooks(hooks, bodies)
         forces = load[:, :3] * np.reshape(at_hooks, (-1, 1))
         mass = self.columns(["mass"], 0.0)[:, 0]
         if mass.any():

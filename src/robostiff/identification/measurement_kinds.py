@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import Enum
 from typing import Any
 
@@ -45,6 +46,11 @@ class LoadAxes(Enum):
     WORLD = "world"
     PLATFORM = "platform"
     INSTRUMENT = "instrument"
+
+
+def act_at_hooks(hooks: np.ndarray, bodies: Sequence[str]) -> np.ndarray:
+    """Which forces (N,) act at hooks (N, 3) or on named bodies, not at the reference point."""
+    return np.isfinite(hooks).all(axis=1) | np.array([bool(body) for body in bodies])
 
 
 def coordinates_of(pose: Any) -> np.ndarray:

@@ -12,7 +12,12 @@ from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
 from robostiff.identification.measurement_file import read_measurements
-from robostiff.identification.measurement_kinds import LoadAxes, Reading, coordinates_of
+from robostiff.identification.measurement_kinds import (
+    LoadAxes,
+    Reading,
+    act_at_hooks,
+    coordinates_of,
+)
 from robostiff.kinematics import JointCoordinates
 from robostiff.model import Robot
 from robostiff.spatial import as_floats
@@ -239,8 +244,7 @@ class Measurements:
         count = len(self)
         found = self.chosen(np.tile(np.arange(count), 2))
         wrenches, forces, shift = found.wrenches, found.forces, sign * self.sigma_wrench[:, k]
-        at_hook = np.isfinite(self.hooks).all(axis=1) | np.array([bool(own) for own in self.bodies])
-        at_hook &= k < 3
+        at_hook = act_at_hooks(self.hooks, self.bodies) & (k < 3)
         wrenches[:count, k] += np.where(at_hook, 0.0, shift)
         forces[:count, k % 3] += np.where(at_hook, shift, 0.0)
         return replace(found, wrenches=wrenches, forces=forces)

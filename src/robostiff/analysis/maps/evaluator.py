@@ -310,9 +310,10 @@ def _of_cables(asked: MapEvaluator, poses: np.ndarray) -> dict[str, np.ndarray]:
     F = columns.wrenches(poses) if columns.loads else None
     result = cable_stiffness(robot, columns.as_pose(poses), F)
     K, rank, status = stiffness_where_answered(result), result.rank, result.status_codes
-    C = np.full_like(K, np.nan)
-    stable = (rank == robot.space.size) & ((status & int(Status.UNSTABLE)) == 0)
-    C[stable] = scaled_inverse(K[stable], result.placed.characteristic_length[stable])
+    C, of_wrench = np.full_like(K, np.nan), any(own.needs_wrench for own in asked.quantities)
+    if of_wrench or Quantity.WORST_DEFLECTION in asked.quantities:
+        stable = (rank == robot.space.size) & ((status & int(Status.UNSTABLE)) == 0)
+        C[stable] = scaled_inverse(K[stable], result.placed.characteristic_length[stable])
 
     def worst() -> np.ndarray:
         return worst_deflection(C)["worst_deflection"]
@@ -321,7 +322,7 @@ def _of_cables(asked: MapEvaluator, poses: np.ndarray) -> dict[str, np.ndarray]:
     tensions = np.where(result.answered[:, None], result.tensions, np.nan)
     found |= {"status": status, "tension": tensions}
     found |= {"least_tension": tensions.min(axis=-1), "greatest_tension": tensions.max(axis=-1)}
-    if any(quantity.needs_wrench for quantity in asked.quantities):
+    if of_wrench:
         x = C @ np.array(asked.wrench)  # tensions then are t - k A x
         change = np.einsum("nij,ni->nj", structure_matrix(result.placed), x)
         tensions = result.tensions - result.axial * change

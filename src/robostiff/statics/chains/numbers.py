@@ -167,9 +167,8 @@ class ChainNumbers:
             self.diagonal[self.coordinates[self.spring_x[a]]] + place[b] - place[a]
         )
         beams = [i for i, (*_, e) in enumerate(springs) if e.inner is not None]
-        self.beams: np.ndarray = np.array(
-            beams, dtype=int
-        )  # among elastic parts, those with bowing
+        #: Among elastic parts, those with bowing.
+        self.beams: np.ndarray = np.array(beams, dtype=int)
 
 
 class LegNumbers:
