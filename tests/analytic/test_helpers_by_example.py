@@ -9,7 +9,7 @@ from robostiff.analytic.exact.factors import bound_of_terms, completed_squares, 
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.export import python_function
-from robostiff.analytic.export.code import plain_text
+from robostiff.analytic.export.code import ascii_identifier, plain_text
 from robostiff.analytic.export.entries import (
     NameParts,
     in_decimals,
@@ -18,9 +18,8 @@ from robostiff.analytic.export.entries import (
     readable,
     without_lost_digits,
 )
-from robostiff.analytic.export.vocabulary import ascii_identifier
 from robostiff.analytic.questions.rank import matrix_by_entries
-from robostiff.analytic.springs.contributions import summed
+from robostiff.analytic.springs.leg_springs import summed
 
 x, y, k, a, b, R, r, h = sp.symbols("x y k a b R r h")
 
@@ -66,7 +65,7 @@ def test_names_and_digits():
     assert plain_text('K "of"  a */ leg%') == "K of a / leg"
     K = sp.ImmutableMatrix(sp.diag(sp.Symbol("lambda"), 0, 0))
     source = python_function(Derivation("K", K, (), K, meanings={"lambda": "length"}))
-    assert "  lambda_: lambda of the formula, length\n" in source
+    assert "    lambda_ : array_like\n        lambda of the formula, length\n" in source
     assert name_parts("K_1_13") == NameParts("K", ("1", "13"), 0)
     assert name_parts("a_ix").subscripts == ("i", "x")
     assert name_parts("x'_E").primes == 1
