@@ -15,17 +15,6 @@ from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from robostiff.elasticity import circle, material
-from robostiff.model import (
-    Actuated,
-    Chain,
-    Leg,
-    Locked,
-    Rigid,
-    Robot,
-    beam_link,
-    prismatic,
-    revolute,
-)
 from robostiff.spatial import Frame
 from tests.campaign import loaded_cables
 from tests.campaign.answers import Complaint, Judge
@@ -79,7 +68,7 @@ def _tree(rng: np.random.Generator, urdf: bool) -> list[Complaint]:
     return judge.complaints
 
 
-def _same_arm(kinds, axes, places, turns, ks, beams) -> Robot:
+def _same_arm(kinds, axes, places, turns, ks, beams) -> rs.Robot:
     """Body i + 1 hangs on body i at a place and a turn, and its joint moves it."""
     elements = []
     for i, kind in enumerate(kinds):
@@ -87,14 +76,14 @@ def _same_arm(kinds, axes, places, turns, ks, beams) -> Robot:
         to = places[i]
         if i and beams[i]:
             steel = material("steel")
-            elements.append(beam_link(to, steel, circle(2 * _RADIUS)))
-            elements.append(Rigid(Frame(R, np.zeros(3))))
+            elements.append(rs.beam_link(to, steel, circle(2 * _RADIUS)))
+            elements.append(rs.Rigid(Frame(R, np.zeros(3))))
         else:
-            elements.append(Rigid(Frame(R, to)))
-        make = revolute if kind == "hinge" else prismatic
-        elements.append(make(axes[i], Locked(float(ks[i])), name=f"j{i}"))
-    leg = Leg("arm", Frame.identity(), Chain(tuple(elements)), Frame.identity())
-    return Robot("arm", (leg,))
+            elements.append(rs.Rigid(Frame(R, to)))
+        make = rs.revolute if kind == "hinge" else rs.prismatic
+        elements.append(make(axes[i], rs.Locked(float(ks[i])), name=f"j{i}"))
+    leg = rs.Leg("arm", Frame.identity(), rs.Chain(tuple(elements)), Frame.identity())
+    return rs.Robot("arm", (leg,))
 
 
 def _mjcf(kinds, axes, places, turns, refs) -> str:
@@ -164,12 +153,12 @@ def _linkage(rng: np.random.Generator) -> list[Complaint]:
         return Frame(Rotation.from_rotvec([0, 0, angle]).as_matrix(), np.array([x, 0.0, 0]))
 
     def hinge(name: str, home: float, role=None) -> rs.Leg:
-        return revolute([0, 0, 1], role or Passive(), home=[home], name=name)
+        return rs.revolute([0, 0, 1], role or Passive(), home=[home], name=name)
 
     I = Frame.identity()
-    bar = beam_link([coupler, 0, 0], material("steel"), circle(_RADIUS), name="bar")
+    bar = rs.beam_link([coupler, 0, 0], material("steel"), circle(_RADIUS), name="bar")
     connections = (
-        Connection("crank", "ground", "arm", I, hinge("crank", start, Actuated(1e4)), at(crank)),
+        Connection("crank", "ground", "arm", I, hinge("crank", start, rs.Actuated(1e4)), at(crank)),
         Connection("knee", "arm", "coupler", I, hinge("knee", phi - start), I),
         Connection("bar", "coupler", "tip", I, bar, I),
         Connection("foot", "ground", "rocker", at(ground), hinge("foot", psi), at(rocker)),
