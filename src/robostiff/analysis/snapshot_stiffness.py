@@ -27,11 +27,14 @@ from robostiff.elastostatics import (
 from robostiff.elastostatics.conjugate_wrenches import conjugate_wrenches
 from robostiff.elastostatics.leg import loads_of_modes, transmitted
 from robostiff.elastostatics.parallel_block import block_of
-from robostiff.elastostatics.plane import check_compliance_in_plane, check_joints_in_plane
-from robostiff.elastostatics.tolerance import last_moved
+from robostiff.elastostatics.tolerance import (
+    check_compliance_in_plane,
+    check_joints_in_plane,
+    last_moved,
+)
 from robostiff.errors import InputError
 from robostiff.kinematics import leg_compliance, passive_jacobian, spring_loads
-from robostiff.kinematics.legs_together import LegsTogether, in_order, legs_alone, legs_together
+from robostiff.kinematics.jacobians import LegsTogether, in_order, legs_alone, legs_together
 from robostiff.kinematics.spanning_tree import branches
 from robostiff.model import PlacedBlock, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.spatial import Space

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -97,10 +96,15 @@ class ToolPose:
         """
         subject = f"tool pose of {robot.name!r}"
         tip = as_floats(f"{subject}, tip", self.tip, "3 finite numbers in the last axis", "m")
-        axis, own = (
-            _unit(f"{subject}, {key}", value)
-            for key, value in (("axis", self.axis), ("tool_axis", self.tool_axis))
-        )
+        words = "a direction: three finite numbers in the last axis, not all zero"
+        units = []
+        for key, value in (("axis", self.axis), ("tool_axis", self.tool_axis)):
+            given = as_floats(f"{subject}, {key}", value, words)
+            size = np.linalg.norm(given, axis=-1, keepdims=True)
+            if given.shape[-1:] != (3,) or np.any(size < _SHORTEST):
+                raise InputError(f"{subject}, {key}", got=value, expected=words)
+            units.append(given / size)
+        axis, own = units
         if tip.ndim == 0 or tip.shape[-1] != 3:
             raise InputError(f"{subject}, tip", got=self.tip, expected="x y z in the last axis [m]")
         if own.shape != (3,):
@@ -134,14 +138,3 @@ def actuator_places(robot: Robot) -> tuple[np.ndarray, ...]:
         np.array([i for i, role in enumerate(leg.chain.roles) if isinstance(role, Actuated)], int)
         for leg in robot.legs
     )
-
-
-def _unit(subject: str, value: Any) -> np.ndarray:
-    words = "a direction: three finite numbers in the last axis, not all zero"
-    given = as_floats(subject, value, words)
-    if given.ndim == 0 or given.shape[-1] != 3:
-        raise InputError(subject, got=value, expected=words)
-    size = np.linalg.norm(given, axis=-1, keepdims=True)
-    if np.any(size < _SHORTEST):
-        raise InputError(subject, got=value, expected=words)
-    return given / size

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError, warn_of_slip
+from robostiff.kept import kept
 from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose
 from robostiff.kinematics.turn import turn_about, turn_by_vector
@@ -169,6 +170,7 @@ def joint_units(chain: Chain) -> tuple[str, ...]:
     return tuple(screw.unit for screw in chain.freedoms)
 
 
+@kept
 def home_coordinates(robot: Robot) -> np.ndarray:
     """Pose coordinates (x, y, z, rotation vector) of the home configuration (6,) [m, rad]."""
     if robot.home is not None:
@@ -276,20 +278,9 @@ _HINT = "did you mean JointCoordinates([...])? --joints on the command line"
 
 def _may_be_joints(robot: Robot, given: np.ndarray) -> bool:
     """Whether there are as many numbers as joints of a serial arm."""
-    # Robots with cables are posed here, too, and have no legs.
-    is_arm = isinstance(robot, Robot) and robot.is_serial
+    # Robots with cables are posed here, too, and are no arms.
+    is_arm = getattr(robot, "is_serial", False)
     return is_arm and given.ndim > 0 and given.shape[-1] == robot.legs[0].chain.size
-
-
-def _question_joints(robot: Robot, q: np.ndarray) -> None:
-    """Warn of joint coordinates (..., size) of a serial arm that are probably in other units."""
-    freedoms = robot.legs[0].chain.freedoms
-    rotates = np.array([screw.is_rotation for screw in freedoms], bool)
-    if q.size and np.max(np.abs(q), where=rotates, initial=0.0) > 2 * FULL_TURN:
-        warn_of_slip(f"joint coordinates of {robot.name!r}: angles beyond two turns; in degrees?")
-    advances = [screw.advance(q[..., i]) for i, screw in enumerate(freedoms)]
-    if q.size and np.max(np.abs(advances)) > FARTHEST:
-        warn_of_slip(f"joint coordinates of {robot.name!r}: slides beyond {FARTHEST:g} m; in mm?")
 
 
 def requested_joints(robot: Robot, pose: JointCoordinates) -> PoseRequest:
@@ -303,8 +294,14 @@ def requested_joints(robot: Robot, pose: JointCoordinates) -> PoseRequest:
     q = as_floats(subject, pose.values, words, joint_units(chain))
     if q.ndim == 0 or q.shape[-1] != chain.size:
         raise InputError(subject, got=pose.values, expected=words)
-    _question_joints(robot, q)
-    check_held_sums(robot, q)
+    if q.size:
+        rotates = np.array([screw.is_rotation for screw in chain.freedoms], bool)
+        if np.max(np.abs(q), where=rotates, initial=0.0) > 2 * FULL_TURN:
+            warn_of_slip(f"{subject}: angles beyond two turns; in degrees?")
+        advances = [screw.advance(q[..., i]) for i, screw in enumerate(chain.freedoms)]
+        if np.max(np.abs(advances)) > FARTHEST:
+            warn_of_slip(f"{subject}: slides beyond {FARTHEST:g} m; in mm?")
+        check_held_sums(robot, q)
     return rows_of(q, Given.JOINTS)
 
 

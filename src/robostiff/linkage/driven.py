@@ -258,7 +258,13 @@ def driven_by(linkage: Linkage, joints: tuple[str, ...] | None) -> DrivenLinkage
 
     Raises InputError when a name is no joint of the linkage.
     """
-    part = _tidied(essential(linkage))
+
+    def tidy(frame: Frame) -> Frame:  # axes that are 0 or 1 up to rounding
+        return Frame(tidied(frame.R).astype(float), tidied_point(frame.p).astype(float))
+
+    part = essential(linkage)
+    own = [replace(c, before=tidy(c.before), after=tidy(c.after)) for c in part.connections]
+    part = replace(part, connections=tuple(own))
     if joints is None:
         joints = tuple(own.name for own in part.joints if isinstance(own.role, Actuated))
     else:
@@ -354,13 +360,3 @@ def _nearest(
     if found.is_closed or not every:
         return found
     return LoopsOfLinkage.of(linkage, guess, every[0]).nearest
-
-
-def _tidied(part: Linkage) -> Linkage:
-    """The same linkage; axes of frames that are 0 or 1 up to rounding are so."""
-
-    def tidy(frame: Frame) -> Frame:
-        return Frame(tidied(frame.R).astype(float), tidied_point(frame.p).astype(float))
-
-    own = [replace(c, before=tidy(c.before), after=tidy(c.after)) for c in part.connections]
-    return replace(part, connections=tuple(own))

@@ -34,7 +34,6 @@ from robostiff.model import (
     Link,
     Locked,
     ParallelBlock,
-    PlacedFreedom,
     Rigid,
     Telescope,
 )
@@ -106,24 +105,20 @@ def skeleton_of(chain: Chain, *, joined_where_axes_meet: bool = False) -> Skelet
             parts.append(Cluster(own[0].point, axes, places, is_ball=True, drawn_at=where.start))
             continue
         for place in range(where.start, where.stop):
-            _append(parts, freedoms[place], place, joined_where_axes_meet)
+            own = freedoms[place]
+            if own.slides:
+                parts.append(own if own.turns else Slide(own.axis, place))
+                continue
+            turn = Cluster(own.point, (own.axis,), (place,), is_ball=False, drawn_at=place)
+            last, meeting = parts[-1] if parts else None, None
+            if isinstance(last, Cluster):
+                meeting = _meeting(last, turn, joined_where_axes_meet)
+            if isinstance(last, Cluster) and meeting is not None:
+                axes, places = (*last.axes, own.axis), (*last.places, place)
+                parts[-1] = Cluster(meeting.point, axes, places, False, meeting.drawn_at)
+            else:
+                parts.append(turn)
     return Skeleton(tuple(parts), placed.R, placed.p, chain.home, rounding_of(chain))
-
-
-def _append(
-    parts: list[Cluster | Slide | Screw], freedom: PlacedFreedom, place: int, loosely: bool
-) -> None:
-    if freedom.slides:
-        parts.append(freedom if freedom.turns else Slide(freedom.axis, place))
-        return
-    own = Cluster(freedom.point, (freedom.axis,), (place,), is_ball=False, drawn_at=place)
-    last = parts[-1] if parts else None
-    meeting = _meeting(last, own, loosely) if isinstance(last, Cluster) else None
-    if not isinstance(last, Cluster) or meeting is None:
-        parts.append(own)
-        return
-    axes, places = (*last.axes, freedom.axis), (*last.places, place)
-    parts[-1] = Cluster(meeting.point, axes, places, is_ball=False, drawn_at=meeting.drawn_at)
 
 
 def _meeting(a: Cluster, b: Cluster, loosely: bool) -> Cluster | None:
@@ -229,10 +224,11 @@ class LegForm(ABC):
                 q[place] = closed.nearest_angle(place, axis, across)
             else:
                 q[place] = closed.angle(place, axis, across, across)
-        for cluster, own in self._balls:
-            near, far = closed.after(cluster.places[0]), closed.after(cluster.places[-1] + 1)
-            turn = near.turn_to(far, own).transpose(2, 0, 1)
-            q[cluster.places[0] : cluster.places[-1] + 1] = vector_of_rotation(turn).T
+        for cluster in self.turning:
+            if cluster.is_ball:
+                near, far = closed.after(cluster.places[0]), closed.after(cluster.places[-1] + 1)
+                turn = near.turn_to(far, np.stack(cluster.axes, axis=-1)).transpose(2, 0, 1)
+                q[cluster.places[0] : cluster.places[-1] + 1] = vector_of_rotation(turn).T
         return q.T
 
     def platform_at(self, R: np.ndarray, p: np.ndarray) -> LegBody:
@@ -264,12 +260,6 @@ class LegForm(ABC):
             if not cluster.is_ball
             for place, axis in zip(cluster.places, cluster.axes, strict=True)
         )
-
-    @cached_property
-    def _balls(self) -> tuple[tuple[Cluster, np.ndarray], ...]:
-        """Spherical joints, and their own axes at zero coordinates as columns."""
-        balls = (cluster for cluster in self.turning if cluster.is_ball)
-        return tuple((cluster, np.stack(cluster.axes, axis=-1)) for cluster in balls)
 
 
 @dataclass(frozen=True)
