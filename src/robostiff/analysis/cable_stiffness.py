@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -81,7 +82,7 @@ class CableStiffness(StiffnessOfPoses, InNotebooks, CableAnswer):
         """Of exit points and attachments (...) [m]."""
         return self.placed.characteristic_length
 
-    @property
+    @cached_property
     def matrix(self) -> np.ndarray:
         """K (..., n, n): elastic, geometric, of weight and wrench; meaningful where `answered`.
 
@@ -177,11 +178,12 @@ def steady_stiffness(result: CableStiffness) -> np.ndarray:
 
 
 def _of_forces(result: CableStiffness) -> np.ndarray:
-    force = np.zeros((*result.wrench.shape[:-1], 3))
-    d = result.space.translations
-    force[..., :d] = result.wrench[..., :d]
-    arm = result.load_point - result.reference_point
-    return weight_stiffness(result.placed) + force_stiffness(force, arm, result.space)
+    K, d = weight_stiffness(result.placed), result.space.translations
+    if np.any(result.wrench[..., :d]):
+        force = np.zeros((*result.wrench.shape[:-1], 3))
+        force[..., :d] = result.wrench[..., :d]
+        K = K + force_stiffness(force, result.load_point - result.reference_point, result.space)
+    return K
 
 
 def stability_of(result: CableStiffness) -> Stability:
@@ -287,7 +289,9 @@ def judged(result: CableStiffness) -> CableStiffness:
         status[rest] |= found.doubtful * np.uint16(Status.ILL_CONDITIONED)
     loose = np.any((result.tensions <= 0) & (result.axial > 0), axis=-1)
     status = np.where(loose & result.answered, status | np.uint16(Status.UNTENSIONED), status)
-    return replace(result, status_codes=status, held_rank=held_rank, rank=rank)
+    found = replace(result, status_codes=status, held_rank=held_rank, rank=rank)
+    vars(found)["matrix"] = result.matrix  # which is computed once
+    return found
 
 
 @dataclass(frozen=True)

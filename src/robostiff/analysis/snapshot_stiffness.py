@@ -255,7 +255,17 @@ def _solved_together(
 ) -> Details:
     length = snapshot.characteristic_length
     # Lever arms that are small beside the lengths of the parts are rounding: all is in one point.
-    of_parts = in_order(together, [_length_of_parts(own.leg, own.each(length)) for own in together])
+    of_parts = []
+    for group in together:  # the largest length of a spring by itself, sqrt(tr C_tt / tr C_rr)
+        longest = np.zeros(group.each(length).shape)
+        for spring in group.leg.springs:
+            d = np.einsum("...ii->...i", spring.elasticity.compliance)
+            shift, turn = np.sum(d[..., :3], axis=-1), np.sum(d[..., 3:], axis=-1)
+            both = (shift > 0) & (turn > 0)
+            own = np.sqrt(np.where(both, shift, 0.0) / np.where(both, turn, 1.0))
+            longest = np.maximum(longest, own)
+        of_parts.append(longest)
+    of_parts = in_order(together, of_parts)
     length = np.where(length > tolerance.independence * np.max(of_parts, axis=0), length, 0.0)
     # About the reference point, or amid the legs where that is far away; from a robot that is all
     # in one point every other is far away.
@@ -407,15 +417,3 @@ def _solved(
     )
     codes = np.asarray(status, dtype=np.uint16)
     return replace(solved, redundant=redundant, status_codes=codes), names
-
-
-def _length_of_parts(leg: PlacedLeg, at_poses: np.ndarray) -> np.ndarray:
-    """Largest length that a spring has by itself, sqrt(tr C_tt / tr C_rr) (...) [m]; 0 for none."""
-    longest = np.zeros(at_poses.shape)
-    for spring in leg.springs:
-        d = np.einsum("...ii->...i", spring.elasticity.compliance)
-        shift, turn = np.sum(d[..., :3], axis=-1), np.sum(d[..., 3:], axis=-1)
-        both = (shift > 0) & (turn > 0)
-        own = np.sqrt(np.where(both, shift, 0.0) / np.where(both, turn, 1.0))
-        longest = np.maximum(longest, own)
-    return longest

@@ -122,10 +122,6 @@ def structure_matrix(placed: PlacedCables) -> np.ndarray:
     the cables lengthen by ``-A x`` under a small twist x. (Pott 2018, chapter 3; there and in most
     of the literature t is called f and F is called w.)
 
-    Parameters
-    ----------
-    placed : PlacedCables
-
     Examples
     --------
     >>> from robostiff.spatial import Space
@@ -140,12 +136,7 @@ def structure_matrix(placed: PlacedCables) -> np.ndarray:
 
 
 def weight_wrench(placed: PlacedCables) -> np.ndarray:
-    """Wrench of the weight about the reference point (..., n) [N, N m], in world axes.
-
-    Parameters
-    ----------
-    placed : PlacedCables
-    """
+    """Wrench of the weight about the reference point (..., n) [N, N m], in world axes."""
     force = np.broadcast_to(placed.weight_force, placed.reference_point.shape)
     wrench = np.concatenate([force, cross(placed.weight_arm, force)], axis=-1)
     return wrench[..., list(placed.space.rows)]
@@ -264,10 +255,6 @@ def weight_stiffness(placed: PlacedCables) -> np.ndarray:
     """Stiffness of a weight at a point of the platform, -S(f, d) in the rotations (..., n, n).
 
     A weight below the reference point turns back like a pendulum; one above it topples.
-
-    Parameters
-    ----------
-    placed : PlacedCables
     """
     arm = placed.weight_arm
     return force_stiffness(np.broadcast_to(placed.weight_force, arm.shape), arm, placed.space)

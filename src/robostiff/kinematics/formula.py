@@ -184,8 +184,25 @@ class Layout:
         left: Iterator[Any] = iter(zero)
         for element in chain.elements:
             if isinstance(element, ParallelBlock):
-                yield self._block(element, next(left), joints, shift)
-                joints += element.branches[0].chain.main_places.size
+                block, near = next(left), self.closed.after(joints)
+                after = joints + element.branches[0].chain.main_places.size
+                first, far, legs = block.branches[0], self.closed.after(after), []
+                for branch, own in zip(element.branches, block.branches, strict=True):
+                    shifted = shift
+                    if own is not first:
+                        apart = tidied_point(own.end - first.end)
+                        now = near.direction(apart)
+                        shifted = (apart, now)
+                        if shift is not None:
+                            shifted = shift[0] + apart, shift[1] + now
+                        loop = next(one for one in self.site.whole.loops if one.name == own.name)
+                        wanted = tidied_point(loop.p_wanted - first.end)
+                        size = np.linalg.norm([most_size(x) for x in wanted])
+                        self.misses.append((far.direction(wanted) - now) * (1 / size))
+                    elements = tuple(self.elements(branch.chain, own.elements, joints, shifted))
+                    legs.append(PlacedLeg(own.name, elements, _point(far, own.end, shifted)))
+                yield PlacedBlock(block.name, tuple(legs))
+                joints = after
             elif isinstance(element, Link):
                 yield self._spring(next(left), self.closed.after(joints), shift)
             elif not isinstance(element, Rigid):
@@ -202,26 +219,6 @@ class Layout:
                 joints += size
                 if isinstance(element, Telescope):
                     yield from self._beams(element, left, joints - 1, shift)
-
-    def _block(
-        self, block: ParallelBlock, zero: PlacedBlock, joints: int, shift: _Shift
-    ) -> PlacedBlock:
-        first, near = zero.branches[0], self.closed.after(joints)
-        far = self.closed.after(joints + block.branches[0].chain.main_places.size)
-        legs = []
-        for branch, own in zip(block.branches, zero.branches, strict=True):
-            shifted = shift
-            if own is not first:
-                apart = tidied_point(own.end - first.end)
-                now = near.direction(apart)
-                shifted = (apart, now) if shift is None else (shift[0] + apart, shift[1] + now)
-                loop = next(loop for loop in self.site.whole.loops if loop.name == own.name)
-                wanted = tidied_point(loop.p_wanted - first.end)
-                size = np.linalg.norm([most_size(x) for x in wanted])
-                self.misses.append((far.direction(wanted) - now) * (1 / size))
-            elements = tuple(self.elements(branch.chain, own.elements, joints, shifted))
-            legs.append(PlacedLeg(own.name, elements, _point(far, own.end, shifted)))
-        return PlacedBlock(zero.name, tuple(legs))
 
     def coordinate(self, place: int) -> Any:
         """Record a coordinate [m, rad]: the turn of a joint between the bodies on its two sides.

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 
 _HELD = 1e-9  # of a held sum of joint coordinates [m or rad]
 _NO_ROTATION = 1e-6  # by which R^T R of a given matrix may differ from the identity
-_OPPOSITE = 1e-9  # of a half turn: the shortest way there has no direction
 _AT_ONCE = 64  # poses whose numbers are compared side by side
+_OPPOSITE = 1e-9  # of a half turn: the shortest way there has no direction
 
 
 @dataclass(frozen=True)
@@ -389,7 +389,14 @@ def _question(robot: Robot, rows: np.ndarray, home: np.ndarray) -> None:
     if not rows.size:
         return
     subject = f"pose of {robot.name!r}"
-    low, high = _extremes(rows)
+    # NumPy is slow along long thin arrays: many poses side by side are compared first.
+    n, wide = rows.shape[1], rows
+    if rows.flags.c_contiguous and len(rows) > 2 * _AT_ONCE:
+        most = len(rows) - len(rows) % _AT_ONCE
+        every = rows[:most].reshape(-1, _AT_ONCE * n)
+        ends = (own.reshape(-1, n) for own in (every.min(axis=0), every.max(axis=0)))
+        wide = np.concatenate([*ends, rows[most:]])
+    low, high = wide.min(axis=0), wide.max(axis=0)
     most = np.maximum(np.abs(low), np.abs(high))[3:]
     if max(np.max(high[:3] - home[:3]), np.max(home[:3] - low[:3])) > FARTHEST:
         warn_of_slip(f"{subject}: a place more than {FARTHEST:g} m from home; in mm?")
@@ -397,33 +404,15 @@ def _question(robot: Robot, rows: np.ndarray, home: np.ndarray) -> None:
         warn_of_slip(f"{subject}: a rotation vector of more than a turn; in degrees?")
     elif _may_be_joints(robot, rows):
         leg = robot.legs[0]
-        far = np.linalg.norm(rows[:, :3] - leg.base.p, axis=1)
-        if np.all(far > _span(leg)):
+        span = float(np.linalg.norm(leg.attachment.p))  # of turning joints, the farthest reach
+        for element in leg.chain.elements:
+            if isinstance(element, Rigid | Link):
+                to = element.to if isinstance(element, Link) else element.transform.p
+                span += float(np.linalg.norm(to))
+            elif not isinstance(element, Joint) or any(own.slides for own in element.freedoms):
+                span = math.inf
+        if np.all(np.linalg.norm(rows[:, :3] - leg.base.p, axis=1) > span):
             warn_of_slip(f"{subject}: places that the arm is too short to reach; {_HINT}")
-
-
-def _extremes(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Least and largest number of each column (N, n); NumPy is slow along long thin arrays."""
-    count, n = rows.shape
-    if rows.flags.c_contiguous and count > 2 * _AT_ONCE:
-        most = count - count % _AT_ONCE
-        wide, rest = rows[:most].reshape(-1, _AT_ONCE * n), rows[most:]
-        low, high = (each.reshape(-1, n) for each in (wide.min(axis=0), wide.max(axis=0)))
-        rows = np.concatenate([low, high, rest])
-    return rows.min(axis=0), rows.max(axis=0)
-
-
-def _span(leg: Leg) -> float:
-    """How far a leg of turning joints reaches at most [m]; infinite with other elements."""
-    span = float(np.linalg.norm(leg.attachment.p))
-    for element in leg.chain.elements:
-        if isinstance(element, Rigid):
-            span += float(np.linalg.norm(element.transform.p))
-        elif isinstance(element, Link):
-            span += float(np.linalg.norm(element.to))
-        elif not isinstance(element, Joint) or any(screw.slides for screw in element.freedoms):
-            return math.inf
-    return span
 
 
 def _check_plane(robot: Robot, rows: np.ndarray, home: np.ndarray) -> None:

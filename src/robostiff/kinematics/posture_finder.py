@@ -22,7 +22,6 @@ from robostiff.kinematics.closure import (
     loops_of_legs,
 )
 from robostiff.kinematics.closure.assembly import RootSigns, on_turn_of_home
-from robostiff.kinematics.closure.assembly_mode import Followed
 from robostiff.kinematics.closure.leg_forms import rounding_of
 from robostiff.kinematics.closure.loops import platform_mobility
 from robostiff.kinematics.frames import PlacedChain, place_chain
@@ -69,10 +68,6 @@ _TRIED, _AROUND, _SEED = 8, 1e-2, 3
 
 class PostureFinder:
     """Finds the postures of one robot; prepares the closure of its legs once.
-
-    Parameters
-    ----------
-    robot : Robot
 
     Raises
     ------
@@ -211,7 +206,20 @@ class PostureFinder:
         found = follow(loops, np.concatenate([start, *self.homes]), given, near_by)
         pose, q, elsewhere = found.pose, found.coordinates, found.elsewhere
         if request.open:
-            return self._with_home_where_met(request, near, found)
+            # Legs that close at home's other coordinates need no way there, and are the nearest to
+            # given ones. Where they cannot close at all, what each of them lacks there says more
+            # than a compromise between them.
+            pose, elsewhere = pose.copy(), elsewhere.copy()
+            few = np.flatnonzero(~found.closed | (near is not None))
+            if few.size:
+                part = replace(request.part(few), open=())
+                each, away, _ = self._alone(part, near, from_afar=False)
+                alone = self.placed(part.batch, part.coordinates, part.R, each, away)
+                own = (alone.reached & alone.meets(_MET)) | ~(found.closed | found.elsewhere)[few]
+                pose[few[own]], elsewhere[few[own]] = part.coordinates[own], away[own]
+                for known, new in zip(q, each, strict=True):
+                    known[few[own]] = new[own]
+            return pose, turn_by_vector(pose[:, 3:]), q, elsewhere
         R = turn_by_vector(pose[:, 3:])
         if axis is not None:
             R = poses_side_by_side(product(wanted, turn_about(axis, found.x[:, 6])), 2)
@@ -219,28 +227,6 @@ class PostureFinder:
             q = [poses_side_by_side(own, 1) for own in q]
         each = zip(legs, q, near or self.homes, strict=True)
         return pose, R, [on_turn_of_home(leg.chain, own, by) for leg, own, by in each], elsewhere
-
-    def _with_home_where_met(
-        self, request: PoseRequest, near: NearLegs, found: Followed
-    ) -> FoundPoses:
-        """Postures that the legs decide together, or with the coordinates of home that they leave.
-
-        Legs that close at home's other coordinates need no way there, and are the nearest to given
-        ones. Where they cannot close at all, what each of them lacks there says more than a
-        compromise between them.
-        """
-        pose, elsewhere = found.pose.copy(), found.elsewhere.copy()
-        met = found.closed | found.elsewhere
-        rows = np.flatnonzero(~found.closed | (near is not None))
-        if rows.size:
-            part = replace(request.part(rows), open=())
-            q, away, _ = self._alone(part, near, from_afar=False)
-            alone = self.placed(part.batch, part.coordinates, part.R, q, away)
-            own = (alone.reached & alone.meets(_MET)) | ~met[rows]
-            pose[rows[own]], elsewhere[rows[own]] = part.coordinates[own], away[own]
-            for kept, new in zip(found.coordinates, q, strict=True):
-                kept[rows[own]] = new[own]
-        return pose, turn_by_vector(pose[:, 3:]), found.coordinates, elsewhere
 
     def leg_coordinates(self, request: PoseRequest) -> list[np.ndarray]:
         """Coordinates (N, size) of each leg, unplaced, where a request leaves none open."""

@@ -41,10 +41,6 @@ def essential(linkage: Linkage) -> Linkage:
     What remains are the connections on the ways from base to platform that pass no body twice.
     Fingers of a gripper, a second arm without contact and a loop on the tool are left out.
 
-    Parameters
-    ----------
-    linkage : Linkage
-
     Raises
     ------
     InputError

@@ -135,7 +135,8 @@ def follow(
 ) -> Followed:
     """Postures at prescribed coordinates (N, g), in the assembly mode of a closed one (size,).
 
-    With another one that need not close, so that no path leads from it, those closed from there.
+    At its own coordinates that is the posture. With another one that need not close, so that no
+    path leads from it, those closed from there.
     """
     if near is not None:
         x = np.tile(near, (len(given), 1))
@@ -145,7 +146,14 @@ def follow(
     if key not in loops.modes:
         loops.modes.clear()
         loops.modes[key] = AssemblyMode(loops, home)
-    return loops.modes[key].at(given)
+    away = np.any(given != home[loops.given], axis=-1)
+    if away.all():
+        return loops.modes[key].at(given)
+    x, closed, elsewhere = np.tile(home, (len(given), 1)), ~away, np.zeros(len(given), dtype=bool)
+    if away.any():
+        found = loops.modes[key].at(given[away])
+        x[away], closed[away], elsewhere[away] = found.x, found.closed, found.elsewhere
+    return Followed(x, closed, elsewhere, loops.ends)
 
 
 def closed_near(loops: Loops, x: np.ndarray) -> Followed:

@@ -26,7 +26,6 @@ from robostiff.record import (
     square_root,
 )
 from robostiff.record.record import is_exact
-from robostiff.spatial import cross as cross_of_entries
 
 _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 
@@ -105,7 +104,17 @@ def tidied(values: np.ndarray, scale: float = 1.0) -> np.ndarray:
     """
     out = np.empty(values.size, dtype=object)
     for place, value in enumerate(values.ravel().tolist()):
-        out[place] = _tidy(value, scale)
+        if isinstance(value, Entry):
+            own = value.record.simplified(value, scale)
+        elif is_exact(value):
+            own = int(value) if value.is_Integer and -1 <= value.p <= 1 else value
+        elif abs(value) <= ROUNDING * scale:
+            own = 0
+        elif abs(abs(value) - 1) <= ROUNDING:
+            own = 1 if value > 0 else -1
+        else:
+            own = float(value)
+        out[place] = own
     return out.reshape(values.shape)
 
 
@@ -118,19 +127,6 @@ def tidied_point(p: np.ndarray) -> np.ndarray:
     array([0.3, 0, 0], dtype=object)
     """
     return tidied(p, max(most_size(x) for x in p))
-
-
-def _tidy(value: Any, scale: float) -> Any:
-    if isinstance(value, Entry):
-        return value.record.simplified(value, scale)
-    if is_exact(value):
-        return int(value) if value.is_Integer and -1 <= value.p <= 1 else value
-    if abs(value) <= ROUNDING * scale:
-        return 0
-    for unit in (1, -1):
-        if abs(value - unit) <= ROUNDING:
-            return unit
-    return float(value)
 
 
 @dataclass(frozen=True)
@@ -183,13 +179,6 @@ class LegBody:
     def at(self, x: np.ndarray, p: np.ndarray) -> LegBody:
         """A body of the same orientation, whose point x is at p."""
         return LegBody(Rest(self.rest.R, x), self.R, p)
-
-    def turn_to(self, far: LegBody, own: np.ndarray) -> np.ndarray:
-        """Rotation (3, 3, N) to another body at poses, in axes `own` (3, 3) at zero coordinates."""
-        near_own, far_own = (body.rest.R.T @ own for body in (self, far))
-        turn = np.einsum("jin,jkn->ikn", self.R, far.R)
-        turn = np.einsum("ijn,jk->ikn", turn, far_own)
-        return np.einsum("ji,jkn->ikn", near_own, turn)
 
 
 def rest_of_directions(x: np.ndarray, u: np.ndarray, v: np.ndarray) -> tuple[Rest, Any]:
@@ -386,13 +375,3 @@ class ClosedLeg:
         before, after = near.direction(ahead), far.direction(across)
         sine = dot(near.direction(axis), cross(before, after))
         return angle_of(sine, dot(before, after))
-
-    def nearest_angle(self, place: int, axis: np.ndarray, across: np.ndarray) -> np.ndarray:
-        """As `angle`, also where the bodies do not agree on the axis: what leaves least between.
-
-        That is the angle of ``sin = e.vee(R) / 2, cos = (tr R - 1) / 2`` at poses.
-        """
-        near, far = self.after(place), self.after(place + 1)
-        triad = across, cross_of_entries(axis, across), axis
-        (x, y, z), (u, v, w) = ([body.direction(e) for e in triad] for body in (near, far))
-        return angle_of(dot(y, u) - dot(x, v), dot(x, u) + dot(y, v) + dot(z, w) - 1.0)

@@ -38,7 +38,7 @@ from robostiff.model import (
     Telescope,
 )
 from robostiff.record import Entry
-from robostiff.spatial import Screw
+from robostiff.spatial import Screw, cross
 from robostiff.spatial.rotation import vector_of_rotation
 
 _ALONG = 1e-6  # sine between axes that count as one
@@ -220,14 +220,24 @@ class LegForm(ABC):
             q[place] = stretch.coordinate
         last = self.turning[-1].places[-1]  # which takes what is left
         for place, axis, across in self._turns:
-            if place == last:
-                q[place] = closed.nearest_angle(place, axis, across)
-            else:
+            if place != last:
                 q[place] = closed.angle(place, axis, across, across)
+                continue
+            # What leaves least where the bodies do not agree on the axis: the angle of sin =
+            # e.vee(R) / 2, cos = (tr R - 1) / 2.
+            triad = across, cross(axis, across), axis
+            ends = closed.after(place), closed.after(place + 1)
+            (x, y, z), (u, v, w) = ([body.direction(e) for e in triad] for body in ends)
+            cosine = dot(x, u) + dot(y, v) + dot(z, w) - 1.0
+            q[place] = np.arctan2(dot(y, u) - dot(x, v), cosine)
         for cluster in self.turning:
             if cluster.is_ball:
                 near, far = closed.after(cluster.places[0]), closed.after(cluster.places[-1] + 1)
-                turn = near.turn_to(far, np.stack(cluster.axes, axis=-1)).transpose(2, 0, 1)
+                own = np.stack(cluster.axes, axis=-1)  # at zero coordinates
+                to_near, to_far = (body.rest.R.T @ own for body in (near, far))
+                turn = np.einsum("jin,jkn->ikn", near.R, far.R)
+                turn = np.einsum("ijn,jk->ikn", turn, to_far)
+                turn = np.einsum("ji,jkn->ikn", to_near, turn).transpose(2, 0, 1)
                 q[cluster.places[0] : cluster.places[-1] + 1] = vector_of_rotation(turn).T
         return q.T
 

@@ -12,7 +12,6 @@ from robostiff.kinematics.closure.body import (
     ClosedLeg,
     LegBody,
     Rest,
-    Sign,
     Stretch,
     aim,
     body_of_directions,
@@ -136,76 +135,14 @@ def _fit(first: Cluster, second: Cluster, along: np.ndarray) -> bool:
 
 
 @dataclass(frozen=True)
-class Driven:
-    """Point and axes that a drive carries."""
-
-    carrier: LegBody  # carriage or crank
-    A_now: np.ndarray  # (3,): where the near end of the rod is [m]
-    A_to_B: np.ndarray  # (3,): the rod [m]
-    slide: Any  # coordinate of a slide [m]
-    # 0 where the rod reaches, else what lacks of the square of its length, as a part of it
-    out_of_reach: Any
-    # Digits that the drive's coordinate loses; infinite for a crank that turns about the far end of
-    # its rod, which leaves it undetermined
-    loss: Any
-
-
-def driven_by_slide(
-    base: LegBody, slide: Slide, A: np.ndarray, B_now: np.ndarray, square: Any, sign: Sign
-) -> Driven:
-    """Slide with |B - A - s e| = l: s = e.(B - A) +- sqrt(l^2 - |across|^2).
-
-    The near end A of the rod is given at zero coordinates, the far end B in the world, and l^2
-    [m^2].
-    """
-    e, start = base.direction(slide.axis), base.point(A)
-    to_B = B_now - start
-    along = dot(e, to_B)
-    across = to_B - e * along
-    left = square - dot(across, across)
-    half = root(positive_part(left)) * sign
-    s = along + half
-    A_now = start + e * s
-    return Driven(base.at(A, A_now), A_now, across - e * half, s, lack_of(left) / square, 0)
-
-
-def driven_by_crank(
-    base: LegBody, rest: Rest, radius: Any, B_now: np.ndarray, square: Any, sign: Sign
-) -> Driven:
-    """Crank with |B - A(s)| = l, from x cos s + y sin s = c, given by cosine and sine.
-
-    x and y are the components of B along the arm at zero and across it, r the radius of A, and ``c
-    = (|B|^2 + r^2 - l^2) / 2 r``, all seen from the centre of the circle of A, as `Rod.circle` has
-    them.
-    """
-    m, n, e = (base.direction(axis) for axis in rest.R.T)
-    centre = base.point(rest.p)
-    to_B = B_now - centre
-    x, y = dot(to_B, m), dot(to_B, n)
-    height = dot(to_B, e)
-    if not base.is_at_poses:
-        (height,) = tidied_point(np.array([height], dtype=object))
-    size = x * x + y * y
-    c = (size + (height * height + (radius * radius - square))) / (2 * radius)
-    if base.is_at_poses:  # out of reach, as far as it goes
-        c = np.clip(c, -np.sqrt(size), np.sqrt(size))
-    left = size - c * c
-    half = root(positive_part(left)) * sign
-    cosine, sine = quotient(x * c - y * half, size), quotient(y * c + x * half, size)
-    if base.is_at_poses:  # about the far end of its rod it may turn, and stays
-        cosine = np.where(size == 0, 1.0, cosine)
-    out = m * cosine + n * sine
-    A_now = centre + out * radius
-    now = frame(out, n * cosine - m * sine, e)
-    carrier = LegBody(rest, now, centre)
-    return Driven(
-        carrier, A_now, B_now - A_now, None, lack_of(left) / square, quotient(square, size)
-    )
-
-
-@dataclass(frozen=True)
 class Rod(RodForm):
-    """A slide or crank that carries joint A, and a rod from A to joint B."""
+    """A slide or crank that carries joint A, and a rod of length l from A to joint B.
+
+    A slide along e has ``|B - A - s e| = l``, s = e.(B - A) +- sqrt(l^2 - |across|^2). A crank has
+    ``|B - A(s)| = l``, from x cos s + y sin s = c, given by cosine and sine: x and y are the
+    components of B along the arm at zero and across it, r the radius of A, and ``c = (|B|^2 + r^2 -
+    l^2) / 2 r``, all seen from the centre of the circle of A.
+    """
 
     drive: Slide | Cluster
     # A slide along the axis of the crank that carries all this; it decouples from the rest, which
@@ -214,8 +151,7 @@ class Rod(RodForm):
 
     def closed(self, base: LegBody, platform: LegBody) -> ClosedLeg:
         """The leg between its base and the platform."""
-        A, B = self.A, self.B
-        B_now = self.named(platform.point(B.point), "B")
+        A, B, B_now = self.A, self.B, self.named(platform.point(self.B.point), "B")
         bodies, slides = {0: base}, {}
         if self.across is not None:
             e = base.direction(self.across.axis)
@@ -224,25 +160,55 @@ class Rod(RodForm):
             base = base.at(A.point, base.point(A.point) + e * s)
             bodies[self.across.place + 1] = base
         A_to_B = B.point - A.point
-        square = A_to_B @ A_to_B
-        sign = self.mode.root
+        square, sign, at_poses = A_to_B @ A_to_B, self.mode.root, base.is_at_poses
+        # What lacks of the square of the length of the rod is given as a part of it, and the digits
+        # that the coordinate of the drive loses: infinite for a crank that turns about the far end
+        # of its rod, which leaves it undetermined.
         if isinstance(self.drive, Slide):
-            drive = driven_by_slide(base, self.drive, A.point, B_now, square, sign)
-            slides[self.drive.place] = Stretch(self.named(drive.slide, "s"), 0)
+            e, start = base.direction(self.drive.axis), base.point(A.point)
+            to_B = B_now - start
+            along = dot(e, to_B)
+            across = to_B - e * along
+            left = square - dot(across, across)
+            half = root(positive_part(left)) * sign
+            s = along + half
+            A_now = start + e * s
+            carrier, rod = base.at(A.point, A_now), across - e * half
+            lack, loss = lack_of(left) / square, 0
+            slides[self.drive.place] = Stretch(self.named(s, "s"), 0)
         else:
-            drive = driven_by_crank(base, *self.circle, B_now, square, sign)
-        bodies[self.leading + 1] = drive.carrier
-        size = square_root(square)
-        if base.is_at_poses:  # out of reach, the rod does not end at B
-            size = np.sqrt(dot(drive.A_to_B, drive.A_to_B))
-        d = self.named(quotient(drive.A_to_B, size), "d")
-        rod = _RodNow(self, drive.carrier, platform, d, drive.A_now, B_now).closed
+            rest, radius = self.circle
+            m, n, e = (base.direction(axis) for axis in rest.R.T)
+            centre = base.point(rest.p)
+            to_B = B_now - centre
+            x, y, height = dot(to_B, m), dot(to_B, n), dot(to_B, e)
+            if not at_poses:
+                (height,) = tidied_point(np.array([height], dtype=object))
+            size = x * x + y * y
+            c = (size + (height * height + (radius * radius - square))) / (2 * radius)
+            if at_poses:  # out of reach, as far as it goes
+                c = np.clip(c, -np.sqrt(size), np.sqrt(size))
+            left = size - c * c
+            half = root(positive_part(left)) * sign
+            cosine, sine = quotient(x * c - y * half, size), quotient(y * c + x * half, size)
+            if at_poses:  # about the far end of its rod it may turn, and stays
+                cosine = np.where(size == 0, 1.0, cosine)
+            out = m * cosine + n * sine
+            A_now = centre + out * radius
+            carrier = LegBody(rest, frame(out, n * cosine - m * sine, e), centre)
+            rod, lack, loss = B_now - A_now, lack_of(left) / square, quotient(square, size)
+        bodies[self.leading + 1] = carrier
+        length = square_root(square)
+        if at_poses:  # out of reach, the rod does not end at B
+            length = np.sqrt(dot(rod, rod))
+        ends = self.named(quotient(rod, length), "d"), A_now, B_now
+        found = _RodNow(self, carrier, platform, *ends).closed
         return replace(
-            rod,
-            bodies={**bodies, **rod.bodies},
+            found,
+            bodies={**bodies, **found.bodies},
             slides=slides,
-            out_of_reach=[*rod.out_of_reach, drive.out_of_reach],
-            loss=drive.loss,
+            out_of_reach=[*found.out_of_reach, lack],
+            loss=loss,
         )
 
     @cached_property
