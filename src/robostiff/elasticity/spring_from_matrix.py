@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robostiff.elasticity.bounds import Bounds
+from robostiff.elasticity.checks import Bounds
 from robostiff.elasticity.spring import Elasticity
 from robostiff.errors import InputError
 from robostiff.spatial import (
@@ -77,11 +77,11 @@ def symmetric_formulas(matrix: np.ndarray, kind: MatrixKind) -> tuple[Bounds, ..
     return tuple(bounds)
 
 
-def inverse_of_formulas(K: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """Compliance (6, 6) and freedoms (6, k) of K; None where a coupled block is singular."""
+def _from_formulas(K: np.ndarray) -> Elasticity:
+    """Spring of a stiffness of formulas, block by block; of exact numbers by their floats."""
     import sympy as sp
 
-    zero = sp.Integer(0)
+    bounds, zero = symmetric_formulas(K, STIFFNESS), sp.Integer(0)
     C, free = np.full((6, 6), zero, dtype=object), []
     for block in _blocks(K):
         if len(block) == 1 and K[block[0], block[0]] == 0:
@@ -90,13 +90,19 @@ def inverse_of_formulas(K: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         part = sp.Matrix(K[np.ix_(block, block)])
         determinant: Any = part.det(method="berkowitz")
         if determinant.is_zero is not False and sp.simplify(determinant) == 0:
-            return None
+            if not any(entry.free_symbols for entry in K.flat):
+                return elasticity_from_stiffness(K.astype(float))
+            raise InputError(
+                STIFFNESS.name,
+                got="formulas that leave a coupled direction free",
+                expected="a regular matrix, or free directions along the axes",
+                hint="give the compliance instead, or one spring for each direction that holds",
+            )
         inverse = (part.adjugate() / determinant).applyfunc(sp.cancel)
         C[np.ix_(block, block)] = np.array(inverse.tolist(), dtype=object)
     freedoms = np.full((6, len(free)), zero, dtype=object)
-    for column, row in enumerate(free):
-        freedoms[row, column] = sp.Integer(1)
-    return C, freedoms
+    freedoms[free, range(len(free))] = sp.Integer(1)
+    return Elasticity(C, freedoms, bounds)
 
 
 def _blocks(K: np.ndarray) -> list[list[int]]:
@@ -256,14 +262,16 @@ def elasticity_from_stiffness(stiffness: Any) -> Elasticity:
     """
     formulas = formula_array(stiffness)
     if formulas is not None:
-        return _from_formulas(formulas, symmetric_formulas(formulas, STIFFNESS))
+        return _from_formulas(formulas)
     K = checked_symmetric(stiffness, STIFFNESS)
     spectrum = scaled_spectrum(K, STIFFNESS)
     held = spectrum.values > spectrum.threshold
     if held.all():
-        found = Elasticity(_inverse(K))
+        # Scaled to a unit diagonal, so that units and sizes do not matter.
         scale = np.sqrt(np.diagonal(K))
         unit = K / np.outer(scale, scale)
+        inverse = np.linalg.inv(unit)
+        found = Elasticity((inverse + inverse.T) / 2 / np.outer(scale, scale))
         if np.linalg.cond(unit) > _DENSE:
             # The inverse keeps few digits of its stiff directions; a root of K keeps them.
             vars(found)["modes"] = np.linalg.inv(np.linalg.cholesky(unit)).T / scale[:, None]
@@ -362,27 +370,6 @@ def moved(elasticity: Elasticity, rotation: Entries, offset: Entries) -> Elastic
         twist_transport(v) @ block_rotation(R) @ freedoms,
         elasticity.bounds,
     )
-
-
-def _from_formulas(K: NDArray[Any], bounds: tuple[Bounds, ...]) -> Elasticity:
-    found = inverse_of_formulas(K)
-    if found is not None:
-        return Elasticity(*found, bounds)
-    if any(entry.free_symbols for entry in K.flat):
-        raise InputError(
-            STIFFNESS.name,
-            got="formulas that leave a coupled direction free",
-            expected="a regular matrix, or free directions along the axes",
-            hint="give the compliance instead, or one spring for each direction that holds",
-        )
-    return elasticity_from_stiffness(K.astype(float))
-
-
-def _inverse(K: Matrix) -> Matrix:
-    """Inverse of a regular K, scaled to a unit diagonal so that units and sizes do not matter."""
-    scale = 1 / np.sqrt(np.diagonal(K))
-    inverse = np.linalg.inv(scale[:, None] * K * scale)
-    return np.outer(scale, scale) * (inverse + inverse.T) / 2
 
 
 def _refuse_penalty(K: Matrix, spectrum: ScaledSpectrum) -> None:

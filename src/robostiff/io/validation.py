@@ -290,12 +290,7 @@ def validate(model: type[Model], document: Document) -> Model:
     try:
         return model.model_validate(document.data)
     except ValidationError as error:
-        raise _file_error(error, model, document) from None
-
-
-def _file_error(error: ValidationError, model: type[BaseModel], document: Document) -> FileError:
-    """The most specific mistake; further ones follow in the order of the file."""
-    entries = error.errors(include_url=False)
+        entries = error.errors(include_url=False)
     seen: Counter[str] = Counter()
     some = []  # of very many the first ones of each kind
     for details in entries:
@@ -317,7 +312,7 @@ def _file_error(error: ValidationError, model: type[BaseModel], document: Docume
     others = [_complaint(by_path[path], document) for path in rest]
     others.sort(key=lambda other: (other.location.line or 0, other.location.column or 0))
     uncounted = len(entries) - len(problems) + len(others[_MOST_SHOWN:])
-    return _complaint(by_path[chief], document, others[:_MOST_SHOWN], uncounted)
+    raise _complaint(by_path[chief], document, others[:_MOST_SHOWN], uncounted)
 
 
 def _complaint(

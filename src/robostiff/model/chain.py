@@ -157,8 +157,24 @@ class Chain:
         if not self.elements:
             raise InputError("chain", got="no element", expected="at least one element")
         object.__setattr__(self, "couplings", tuple(self.couplings))
+        # Each element gets a name of its own; joints that have theirs alone keep it.
         coupled = {name for own in self.couplings for name, _ in own.terms}
-        object.__setattr__(self, "elements", _numbered(tuple(self.elements), coupled))
+        named = [e for e in self.elements if not isinstance(e, Rigid)]
+        count = Counter(e.name for e in named)
+        moving = Counter(e.name for e in named if isinstance(e, Joint | Telescope))
+        kept = coupled | {name for name, of_joints in moving.items() if of_joints == 1}
+        number = dict.fromkeys((n for n, k in count.items() if k > 1 and n not in coupled), 0)
+        elements: list[Element] = []
+        for element in self.elements:
+            name = element.name
+            alone = name in kept and isinstance(element, Joint | Telescope)
+            if name in number and not alone and not isinstance(element, Rigid):
+                while name in count:
+                    number[element.name] += 1
+                    name = f"{element.name}{number[element.name]}"
+                count[name] += 1
+            elements.append(element if name == element.name else replace(element, name=name))
+        object.__setattr__(self, "elements", tuple(elements))
         if self.couplings:
             _ = self.home
             joints = [element.name for element in self.elements if isinstance(element, Joint)]
@@ -329,12 +345,9 @@ class Chain:
         home: list[Any] = []
         for part in self._parts:
             home += [part.own.home] if isinstance(part.own, Telescope) else list(part.own.home)
-        q = coordinate_array(home)
-        return q if self.transmission is None else self._coupled_home(q, self.transmission)
-
-    def _coupled_home(self, q: np.ndarray, own: Transmission) -> np.ndarray:
-        """Coordinates with those of couplings in them, from home coordinates of the joints."""
-        places = list(self.own_places)
+        q, own, places = coordinate_array(home), self.transmission, list(self.own_places)
+        if own is None:
+            return q
         given = q[places]
         p = given.copy() if given.dtype == object else given.astype(object)
         for i, one in own.sums.items():
@@ -448,25 +461,3 @@ def is_elastic(element: Element | None) -> bool:
     if isinstance(element, Telescope) and element.beams:
         return True
     return getattr(getattr(element, "role", None), "stiffness", None) is not None
-
-
-def _numbered(elements: tuple[Element, ...], coupled: set[str]) -> tuple[Element, ...]:
-    """The same, each with a name of its own; joints that have theirs alone keep it."""
-    named = [e for e in elements if not isinstance(e, Rigid)]
-    count = Counter(e.name for e in named)
-    moving = Counter(e.name for e in named if isinstance(e, Joint | Telescope))
-    kept = coupled | {name for name, of_joints in moving.items() if of_joints == 1}
-    number = dict.fromkeys((n for n, k in count.items() if k > 1 and n not in coupled), 0)
-    if not number:
-        return elements
-    found: list[Element] = []
-    for element in elements:
-        name = element.name
-        alone = name in kept and isinstance(element, Joint | Telescope)
-        if name in number and not alone and not isinstance(element, Rigid):
-            while name in count:
-                number[element.name] += 1
-                name = f"{element.name}{number[element.name]}"
-            count[name] += 1
-        found.append(element if name == element.name else replace(element, name=name))
-    return tuple(found)

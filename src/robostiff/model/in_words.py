@@ -11,7 +11,8 @@ from robostiff.model.link import Telescope
 from robostiff.model.snapshot import PlacedBlock
 
 if TYPE_CHECKING:
-    from robostiff.model.chain import Chain, Element
+    from robostiff.model.chain import Chain
+    from robostiff.model.joint import Role
     from robostiff.model.snapshot import PlacedElement, PlacedLeg
 
 
@@ -24,8 +25,15 @@ def elements_in_words(chain: Chain) -> list[str]:
     >>> elements_in_words(load("orthoglide").legs[0].chain)[1:3]
     ['carriage joint (passive)', 'parallelogram 2 x [near pin (passive), bar, far pin (passive)]']
     """
-    couplings = (f"{own.in_words} ({type(own.role).__name__.lower()})" for own in chain.couplings)
-    return [*map(_element, chain.elements), *couplings]
+    words = []
+    for part in chain.elements:
+        if isinstance(part, ParallelBlock):
+            insides = {branch.name: elements_in_words(branch.chain) for branch in part.branches}
+            words.append(_block(part.name, insides))
+        else:
+            is_moved = isinstance(part, Joint | Telescope)
+            words.append(f"{part.name} ({_role(part.role)})" if is_moved else part.name)
+    return words + [f"{own.in_words} ({_role(own.role)})" for own in chain.couplings]
 
 
 def placed_in_words(leg: PlacedLeg) -> list[str]:
@@ -41,15 +49,8 @@ def placed_in_words(leg: PlacedLeg) -> list[str]:
     return [_placed(part, "") for part in leg.elements]
 
 
-def _element(part: Element) -> str:
-    match part:
-        case ParallelBlock():
-            insides = {branch.name: elements_in_words(branch.chain) for branch in part.branches}
-            return _block(part.name, insides)
-        case Joint() | Telescope():
-            return f"{part.name} ({type(part.role).__name__.lower()})"
-        case _:
-            return part.name
+def _role(role: Role) -> str:
+    return type(role).__name__.lower()
 
 
 def _placed(part: PlacedElement, prefix: str) -> str:

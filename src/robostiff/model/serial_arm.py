@@ -177,7 +177,11 @@ def serial_arm(
             expected="DHConvention.STANDARD or DHConvention.MODIFIED",
             hint="the source of the table says which; the two are different robots",
         )
-    first, links = _links(rows, convention)
+    # The fixed part before the first joint, and those after each joint.
+    first, links = Frame.identity(), [row.about_z @ row.about_x for row in rows]
+    if convention is DHConvention.MODIFIED:
+        after = [row.about_x for row in rows[1:]] + [Frame.identity()]
+        first, links = rows[0].about_x, [r.about_z @ x for r, x in zip(rows, after, strict=True)]
     each = zip(
         *(rows, links, _one_a_joint("joint_stiffness", joint_stiffness, len(rows))),
         *(_one_a_joint("limits", limits, len(rows)), _one_a_joint("home", home, len(rows))),
@@ -196,14 +200,6 @@ def serial_arm(
     start = (Frame.identity() if base is None else Frame.of(base)) @ first
     leg = Leg("arm", start, Chain(tuple(elements)), Frame.identity())
     return Robot(name, (leg,), coordinates=tuple(coordinates), title=title, source=source)
-
-
-def _links(rows: Sequence[DHRow], convention: DHConvention) -> tuple[Frame, list[Frame]]:
-    """The fixed part before the first joint, and those after each joint."""
-    if convention is DHConvention.STANDARD:
-        return Frame.identity(), [row.about_z @ row.about_x for row in rows]
-    after = [row.about_x for row in rows[1:]] + [Frame.identity()]
-    return rows[0].about_x, [row.about_z @ next_ for row, next_ in zip(rows, after, strict=True)]
 
 
 def _checked_rows(dh: Sequence[DHRow]) -> list[DHRow]:
@@ -268,9 +264,7 @@ def _quarter_turns(angle: float) -> int | None:
 
 
 def _frame(R: list[list[Any]], p: list[Any]) -> Frame:
-    return Frame(_array(R), _array(p))
-
-
-def _array(entries: list[Any]) -> np.ndarray:
-    array = np.array(entries, dtype=object)
-    return exact_array(array) if any(map(is_formula, array.flat)) else array.astype(float)
+    arrays = [np.array(entries, dtype=object) for entries in (R, p)]
+    return Frame(
+        *(exact_array(x) if any(map(is_formula, x.flat)) else x.astype(float) for x in arrays)
+    )

@@ -105,65 +105,45 @@ def read_xml(
     """
     if content is None:
         content = bounded_bytes(source, limits.size, "a robot description")
-    return _XmlReader(str(source), limits).read(content)
+    parser, file = expat.ParserCreate(), str(source)
+    top = XmlElement("", {}, Location(file), [])  # what has the root in it
+    open_, count = [top], 0
 
+    def here() -> Location:
+        return Location(file, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1)
 
-class _XmlReader:
-    def __init__(self, file: str, limits: XmlLimits) -> None:
-        self.file, self.limits = file, limits
-        self.open: list[XmlElement] = []
-        self.root: XmlElement | None = None
-        self.count = 0
-        self.parser = expat.ParserCreate()
-        self.parser.StartElementHandler = self.start
-        self.parser.EndElementHandler = self.end
-        self.parser.CharacterDataHandler = self.characters
-        self.parser.StartDoctypeDeclHandler = self.refuse_doctype
-
-    def read(self, content: bytes) -> XmlElement:
-        try:
-            self.parser.Parse(content, True)
-        except expat.ExpatError as error:
-            place = Location(self.file, error.lineno, error.offset + 1)
-            words = Words(expat.ErrorString(error.code))
-            raise FileError(place, "XML", got=words, expected="a well-formed document") from None
-        if self.root is None:
-            raise FileError(Location(self.file), "XML", expected="an element")
-        return self.root
-
-    @property
-    def here(self) -> Location:
-        return Location(
-            self.file, self.parser.CurrentLineNumber, self.parser.CurrentColumnNumber + 1
-        )
-
-    def start(self, tag: str, attributes: dict[str, str]) -> None:
-        self.count += 1
-        if self.count > self.limits.elements or len(self.open) >= self.limits.depth:
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal count
+        count += 1
+        if count > limits.elements or len(open_) > limits.depth:
             raise FileError(
-                self.here,
+                here(),
                 "XML",
                 got=Words("more elements, or deeper ones"),
-                expected=f"at most {self.limits.elements}, {self.limits.depth} inside each other",
+                expected=f"at most {limits.elements}, {limits.depth} inside each other",
             )
-        element = XmlElement(tag, attributes, self.here, [])
-        if self.open:
-            self.open[-1].children.append(element)
-        else:
-            self.root = element
-        self.open.append(element)
+        element = XmlElement(tag, attributes, here(), [])
+        open_[-1].children.append(element)
+        open_.append(element)
 
-    def end(self, _: str) -> None:
-        self.open.pop()
+    def characters(text: str) -> None:
+        if len(open_[-1].text) < _LONGEST_TEXT:
+            open_[-1].text += text
 
-    def characters(self, text: str) -> None:
-        if len(self.open[-1].text) < _LONGEST_TEXT:
-            self.open[-1].text += text
-
-    def refuse_doctype(self, *_: object) -> None:
+    def refuse_doctype(*_: object) -> None:
         raise FileError(
-            self.here,
+            here(),
             "document type",
             got=Words("<!DOCTYPE"),
             expected="none: robot descriptions need no document type, and no entities",
         )
+
+    parser.StartElementHandler, parser.EndElementHandler = start, lambda _: open_.pop()
+    parser.CharacterDataHandler, parser.StartDoctypeDeclHandler = characters, refuse_doctype
+    try:
+        parser.Parse(content, True)
+    except expat.ExpatError as error:
+        place = Location(file, error.lineno, error.offset + 1)
+        words = Words(expat.ErrorString(error.code))
+        raise FileError(place, "XML", got=words, expected="a well-formed document") from None
+    return top.children[0]
