@@ -174,7 +174,9 @@ class Identify(Command, name="identify"):
     loss: str = option(
         "--loss", metavar="NAME", default="squares", help="squares; or robust, for outliers."
     )
-    output: str | None = output_option("The model file with these values, a new file.", None)
+    output: str | None = output_option(
+        "The model file with these values, or the side file of a description, anew.", None
+    )
     plot: str | None = plot_option(
         "Draw residuals", ".png, .svg or .pdf; or .html, with all tables above"
     )
@@ -218,8 +220,9 @@ class Identify(Command, name="identify"):
             loss=loss,
             gravity=written.gravity(sought.gravity),
         )
+        status = answered(found, self.answer)
         if output is not None:
-            source = self.model.source
+            source = self.model.side or self.model.source
             found.write(output, robot_file(source) if source in shipped_names() else source)
         if picture is not None:
             from robostiff.markup import escaped
@@ -237,7 +240,7 @@ class Identify(Command, name="identify"):
                     begun.write_text(f"{head}\n{body}</html>\n", encoding="utf-8")
             else:
                 draw(residuals_picture(found), picture)
-        return answered(found, self.answer)
+        return status
 
 
 class Plan(Command, name="plan"):
