@@ -196,7 +196,15 @@ def scaled_spectrum(matrix: Matrix, kind: MatrixKind) -> ScaledSpectrum:
     spectrum = ScaledSpectrum(scale, values, vectors)
     if values[0] < -spectrum.threshold:
         length = 1 / factor if kind is STIFFNESS else factor
-        direction = _in_words(vectors[:, 0], kind.columns)
+        # The large components of the direction, largest first: 0.80 dx - 0.60 rz.
+        first = vectors[:, 0]
+        order = np.argsort(-np.abs(first), kind="stable")
+        parts = first[order] / np.sign(first[order[0]])
+        large = [k for k in range(6) if abs(parts[k]) >= 0.2 * parts[0]]
+        names = [kind.columns[order[k]] for k in large]
+        words = [f"{'-' if parts[k] < 0 else '+'} {abs(parts[k]):.2f}" for k in large]
+        direction = " ".join(f"{size} {name}" for size, name in zip(words, names, strict=True))
+        direction = names[0] if len(names) == 1 else direction.removeprefix("+ ")
         raise InputError(
             f"{kind.name}, eigenvalue {values[0]:.4g} {kind.unit} along {direction} "
             f"(rotations scaled by {length:.3g} m)",
@@ -204,19 +212,6 @@ def scaled_spectrum(matrix: Matrix, kind: MatrixKind) -> ScaledSpectrum:
             hint="look for a wrong sign, a wrong unit in the rotation rows, or missing digits",
         )
     return spectrum
-
-
-def _in_words(vector: Matrix, names: tuple[str, ...]) -> str:
-    """The large components of a direction, largest first: ``0.80 dx - 0.60 rz``."""
-    order = np.argsort(-np.abs(vector), kind="stable")
-    large = [k for k in order if abs(vector[k]) >= 0.2 * abs(vector[order[0]])]
-    sign = 1.0 if vector[large[0]] > 0 else -1.0
-    if len(large) == 1:
-        return names[large[0]]
-    words = f"{abs(vector[large[0]]):.2f} {names[large[0]]}"
-    for k in large[1:]:
-        words += f" {'+' if sign * vector[k] > 0 else '-'} {abs(vector[k]):.2f} {names[k]}"
-    return words
 
 
 _ROTATION = "a 3x3 rotation matrix, its columns the axes of the spring in those of the element"

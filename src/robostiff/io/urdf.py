@@ -87,7 +87,22 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
     links = _names(root.all("link"), "link")
     if not links:
         raise root.error("URDF", got=Words("no link"), expected="at least one")
-    rotors = _rotor_inertias(root)
+    # At the joint: that of a transmission of one joint, as Drake or others have it, times the
+    # square of its reduction; or the armature among the dynamics of a joint, as it is.
+    rotors: dict[str, float] = {}
+    for own in root.all("transmission"):
+        joints = own.all("joint")
+        parts = [part for tag in ("actuator", "joint") for part in own.all(tag)]
+        ratio = _of_drive(parts, "drake:gear_ratio", "mechanicalReduction", 1.0)
+        inertia = _of_drive(parts, "drake:rotor_inertia", "rotorInertia", 0.0)
+        if len(joints) == 1 and inertia:
+            rotors[joints[0].attributes.get("name", "")] = inertia * ratio**2
+    for own in root.all("joint"):
+        if armature := _attribute_or_text(own, "armature", "armature"):
+            rotors[own.attributes.get("name", "")] = armature
+    for joint, inertia in rotors.items():
+        if inertia < 0:
+            raise root.error(f"rotor of joint {joint!r}", got=inertia, expected="an inertia, or 0")
     tree = RigidTree(
         name=name,
         file=str(source),
@@ -270,31 +285,6 @@ def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
     )
     joints = tuple(replace(own, spring=springs.get(own.name, 0.0)) for own in tree.joints)
     return replace(tree, joints=joints, loops=tuple(loops))
-
-
-def _rotor_inertias(root: XmlElement) -> dict[str, float]:
-    """Inertia of the rotor of each joint that has one, at the joint [kg m^2 or kg].
-
-    That of a ``<transmission>`` of one joint, ``drake:rotor_inertia`` as Drake has it or
-    ``rotorInertia``, times the square of its reduction; or the ``armature`` among the dynamics of a
-    joint, which is at the joint already.
-    """
-    found: dict[str, float] = {}
-    for own in root.all("transmission"):
-        joints = own.all("joint")
-        parts = [part for tag in ("actuator", "joint") for part in own.all(tag)]
-        ratio = _of_drive(parts, "drake:gear_ratio", "mechanicalReduction", 1.0)
-        inertia = _of_drive(parts, "drake:rotor_inertia", "rotorInertia", 0.0)
-        if len(joints) == 1 and inertia:
-            found[joints[0].attributes.get("name", "")] = inertia * ratio**2
-    for own in root.all("joint"):
-        armature = _attribute_or_text(own, "armature", "armature")
-        if armature:
-            found[own.attributes["name"]] = armature
-    for name, inertia in found.items():
-        if inertia < 0:
-            raise root.error(f"rotor of joint {name!r}", got=inertia, expected="an inertia, or 0")
-    return found
 
 
 def _of_drive(parts: Sequence[XmlElement], of_drake: str, tag: str, otherwise: float) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -324,6 +324,27 @@ class Chain:
         return tuple(names)
 
     @property
+    def in_words(self) -> list[str]:
+        """Its elements by name, with the roles of joints and what is in a block.
+
+        Examples
+        --------
+        >>> from robostiff.robots import load
+        >>> load("orthoglide").legs[0].chain.in_words[2]
+        'parallelogram 2 x [near pin (passive), bar, far pin (passive)]'
+        """
+        words = []
+        for own in self.elements:
+            if isinstance(own, ParallelBlock):
+                insides = {branch.name: branch.chain.in_words for branch in own.branches}
+                words.append(block_in_words(own.name, insides))
+            else:
+                role = f" ({type(own.role).__name__.lower()})" if hasattr(own, "role") else ""
+                words.append(f"{own.name}{role}")
+        of_sums = (f"{own.in_words} ({type(own.role).__name__.lower()})" for own in self.couplings)
+        return [*words, *of_sums]
+
+    @property
     def joint_names(self) -> tuple[str, ...]:
         """Name of each motion of a joint, as those of coordinates."""
         return tuple(self._names(lambda chain: chain.joint_names))
@@ -450,6 +471,17 @@ class Chain:
         """Whether any element is elastic."""
         held = any(own.role.stiffness is not None for own in self.couplings)
         return held or any(is_elastic(element) for element in self.elements)
+
+
+def block_in_words(name: str, insides: Mapping[str, Iterable[str]]) -> str:
+    """A parallel block of branches with words for what is in each; equal ones are listed once."""
+    called: dict[str, list[str]] = {}
+    for branch, words in insides.items():
+        called.setdefault(", ".join(words), []).append(branch)
+    if len(called) == 1:
+        return f"{name} {len(insides)} x [{next(iter(called))}]"
+    listed = "; ".join(f"{', '.join(own)}: {words}" for words, own in called.items())
+    return f"{name} [{listed}]"
 
 
 def is_elastic(element: Element | None) -> bool:

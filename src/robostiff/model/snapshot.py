@@ -14,6 +14,7 @@ import numpy as np
 
 from robostiff.elasticity import Elasticity
 from robostiff.model.body_spring import refuse_springs
+from robostiff.model.chain import block_in_words
 from robostiff.model.flexible_platform import PlacedPlatform
 from robostiff.model.joint import Passive, Role
 from robostiff.model.mass import PlacedMass, one_of
@@ -225,6 +226,26 @@ class PlacedLeg:
         elements = tuple(element.at(rows) for element in self.elements)
         masses = tuple(mass.at(rows) for mass in self.masses)
         return PlacedLeg(self.name, elements, one_of(self.end, 1, rows), masses)
+
+    def in_words(self, prefix: str = "") -> list[str]:
+        """Its elements by name, without what their names begin with, and what is in a block.
+
+        Examples
+        --------
+        >>> from robostiff.kinematics import find_posture
+        >>> from robostiff.robots import load
+        >>> find_posture(load("planar-link")).snapshot.legs[0].in_words()
+        ['beam', 'tip']
+        """
+        words = []
+        for own in self.elements:
+            name = own.name.removeprefix(prefix)
+            if isinstance(own, PlacedBlock):
+                branches = [(b.name, b.in_words(f"{b.name}/")) for b in own.branches]
+                insides = {b.removeprefix(f"{own.name}/"): inside for b, inside in branches}
+                name = block_in_words(name, insides)
+            words.append(name)
+        return words
 
     @property
     def parts(self) -> Iterator[PlacedFreedom | PlacedSpring]:

@@ -40,6 +40,7 @@ _parsed = lru_cache(maxsize=4096)(parse)
 class Place(DocumentPlace):
     """A location in a document, with the values of names there, and what stands ready by name."""
 
+    shows_lists: ClassVar[bool] = False  # of expressions, but of their values
     names: Mapping[str, SIQuantity]  # parameters and, in repeated legs, the variables of the copy
     materials: Mapping[str, Any] = field(default_factory=dict)
     # As they are written: shear factors depend on the material, so each beam builds its own.
@@ -131,9 +132,6 @@ class Place(DocumentPlace):
         """An error about the value here, or about its key."""
         in_leg = self.leg and self.leg not in subject
         return super().error(f"{subject} (in {self.leg})" if in_leg else subject, **words)
-
-    def _as_given(self, got: Any) -> Any:
-        return got
 
     def _came(self, value: str | float) -> Any:
         """What is written here; with its value, where the text is more than a quantity."""
