@@ -64,7 +64,7 @@ class WrittenRepeat(WrittenMapping):
         | Annotated[WrittenCount, Tag("mapping")],
         either(list, "list", "mapping"),
     ] = Field(description="a list of copies, such as {name: leg1, phi: 0 deg}, or a count")
-    let: dict[str, Value] = Field(default_factory=dict)
+    let: dict[str, Value] = Field({})
 
     def copies(self, place: Place, kind: str) -> Iterator[tuple[str, Place, Place]]:
         """Each copy: its name, where that is written, and the place of its values."""
@@ -276,7 +276,7 @@ WrittenCoupling = Annotated[
 _Couplings = Annotated[
     list[WrittenCoupling],
     Field(
-        default_factory=list,
+        [],
         description="gears and differentials between joints of the chain, such as "
         "[{joint: wrist2, follows: wrist1, ratio: -1.5}]",
     ),

@@ -184,8 +184,8 @@ THEORIES: dict[str, BeamTheory] = {"euler-bernoulli": EulerBernoulli(), "timoshe
 class WrittenStock(WrittenMapping):
     """Materials and sections of a file, by their names."""
 
-    materials: dict[str, WrittenMaterial] = Field(default_factory=dict)
-    sections: dict[str, WrittenSection] = Field(default_factory=dict)
+    materials: dict[str, WrittenMaterial] = Field({})
+    sections: dict[str, WrittenSection] = Field({})
 
     def stocked(self, top: Place) -> Place:
         """The document with its materials, beside those shipped, and sections; all checked."""
@@ -460,7 +460,7 @@ class WrittenTelescope(WrittenDrive):
     direction: Direction = Field(description="the direction of the slide, such as z")
     y_axis: Direction | None = None
     home: Value | None = None
-    beams: list[WrittenTelescopicBeam] = Field(default_factory=list)
+    beams: list[WrittenTelescopicBeam] = Field([])
 
     def build(self, place: Place, name: str) -> Telescope:
         """The telescope."""

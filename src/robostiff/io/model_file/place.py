@@ -441,7 +441,7 @@ class WrittenHead(WrittenMapping):
     title: str = ""
     source: Text = Field(description="where the numbers come from, in a sentence")
     notes: str = ""
-    parameters: dict[str, Value] = Field(default_factory=dict)
+    parameters: dict[str, Value] = Field({})
 
 
 VERSION = 1  # of the file format

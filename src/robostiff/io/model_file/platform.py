@@ -127,9 +127,9 @@ class WrittenPlatform(WrittenMapping):
     nodes: Annotated[dict[Name, Vector], Field(min_length=2)] = Field(
         description="names and places, such as {hub: [0, 0, 0], rim: [r, 0, 0]}"
     )
-    beams: list[WrittenPlatformBeam] = Field(default_factory=list)
-    springs: list[WrittenPlatformSpring] = Field(default_factory=list)
-    rigid: list[WrittenMember] = Field(default_factory=list)
+    beams: list[WrittenPlatformBeam] = Field([])
+    springs: list[WrittenPlatformSpring] = Field([])
+    rigid: list[WrittenMember] = Field([])
     tool: Name = Field(description="the node that carries the reference point")
     legs: dict[str, Name] = Field(
         default_factory=dict,

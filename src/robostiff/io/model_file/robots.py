@@ -65,7 +65,7 @@ class WrittenPosed(WrittenHead):
 
     coordinates: list[Literal["x", "y", "z", "rx", "ry", "rz"]] | None = None
     reference_point: Vector | None = None
-    platform_masses: list[WrittenPlatformMass] = Field(default_factory=list)
+    platform_masses: list[WrittenPlatformMass] = Field([])
     gravity: Direction | None = None
 
     def posed(self, top: Place) -> dict[str, Any]:
@@ -84,8 +84,8 @@ class WrittenRobot(WrittenPosed, WrittenStock):
     planar: bool = False
     home: WrittenFrame | None = None
     platform: WrittenPlatform | None = None
-    springs: list[WrittenBodySpring] = Field(default_factory=list)
-    laws: dict[str, WrittenLaw] = Field(default_factory=dict)
+    springs: list[WrittenBodySpring] = Field([])
+    laws: dict[str, WrittenLaw] = Field({})
     legs: WrittenLegs = Field(description="a list of legs, or one leg with repeat:")
 
     def build(self, top: Place, holds: Sequence[str]) -> tuple[Robot, list[Place]]:
@@ -230,7 +230,7 @@ class WrittenModule(WrittenCoupled):
     chain: Annotated[list[WrittenElement], Field(min_length=1)] | None = None
     legs: WrittenLegs | None = None
     home: WrittenFrame | None = None
-    platform_masses: list[WrittenPlatformMass] = Field(default_factory=list)
+    platform_masses: list[WrittenPlatformMass] = Field([])
 
     def build(self, place: Place) -> Robot | Chain:
         """The robot or chain of the module."""

@@ -150,15 +150,15 @@ class WrittenSide(WrittenStock):
     title: str = ""
     source: Text = Field(description="where the stiffnesses come from, in a sentence")
     notes: str = ""
-    parameters: dict[str, Value] = Field(default_factory=dict)
+    parameters: dict[str, Value] = Field({})
     base: Text | None = None
     platform: Text | None = None
     tool: WordOr[WrittenTool] | None = None
-    joints: dict[str, WrittenTreeJoint] = Field(default_factory=dict)
-    links: dict[str, WrittenElasticLink] = Field(default_factory=dict)
-    loops: list[WrittenLoop] = Field(default_factory=list)
-    home: dict[str, Any] = Field(default_factory=dict)
-    start: dict[str, Any] = Field(default_factory=dict)
+    joints: dict[str, WrittenTreeJoint] = Field({})
+    links: dict[str, WrittenElasticLink] = Field({})
+    loops: list[WrittenLoop] = Field([])
+    home: dict[str, Any] = Field({})
+    start: dict[str, Any] = Field({})
     coordinates: list[Literal["x", "y", "z", "rx", "ry", "rz"]] | None = None
 
 
