@@ -25,11 +25,14 @@ from robostiff.io.rigid_tree.tree import (
     RigidTree,
     TreeJoint,
     TreeLoop,
+    XmlElement,
+    XmlLimits,
+    frame_of,
     mass_of_body,
     question_place,
+    read_xml,
     warn_of_parts_not_read,
 )
-from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, frame_of, read_xml
 from robostiff.io.suggest import did_you_mean, listing
 from robostiff.io.units import Dimension, question
 from robostiff.model import Actuated, Joint, Mass, Passive, prismatic, revolute, spherical

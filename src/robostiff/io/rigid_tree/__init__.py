@@ -14,12 +14,14 @@ from robostiff.io.rigid_tree.tree import (
     RigidTree,
     TreeJoint,
     TreeLoop,
+    XmlElement,
+    XmlLimits,
     mass_of_body,
     question_place,
     read_side,
+    read_xml,
     warn_of_parts_not_read,
 )
-from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, read_xml
 
 __all__ = [
     "JointType",
