@@ -30,9 +30,6 @@ INTERRUPTED = 130
 #: The exit status that a shell reports for a program ended by SIGPIPE.
 NO_READER = 141
 
-_QUIET = "Print no warnings: results and errors alone."
-_VERBOSE = "Print versions and times on standard error, and of an error where it arose."
-
 
 def as_click(name: str, command: type[Command]) -> click.Command:
     """As the parser has it; every command gets the options ``--quiet`` and ``--verbose``."""
@@ -56,10 +53,11 @@ def as_click(name: str, command: type[Command]) -> click.Command:
             click.echo(f"robostiff: {words}\nrobostiff: {spent}", err=True)
         raise click.exceptions.Exit(ended.status)
 
-    further = [
-        click.Option(["--quiet"], is_flag=True, help=_QUIET),
-        click.Option(["--verbose"], is_flag=True, help=_VERBOSE),
-    ]
+    words = {
+        "--quiet": "Print no warnings: results and errors alone.",
+        "--verbose": "Print versions and times on standard error, and of an error where it arose.",
+    }
+    further = [click.Option([own], is_flag=True, help=text) for own, text in words.items()]
     paragraphs = command.words()
     return _Parsed(
         name,

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
 _AXIS = (0.0, 0.0, 1.0)
-_KEYS = ("a", "alpha", "d", "theta")
+_UNITS = {"a": "m", "alpha": "rad", "d": "m", "theta": "rad"}
 _ROUNDINGS = 4  # an angle that differs from a quarter turn by so few of them is meant as one
 
 
@@ -82,12 +82,8 @@ class DHRow:
     masses: tuple[Mass, ...] = ()
 
     def __post_init__(self) -> None:
-        for key, unit, words in (
-            ("a", "m", "a finite length [m]"),
-            ("alpha", "rad", "a finite angle [rad]"),
-            ("d", "m", "a finite length [m]"),
-            ("theta", "rad", "a finite angle [rad]"),
-        ):
+        for key, unit in _UNITS.items():
+            words = f"a finite {'length' if unit == 'm' else 'angle'} [{unit}]"
             value, subject = getattr(self, key), f"{key} of a row of Denavit and Hartenberg"
             if not is_formula(value):
                 object.__setattr__(self, key, as_float(subject, value, words, unit))
@@ -217,7 +213,7 @@ def _checked_rows(dh: Sequence[DHRow]) -> list[DHRow]:
         raise InputError("table of Denavit and Hartenberg", got="no row", expected="a row a joint")
     names = [row.name or f"joint{number}" for number, row in enumerate(rows, start=1)]
     check_distinct("names of the joints", names)
-    if not any(is_formula(getattr(row, key)) for row in rows for key in _KEYS):
+    if not any(is_formula(getattr(row, key)) for row in rows for key in _UNITS):
         return rows
     # Angles of numbers beside formulas become exact.
     return [replace(row, alpha=_exact(row.alpha), theta=_exact(row.theta)) for row in rows]

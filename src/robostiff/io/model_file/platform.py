@@ -224,9 +224,8 @@ def attached(
         hint = f"write {leg.name}: {platform.nodes[0].name} or the like under legs: of the platform"
         with (place / "platform").complaints(hint=hint):
             node = given or platform.node_of(leg.node, leg.attachment.p)
-        if leg.node is None:
-            held.append((place, replace(leg, node=node)))
-        else:
-            attachment = Frame(leg.attachment.R, platform.point_of(node))
-            held.append((place, replace(leg, attachment=attachment)))
+        attachment = leg.attachment
+        if leg.node is not None:
+            attachment = Frame(attachment.R, platform.point_of(node))
+        held.append((place, replace(leg, node=node, attachment=attachment)))
     return held
