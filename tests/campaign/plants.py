@@ -307,7 +307,7 @@ def _block_energy(patch: Patch) -> None:
 
 
 def _cables_push(patch: Patch) -> None:
-    from robostiff.statics.chains.body_springs import SpringArrays
+    from robostiff.statics.chains.elements import SpringArrays
 
     def changed(of: Any) -> Any:
         def wrong(self: Any, *where: Any) -> Any:

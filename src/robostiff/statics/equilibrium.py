@@ -19,8 +19,7 @@ from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
-from robostiff.statics.equations.critical_point import CriticalPoint
-from robostiff.statics.equations.equilibrium_path import SAFE, first_critical
+from robostiff.statics.equations.equilibrium_path import SAFE, CriticalPoint, first_critical
 from robostiff.statics.equations.newton import FoundEquilibrium, equilibrium_at
 from robostiff.statics.equations.problem import Linearised, LoadCase
 from robostiff.statics.equations.stability import (

@@ -19,8 +19,13 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import as_float, as_floats
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
-from robostiff.statics.equations.critical_point import CriticalPoint, least_margin
-from robostiff.statics.equations.equilibrium_path import OnPath, first_critical, path
+from robostiff.statics.equations.equilibrium_path import (
+    CriticalPoint,
+    OnPath,
+    first_critical,
+    least_margin,
+    path,
+)
 from robostiff.statics.equations.problem import LoadCase
 from robostiff.statics.equations.stability import meets_stiffness
 from robostiff.statics.equilibrium import solved

@@ -19,7 +19,7 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.spatial.rotation import vector_of_rotation
-from robostiff.statics.equations.critical_point import CriticalPoint
+from robostiff.statics.equations.equilibrium_path import CriticalPoint
 from robostiff.statics.equations.newton import FoundEquilibrium
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised
 from robostiff.statics.loaded_parts import (

@@ -14,19 +14,26 @@ from typing import Any
 import numpy as np
 
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
-from robostiff.statics.chains.body_springs import FiniteBodySpring, Pulls, SpringArrays
 from robostiff.statics.chains.elements import (
     NOBODY,
     BodyPlace,
+    FiniteBodySpring,
     FiniteChain,
     FiniteCoupling,
     FiniteSpring,
     Owner,
+    Pulls,
     Share,
     Spot,
+    SpringArrays,
 )
-from robostiff.statics.chains.finite_turn import crossed, skews, sum_of_crossed
-from robostiff.statics.chains.moving_chain import ChainTerms, MovingChains
+from robostiff.statics.chains.moving_chain import (
+    ChainTerms,
+    MovingChains,
+    crossed,
+    skews,
+    sum_of_crossed,
+)
 from robostiff.statics.chains.numbers import (
     ComponentBlock,
     LegNumbers,

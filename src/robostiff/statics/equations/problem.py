@@ -11,8 +11,8 @@ import numpy as np
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 from robostiff.statics.chains.elements import NOBODY, Share, Spot
 from robostiff.statics.chains.equilibrated import Bordered, Closure, HeldPlatform, solved, unit_free
-from robostiff.statics.chains.finite_turn import sum_of_crossed
 from robostiff.statics.chains.legs import LegEquations, Legs, LegState
+from robostiff.statics.chains.moving_chain import sum_of_crossed
 from robostiff.statics.chains.numbers import ComponentBlock
 
 # Of the largest stiffness of the platform, shifts and turns alike: rounding.

@@ -27,8 +27,8 @@ from robostiff.recorded import RecordedRobot, flags_of
 from robostiff.recorded.closure import BEFORE_FIRST, LAST, RecordedSteps, contraction, handed_on
 from robostiff.recorded.robot import RobotOnEntries
 from robostiff.spatial import Space
-from robostiff.statics.chains.finite_turn import FURTHEST_TURN
 from robostiff.statics.chains.legs import LegEquations
+from robostiff.statics.chains.moving_chain import FURTHEST_TURN
 from robostiff.statics.equations.newton import FALLS, HALF, LITTLE
 from robostiff.statics.equations.problem import DeadForces
 from robostiff.statics.kernels.elimination import Factored, SymmetricElimination
