@@ -244,27 +244,22 @@ class ElementsOfParts:
             free = np.array(elasticity.freedoms, dtype=float)
             entries = elasticity.compliance.tobytes(), free.tobytes(), turned
             if entries not in self.known:
-                self.known[entries] = self._in_no_place(elasticity, free, spring.rotation)
+                C, beam = elasticity.compliance, elasticity.as_beam
+                treated = self.treated if beam is not None else Linear()
+                parts = (treated.elements or 1) if isinstance(treated, Bowing) else 0
+                own = elastic_element(
+                    self.space,
+                    np.array(spring.rotation, dtype=float),
+                    (C, free),
+                    beam.length if beam and parts else None,
+                    parts,
+                    partial(_modes, elasticity),
+                    inner=isinstance(treated, Bowing) and treated.has_inner_modes,
+                )
+                self.known[entries] = own, 0.0 if beam is None else beam.length, parts
             kept[turned, self.treated] = self.known[entries]
         own, length, parts = kept[turned, self.treated]
         return in_series(own, spring, length, parts)
-
-    def _in_no_place(
-        self, elasticity: Elasticity, free: np.ndarray, rotation: np.ndarray
-    ) -> tuple[FiniteSpring, float, int]:
-        C, beam = elasticity.compliance, elasticity.as_beam
-        treated = self.treated if beam is not None else Linear()
-        parts = (treated.elements or 1) if isinstance(treated, Bowing) else 0
-        own = elastic_element(
-            self.space,
-            np.array(rotation, dtype=float),
-            (C, free),
-            beam.length if beam and parts else None,
-            parts,
-            partial(_modes, elasticity),
-            inner=isinstance(treated, Bowing) and treated.has_inner_modes,
-        )
-        return own, 0.0 if beam is None else beam.length, parts
 
 
 def _modes(
