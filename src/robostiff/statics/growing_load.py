@@ -28,10 +28,9 @@ from robostiff.statics.equations.equilibrium_path import (
 )
 from robostiff.statics.equations.problem import LoadCase
 from robostiff.statics.equations.stability import meets_stiffness
-from robostiff.statics.equilibrium import solved
 from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads
 from robostiff.statics.loading.loaded_posture import LoadedPosture, one_loaded_posture
-from robostiff.statics.result import Equilibria
+from robostiff.statics.result import Equilibria, solved
 
 if TYPE_CHECKING:
     import xarray

@@ -35,7 +35,6 @@ from robostiff.statics.kernels.elimination import Factored, SymmetricElimination
 from robostiff.statics.kernels.forces_on_bodies import (
     Frames,
     Site,
-    StandingLoads,
     force_inputs,
     frame_of,
     marked,
@@ -57,6 +56,7 @@ from robostiff.statics.kernels.strut import (
 from robostiff.statics.loading.assembly import of_legs
 from robostiff.statics.loading.given_loads import (
     DeadForce,
+    StandingLoads,
     acting_gravity,
     given_forces,
     on_platform,
