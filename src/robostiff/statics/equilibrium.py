@@ -11,10 +11,12 @@ from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import ActuatorCoordinates, JointCoordinates, Near
+from robostiff.kinematics.turn import turn_by_vector
 from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
+from robostiff.spatial.rotation import vector_of_rotation
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads
 from robostiff.statics.loading.loaded_posture import (
@@ -167,6 +169,13 @@ def _by_record(
         return None
     names = ("K", "K_total", "displacement", "stable", "status_codes")
     known = {name: getattr(found, name) for name in names}
+    moved = np.zeros((len(wrenches), 6))
+    moved[:, list(robot.space.rows)] = np.nan_to_num(found.displacement)
+    unloaded = np.nan_to_num(posture.pose)
+    R, own = turn_by_vector(moved[:, 3:]), turn_by_vector(unloaded[:, 3:])
+    arm = own @ robot.in_floats.reference_point
+    place = unloaded[:, :3] + moved[:, :3] + arm - (R @ arm[..., None])[..., 0]
+    known["pose"] = np.concatenate([place, vector_of_rotation(R @ own)], axis=-1)
     return Equilibria(EquilibriaOnDemand(postures, acting, wrenches), known)
 
 

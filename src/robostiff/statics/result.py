@@ -403,8 +403,8 @@ class Equilibria(StatusOfPoses):
     ----------
     each : sequence of Equilibrium
     known : mapping of str to arrays
-        ``K``, ``K_total``, ``displacement``, ``stable`` and ``status_codes`` of all, where a record
-        of the robot has answered: then `each` is computed when it is asked for.
+        All properties of all but margins, where a record of the robot has answered: then `each` is
+        computed when it is asked for.
     """
 
     each: Sequence[Equilibrium]
