@@ -69,7 +69,7 @@ def fitted(
             f"{read} numbers were read, for {len(start)} unknowns{more}: {names}; read more, or "
             "fix some of them"
         )
-        told = Identifiability(tuple(range(len(start))), (), (), (), 1.0)
+        told = Identifiability(tuple(range(len(start))), (), (), ())
         known = np.ones(read, dtype=bool)
         return model, Fit(start, start, bounds, loss, told, False, known, too_few)
     model, fit = _fitted(model, start, bounds, loss)

@@ -62,6 +62,8 @@ class Unknown:
         That of the model file whose reciprocal it is, or it itself; empty of a part.
     plays : str
         The joint whose play it is, ``leg/joint``.
+    frame : (str, str)
+        Of a coordinate of an instrument or a marker: ``place`` or ``turn``, and of what.
     """
 
     name: str
@@ -71,6 +73,7 @@ class Unknown:
     least: float = -np.inf
     parameter: str = ""
     plays: str = ""
+    frame: tuple[str, str] = ("", "")
 
 
 @dataclass(frozen=True)
