@@ -92,7 +92,7 @@ class Compensate(Command, name="compensate"):
         if output is not None:
             write_program(program, found, output)
         if picture is not None:
-            from robostiff.plot.curves import compensation_picture
+            from robostiff.plot.bars_and_curves import compensation_picture
 
             draw(compensation_picture(found), picture)
         return answered(found, self.answer)
@@ -158,8 +158,7 @@ class Identify(Command, name="identify"):
     def run(self) -> int:
         """Print what measurements tell of a robot; 1 where a parameter is not identified."""
         from robostiff.cli import arguments as written
-        from robostiff.identification.frames import KnownFrames, UnknownFrames
-        from robostiff.identification.identify import identify
+        from robostiff.identification.identify import KnownFrames, UnknownFrames, identify
         from robostiff.identification.measurements import Measurements
         from robostiff.identification.search import Robust, Squares
         from robostiff.robots.shipped import robot_file, shipped_names
@@ -196,7 +195,7 @@ class Identify(Command, name="identify"):
             source = self.model.source
             found.write(output, robot_file(source) if source in shipped_names() else source)
         if picture is not None:
-            from robostiff.plot.curves import residuals_picture
+            from robostiff.plot.bars_and_curves import residuals_picture
 
             if picture.suffix.lower() == ".html":
                 _write_page(found, picture)
@@ -281,7 +280,7 @@ class Plan(Command, name="plan"):
             choose_poses,
             random_postures,
         )
-        from robostiff.page.identification import chosen_poses_page
+        from robostiff.page.calibration_and_design import chosen_poses_page
         from robostiff.whole_file import whole_file
 
         output = output_beside(self.output, self.answer)
@@ -366,7 +365,7 @@ def _table(robot: Any, postures: Any) -> str:
     import numpy as np
 
     from robostiff.analysis.maps.pose_columns import POSE_UNITS, coordinate_units
-    from robostiff.identification.measurement_kinds import coordinates_of
+    from robostiff.identification.measurements import coordinates_of
     from robostiff.kinematics import JointCoordinates
 
     units = coordinate_units(robot)

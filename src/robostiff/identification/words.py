@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robostiff.identification.unknowns import Unknown, UnknownKind
+from robostiff.markup import number
 
 # Of the largest column of its kind, and of the largest singular value: what is nothing.
 _NO_COLUMN, _NO_VALUE = 1e-9, 1e-8
@@ -87,7 +88,16 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
         null = Vt[s <= _NO_VALUE * s[0]].T
         order = np.array([_ORDER.index(unknowns[k].kind) for k in left])
         effect = length[left] * [abs(unknowns[k].nominal) or 1.0 for k in left]
-        pivots = _pivots(null, order, effect)
+        # one member is fixed for each null vector: of those that are clearly a part of what is
+        # left, the first in order, and among them that of least effect
+        pivots, rest = [], null.copy()
+        for _ in range(null.shape[1]):
+            size = np.linalg.norm(rest, axis=1)
+            size[pivots] = 0.0
+            able = np.flatnonzero(size > 0.1 * size.max())
+            pivots.append(int(able[np.lexsort((effect[able], order[able]))[0]]))
+            direction = rest[pivots[-1]] / np.linalg.norm(rest[pivots[-1]])
+            rest = rest - np.outer(rest @ direction, direction)
         # null vectors, each with one member that no other has
         vectors = null @ np.linalg.inv(null[pivots])
         for pivot, vector in zip(pivots, vectors.T, strict=True):
@@ -111,30 +121,11 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
                     own = [several[i] for i in np.argsort(-size) if size[i] > 0.1]
                     weak.append(
                         f"{_listed(own)} {'are' if len(own) > 1 else 'is'} hardly determined: "
-                        f"errors grow {s[0] / value:.0e} times in this direction"
+                        f"errors grow {number(s[0] / value, 1)} times in this direction"
                     )
             weak += _correlated(R, several, _CORRELATED, np.inf)
             correlated = _correlated(R, several, _TOLD, _CORRELATED)
     return Identifiability(tuple(fixed), tuple(sentences), tuple(weak), tuple(correlated))
-
-
-def _pivots(null: np.ndarray, order: np.ndarray, effect: np.ndarray) -> list[int]:
-    """Members of null vectors (n, k) that are fixed, one for each.
-
-    Of those that are clearly a part of what is left, the first in order (n,), and among them that
-    of least effect (n,).
-    """
-    pivots: list[int] = []
-    left = null.copy()
-    for _ in range(null.shape[1]):
-        size = np.linalg.norm(left, axis=1)
-        size[pivots] = 0.0
-        able = np.flatnonzero(size > 0.1 * size.max())
-        pivot = int(able[np.lexsort((effect[able], order[able]))[0]])
-        pivots.append(pivot)
-        direction = left[pivot] / np.linalg.norm(left[pivot])
-        left = left - np.outer(left @ direction, direction)
-    return pivots
 
 
 def _correlated(R: np.ndarray, unknowns: Sequence[Unknown], least: float, most: float) -> list[str]:

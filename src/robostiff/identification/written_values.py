@@ -59,7 +59,12 @@ def write_values(
         match = _VALUE.match(lines[line], column)
         if match is None or any(edit[:2] == (line, column) for edit in edits):
             raise _no_place(own, source)
-        edits.append((line, column, match.end(), _written(own, value)))
+        text = f"{value:.12g} {own.unit}".strip()
+        if own.kind is UnknownKind.COMPLIANCE and own.name != own.parameter:
+            # a stiffness where one is written
+            unit = "N m/rad" if own.unit.startswith("rad") else "N/m"
+            text = f"{1 / value:.12g} {unit}"
+        edits.append((line, column, match.end(), text))
         comments.setdefault(line, []).append(comment)
     for line, start, end, text in sorted(edits, reverse=True):
         lines[line] = lines[line][:start] + text + lines[line][end:]
@@ -67,33 +72,23 @@ def write_values(
         lines[line] += ("  # " if "#" not in lines[line] else "; ") + "; ".join(words)
     with whole_file(path) as begun:
         begun.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        _check(found, robot, begun, source)
-
-
-def _check(
-    found: Mapping[Unknown, tuple[float, str]],
-    robot: Robot,
-    written: Path,
-    source: str | os.PathLike[str],
-) -> None:
-    """Raise unless a written file has the values that were found, and all others as before."""
-    names = [own.parameter for own in found if own.parameter]
-    again = model_from_document(read_document(written), symbols=names)
-    values = spring_values(again.numeric)
-    expected = spring_values(robot)
-    for own, (value, _) in found.items():
-        if own.parameter:
-            expected[own.name], values[own.name] = value, again.nominal[own.parameter]
-            if own.name != own.parameter:
-                values[own.name] = 1 / values[own.name]
-    for name, value in expected.items():
-        if not np.isclose(values.get(name, np.nan), value, rtol=_AGREES, atol=0):
-            raise InputError(
-                f"values of {os.fspath(source)!r}",
-                got=f"{name}, which shares its place in the file with others",
-                expected="a place of its own for each value",
-                hint="give it a parameter of the file, or identify with shared=True",
-            )
+        # what is written has the values that were found, and all others as before
+        names = [own.parameter for own in found if own.parameter]
+        again = model_from_document(read_document(begun), symbols=names)
+        values, expected = spring_values(again.numeric), spring_values(robot)
+        for own, (value, _) in found.items():
+            if own.parameter:
+                expected[own.name], values[own.name] = value, again.nominal[own.parameter]
+                if own.name != own.parameter:
+                    values[own.name] = 1 / values[own.name]
+        for name, value in expected.items():
+            if not np.isclose(values.get(name, np.nan), value, rtol=_AGREES, atol=0):
+                raise InputError(
+                    f"values of {os.fspath(source)!r}",
+                    got=f"{name}, which shares its place in the file with others",
+                    expected="a place of its own for each value",
+                    hint="give it a parameter of the file, or identify with shared=True",
+                )
 
 
 def _no_place(own: Unknown, source: str | os.PathLike[str]) -> InputError:
@@ -123,11 +118,3 @@ def _place(document: Document, own: Unknown) -> list[Any] | None:
             if element.get("name") == part and "stiffness" in element:
                 return ["legs", *([] if i is None else [i]), "chain", j, "stiffness"]
     return None
-
-
-def _written(own: Unknown, value: float) -> str:
-    """The value as a file has it: stiffnesses where these are written, with units."""
-    if own.kind is UnknownKind.COMPLIANCE and own.name != own.parameter:
-        unit = "N m/rad" if own.unit.startswith("rad") else "N/m"
-        return f"{1 / value:.12g} {unit}"
-    return f"{value:.12g} {own.unit}".strip()
