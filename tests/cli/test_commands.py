@@ -10,7 +10,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.markup import escaped, page_html
-from robostiff.page.of_result import robots_page
+from robostiff.page import robots_page
 from robostiff.robots import (
     describe,
     robot_file,
@@ -214,7 +214,7 @@ def test_robots_lists_names_and_sources():
     assert all(robot["source"] for robot in listed)
     lines = run("robots").stdout.splitlines()
     assert lines[0] == f"{len(listed)} robots come with robostiff:"
-    assert [line.split()[0] for line in lines[2:]] == [robot["name"] for robot in listed]
+    assert [line.split()[0] for line in lines[1:]] == [robot["name"] for robot in listed]
     html = page_html(robots_page([describe(robot["name"]) for robot in listed]))
     assert all(escaped(robot["source"]) in html for robot in listed)
 

@@ -205,7 +205,7 @@ class Tolerances(InNotebooks):
     def __repr__(self) -> str:
         count = len(next(iter(self.samples.values())))
         parts = [
-            f"{name} {number(own[0])}, 99 % below {number(self.quantile(name, 0.99)[0][0])}"
+            f"{name} {number(own[0], 4)}, 99 % below {number(self.quantile(name, 0.99)[0][0], 4)}"
             for name, own in self.nominal.items()
         ]
         lost = f"; {percent(1 - self.answered)} without an answer" if self.answered < 1 else ""

@@ -1,7 +1,7 @@
 from robostiff.page.facts import facts_of, facts_page, machine_page
 from robostiff.page.indices import indices_page, principal_table
 from robostiff.page.loads import equilibrium_page, modes_page, response_page
-from robostiff.page.of_result import page_data, page_of
+from robostiff.page.of_result import page_data, page_of, robots_page
 from robostiff.page.stiffness import (
     cable_load_blocks,
     cable_response_page,
@@ -30,6 +30,7 @@ __all__ = [
     "page_of",
     "principal_table",
     "response_page",
+    "robots_page",
     "stiffness_page",
     "verification_page",
 ]

@@ -213,11 +213,27 @@ _SHARES = 3  # parts with the most energy, of each mode
 def modes_page(found: Modes, masses: Any = None, in_words: tuple[str, ...] = ()) -> Page:
     """Natural vibrations, slowest first, and the masses of the model as `check` has them."""
     pairs = zip(picked(found, "frequency growth twist words"), found, strict=True)
+    rows: list[list[Cell]] = []
+    lines: list[str] = []
+    for i, mode in enumerate(found.each[:_MOST], start=1):
+        most = [own for own in mode.shares[:_SHARES] if own.share >= 0.005]
+        shares = [f"{own.name} {percent(own.share, 0)}" for own in most]
+        lines.append(f"{i:3}. {mode}")
+        if most:
+            lines.append(f"     elastic energy: {', '.join(shares)}")
+        part = f"{most[0].name}, {percent(most[0].share, 0)}" if most else "none"
+        rate: Cell = Number(mode.frequency, "Hz")
+        if mode.growth != 0:
+            rate = f"grows by {number(mode.growth)} /s"
+        rows.append([str(i), rate, mode.words, part])
+    table = Table(["mode", "frequency", "motion", "most energy in"], rows, lines=lines)
+    more = len(found) - _MOST
+    rest = Paragraph(f"{more} more at higher frequencies", Tone.QUIET) if more > 0 else None
     return Page(
         found.name,
         "",
         found.status,
-        [mode_table(found), other_modes(found), Bullets(in_words)] if found.each else [],
+        [table, rest, Bullets(in_words)] if found.each else [],
         found.status.advice,
         {
             "order": order(found.space),
@@ -229,30 +245,6 @@ def modes_page(found: Modes, masses: Any = None, in_words: tuple[str, ...] = ())
         },
         before="natural vibrations of ",
     )
-
-
-def mode_table(found: Modes) -> Table:
-    """The slowest modes."""
-    rows: list[list[Cell]] = []
-    lines: list[str] = []
-    for i, mode in enumerate(found.each[:_MOST], start=1):
-        most = [own for own in mode.shares[:_SHARES] if own.share >= 0.005]
-        lines.append(f"{i:3}. {mode}")
-        if most:
-            shares = ", ".join(f"{own.name} {percent(own.share, 0)}" for own in most)
-            lines.append(f"     elastic energy: {shares}")
-        part = f"{most[0].name}, {percent(most[0].share, 0)}" if most else "none"
-        rate: Cell = Number(mode.frequency, "Hz")
-        if mode.growth != 0:
-            rate = f"grows by {number(mode.growth)} /s"
-        rows.append([str(i), rate, mode.words, part])
-    return Table(["mode", "frequency", "motion", "most energy in"], rows, lines=lines)
-
-
-def other_modes(found: Modes) -> Paragraph | None:
-    """How many modes the table leaves out; None where it has all."""
-    more = len(found) - _MOST
-    return Paragraph(f"{more} more at higher frequencies", Tone.QUIET) if more > 0 else None
 
 
 _SECTION = ("N", "Vy", "Vz", "T", "My", "Mz")
