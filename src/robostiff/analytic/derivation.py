@@ -271,7 +271,7 @@ class Stage(WrittenWhole):
 
 @dataclass(frozen=True)
 class Derivation(Formula):
-    """A stiffness matrix as a formula, with its derivation.
+    """A stiffness matrix as a formula, with its derivation; see `Formula` for what all have.
 
     A closed form writes K in SymPy when it is first looked at.
 
@@ -363,6 +363,8 @@ class InNames(Formula):
 @dataclass(frozen=True)
 class RobotDerivation(Derivation):
     """The stiffness matrix of a robot as a formula, with the derivation of its legs.
+
+    Symbols that the legs decide are in `following`; see `Formula` for what all formulas have.
 
     Attributes
     ----------

@@ -62,6 +62,10 @@ def test_meanings_of_parameters_stand_in_all_languages():
         for write in (c_function, julia_function, matlab_function):
             assert f"k: {words}" in write(own)
         assert f"    k : array_like\n        {words}\n" in python_function(own)
+    for write in (c_function, julia_function, matlab_function, python_function):
+        assert "Cartesian stiffness matrix of 3-rrr about the reference point, " in write(
+            derivation
+        )
     assert "l1: length, 0.2 m in the model\n" in derivation_text(derivation.subs("R", 0.3))
     assert "k: rotational stiffness" in derivation_text(rs.derive("3-rrr", leg="leg1"))
 

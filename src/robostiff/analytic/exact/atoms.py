@@ -167,12 +167,8 @@ class Radicand:
         return 1 if self.below.is_positive else self.below
 
 
-@dataclass(frozen=True)
-class RootValue:
-    """A root as a fraction without roots, times generators."""
-
-    coefficient: Any
-    generators: tuple[Any, ...]
+#: A root as a fraction without roots, times generators.
+RootValue = tuple[Any, tuple[Any, ...]]
 
 
 class Roots:
@@ -201,7 +197,7 @@ class Roots:
             if split and r in plain:
                 self.values[r.root] = self._split(r)
             else:
-                self.values[r.root] = RootValue(1 / r.below, (self._generator(r.product, r),))
+                self.values[r.root] = 1 / r.below, (self._generator(r.product, r),)
 
     def _split(self, radicand: Radicand) -> RootValue:
         """Known positive factors apart, those of unknown sign together."""
@@ -225,7 +221,7 @@ class Roots:
                     hint="declare them, such as Symbol('a', positive=True), or write the root out",
                 )
             parts.append(self._generator(sp.expand(rest), radicand))
-        return RootValue(outside, tuple(parts))
+        return outside, tuple(parts)
 
     def _generator(self, square: Any, radicand: Radicand) -> Any:
         """The generator with this square, as it was given if it was."""

@@ -170,19 +170,9 @@ _BITS_A_TERM = 33
 Upper = dict[tuple[int, int], Element]
 
 
-@dataclass(frozen=True)
-class ExactLeg:
-    """K = sum of w w^T / c over wrenches made conjugate to one another."""
-
-    K: Upper  # canonical fractions of the upper part, by row and column
-    wrenches: list[list[Element]]  # of any length
-    # the compliance of each wrench, as factors that are not multiplied out where that is long
-    met: list[tuple[Element, ...]]
-
-
 def exact_leg(
     field: ExactField, W: list[list[Element]], A: list[list[Element]], n: int, limit: int
-) -> ExactLeg:
+) -> tuple[Upper, list[list[Element]], list[list[Element]]]:
     """Eliminate A from [[A, W^T], [W, 0]] as in (15): what is left is -W A^-1 W^T.
 
     Bareiss' divisions keep every entry a minor, a polynomial; nothing is brought to a fraction
@@ -191,6 +181,11 @@ def exact_leg(
 
     `A`: (m, m) list of elements: W^T C W; `n`, `limit`: size of a wrench; most terms that an
     entry may have on the way.
+
+    Returns
+    -------
+    The canonical fractions of K by row and column; wrenches of any length, conjugate to one
+    another; and the compliance of each, as factors that are not multiplied out where that is long.
 
     Raises
     ------
@@ -224,7 +219,7 @@ def exact_leg(
             w, factor = _without_roots(field, w)
             factors = [factors[0] * factors[1] * factor * factor]
         wrenches.append(w)
-        met.append(tuple(factors))
+        met.append(factors)
     K = {}
     for i in range(n):
         for j in range(i, n):
@@ -234,7 +229,7 @@ def exact_leg(
             if entry.terms > limit or bits > _BITS_A_TERM * limit:
                 raise FormulaTooLargeError.beyond(limit)
             K[i, j] = entry
-    return ExactLeg(K, wrenches, met)
+    return K, wrenches, met
 
 
 def _without_roots(field: ExactField, w: list[Element]) -> tuple[list[Element], Element]:
@@ -303,33 +298,23 @@ def closed_sum(
     field = ExactField([x for W, A in legs for row in (*W, *A) for x in row])
     total: dict[tuple[int, int], list[Element]] = {}
     written, wrenches, compliances, terms = [], [], [], 0
-    for W, A in legs:
-        leg = exact_leg(
-            field,
-            [[field.element(x) for x in w] for w in W],
-            [[*map(field.element, r)] for r in A],
-            n,
-            limit,
-        )
-        terms += sum(entry.terms for entry in leg.K.values())
+    for leg in legs:
+        W, A = ([[*map(field.element, row)] for row in rows] for rows in leg)
+        K, of_leg, met = exact_leg(field, W, A, n, limit)
+        terms += sum(entry.terms for entry in K.values())
         if terms > of_all:
             raise FormulaTooLargeError.beyond(limit)
-        for place, entry in leg.K.items():
+        for place, entry in K.items():
             # Fractions of one denominator are added.
             fractions = total.setdefault(place, [])
             summed = sum((f for f in fractions if f.den == entry.den), entry)
             if not entry.is_zero:
                 others = (f for f in fractions if f.den != entry.den)
                 total[place] = [*others, *[summed] * (not summed.is_zero)]
-        written.append(_matrix(field, {place: [entry] for place, entry in leg.K.items()}, n))
-        wrenches.append(
-            tuple(
-                sp.ImmutableMatrix([fraction_in_factors(field, x) for x in w]) for w in leg.wrenches
-            )
-        )
-        compliances.append(
-            tuple(sp.Mul(*(fraction_in_factors(field, c) for c in factors)) for factors in leg.met)
-        )
+        written.append(_matrix(field, {place: [entry] for place, entry in K.items()}, n))
+        w, c = ([[fraction_in_factors(field, x) for x in own] for own in x] for x in (of_leg, met))
+        wrenches.append(tuple(map(sp.ImmutableMatrix, w)))
+        compliances.append(tuple(sp.Mul(*factors) for factors in c))
     return ClosedSum(_matrix(field, total, n), tuple(written), tuple(wrenches), tuple(compliances))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -273,10 +274,8 @@ class ExactField:
     def _read_root(self, root: Any) -> Element:
         value = self._roots.get(root)
         if value is not None:
-            product = self._read(value.coefficient)
-            for generator in value.generators:
-                product = product * self._read(generator)
-            return product
+            coefficient, generators = value
+            return math.prod(map(self._read, generators), start=self._read(coefficient))
         # The same root may be written in another way.
         radicand = self._read(root**2)
         for relation in self.relations if radicand.has_unit_denominator else ():

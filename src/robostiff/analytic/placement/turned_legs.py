@@ -129,12 +129,11 @@ def _orbits(
     def images(first: int, ways: list[Image], left: set[int]) -> dict[int, Image]:
         found: dict[int, Image] = {}
         for way in ways:
-            own = image(way, items[first])
-            for i in sorted(left - found.keys()):
-                apart = {s: np.max(np.abs(items[i] - s * own)) for s in (1, -1)}
-                if min(apart.values()) < close:
-                    found[i] = replace(way, sign=min(apart, key=lambda s: apart[s]))
-                    break
+            own, rest = image(way, items[first]), sorted(left - found.keys())
+            both = np.stack([items[rest] - own, items[rest] + own])
+            apart = np.abs(both).max(axis=tuple(range(2, both.ndim)))
+            for k in np.flatnonzero(apart.min(axis=0) < close)[:1]:
+                found[rest[k]] = replace(way, sign=1 if apart[0, k] <= apart[1, k] else -1)
         return found if len(found) == len(ways) else {}
 
     every = set(range(len(items)))

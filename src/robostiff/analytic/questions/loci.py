@@ -50,12 +50,9 @@ def written_steps(derivation: Derivation, longest: int = _LONGEST[0]) -> Callabl
     return lambda x: x.xreplace(full)
 
 
-@dataclass(frozen=True)
-class Locus:
-    """Where a stiffness loses rank."""
-
-    factors: dict[Any, int]  # irreducible factors with their exponents in the minors of K
-    remark: str = ""  # why they were not looked for; empty otherwise
+#: Irreducible factors that vanish where a stiffness loses rank, with their exponents in the minors
+#: of K, and why they were not looked for; empty otherwise.
+Locus = tuple[dict[Any, int], str]
 
 
 def rank_locus(derivation: RobotDerivation, rank: int) -> Locus:
@@ -70,13 +67,13 @@ def rank_locus(derivation: RobotDerivation, rank: int) -> Locus:
     """
     n = derivation.K.rows
     if rank == 0:
-        return Locus({})
+        return {}, ""
     if any(not leg.joints and len(leg.wrenches) == n for leg in derivation.legs):
-        return Locus({}, "a leg without passive joints holds it in all directions")
+        return {}, "a leg without passive joints holds it in all directions"
     minors = math.comb(sum(len(leg.wrenches) for leg in derivation.legs), rank)
     minors *= math.comb(n, rank)
     if minors > _MOST_MINORS:
-        return Locus({}, f"where it drops is not searched in {minors} minors of its wrenches")
+        return {}, f"where it drops is not searched in {minors} minors of its wrenches"
     for longest in _LONGEST[:-1]:
         with suppress(FormulaTooLargeError):
             return _locus(derivation, longest, rank)
@@ -88,7 +85,7 @@ def _locus(derivation: RobotDerivation, longest: int, rank: int) -> Locus:
     W = [written(w) for leg in legs for w in leg.wrenches]
     c = [written(x) for leg in legs for x in leg.compliances]
     if _rank_in_numbers(W) != rank:
-        return Locus({}, "where it drops is hidden by the names of its steps")
+        return {}, "where it drops is hidden by the names of its steps"
     field = ExactField([x for w in W for x in w])
     rows, below = zip(*(_without_denominator(field, w) for w in W), strict=True)
     shared: Any = None
@@ -108,7 +105,7 @@ def _locus(derivation: RobotDerivation, longest: int, rank: int) -> Locus:
         factors[stiffness] = factors.get(stiffness, 0) + lost
     names = {d.symbol for d in derivation.definitions}
     in_names = any(factor.free_symbols & names for factor in factors)
-    return Locus(factors, "in names of its steps" * in_names)
+    return factors, "in names of its steps" * in_names
 
 
 def _rank_in_numbers(W: Sequence[Any]) -> int:

@@ -18,7 +18,7 @@ from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.exact.factors import determinant, echelon, without_sign
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
-from robostiff.analytic.questions.loci import NEARLY_ZERO, Locus, MatrixInNames, rank_locus
+from robostiff.analytic.questions.loci import NEARLY_ZERO, MatrixInNames, rank_locus
 from robostiff.errors import InputError
 
 #: Seconds for an answer in steps.
@@ -221,8 +221,8 @@ def _rank_in_steps(derivation: Any, rank: int, budget: float | None) -> RankForm
         short = SHORT if budget is None else min(budget, SHORT)
         found = within(short, lambda: rank_locus(derivation, rank), "rank of a formula")
     except FormulaTooLargeError:
-        found = Locus({}, "it drops where wrenches of the legs depend on one another; too long")
-    return RankFormula.of(derivation, rank, found.factors, found.remark)
+        found = {}, "it drops where wrenches of the legs depend on one another; too long"
+    return RankFormula.of(derivation, rank, *found)
 
 
 def _rank_in_names(K: Any, names: MatrixInNames) -> RankFormula | None:
