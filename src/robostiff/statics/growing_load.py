@@ -179,7 +179,7 @@ def critical_load(
     if problem.at_rest.rigid:
         status |= Status.RIGID_DIRECTION
     loading = LoadCase(nothing, F, share=1.0, share_rate=0.0)
-    _, point, searched_to = first_critical(problem, loading, up_to)
+    _, point, searched_to = first_critical(path(problem, loading), up_to)
     is_free = not meets_stiffness(problem.at_rest)
     if is_free:
         status |= Status.FREE_MOTIONS

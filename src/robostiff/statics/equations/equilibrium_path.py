@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -269,27 +269,23 @@ def point_at(found: FoundEquilibrium, least: Margin | None = None) -> CriticalPo
     )
     is_limit = work > _BRANCHES * whole
     how = "snaps through" if is_limit else "buckles"
-    words = f"the platform {how}: {motion}{_bent_beam(found, twist)}"
-    return CriticalPoint(found.factor, words, None, motion.twist, is_limit, found)
-
-
-def _bent_beam(found: FoundEquilibrium, twist: np.ndarray) -> str:
-    """The beam that bends most between its ends in a motion of the platform, if most bends so."""
-    known, problem, legs = found.known, found.problem, found.problem.legs
+    # the beam that bends most between its ends, if most bends so
+    legs, known, bends = problem.legs, found.known, ""
     moved = known.by_twist[: legs.numbers.total] @ twist
     bent = np.zeros(legs.inner_modes.shape)
     for g, block in enumerate(problem.blocks):
         m, Q = block.free, with_modes(legs, known.equations, g)
-        motion = moved[block.coordinates]
-        bends = -np.linalg.pinv(Q[:, m:, m:]) @ Q[:, m:, :m] @ motion[..., None]
-        for i, own in enumerate(bends[..., 0]):
-            bent += whole_motion(legs, block, i, np.append(motion[i], own))[1]
+        own = moved[block.coordinates]
+        inner = -np.linalg.pinv(Q[:, m:, m:]) @ Q[:, m:, :m] @ own[..., None]
+        for i, mode in enumerate(inner[..., 0]):
+            bent += whole_motion(legs, block, i, np.append(own[i], mode))[1]
     parts = energies_of(legs, moved, bent)
-    inner = parts[: len(bent)]
-    if not sum(own[2] for own in inner) > 0.5 * sum(own[2] for own in parts):
-        return ""
-    leg, part, _ = max(inner, key=lambda own: own[2])
-    return f"; {part!r} of leg {leg!r} bends between its ends"
+    beams = parts[: len(bent)]
+    if sum(one[2] for one in beams) > 0.5 * sum(one[2] for one in parts):
+        leg, part, _ = max(beams, key=lambda one: one[2])
+        bends = f"; {part!r} of leg {leg!r} bends between its ends"
+    words = f"the platform {how}: {motion}{bends}"
+    return CriticalPoint(found.factor, words, None, motion.twist, is_limit, found)
 
 
 #: A margin above which Newton's method has not passed a critical load, if its steps were direct.
@@ -401,7 +397,12 @@ def path(problem: EquilibriumProblem, loading: LoadCase, largest: float = 0.25) 
         point = refined(step) if remains != is_stable else None
         # On a stable branch the load grows: so the determinant of K and of this arc has its sign.
         leapt = isinstance(point, float | int)
-        falls = following[-1] < -_BACK if remains else _is_below(point, here)
+        falls = (
+            following[-1] < -_BACK
+            if remains
+            else isinstance(point, CriticalPoint)
+            and point.factor < here.factor - _BACK * (1.0 + abs(here.factor))
+        )
         if remains and margin + slope * h < 0 and h > _LEAST * before:
             falls = falls or _is_lost_between(step)
         if leapt or (is_stable and falls):
@@ -434,12 +435,6 @@ def _is_lost_between(step: PathStep) -> bool:
     return middle.converged and least_margin(middle).value < 0
 
 
-def _is_below(point: CriticalPoint | float | None, here: FoundEquilibrium) -> bool:
-    """Whether a critical point lies at less of the load than the equilibrium before it."""
-    back = here.factor - _BACK * (1.0 + abs(here.factor))
-    return isinstance(point, CriticalPoint) and point.factor < back
-
-
 def _start(
     problem: EquilibriumProblem, loading: LoadCase
 ) -> tuple[FoundEquilibrium, CriticalPoint | None]:
@@ -453,7 +448,7 @@ def _start(
     if here.converged and here.direct and least_margin(here).value >= SAFE:
         return here, None
     growing = LoadCase(np.zeros(problem.size), loading.wrench, 0.0, loading.share)
-    ended, critical, searched_to = first_critical(problem, growing, 1.0)
+    ended, critical, searched_to = first_critical(path(problem, growing), 1.0)
     if critical is not None or ended is None or searched_to < 1.0:
         return here, critical
     return equilibrium_at(problem, loading, 0.0, ended.state), None
@@ -504,16 +499,16 @@ def _lost_at_corner(
 
 
 def first_critical(
-    problem: EquilibriumProblem, loading: LoadCase, up_to: float
+    steps: Iterable[OnPath], up_to: float
 ) -> tuple[FoundEquilibrium | None, CriticalPoint | None, float]:
-    """The first critical point from factor 0 up to a factor.
+    """The first critical point on a path from factor 0 up to a factor.
 
     Returns the last stable equilibrium, at most at `up_to`, None where there is none from which to
     start; the critical point, None where none was met; and the factor up to which equilibria were
     found to be stable: `up_to`, unless the path ended before or a critical point was met.
     """
     here, furthest = None, 0.0
-    for own in path(problem, loading):
+    for own in steps:
         if own.found.factor < 0:
             break
         furthest = max(furthest, own.found.factor)
