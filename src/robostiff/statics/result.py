@@ -20,10 +20,11 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.spatial.rotation import vector_of_rotation
-from robostiff.statics.equations.equilibrium_path import SAFE, CriticalPoint, first_critical, path
+from robostiff.statics.equations.equilibrium_path import SAFE, first_critical, path
 from robostiff.statics.equations.newton import FoundEquilibrium, equilibrium_at
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
 from robostiff.statics.equations.stability import (
+    CriticalPoint,
     Regular,
     may_be_singular,
     meets_stiffness,
