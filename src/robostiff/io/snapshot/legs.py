@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field
 
 from robostiff.elastostatics import Status, Tolerance
-from robostiff.elastostatics.plane import coupling_out_of_plane
+from robostiff.elastostatics.tolerance import coupling_out_of_plane
 from robostiff.errors import FileError, InputError, warn_of_slip
 from robostiff.io.document import Document, DocumentPlace, read_document
 from robostiff.io.snapshot.elements import (
