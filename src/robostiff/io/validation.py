@@ -141,14 +141,15 @@ def _problem(details: Mapping[str, Any], model: type[BaseModel], data: Any) -> P
     by which pydantic distinguishes the members of a union are no part of the path.
     """
     annotation, metadata = plain(model)
-    container, here = None, data
+    container: Any = None
+    here: Any = data
     path: tuple[Step, ...] = ()
     for step in details["loc"]:
         if _is_union(annotation):
             annotation, metadata = _member(annotation, step)
             continue
         known, child = _child(annotation, step)
-        is_there = step in here if isinstance(here, dict) else False
+        is_there = isinstance(here, dict) and step in here
         if isinstance(here, list) and isinstance(step, int):
             is_there = 0 <= step < len(here)
         if known or is_there:

@@ -70,8 +70,7 @@ class Cable:
                 hint="without them the cable is infinitely stiff",
             )
         for attribute in ("EA", "winch_stiffness", "guide_length", "least_tension", "tension"):
-            value = getattr(self, attribute)
-            positive = attribute in ("EA", "winch_stiffness")
+            value, positive = vars(self)[attribute], attribute in ("EA", "winch_stiffness")
             if value is None and (positive or attribute == "tension"):
                 continue
             right = isinstance(value, int | float | np.number) and not isinstance(value, bool)
