@@ -25,7 +25,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # those of the user stay as they are.
 os.environ["ROBOSTIFF_CACHE"] = "off"
 _RECORDS = TemporaryDirectory(prefix="robostiff-records-")
-_RECORDED_ONCE = {"compensation", "design", "identification", "plot", "project", "report", "view"}
 
 _UNTIMED = [HealthCheck.too_slow, HealthCheck.data_too_large]
 
@@ -198,6 +197,6 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     is_checked = folder in _SHAPES_CHECKED and not item.nodeid.startswith(_UNCHECKED)
     is_checked = is_checked or item.get_closest_marker("slow") is not None
     jaxtyping.config.update("jaxtyping_disable", not is_checked)
-    is_recorded_once = folder in _RECORDED_ONCE or item.nodeid.startswith(_UNCHECKED)
+    is_recorded_once = folder == "identification" or item.nodeid.startswith(_UNCHECKED)
     os.environ["ROBOSTIFF_CACHE"] = _RECORDS.name if is_recorded_once else "off"
     _IS_CHANGED = "monkeypatch" in getattr(item, "fixturenames", ())

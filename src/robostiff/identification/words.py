@@ -134,8 +134,8 @@ def _without_effect(length: np.ndarray, unknowns: Sequence[Unknown]) -> list[int
 def _no_effect(own: Unknown) -> str:
     if own.kind in (UnknownKind.COMPLIANCE, UnknownKind.FACTOR):
         return (
-            f"no measurement depends on {own.name}: no load strains it (vertical loads do not "
-            "strain an upright axis); add a load in another direction"
+            f"no measurement depends on {own.name}: no load strains it (a force does not that is "
+            "parallel to its axis or meets it); add a load in another direction or at another point"
         )
     return f"no measurement depends on {own.name}; add other postures or markers"
 
