@@ -2,11 +2,13 @@
 
 import gc
 import os
+import sys
 import weakref
 from collections import Counter
 from collections.abc import Iterator
 from copy import copy
 from dataclasses import fields
+from functools import wraps
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -116,6 +118,7 @@ def _shipped_robots_are_derived_once() -> None:
     derive, names = rs.derive, set(rs.shipped_robots())
     known: dict[Any, Any] = {}
 
+    @wraps(derive)
     def derive_once(robot: Any, **how: Any) -> Any:
         built, own = _BUILT.get(id(robot), (lambda: None, None))
         key = (own if built() is robot else robot, *sorted(how.items()))
@@ -129,7 +132,8 @@ def _shipped_robots_are_derived_once() -> None:
             known[key] = derive(robot, **how)
         return known[key]
 
-    rs.derive = derive_once
+    for module in (rs, sys.modules[derive.__module__]):
+        vars(module)["derive"] = derive_once
 
 
 def _shipped_robots_are_built_once() -> None:
