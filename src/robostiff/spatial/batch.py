@@ -1,8 +1,8 @@
-"""Memory order of batches: leading axes by name, trailing axes in memory.
+"""Memory order of batches: equal entries of all poses side by side.
 
 All arrays are indexed ``(..., 6, 6)``. Work on many poses is several times faster when equal
 entries of all poses lie side by side in memory. NumPy keeps that order through elementwise
-arithmetic; where an array is made anew, it is made by the functions here.
+arithmetic; new arrays are made by the functions of this module.
 """
 
 from __future__ import annotations
