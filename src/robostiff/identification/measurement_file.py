@@ -24,8 +24,7 @@ from robostiff.identification.measurement_kinds import (
     act_at_hooks,
     coordinates_of,
 )
-from robostiff.io.csv_table import CsvTable, table_of
-from robostiff.io.posture_columns import posture_columns, postures_of
+from robostiff.io.csv_table import CsvTable, posture_columns, postures_of, table_of
 from robostiff.kinematics import JointCoordinates
 from robostiff.model import Robot
 from robostiff.model.mass import gravity_vector
