@@ -140,6 +140,6 @@ def draw(picture: Picture, path: Path, other: Picture | None = None) -> None:
         if other is None:
             begun.write_text(drawn.to_html(), "utf-8")
             return
-        from robostiff.plot.on_plotly.swinging import swinging_page
+        from robostiff.plot.backend import swinging_page
 
         begun.write_text(swinging_page(drawn, plot.Plotly().draw(other)), "utf-8")
