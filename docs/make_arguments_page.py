@@ -51,8 +51,8 @@ stand without its name.
 """
 
 FOOT = """
-Results have the same names, too: `K`, `compliance`, `rank`, `status`, `advice`, `pose`,
-`reference_point`, `space`, and `name` of the machine.
+Results have their values under the same names, as far as they have them: `K`, `compliance`,
+`rank`, `status`, `advice`, `pose`, `reference_point`, `space`, and `name` of the machine.
 
 This page is written by `docs/make_arguments_page.py` from the signatures.
 """
