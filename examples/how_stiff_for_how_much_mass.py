@@ -2,9 +2,9 @@
 How stiff for how much mass
 ===========================
 
-**How much stiffer does another kilogram make it?** A Stewart-Gough platform has legs of steel tubes.
-Its circles and tubes are chosen anew for each mass of the legs, on a small and on a large base: the
-best designs form two Pareto fronts of mass and stiffness.
+**How much stiffer is a robot with another kilogram?** A Stewart-Gough platform has legs of steel
+tubes. Its circles and tubes are chosen anew for each mass of the legs, on a small and on a large
+base: the best designs form two Pareto fronts of mass and stiffness.
 """
 
 import matplotlib.pyplot as plt
