@@ -254,3 +254,17 @@ def test_small_loads_in_words():
     words = Running("stiffness")("-", stdin=arm).stdout
     assert "rigid direction: Fz 1 N\n" in words
     assert "rigid direction: Mx 1 N m\n" in words
+
+
+def test_rigid_parts_have_no_unit():
+    words = run("hexapod", "--parts").stdout
+    assert "forces 4e+08 4e+08 4e+08 N/m, moments rigid\n" in words
+    assert "masses: 6 x strut.beam1 13.81 kg" in words
+    assert "in all, centre of mass (0, 0, 0.41099) m" in words
+
+
+def test_a_side_file_in_place_of_its_robot_description():
+    done = run(str(EXAMPLES / "ur5.stiffness.yaml"))
+    assert done.exit_code == 2
+    assert "ur5.stiffness.yaml:4:1: joints" in done.stderr
+    assert "got a side file, which adds stiffnesses to a robot description" in done.stderr

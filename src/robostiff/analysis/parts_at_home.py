@@ -131,8 +131,8 @@ def part_in_words(part: dict[str, Any]) -> str:
     words = [f"{part['name']}: elastic, end {at}"]
     if "length" in part:
         words.append(f"length {part['length']:.6g} m")
-    words.append(f"forces {_stiffnesses(part['translation'])} N/m")
-    words.append(f"moments {_stiffnesses(part['rotation'])} N m/rad")
+    words.append(f"forces {_stiffnesses(part['translation'], 'N/m')}")
+    words.append(f"moments {_stiffnesses(part['rotation'], 'N m/rad')}")
     return ", ".join(words)
 
 
@@ -158,8 +158,11 @@ def _rounded(*values: float) -> str:
     return ", ".join(f"{round(x, 12) + 0.0:.6g}" for x in values)
 
 
-def _stiffnesses(values: list[float | None]) -> str:
-    return " ".join("rigid" if value is None else f"{value:.4g}" for value in values)
+def _stiffnesses(values: list[float | None], unit: str) -> str:
+    if all(value is None for value in values):
+        return "rigid"
+    each = " ".join("rigid" if value is None else f"{value:.4g}" for value in values)
+    return f"{each} {unit}"
 
 
 def _lengths(chain: Chain, prefix: str) -> Iterator[tuple[str, float]]:

@@ -233,6 +233,9 @@ class PrintModes(Command, name="modes"):
             draw(plot.mode(found, self.number, backend=data), picture, other_end)
         masses = masses_at_home(robot)
         words = masses_in_words(masses, "masses of the model")
+        if moving:
+            each = ", ".join(f"{k} {m:.4g} kg" for k, own in moving.items() for m in own)
+            words.append(f"beside them: {each}")
         return answered(modes_page(found, masses.get("masses"), tuple(words)), self.answer)
 
 

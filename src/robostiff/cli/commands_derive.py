@@ -158,6 +158,7 @@ _AS_OPTIONS = {
     "form=Closed()": "--closed",
     "pose=AtJoints()": "--pose joints",
     "at pose=AtSymbols()": "with --pose symbolic",
+    "pose=AtSymbols()": "--pose symbolic",
     "AtSymbols()": "--pose symbolic",
     "rs.stiffness(robot, pose)": "robostiff stiffness",
 }

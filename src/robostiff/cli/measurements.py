@@ -149,7 +149,9 @@ class Identify(Command, name="identify"):
         "--loss", metavar="NAME", default="squares", help="squares; or robust, for outliers."
     )
     gravity: str | None = option("--gravity", metavar="AXIS", help=_GRAVITY)
-    output: str | None = output_option("The model file with these values, a new file.", None)
+    output: str | None = output_option(
+        "The model file with these values, or the side file of a description, anew.", None
+    )
     plot: str | None = plot_option(
         "Draw residuals", ".png, .svg or .pdf; or .html, with all tables above"
     )
@@ -191,8 +193,9 @@ class Identify(Command, name="identify"):
             loss=loss,
             gravity=written.gravity(self.gravity),
         )
+        status = answered(found, self.answer)
         if output is not None:
-            source = self.model.source
+            source = self.model.side or self.model.source
             found.write(output, robot_file(source) if source in shipped_names() else source)
         if picture is not None:
             from robostiff.plot.bars_and_curves import residuals_picture
@@ -201,7 +204,7 @@ class Identify(Command, name="identify"):
                 _write_page(found, picture)
             else:
                 draw(residuals_picture(found), picture)
-        return answered(found, self.answer)
+        return status
 
 
 def _write_page(found: Any, path: Path) -> None:

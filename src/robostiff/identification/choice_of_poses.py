@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,10 +35,14 @@ _RANDOM = 200  # choices at random, to compare with
 class DOptimal:
     """The volume of the errors of all parameters: determinant of their covariance."""
 
+    in_words: ClassVar[str] = "geometric mean of relative standard deviations"
+
 
 @dataclass(frozen=True)
 class AOptimal:
     """The sum of the squared relative errors of all parameters: trace of their covariance."""
+
+    in_words: ClassVar[str] = "root mean square of relative standard deviations"
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +59,7 @@ class TestPose:
     """
 
     __test__ = False  # it is no test
+    in_words: ClassVar[str] = "root mean square error at the test poses [m]"
 
     postures: Any
     wrenches: Any
@@ -78,6 +83,10 @@ class ChosenPoses:
         Standard deviations of the parameters to be expected.
     left_out : int
         Candidates out of reach, beyond limits, near singular, or that hardly move.
+    units : dict of str to str
+        Of the parameters.
+    criterion : str
+        What `value` is, in words.
     """
 
     rows: np.ndarray
@@ -86,6 +95,8 @@ class ChosenPoses:
     random: float
     std: dict[str, float]
     left_out: int
+    units: dict[str, str]
+    criterion: str
 
     def __repr__(self) -> str:
         return (
@@ -262,6 +273,8 @@ def choose_poses(
         judge.shown(float(np.median(others))),
         dict(zip((own.name for own in unknowns), std.tolist(), strict=True)),
         len(q) - len(rows),
+        {own.name: own.unit for own in unknowns},
+        criterion.in_words,
     )
 
 

@@ -21,6 +21,8 @@ from robostiff.markup import InNotebooks, number
 from robostiff.model import Robot
 from robostiff.spatial.rotation import vector_of_rotation
 
+# Of a reading, as a share of the largest: what Newton's method leaves.
+_ROUNDING = 1e-10
 # A fit is none where a sum of squares as large as this is so rare; an outlier as rare for one of
 # all readings.
 _NO_FIT, _OUTLIER = 1e-3, 0.01
@@ -272,8 +274,10 @@ class Identified(InNotebooks):
         reading = self.model.of_reading[self.fit.known]
         size = np.maximum(np.bincount(reading, minlength=len(self.measured)), 1)
         rest = np.maximum(self.degrees_of_freedom - size, 1)
-        less = self._left_out[1]
-        others = np.maximum(self.chi_square - less, 1e-300)
+        less, known = self._left_out[1], self.fit.known
+        # residuals of this size are rounding, which has no outliers
+        least = _ROUNDING * np.max(np.abs(self.model.values / self.model.sigma)[known])
+        others = np.maximum(self.chi_square - less, rest * least**2 + 1e-300)
         return f.sf((less / size) / (others / rest), size, rest)
 
     @cached_property

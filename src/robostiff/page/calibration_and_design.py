@@ -116,7 +116,7 @@ def chosen_poses_page(name: str, found: ChosenPoses) -> Page:
         None,
         [
             Table(
-                ("criterion", ""),
+                (found.criterion, ""),
                 [
                     ("this choice", Number(found.value)),
                     ("a random choice", Number(found.random)),
@@ -125,7 +125,7 @@ def chosen_poses_page(name: str, found: ChosenPoses) -> Page:
             ),
             Table(
                 ("parameter", "standard deviation to be expected"),
-                [(own, Number(value)) for own, value in found.std.items()],
+                [(own, Number(value, found.units[own])) for own, value in found.std.items()],
             ),
         ],
         (),

@@ -261,5 +261,5 @@ def masses_in_words(facts: Mapping[str, Any], label: str = "masses") -> list[str
         else:
             names = [called] if len(own) == 1 else own
             parts += [f"{n} {v}" for n, v in zip(names, own.values(), strict=True)]
-    at = f" at ({row(np.array(masses['centre']))}) m" if "centre" in masses else ""
-    return [f"{label}: {', '.join(parts)}; {number(masses['total'])} kg in all{at}"]
+    centre = f", centre of mass ({row(np.array(masses['centre']))}) m" if "centre" in masses else ""
+    return [f"{label}: {', '.join(parts)}; {number(masses['total'])} kg in all{centre}"]

@@ -48,6 +48,15 @@ def names_description(document: Document) -> bool:
     )
 
 
+def is_side_file(document: Document) -> bool:
+    """Whether a document has joints by name, and none of the bodies or legs that they are in."""
+    data = document.data
+    if not isinstance(data, dict):
+        return False
+    parts = {"legs", "cables", "modules", "robot"}
+    return isinstance(data.get("joints"), dict) and not parts & data.keys()
+
+
 def describes_bodies(path: str | Path) -> bool:
     """Whether `load_linkage` takes a file: a description, or a side file that names one.
 
