@@ -122,6 +122,47 @@ def test_rows_at_any_places_and_a_part_of_the_poses():
     assert np.count_nonzero(products) == np.count_nonzero(differences) == 43
 
 
+@pytest.mark.parametrize("width", widths())
+@pytest.mark.parametrize("count", [1, 9, 100])
+def test_a_long_program_is_the_same_in_parts(width: int, count: int):
+    """Each operation works on any of those before it, so that many values are handed on."""
+    random = np.random.default_rng(11)
+    record = Record({"x": [0.3, 0.6], "y": [0.7, 0.2]})
+    entries = [record.input("x"), record.input("y")]
+    for _ in range(400):
+        a, b = (entries[k] for k in random.integers(len(entries), size=2))
+        shifted = 1.5 + 0.1 * sine(a)
+        made = (sine(a) - cosine(a), square_root(shifted), 1 / square_root(shifted), 0.5 * (a - b))
+        entries.append(made[random.integers(4)])
+    program = Program.of(record, [*entries[::7], entries[-1], 2.0])
+    inputs = random.uniform(0.1, 0.9, (2, count))
+    out = np.empty((len(program.outputs), count))
+    processor = this_processor()
+    assert processor is not None
+    function = VectorFunction.of(program, replace(processor, width=width))
+    function.fill(inputs, out, slice(0, count))
+    expected = program.evaluated({"x": inputs[0], "y": inputs[1]})
+    for row, values in zip(out, expected, strict=True):
+        np.testing.assert_allclose(row, np.broadcast_to(values, count), rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("width", widths())
+def test_a_root_and_its_reciprocal(width: int):
+    """They have steps in common, down to the smallest numbers and at zero."""
+    record = Record({"x": [0.3, 0.6]})
+    root = square_root(record.input("x"))
+    processor = this_processor()
+    assert processor is not None
+    program = Program.of(record, [root, 1 / root])
+    function = VectorFunction.of(program, replace(processor, width=width))
+    x = np.array([[0.0, 1e-300, 1e-30, 0.25, 2.0, 1e30, 1e300, -1.0, np.nan]])
+    out = np.empty((2, x.size))
+    function.fill(x, out, slice(0, x.size))
+    with np.errstate(all="ignore"):
+        expected = np.sqrt(x[0]), 1 / np.sqrt(x[0])
+    np.testing.assert_allclose(out, expected, rtol=5e-16)
+
+
 def test_tests_that_are_multiplied_are_joined():
     """A product of comparisons is 1 where all of them hold, and 0 where one has no number."""
     record = Record({"x": [0.3], "y": [0.6]})

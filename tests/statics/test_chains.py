@@ -14,7 +14,7 @@ from robostiff.elasticity.cantilever import cantilever_compliance
 from robostiff.record import Record, cosine, derivatives_along, sine
 from robostiff.spatial import Space, skew
 from robostiff.spatial.rotation import matrix_of_rotation
-from robostiff.statics.chains.bending import bending, bending_planes
+from robostiff.statics.chains.beam_bowing import bending, bending_planes
 from robostiff.statics.chains.elements import (
     BodyLoad,
     Element,
@@ -23,8 +23,8 @@ from robostiff.statics.chains.elements import (
     FiniteSpring,
     Owner,
 )
-from robostiff.statics.chains.finite_turn import FURTHEST_TURN, FiniteTurn
 from robostiff.statics.chains.legs import Legs
+from robostiff.statics.chains.moving_chain import FURTHEST_TURN, FiniteTurn
 from tests.statics.robots_under_load import loaded
 
 

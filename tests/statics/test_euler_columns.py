@@ -14,7 +14,8 @@ from robostiff.elasticity.cantilever import cantilever_compliance
 from robostiff.model import PlacedLeg, PlacedSpring, Snapshot
 from robostiff.network import network_of_snapshot
 from robostiff.spatial import Space
-from robostiff.statics.chains.bending import BowingTerms, bending, bending_planes
+from robostiff.statics.chains.beam_bowing import bending, bending_planes
+from robostiff.statics.chains.elements import BowingTerms
 from robostiff.statics.equations.equilibrium_path import path
 from robostiff.statics.equations.problem import LoadCase
 from robostiff.statics.loading.given_loads import Acting

@@ -144,11 +144,16 @@ def cable_tensions(
     >>> str(rs.cable_tensions(rs.load("cable-8"), wrench=[0, 0, 5000, 0, 0, 0]).status)
     'infeasible'
     """
-    if not isinstance(robot, CableRobot):
-        raise InputError(
-            "cable robot", got=robot, expected="a CableRobot", hint='write load("cable-8")'
-        )
-    rule = _rule(robot, tensions)
+    rule = tensions
+    if rule is None:
+        given = robot.given_tensions
+        rule = NearestTensions() if given is None else GivenTensions(given)
+    elif isinstance(rule, type) or not isinstance(rule, TensionRule):
+        name = rule.__name__ if isinstance(rule, type) else "NearestTensions"
+        hint = f"write tensions={name}(...)"
+        if isinstance(rule, list | tuple | np.ndarray):
+            hint = "write tensions=GivenTensions([...])"
+        raise InputError("tensions", got=rule, expected="a rule that chooses them", hint=hint)
     level = getattr(rule, "level", None)
     if level is None:
         level = robot.tension_level
@@ -199,16 +204,3 @@ def cable_tensions(
         status_codes=np.asarray(status, dtype=np.uint16).reshape(batch),
         rule=rule.name,
     )
-
-
-def _rule(robot: CableRobot, rule: TensionRule | None) -> TensionRule:
-    if rule is None:
-        given = robot.given_tensions
-        return NearestTensions() if given is None else GivenTensions(given)
-    if isinstance(rule, type) or not isinstance(rule, TensionRule):
-        name = rule.__name__ if isinstance(rule, type) else "NearestTensions"
-        hint = f"write tensions={name}(...)"
-        if isinstance(rule, list | tuple | np.ndarray):
-            hint = "write tensions=GivenTensions([...])"
-        raise InputError("tensions", got=rule, expected="a rule that chooses them", hint=hint)
-    return rule

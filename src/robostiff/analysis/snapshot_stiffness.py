@@ -27,11 +27,14 @@ from robostiff.elastostatics import (
 from robostiff.elastostatics.conjugate_wrenches import conjugate_wrenches
 from robostiff.elastostatics.leg import loads_of_modes, transmitted
 from robostiff.elastostatics.parallel_block import block_of
-from robostiff.elastostatics.plane import check_compliance_in_plane, check_joints_in_plane
-from robostiff.elastostatics.tolerance import last_moved
+from robostiff.elastostatics.tolerance import (
+    check_compliance_in_plane,
+    check_joints_in_plane,
+    last_moved,
+)
 from robostiff.errors import InputError
 from robostiff.kinematics import leg_compliance, passive_jacobian, spring_loads
-from robostiff.kinematics.legs_together import LegsTogether, in_order, legs_alone, legs_together
+from robostiff.kinematics.jacobians import LegsTogether, in_order, legs_alone, legs_together
 from robostiff.kinematics.spanning_tree import branches
 from robostiff.model import PlacedBlock, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.spatial import Space
@@ -252,7 +255,17 @@ def _solved_together(
 ) -> Details:
     length = snapshot.characteristic_length
     # Lever arms that are small beside the lengths of the parts are rounding: all is in one point.
-    of_parts = in_order(together, [_length_of_parts(own.leg, own.each(length)) for own in together])
+    of_parts = []
+    for group in together:  # the largest length of a spring by itself, sqrt(tr C_tt / tr C_rr)
+        longest = np.zeros(group.each(length).shape)
+        for spring in group.leg.springs:
+            d = np.einsum("...ii->...i", spring.elasticity.compliance)
+            shift, turn = np.sum(d[..., :3], axis=-1), np.sum(d[..., 3:], axis=-1)
+            both = (shift > 0) & (turn > 0)
+            own = np.sqrt(np.where(both, shift, 0.0) / np.where(both, turn, 1.0))
+            longest = np.maximum(longest, own)
+        of_parts.append(longest)
+    of_parts = in_order(together, of_parts)
     length = np.where(length > tolerance.independence * np.max(of_parts, axis=0), length, 0.0)
     # About the reference point, or amid the legs where that is far away; from a robot that is all
     # in one point every other is far away.
@@ -404,15 +417,3 @@ def _solved(
     )
     codes = np.asarray(status, dtype=np.uint16)
     return replace(solved, redundant=redundant, status_codes=codes), names
-
-
-def _length_of_parts(leg: PlacedLeg, at_poses: np.ndarray) -> np.ndarray:
-    """Largest length that a spring has by itself, sqrt(tr C_tt / tr C_rr) (...) [m]; 0 for none."""
-    longest = np.zeros(at_poses.shape)
-    for spring in leg.springs:
-        d = np.einsum("...ii->...i", spring.elasticity.compliance)
-        shift, turn = np.sum(d[..., :3], axis=-1), np.sum(d[..., 3:], axis=-1)
-        both = (shift > 0) & (turn > 0)
-        own = np.sqrt(np.where(both, shift, 0.0) / np.where(both, turn, 1.0))
-        longest = np.maximum(longest, own)
-    return longest

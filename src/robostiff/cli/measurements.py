@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import click
@@ -15,6 +14,7 @@ from robostiff.cli.options import (
     Model,
     Posing,
     argument,
+    gravity_option,
     group,
     named_values,
     option,
@@ -25,11 +25,44 @@ from robostiff.cli.options import (
 from robostiff.cli.output import draw, output_beside, picture_beside
 from robostiff.errors import InputError
 
-_GRAVITY = "Acceleration of free fall: -z, or three numbers with units; by default the model's."
-_PARAMETERS = (
-    "What is to be found: drives and springs by name, as arm/joint* (their compliance); "
-    "arm/forearm.factor, arm/joint3.zero, arm/joint2.play; or parameters of the model file"
-)
+
+@dataclass(frozen=True)
+class Sought:
+    """What is to be found of a robot, and the markers that show it."""
+
+    unknowns: tuple[str, ...] = repeatable(
+        "--parameters",
+        "NAMES",
+        "What is to be found: drives and springs by name, as arm/joint* (their compliance); "
+        "arm/forearm.factor, arm/joint3.zero, arm/joint2.play; or parameters of the model file",
+    )
+    fixed: tuple[str, ...] = repeatable("--fixed", "NAMES", "Names of them that keep their values")
+    markers: tuple[str, ...] = repeatable(
+        "--marker", "NAME=X Y Z", "Where a marker is in the platform frame, or about where"
+    )
+    gravity: str | None = gravity_option()
+
+    def robot(self, model: Model) -> Any:
+        """The robot with the parameters of its file that are sought as symbols."""
+        from fnmatch import fnmatchcase
+
+        from robostiff.cli.arguments import check_kind
+        from robostiff.io.model_file import ALL_PARAMETERS
+
+        robot, patterns = model.load(), self.unknowns
+        check_kind(robot, {"robot"}, "robot to identify", expected="a robot of legs, or an arm")
+        if any("/" not in own for own in patterns):
+            whole = model.load(symbols=ALL_PARAMETERS)
+            fits = {str(x) for x in whole.symbols for own in patterns if fnmatchcase(str(x), own)}
+            return model.load(symbols=tuple(sorted(fits))) if fits else robot
+        return robot
+
+    def places(self) -> dict[str, list[float]]:
+        """Places of the markers in the platform frame."""
+        from robostiff.cli.arguments import three_lengths
+
+        pairs = named_values("--marker", self.markers, "NAME=X Y Z")
+        return {name: three_lengths(own, "--marker") for name, own in pairs}
 
 
 class Compensate(Command, name="compensate"):
@@ -65,7 +98,7 @@ class Compensate(Command, name="compensate"):
         help="Order of Euler angles in the columns rx, ry, rz: zyx about axes that stay, ZYX about "
         "axes that move along. By default they are a rotation vector.",
     )
-    gravity: str | None = option("--gravity", metavar="AXIS", help=_GRAVITY)
+    gravity: str | None = gravity_option()
     output: str | None = output_option("The path with commands, a new file.", None)
     plot: str | None = plot_option("Draw how far the path is off", ".png, .svg or .pdf")
     answer: Answer = group(Answer)
@@ -83,12 +116,9 @@ class Compensate(Command, name="compensate"):
         robot = self.model.load()
         expected = "a robot of legs, whose drives take commands"
         written.check_kind(robot, {"robot"}, "robot to compensate", expected=expected)
-        program, g = (
-            read_program(robot, self.path, angles=self.angles),
-            written.gravity(self.gravity),
-        )
-        poses, wrenches = program.poses, program.wrenches
-        found = compensate(robot, poses, wrenches, method, axes=axes, gravity=g)
+        program = read_program(robot, self.path, angles=self.angles)
+        options = {"axes": axes, "gravity": written.gravity(self.gravity)}
+        found = compensate(robot, program.poses, program.wrenches, method, **options)
         if output is not None:
             write_program(program, found, output)
         if picture is not None:
@@ -113,12 +143,8 @@ class Identify(Command, name="identify"):
 
     model: Model = group(Model)
     path: str = argument("FILE.csv", "The measurements: a line of headings, a line a reading.")
-    unknowns: tuple[str, ...] = repeatable("--parameters", "NAMES", _PARAMETERS)
-    fixed: tuple[str, ...] = repeatable("--fixed", "NAMES", "Names of them that keep their values")
+    sought: Sought = group(Sought)
     shared: bool = option("--shared", help="A name with * is one number for all parts it fits.")
-    markers: tuple[str, ...] = repeatable(
-        "--marker", "NAME=X Y Z", "Where a marker is in the platform frame, or about where"
-    )
     instrument: str | None = option(
         "--instrument",
         metavar='"x y z rx ry rz"',
@@ -148,7 +174,6 @@ class Identify(Command, name="identify"):
     loss: str = option(
         "--loss", metavar="NAME", default="squares", help="squares; or robust, for outliers."
     )
-    gravity: str | None = option("--gravity", metavar="AXIS", help=_GRAVITY)
     output: str | None = output_option(
         "The model file with these values, or the side file of a description, anew.", None
     )
@@ -169,7 +194,8 @@ class Identify(Command, name="identify"):
         loss = written.chosen("--loss", self.loss, losses)
         output = output_beside(self.output, self.answer)
         picture = picture_beside(self.plot, self.answer)
-        robot, markers = _robot(self.model, self.unknowns), _markers(self.markers)
+        sought = self.sought
+        robot, markers = sought.robot(self.model), sought.places()
         frames: Any = UnknownFrames()
         if self.instrument is not None or markers:
             place = self.instrument and written.six_coordinates(self.instrument, "--instrument")
@@ -186,38 +212,34 @@ class Identify(Command, name="identify"):
         found = identify(
             robot,
             measured,
-            self.unknowns,
-            fixed=self.fixed,
+            sought.unknowns,
+            fixed=sought.fixed,
             shared=self.shared,
             frames=frames,
             loss=loss,
-            gravity=written.gravity(self.gravity),
+            gravity=written.gravity(sought.gravity),
         )
         status = answered(found, self.answer)
         if output is not None:
             source = self.model.side or self.model.source
             found.write(output, robot_file(source) if source in shipped_names() else source)
         if picture is not None:
+            from robostiff.markup import escaped
             from robostiff.plot.bars_and_curves import residuals_picture
+            from robostiff.plot.in_notebooks import picture_html
+            from robostiff.whole_file import whole_file
 
-            if picture.suffix.lower() == ".html":
-                _write_page(found, picture)
+            if picture.suffix.lower() == ".html":  # tables, advice and residuals, as in notebooks
+                title = f"<title>{escaped(found.robot.name)}, identified</title>"
+                head = (
+                    f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">{title}</head>'
+                )
+                body = f"<body>{found._repr_html_()}{picture_html(found)}</body>"
+                with whole_file(picture) as begun:
+                    begun.write_text(f"{head}\n{body}</html>\n", encoding="utf-8")
             else:
                 draw(residuals_picture(found), picture)
         return status
-
-
-def _write_page(found: Any, path: Path) -> None:
-    """A page with what notebooks show: tables, advice and residuals."""
-    from robostiff.markup import escaped
-    from robostiff.plot.in_notebooks import picture_html
-    from robostiff.whole_file import whole_file
-
-    title = f"<title>{escaped(found.robot.name)}, identified</title>"
-    body = f"<body>{found._repr_html_()}{picture_html(found)}</body>"
-    with whole_file(path) as begun:
-        head = f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">{title}</head>'
-        begun.write_text(f"{head}\n{body}</html>\n", encoding="utf-8")
 
 
 class Plan(Command, name="plan"):
@@ -230,8 +252,7 @@ class Plan(Command, name="plan"):
     """
 
     model: Model = group(Model)
-    unknowns: tuple[str, ...] = repeatable("--parameters", "NAMES", _PARAMETERS)
-    fixed: tuple[str, ...] = repeatable("--fixed", "NAMES", "Names of them that keep their values")
+    sought: Sought = group(Sought)
     count: int = option(
         "--count", metavar="N", type=click.IntRange(min=1), default=20, help="Postures to choose."
     )
@@ -250,9 +271,6 @@ class Plan(Command, name="plan"):
         metavar='"[BODY] x y z"',
         help="Where loads act, in the frame of the platform or of a body.",
     )
-    markers: tuple[str, ...] = repeatable(
-        "--marker", "NAME=X Y Z", "Where a marker is in the platform frame, or about where"
-    )
     sigma: str = option(
         "--sigma", metavar="LENGTH", default="20 um", help="Standard deviation of a coordinate."
     )
@@ -266,7 +284,6 @@ class Plan(Command, name="plan"):
     wrench: str | None = option(
         "--wrench", metavar='"Fx Fy Fz Mx My Mz"', help="Load at the test pose."
     )
-    gravity: str | None = option("--gravity", metavar="AXIS", help=_GRAVITY)
     seed: int = option(
         "--seed", metavar="NUMBER", type=int, default=0, help="Seed of random poses."
     )
@@ -287,7 +304,8 @@ class Plan(Command, name="plan"):
         from robostiff.whole_file import whole_file
 
         output = output_beside(self.output, self.answer)
-        robot = _robot(self.model, self.unknowns)
+        sought = self.sought
+        robot = sought.robot(self.model)
         criteria: dict[str, Any] = {"d": DOptimal(), "a": AOptimal(), "test-pose": None}
         criterion = written.chosen("--criterion", self.criterion, criteria)
         criterion = criterion or self._test_pose(robot)
@@ -296,15 +314,15 @@ class Plan(Command, name="plan"):
             robot,
             random_postures(robot, self.candidates, self.seed),
             self.count,
-            self.unknowns,
-            _markers(self.markers) or {"marker": [0.0, 0.0, 0.0]},
+            sought.unknowns,
+            sought.places() or {"marker": [0.0, 0.0, 0.0]},
             criterion=criterion,
             forces=[written.force(own, "--force") for own in self.forces] or None,
             hook=place,
             body=body,
             sigma=written.length(self.sigma, "--sigma") or 0.0,
-            fixed=self.fixed,
-            gravity=written.gravity(self.gravity),
+            fixed=sought.fixed,
+            gravity=written.gravity(sought.gravity),
             seed=self.seed,
         )
         if output is not None:
@@ -328,30 +346,6 @@ class Plan(Command, name="plan"):
             joints = JointCoordinates(found.coordinates[0])
             pose = joints if by_joints else found.pose[:, robot.coordinate_places]
         return TestPose(pose, written.wrench(self.wrench, robot.space))
-
-
-def _robot(model: Model, patterns: Sequence[str]) -> Any:
-    """The robot with the parameters of its file that fit the patterns as symbols."""
-    from fnmatch import fnmatchcase
-
-    from robostiff.cli.arguments import check_kind
-    from robostiff.io.model_file import ALL_PARAMETERS
-
-    robot = model.load()
-    check_kind(robot, {"robot"}, "robot to identify", expected="a robot of legs, or an arm")
-    if any("/" not in own for own in patterns):
-        whole = model.load(symbols=ALL_PARAMETERS)
-        fits = {str(x) for x in whole.symbols for own in patterns if fnmatchcase(str(x), own)}
-        return model.load(symbols=tuple(sorted(fits))) if fits else robot
-    return robot
-
-
-def _markers(texts: tuple[str, ...]) -> dict[str, list[float]]:
-    """Places of markers in the platform frame."""
-    from robostiff.cli.arguments import three_lengths
-
-    pairs = named_values("--marker", texts, "NAME=X Y Z")
-    return {name: three_lengths(own, "--marker") for name, own in pairs}
 
 
 def _hook(text: str) -> tuple[str, list[float]]:

@@ -52,15 +52,14 @@ def show(answer: str | Mapping[str, Any]) -> None:
     The object has the name and version of its form.
     """
     if isinstance(answer, str):
-        click.echo("\n".join(_styled(shown(line)) for line in answer.split("\n")))
+        lines = []
+        for line in map(shown, answer.split("\n")):
+            styles = (own for start, own in _STYLES.items() if f"{line}\n".startswith(start))
+            lines.append(click.style(line, **next(styles, {})) if line else line)
+        click.echo("\n".join(lines))
         return
     form = {"schema": f"robostiff {running.get()} {JSON_VERSION}"}
     click.echo(json.dumps({**form, **answer}, indent=1, allow_nan=False))
-
-
-def _styled(line: str) -> str:
-    style = next((own for start, own in _STYLES.items() if f"{line}\n".startswith(start)), None)
-    return line if style is None else click.style(line, **style)
 
 
 def new_file(option: str, path: str | Path, overwrite: bool = False) -> Path:

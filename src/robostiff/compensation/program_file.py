@@ -13,8 +13,7 @@ from robostiff.analysis.maps.pose_columns import POSE_UNITS, coordinate_units
 from robostiff.compensation.compensate import Compensation
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, Location
-from robostiff.io.csv_table import CsvTable, read_table
-from robostiff.io.posture_columns import posture_columns, postures_of
+from robostiff.io.csv_table import CsvTable, posture_columns, postures_of, read_table
 from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.machine_pose import actuator_places
 from robostiff.kinematics.pose import joint_units

@@ -15,8 +15,12 @@ from robostiff.elasticity.beam import (
     beam_stiffness,
     tapered_compliance,
 )
-from robostiff.elasticity.beam_from_matrix import UniformBeam, uniform_beam
-from robostiff.elasticity.cantilever import cantilever_compliance, cantilever_stiffness
+from robostiff.elasticity.cantilever import (
+    UniformBeam,
+    cantilever_compliance,
+    cantilever_stiffness,
+    uniform_beam,
+)
 from robostiff.elasticity.material import MATERIALS, Material, material
 from robostiff.elasticity.shapes import CrossSection, box, circle, i_section, rectangle, tube
 from robostiff.elasticity.spring import Elasticity, rotational_spring, translational_spring

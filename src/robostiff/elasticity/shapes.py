@@ -13,8 +13,12 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from robostiff.elasticity.bounds import Bounds, left_open
-from robostiff.elasticity.checks import poisson_ratio_of_isotropic, positive_number
+from robostiff.elasticity.checks import (
+    Bounds,
+    left_open,
+    poisson_ratio_of_isotropic,
+    positive_number,
+)
 from robostiff.spatial.formula import exact_number, exact_together, is_formula
 
 
@@ -84,20 +88,6 @@ class CrossSection:
         object.__setattr__(self, "bounds", left_open(bounds))
 
 
-def circle_shear_factor(nu: float) -> float:
-    """Of a full circle []: ``6 (1 + nu) / (7 + 6 nu)``."""
-    return 6 * (1 + nu) / (7 + 6 * nu)
-
-
-def tube_shear_factor(nu: float, m: float) -> float:
-    """Of a circular tube [], m the ratio of inner to outer diameter.
-
-    ``6 (1 + nu) (1 + m^2)^2 / ((7 + 6 nu) (1 + m^2)^2 + (20 + 12 nu) m^2)``
-    """
-    q = (1 + m * m) ** 2
-    return 6 * (1 + nu) * q / ((7 + 6 * nu) * q + (20 + 12 * nu) * m * m)
-
-
 def rectangle_shear_factor(nu: float) -> float:
     """Of a full rectangle [], along either side: ``10 (1 + nu) / (12 + 11 nu)``."""
     return 10 * (1 + nu) / (12 + 11 * nu)
@@ -111,16 +101,6 @@ def box_shear_factor(nu: float, m: float, n: float) -> float:
     all on centre lines.
     """
     flanges = 10 * n * n * ((3 + nu) * m + 3 * m * m)
-    return _thin_walled(nu, m, flanges)
-
-
-def i_section_shear_factor(nu: float, m: float, n: float) -> float:
-    """Of a thin-walled I [], force along the web.
-
-    As the box, with ``30 n^2 (m + m^2) + 5 nu n^2 (8m + 9m^2)`` for its last term;
-    m = (area of both flanges) / (area of the web), n = width / height, all on centre lines.
-    """
-    flanges = 30 * n * n * (m + m * m) + 5 * nu * n * n * (8 * m + 9 * m * m)
     return _thin_walled(nu, m, flanges)
 
 
@@ -154,7 +134,7 @@ def circle(diameter: Any, *, poisson_ratio: Any = 0.3) -> CrossSection:
     d, nu = exact_together(d, poisson_ratio_of_isotropic(poisson_ratio))
     pi = _pi_beside(d)
     inertia = pi * d**4 / 64
-    factor = circle_shear_factor(nu)
+    factor = 6 * (1 + nu) / (7 + 6 * nu)
     bounds = (Bounds("diameter of the circle", d),)
     return CrossSection(pi * d**2 / 4, inertia, inertia, 2 * inertia, factor, factor, bounds)
 
@@ -193,7 +173,9 @@ def tube(outer_diameter: Any, inner_diameter: Any, *, poisson_ratio: Any = 0.3) 
     )
     area = _pi_beside(D) * (D - d) * (D + d) / 4
     inertia = area * (D * D + d * d) / 16
-    factor = tube_shear_factor(nu, d / D)
+    m = d / D
+    q = (1 + m * m) ** 2
+    factor = 6 * (1 + nu) * q / ((7 + 6 * nu) * q + (20 + 12 * nu) * m * m)
     return CrossSection(area, inertia, inertia, 2 * inertia, factor, factor, (bounds,))
 
 
@@ -341,13 +323,16 @@ def i_section(
     web = h - 2 * f
     middle = h - f
     area = 2 * b * f + web * w
+    # As of the box, m of both flanges and the web, with another last term.
+    m, n = 2 * b * f / (middle * w), b / middle
+    flanges = 30 * n * n * (m + m * m) + 5 * nu * n * n * (8 * m + 9 * m * m)
     return CrossSection(
         A=area,
         Iy=(b * h**3 - (b - w) * web**3) / 12,
         Iz=(2 * f * b**3 + web * w**3) / 12,
         J=(2 * b * f**3 + middle * w**3) / 3,
         shear_factor_y=rectangle_shear_factor(nu) * 2 * b * f / area,
-        shear_factor_z=i_section_shear_factor(nu, 2 * b * f / (middle * w), b / middle),
+        shear_factor_z=_thin_walled(nu, m, flanges),
         bounds=bounds,
     )
 

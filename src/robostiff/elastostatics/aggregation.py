@@ -6,15 +6,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robostiff.elastostatics.conditioning import smallest_held_stiffness, smallest_singular_value
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches
 from robostiff.elastostatics.result import CartesianStiffness
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
-from robostiff.elastostatics.tolerance import scaling
+from robostiff.elastostatics.tolerance import (
+    scaling,
+    smallest_held_stiffness,
+    smallest_singular_value,
+)
 from robostiff.errors import InputError
 from robostiff.spatial import move_stiffness
-from robostiff.spatial.batch import empty_batch
-from robostiff.spatial.shapes import Float
+from robostiff.spatial.batch import Float, empty_batch
 
 
 def aggregate_matrices(

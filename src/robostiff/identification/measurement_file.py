@@ -19,8 +19,7 @@ from robostiff.identification.instrument_files import (
     with_headings,
 )
 from robostiff.identification.measurements import LoadAxes, Reading, act_at_hooks, coordinates_of
-from robostiff.io.csv_table import table_of
-from robostiff.io.posture_columns import posture_columns, postures_of
+from robostiff.io.csv_table import posture_columns, postures_of, table_of
 from robostiff.kinematics import JointCoordinates
 from robostiff.model import Robot
 from robostiff.model.mass import gravity_vector

@@ -15,7 +15,6 @@ from robostiff.kinematics import find_posture, with_body_springs, with_masses
 from robostiff.linkage import Linkage, network_at
 from robostiff.markup import STIFFNESS_UNITS, Block, Bullets, Facts, Page, Table, number, row
 from robostiff.model import Actuated, Joint, Passive, PlacedLeg, Robot
-from robostiff.model.in_words import elements_in_words, placed_in_words
 from robostiff.network import Network
 
 #: Of the parts of those that have no legs.
@@ -151,9 +150,9 @@ def _legs(machine: Any) -> list[dict[str, Any]]:
     found = []
     for leg in getattr(machine, "legs", ()):
         if isinstance(leg, PlacedLeg):
-            words, roles = placed_in_words(leg), [one.role for one in leg.freedoms]
+            words, roles = leg.in_words(), [one.role for one in leg.freedoms]
         else:
-            words, roles = elements_in_words(leg.chain), leg.chain.roles
+            words, roles = leg.chain.in_words, leg.chain.roles
         passive = sum(isinstance(role, Passive) for role in roles)
         driven = sum(isinstance(role, Actuated) for role in roles)
         found.append(

@@ -188,7 +188,7 @@ def _tree(path: str | Path) -> RigidTree:
         return read_urdf(path, expand_xacro(path))
     is_urdf = ending == ".urdf"
     if ending == ".xml":
-        from robostiff.io.rigid_tree.xml_text import read_xml
+        from robostiff.io.rigid_tree.tree import read_xml
 
         is_urdf = read_xml(path).tag == "robot"
     if is_urdf:

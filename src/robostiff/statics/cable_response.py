@@ -16,8 +16,7 @@ from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.kinematics import Pose
 from robostiff.model.cable import CableRobot
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
-from robostiff.statics.equations.critical_point import least_margin
-from robostiff.statics.equations.equilibrium_path import first_critical
+from robostiff.statics.equations.equilibrium_path import first_critical, least_margin
 from robostiff.statics.equations.newton import FoundEquilibrium, equilibrium_at
 from robostiff.statics.equations.problem import EquilibriumProblem, LoadCase
 from robostiff.statics.loading.given_loads import Acting

@@ -24,7 +24,8 @@ from robostiff.elastostatics.tolerance import DEFAULT_TOLERANCE
 from robostiff.errors import OpenAtHomeError
 from robostiff.kinematics import FormulaPose, PostureFinder, place_leg, posture_finder
 from robostiff.kinematics.closure.body import tidied
-from robostiff.kinematics.formula import PlacedFormula, other_modes, place_leg_at_joints
+from robostiff.kinematics.formula import PlacedFormula, place_leg_at_joints
+from robostiff.kinematics.formula_modes import other_modes
 from robostiff.model import CoupledFreedom, Leg, PlacedFreedom, PlacedLeg, Robot, with_entries
 from robostiff.model.entries import bounds_of
 from robostiff.record import Entry, Operation, Record, is_zero

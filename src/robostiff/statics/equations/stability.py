@@ -159,6 +159,12 @@ def leg_margins(known: Linearised) -> dict[int, Margin]:
     return dict(sorted(found.items()))
 
 
+def named_margins(known: Linearised) -> dict[str, float]:
+    """Of the platform, and of every leg, by name."""
+    names, legs = known.problem.leg_names, leg_margins(known)
+    return {"platform": platform_margin(known).value} | {names[k]: legs[k].value for k in legs}
+
+
 def margins_of(problem: EquilibriumProblem, eq: LegEquations, g: int) -> list[Margin | None]:
     """Of the components of block g, inner modes of beams among their motions.
 

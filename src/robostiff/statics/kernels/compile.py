@@ -26,10 +26,11 @@ from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.kernels.compiled_loading import CompiledLoading
 from robostiff.statics.kernels.elimination import RigidLegError
-from robostiff.statics.kernels.forces_on_bodies import Site, StandingLoads, has_symbols
+from robostiff.statics.kernels.forces_on_bodies import Site, has_symbols
 from robostiff.statics.kernels.loaded_robot import record_loading
-from robostiff.statics.loading.given_loads import Acting, Gravity, Loads
+from robostiff.statics.loading.given_loads import Acting, Gravity, Loads, StandingLoads
 from robostiff.statics.loading.loaded_posture import LoadedPosture, Postures, postures_of
+from robostiff.statics.result import solved
 
 _BOWING = Bowing()
 # Operations of a step beyond which compiling takes longer than NumPy needs for many poses.
@@ -313,8 +314,9 @@ def _status_at(
     status = Status.OK
     for other, own in parameter_rows.groups(~answer.guarded):
         part = given[own] if pose is given else JointCoordinates(given[own])
-        sure = found.standing.equilibria(other, part, F[own])
-        for k, one in zip(own, sure, strict=True):
+        postures, acting = postures_of(other, part, None), Acting(**found.standing.given)
+        for i, k in enumerate(own):
+            one = solved(postures.loaded(i, acting), F[k])
             where = f"{robot.name!r} at {given[k].tolist()} under {F[k].tolist()}"
             if not one.has_answer:
                 raise DisagreementError(_SUBJECT, f"({one.status} against an answer)", where)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,13 +20,14 @@ from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kinematics import JointCoordinates, Pose, posture_finder
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import ALL_COORDINATES, Robot
+from robostiff.model.cable import Weight
 from robostiff.record import CLOSED
 from robostiff.spatial import as_floats
 from robostiff.spatial.rotation import vector_of_quaternion
-from robostiff.statics.equilibrium import solved
-from robostiff.statics.kernels.forces_on_bodies import Site, StandingLoads
+from robostiff.statics.kernels.forces_on_bodies import Site
+from robostiff.statics.loading.given_loads import Acting, StandingLoads, each_load
 from robostiff.statics.loading.loaded_posture import postures_of, wrenches_of
-from robostiff.statics.result import Equilibria
+from robostiff.statics.result import Equilibria, solved
 
 # Of a displacement: by how much a kernel may be off whose rates are used; and of the length.
 _SAME, _ROUNDING = 1e-5, 1e-12
@@ -360,13 +362,18 @@ class CompiledLoading:
         split = 9 * self.has_platforms
         for k, (wrench, given) in enumerate(zip(F, levers, strict=True)):
             own, forces = given[:split], given[split:].reshape(-1, 3)
-            loaded = postures.loaded(k, self.standing.beside(self.sites, forces))
+            loads: dict[str, Any] = dict(self.standing.loads or {})
+            for (body, point), force in zip(self.sites, forces, strict=True):
+                before = each_load(body, loads[body]) if body in loads else ()
+                loads[body] = (*before, Weight(force, point))
+            acting = Acting(**(self.standing.given | {"loads": loads or None}), laws={})
+            loaded = postures.loaded(k, acting)
             if own.any():  # the wrench has their forces
                 dead = loaded.problem.dead
                 own_levers = dead.levers + loaded.frame[0] @ own.reshape(3, 3)
                 problem = replace(loaded.problem, dead=replace(dead, levers=own_levers))
                 loaded = replace(loaded, problem=problem)
-            each.append(solved(loaded, wrench, None))
+            each.append(solved(loaded, wrench))
         found = Equilibria(tuple(each))
         K = found.K.filled(np.nan)
         answer.K_sym[rows] = 0.5 * (K + np.swapaxes(K, -1, -2))
@@ -376,8 +383,8 @@ class CompiledLoading:
         answer.displacement[rows] = displacement
         answer.stable[rows], answer.status_codes[rows] = found.stable, found.status_codes
         for row, one in zip(rows, found, strict=True):
-            if one.problem is not None and one.found is not None:
-                answer.arms[row] = one.found.state.R @ one.problem.dead.levers
+            if one.found is not None:
+                answer.arms[row] = one.found.state.R @ one.found.problem.dead.levers
 
     def _place_again(
         self,

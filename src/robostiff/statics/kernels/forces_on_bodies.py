@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from robostiff.elasticity import Elasticity
-from robostiff.kinematics import Pose
 from robostiff.model import (
     Chain,
     Element,
@@ -28,13 +27,9 @@ from robostiff.model import (
     TelescopicBeam,
 )
 from robostiff.model.body_spring import PLATFORM, BodySpring
-from robostiff.model.cable import Weight
 from robostiff.recorded.robot import RobotOnEntries
 from robostiff.spatial import is_formula
-from robostiff.statics.chains.beam_bowing import Beams, Bowing
-from robostiff.statics.equilibrium import equilibrium
-from robostiff.statics.loading.given_loads import Acting, Gravity, Loads, each_load
-from robostiff.statics.result import Equilibria
+from robostiff.statics.chains.beam_bowing import Bowing
 
 # Names a rigid part without extent, which shows where the frame of a body is.
 _MARK = "\0frame"
@@ -207,33 +202,3 @@ Site = tuple[str, tuple[float, float, float]]
 def force_inputs(sites: Sequence[Site]) -> tuple[str, ...]:
     """Names of the inputs that are forces at points of bodies, world axes [N]."""
     return tuple(f"force{k}_{a}" for k in range(len(sites)) for a in "xyz")
-
-
-@dataclass(frozen=True)
-class StandingLoads:
-    """What acts beside the wrench, at every pose alike, and on what; as for `equilibrium`."""
-
-    loads: Loads | None = None
-    gravity: Gravity = None
-    preload: Mapping[str, float] | None = None
-    beams: Beams = _BOWING
-
-    @property
-    def given(self) -> dict[str, Any]:
-        """As arguments of `equilibrium`."""
-        return {name: getattr(self, name) for name in ("loads", "gravity", "preload", "beams")}
-
-    def beside(self, sites: Sequence[Site], forces: np.ndarray) -> Acting:
-        """What acts when forces (sites, 3) do so, too."""
-        loads: dict[str, Any] = dict(self.loads or {})
-        for (body, point), force in zip(sites, forces, strict=True):
-            before = each_load(body, loads[body]) if body in loads else ()
-            loads[body] = (*before, Weight(force, point))
-        return Acting(loads or None, self.gravity, self.preload, self.beams, laws={})
-
-    def equilibria(self, robot: Any, pose: Pose, F: np.ndarray) -> Equilibria:
-        """Of a robot at many poses, each under its wrench and what stands."""
-        found = equilibrium(robot, pose, F, **self.given)
-        if not isinstance(found, Equilibria):
-            raise TypeError("a batch of poses gives equilibria")
-        return found

@@ -27,15 +27,14 @@ from robostiff.recorded import RecordedRobot, flags_of
 from robostiff.recorded.closure import BEFORE_FIRST, LAST, RecordedSteps, contraction, handed_on
 from robostiff.recorded.robot import RobotOnEntries
 from robostiff.spatial import Space
-from robostiff.statics.chains.finite_turn import FURTHEST_TURN
 from robostiff.statics.chains.legs import LegEquations
+from robostiff.statics.chains.moving_chain import FURTHEST_TURN
 from robostiff.statics.equations.newton import FALLS, HALF, LITTLE
 from robostiff.statics.equations.problem import DeadForces
 from robostiff.statics.kernels.elimination import Factored, SymmetricElimination
 from robostiff.statics.kernels.forces_on_bodies import (
     Frames,
     Site,
-    StandingLoads,
     force_inputs,
     frame_of,
     marked,
@@ -57,6 +56,7 @@ from robostiff.statics.kernels.strut import (
 from robostiff.statics.loading.assembly import of_legs
 from robostiff.statics.loading.given_loads import (
     DeadForce,
+    StandingLoads,
     acting_gravity,
     given_forces,
     on_platform,

@@ -33,16 +33,27 @@ _ALIKE = 1e-6
 
 
 @dataclass(frozen=True)
-class Acting:
-    """What acts beside the wrench about a point, and on what beams; as for `equilibrium`.
-
-    Joints follow the laws of the robot unless `laws` is None.
-    """
+class StandingLoads:
+    """What acts beside the wrench, and on what beams; as for `equilibrium`."""
 
     loads: Loads | None = None
     gravity: Gravity = None
     preload: Mapping[str, Any] | None = None
     beams: Beams = _BOWING
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """As arguments of `equilibrium`."""
+        return {name: getattr(self, name) for name in ("loads", "gravity", "preload", "beams")}
+
+
+@dataclass(frozen=True)
+class Acting(StandingLoads):
+    """The same, with the point of the wrench.
+
+    Joints follow the laws of the robot, and these beside them, unless `laws` is None.
+    """
+
     at: ArrayLike | None = None
     laws: Laws | None = None
 

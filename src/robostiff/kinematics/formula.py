@@ -39,7 +39,6 @@ from robostiff.model import (
     Passive,
     PlacedBlock,
     PlacedElement,
-    PlacedFreedom,
     PlacedLeg,
     PlacedSpring,
     Rigid,
@@ -166,29 +165,13 @@ class Layout:
         ]
         reaching = [x for x in closed.out_of_reach if not is_zero(x)]
         return PlacedFormula(
-            leg=self._with_coordinates(PlacedLeg(leg.name, elements, end)),
+            leg=PlacedLeg(leg.name, elements, end),
             gap=(*closing, *reaching),
             lengths=tuple(x for x in lengths if isinstance(x, Entry)),
             coordinate=self.coordinate,
             platform=site.pose,
             losses=() if is_zero(closed.loss) else (closed.loss,),
         )
-
-    def _with_coordinates(self, placed: PlacedLeg) -> PlacedLeg:
-        """Drives whose stiffness depends on their coordinate have it."""
-        places = {part.name: i for i, part in enumerate(self.site.whole.freedoms)}
-
-        def of(part: Any) -> Any:
-            if isinstance(part, PlacedBlock):
-                return replace(part, branches=tuple(map(along, part.branches)))
-            if getattr(part, "coordinate", None) is None:
-                return part
-            return replace(part, coordinate=self.coordinate(places[part.name]))
-
-        def along(leg: PlacedLeg) -> PlacedLeg:
-            return replace(leg, elements=tuple(map(of, leg.elements)))
-
-        return along(placed)
 
     def elements(
         self, chain: Chain, zero: Sequence[PlacedElement], joints: int = 0, shift: _Shift = None
@@ -201,37 +184,41 @@ class Layout:
         left: Iterator[Any] = iter(zero)
         for element in chain.elements:
             if isinstance(element, ParallelBlock):
-                yield self._block(element, next(left), joints, shift)
-                joints += element.branches[0].chain.main_places.size
+                block, near = next(left), self.closed.after(joints)
+                after = joints + element.branches[0].chain.main_places.size
+                first, far, legs = block.branches[0], self.closed.after(after), []
+                for branch, own in zip(element.branches, block.branches, strict=True):
+                    shifted = shift
+                    if own is not first:
+                        apart = tidied_point(own.end - first.end)
+                        now = near.direction(apart)
+                        shifted = (apart, now)
+                        if shift is not None:
+                            shifted = shift[0] + apart, shift[1] + now
+                        loop = next(one for one in self.site.whole.loops if one.name == own.name)
+                        wanted = tidied_point(loop.p_wanted - first.end)
+                        size = np.linalg.norm([most_size(x) for x in wanted])
+                        self.misses.append((far.direction(wanted) - now) * (1 / size))
+                    elements = tuple(self.elements(branch.chain, own.elements, joints, shifted))
+                    legs.append(PlacedLeg(own.name, elements, _point(far, own.end, shifted)))
+                yield PlacedBlock(block.name, tuple(legs))
+                joints = after
             elif isinstance(element, Link):
                 yield self._spring(next(left), self.closed.after(joints), shift)
             elif not isinstance(element, Rigid):
                 size = element.size if isinstance(element, Joint) else 1
                 for place in range(joints, joints + size):
-                    yield self._freedom(next(left), place, shift)
+                    freedom, body = next(left), self.closed.after(place)
+                    axis, x = self.closed.ball_axes.get(place), freedom.coordinate
+                    if x is not None:  # the stiffness of the drive depends on it
+                        names = [part.name for part in self.site.whole.freedoms]
+                        x = self.coordinate(names.index(freedom.name))
+                    axis = body.direction(freedom.axis) if axis is None else axis
+                    point = _point(body, freedom.point, shift)
+                    yield replace(freedom, axis=axis, point=point, coordinate=x)
                 joints += size
                 if isinstance(element, Telescope):
                     yield from self._beams(element, left, joints - 1, shift)
-
-    def _block(
-        self, block: ParallelBlock, zero: PlacedBlock, joints: int, shift: _Shift
-    ) -> PlacedBlock:
-        first, near = zero.branches[0], self.closed.after(joints)
-        far = self.closed.after(joints + block.branches[0].chain.main_places.size)
-        legs = []
-        for branch, own in zip(block.branches, zero.branches, strict=True):
-            shifted = shift
-            if own is not first:
-                apart = tidied_point(own.end - first.end)
-                now = near.direction(apart)
-                shifted = (apart, now) if shift is None else (shift[0] + apart, shift[1] + now)
-                loop = next(loop for loop in self.site.whole.loops if loop.name == own.name)
-                wanted = tidied_point(loop.p_wanted - first.end)
-                size = np.linalg.norm([most_size(x) for x in wanted])
-                self.misses.append((far.direction(wanted) - now) * (1 / size))
-            elements = tuple(self.elements(branch.chain, own.elements, joints, shifted))
-            legs.append(PlacedLeg(own.name, elements, _point(far, own.end, shifted)))
-        return PlacedBlock(zero.name, tuple(legs))
 
     def coordinate(self, place: int) -> Any:
         """Record a coordinate [m, rad]: the turn of a joint between the bodies on its two sides.
@@ -253,12 +240,9 @@ class Layout:
                 expected="a joint about one axis",
                 hint="give limits to the joints that are driven",
             )
-        across = direction_across(freedom.axis)
-        ahead = (
-            across
-            if about == 0
-            else turn_about(freedom.axis, np.array(about, dtype=object)) @ across
-        )
+        across = ahead = direction_across(freedom.axis)
+        if about != 0:
+            ahead = turn_about(freedom.axis, np.array(about, dtype=object)) @ across
         q = self.closed.angle(place, freedom.axis, ahead, across)
         q = q if about == 0 else q + about
         if math.isinf(low) or (low >= about - math.pi and high <= about + math.pi):
@@ -267,12 +251,6 @@ class Layout:
         up = greater(low, q) * (1 - greater(q, high - turn))
         down = greater(q, high) * (1 - greater(low + turn, q))
         return q + (up - down) * turn
-
-    def _freedom(self, freedom: PlacedFreedom, place: int, shift: _Shift) -> PlacedFreedom:
-        body = self.closed.after(place)
-        axis = self.closed.ball_axes.get(place)
-        axis = body.direction(freedom.axis) if axis is None else axis
-        return replace(freedom, axis=axis, point=_point(body, freedom.point, shift))
 
     def _spring(self, spring: PlacedSpring, body: LegBody, shift: _Shift) -> PlacedSpring:
         return PlacedSpring(
@@ -394,28 +372,25 @@ class Site:
                 parts["across"] = self._slide(form.across)
             d = form.drive
             parts["drive"] = self._slide(d) if isinstance(d, Slide) else self._own(d)
+        chain, side = self.twin.chain, None
+        for spring in self.zero.elements:  # a direction across a beam along the rod
+            if side is None and isinstance(spring, PlacedSpring):
+                x, y, _ = spring.rotation.T
+                side = tidied(y) if is_one(constant_cosine(x, along)) else None
         return replace(
             form,
             A=A,
             B=B,
             along=along,
-            side=self._side(along),
+            side=direction_across(along) if side is None else side,
             home=self.leg.chain.main_path.home,
-            spin_matters=self._spin_matters(A, B),
+            # Between passive spherical joints only a force along the rod passes, and meets the same
+            # compliance however the rod is spun. That moves other branches of parallel blocks.
+            spin_matters=chain.has_blocks
+            or not all(isinstance(chain.roles[i], Passive) for one in (A, B) for i in one.places),
             name=self.leg.name,
             **parts,
         )
-
-    def _spin_matters(self, *joints: Cluster) -> bool:
-        """Whether the spin of a rod between two spherical joints matters to the stiffness.
-
-        With passive ones only a force along the rod passes, and meets the same compliance however
-        the rod is spun. Where the leg has parallel blocks, the spin moves their other branches.
-        """
-        chain = self.twin.chain
-        if chain.has_blocks:
-            return True
-        return not all(isinstance(chain.roles[i], Passive) for one in joints for i in one.places)
 
     def _own(self, cluster: Cluster) -> Cluster:
         """A cluster recognised on the leg in floats, with the entries of the leg to be recorded."""
@@ -425,15 +400,6 @@ class Site:
 
     def _slide(self, slide: Slide) -> Slide:
         return replace(slide, axis=tidied(self.zero.freedoms[slide.place].axis))
-
-    def _side(self, along: np.ndarray) -> np.ndarray:
-        """A direction across the rod: that of a beam along it, where there is one."""
-        for spring in self.zero.elements:
-            if isinstance(spring, PlacedSpring) and is_one(
-                constant_cosine(spring.rotation[:, 0], along)
-            ):
-                return tidied(spring.rotation[:, 1])
-        return direction_across(along)
 
 
 @kept

@@ -1,19 +1,42 @@
-"""The joints of a tree with their entries in a side file, as joints of the model."""
+"""Side files of robot descriptions: what may be written, and the joints of a tree with it."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from functools import cached_property, partial
-from typing import Any, cast
+from typing import Annotated, Any, Literal, cast
+
+from annotated_types import MaxLen, MinLen
+from pydantic import AfterValidator, Field, Tag
 
 from robostiff.errors import InputError, Words, warn_of_slip
 from robostiff.io.document import Document
-from robostiff.io.model_file.joints import STIFFNESS_OF, WrittenDrive
-from robostiff.io.model_file.place import Place, top_place
+from robostiff.io.model_file.joints import STIFFNESS_OF, WrittenDrive, WrittenJoint
+from robostiff.io.model_file.links import (
+    MaterialChoice,
+    SectionChoice,
+    Theory,
+    WrittenMatrices,
+    WrittenSegment,
+    WrittenSpring,
+    WrittenStock,
+)
+from robostiff.io.model_file.place import (
+    Direction,
+    Pair,
+    Place,
+    Text,
+    Value,
+    Vector,
+    WordOr,
+    WrittenFrame,
+    WrittenMapping,
+    either,
+    top_place,
+)
 from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
-from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTreeJoint, check_known
 from robostiff.io.suggest import listing, shown, values
 from robostiff.io.units import Dimension
 from robostiff.io.validation import validate
@@ -31,6 +54,120 @@ from robostiff.model import (
     revolute,
     spherical,
 )
+
+_LINK = "the name of a link"
+
+
+class WrittenTreeJoint(WrittenMapping):
+    """Role, stiffness and limits of a joint of the tree, and the spring beside its drive."""
+
+    role: Literal["passive", "actuated", "locked"] | None = None
+    stiffness: Value | None = None
+    spring: Value | None = Field(
+        default=None,
+        description="stiffness of a spring beside the drive, in place of that of the description; "
+        "0 for none",
+    )
+    limits: Pair | None = None
+    inertia: Value | None = None
+
+
+class WrittenLinkBeam(WrittenMapping):
+    """A link that is a beam, from its joint to the next one."""
+
+    type: Literal["beam"]
+    to: Text | None = None
+    y_axis: Direction | None = None
+    material: MaterialChoice = Field(description="a name, such as steel, or {E: 70 GPa, ...}")
+    section: SectionChoice | None = None
+    theory: Theory = "euler-bernoulli"
+    taper: Annotated[list[WrittenSegment], MinLen(1)] | None = None
+
+
+class WrittenLinkMatrix(WrittenMatrices):
+    """A link given by its 6x6 matrix, about the next joint."""
+
+    type: Literal["link"]
+    to: Text | None = None
+
+
+WrittenElasticLink = Annotated[WrittenLinkBeam | WrittenLinkMatrix, Field(discriminator="type")]
+
+
+class WrittenLinkFrame(WrittenFrame):
+    """A frame on a link."""
+
+    link: Text = Field(description=_LINK)
+
+
+LinkFrameChoice = WordOr[WrittenLinkFrame]
+"""A link, whose own frame it is, or a frame on a link."""
+
+
+class WrittenTool(WrittenMapping):
+    """The point whose stiffness is computed."""
+
+    link: Text = Field(description=_LINK)
+    at: Vector | None = None
+
+
+def _loop_word(value: str) -> str:
+    if value in ("fixed", "spherical"):
+        return value
+    raise InputError(
+        "joint of the loop",
+        got=value,
+        expected="fixed, spherical, or a joint with its axis",
+        hint="write joint: {type: revolute, axis: z, role: passive} or the like",
+    )
+
+
+LoopJointChoice = Annotated[
+    Annotated[str, AfterValidator(_loop_word), Tag("word")]
+    | Annotated[WrittenJoint | WrittenSpring, Field(discriminator="type"), Tag("mapping")],
+    either(str, "word", "mapping"),
+]
+
+
+class WrittenLoop(WrittenMapping):
+    """Frames on two links of the tree that coincide up to the motion of a joint."""
+
+    name: Text | None = None
+    between: Annotated[list[LinkFrameChoice], MinLen(2), MaxLen(2)] = Field(
+        description="the two frames, such as [hand, part] or [{link: rod, at: [0.3, 0, 0]}, disc]"
+    )
+    joint: LoopJointChoice = Field(
+        description="fixed, spherical, or a joint such as {type: revolute, axis: z, role: passive}"
+    )
+
+
+class WrittenSide(WrittenStock):
+    """A whole side file."""
+
+    robostiff: Literal[1]
+    robot: str | None = None
+    name: Text | None = None
+    title: str = ""
+    source: Text = Field(description="where the stiffnesses come from, in a sentence")
+    notes: str = ""
+    parameters: dict[str, Value] = Field({})
+    base: Text | None = None
+    platform: Text | None = None
+    tool: WordOr[WrittenTool] | None = None
+    joints: dict[str, WrittenTreeJoint] = Field({})
+    links: dict[str, WrittenElasticLink] = Field({})
+    loops: list[WrittenLoop] = Field([])
+    home: dict[str, Any] = Field({})
+    start: dict[str, Any] = Field({})
+    coordinates: list[Literal["x", "y", "z", "rx", "ry", "rz"]] | None = None
+
+
+def check_known(place: Place, name: str, what: str, known: Sequence[str]) -> str:
+    """The name, when it is one of those known."""
+    if name not in known:
+        raise place.unknown(what, name, known, most=30)
+    return name
+
 
 _TURN, _SLIDE = Dimension.ANGLE, Dimension.LENGTH
 _DIMENSIONS = {
@@ -71,8 +208,24 @@ class DescribedTree:
         """The tree with a side file, for other values of some of its parameters."""
         written = validate(WrittenSide, side)
         plain = cls(top_place(side, written.parameters, parameters or {}), written, tree)
-        joints = tuple(map(plain._with_spring, tree.joints))
-        return replace(plain, tree=replace(tree, joints=joints))
+        joints = []
+        for joint in tree.joints:
+            place, entry = plain._entry(joint)
+            if entry.spring is None or joint.type not in _DIMENSIONS:
+                joints.append(joint)
+                continue
+            here, dimensions = place / "spring", _DIMENSIONS[joint.type]
+            if len(set(dimensions)) > 1:
+                raise here.error(
+                    f"spring of the {joint.type.value} joint {joint.name!r}",
+                    expected="none: it slides and turns",
+                    key=True,
+                )
+            k = here.number(entry.spring, STIFFNESS_OF[dimensions[0]])
+            if not k >= 0:
+                raise here.error("spring", got=entry.spring, expected="a stiffness, or 0 for none")
+            joints.append(replace(joint, spring=float(k)))
+        return replace(plain, tree=replace(tree, joints=tuple(joints)))
 
     @cached_property
     def _entries(self) -> dict[str, tuple[Place, WrittenTreeJoint]]:
@@ -101,22 +254,6 @@ class DescribedTree:
     def _entry(self, joint: TreeJoint) -> tuple[Place, WrittenTreeJoint]:
         return self._entries.get(joint.name, (self.top / "joints", WrittenTreeJoint()))
 
-    def _with_spring(self, joint: TreeJoint) -> TreeJoint:
-        place, entry = self._entry(joint)
-        if entry.spring is None or joint.type not in _DIMENSIONS:
-            return joint
-        here, dimensions = place / "spring", _DIMENSIONS[joint.type]
-        if len(set(dimensions)) > 1:
-            raise here.error(
-                f"spring of the {joint.type.value} joint {joint.name!r}",
-                expected="none: it slides and turns",
-                key=True,
-            )
-        k = here.number(entry.spring, STIFFNESS_OF[dimensions[0]])
-        if not k >= 0:
-            raise here.error("spring", got=entry.spring, expected="a stiffness, or 0 for none")
-        return replace(joint, spring=float(k))
-
     @cached_property
     def joints(self) -> dict[str, Joint | None]:
         """The joints by name: None for a fixed one.
@@ -144,8 +281,19 @@ class DescribedTree:
                         expected=error.expected,
                     ) from None
                 continue
-            if joint.name in self.written.joints:
-                _check_immovable(place, entry, joint)
+            # Keys that a fixed or floating joint cannot have.
+            fixed = joint.type is JointType.FIXED
+            allowed = (None, "locked") if fixed else (None, "passive", "locked")
+            keys = ("stiffness", "spring", "limits")
+            what = next((key for key in keys if getattr(entry, key) is not None), "role")
+            if joint.name in self.written.joints and (what != "role" or entry.role not in allowed):
+                locked = "role: locked, to fix it; it connects nothing otherwise"
+                raise (place / what).error(
+                    f"{what} of the {joint.type.value} joint {joint.name!r}",
+                    expected="nothing: it does not move" if fixed else locked,
+                    hint="give a link elasticity under links: instead" if fixed else None,
+                    key=True,
+                )
             if joint.type is JointType.FIXED or entry.role == "locked":
                 joints[joint.name] = None
         return joints
@@ -161,7 +309,24 @@ class DescribedTree:
                 if name in given:
                     expected = "a name under home or start, once"
                     raise place.error("joint", got=name, expected=expected)
-                given[name] = _coordinates(place, value, by_name[name])
+                joint = by_name[name]
+                dimensions = _DIMENSIONS.get(joint.type)
+                if dimensions is None:
+                    subject = f"coordinate of a {joint.type.value} joint"
+                    raise place.error(subject, expected="none: it is not moved", key=True)
+                alone = not isinstance(value, list)
+                entries = [value] if alone else value
+                if len(entries) != len(dimensions) or alone != (len(dimensions) == 1):
+                    wanted = f"a list of {values(len(dimensions))}"
+                    raise place.error(
+                        f"coordinates of {joint.name!r}",
+                        got=shown(value),
+                        expected="a number or an expression" if len(dimensions) == 1 else wanted,
+                    )
+                given[name] = tuple(
+                    (place if alone else place / i).any_number("coordinate", *pair)
+                    for i, pair in enumerate(zip(entries, dimensions, strict=True))
+                )
         return given
 
     def warn_of_stiffnesses(self, felt: Collection[str]) -> None:
@@ -273,29 +438,6 @@ def _driven_from(
     return Actuated(k, limits)
 
 
-def _coordinates(place: Place, value: Any, joint: TreeJoint) -> tuple[float, ...]:
-    dimensions = _DIMENSIONS.get(joint.type)
-    if dimensions is None:
-        raise place.error(
-            f"coordinate of a {joint.type.value} joint", expected="none: it is not moved", key=True
-        )
-    alone = not isinstance(value, list)
-    entries = [value] if alone else value
-    if len(entries) != len(dimensions) or alone != (len(dimensions) == 1):
-        raise place.error(
-            f"coordinates of {joint.name!r}",
-            got=shown(value),
-            expected="a number or an expression"
-            if len(dimensions) == 1
-            else f"a list of {values(len(dimensions))}",
-        )
-    numbers = []
-    for i, (entry, dimension) in enumerate(zip(entries, dimensions, strict=True)):
-        here = place if alone else place / i
-        numbers.append(here.any_number("coordinate", entry, dimension))
-    return tuple(numbers)
-
-
 def _home(
     joint: TreeJoint, given: Mapping[str, tuple[float, ...]], by_name: Mapping[str, TreeJoint]
 ) -> tuple[float, ...]:
@@ -349,21 +491,3 @@ def _beside(role: Role, joint: TreeJoint, place: Place | RigidTree) -> Role:
         )
     k = joint.spring if k is None else k + joint.spring
     return Actuated(k) if isinstance(role, Passive) else replace(role, stiffness=k)
-
-
-def _check_immovable(place: Place, entry: WrittenTreeJoint, joint: TreeJoint) -> None:
-    """Raise when the side file gives a fixed or floating joint keys that it cannot have."""
-    fixed = joint.type is JointType.FIXED
-    allowed = ("locked",) if fixed else ("passive", "locked")
-    keys = ("stiffness", "spring", "limits")
-    what = next((key for key in keys if getattr(entry, key) is not None), "role")
-    if what == "role" and entry.role in (None, *allowed):
-        return
-    raise (place / what).error(
-        f"{what} of the {joint.type.value} joint {joint.name!r}",
-        expected="nothing: it does not move"
-        if fixed
-        else "role: locked, to fix it; it connects nothing otherwise",
-        hint="give a link elasticity under links: instead" if fixed else None,
-        key=True,
-    )

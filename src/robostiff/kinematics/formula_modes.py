@@ -14,8 +14,7 @@ from robostiff.kinematics.closure.assembly import RootSigns
 from robostiff.kinematics.closure.body import ClosedLeg, direction_across
 from robostiff.kinematics.closure.leg_forms import Post
 from robostiff.kinematics.closure.leg_solver import LegSolver
-from robostiff.kinematics.closure.rod_ends import circle_of
-from robostiff.kinematics.formula.place import FormulaPose, Site
+from robostiff.kinematics.formula import FormulaPose, Site
 from robostiff.kinematics.turn import turn_about, turn_by_vector_of_entries
 from robostiff.model import Leg
 from robostiff.record import Entry, cosine, most_size, sine, square_root
@@ -80,7 +79,13 @@ class _Mode:
         leading = self.form.leading
         roots_differ = self.form.mode.root != other.form.mode.root
         if roots_differ and [*places] == [leading] and leading not in self.closed.slides:
-            return tuple(x for x in (self._ahead(),) if most_size(x) > _EQUAL)
+            # positive where home is on the crank's side of the far end of the rod: it is nearer
+            base, (rest, _) = self.site.base, self.form.circle
+            m, n, _ = (base.direction(axis) for axis in rest.R.T)
+            to_B = self.site.platform.point(self.form.B.point) - base.point(rest.p)
+            home = self.site.home[leading]
+            x = ((to_B @ m) * sine(home) - (to_B @ n) * cosine(home)) * self.form.mode.root
+            return (x,) if most_size(x) > _EQUAL else ()
         slides = [i for i in places if i in self.closed.slides]
         turns = [i for i in places if i not in self.closed.slides]
         own = [sum(map(self._off, slides)), sum(map(self._turned, turns))]
@@ -115,18 +120,6 @@ class _Mode:
         pairs = zip(home.T, axes.T, strict=True)
         trace = sum(near.direction(x) @ far.direction(y) for x, y in pairs)
         return (3 - trace) * Fraction(1, 6)
-
-    def _ahead(self) -> Any:
-        """Positive where home is on the crank's side of the far end of the rod: it is nearer.
-
-        Of the other root the crank is as far on the other side.
-        """
-        base, rest = self.site.base, circle_of(self.form.drive, self.form.A.point).rest
-        m, n, _ = (base.direction(axis) for axis in rest.R.T)
-        to_B = self.site.platform.point(self.form.B.point) - base.point(rest.p)
-        home = self.site.home[self.form.leading]
-        c, s = cosine(home), sine(home)
-        return ((to_B @ m) * s - (to_B @ n) * c) * self.form.mode.root
 
     def within(self, place: int, limits: tuple[float, float]) -> tuple[Any, ...]:
         """What is positive where a coordinate is within its limits."""
