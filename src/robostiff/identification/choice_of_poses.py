@@ -239,7 +239,8 @@ def choose_poses(
             hint="the others are near singular, or move by less than 5 sigma: hang loads on them",
         )
     M = np.swapaxes(J, 1, 2) @ J
-    before, every = np.zeros(M.shape[1:]), [np.linalg.qr(J.reshape(-1, len(x)), mode="r")]
+    root: np.ndarray = np.asarray(np.linalg.qr(J.reshape(-1, len(x)), mode="r"))
+    before, every = np.zeros(M.shape[1:]), [root]
     if existing is not None:
         own = model.of(existing, x)
         every.append(own.predicted(x)[1] * scale / own.sigma[:, None])

@@ -58,8 +58,7 @@ def write_values(
     """
     is_document = Path(source).suffix.lower() in _DOCUMENTS
     document = read_document(source) if is_document else read_side(source)
-    source = document.file
-    is_side = "legs" not in document.data
+    source, is_side = document.file, "legs" not in document.data
     lines = Path(source).read_text(encoding="utf-8").splitlines()
     comments: dict[int, list[str]] = {}
     edits: list[tuple[int, int, int, str]] = []
@@ -69,7 +68,8 @@ def write_values(
         text = f"{value:.12g} {own.unit}".strip()
         if own.kind is UnknownKind.COMPLIANCE and own.name != own.parameter:
             # a stiffness where one is written
-            text = f"{1 / value:.12g} {'N m/rad' if own.unit.startswith('rad') else 'N/m'}"
+            unit = "N m/rad" if own.unit.startswith("rad") else "N/m"
+            text = f"{1 / value:.12g} {unit}"
         place = _place(document, own)
         if place is not None:
             at = document.location(place)
@@ -92,15 +92,14 @@ def write_values(
         lines[line] += ("  # " if "#" not in lines[line] else "; ") + "; ".join(words)
     if entries:
         first = document.key_location(["joints", next(iter(document.data["joints"]))])
-        at = (first.line or 1) - 1, (first.column or 1) - 1
-        lines[at[0] : at[0]] = [" " * at[1] + entry for entry in entries]
+        top, indent = (first.line or 1) - 1, (first.column or 1) - 1
+        lines[top:top] = [" " * indent + entry for entry in entries]
     with whole_file(path) as begun:
         begun.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        if is_side:
-            if read_document(begun).data != data:
-                raise _shared(source, "a value")
-        else:
+        if not is_side:
             _check(found, robot, begun, source)
+        elif read_document(begun).data != data:
+            raise _shared(source, "a value")
 
 
 def _check(
