@@ -7,7 +7,7 @@ import robostiff as rs
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.analysis.result import Stiffness
 from robostiff.errors import InputError
-from robostiff.kinematics import legs_together, posture_finder
+from robostiff.kinematics import jacobians, posture_finder
 from robostiff.model import Passive, PlacedFreedom, PlacedLeg, Snapshot
 from robostiff.spatial import Space
 
@@ -38,13 +38,13 @@ def test_legs_together_are_as_each_alone(
 ) -> None:
     robot = rs.load(name)
     snapshot = rs.find_posture(robot).snapshot
-    together = legs_together.legs_together(snapshot.legs, snapshot.reference_point.shape[:-1])
+    together = jacobians.legs_together(snapshot.legs, snapshot.reference_point.shape[:-1])
     assert [len(own.places) for own in together] == groups
     for count in (1, 4):
         poses = poses_of(robot, count)
         found = direct_stiffness(robot, poses)
         with monkeypatch.context() as alone:
-            alone.setattr(legs_together, "FEW", 0)
+            alone.setattr(jacobians, "FEW", 0)
             expected = direct_stiffness(robot, poses)
         assert_equal(found, expected)
 
@@ -74,7 +74,7 @@ def test_legs_of_different_ranks_together() -> None:
         slide = PlacedFreedom(far, np.zeros(3), None, "slide", rs.Actuated(1e6))
         legs.append(PlacedLeg(name, (drive, slide, *joints), far))
     snapshot = Snapshot("two legs", tuple(legs), 0.3 * far, Space.PLANAR)
-    together = legs_together.legs_together(snapshot.legs, ())
+    together = jacobians.legs_together(snapshot.legs, ())
     assert [own.places for own in together] == [(0, 1)]
     both = direct_stiffness(snapshot)
     for leg, found in zip(legs, both.details().legs, strict=True):

@@ -10,39 +10,26 @@ from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics.pose import pose_of_end
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import (
-    Actuated,
-    Chain,
-    Coordinate,
-    Leg,
-    Passive,
-    Rigid,
-    Robot,
-    beam_link,
-    prismatic,
-    revolute,
-    spherical,
-    universal,
-)
+from robostiff.model import Coordinate, beam_link, prismatic, revolute, spherical, universal
 from robostiff.spatial import Frame, Space
 from tests.generators.elements import ROD, STEEL, random_transform
 from tests.generators.legs import random_leg
 
-DRIVE = Actuated(1e4)
+DRIVE = rs.Actuated(1e4)
 MOVED = np.array([0.02, 0.01, -0.03, 0.05, 0.02, 0.1])
 IN_PLANE = (Coordinate.X, Coordinate.Y, Coordinate.RZ)
 
 
-def planar_arm(home: list[float] | None = None) -> Robot:
+def planar_arm(home: list[float] | None = None) -> rs.Robot:
     elements = []
     for i, length in enumerate((0.4, 0.3, 0.2)):
         own = [] if home is None else [home[i]]
         elements += [
             revolute([0, 0, 1], DRIVE, home=own, name=f"joint{i + 1}"),
-            Rigid(Frame(np.eye(3), np.array([length, 0, 0]))),
+            rs.Rigid(Frame(np.eye(3), np.array([length, 0, 0]))),
         ]
-    leg = Leg("arm", Frame.identity(), Chain(tuple(elements)), Frame.identity())
-    return Robot("arm", (leg,), coordinates=(), space=Space.PLANAR)
+    leg = rs.Leg("arm", Frame.identity(), rs.Chain(tuple(elements)), Frame.identity())
+    return rs.Robot("arm", (leg,), coordinates=(), space=Space.PLANAR)
 
 
 def textbook_stiffness(q: np.ndarray) -> np.ndarray:
@@ -56,7 +43,7 @@ def textbook_stiffness(q: np.ndarray) -> np.ndarray:
     return np.linalg.inv(J @ J.T / 1e4)
 
 
-def random_arm(seed: int) -> Robot:
+def random_arm(seed: int) -> rs.Robot:
     """Six axes and beams, all of it random."""
     random = np.random.default_rng(seed)
     elements = []
@@ -65,8 +52,8 @@ def random_arm(seed: int) -> Robot:
             revolute(random.normal(size=3), DRIVE, name=f"joint{i + 1}"),
             beam_link(random.uniform(0.1, 0.5) * random.normal(size=3), STEEL, ROD),
         ]
-    leg = Leg("arm", random_transform(random), Chain(tuple(elements)), Frame.identity())
-    return Robot("arm", (leg,), coordinates=())
+    leg = rs.Leg("arm", random_transform(random), rs.Chain(tuple(elements)), Frame.identity())
+    return rs.Robot("arm", (leg,), coordinates=())
 
 
 def test_both_elbows_of_an_arm_are_found_near_their_joint_coordinates():
@@ -97,12 +84,12 @@ def test_both_elbows_of_an_arm_are_found_near_their_joint_coordinates():
     assert np.isclose(bent.energy, 0.5 * bent.twist @ [1.0, 2.0, 0.5], rtol=1e-10)
 
 
-def closed_at(arm: Robot, pose: np.ndarray | None) -> Robot:
+def closed_at(arm: rs.Robot, pose: np.ndarray | None) -> rs.Robot:
     """The arm with a home pose, and joints whose home coordinates are left out."""
     assert pose is not None
     turn = np.array([[np.cos(pose[5]), -np.sin(pose[5]), 0], [np.sin(pose[5]), np.cos(pose[5]), 0]])
     R = np.concatenate([turn, [[0, 0, 1]]])
-    return Robot("arm", arm.legs, Frame(R, pose[:3]), coordinates=IN_PLANE, space=arm.space)
+    return rs.Robot("arm", arm.legs, Frame(R, pose[:3]), coordinates=IN_PLANE, space=arm.space)
 
 
 @pytest.mark.parametrize("posed_by_home", [False, True])
@@ -145,23 +132,23 @@ def test_arms_of_six_axes_return_to_the_coordinates_they_are_near(seed: int):
     assert np.allclose(moved.joint_coordinates["arm"], q, rtol=0, atol=1e-8)
 
 
-def three_cranks() -> Robot:
+def three_cranks() -> rs.Robot:
     """Three cranks with rods; the elbows point where home says."""
     legs = []
     for i in range(3):
         turn = 2 * np.pi / 3 * i
         R = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
-        chain = Chain(
+        chain = rs.Chain(
             (
                 revolute([0, 0, 1], DRIVE, home=[np.radians(200)]),
-                Rigid(Frame(np.eye(3), np.array([0.5, 0, 0]))),
-                revolute([0, 0, 1], Passive()),
-                Rigid(Frame(np.eye(3), np.array([0.6, 0, 0]))),
-                revolute([0, 0, 1], Passive()),
+                rs.Rigid(Frame(np.eye(3), np.array([0.5, 0, 0]))),
+                revolute([0, 0, 1], rs.Passive()),
+                rs.Rigid(Frame(np.eye(3), np.array([0.6, 0, 0]))),
+                revolute([0, 0, 1], rs.Passive()),
             )
         )
-        legs.append(Leg(f"leg{i}", Frame(R, R[:, 0]), chain, Frame(np.eye(3), 0.1 * R[:, 0])))
-    return Robot("3-rrr", tuple(legs), Frame.identity(), np.zeros(3), IN_PLANE, Space.PLANAR)
+        legs.append(rs.Leg(f"leg{i}", Frame(R, R[:, 0]), chain, Frame(np.eye(3), 0.1 * R[:, 0])))
+    return rs.Robot("3-rrr", tuple(legs), Frame.identity(), np.zeros(3), IN_PLANE, Space.PLANAR)
 
 
 def test_any_choice_of_one_posture_for_each_leg_is_a_posture_of_the_robot():
@@ -224,15 +211,15 @@ def test_near_has_no_meaning_beside_joint_coordinates_or_without_joints():
 
 def test_a_slide_may_be_chosen_on_either_side():
     """UPS, whose strut stands upside down in one posture."""
-    chain = Chain(
+    chain = rs.Chain(
         (
-            universal([1, 0, 0], [0, 1, 0], Passive()),
-            prismatic([0, 0, 1], Actuated(1e7), home=[0.6]),
-            spherical(Passive()),
+            universal([1, 0, 0], [0, 1, 0], rs.Passive()),
+            prismatic([0, 0, 1], rs.Actuated(1e7), home=[0.6]),
+            spherical(rs.Passive()),
         )
     )
-    leg = Leg("leg", Frame.identity(), chain, Frame.identity())
-    robot = Robot("leg", (leg,), home=Frame(np.eye(3), np.array([0.1, 0.2, 0.5])))
+    leg = rs.Leg("leg", Frame.identity(), chain, Frame.identity())
+    robot = rs.Robot("leg", (leg,), home=Frame(np.eye(3), np.array([0.1, 0.2, 0.5])))
     found = rs.postures(robot)["leg"]
     lengths = sorted(float(posture.coordinates[2]) for posture in found)
     size = np.sqrt(0.3)
@@ -248,12 +235,12 @@ def test_drives_that_move_alone_leave_the_posture_open_and_the_result_says_so():
     homes = (0.2, 0.6, -0.3, 1.1, 0.4, -0.7, 0.1)
     elements = []
     for i, (axis, home) in enumerate(zip(axes, homes, strict=True)):
-        elements.append(revolute(axis, Actuated(1e5), home=[home], name=f"j{i + 1}"))
+        elements.append(revolute(axis, rs.Actuated(1e5), home=[home], name=f"j{i + 1}"))
         elements.append(beam_link([0.02, 0, 0.3], STEEL, ROD))
-    at_home = Leg("arm", Frame.identity(), Chain(tuple(elements)), Frame.identity())
+    at_home = rs.Leg("arm", Frame.identity(), rs.Chain(tuple(elements)), Frame.identity())
     q = np.array(homes)
     end = pose_of_end(at_home, q)
-    arm = Robot("arm", (at_home,), home=Frame(turn_by_vector(end[3:]), end[:3]))
+    arm = rs.Robot("arm", (at_home,), home=Frame(turn_by_vector(end[3:]), end[:3]))
     pose = end + MOVED
     found = rs.stiffness(arm, pose)
     (advice,) = found.advice
@@ -262,9 +249,9 @@ def test_drives_that_move_alone_leave_the_posture_open_and_the_result_says_so():
     near = rs.stiffness(arm, pose, near=[q + np.array([0.3, 0, -0.3, 0, 0, 0, 0])])
     assert near.advice == ()
     assert np.abs(near.K / found.K - 1).max() > 1e-3
-    six = replace(at_home, chain=Chain((*elements[:4], *elements[6:])))  # without the third turn
+    six = replace(at_home, chain=rs.Chain((*elements[:4], *elements[6:])))  # without the third turn
     end = pose_of_end(six, np.delete(q, 2))
-    arm = Robot("arm", (six,), home=Frame(turn_by_vector(end[3:]), end[:3]))
+    arm = rs.Robot("arm", (six,), home=Frame(turn_by_vector(end[3:]), end[:3]))
     assert rs.stiffness(arm, end + MOVED).advice == ()
 
 

@@ -1,32 +1,38 @@
-"""``python -m tests.campaign``: robots, robots under load, linkages, readers, stores, or all."""
+"""``python -m tests.campaign``: robots, robots under load, linkages, readers, stores, or all.
+
+Machine i of a part is made from the seed and i alone: ``--first i --count 1`` repeats a failure.
+"""
 
 from __future__ import annotations
 
 import argparse
+import sys
+import warnings
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import nullcontext
+from functools import partial
 from importlib import import_module
 
-from tests.campaign.answers import run_each
+import numpy as np
 
-#: Parts of machines that are judged one by one: where, by what function, and what they are.
-JUDGED = {
-    "coupled_joints": ("coupled_joints", "judged_robot", "robots with coupled joints"),
-    "loads": ("loads", "loaded_machine", "machines under loads"),
-    "under_load": ("under_load", "loaded_robot", "robots under load"),
-    "linkages_under_load": ("under_load", "loaded_linkage", "linkages under load"),
-    "moved_linkages": ("moved_linkages", "moved_linkage", "linkages"),
+from tests.campaign.answers import Complaint
+
+#: Of each part its module, the function that judges one machine, what is judged, and how many
+#: where no number is given.
+PARTS = {
+    "robots": ("robots", "judged_robot", "robots", 20000),
+    "coupled_joints": ("coupled_joints", "judged_robot", "robots with coupled joints", 400),
+    "loads": ("loads", "loaded_machine", "machines under loads", 2000),
+    "under_load": ("under_load", "loaded_robot", "robots under load", 400),
+    "linkages_under_load": ("under_load", "loaded_linkage", "linkages under load", 400),
+    "moved_linkages": ("moved_linkages", "moved_linkage", "linkages", 400),
+    "model_files": ("reread_answers", "judged_file", "model files read twice", 400),
+    "readers": ("readers", "judged_file", "mutated files", 20000),
+    "stores": ("stores", "judged_store", "damaged maps", 400),
 }
-PARTS = ("robots", *JUDGED, "readers", "stores")
-#: How many of each where no number is given.
-COUNTS = {
-    "robots": 20000,
-    "coupled_joints": 400,
-    "loads": 2000,
-    "under_load": 400,
-    "linkages_under_load": 400,
-    "moved_linkages": 400,
-    "readers": 20000,
-    "stores": 400,
-}
+#: Their functions take the seed and the number; others take what a machine is drawn with.
+BY_NUMBER = ("robots", "model_files", "readers", "stores")
 
 
 def main() -> int:
@@ -41,19 +47,46 @@ def main() -> int:
     failed = 0
     for part in given.parts or PARTS:
         print(f"== {part}, seed {given.seed}", flush=True)
-        where, judged, what = JUDGED.get(part, (part, "", ""))
-        module = import_module(f"tests.campaign.{where}")
-        count = given.count or COUNTS[part]
-        if judged:
-            failed += run_each(
-                getattr(module, judged), what, count, given.seed, given.first, given.processes
-            )
-            continue
-        is_robots = part == "robots"
-        more = {"processes": given.processes, "first": given.first} if is_robots else {}
-        failed += module.run(count, given.seed, **more)
+        where, judge, what, count = PARTS[part]
+        judged = getattr(import_module(f"tests.campaign.{where}"), judge)
+        if part not in BY_NUMBER:
+            judged = partial(_drawn, judged)
+        numbers = range(given.first, given.first + (given.count or count))
+        failed += _run(partial(_judged, judged, given.seed), what, numbers, given.processes)
     return 1 if failed else 0
 
 
+def _run(
+    judged: Callable[[int], list[Complaint]], what: str, numbers: range, processes: int
+) -> int:
+    """Judge each; how many were wrong."""
+    failed = 0
+    with ProcessPoolExecutor(processes) if processes > 1 else nullcontext() as pool:
+        found = map(judged, numbers) if pool is None else pool.map(judged, numbers, chunksize=4)
+        for number, complaints in zip(numbers, found, strict=True):
+            for complaint in complaints:
+                print(f"{number}: {complaint}", flush=True)
+            failed += bool(complaints)
+    print(f"{len(numbers)} {what}, {failed} failed")
+    return failed
+
+
+def _drawn(
+    judged: Callable[[np.random.Generator], list[Complaint]], seed: int, number: int
+) -> list[Complaint]:
+    return judged(np.random.default_rng([seed, number]))
+
+
+def _judged(
+    judged: Callable[[int, int], list[Complaint]], seed: int, number: int
+) -> list[Complaint]:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return judged(seed, number)
+    except Exception as error:  # whatever is raised is a finding
+        return [Complaint("machine", type(error).__name__, str(error)[:300])]
+
+
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(main())

@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import sys
-import warnings
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import nullcontext
 from dataclasses import dataclass, field
-from functools import partial
 
 import numpy as np
 
@@ -90,11 +85,6 @@ class Complaint:
     way: str
     what: str
     detail: str
-
-    @property
-    def key(self) -> tuple[str, str]:
-        """What stays the same while a failure is shrunk."""
-        return self.way, self.what
 
     def __str__(self) -> str:
         return f"{self.way}: {self.what} ({self.detail})"
@@ -231,41 +221,3 @@ def _least_of(truth: Reference) -> float:
     """
     aligned = sum(value for value in truth.margins if DOUBT[0] < value < CUT)
     return max(_LEAST, min(1.0, (aligned / AGREEMENT) ** 2))
-
-
-def keys_of(complaints: Sequence[Complaint]) -> set[tuple[str, str]]:
-    """What a failure is known by."""
-    return {complaint.key for complaint in complaints}
-
-
-def run_each(
-    judged: Callable[[np.random.Generator], list[Complaint]],
-    what: str,
-    count: int,
-    seed: int,
-    first: int = 0,
-    processes: int = 1,
-) -> int:
-    """Judge so many machines, each drawn by the seed and its number; how many were wrong."""
-    failed, numbers = 0, range(first, first + count)
-    own = partial(_judged, judged, what, seed)
-    with ProcessPoolExecutor(processes) if processes > 1 else nullcontext() as pool:
-        found = map(own, numbers) if pool is None else pool.map(own, numbers, chunksize=4)
-        for number, complaints in zip(numbers, found, strict=True):
-            for complaint in complaints:
-                sys.stdout.write(f"{number}: {complaint}\n")
-                sys.stdout.flush()
-            failed += bool(complaints)
-    sys.stdout.write(f"{count} {what}, {failed} failed\n")
-    return failed
-
-
-def _judged(
-    judged: Callable[[np.random.Generator], list[Complaint]], what: str, seed: int, number: int
-) -> list[Complaint]:
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            return judged(np.random.default_rng([seed, number]))
-    except Exception as error:  # whatever is raised is a finding
-        return [Complaint(what, type(error).__name__, str(error)[:300])]

@@ -10,18 +10,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 import robostiff as rs
-from robostiff.model import (
-    Chain,
-    Joint,
-    JointKind,
-    Link,
-    ParallelBlock,
-    Passive,
-    Rigid,
-    Robot,
-    StiffnessLaw,
-    Telescope,
-)
+from robostiff.model import Joint, JointKind, ParallelBlock, StiffnessLaw
 from robostiff.network import Network
 from tests.campaign.bodies import Bodies, DeadPull, ElasticPart, PointSpring, SingleJoint, Sum
 from tests.campaign.walk import _rotation, _shift, frame_of
@@ -84,8 +73,8 @@ class Assembly:
 
     def joint(self, a: int, axis, point, pitch, role, x: float, numbered: bool, sums: dict, name):
         """A joint behind body a, and the body that it moves: the same where it is held."""
-        stiffness = None if isinstance(role, Passive) else role.stiffness
-        if not isinstance(role, Passive) and stiffness is None:
+        stiffness = None if isinstance(role, rs.Passive) else role.stiffness
+        if not isinstance(role, rs.Passive) and stiffness is None:
             return a
         energy = (0.0,) if stiffness is None else (0.0, *_energy(stiffness, x))
         b = self.bodies.body(point)
@@ -100,17 +89,17 @@ class Assembly:
 
     # -- chains -----------------------------------------------------------------------------
 
-    def along(self, chain: Chain, q: np.ndarray, body: int, T: np.ndarray, prefix: str, place=0):
+    def along(self, chain: rs.Chain, q: np.ndarray, body: int, T: np.ndarray, prefix: str, place=0):
         """Elements of a chain at coordinates of its joints: the body at its end, and its frame."""
         sums: dict[str, int] = {}
         coupled = {name for own in chain.couplings for name, _ in own.terms}
         for e in chain.elements:
             name = f"{prefix}{getattr(e, 'name', '')}"
             before = T
-            if isinstance(e, Rigid):
+            if isinstance(e, rs.Rigid):
                 T = T @ frame_of(e.transform)
                 self.weigh(e.masses, body, before, 0.5 * (before[:3, 3] + T[:3, 3]))
-            elif isinstance(e, Link):
+            elif isinstance(e, rs.Link):
                 T = T @ _shift(np.asarray(e.to, float)[None])[0]
                 beam = rigidities(e.elasticity.beam) if e.elasticity.beam is not None else None
                 own = e.elasticity
@@ -126,7 +115,7 @@ class Assembly:
                 body = self.elastic(
                     body, start, end, axes, own.compliance, own.freedoms, beam, area
                 )
-            elif isinstance(e, Telescope):
+            elif isinstance(e, rs.Telescope):
                 body, T = self._telescope(e, float(q[place]), body, T, name)
                 place += 1
                 if not e.beams:
@@ -146,14 +135,14 @@ class Assembly:
                 for other in ends[1:]:
                     _check_closed(other[1], T)
                 body = self._merged([end for end, _ in ends])
-            if isinstance(e, Link | Joint):
-                self.behind[name] = body, T[:3, 3] if isinstance(e, Link) else before[:3, 3]
+            if isinstance(e, rs.Link | Joint):
+                self.behind[name] = body, T[:3, 3] if isinstance(e, rs.Link) else before[:3, 3]
         for own in chain.couplings:
             factors = tuple((sums[j], float(f)) for j, f in own.terms if j in sums)
             self.bodies.sums.append(Sum(factors, own.role.stiffness))
         return body, T, place
 
-    def _telescope(self, e: Telescope, x: float, body: int, T: np.ndarray, name: str):
+    def _telescope(self, e: rs.Telescope, x: float, body: int, T: np.ndarray, name: str):
         direction = T[:3, :3] @ e.direction
         body = self.joint(body, direction, T[:3, 3].copy(), None, e.role, x, False, {}, e.name)
         self.behind[name] = body, T[:3, 3]
@@ -317,7 +306,11 @@ def _rigidities(m: Any, s: Any, theory: Any) -> tuple[float, ...]:
 
 
 def of_robot(
-    robot: Robot, coordinates: Sequence[np.ndarray], pose: np.ndarray, length: float, beams: int = 0
+    robot: rs.Robot,
+    coordinates: Sequence[np.ndarray],
+    pose: np.ndarray,
+    length: float,
+    beams: int = 0,
 ) -> Assembly:
     """A robot at coordinates of its legs, its platform frame at a pose (4, 4).
 

@@ -22,27 +22,7 @@ from robostiff.elasticity import circle, material
 from robostiff.elastostatics import Status
 from robostiff.io.snapshot import snapshot_to_data
 from robostiff.kinematics import Posture, find_posture
-from robostiff.model import (
-    Actuated,
-    Branch,
-    Chain,
-    Coupling,
-    Joint,
-    Leg,
-    Link,
-    Locked,
-    ParallelBlock,
-    Passive,
-    Rigid,
-    Robot,
-    Role,
-    beam_link,
-    coupling,
-    helical,
-    prismatic,
-    revolute,
-    spherical,
-)
+from robostiff.model import Branch, Joint, ParallelBlock, Role, coupling, helical
 from robostiff.network import condense, network_of_snapshot
 from robostiff.spatial import Frame, move_stiffness
 from tests.campaign.answers import Complaint, Judge
@@ -69,14 +49,14 @@ class Wrenches:
         self.sizes.append(size)
         return len(self.sizes) - 1
 
-    def along(self, chain: Chain, q: list[float], start: Frame) -> tuple[int, Frame]:
+    def along(self, chain: rs.Chain, q: list[float], start: Frame) -> tuple[int, Frame]:
         """The wrench of a chain at coordinates of its joints, which are used up, and its end."""
         wrench, R, p = self.unknown(6), start.R, start.p
         sums = [(own, self.unknown(1)) for own in chain.couplings]
         for element in chain.elements:
-            if isinstance(element, Rigid):
+            if isinstance(element, rs.Rigid):
                 R, p = R @ element.transform.R, p + R @ element.transform.p
-            elif isinstance(element, Link):
+            elif isinstance(element, rs.Link):
                 p = p + R @ element.to
                 own = to_point(p - self.point) * self.scale
                 B = rotated(R @ element.axes).T @ own
@@ -101,7 +81,7 @@ class Wrenches:
         return wrench, Frame(R, p)
 
     def _joint(self, terms: dict[int, np.ndarray], role: Role) -> None:
-        if isinstance(role, Passive):
+        if isinstance(role, rs.Passive):
             self.rows.append(terms)
         elif role.stiffness is not None:
             self.springs.append((terms, np.eye(1) / role.stiffness))
@@ -146,7 +126,9 @@ def apart(one: Frame, other: Frame) -> float:
     return float(max(np.abs(one.R - other.R).max(), np.abs(one.p - other.p).max()))
 
 
-def by_joints(robot: Robot, coordinates: list[np.ndarray], pose: Frame) -> tuple[ByForces, float]:
+def by_joints(
+    robot: rs.Robot, coordinates: list[np.ndarray], pose: Frame
+) -> tuple[ByForces, float]:
     """Stiffness of a robot whose joints stand at coordinates, and how far it is open."""
     point = pose.p + pose.R @ robot.reference_point
     found = Wrenches(point, np.array([1.0] * 3 + [0.5] * 3))
@@ -158,7 +140,7 @@ def by_joints(robot: Robot, coordinates: list[np.ndarray], pose: Frame) -> tuple
     return found.stiffness(legs), found.open
 
 
-def sums_off(chain: Chain, q: np.ndarray) -> float:
+def sums_off(chain: rs.Chain, q: np.ndarray) -> float:
     """How far the held sums of a chain are from what they are at home, those of blocks included."""
     home = {}
     names = [joint.name for joint, place in chain.moving for _ in range(place.start, place.stop)]
@@ -167,7 +149,7 @@ def sums_off(chain: Chain, q: np.ndarray) -> float:
     at = dict(zip(names, q, strict=True))
     off = 0.0
     for own in _couplings(chain):
-        if isinstance(own.role, Locked):
+        if isinstance(own.role, rs.Locked):
             held = own.home
             if held is None:
                 held = sum(factor * home[name] for name, factor in own.terms)
@@ -175,7 +157,7 @@ def sums_off(chain: Chain, q: np.ndarray) -> float:
     return off
 
 
-def _couplings(chain: Chain) -> list[Coupling]:
+def _couplings(chain: rs.Chain) -> list[rs.Coupling]:
     inner = [
         own
         for element in chain.elements
@@ -200,29 +182,29 @@ def _joints(rng: np.random.Generator, prefix: str, count: int) -> list[Joint]:
     """Joints of one freedom, some of which are held or driven."""
     joints = []
     for i in range(count):
-        role: Role = Passive()
+        role: Role = rs.Passive()
         if (chance := rng.uniform()) < 0.35:
-            role = Actuated(_stiffness(rng))
+            role = rs.Actuated(_stiffness(rng))
         elif chance < 0.5:
-            role = (Actuated(), Locked(), Locked(_stiffness(rng)))[rng.integers(3)]
+            role = (rs.Actuated(), rs.Locked(), rs.Locked(_stiffness(rng)))[rng.integers(3)]
         axis, name, home = rng.normal(size=3), f"{prefix}{i}", rng.uniform(-0.6, 0.6, 1)
         if rng.uniform() < 0.1:
             axis = np.eye(3)[rng.integers(3)]
         match str(rng.choice(["R", "P", "H"], p=[0.65, 0.25, 0.1])):
             case "R":
-                joints.append(revolute(axis, role, home=home, name=name))
+                joints.append(rs.revolute(axis, role, home=home, name=name))
             case "P":
-                joints.append(prismatic(axis, role, home=home, name=name))
+                joints.append(rs.prismatic(axis, role, home=home, name=name))
             case _:
                 joints.append(helical(axis, 0.2, role, home=home, name=name))
     return joints
 
 
-def _sums(rng: np.random.Generator, joints: list[Joint]) -> list[Coupling]:
+def _sums(rng: np.random.Generator, joints: list[Joint]) -> list[rs.Coupling]:
     """Gears, belts and differentials between some joints, each with a passive joint of its own."""
     names = [joint.name for joint in joints]
-    passive = [joint.name for joint in joints if isinstance(joint.role, Passive)]
-    found: list[Coupling] = []
+    passive = [joint.name for joint in joints if isinstance(joint.role, rs.Passive)]
+    found: list[rs.Coupling] = []
     for i in range(int(rng.integers(0, 4))):
         if not passive:
             break
@@ -232,10 +214,13 @@ def _sums(rng: np.random.Generator, joints: list[Joint]) -> list[Coupling]:
         factors = {first: 1.0} if rng.uniform() < 0.5 else {first: float(rng.uniform(-2, 2))}
         for name in rng.choice(others, count, replace=False):
             factors[str(name)] = float(rng.choice([-1, 1]) * rng.choice([0.3, 1.0, 1.5, 2.0]))
-        role = (Locked(), Locked(_stiffness(rng)), Actuated(_stiffness(rng)), Actuated())[
-            rng.choice(4, p=[0.35, 0.25, 0.3, 0.1])
-        ]
-        own = Coupling(tuple(factors.items()), role, name=f"{names[0]} sum {i}")
+        role = (
+            rs.Locked(),
+            rs.Locked(_stiffness(rng)),
+            rs.Actuated(_stiffness(rng)),
+            rs.Actuated(),
+        )[rng.choice(4, p=[0.35, 0.25, 0.3, 0.1])]
+        own = rs.Coupling(tuple(factors.items()), role, name=f"{names[0]} sum {i}")
         if rng.uniform() < 0.3:
             (name,) = rng.choice(others, 1)
             joint = next(one for one in joints if one.name == first)
@@ -244,30 +229,34 @@ def _sums(rng: np.random.Generator, joints: list[Joint]) -> list[Coupling]:
             offset = joint.home[0] - ratio * leader.home[0]
             own = coupling(first, follows=str(name), ratio=ratio, offset=offset, stiffness=k)
         try:
-            Chain(tuple(joints), (*found, own))
+            rs.Chain(tuple(joints), (*found, own))
         except rs.InputError:  # a sum of others, or nothing is left that could follow
             continue
         found.append(own)
     return found
 
 
-def _chain(rng: np.random.Generator, prefix: str, count: int, *, block: bool = False) -> Chain:
+def _chain(rng: np.random.Generator, prefix: str, count: int, *, block: bool = False) -> rs.Chain:
     joints = _joints(rng, prefix, count)
     elements: list = list(joints)
     if rng.uniform() < 0.2:
-        elements.append(spherical(Passive(), home=rng.uniform(-0.3, 0.3, 3), name=f"{prefix}ball"))
+        elements.append(
+            rs.spherical(rs.Passive(), home=rng.uniform(-0.3, 0.3, 3), name=f"{prefix}ball")
+        )
     for i in range(int(rng.integers(1, 4))):
         place = int(rng.integers(len(elements) + 1))
         to = rng.uniform(-0.5, 0.5, 3)
-        elements.insert(place, beam_link(to, material("steel"), circle(0.03), name=f"{prefix}b{i}"))
+        elements.insert(
+            place, rs.beam_link(to, material("steel"), circle(0.03), name=f"{prefix}b{i}")
+        )
     for _ in range(2):
-        elements.insert(int(rng.integers(len(elements) + 1)), Rigid(_frame(rng)))
+        elements.insert(int(rng.integers(len(elements) + 1)), rs.Rigid(_frame(rng)))
     if block:
         elements.insert(int(rng.integers(len(elements) + 1)), _block(rng, prefix))
-    return Chain(tuple(elements), tuple(_sums(rng, joints)))
+    return rs.Chain(tuple(elements), tuple(_sums(rng, joints)))
 
 
-def _end(chain: Chain, start: Frame) -> Frame:
+def _end(chain: rs.Chain, start: Frame) -> Frame:
     """Where a chain ends at home, by products of exponentials."""
     walk = Wrenches(np.zeros(3), np.ones(6))
     return walk.along(chain, chain.joint_coordinates(chain.home).tolist(), start)[1]
@@ -285,14 +274,14 @@ def _block(rng: np.random.Generator, prefix: str) -> ParallelBlock:
     return ParallelBlock(tuple(branches), f"{prefix}block")
 
 
-def random_robot(rng: np.random.Generator) -> Robot:
+def random_robot(rng: np.random.Generator) -> rs.Robot:
     """An arm, a single leg with a block, or a platform on two or three legs."""
     kind = str(rng.choice(["arm", "block", "platform"], p=[0.4, 0.25, 0.35]))
     tip = rng.uniform(-0.3, 0.3, 3)
     if kind == "arm":
         chain = _chain(rng, "j", int(rng.integers(2, 8)))
-        leg = Leg("arm", _frame(rng), chain, _frame(rng))
-        return Robot("arm", (leg,), reference_point=tip, coordinates=())
+        leg = rs.Leg("arm", _frame(rng), chain, _frame(rng))
+        return rs.Robot("arm", (leg,), reference_point=tip, coordinates=())
     home, legs = _frame(rng), []
     for i in range(1 if kind == "block" else int(rng.integers(2, 4))):
         block = kind == "block" or rng.uniform() < 0.15
@@ -301,11 +290,11 @@ def random_robot(rng: np.random.Generator) -> Robot:
             chain, base = _chain(rng, "abc"[i], count, block=block), _frame(rng)
             if chain.has_compliance:
                 break
-        legs.append(Leg(f"leg{i}", base, chain, home.inverse @ _end(chain, base)))
-    return Robot(kind, tuple(legs), home=home, reference_point=tip, coordinates=())
+        legs.append(rs.Leg(f"leg{i}", base, chain, home.inverse @ _end(chain, base)))
+    return rs.Robot(kind, tuple(legs), home=home, reference_point=tip, coordinates=())
 
 
-def _free_to_move(robot: Robot) -> Robot:
+def _free_to_move(robot: rs.Robot) -> rs.Robot:
     """With all coordinates of the platform, where its legs can be posed by them."""
     from dataclasses import replace
 
@@ -351,7 +340,7 @@ def judged_robot(rng: np.random.Generator) -> list[Complaint]:
 
 
 def _posture(
-    judge: Judge, robot: Robot, posture: Posture, i: int, found: rs.Stiffness
+    judge: Judge, robot: rs.Robot, posture: Posture, i: int, found: rs.Stiffness
 ) -> ByForces | None:
     """The truth at a posture, if it is one."""
     codes = np.atleast_1d(found.status_codes)
@@ -397,7 +386,7 @@ def difference(K: np.ndarray, other: np.ndarray) -> float:
 
 
 def _other_ways(
-    rng: np.random.Generator, judge: Judge, robot: Robot, posture: Posture, truth: ByForces
+    rng: np.random.Generator, judge: Judge, robot: rs.Robot, posture: Posture, truth: ByForces
 ) -> None:
     """The first pose by forms, networks, files, deflections and formulas."""
     snapshot = posture.snapshot.one(0)
@@ -434,7 +423,7 @@ def _other_ways(
 
 
 def _by_kernel(
-    judge: Judge, robot: Robot, pose: rs.JointCoordinates | np.ndarray, truths: list
+    judge: Judge, robot: rs.Robot, pose: rs.JointCoordinates | np.ndarray, truths: list
 ) -> None:
     try:
         fast = rs.compile(robot, backend=rs.Backend.ARRAYS)

@@ -14,15 +14,7 @@ from scipy.optimize import brentq
 import robostiff as rs
 from robostiff.elasticity import circle, elasticity_from_stiffness, material, rectangle
 from robostiff.model import Actuated, Locked, Passive, PlacedFreedom, PlacedMass
-from robostiff.network import (
-    DistributedForce,
-    ForceOnBeam,
-    JointElement,
-    Network,
-    Node,
-    SpringElement,
-    beam_between,
-)
+from robostiff.network import JointElement, Node, SpringElement, beam_between
 from tests.campaign.answers import Complaint, Judge
 from tests.campaign.assembled import Assembly, NotAssembledError, _rigidities, of_network
 from tests.campaign.bodies import DeadPull, NoMinimumError, _solved, curvatures, minimum, system
@@ -52,7 +44,7 @@ class Frame:
         self.nodes[name] = Node(name, np.asarray(point, dtype=float))
         return name
 
-    def network(self, cut: dict[str, list[float]] | None = None) -> Network:
+    def network(self, cut: dict[str, list[float]] | None = None) -> rs.Network:
         """With beams cut at parts of their lengths, into ``name 0``, ``name 1`` and so on."""
         nodes, beams = dict(self.nodes), []
         for name, (a, b, section, y, theory) in self.beams.items():
@@ -70,7 +62,7 @@ class Frame:
                     beam_between(*pair, _STEEL, section, y_axis=y, theory=theory, name=own)
                 )
         point = self.nodes[self.platform].point
-        return Network(
+        return rs.Network(
             "frame",
             tuple(nodes.values()),
             tuple(self.fixed),
@@ -201,9 +193,9 @@ def response(rng: np.random.Generator) -> list[Complaint]:
     L, force = float(np.linalg.norm(end - start)), rng.normal(size=3) * 100
     s = float(rng.choice([0.0, 1.0, rng.uniform(0, 1), rng.uniform(0.005, 0.05)]))
     along = rng.normal(size=3) * 100 if rng.uniform() < 0.5 else None
-    on_beam: list[Any] = [ForceOnBeam(force, s * L)]
+    on_beam: list[Any] = [rs.ForceOnBeam(force, s * L)]
     if along is not None:
-        on_beam.append(DistributedForce(along))
+        on_beam.append(rs.DistributedForce(along))
     pulled = {
         node: rng.normal(size=3) * 100
         for node in frame.nodes

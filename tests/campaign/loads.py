@@ -19,7 +19,7 @@ import robostiff as rs
 from robostiff.kinematics import JointCoordinates, find_posture
 from robostiff.model import Link, Rigid, Robot
 from robostiff.spatial import Space
-from tests.campaign import coupled_joints, descriptions, loaded_cables, loaded_networks
+from tests.campaign import coupled_joints, loaded_cables, loaded_networks
 from tests.campaign.answers import Complaint, Judge
 from tests.campaign.assembled import Assembly, NotAssembledError, of_robot
 from tests.campaign.bodies import (
@@ -370,5 +370,4 @@ SHARES: dict[str, tuple[float, Callable[[np.random.Generator], list[Complaint]]]
     "loads on beams": (10, loaded_networks.response),
     "cables": (6, loaded_cables.cable_robot),
     "columns": (8, loaded_networks.column),
-    "descriptions": (12, descriptions.described),
 }

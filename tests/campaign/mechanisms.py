@@ -15,37 +15,14 @@ from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from robostiff.elasticity import circle, material
-from robostiff.model import (
-    Actuated,
-    Chain,
-    Leg,
-    Locked,
-    Rigid,
-    Robot,
-    beam_link,
-    prismatic,
-    revolute,
-)
 from robostiff.spatial import Frame
 from tests.campaign import loaded_cables
 from tests.campaign.answers import Complaint, Judge
 
 _RADIUS = 0.02
-_TEXT = dict[str, str]
 
 
-def judged_mechanism(
-    rng: np.random.Generator, kind: str
-) -> tuple[list[Complaint], list[str], _TEXT]:
-    """What is wrong, the ways taken, and the files."""
-    try:
-        complaints, text = KINDS[kind](rng)
-    except Exception as error:  # whatever is raised is a finding
-        return [Complaint(kind, f"raised {type(error).__name__}", str(error)[:300])], [kind], {}
-    return complaints, [kind], text
-
-
-def _tree(rng: np.random.Generator, urdf: bool) -> tuple[list[Complaint], _TEXT]:
+def _tree(rng: np.random.Generator, urdf: bool) -> list[Complaint]:
     """A serial tree as URDF or MJCF with `ref`, beside the same arm built in Python."""
     count = int(rng.integers(1, 6))
     kinds = [("hinge", "slide")[int(rng.uniform() < 0.3)] for _ in range(count)]
@@ -80,7 +57,7 @@ def _tree(rng: np.random.Generator, urdf: bool) -> tuple[list[Complaint], _TEXT]
     name = "URDF" if urdf else "MJCF"
     C, own = expected.compliance, found.compliance
     if C is None and own is None:
-        return [], {}
+        return []
     if C is None or own is None:
         judge.say(name, "a compliance of one alone", f"{found.status} for {expected.status}")
     else:
@@ -88,10 +65,10 @@ def _tree(rng: np.random.Generator, urdf: bool) -> tuple[list[Complaint], _TEXT]
         gap = np.abs(found.reference_point - expected.reference_point).max()
         if not (off <= 1e-9 and gap <= 1e-9):
             judge.say(name, "another compliance than the arm", f"{off:.2e}, tool {gap:.1e} m away")
-    return judge.complaints, {f"robot.{ending}": text, "side.yaml": json.dumps(side)}
+    return judge.complaints
 
 
-def _same_arm(kinds, axes, places, turns, ks, beams) -> Robot:
+def _same_arm(kinds, axes, places, turns, ks, beams) -> rs.Robot:
     """Body i + 1 hangs on body i at a place and a turn, and its joint moves it."""
     elements = []
     for i, kind in enumerate(kinds):
@@ -99,14 +76,14 @@ def _same_arm(kinds, axes, places, turns, ks, beams) -> Robot:
         to = places[i]
         if i and beams[i]:
             steel = material("steel")
-            elements.append(beam_link(to, steel, circle(2 * _RADIUS)))
-            elements.append(Rigid(Frame(R, np.zeros(3))))
+            elements.append(rs.beam_link(to, steel, circle(2 * _RADIUS)))
+            elements.append(rs.Rigid(Frame(R, np.zeros(3))))
         else:
-            elements.append(Rigid(Frame(R, to)))
-        make = revolute if kind == "hinge" else prismatic
-        elements.append(make(axes[i], Locked(float(ks[i])), name=f"j{i}"))
-    leg = Leg("arm", Frame.identity(), Chain(tuple(elements)), Frame.identity())
-    return Robot("arm", (leg,))
+            elements.append(rs.Rigid(Frame(R, to)))
+        make = rs.revolute if kind == "hinge" else rs.prismatic
+        elements.append(make(axes[i], rs.Locked(float(ks[i])), name=f"j{i}"))
+    leg = rs.Leg("arm", Frame.identity(), rs.Chain(tuple(elements)), Frame.identity())
+    return rs.Robot("arm", (leg,))
 
 
 def _mjcf(kinds, axes, places, turns, refs) -> str:
@@ -141,7 +118,7 @@ def _row(values: np.ndarray) -> str:
     return " ".join(repr(float(x)) for x in values)
 
 
-def _linkage(rng: np.random.Generator) -> tuple[list[Complaint], _TEXT]:
+def _linkage(rng: np.random.Generator) -> list[Complaint]:
     """A planar four-bar that a crank drives far from home, where it can go all the way round."""
     from robostiff.linkage import Connection, Linkage
     from robostiff.model import Passive
@@ -154,7 +131,7 @@ def _linkage(rng: np.random.Generator) -> tuple[list[Complaint], _TEXT]:
     if crank + longest > others:
         crank = 0.5 * (others - longest)
     if crank < 0.02:
-        return [], {}
+        return []
     start = rng.uniform(-np.pi, np.pi)
     end = start + rng.uniform(0.5, 2.8) * rng.choice([-1, 1])
     branch = rng.choice([-1, 1])
@@ -176,12 +153,12 @@ def _linkage(rng: np.random.Generator) -> tuple[list[Complaint], _TEXT]:
         return Frame(Rotation.from_rotvec([0, 0, angle]).as_matrix(), np.array([x, 0.0, 0]))
 
     def hinge(name: str, home: float, role=None) -> rs.Leg:
-        return revolute([0, 0, 1], role or Passive(), home=[home], name=name)
+        return rs.revolute([0, 0, 1], role or Passive(), home=[home], name=name)
 
     I = Frame.identity()
-    bar = beam_link([coupler, 0, 0], material("steel"), circle(_RADIUS), name="bar")
+    bar = rs.beam_link([coupler, 0, 0], material("steel"), circle(_RADIUS), name="bar")
     connections = (
-        Connection("crank", "ground", "arm", I, hinge("crank", start, Actuated(1e4)), at(crank)),
+        Connection("crank", "ground", "arm", I, hinge("crank", start, rs.Actuated(1e4)), at(crank)),
         Connection("knee", "arm", "coupler", I, hinge("knee", phi - start), I),
         Connection("bar", "coupler", "tip", I, bar, I),
         Connection("foot", "ground", "rocker", at(ground), hinge("foot", psi), at(rocker)),
@@ -189,22 +166,21 @@ def _linkage(rng: np.random.Generator) -> tuple[list[Complaint], _TEXT]:
     )
     linkage = Linkage("four bar", connections, "ground", "tip", np.zeros(3))
     judge = Judge(None, 1.0, True)
-    text = {"linkage.txt": repr(linkage) + f"\ncrank at {end!r}"}
     try:
         network = rs.network_at(linkage, {"crank": end})
     except rs.NoAnswerError as error:
         judge.say("linkage", "open, and a smooth way closes it", str(error)[:200])
-        return judge.complaints, text
+        return judge.complaints
     _, P = knees(end)
     where = network.reference_point[:2]
     if np.abs(where - P).max() > 1e-7:
         judge.say("linkage", "another assembly mode than home's", f"{where} for {P}")
-    return judge.complaints, text
+    return judge.complaints
 
 
-KINDS: dict[str, Callable[[np.random.Generator], tuple[list[Complaint], _TEXT]]] = {
+KINDS: dict[str, Callable[[np.random.Generator], list[Complaint]]] = {
     "MJCF": lambda rng: _tree(rng, False),
     "URDF": lambda rng: _tree(rng, True),
     "linkage": _linkage,
-    "cables": lambda rng: (loaded_cables.cable_robot(rng), {}),
+    "cables": loaded_cables.cable_robot,
 }

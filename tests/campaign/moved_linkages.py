@@ -21,22 +21,7 @@ from robostiff.analysis import CompiledAnswer
 from robostiff.elasticity import circle, material
 from robostiff.elastostatics import Status
 from robostiff.linkage import Configuration, Connection, Linkage, essential
-from robostiff.model import (
-    Actuated,
-    Joint,
-    JointKind,
-    Link,
-    Locked,
-    Passive,
-    beam_link,
-    cylindrical,
-    helical,
-    planar,
-    prismatic,
-    revolute,
-    spherical,
-    universal,
-)
+from robostiff.model import Joint, JointKind, cylindrical, planar
 from robostiff.spatial import Frame
 from tests.campaign.answers import Complaint, Judge
 
@@ -104,7 +89,7 @@ def by_forces(linkage: Linkage, found: Configuration) -> ByForces:
                 # On body b acts what is carried, on body a its opposite; the load is on the tool.
                 balance[bodies.index(body), :, k] = -sign * np.eye(6)
         at = found.frames[c.a] @ c.before
-        if isinstance(c.element, Link):
+        if isinstance(c.element, rs.Link):
             own = to_point(at.p + at.R @ c.element.to - point)
             turned = rotated(at.R @ c.element.axes).T
             B = turned @ own * scale
@@ -117,7 +102,7 @@ def by_forces(linkage: Linkage, found: Configuration) -> ByForces:
                 row = np.zeros((n + 1, 6))
                 row[k] = v * scale
                 size = np.linalg.norm(row)
-                if isinstance(c.element.role, Passive):
+                if isinstance(c.element.role, rs.Passive):
                     no_work.append(row.ravel() / size)
                 elif c.element.role.stiffness is not None:
                     energy[k, :, k] += np.outer(row[k], row[k]) / c.element.role.stiffness
@@ -172,7 +157,7 @@ def open_by(linkage: Linkage, found: Configuration) -> float:
         R, p = np.eye(3), np.zeros(3)
         if isinstance(c.element, Joint):
             R, p, _ = motion(c.element, found.coordinates[c.name].tolist())
-        elif isinstance(c.element, Link):
+        elif isinstance(c.element, rs.Link):
             p = np.asarray(c.element.to)
         there = found.frames[c.a] @ c.before @ Frame(R, p) @ c.after
         b = found.frames[c.b]
@@ -214,7 +199,7 @@ def _frame(rng: np.random.Generator, style: str) -> Frame:
     return Frame(Rotation.from_rotvec(turn).as_matrix(), place)
 
 
-def _circuit(rng: np.random.Generator, style: str, *, first: bool) -> list[Joint | Link]:
+def _circuit(rng: np.random.Generator, style: str, *, first: bool) -> list[Joint | rs.Link]:
     """Elements of a circuit, about as many freedoms as close it and move."""
     needed = {"space": 6, "point": 3}.get(style, 3) + int(rng.integers(-1, 2)) + int(first)
     joints: list[Joint] = []
@@ -222,15 +207,15 @@ def _circuit(rng: np.random.Generator, style: str, *, first: bool) -> list[Joint
         joints.append(_joint(rng, style))
     drive = int(rng.integers(len(joints)))
     if rng.random() < 0.7 and joints[drive].size == 1:
-        role = Actuated(float(10 ** rng.uniform(4, 6)) if rng.random() < 0.8 else None)
+        role = rs.Actuated(float(10 ** rng.uniform(4, 6)) if rng.random() < 0.8 else None)
         joints[drive] = replace(joints[drive], role=role)
-    elements: list[Joint | Link] = list(joints)
+    elements: list[Joint | rs.Link] = list(joints)
     for _ in range(int(rng.integers(0, 4))):
         place = int(rng.integers(len(elements) + 1))
         to = rng.normal(size=3) * (np.array([1, 1, 0]) if style in ("plane", "even") else 1.0)
-        elements.insert(place, beam_link(to, material("steel"), circle(0.03)))
+        elements.insert(place, rs.beam_link(to, material("steel"), circle(0.03)))
     if rng.random() < 0.2:
-        elements.insert(0, revolute([0, 0, 1], Locked(1e5)))
+        elements.insert(0, rs.revolute([0, 0, 1], rs.Locked(1e5)))
     return elements
 
 
@@ -239,30 +224,30 @@ def _joint(rng: np.random.Generator, style: str) -> Joint:
     z = np.array([0.0, 0, 1])
     if style in ("plane", "even"):
         if rng.random() < 0.75:
-            return revolute(z, Passive(), home=home[:1])
+            return rs.revolute(z, rs.Passive(), home=home[:1])
         along = np.array([*rng.normal(size=2), 0.0])
         if style == "even":
             along = np.eye(3)[rng.integers(2)]
-        return prismatic(along, Passive(), home=home[:1])
+        return rs.prismatic(along, rs.Passive(), home=home[:1])
     axis, other = rng.normal(size=3), rng.normal(size=3)
     if style == "point":
-        return revolute(axis, Passive(), home=home[:1])
+        return rs.revolute(axis, rs.Passive(), home=home[:1])
     match str(
         rng.choice(["R", "P", "U", "S", "C", "H", "E"], p=[0.35, 0.15, 0.15, 0.15, 0.1, 0.07, 0.03])
     ):
         case "P":
-            return prismatic(axis, Passive(), home=home[:1])
+            return rs.prismatic(axis, rs.Passive(), home=home[:1])
         case "U":
-            return universal(axis, other, Passive(), home=home[:2])
+            return rs.universal(axis, other, rs.Passive(), home=home[:2])
         case "S":
-            return spherical(Passive(), home=home)
+            return rs.spherical(rs.Passive(), home=home)
         case "C":
-            return cylindrical(axis, Passive(), home=home[:2])
+            return cylindrical(axis, rs.Passive(), home=home[:2])
         case "H":
-            return helical(axis, 0.1, Passive(), home=home[:1])
+            return rs.helical(axis, 0.1, rs.Passive(), home=home[:1])
         case "E":
-            return planar(axis, Passive(), home=home)
-    return revolute(axis, Passive(), home=home[:1])
+            return planar(axis, rs.Passive(), home=home)
+    return rs.revolute(axis, rs.Passive(), home=home[:1])
 
 
 def _fitting(
@@ -272,7 +257,7 @@ def _fitting(
     a: str,
     b: str,
     frames: dict[str, Frame],
-    element: Joint | Link,
+    element: Joint | rs.Link,
 ) -> Connection:
     """A connection that closes at home."""
     before = _frame(rng, style)
@@ -296,7 +281,7 @@ def moved_linkage(rng: np.random.Generator) -> list[Complaint]:
         part = essential(linkage)
     except rs.InputError:  # a circuit that ends where it begins is left out
         return []
-    actuated = [joint for joint in part.joints if isinstance(joint.role, Actuated)]
+    actuated = [joint for joint in part.joints if isinstance(joint.role, rs.Actuated)]
     spread = np.array([0.0, 0.05, -0.1, 0.4, -1.5])
     ways = rng.uniform(-1, 1, len(actuated))
     values = {

@@ -13,19 +13,7 @@ import robostiff as rs
 from robostiff.errors import InputError
 from robostiff.io.document import read_document
 from robostiff.kinematics import JointCoordinates, Pose
-from robostiff.model import (
-    ALL_COORDINATES,
-    Actuated,
-    Chain,
-    Element,
-    Joint,
-    JointKind,
-    Leg,
-    Locked,
-    Rigid,
-    Robot,
-    beam_link,
-)
+from robostiff.model import ALL_COORDINATES, Element, Joint, JointKind
 from robostiff.robots import robot_file, shipped_robots
 from robostiff.spatial import Frame
 from tests.campaign.walk import end_of, frame_of
@@ -53,7 +41,7 @@ class Posed:
         Those of a shipped robot that differ from the file's.
     """
 
-    robot: Robot
+    robot: rs.Robot
     rows: np.ndarray
     by_joints: bool = False
     q: np.ndarray | None = None
@@ -86,7 +74,7 @@ def _one_leg(rng: np.random.Generator, count: int) -> Posed:
     return _carried(rng, leg, count, rng.uniform(0.02, 0.4))
 
 
-def _carried(rng: np.random.Generator, leg: Leg, count: int, size: float) -> Posed:
+def _carried(rng: np.random.Generator, leg: rs.Leg, count: int, size: float) -> Posed:
     """Home and poses of a leg's end from its coordinates."""
     base, end = frame_of(leg.base), np.linalg.inv(frame_of(leg.attachment))
     home_q = np.asarray(leg.chain.home, dtype=float)
@@ -96,12 +84,12 @@ def _carried(rng: np.random.Generator, leg: Leg, count: int, size: float) -> Pos
     q = np.vstack([home_q, home_q + shifts])
     T = end_of(leg.chain, q, base)[0] @ end
     home = Frame(T[0, :3, :3], T[0, :3, 3])
-    robot = Robot("one leg", (leg,), home=home)
+    robot = rs.Robot("one leg", (leg,), home=home)
     turns = Rotation.from_matrix(T[:, :3, :3]).as_rotvec()
     return Posed(robot, np.hstack([T[:, :3, 3], turns]), q=q)
 
 
-def _homes_anywhere(rng: np.random.Generator, leg: Leg) -> Leg:
+def _homes_anywhere(rng: np.random.Generator, leg: rs.Leg) -> rs.Leg:
     """Turns beyond half a turn, and slides to the other side."""
     elements: list[Element] = []
     for e in leg.chain.elements:
@@ -113,13 +101,13 @@ def _homes_anywhere(rng: np.random.Generator, leg: Leg) -> Leg:
                 else (home * rng.choice([-1.0, 1.0]))
             )
             role = e.role
-            if isinstance(role, Actuated) and rng.uniform() < 0.7:
+            if isinstance(role, rs.Actuated) and rng.uniform() < 0.7:
                 width = 1.0 if e.kind is JointKind.REVOLUTE else 0.3
-                role = Actuated(role.stiffness, (float(home[0] - width), float(home[0] + width)))
+                role = rs.Actuated(role.stiffness, (float(home[0] - width), float(home[0] + width)))
             elements.append(replace(e, home=tuple(home.tolist()), role=role))
         else:
             elements.append(e)
-    return replace(leg, chain=Chain(tuple(elements)))
+    return replace(leg, chain=rs.Chain(tuple(elements)))
 
 
 def _several_legs(rng: np.random.Generator, count: int) -> Posed:
@@ -133,7 +121,7 @@ def _several_legs(rng: np.random.Generator, count: int) -> Posed:
         if rng.uniform() < 0.2:
             leg = _homes_anywhere(rng, leg)
         legs.append(_on(leg, platform, f"leg{i}"))
-    robot = Robot("legs", tuple(legs), home=home)
+    robot = rs.Robot("legs", tuple(legs), home=home)
     return Posed(robot, _near(rng, robot, count, 10 ** rng.uniform(-2, -0.6)))
 
 
@@ -149,11 +137,11 @@ def _coupled(rng: np.random.Generator, count: int) -> Posed:
     )
     open_ = int(rng.integers(3, 6))
     coordinates = tuple(c for k, c in enumerate(ALL_COORDINATES) if k != open_)
-    robot = Robot("coupled legs", legs, home=home, coordinates=coordinates)
+    robot = rs.Robot("coupled legs", legs, home=home, coordinates=coordinates)
     return Posed(robot, _near(rng, robot, 2, 10 ** rng.uniform(-2, -0.8)))
 
 
-def _on(leg: Leg, platform: np.ndarray, name: str) -> Leg:
+def _on(leg: rs.Leg, platform: np.ndarray, name: str) -> rs.Leg:
     """The same leg with its base where its end meets the platform at home."""
     q = np.asarray(leg.chain.home, dtype=float)[None]
     end = end_of(leg.chain, q, np.eye(4))[0][0]
@@ -166,11 +154,11 @@ def _arm(rng: np.random.Generator, count: int) -> Posed:
     """A serial chain of any elements, posed by its joints: home, and around it."""
     while True:
         kinds = [ELEMENTS[rng.integers(len(ELEMENTS))] for _ in range(int(rng.integers(1, 7)))]
-        chain = Chain(tuple(random_element(kind, rng) for kind in kinds))
+        chain = rs.Chain(tuple(random_element(kind, rng) for kind in kinds))
         if chain.has_compliance:
             break
-    leg = Leg("arm", random_transform(rng), chain, random_transform(rng, 0.2))
-    robot = Robot("arm", (leg,), coordinates=())
+    leg = rs.Leg("arm", random_transform(rng), chain, random_transform(rng, 0.2))
+    robot = rs.Robot("arm", (leg,), coordinates=())
     q = chain.home + chain.free * 0.3 * rng.uniform(-1, 1, (count, chain.size))
     return Posed(robot, np.vstack([chain.home, q]), by_joints=True)
 
@@ -187,11 +175,13 @@ def _driven_arm(rng: np.random.Generator, count: int) -> Posed:
         k = float(10 ** rng.uniform(4, 6))
         home = [float(rng.uniform(-1.5, 1.5))] if homes else [0.0]
         make = rs.prismatic if kind is JointKind.PRISMATIC else rs.revolute
-        elements.append(make(axis, Actuated(k), home=home, name=f"j{i + 1}"))
+        elements.append(make(axis, rs.Actuated(k), home=home, name=f"j{i + 1}"))
         to = rng.uniform(-0.4, 0.4, 3)
-        link = beam_link(to, STEEL, ROD) if rng.uniform() < 0.6 else Rigid(Frame(np.eye(3), to))
+        link = (
+            rs.beam_link(to, STEEL, ROD) if rng.uniform() < 0.6 else rs.Rigid(Frame(np.eye(3), to))
+        )
         elements.append(link)
-    leg = Leg("arm", Frame.identity(), Chain(tuple(elements)), Frame.identity())
+    leg = rs.Leg("arm", Frame.identity(), rs.Chain(tuple(elements)), Frame.identity())
     return _carried(rng, leg, count, rng.uniform(0.02, 0.3))
 
 
@@ -202,19 +192,19 @@ def _structure(rng: np.random.Generator, count: int) -> Posed:
     legs = []
     for i in range(int(rng.integers(1, 4))):
         elements: list[Element] = [
-            beam_link(rng.uniform(-0.5, 0.5, 3), STEEL, BAR, y_axis=[1, 2, 3])
+            rs.beam_link(rng.uniform(-0.5, 0.5, 3), STEEL, BAR, y_axis=[1, 2, 3])
         ]
         for k in range(int(rng.integers(0, 3))):
-            role = Locked(1e5) if rng.uniform() < 0.5 else Locked()
+            role = rs.Locked(1e5) if rng.uniform() < 0.5 else rs.Locked()
             angle = float(rng.uniform(-1, 1))
             elements.append(rs.revolute(rng.normal(size=3), role, home=[angle], name=f"lock{k}"))
-            elements.append(beam_link(rng.uniform(-0.5, 0.5, 3), STEEL, ROD))
-        leg = Leg("", Frame.identity(), Chain(tuple(elements)), random_transform(rng, 0.2))
+            elements.append(rs.beam_link(rng.uniform(-0.5, 0.5, 3), STEEL, ROD))
+        leg = rs.Leg("", Frame.identity(), rs.Chain(tuple(elements)), random_transform(rng, 0.2))
         legs.append(_on(leg, platform, f"leg{i}"))
     from robostiff.kinematics.pose import home_coordinates
 
     named = ALL_COORDINATES if rng.uniform() < 0.5 else ()
-    robot = Robot("structure", tuple(legs), home=home, coordinates=named)
+    robot = rs.Robot("structure", tuple(legs), home=home, coordinates=named)
 
     return Posed(robot, home_coordinates(robot)[None])
 
@@ -247,11 +237,11 @@ def nominal(name: str, given: tuple[tuple[str, float], ...] = ()) -> dict[str, f
     return dict(rs.load(name, dict(given), symbols=tuple(written)).nominal) if written else {}
 
 
-def _by_joints(robot: Robot) -> bool:
+def _by_joints(robot: rs.Robot) -> bool:
     return robot.is_serial and robot.home is None
 
 
-def _near(rng: np.random.Generator, robot: Robot, count: int, size: float) -> np.ndarray:
+def _near(rng: np.random.Generator, robot: rs.Robot, count: int, size: float) -> np.ndarray:
     """Home, and poses around it."""
     from tests.generators.planted_poses import PoseSpace
 

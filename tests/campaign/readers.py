@@ -1,25 +1,19 @@
-"""Mutated files of every format: an answer or an `InputError` with its place, soon and in bounds.
-
-``python -m tests.campaign.readers --count 1000 --seed 1``
-"""
+"""Mutated files of every format: an answer, or an `InputError` with its place, soon."""
 
 # ruff: noqa: S311
 from __future__ import annotations
 
-import argparse
 import json
 import random
 import re
 import signal
 import sys
 import tempfile
-import time
 import traceback
 import warnings
-from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -31,15 +25,14 @@ from robostiff.io.expression import parameter_values
 from robostiff.io.map_files import read_poses
 from robostiff.io.units import Dimension, parse_quantities
 from robostiff.robots import robot_file, shipped_cable_robots, shipped_linkages, shipped_robots
+from tests.campaign.answers import Complaint
 from tests.campaign.mutations import mutated_bytes, mutated_text, mutated_tree, mutated_xml
 
 ROOT = Path(__file__).parents[2]
-FOLDER = Path("build/campaign")
 SECONDS, BY_THE_CLOCK = 5, 60
 MEMORY = 1_000_000_000
 # Of a thousand files, those that start a process of their own.
 _SLOW = 25
-_VALUES = re.compile(r"\w+: ([^:{}\[\],#\n]*\d[^:{}\[\],#\n]*)")
 
 
 @dataclass(frozen=True)
@@ -239,15 +232,7 @@ def _asked(given: Trial, folder: Path) -> str:
     return "answer"
 
 
-@dataclass(frozen=True)
-class Failure:
-    """What went wrong: a key by which failures are told apart, and the whole of it."""
-
-    key: str
-    text: str
-
-
-def outcome(given: Trial) -> str | Failure:
+def outcome(given: Trial) -> str | Complaint:
     """What comes of a trial."""
     with tempfile.TemporaryDirectory() as name, warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -255,94 +240,16 @@ def outcome(given: Trial) -> str | Failure:
         for file, content in given.files.items():
             (folder / file).write_bytes(content)
         try:
-            with _within(SECONDS, BY_THE_CLOCK):
+            with _within_memory(MEMORY), _within(SECONDS, BY_THE_CLOCK):
                 return _asked(given, folder)
-        except _OverTimeError as error:
-            lines = traceback.extract_tb(error.__traceback__)
-            ours = [line for line in lines if "robostiff" in line.filename]
-            where = f"{Path(ours[-1].filename).name}:{ours[-1].name}" if ours else "?"
-            return Failure(f"over {SECONDS} s in {where}", traceback.format_exc())
+        except _OverTimeError:
+            what = f"over {SECONDS} s"
         except Exception as error:
-            lines = traceback.extract_tb(error.__traceback__)
-            ours = [line for line in lines if "robostiff" in line.filename] or list(lines)
-            where = f"{Path(ours[-1].filename).name}:{ours[-1].lineno}"
-            return Failure(f"{type(error).__name__} in {where}", traceback.format_exc())
+            what = type(error).__name__
+        return Complaint(given.loaded, what, traceback.format_exc())
 
 
-def shrunk(given: Trial, failure: Failure) -> Trial:
-    """The trial with as few of its mutations as still fail in the same way."""
-    for i in reversed(range(len(given.seeds))):
-        if len(given.seeds) == 1:
-            break
-        fewer = Trial(given.source, (*given.seeds[:i], *given.seeds[i + 1 :]))
-        found = outcome(fewer)
-        if isinstance(found, Failure) and found.key == failure.key:
-            given = fewer
-    return given
-
-
-@dataclass
-class Tally:
-    """What came of many trials."""
-
-    outcomes: Counter[str] = field(default_factory=Counter)
-    failures: dict[str, list[int]] = field(default_factory=dict)
-    slowest: tuple[float, int] = (0.0, -1)
-
-
-def run_part(seed: int, numbers: Sequence[int], folder: Path | None = None) -> Tally:
-    """Some trials of a run; of each way to fail the first one is shrunk and saved."""
-    tally = Tally()
-    with _within_memory(MEMORY):
-        for number in numbers:
-            began = time.process_time()
-            given = trial(seed, number)
-            found = outcome(given)
-            tally.slowest = max(tally.slowest, (time.process_time() - began, number))
-            if isinstance(found, Failure):
-                if found.key not in tally.failures and folder is not None:
-                    _save(folder, f"readers-{seed}-{number}", shrunk(given, found), found)
-                tally.failures.setdefault(found.key, []).append(number)
-                tally.outcomes["failed"] += 1
-            else:
-                tally.outcomes[found] += 1
-    return tally
-
-
-def _save(folder: Path, name: str, given: Trial, failure: Failure) -> None:
-    place = folder / name
-    place.mkdir(parents=True, exist_ok=True)
-    for file, content in given.files.items():
-        (place / file).write_bytes(content)
-    (place / "failure.txt").write_text(
-        f"load {given.loaded}\n{failure.key}\n\n{failure.text}", encoding="utf-8", errors="replace"
-    )
-
-
-def run(count: int, seed: int, folder: Path | None = FOLDER) -> int:
-    """Run trials 0 to `count` - 1 of a seed, print what came, and give the number that failed."""
-    began = time.perf_counter()
-    tally = run_part(seed, range(count), folder)
-    print(f"{count} files of seed {seed} in {time.perf_counter() - began:.0f} s")
-    for what, number in tally.outcomes.most_common():
-        print(f"  {number:6d} {what}")
-    seconds, number = tally.slowest
-    print(f"slowest: number {number}, {seconds:.1f} s of processor")
-    for key, numbers in tally.failures.items():
-        print(f"  {len(numbers)} x {key}: {numbers[:8]}")
-    if tally.failures and folder is not None:
-        print(f"saved under {folder}")
-    return sum(map(len, tally.failures.values()))
-
-
-def main() -> int:
-    """Run from the command line; 1 where anything failed."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=1000)
-    parser.add_argument("--seed", type=int, default=1)
-    given = parser.parse_args()
-    return 1 if run(given.count, given.seed) else 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+def judged_file(seed: int, number: int) -> list[Complaint]:
+    """What is wrong with the answer to mutated files."""
+    found = outcome(trial(seed, number))
+    return [found] if isinstance(found, Complaint) else []

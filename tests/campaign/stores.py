@@ -1,20 +1,16 @@
-"""Maps on disk, damaged in every way that comes to mind: a map as it was written, or one message.
-
-``python -m tests.campaign.stores 400`` damages so many; the seed of a failure makes it again.
-"""
+"""Maps on disk, damaged in every way: a map as it was written, or one message."""
 
 from __future__ import annotations
 
 import json
 import os
 import shutil
-import sys
 import tempfile
 import time
-from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +21,9 @@ import robostiff as rs
 from robostiff import Axis, Grid, Quantity, Threads
 from robostiff.errors import InputError
 from robostiff.io.map_files import read_map, write_map_netcdf
+from tests.campaign.answers import Complaint
 
+KINDS = ("map.zarr", "map.nc", "begun.zarr", "map.zarr")
 LIMIT_SECONDS = 5.0
 _WAITING = 20  # as long as the processor may take
 GRID = Grid(x=Axis(-0.05, 0.05, 3), rz=Axis(-0.1, 0.1, 4))
@@ -234,33 +232,17 @@ def _processor() -> float:
     return sum(os.times()[:4])
 
 
-def outcomes(count: int, seed: int = 0) -> tuple[Counter[str], list[Failure]]:
-    """Damage so many maps; how often each outcome came, and what `check` does not pass."""
-    counts: Counter[str] = Counter()
-    failures: list[Failure] = []
-    with tempfile.TemporaryDirectory(prefix="robostiff-maps-") as folder:
-        whole = originals(Path(folder))
-        kinds = ("map.zarr", "map.nc", "begun.zarr", "map.zarr")
-        for number in range(count):
-            kind = kinds[number % len(kinds)]
-            try:
-                counts[f"{kind} {check(whole, kind, seed + number)}"] += 1
-            except Failure as failure:
-                failures.append(failure)
-    return counts, failures
+@cache
+def _originals() -> tuple[tempfile.TemporaryDirectory[str], Originals]:
+    """Those of this process, and their folder, which goes when it ends."""
+    folder = tempfile.TemporaryDirectory(prefix="robostiff-maps-")
+    return folder, originals(Path(folder.name))
 
 
-def run(count: int, seed: int = 0) -> int:
-    """Damage so many maps, print what came, and give the number that failed."""
-    counts, failures = outcomes(count, seed)
-    print(f"{count} maps of seed {seed}")
-    for what, number in counts.most_common():
-        print(f"  {number:6d} {what}")
-    for failure in failures:
-        print(failure)
-    return len(failures)
-
-
-if __name__ == "__main__":
-    asked = [int(word) for word in sys.argv[1:]] or [400]
-    raise SystemExit(1 if run(*asked) else 0)
+def judged_store(seed: int, number: int) -> list[Complaint]:
+    """What is wrong with the answer to a damaged map."""
+    try:
+        check(_originals()[1], KINDS[number % len(KINDS)], seed + number)
+    except Failure as failure:
+        return [Complaint("map", "damaged", str(failure))]
+    return []

@@ -13,17 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from robostiff.model import (
-    ALL_COORDINATES,
-    Chain,
-    Joint,
-    JointKind,
-    Link,
-    ParallelBlock,
-    Rigid,
-    Robot,
-    Telescope,
-)
+import robostiff as rs
+from robostiff.model import ALL_COORDINATES, Joint, JointKind, ParallelBlock
 from robostiff.spatial import Frame
 
 _STEP = 1e-6
@@ -44,7 +35,7 @@ def pose_matrix(six: np.ndarray) -> np.ndarray:
     return T
 
 
-def end_of(chain: Chain, q: np.ndarray, base: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+def end_of(chain: rs.Chain, q: np.ndarray, base: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
     """End frames of a chain at rows q (m, size), and gaps of the loops in it (each m x 6)."""
     gaps: list[np.ndarray] = []
     T, used = _along(chain, q, 0, np.broadcast_to(base, (len(q), 4, 4)), gaps)
@@ -54,15 +45,15 @@ def end_of(chain: Chain, q: np.ndarray, base: np.ndarray) -> tuple[np.ndarray, l
 
 
 def _along(
-    chain: Chain, q: np.ndarray, place: int, T: np.ndarray, gaps: list[np.ndarray]
+    chain: rs.Chain, q: np.ndarray, place: int, T: np.ndarray, gaps: list[np.ndarray]
 ) -> tuple[np.ndarray, int]:
     for element in chain.elements:
         match element:
-            case Rigid():
+            case rs.Rigid():
                 T = T @ frame_of(element.transform)
-            case Link():
+            case rs.Link():
                 T = T @ _shift(element.to[None])
-            case Telescope():
+            case rs.Telescope():
                 length = q[:, place] + sum(beam.fixed for beam in element.beams)
                 T, place = T @ _shift(element.direction * length[:, None]), place + 1
             case Joint(kind=JointKind.SPHERICAL):
@@ -117,7 +108,7 @@ class Walked:
 class Walker:
     """Walks one robot from coordinates that close at home."""
 
-    def __init__(self, robot: Robot, home_q: list[np.ndarray]) -> None:
+    def __init__(self, robot: rs.Robot, home_q: list[np.ndarray]) -> None:
         self.robot = robot
         self.bases = [frame_of(leg.base) for leg in robot.legs]
         self.ends = [frame_of(leg.attachment) for leg in robot.legs]
@@ -227,7 +218,7 @@ class Walker:
         return None, 0.0, 9
 
 
-def wanted_pose(robot: Robot, home_pose: np.ndarray, free: np.ndarray) -> np.ndarray:
+def wanted_pose(robot: rs.Robot, home_pose: np.ndarray, free: np.ndarray) -> np.ndarray:
     """All six coordinates, those that are not given as at home."""
     pose = home_pose.copy()
     pose[[ALL_COORDINATES.index(c) for c in robot.coordinates]] = free

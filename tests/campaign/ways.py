@@ -295,10 +295,7 @@ WAYS = (
 
 
 def judged(
-    snapshot: Snapshot,
-    seed: list[int],
-    only: frozenset[str] | None = None,
-    truth: Reference | str | None = "compute",
+    snapshot: Snapshot, seed: list[int], only: frozenset[str] | None = None
 ) -> tuple[Judge, list[str]]:
     """A robot at a pose by the reference, the default way and a share of the others.
 
@@ -318,9 +315,7 @@ def judged(
     """
     size = _extent(snapshot)
     has_blocks = any(leg.blocks for leg in snapshot.legs)
-    if truth == "compute":
-        truth = None if snapshot.platform else reference(snapshot)
-    assert not isinstance(truth, str)
+    truth = None if snapshot.platform else reference(snapshot)
     judge = Judge(truth, size, has_blocks, lambda: neighbours(snapshot))
     solved: list[Known] = []
     default = answer_of("default", lambda: solved.append(rs.stiffness(snapshot)) or solved[0])

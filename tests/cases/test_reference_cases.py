@@ -6,16 +6,9 @@ import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
 
+import robostiff as rs
 from robostiff.analysis import stiffness
-from robostiff.elastostatics import (
-    Block,
-    Form,
-    Recursive,
-    SaddlePoint,
-    Status,
-    WrenchBasis,
-    aggregate_matrices,
-)
+from robostiff.elastostatics import Form, aggregate_matrices
 from robostiff.io.snapshot import snapshot_schema
 from tests.cases.metric import distance
 from tests.cases.reference_case import (
@@ -27,7 +20,7 @@ from tests.cases.reference_case import (
     robot_stiffness,
 )
 
-FORMS: tuple[Form, ...] = (WrenchBasis(), SaddlePoint(), Block(), Recursive())
+FORMS: tuple[Form, ...] = (rs.WrenchBasis(), rs.SaddlePoint(), rs.Block(), rs.Recursive())
 
 #: Forms that do not hold: redundant joints, or actuators as the only springs.
 REFUSED = {
@@ -64,7 +57,7 @@ def test_stiffness_and_rank_of_the_robot(name, form):
     given = case(name)
     result = robot_stiffness(given.snapshot, form)
     if form.name in REFUSED.get(name, ()):
-        assert Status.FORM_DOES_NOT_HOLD in result.status
+        assert rs.Status.FORM_DOES_NOT_HOLD in result.status
         assert result.reason
         return
     assert result.status.has_stiffness
@@ -99,7 +92,7 @@ def test_stiffness_of_each_leg_at_the_reference_point(name, form):
 @pytest.mark.parametrize("name", _with("leg_K_at_leg_end"))
 def test_stiffness_of_each_leg_at_its_end_and_their_sum(name):
     given = case(name)
-    legs, form = given.snapshot.legs, WrenchBasis()
+    legs, form = given.snapshot.legs, rs.WrenchBasis()
     computed = [leg_stiffness(given.snapshot, leg, leg.end, form).K for leg in legs]
     expected = [np.array(K) for K in given.oracle["leg_K_at_leg_end"]]
     for K, K_ref in zip(computed, expected, strict=True):
@@ -112,7 +105,7 @@ def test_stiffness_of_each_leg_at_its_end_and_their_sum(name):
 @pytest.mark.parametrize("name", _with("compliance"))
 def test_compliance(name):
     given = case(name)
-    result = robot_stiffness(given.snapshot, WrenchBasis())
+    result = robot_stiffness(given.snapshot, rs.WrenchBasis())
     assert result.compliance is not None
     C_ref = np.array(given.oracle["compliance"])
     assert distance(result.compliance, C_ref, 1 / given.size) < REACHED
@@ -121,7 +114,7 @@ def test_compliance(name):
 @each_case
 def test_compliance_only_where_the_stiffness_is_regular(name):
     given = case(name)
-    result = robot_stiffness(given.snapshot, WrenchBasis())
+    result = robot_stiffness(given.snapshot, rs.WrenchBasis())
     assert (result.compliance is not None) == (given.oracle["rank"] == len(given.K))
 
 
@@ -159,7 +152,7 @@ def test_closed_form(name, equation, closed_form):
     K11 = beam["E"] * beam["A"] / length
     K = closed_form(K11, *(given.data["params"][key] for key in ("R", "r", "h")))
     assert distance(K, given.K) < REACHED
-    assert distance(robot_stiffness(given.snapshot, WrenchBasis()).K, K) < REACHED
+    assert distance(robot_stiffness(given.snapshot, rs.WrenchBasis()).K, K) < REACHED
 
 
 def test_every_closed_form_is_tested():

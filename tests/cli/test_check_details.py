@@ -236,7 +236,7 @@ def test_masses_of_a_network(tmp_path):
     post = 7850 * 3.49e-4 * 0.8
     assert masses["parts"] == pytest.approx({"top/motor": 2.5, "left post": post})
     assert masses["centre"][2] == pytest.approx((2.5 * 0.8 + post * 0.4) / (2.5 + post))
-    assert "masses: top/motor 2.5 kg, left post 2.192 kg; 4.692 kg in all" in run(str(file)).stdout
+    assert "masses: top/motor 2.5 kg, left post 2.1917 kg; 4.6917 kg in all" in run(str(file)).stdout
     words = run(str(EXAMPLES / "exechon.yaml")).stdout
     assert "masses: upr1/telescope1.beam 56.87 kg, upr2/telescope1.beam 56.87 kg, spr/" in words
 
@@ -254,3 +254,17 @@ def test_small_loads_in_words():
     words = Running("stiffness")("-", stdin=arm).stdout
     assert "rigid direction: Fz 1 N\n" in words
     assert "rigid direction: Mx 1 N m\n" in words
+
+
+def test_rigid_parts_have_no_unit():
+    words = run("hexapod", "--parts").stdout
+    assert "forces 4e+08 4e+08 4e+08 N/m, moments rigid\n" in words
+    assert "masses: 6 x strut.beam1 13.81 kg" in words
+    assert "in all, centre of mass (0, 0, 0.41099) m" in words
+
+
+def test_a_side_file_in_place_of_its_robot_description():
+    done = run(str(EXAMPLES / "ur5.stiffness.yaml"))
+    assert done.exit_code == 2
+    assert "ur5.stiffness.yaml:4:1: joints" in done.stderr
+    assert "got a side file, which adds stiffnesses to a robot description" in done.stderr

@@ -36,7 +36,9 @@ def test_text_lists_the_slowest_first():
     assert "elastic energy: leg" in text
     assert "more at higher frequencies" in text
     # those of bodies that only the command line has are not of the model
-    assert text.splitlines()[-1].startswith("masses of the model: 6 x strut.beam1 13.81 kg, 6 x")
+    *_, of_model, beside = text.splitlines()
+    assert of_model.startswith("masses of the model: 6 x strut.beam1 13.81 kg, 6 x")
+    assert beside == "beside them: platform 150 kg"
     assert "masses of" not in run("gough-stewart-b", "--mass", "platform=150 kg").stdout
 
 

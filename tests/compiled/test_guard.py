@@ -13,19 +13,7 @@ from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.compiled import Backend, machine_code_is_available
 from robostiff.elastostatics import Status
 from robostiff.kinematics import find_posture
-from robostiff.model import (
-    ALL_COORDINATES,
-    Actuated,
-    Chain,
-    Coordinate,
-    Leg,
-    Passive,
-    Robot,
-    beam_link,
-    parallelogram,
-    prismatic,
-    revolute,
-)
+from robostiff.model import ALL_COORDINATES, Coordinate, parallelogram
 from robostiff.robots import load
 from robostiff.spatial import Frame
 from tests.compiled.agreement import agreement
@@ -44,7 +32,7 @@ OPEN = (
 SLOW = ("capaman", "h4")
 
 
-def compiled_with(robot: Robot, backend: Backend) -> CompiledStiffness:
+def compiled_with(robot: rs.Robot, backend: Backend) -> CompiledStiffness:
     return compile_stiffness(robot, backend=backend)
 
 
@@ -83,7 +71,7 @@ def test_one_row_of_all_wrenches_vanishes(backend: Backend):
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_poses_out_of_reach_are_reported_at_once(backend: Backend):
     robot = load("3-rrr")
-    assert isinstance(robot, Robot)
+    assert isinstance(robot, rs.Robot)
     space, rng = PoseSpace(robot), np.random.default_rng(1)
     rows = space.drawn(rng, 3000, 3.0)
     answer = compiled_with(robot, backend).evaluate(rows)
@@ -100,7 +88,7 @@ def test_poses_out_of_reach_are_reported_at_once(backend: Backend):
 def test_poses_that_are_nearly_singular_are_computed_again(backend: Backend):
     """At home the legs of case A meet in one point: rank 3, though 5 elsewhere."""
     robot = load("gough-stewart-a")
-    assert isinstance(robot, Robot)
+    assert isinstance(robot, rs.Robot)
     compiled = compiled_with(robot, backend)
     home = PoseSpace(robot).home
     away = home + np.array([0.01, 0.02, 0, 0.05, 0.03, 0.1])
@@ -149,7 +137,7 @@ def test_a_planar_robot_takes_the_coordinates_of_its_plane():
 
 def test_no_poses():
     robot = load("gough-stewart-b")
-    assert isinstance(robot, Robot)
+    assert isinstance(robot, rs.Robot)
     answer = compile_stiffness(robot).evaluate(np.empty((0, 6)))
     assert answer.values["K"].shape == (0, 6, 6)
     assert answer.guarded_share == 0.0
@@ -194,7 +182,7 @@ def test_legs_closed_by_iteration_at_their_limit_of_reach(backend: Backend):
 def test_poses_computed_again_are_about_a_far_reference_point(backend: Backend):
     wrench = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
     robot = load("gough-stewart-b")
-    assert isinstance(robot, Robot)
+    assert isinstance(robot, rs.Robot)
     robot = replace(robot, reference_point=np.array([0.0, 0.0, 30.0]))
     outputs = [
         rs.StiffnessMatrix(), rs.ComplianceMatrix(), rs.DeflectionUnder(wrench),
@@ -222,13 +210,13 @@ def test_poses_computed_again_are_about_a_far_reference_point(backend: Backend):
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_joint_coordinates_that_leave_a_loop_open(backend: Backend):
     """The record follows one bar alone: where the other bar ends elsewhere there is no answer."""
-    pins = [revolute([0, 0, 1], Passive(), name=name) for name in ("near pin", "far pin")]
-    bar = beam_link([0.4, 0, 0], rs.material("steel"), rs.circle(0.02))
-    drives = (revolute([0, 0, 1], Actuated(1e6)), prismatic([0, 1, 0], Actuated(1e6)))
-    block = parallelogram(Chain((pins[0], bar, pins[1])), [0, 0.2, 0])
+    pins = [rs.revolute([0, 0, 1], rs.Passive(), name=name) for name in ("near pin", "far pin")]
+    bar = rs.beam_link([0.4, 0, 0], rs.material("steel"), rs.circle(0.02))
+    drives = (rs.revolute([0, 0, 1], rs.Actuated(1e6)), rs.prismatic([0, 1, 0], rs.Actuated(1e6)))
+    block = parallelogram(rs.Chain((pins[0], bar, pins[1])), [0, 0.2, 0])
     here, home = (Frame(np.eye(3), np.array([x, 0, 0])) for x in (0.0, 0.4))
-    leg = Leg("arm", here, Chain((drives[0], block, drives[1])), here)
-    robot = Robot("arm", (leg,), home=home, coordinates=(Coordinate.Y, Coordinate.RZ))
+    leg = rs.Leg("arm", here, rs.Chain((drives[0], block, drives[1])), here)
+    robot = rs.Robot("arm", (leg,), home=home, coordinates=(Coordinate.Y, Coordinate.RZ))
     joints = rs.JointCoordinates(
         [
             [0, 0.1, -0.1, 0.1, -0.1, 0],

@@ -6,23 +6,14 @@ import scipy.integrate
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robostiff.elasticity import (
-    CrossSection,
-    EulerBernoulli,
-    Material,
-    Timoshenko,
-    beam_compliance,
-    beam_stiffness,
-    circle,
-    material,
-    rectangle,
-)
+import robostiff as rs
+from robostiff.elasticity import beam_compliance, beam_stiffness, circle, material, rectangle
 from robostiff.errors import InputError
 
-THEORIES = [EulerBernoulli(), Timoshenko()]
-ALUMINIUM = Material("aluminium", E=70e9, G=26e9)
+THEORIES = [rs.EulerBernoulli(), rs.Timoshenko()]
+ALUMINIUM = rs.Material("aluminium", E=70e9, G=26e9)
 # All six numbers and both shear factors differ: an exchange of axes cannot hide.
-ODD = CrossSection(
+ODD = rs.CrossSection(
     A=1.3e-3, Iy=2.1e-7, Iz=5.5e-7, J=3.7e-7, shear_factor_y=0.81, shear_factor_z=0.43
 )
 
@@ -85,7 +76,7 @@ def test_cantilever_of_gere_and_timoshenko():
 
 
 def test_only_two_couplings():
-    C = beam_compliance(0.5, ALUMINIUM, ODD, Timoshenko())
+    C = beam_compliance(0.5, ALUMINIUM, ODD, rs.Timoshenko())
     pattern = np.eye(6, dtype=bool)
     pattern[[1, 5, 2, 4], [5, 1, 4, 2]] = True
     assert (C[~pattern] == 0).all()
@@ -94,7 +85,7 @@ def test_only_two_couplings():
 
 def test_timoshenko_adds_shear_to_the_deflections_and_nothing_else():
     L = 0.5
-    extra = beam_compliance(L, ALUMINIUM, ODD, Timoshenko()) - beam_compliance(L, ALUMINIUM, ODD)
+    extra = beam_compliance(L, ALUMINIUM, ODD, rs.Timoshenko()) - beam_compliance(L, ALUMINIUM, ODD)
     expected = np.zeros((6, 6))
     expected[1, 1] = L / (0.81 * ALUMINIUM.G * ODD.A)
     expected[2, 2] = L / (0.43 * ALUMINIUM.G * ODD.A)
@@ -106,7 +97,7 @@ def test_shear_share_of_a_stubby_steel_bar():
     d = 0.02
     for slenderness, share in ((10, 0.0055), (5, 0.022)):
         bar = (slenderness * d, material("steel"), circle(d))
-        ratio = beam_compliance(*bar, Timoshenko())[1, 1] / beam_compliance(*bar)[1, 1]
+        ratio = beam_compliance(*bar, rs.Timoshenko())[1, 1] / beam_compliance(*bar)[1, 1]
         assert ratio - 1 == pytest.approx(share, rel=0.01)
 
 
@@ -141,8 +132,8 @@ def test_symmetric_and_positive_definite(L, theory):
 def test_from_metres_to_millimetres(theory):
     # In mm and N: E [N/mm^2], twist (mm, rad), wrench (N, N mm).
     mm = 1e3
-    m = Material("x", ALUMINIUM.E / mm**2, ALUMINIUM.G / mm**2)
-    s = CrossSection(
+    m = rs.Material("x", ALUMINIUM.E / mm**2, ALUMINIUM.G / mm**2)
+    s = rs.CrossSection(
         ODD.A * mm**2,
         ODD.Iy * mm**4,
         ODD.Iz * mm**4,
@@ -206,10 +197,10 @@ def test_length_must_be_a_number(bad):
 
 
 def test_timoshenko_needs_shear_factors():
-    section = CrossSection(1e-3, 1e-7, 1e-7, 2e-7, shear_factor_y=0.85)
+    section = rs.CrossSection(1e-3, 1e-7, 1e-7, 2e-7, shear_factor_y=0.85)
     beam_compliance(1.0, ALUMINIUM, section)
     with pytest.raises(InputError) as error:
-        beam_compliance(1.0, ALUMINIUM, section, Timoshenko())
+        beam_compliance(1.0, ALUMINIUM, section, rs.Timoshenko())
     assert str(error.value) == (
         "shear correction factors of the cross-section: got (0.85, None), expected two numbers, as "
         "the Timoshenko theory needs them; write CrossSection(..., shear_factor_y=0.85, "

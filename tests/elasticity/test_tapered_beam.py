@@ -5,22 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from robostiff.elasticity import (
-    BeamSegment,
-    CrossSection,
-    EulerBernoulli,
-    Material,
-    Timoshenko,
-    beam_compliance,
-    circle,
-    rectangle,
-    tapered_compliance,
-)
+import robostiff as rs
+from robostiff.elasticity import BeamSegment, beam_compliance, tapered_compliance
 from robostiff.errors import InputError
 
-THEORIES = [EulerBernoulli(), Timoshenko()]
-STEEL = Material.isotropic("steel", 210e9, 0.3)
-ODD = CrossSection(
+THEORIES = [rs.EulerBernoulli(), rs.Timoshenko()]
+STEEL = rs.Material.isotropic("steel", 210e9, 0.3)
+ODD = rs.CrossSection(
     A=1.3e-3, Iy=2.1e-7, Iz=5.5e-7, J=3.7e-7, shear_factor_y=0.81, shear_factor_z=0.43
 )
 
@@ -43,7 +34,7 @@ def test_unequal_pieces_make_the_whole(theory):
 
 def cone(n, L, d0, d1):
     middle = d0 + (d1 - d0) * (np.arange(n) + 0.5) / n
-    return [BeamSegment(L / n, STEEL, circle(float(d))) for d in middle]
+    return [BeamSegment(L / n, STEEL, rs.circle(float(d))) for d in middle]
 
 
 def cone_exactly(L, d0, d1):
@@ -84,7 +75,7 @@ def test_a_cone_converges_with_the_square_of_the_number_of_pieces(d0, d1):
 
 
 def test_the_thick_end_belongs_at_the_base():
-    stepped = [(0.4, STEEL, circle(0.04)), (0.4, STEEL, circle(0.02))]
+    stepped = [(0.4, STEEL, rs.circle(0.04)), (0.4, STEEL, rs.circle(0.02))]
     thick_base, thin_base = tapered_compliance(stepped), tapered_compliance(stepped[::-1])
     # Series in tension and torsion: order does not matter; in bending it does.
     np.testing.assert_allclose(thick_base[[0, 3], [0, 3]], thin_base[[0, 3], [0, 3]], rtol=1e-14)
@@ -94,7 +85,7 @@ def test_the_thick_end_belongs_at_the_base():
 def test_stepped_cantilever_by_hand():
     # Superposition: the outer piece rides on the deflection and slope of the inner one.
     a, b, P = 0.5, 0.3, 1.0
-    inner, outer = rectangle(0.05, 0.04), rectangle(0.03, 0.02)
+    inner, outer = rs.rectangle(0.05, 0.04), rs.rectangle(0.03, 0.02)
     C = tapered_compliance([(a, STEEL, inner), (b, STEEL, outer)])
     EI, ei = STEEL.E * inner.Iy, STEEL.E * outer.Iy
     step = P * a**3 / (3 * EI) + P * b * a**2 / (2 * EI)
@@ -104,12 +95,14 @@ def test_stepped_cantilever_by_hand():
 
 def test_telescopic_pieces_broadcast():
     extension = np.array([0.1, 0.2, 0.3])
-    batch = tapered_compliance([(0.5, STEEL, circle(0.03)), (extension, STEEL, circle(0.02))])
+    batch = tapered_compliance([(0.5, STEEL, rs.circle(0.03)), (extension, STEEL, rs.circle(0.02))])
     assert batch.shape == (3, 6, 6)
     for k, x in enumerate(extension):
-        single = tapered_compliance([(0.5, STEEL, circle(0.03)), (x, STEEL, circle(0.02))])
+        single = tapered_compliance([(0.5, STEEL, rs.circle(0.03)), (x, STEEL, rs.circle(0.02))])
         np.testing.assert_allclose(batch[k], single, rtol=1e-14, atol=0)
-    moving_base = tapered_compliance([(extension, STEEL, circle(0.03)), (0.5, STEEL, circle(0.02))])
+    moving_base = tapered_compliance(
+        [(extension, STEEL, rs.circle(0.03)), (0.5, STEEL, rs.circle(0.02))]
+    )
     assert moving_base.shape == (3, 6, 6)
 
 
@@ -138,6 +131,6 @@ def test_messages(segments, message):
 
 
 def test_timoshenko_needs_the_factors_of_every_segment():
-    bare = CrossSection(1e-3, 1e-7, 1e-7, 2e-7)
+    bare = rs.CrossSection(1e-3, 1e-7, 1e-7, 2e-7)
     with pytest.raises(InputError, match="shear correction factors"):
-        tapered_compliance([(0.1, STEEL, ODD), (0.1, STEEL, bare)], Timoshenko())
+        tapered_compliance([(0.1, STEEL, ODD), (0.1, STEEL, bare)], rs.Timoshenko())

@@ -3,17 +3,10 @@
 import numpy as np
 import pytest
 
+import robostiff as rs
 from robostiff import InputError
-from robostiff.elastostatics import (
-    IndexRules,
-    Recursive,
-    Tolerance,
-    aggregate,
-    aggregate_matrices,
-    chain_stiffness,
-    eliminate_index,
-)
-from robostiff.spatial import Space, screw_of_twist, twist_transport
+from robostiff.elastostatics import aggregate, aggregate_matrices, eliminate_index
+from robostiff.spatial import Space, screw_of_twist, skew, twist_transport
 
 E6 = np.eye(6)
 NO_JOINTS = np.zeros((6, 0))
@@ -35,29 +28,29 @@ LOPSIDED = E6 + np.eye(6, k=1)
 )
 def test_matrices_that_do_not_fit(C: np.ndarray, J_q: np.ndarray, message: str):
     with pytest.raises(InputError, match=message):
-        chain_stiffness(C, J_q)
+        rs.chain_stiffness(C, J_q)
 
 
 def test_without_joints_the_message_says_what_to_write():
     with pytest.raises(InputError, match=r"np\.zeros\(\(3, 0\)\)"):
-        chain_stiffness(np.eye(3), [])
+        rs.chain_stiffness(np.eye(3), [])
 
 
 def test_asymmetry_of_one_pose_of_a_batch_is_reported():
     with pytest.raises(InputError, match=r"symmetric matrix"):
-        chain_stiffness(np.stack([E6, LOPSIDED]), NO_JOINTS)
+        rs.chain_stiffness(np.stack([E6, LOPSIDED]), NO_JOINTS)
 
 
 @pytest.mark.parametrize("length", [0.0, -1.0, np.nan, np.inf])
 def test_length_must_be_positive(length: float):
     with pytest.raises(InputError, match="characteristic length"):
-        chain_stiffness(E6, NO_JOINTS, length=length)
+        rs.chain_stiffness(E6, NO_JOINTS, length=length)
 
 
 @pytest.mark.parametrize("groups", [((0,),), ((0, 1), (1, 2)), ((0, 1), (3,)), ((0, 1, 2, 3),), ()])
 def test_groups_hold_each_joint_once(groups: tuple[tuple[int, ...], ...]):
     with pytest.raises(InputError, match=r"each of the 3 joints 0 to 2 once"):
-        chain_stiffness(E6, E6[:, :3], form=Recursive(groups=groups))
+        rs.chain_stiffness(E6, E6[:, :3], form=rs.Recursive(groups=groups))
 
 
 @pytest.mark.parametrize("p", [-1, 6])
@@ -79,7 +72,7 @@ def test_nothing_to_aggregate():
 )
 def test_tolerances_in_order(numbers: dict[str, float]):
     with pytest.raises(InputError, match="0 < strict <= near < 1"):
-        Tolerance(**numbers)
+        rs.Tolerance(**numbers)
 
 
 def test_vectors_and_sizes_of_the_wrong_length():
@@ -92,6 +85,12 @@ def test_vectors_and_sizes_of_the_wrong_length():
 
 
 def test_forms_are_objects_with_names():
-    assert IndexRules().name == "index-rules"
-    assert Recursive() == Recursive(groups=None)
-    assert hash(Recursive(groups=((1, 0),))) is not None
+    assert rs.IndexRules().name == "index-rules"
+    assert rs.Recursive() == rs.Recursive(groups=None)
+    assert hash(rs.Recursive(groups=((1, 0),))) is not None
+
+
+def test_shapes_are_checked_while_testing():
+    jaxtyping = pytest.importorskip("jaxtyping")
+    with pytest.raises(jaxtyping.TypeCheckError, match="parameter 'v'"):
+        skew(np.zeros(4))

@@ -17,7 +17,7 @@ from robostiff.elastostatics import (
 )
 from robostiff.elastostatics.chain_problem import ChainProblem
 from robostiff.elastostatics.conjugate_wrenches import conjugate_wrenches
-from robostiff.elastostatics.transmitted_wrenches import unit_twists_and_wrenches
+from robostiff.elastostatics.leg import unit_twists_and_wrenches
 from tests.generators.metric import distance
 
 E6 = np.eye(6)

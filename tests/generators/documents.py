@@ -6,27 +6,13 @@ from typing import Any
 
 import numpy as np
 
+import robostiff as rs
 from robostiff.elasticity import EulerBernoulli
-from robostiff.model import (
-    Actuated,
-    Chain,
-    Elbow,
-    Joint,
-    JointKind,
-    Leg,
-    Link,
-    Locked,
-    ParallelBlock,
-    Rigid,
-    Robot,
-    Role,
-    Telescope,
-    TelescopicBeam,
-)
+from robostiff.model import Joint, JointKind, ParallelBlock, Role
 from robostiff.spatial import Frame, Space
 
 
-def model_data(robot: Robot) -> dict[str, Any]:
+def model_data(robot: rs.Robot) -> dict[str, Any]:
     """What `robostiff.load` reads back as the same robot, written as JSON or YAML."""
     data: dict[str, Any] = {"robostiff": 1, "name": robot.name, "source": "random"}
     if robot.space is Space.PLANAR:
@@ -50,18 +36,18 @@ def frame_data(frame: Frame) -> dict[str, Any]:
     return data
 
 
-def leg_data(leg: Leg) -> dict[str, Any]:
+def leg_data(leg: rs.Leg) -> dict[str, Any]:
     """A leg."""
     data: dict[str, Any] = {"name": leg.name, "chain": chain_data(leg.chain)}
     for key, frame in (("base", leg.base), ("platform", leg.attachment)):
         if written := frame_data(frame):
             data[key] = written
-    if leg.elbow is not Elbow.HOME:
+    if leg.elbow is not rs.Elbow.HOME:
         data["elbow"] = leg.elbow.value
     return data
 
 
-def chain_data(chain: Chain) -> list[dict[str, Any]]:
+def chain_data(chain: rs.Chain) -> list[dict[str, Any]]:
     """The elements of a chain, each with a name of its own."""
     return [
         {**_element(element), "name": f"{_word(element)} {i + 1}"}
@@ -72,7 +58,7 @@ def chain_data(chain: Chain) -> list[dict[str, Any]]:
 def _word(element: Any) -> str:
     if isinstance(element, Joint):
         return element.kind.value
-    return {Telescope: "telescope", Link: "link", Rigid: "part", ParallelBlock: "block"}[
+    return {rs.Telescope: "telescope", rs.Link: "link", rs.Rigid: "part", ParallelBlock: "block"}[
         type(element)
     ]
 
@@ -81,7 +67,7 @@ def _element(element: Any) -> dict[str, Any]:
     match element:
         case Joint():
             return _joint(element)
-        case Telescope():
+        case rs.Telescope():
             return {
                 "type": "telescope",
                 "direction": _list(element.direction),
@@ -90,10 +76,10 @@ def _element(element: Any) -> dict[str, Any]:
                 "beams": [_beam(beam) for beam in element.beams],
                 **_role(element.role),
             }
-        case Rigid():
+        case rs.Rigid():
             written = frame_data(element.transform)
             return {"type": "rigid", "to": written.pop("at", [0, 0, 0]), **written}
-        case Link():
+        case rs.Link():
             data: dict[str, Any] = {"type": "link", "to": _list(element.to)}
             if not np.any(element.to):
                 data = {"type": "spring"}
@@ -139,17 +125,17 @@ def _joint(joint: Joint) -> dict[str, Any]:
 
 
 def _role(role: Role) -> dict[str, Any]:
-    if not isinstance(role, Actuated | Locked):
+    if not isinstance(role, rs.Actuated | rs.Locked):
         return {"role": "passive"}
-    data: dict[str, Any] = {"role": "actuated" if isinstance(role, Actuated) else "locked"}
+    data: dict[str, Any] = {"role": "actuated" if isinstance(role, rs.Actuated) else "locked"}
     if role.stiffness is not None:
         data["stiffness"] = float(role.stiffness)
-    if isinstance(role, Actuated) and role.limits is not None:
+    if isinstance(role, rs.Actuated) and role.limits is not None:
         data["limits"] = [float(x) for x in role.limits]
     return data
 
 
-def _beam(beam: TelescopicBeam) -> dict[str, Any]:
+def _beam(beam: rs.TelescopicBeam) -> dict[str, Any]:
     s = beam.section
     section = {"A": s.A, "Iy": s.Iy, "Iz": s.Iz, "J": s.J}
     data = {

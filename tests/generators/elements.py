@@ -5,29 +5,9 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
+import robostiff as rs
 from robostiff.elasticity import Material, circle, elasticity_from_stiffness, rectangle
-from robostiff.model import (
-    Actuated,
-    Chain,
-    Element,
-    Joint,
-    Link,
-    Locked,
-    Passive,
-    Rigid,
-    Role,
-    Telescope,
-    TelescopicBeam,
-    beam_axes,
-    beam_link,
-    cylindrical,
-    helical,
-    planar,
-    prismatic,
-    revolute,
-    spherical,
-    universal,
-)
+from robostiff.model import Element, Joint, Role, beam_axes
 from robostiff.spatial import Frame
 from tests.generators.chains import SEEDS, random_block, random_rotation
 
@@ -65,7 +45,7 @@ def shift_by(*xyz: float) -> Frame:
 
 def random_role(rng: np.random.Generator) -> Role:
     k = 10 ** rng.uniform(4, 7)
-    roles: list[Role] = [Passive(), Actuated(), Actuated(k), Locked(), Locked(k)]
+    roles: list[Role] = [rs.Passive(), rs.Actuated(), rs.Actuated(k), rs.Locked(), rs.Locked(k)]
     return roles[rng.integers(len(roles))]
 
 
@@ -74,30 +54,30 @@ def random_joint_of(kind: str, rng: np.random.Generator, role: Role) -> Joint:
     home = rng.uniform(-0.8, 0.8, 3).tolist()
     match kind:
         case "revolute":
-            return revolute(a, role, home=home[:1])
+            return rs.revolute(a, role, home=home[:1])
         case "prismatic":
-            return prismatic(a, role, home=home[:1])
+            return rs.prismatic(a, role, home=home[:1])
         case "helical":
-            return helical(a, rng.uniform(0.02, 0.4) * rng.choice([-1, 1]), role, home=home[:1])
+            return rs.helical(a, rng.uniform(0.02, 0.4) * rng.choice([-1, 1]), role, home=home[:1])
         case "universal":
-            return universal(a, b, role, home=home[:2])
+            return rs.universal(a, b, role, home=home[:2])
         case "spherical":
-            return spherical(role, home=home)
+            return rs.spherical(role, home=home)
         case "cylindrical":
-            return cylindrical(a, role, home=home[:2])
+            return rs.cylindrical(a, role, home=home[:2])
         case _:
-            return planar(a, role, home=home)
+            return rs.planar(a, role, home=home)
 
 
-def random_telescope(rng: np.random.Generator, role: Role, beams: int) -> Telescope:
+def random_telescope(rng: np.random.Generator, role: Role, beams: int) -> rs.Telescope:
     direction = rng.normal(size=3)
     direction = direction / np.linalg.norm(direction)
     axes = beam_axes(direction, rng.normal(size=3))
     shares = [1.0] if beams == 1 else [0.25, 0.75]
     parts = tuple(
-        TelescopicBeam(STEEL, BAR, share, fixed=rng.uniform(0, 0.3)) for share in shares[:beams]
+        rs.TelescopicBeam(STEEL, BAR, share, fixed=rng.uniform(0, 0.3)) for share in shares[:beams]
     )
-    return Telescope(direction, parts, axes, role, home=rng.uniform(0.2, 0.8))
+    return rs.Telescope(direction, parts, axes, role, home=rng.uniform(0.2, 0.8))
 
 
 def random_element(kind: str, rng: np.random.Generator) -> Element:
@@ -106,20 +86,20 @@ def random_element(kind: str, rng: np.random.Generator) -> Element:
             beams = {"telescope": 1, "telescope of two": 2}.get(kind, 0)
             return random_telescope(rng, random_role(rng), beams)
         case "beam":
-            return beam_link(rng.uniform(-0.6, 0.6, 3), STEEL, BAR, y_axis=rng.normal(size=3))
+            return rs.beam_link(rng.uniform(-0.6, 0.6, 3), STEEL, BAR, y_axis=rng.normal(size=3))
         case "spring":
             elasticity = elasticity_from_stiffness(random_block(rng).stiffness)
-            return Link(rng.uniform(-0.3, 0.3, 3), elasticity, random_rotation(rng), "spring")
+            return rs.Link(rng.uniform(-0.3, 0.3, 3), elasticity, random_rotation(rng), "spring")
         case "part":
-            return Rigid(random_transform(rng))
+            return rs.Rigid(random_transform(rng))
         case _:
             return random_joint_of(kind, rng, random_role(rng))
 
 
 @st.composite
-def element_chains(draw: st.DrawFn) -> tuple[Chain, Frame, np.random.Generator]:
+def element_chains(draw: st.DrawFn) -> tuple[rs.Chain, Frame, np.random.Generator]:
     """A chain of random elements, where its base is, and numbers to go on with."""
     kinds = draw(st.lists(st.sampled_from(KINDS), min_size=1, max_size=6))
     rng = np.random.default_rng(draw(SEEDS))
-    chain = Chain(tuple(random_element(kind, rng) for kind in kinds))
+    chain = rs.Chain(tuple(random_element(kind, rng) for kind in kinds))
     return chain, random_transform(rng), rng

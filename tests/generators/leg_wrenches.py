@@ -11,16 +11,9 @@ from dataclasses import dataclass
 import mpmath as mp
 import numpy as np
 
+import robostiff as rs
 from robostiff.elasticity import Elasticity
-from robostiff.model import (
-    Actuated,
-    Passive,
-    PlacedElement,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedSpring,
-    Snapshot,
-)
+from robostiff.model import PlacedElement, PlacedFreedom, PlacedLeg, PlacedSpring
 from tests.generators.chains import drawn_pitch
 
 DIGITS = 60
@@ -36,7 +29,7 @@ class Exact:
     C: np.ndarray | None
 
 
-def exact_statics(snapshot: Snapshot) -> Exact:
+def exact_statics(snapshot: rs.Snapshot) -> Exact:
     """K and C of legs without parallel blocks about the reference point.
 
     Everything that floats say is taken as exact. A saddle point system over the sizes of the leg
@@ -215,18 +208,18 @@ def passive_joint(rng: np.random.Generator, name: str = "joint") -> PlacedFreedo
     axis = rng.normal(size=3)
     pitch = drawn_pitch(rng.uniform(), 0.2, 0.4)
     unit = axis / np.linalg.norm(axis)
-    return PlacedFreedom(unit, rng.uniform(-1, 1, 3), pitch, name, Passive())
+    return PlacedFreedom(unit, rng.uniform(-1, 1, 3), pitch, name, rs.Passive())
 
 
 def drive(rng: np.random.Generator, stiffness: float, name: str = "drive") -> PlacedFreedom:
     axis = rng.normal(size=3)
     pitch = drawn_pitch(rng.uniform(), 0.5, 0.7)
     unit = axis / np.linalg.norm(axis)
-    return PlacedFreedom(unit, rng.uniform(-1, 1, 3), pitch, name, Actuated(stiffness))
+    return PlacedFreedom(unit, rng.uniform(-1, 1, 3), pitch, name, rs.Actuated(stiffness))
 
 
-def robot_of(legs: list[list[PlacedElement]], rng: np.random.Generator) -> Snapshot:
+def robot_of(legs: list[list[PlacedElement]], rng: np.random.Generator) -> rs.Snapshot:
     """Legs of these elements that meet at a random point."""
     end = rng.uniform(-1, 1, 3)
     placed = tuple(PlacedLeg(f"leg{i}", tuple(own), end) for i, own in enumerate(legs))
-    return Snapshot("random", placed, end)
+    return rs.Snapshot("random", placed, end)

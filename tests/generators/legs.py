@@ -7,42 +7,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
+import robostiff as rs
 from robostiff.kinematics import place_chain
-from robostiff.model import (
-    Actuated,
-    Chain,
-    Elbow,
-    Element,
-    Joint,
-    JointKind,
-    Leg,
-    Passive,
-    Rigid,
-    Robot,
-    Role,
-    Telescope,
-    TelescopicBeam,
-    beam_axes,
-    beam_link,
-    cylindrical,
-    helical,
-    prismatic,
-    revolute,
-    spherical,
-    universal,
-)
+from robostiff.model import Element, Joint, JointKind, Role, beam_axes
 from robostiff.spatial import Frame
 from tests.generators.elements import ROD, STEEL, random_transform
 
-DRIVE = Actuated(1e7)
-FREE = Passive()
+DRIVE = rs.Actuated(1e7)
+FREE = rs.Passive()
 
 
 @dataclass(frozen=True)
 class LegCase:
     """A leg, its home pose, and coordinates that place its end."""
 
-    leg: Leg
+    leg: rs.Leg
     home_pose: np.ndarray
 
     def pose_at(self, q: np.ndarray) -> np.ndarray:
@@ -50,10 +29,10 @@ class LegCase:
         return six(platform_at(self.leg, q))
 
     @property
-    def robot(self) -> Robot:
+    def robot(self) -> rs.Robot:
         turn = Rotation.from_rotvec(self.home_pose[3:])
         home = Frame(turn.as_matrix(), self.home_pose[:3])
-        return Robot("one leg", (self.leg,), home=home)
+        return rs.Robot("one leg", (self.leg,), home=home)
 
 
 def six(pose: RigidTransform) -> np.ndarray:
@@ -61,7 +40,7 @@ def six(pose: RigidTransform) -> np.ndarray:
     return np.concatenate([pose.translation, pose.rotation.as_rotvec()])
 
 
-def platform_at(leg: Leg, q: np.ndarray) -> RigidTransform:
+def platform_at(leg: rs.Leg, q: np.ndarray) -> RigidTransform:
     """Platform frame that a leg's coordinates put it in."""
     R_base, p_base = leg.base.R, leg.base.p
     placed = place_chain(leg.chain, q, R_base, p_base)
@@ -74,9 +53,9 @@ def random_slider(rng: np.random.Generator, along: np.ndarray, home: float) -> E
     """A telescope with one beam, or a rigid one, or a plain prismatic joint."""
     kind = rng.integers(3)
     if kind == 0:
-        return prismatic(along, DRIVE, home=[home])
-    beams = (TelescopicBeam(STEEL, ROD, share=1.0, fixed=0.2),) if kind == 1 else ()
-    return Telescope(along, beams, beam_axes(along, None), DRIVE, home=home)
+        return rs.prismatic(along, DRIVE, home=[home])
+    beams = (rs.TelescopicBeam(STEEL, ROD, share=1.0, fixed=0.2),) if kind == 1 else ()
+    return rs.Telescope(along, beams, beam_axes(along, None), DRIVE, home=home)
 
 
 def two_axes(
@@ -95,21 +74,21 @@ def _skewed_or_not(
     rng: np.random.Generator, along: np.ndarray, role: Role, home: list[float]
 ) -> Joint:
     first, last = two_axes(rng, along, bool(rng.integers(2)))
-    return universal(first, last, role, home=home)
+    return rs.universal(first, last, role, home=home)
 
 
 def _joint(letter: str, rng: np.random.Generator, along: np.ndarray, role: Role = FREE) -> Element:
     a = rng.uniform(-0.5, 0.5, 3).tolist()
     match letter:
         case "S":
-            return spherical(role, home=a)
+            return rs.spherical(role, home=a)
         case "U":
             return _skewed_or_not(rng, along, role, a[:2])
         case "u":  # the platform side: its first axis is across the rod
             second, first = two_axes(rng, along, False)
-            return universal(first, second, role, home=a[:2])
+            return rs.universal(first, second, role, home=a[:2])
         case _:
-            return revolute(rng.normal(size=3), role, home=a[:1])
+            return rs.revolute(rng.normal(size=3), role, home=a[:1])
 
 
 def _unit(rng: np.random.Generator) -> np.ndarray:
@@ -134,21 +113,21 @@ def random_leg(kind: str, seed: int) -> LegCase:
         elements = _sliding_elements(kind, rng)
     elif kind in POSTS:
         elements = [
-            beam_link(0.4 * _unit(rng), STEEL, ROD),
+            rs.beam_link(0.4 * _unit(rng), STEEL, ROD),
             _joint(kind, rng, _unit(rng), FREE if kind == "S" else DRIVE),
-            beam_link(0.1 * _unit(rng), STEEL, ROD),
+            rs.beam_link(0.1 * _unit(rng), STEEL, ROD),
         ]
     elif kind in (*STRUTS, *SCREWS):
         along = _unit(rng)
         elements = [_joint(kind[0], rng, along)]
         elements.append(random_slider(rng, along, rng.uniform(0.5, 0.9)))
         if kind[1] == "C":
-            elements[-1] = cylindrical(along, FREE, home=[rng.uniform(0.5, 0.9), 0.3])
-            elements.append(beam_link(0.2 * along, STEEL, ROD))
+            elements[-1] = rs.cylindrical(along, FREE, home=[rng.uniform(0.5, 0.9), 0.3])
+            elements.append(rs.beam_link(0.2 * along, STEEL, ROD))
         elif kind[1] == "H":
             pitch = 10 ** rng.uniform(-2.3, -0.5) * rng.choice([-1, 1])
             turns = rng.uniform(0.5, 0.9) / pitch
-            elements[-1] = helical(along, pitch, DRIVE, home=[2 * np.pi * turns])
+            elements[-1] = rs.helical(along, pitch, DRIVE, home=[2 * np.pi * turns])
         elements.append(_joint(kind[2].replace("U", "u"), rng, along))
     else:
         along = _unit(rng)
@@ -158,19 +137,19 @@ def random_leg(kind: str, seed: int) -> LegCase:
             axis = _unit(rng)
             arm = np.cross(axis, rng.normal(size=3)) + 0.2 * axis
             elements = [
-                revolute(axis, DRIVE, home=[rng.uniform(-0.5, 0.5)]),
-                beam_link(0.3 * arm / np.linalg.norm(arm), STEEL, ROD),
+                rs.revolute(axis, DRIVE, home=[rng.uniform(-0.5, 0.5)]),
+                rs.beam_link(0.3 * arm / np.linalg.norm(arm), STEEL, ROD),
             ]
         elements.append(_joint(kind[1], rng, along))
-        elements.append(beam_link(rng.uniform(0.6, 1.0) * along, STEEL, ROD))
+        elements.append(rs.beam_link(rng.uniform(0.6, 1.0) * along, STEEL, ROD))
         elements.append(_joint(kind[2].replace("U", "u"), rng, along))
-    elements.append(Rigid(random_transform(rng, 0.1)))
+    elements.append(rs.Rigid(random_transform(rng, 0.1)))
     if kind not in PLANAR:
-        elements.insert(0, Rigid(random_transform(rng, 0.2)))
+        elements.insert(0, rs.Rigid(random_transform(rng, 0.2)))
     # something elastic somewhere, whatever the leg is made of
     if kind == "UCU":
-        elements.append(beam_link(0.05 * _unit(rng), STEEL, ROD))
-    leg = Leg(kind, random_transform(rng), Chain(tuple(elements)), random_transform(rng, 0.2))
+        elements.append(rs.beam_link(0.05 * _unit(rng), STEEL, ROD))
+    leg = rs.Leg(kind, random_transform(rng), rs.Chain(tuple(elements)), random_transform(rng, 0.2))
     return LegCase(leg, six(platform_at(leg, leg.chain.home)))
 
 
@@ -185,20 +164,20 @@ def _planar_elements(kind: str, rng: np.random.Generator) -> list[Element]:
 
     if kind == "RPR":
         return [
-            revolute(z, FREE, home=a[:1]),
+            rs.revolute(z, FREE, home=a[:1]),
             random_slider(rng, in_plane(1.0), rng.uniform(0.5, 0.9)),
-            revolute(z, FREE, home=a[1:2]),
+            rs.revolute(z, FREE, home=a[1:2]),
         ]
     first: list[Element]
     if kind == "PRR":
         first = [random_slider(rng, in_plane(1.0), rng.uniform(0.3, 0.6))]
     else:
-        first = [revolute(z, DRIVE, home=a[2:]), beam_link(in_plane(0.4), STEEL, ROD)]
+        first = [rs.revolute(z, DRIVE, home=a[2:]), rs.beam_link(in_plane(0.4), STEEL, ROD)]
     return [
         *first,
-        revolute(z, FREE, home=a[:1]),
-        beam_link(in_plane(0.7), STEEL, ROD),
-        revolute(z, FREE, home=a[1:2]),
+        rs.revolute(z, FREE, home=a[:1]),
+        rs.beam_link(in_plane(0.7), STEEL, ROD),
+        rs.revolute(z, FREE, home=a[1:2]),
     ]
 
 
@@ -209,16 +188,16 @@ def _sliding_elements(kind: str, rng: np.random.Generator) -> list[Element]:
 
     def link(size: float) -> Element:
         across = np.cross(e, _unit(rng))
-        return beam_link(
+        return rs.beam_link(
             size * across / np.linalg.norm(across) + rng.uniform(-0.2, 0.2) * e, STEEL, ROD
         )
 
     first = (
-        [random_slider(rng, e, rng.uniform(0.3, 0.6)), revolute(e, FREE, home=home[1:2])]
+        [random_slider(rng, e, rng.uniform(0.3, 0.6)), rs.revolute(e, FREE, home=home[1:2])]
         if kind == "PRRR"
-        else [cylindrical(e, FREE, home=home[:2])]
+        else [rs.cylindrical(e, FREE, home=home[:2])]
     )
-    turn = [revolute(e, FREE, home=[h]) for h in home[2:]]
+    turn = [rs.revolute(e, FREE, home=[h]) for h in home[2:]]
     return [*first, link(0.4), turn[0], link(0.7), turn[1]]
 
 
@@ -228,7 +207,7 @@ def near_home(case: LegCase, rng: np.random.Generator, size: float) -> np.ndarra
     return home + size * rng.uniform(-1, 1, home.size)
 
 
-def with_elbow(case: LegCase, elbow: Elbow) -> LegCase:
+def with_elbow(case: LegCase, elbow: rs.Elbow) -> LegCase:
     """The same leg in a working mode by name."""
     return LegCase(replace(case.leg, elbow=elbow), case.home_pose)
 

@@ -7,16 +7,9 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import strategies as st
 
+import robostiff as rs
 from robostiff.elasticity import Elasticity
-from robostiff.model import (
-    Passive,
-    PlacedBlock,
-    PlacedElement,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedSpring,
-    Snapshot,
-)
+from robostiff.model import PlacedBlock, PlacedElement, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.spatial import Space
 from tests.generators.chains import (
     SEEDS,
@@ -50,7 +43,7 @@ def _joint(name: str, rng: np.random.Generator, space: Space) -> PlacedFreedom:
         point = np.append(point[:2], 0.0)
         axis = np.append(axis[:2], 0.0) if joint.pitch is None else np.array([0, 0, 1.0])
     pitch = joint.pitch and (joint.pitch if space is Space.SPATIAL else 0.0)
-    return PlacedFreedom(axis / np.linalg.norm(axis), point, pitch, name, Passive())
+    return PlacedFreedom(axis / np.linalg.norm(axis), point, pitch, name, rs.Passive())
 
 
 class _Grower:
@@ -106,7 +99,7 @@ def nested_snapshot(
     number: int,
     depth: int,
     clamps: bool = False,
-) -> Snapshot:
+) -> rs.Snapshot:
     """A random robot whose legs hold parallel blocks; see `nested_snapshots`.
 
     With `clamps`, a rigid branch may be without joints, so that its whole block is rigid.
@@ -116,7 +109,7 @@ def nested_snapshot(
     reference = rng.uniform(-1, 1, 3)
     if space is Space.PLANAR:
         reference[2] = 0.0
-    return Snapshot("nested", grown, reference, space)
+    return rs.Snapshot("nested", grown, reference, space)
 
 
 @st.composite
@@ -126,7 +119,7 @@ def nested_snapshots(
     rigid: bool = False,
     legs: int = 2,
     depth: int = 2,
-) -> Snapshot:
+) -> rs.Snapshot:
     """Random robots whose legs hold parallel blocks, up to `depth` of them one in another.
 
     With `rigid`, some branches are rigid. Joints may be redundant.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -14,7 +15,8 @@ from robostiff.robots import robot_file
 from tests.identification.campaigns import hexapod_campaign, hexapod_frames
 
 ROOT = Path(__file__).parents[2]
-ARM, CAMPAIGN = ROOT / "examples" / "loaded-arm.yaml", ROOT / "examples" / "campaign.csv"
+EXAMPLES = ROOT / "examples"
+ARM, CAMPAIGN = EXAMPLES / "loaded-arm.yaml", EXAMPLES / "campaign.csv"
 ZEROS = ("--parameters", "arm/joint*", "--parameters", "arm/joint[2345].zero")
 
 
@@ -106,3 +108,38 @@ def test_one_value_for_six_legs_that_are_written_once(tmp_path):
     for leg in rs.load(output).legs:
         (strut,) = [own for own in leg.chain.elements if own.name == "strut"]
         assert 1 / strut.role.stiffness == pytest.approx(one.values["leg*/strut"], rel=1e-9)
+
+
+def test_values_of_a_robot_description_are_written_as_its_side_file(tmp_path):
+    """Joints that share a pattern get entries of their own; what the pattern says besides stays."""
+    side, output = tmp_path / "ur5.stiffness.yaml", tmp_path / "identified.stiffness.yaml"
+    text = (EXAMPLES / "ur5.stiffness.yaml").read_text()
+    side.write_text(text.replace("{stiffness: 20 kN m/rad}", "{stiffness: 16 kN m/rad}"))
+    files = [{"side": own} for own in (EXAMPLES / "ur5.stiffness.yaml", side, output)]
+    robot, stiffer = (rs.load(EXAMPLES / "ur5.urdf", **own) for own in files[:2])
+    q = np.random.default_rng(3).uniform(-1.5, 1.5, (12, 6))
+    wrenches = np.random.default_rng(4).uniform(-50, 50, (12, 6))
+    moved = [
+        rs.deflection(stiffer, rs.JointCoordinates(own), wrench=w).twist
+        for own, w in zip(q, wrenches, strict=True)
+    ]
+    measured = rs.Measurements(
+        rs.JointCoordinates(q),
+        np.array(moved)[:, :3],
+        wrenches=wrenches,
+        markers=["tip"] * 12,
+        sigma=1e-6,
+        kinds=rs.Reading.DISPLACEMENT,
+    )
+    frames = rs.KnownFrames({"tip": [0, 0, 0.12]})
+    found = rs.identify(robot, measured, ["ur5/*joint"], frames=frames)
+    assert found.outliers == ()  # of readings without noise residuals are rounding
+    found.write(output, EXAMPLES / "ur5.urdf")
+    again = rs.load(EXAMPLES / "ur5.urdf", **files[2])
+    elements = again.legs[0].chain.elements
+    springs = {own.name: own.role.stiffness for own in elements if hasattr(own, "role")}
+    assert len(springs) == 6
+    for name, stiffness in springs.items():
+        assert 1 / stiffness == pytest.approx(found.values[f"ur5/{name}"], rel=1e-9)
+    assert found.values["ur5/elbow_joint"] == pytest.approx(1 / 16e3, rel=1e-2)
+    assert all(line in output.read_text() for line in text.splitlines())

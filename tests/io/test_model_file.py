@@ -14,15 +14,11 @@ import robostiff as rs
 from robostiff.analysis import stiffness
 from robostiff.elasticity import (
     BeamSegment,
-    Timoshenko,
     beam_compliance,
     box,
-    circle,
     elasticity_from_stiffness,
     i_section,
-    material,
     moved,
-    rectangle,
     tapered_compliance,
     tube,
 )
@@ -137,9 +133,9 @@ def test_rigid_part_that_only_turns():
 # --- what is elastic ---
 
 SHAPES = {
-    "circle: {diameter: 20 mm}": circle(0.02),
+    "circle: {diameter: 20 mm}": rs.circle(0.02),
     "tube: {outer_diameter: 20 mm, inner_diameter: 10 mm}": tube(0.02, 0.01),
-    "rectangle: {width_y: 20 mm, height_z: 10 mm}": rectangle(0.02, 0.01),
+    "rectangle: {width_y: 20 mm, height_z: 10 mm}": rs.rectangle(0.02, 0.01),
     "box: {width_y: 20 mm, height_z: 10 mm, wall: 1 mm}": box(0.02, 0.01, 0.001),
     "i: {flange_width: 20 mm, height: 40 mm, web_thickness: 2 mm, flange_thickness: 3 mm}":
         i_section(0.02, 0.04, 0.002, 0.003),
@@ -153,8 +149,8 @@ def test_beam_sections(written, theory):
         f"{{type: beam, to: [0, L, 0], y_axis: z, material: steel, section: {{{written}}}, "
         f"theory: {theory}}}"
     )
-    theories = {"timoshenko": (Timoshenko(),)}.get(theory, ())
-    expected = beam_compliance(0.3, material("steel"), SHAPES[written], *theories)
+    theories = {"timoshenko": (rs.Timoshenko(),)}.get(theory, ())
+    expected = beam_compliance(0.3, rs.material("steel"), SHAPES[written], *theories)
     assert isinstance(beam, Link)
     np.testing.assert_allclose(beam.elasticity.compliance, expected, rtol=1e-14)
     np.testing.assert_array_equal(beam.axes, np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]]).T)
@@ -165,8 +161,8 @@ def test_shear_factors_depend_on_the_material():
         "{type: beam, to: [0, L, 0], material: aluminium-6061, theory: timoshenko, "
         "section: {circle: {diameter: 20 mm}}}"
     )
-    alloy, section = material("aluminium-6061"), circle(0.02, poisson_ratio=0.33)
-    expected = beam_compliance(0.3, alloy, section, Timoshenko())
+    alloy, section = rs.material("aluminium-6061"), rs.circle(0.02, poisson_ratio=0.33)
+    expected = beam_compliance(0.3, alloy, section, rs.Timoshenko())
     np.testing.assert_allclose(first_of(written).elasticity.compliance, expected, rtol=1e-12)
 
 
@@ -200,8 +196,8 @@ def test_taper():
         "30 mm}}}]}"
     )
     segments = [
-        BeamSegment(0.1, material("steel"), circle(0.04)),
-        BeamSegment(0.2, material("aluminium"), circle(0.03)),
+        BeamSegment(0.1, rs.material("steel"), rs.circle(0.04)),
+        BeamSegment(0.2, rs.material("aluminium"), rs.circle(0.03)),
     ]
     np.testing.assert_allclose(
         beam.elasticity.compliance, tapered_compliance(segments), rtol=1e-12, atol=1e-25
@@ -327,7 +323,7 @@ def test_serial_arm_needs_no_home():
     robot = read(ARM.format(chain=f"      - {HINGE}\n      - {TIP}"))
     assert robot.home is None
     assert robot.coordinates == ()
-    beam = beam_compliance(0.3, material("steel"), circle(0.02))
+    beam = beam_compliance(0.3, rs.material("steel"), rs.circle(0.02))
     C = np.linalg.inv(stiffness(robot).K)
     np.testing.assert_allclose(C[1, 1], beam[1, 1], rtol=1e-9)
     np.testing.assert_allclose(C[2, 2], beam[2, 2] + 0.3**2 / 1e5, rtol=1e-9)

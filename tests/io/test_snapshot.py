@@ -15,16 +15,10 @@ from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 from scipy.spatial.transform import Rotation
 
+import robostiff as rs
 import robostiff.io.snapshot
 from robostiff.analysis import stiffness
-from robostiff.elasticity import (
-    CrossSection,
-    Elasticity,
-    Material,
-    Timoshenko,
-    beam_compliance,
-    elasticity_from_stiffness,
-)
+from robostiff.elasticity import beam_compliance, elasticity_from_stiffness
 from robostiff.elastostatics import chain_stiffness
 from robostiff.errors import FileError, InputError, PlausibilityWarning
 from robostiff.io.document import parse_document
@@ -36,16 +30,7 @@ from robostiff.io.snapshot import (
     snapshot_to_data,
 )
 from robostiff.kinematics import find_posture
-from robostiff.model import (
-    Actuated,
-    Locked,
-    Passive,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedSpring,
-    Snapshot,
-    beam_axes,
-)
+from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, beam_axes
 from robostiff.model.checks import rotation_matrix
 from robostiff.robots import load
 from robostiff.spatial import Space
@@ -55,7 +40,7 @@ EXAMPLE = ROOT / "examples" / "wall-crane.json"
 CASES = sorted((ROOT / "tests" / "cases" / "data").glob("*.json"))
 
 
-def read(data: dict) -> Snapshot:
+def read(data: dict) -> rs.Snapshot:
     return snapshot_from_document(parse_document(json.dumps(data), file="robot.json"))
 
 
@@ -82,7 +67,7 @@ def test_passive_element():
     (leg,) = read(robot(PASSIVE, beam())).legs
     joint = leg.elements[0]
     assert isinstance(joint, PlacedFreedom)
-    assert (joint.name, joint.pitch, joint.role) == ("passive1", 0.0, Passive())
+    assert (joint.name, joint.pitch, joint.role) == ("passive1", 0.0, rs.Passive())
     assert joint.axis.tolist() == [0, 0, -1]
     assert joint.point.tolist() == [0, 0, 0]
 
@@ -91,7 +76,7 @@ def test_spring_element():
     (leg,) = read(robot(SPRING)).legs
     joint = leg.elements[0]
     assert isinstance(joint, PlacedFreedom)
-    assert (joint.pitch, joint.role) == (None, Actuated(stiffness=2e6))
+    assert (joint.pitch, joint.role) == (None, rs.Actuated(stiffness=2e6))
     np.testing.assert_allclose(joint.axis, [0.6, 0, 0.8])
 
 
@@ -103,9 +88,9 @@ def test_beam_element(factors):
     assert part.point.tolist() == [0, 0.3, 0.4]
     axes = beam_axes(np.array([0, 0.3, 0.4]), np.array([1.0, 1, 1]))
     np.testing.assert_allclose(part.rotation, axes, atol=1e-15)
-    section = CrossSection(8e-4, 3e-8, 1e-7, 7e-8, *factors.values())
-    theory = (Timoshenko(),) if factors else ()
-    C = beam_compliance(0.5, Material("steel", 2.1e11, 8e10), section, *theory)
+    section = rs.CrossSection(8e-4, 3e-8, 1e-7, 7e-8, *factors.values())
+    theory = (rs.Timoshenko(),) if factors else ()
+    C = beam_compliance(0.5, rs.Material("steel", 2.1e11, 8e10), section, *theory)
     np.testing.assert_allclose(part.elasticity.compliance, C, rtol=1e-14)
 
 
@@ -198,7 +183,7 @@ def test_planar_snapshot():
 # Writing
 
 
-def same_stiffness(first: Snapshot, second: Snapshot) -> None:
+def same_stiffness(first: rs.Snapshot, second: rs.Snapshot) -> None:
     one, two = stiffness(first), stiffness(second)
     assert one.status == two.status
     assert one.rank == two.rank
@@ -223,7 +208,9 @@ numbers = st.floats(-2, 2, allow_subnormal=False).map(lambda x: round(x, 6))
 vectors = st.tuples(numbers, numbers, numbers).map(np.array)
 directions = vectors.filter(lambda v: np.linalg.norm(v) > 0.1).map(lambda v: v / np.linalg.norm(v))
 rotations = directions.map(lambda v: Rotation.from_rotvec(2 * v).as_matrix())
-roles = st.sampled_from([Passive(), Actuated(3e5), Locked(2e4), Actuated(None), Locked(None)])
+roles = st.sampled_from(
+    [rs.Passive(), rs.Actuated(3e5), rs.Locked(2e4), rs.Actuated(None), rs.Locked(None)]
+)
 pitches = st.sampled_from([0.0, None, 0.005, -0.8])
 freedoms = st.builds(PlacedFreedom, directions, vectors, pitches, st.sampled_from("abc"), roles)
 
@@ -238,23 +225,23 @@ def springs(draw) -> PlacedSpring:
     C = (modes * values) @ modes.T * np.outer(units, units)
     kind = draw(st.sampled_from(["compliance", "stiffness", "beam"]))
     if kind == "compliance":
-        elasticity = Elasticity((C + C.T) / 2)
+        elasticity = rs.Elasticity((C + C.T) / 2)
     elif kind == "stiffness":
         K = C / np.outer(units, units) ** 2
         elasticity = elasticity_from_stiffness((K + K.T) / 2)
     else:
-        section = CrossSection(8e-4, 3e-8, 1e-7, 7e-8)
-        elasticity = Elasticity(beam_compliance(0.7, Material("steel", 2e11, 8e10), section))
+        section = rs.CrossSection(8e-4, 3e-8, 1e-7, 7e-8)
+        elasticity = rs.Elasticity(beam_compliance(0.7, rs.Material("steel", 2e11, 8e10), section))
     return PlacedSpring(draw(st.sampled_from("abc")), draw(vectors), draw(rotations), elasticity)
 
 
-SOFT = PlacedSpring("soft", np.ones(3), np.eye(3), Elasticity(np.diag([1e-7] * 3 + [1e-4] * 3)))
+SOFT = PlacedSpring("soft", np.ones(3), np.eye(3), rs.Elasticity(np.diag([1e-7] * 3 + [1e-4] * 3)))
 
 
 @given(st.lists(st.one_of(freedoms, springs()), max_size=6), vectors, vectors)
 def test_any_snapshot_survives_a_round_trip(elements, end, reference_point):
     leg = PlacedLeg("leg", (SOFT, *elements), end)
-    snapshot = Snapshot("robot", (leg, replace(leg, name="leg")), reference_point)
+    snapshot = rs.Snapshot("robot", (leg, replace(leg, name="leg")), reference_point)
     data = snapshot_to_data(snapshot)
     Draft202012Validator(snapshot_schema()).validate(data)
     again = read(json.loads(json.dumps(data)))
@@ -300,7 +287,7 @@ def same_element(
         assert np.all(np.abs(C_one - C_two) <= tolerance * np.outer(size, size))
 
 
-def stiffness_of(elasticity: Elasticity) -> np.ndarray | None:
+def stiffness_of(elasticity: rs.Elasticity) -> np.ndarray | None:
     result = chain_stiffness(elasticity.compliance, elasticity.freedoms)
     return result.K if result.status.has_stiffness else None
 
@@ -310,13 +297,13 @@ def test_one_pose_of_a_batch_is_written():
     joint, part = single.legs[0].elements
     assert isinstance(joint, PlacedFreedom)
     assert isinstance(part, PlacedSpring)
-    elasticity = Elasticity(part.elasticity.compliance[None])
+    elasticity = rs.Elasticity(part.elasticity.compliance[None])
     elements = (
         replace(joint, point=joint.point[None], axis=joint.axis[None]),
         replace(part, rotation=part.rotation[None], elasticity=elasticity),
     )
     leg = PlacedLeg("leg", elements, single.legs[0].end)
-    batch = Snapshot("arm", (leg,), single.reference_point[None])
+    batch = rs.Snapshot("arm", (leg,), single.reference_point[None])
     assert snapshot_to_data(batch) == snapshot_to_data(single)
 
 
@@ -336,23 +323,23 @@ def test_a_beam_is_written_by_its_stiffness_and_a_rigid_direction_by_its_complia
 
 
 def test_rigid_joints_are_left_out():
-    rigid = PlacedFreedom(np.eye(3)[0], np.zeros(3), 0.0, "drive", Actuated())
-    snapshot = Snapshot("arm", (PlacedLeg("leg", (rigid, SOFT), np.zeros(3)),), np.zeros(3))
+    rigid = PlacedFreedom(np.eye(3)[0], np.zeros(3), 0.0, "drive", rs.Actuated())
+    snapshot = rs.Snapshot("arm", (PlacedLeg("leg", (rigid, SOFT), np.zeros(3)),), np.zeros(3))
     chain = snapshot_to_data(snapshot)["legs"][0]["chain"]
     assert [element["name"] for element in chain] == ["soft"]
 
 
 def test_a_leg_without_compliance_is_not_written():
-    rigid = PlacedFreedom(np.eye(3)[0], np.zeros(3), 0.0, "drive", Actuated())
-    snapshot = Snapshot("arm", (PlacedLeg("leg", (rigid,), np.zeros(3)),), np.zeros(3))
+    rigid = PlacedFreedom(np.eye(3)[0], np.zeros(3), 0.0, "drive", rs.Actuated())
+    snapshot = rs.Snapshot("arm", (PlacedLeg("leg", (rigid,), np.zeros(3)),), np.zeros(3))
     with pytest.raises(InputError, match="leg leg without compliance"):
         snapshot_to_data(snapshot)
 
 
 def test_a_spring_both_free_and_rigid_is_not_written():
-    elasticity = Elasticity(np.diag([1e-6, 1e-6, 1e-6, 0, 0, 0]), np.eye(6)[:, 5:])
+    elasticity = rs.Elasticity(np.diag([1e-6, 1e-6, 1e-6, 0, 0, 0]), np.eye(6)[:, 5:])
     odd = PlacedSpring("odd", np.zeros(3), np.eye(3), elasticity)
-    snapshot = Snapshot("arm", (PlacedLeg("leg", (odd,), np.zeros(3)),), np.zeros(3))
+    snapshot = rs.Snapshot("arm", (PlacedLeg("leg", (odd,), np.zeros(3)),), np.zeros(3))
     with pytest.raises(InputError, match="spring odd with directions both free and rigid"):
         snapshot_to_data(snapshot)
 

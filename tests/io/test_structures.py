@@ -7,18 +7,7 @@ from scipy.spatial.transform import Rotation
 import robostiff as rs
 from robostiff.errors import InputError
 from robostiff.kinematics import PostureFinder
-from robostiff.model import (
-    Actuated,
-    Chain,
-    Joint,
-    Leg,
-    Link,
-    Passive,
-    PlacedFreedom,
-    Rigid,
-    Robot,
-    revolute,
-)
+from robostiff.model import Joint, PlacedFreedom
 from robostiff.network import JointElement, Node, network_of_snapshot
 from robostiff.spatial import Frame
 from tests.generators.elements import random_transform
@@ -139,22 +128,22 @@ def test_a_robot_all_in_one_point_closes_wherever_it_is(seed: int):
     base, attachment = random_transform(random), random_transform(random, 0.0)
     axis = random.normal(size=3)
     spring = rs.Elasticity(np.diag([1e-6, 2e-6, 3e-6, 1e-4, 2e-4, 3e-4]))
-    link = Link(np.zeros(3), spring, np.eye(3))
-    chain = Chain((revolute(axis, Passive(), home=[0.4]), link))
-    alone = Robot("point", (Leg("leg", base, chain, attachment),), coordinates=())
+    link = rs.Link(np.zeros(3), spring, np.eye(3))
+    chain = rs.Chain((rs.revolute(axis, rs.Passive(), home=[0.4]), link))
+    alone = rs.Robot("point", (rs.Leg("leg", base, chain, attachment),), coordinates=())
     pose = PostureFinder(alone).home_pose
     home = Frame(Rotation.from_rotvec(pose[3:]).as_matrix(), pose[:3])
-    robot = Robot("point", alone.legs, home=home)
+    robot = rs.Robot("point", alone.legs, home=home)
     result = rs.stiffness(robot)
     assert result.rank == 5
     assert np.allclose(result.K, rs.stiffness(alone).K, rtol=1e-9, atol=1e-3)
 
 
-def away_and_back(random: np.random.Generator) -> tuple[Rigid, Rigid]:
+def away_and_back(random: np.random.Generator) -> tuple[rs.Rigid, rs.Rigid]:
     """Two links that lead back to the point, but for rounding."""
     there = random_transform(random)
     turn = Rotation.from_rotvec(random.normal(size=3)).as_matrix()
-    return Rigid(there), Rigid(Frame(turn, -(there.R.T @ there.p)))
+    return rs.Rigid(there), rs.Rigid(Frame(turn, -(there.R.T @ there.p)))
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -164,20 +153,20 @@ def test_axes_that_meet_in_the_origin_but_for_rounding(seed: int):
     spring = rs.Elasticity(np.diag([1e-8, 1e-8, 1e-8, 1e-5, 1e-5, 1e-5]))
     legs = []
     for leg in range(3):
-        parts: list[Rigid | Link | Joint] = [Link(np.zeros(3), spring, np.eye(3))]
+        parts: list[rs.Rigid | rs.Link | Joint] = [rs.Link(np.zeros(3), spring, np.eye(3))]
         turned = np.eye(3)
         for joint in range(3):
-            role = Passive() if joint else Actuated(1e4)
-            parts.append(revolute(random.normal(size=3), role, name=f"{joint}"))
+            role = rs.Passive() if joint else rs.Actuated(1e4)
+            parts.append(rs.revolute(random.normal(size=3), role, name=f"{joint}"))
             links = away_and_back(random)
             parts += links
             turned = turned @ links[0].transform.R @ links[1].transform.R
         legs.append(
-            Leg(f"{leg}", Frame.identity(), Chain(tuple(parts)), Frame(turned, np.zeros(3)))
+            rs.Leg(f"{leg}", Frame.identity(), rs.Chain(tuple(parts)), Frame(turned, np.zeros(3)))
         )
-    robot = Robot("wrist", tuple(legs), Frame.identity())
+    robot = rs.Robot("wrist", tuple(legs), Frame.identity())
     assert rs.stiffness(robot).rank == 6  # a moment of each leg
-    pair = Robot("wrist", tuple(legs[:2]), Frame.identity())
+    pair = rs.Robot("wrist", tuple(legs[:2]), Frame.identity())
     assert rs.stiffness(pair).rank == 5
     at_rest = rs.find_posture(robot).snapshot.one(0)
     assert rs.stiffness(network_of_snapshot(at_rest)).rank == 6
@@ -191,7 +180,7 @@ def test_a_spherical_four_bar_about_the_origin_but_for_rounding(seed: int):
     for k in range(4):
         axis = random.normal(size=3)
         own = PlacedFreedom(
-            axis / np.linalg.norm(axis), 1e-16 * random.normal(size=3), 0.0, "turn", Passive()
+            axis / np.linalg.norm(axis), 1e-16 * random.normal(size=3), 0.0, "turn", rs.Passive()
         )
         joints.append(JointElement(f"joint {k}", f"{k}", f"{(k + 1) % 4}", (own,)))
     loop = rs.Network("loop", tuple(bodies), ("0",), "2", bodies[2].point, joints=tuple(joints))

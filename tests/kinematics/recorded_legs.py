@@ -8,20 +8,11 @@ from typing import Any
 
 import numpy as np
 
+import robostiff as rs
 from robostiff.elasticity import Elasticity
 from robostiff.kinematics import PostureFinder, leg_compliance, passive_jacobian
 from robostiff.kinematics.formula import FormulaPose, PlacedFormula, place_leg
-from robostiff.model import (
-    ALL_COORDINATES,
-    Chain,
-    Element,
-    Leg,
-    Passive,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedSpring,
-    Robot,
-)
+from robostiff.model import ALL_COORDINATES, Element, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record
 from tests.generators.elements import random_transform
 from tests.generators.legs import LegCase, platform_at, six
@@ -32,9 +23,9 @@ SIX = tuple(coordinate.value for coordinate in ALL_COORDINATES)
 def built_leg(elements: Sequence[Element], seed: int = 0) -> LegCase:
     """A leg of some elements, somewhere and at any angle."""
     rng = np.random.default_rng(seed)
-    chain = Chain(tuple(elements))
+    chain = rs.Chain(tuple(elements))
     base, attachment = (random_transform(rng, shift) for shift in (0.5, 0.2))
-    leg = Leg("leg", base, chain, attachment)
+    leg = rs.Leg("leg", base, chain, attachment)
     return LegCase(leg, six(platform_at(leg, chain.home)))
 
 
@@ -97,7 +88,7 @@ def pair_of(case: LegCase, poses: np.ndarray) -> Pair:
     return pairs_of(case.robot, poses, record, pose)[0]
 
 
-def pairs_of(robot: Robot, poses: np.ndarray, record: Record, pose: FormulaPose) -> list[Pair]:
+def pairs_of(robot: rs.Robot, poses: np.ndarray, record: Record, pose: FormulaPose) -> list[Pair]:
     """All legs of a robot at poses (N, 6)."""
     finder = PostureFinder(robot)
     posture = finder.find(poses)
@@ -156,7 +147,7 @@ def _values_of(element: PlacedFreedom | PlacedSpring, count: int) -> list[Any]:
     if isinstance(element, PlacedFreedom):
         axis, role = _samples(element.axis, count), element.role
         roles = [role] * count
-        if not isinstance(role, Passive) and isinstance(role.stiffness, Entry):
+        if not isinstance(role, rs.Passive) and isinstance(role.stiffness, Entry):
             roles = [replace(role, stiffness=float(k)) for k in role.stiffness.sample]
         return [
             replace(element, point=p, axis=e, role=own)

@@ -12,25 +12,14 @@ from robostiff import Status
 from robostiff.kinematics import posture_finder
 from robostiff.kinematics.closure import LegSolver
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import (
-    Actuated,
-    Chain,
-    Joint,
-    Leg,
-    Passive,
-    Rigid,
-    Robot,
-    beam_link,
-    revolute,
-    spherical,
-)
+from robostiff.model import Joint
 from robostiff.spatial import Frame
 from tests.generators.elements import ROD, STEEL
 
 HOME = np.array([0.3, -0.5, 0.9, 0.4, 0.8, -0.6])
 
 
-def random_arm(seed: int, *, ball: bool = False, home: Any = HOME) -> Robot:
+def random_arm(seed: int, *, ball: bool = False, home: Any = HOME) -> rs.Robot:
     """Links and axes at random, but the second axis parallel to the third; perhaps a ball wrist."""
     random = np.random.default_rng(seed)
     turn = Rotation.random(rng=np.random.default_rng(seed)).as_matrix()
@@ -42,30 +31,32 @@ def random_arm(seed: int, *, ball: bool = False, home: Any = HOME) -> Robot:
     links = random.uniform(-0.4, 0.4, (3, 3)) + 0.3 * axes[[4, 0, 3]]
     elements: list[Any] = []
     for i in range(3):
-        elements.append(revolute(axes[i], Actuated(1e5), home=[home[i]], name=f"j{i + 1}"))
-        elements.append(beam_link(links[i], STEEL, ROD))
+        elements.append(rs.revolute(axes[i], rs.Actuated(1e5), home=[home[i]], name=f"j{i + 1}"))
+        elements.append(rs.beam_link(links[i], STEEL, ROD))
     if ball:
-        elements.append(spherical(Passive()))
+        elements.append(rs.spherical(rs.Passive()))
     else:
         for i in range(3, 6):
-            elements.append(revolute(axes[i], Actuated(2e4), home=[home[i]], name=f"j{i + 1}"))
             elements.append(
-                beam_link(0.1 * axes[i], STEEL, ROD) if i == 5 else Rigid(Frame.identity())
+                rs.revolute(axes[i], rs.Actuated(2e4), home=[home[i]], name=f"j{i + 1}")
+            )
+            elements.append(
+                rs.beam_link(0.1 * axes[i], STEEL, ROD) if i == 5 else rs.Rigid(Frame.identity())
             )
     base = Frame(turn, random.uniform(-1, 1, 3))
     tool = Frame(
         Rotation.random(rng=np.random.default_rng(seed + 9)).as_matrix(),
         random.uniform(-0.2, 0.2, 3),
     )
-    return Robot("arm", (Leg("arm", base, Chain(tuple(elements)), tool),))
+    return rs.Robot("arm", (rs.Leg("arm", base, rs.Chain(tuple(elements)), tool),))
 
 
-def solver_of(robot: Robot) -> LegSolver:
+def solver_of(robot: rs.Robot) -> LegSolver:
     (solver,) = posture_finder(robot).solvers
     return solver
 
 
-def poses_at(robot: Robot, q: Any) -> np.ndarray:
+def poses_at(robot: rs.Robot, q: Any) -> np.ndarray:
     return rs.find_posture(robot, rs.JointCoordinates(q)).pose
 
 
@@ -137,20 +128,20 @@ def test_out_of_reach_the_pose_is_reported_and_the_arm_points_there():
 IN_LINE = np.array([0.1, 0.2, 0.3, 0.4, 0.0, 0.2])
 
 
-def without_parallel_axes() -> Robot:
+def without_parallel_axes() -> rs.Robot:
     """The shipped arm with its third axis turned, which has no closed form."""
     robot = rs.load("six-joint-arm")
     elements = list(robot.legs[0].chain.elements)
     (at,) = (i for i, own in enumerate(elements) if own.name == "joint3")
     third = elements[at]
     assert isinstance(third, Joint)
-    skew = revolute([0, np.cos(0.2), np.sin(0.2)], third.role, home=[0.26], name="joint3")
+    skew = rs.revolute([0, np.cos(0.2), np.sin(0.2)], third.role, home=[0.26], name="joint3")
     elements[at] = skew
-    return replace(robot, legs=(replace(robot.legs[0], chain=Chain(tuple(elements))),))
+    return replace(robot, legs=(replace(robot.legs[0], chain=rs.Chain(tuple(elements))),))
 
 
 @pytest.mark.parametrize("robot", [rs.load("six-joint-arm"), without_parallel_axes()])
-def test_a_wrist_in_line_leaves_two_drives_open_and_every_answer_says_so(robot: Robot):
+def test_a_wrist_in_line_leaves_two_drives_open_and_every_answer_says_so(robot: rs.Robot):
     F = [100, 200, -150, 0, 0, 0]
     pose = poses_at(robot, IN_LINE)
     open_, sure = rs.stiffness(robot, pose[0]), rs.stiffness(robot, rs.JointCoordinates(IN_LINE))
@@ -203,7 +194,7 @@ def test_from_a_home_with_all_joints_at_zero_the_nearest_posture_is_found_on_bot
     elements = [
         replace(own, home=np.zeros(1)) if hasattr(own, "home") else own for own in chain.elements
     ]
-    robot = replace(robot, legs=(replace(robot.legs[0], chain=Chain(tuple(elements))),))
+    robot = replace(robot, legs=(replace(robot.legs[0], chain=rs.Chain(tuple(elements))),))
     assert rs.stiffness(robot, poses_at(robot, np.zeros(6))[0]).status == Status.OK
     for bend in (0.2, -0.2):
         q = np.array([0.1, 0.15, 0.05, 0.1, bend, -0.2])

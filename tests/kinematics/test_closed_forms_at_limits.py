@@ -3,34 +3,24 @@
 import numpy as np
 import pytest
 
+import robostiff as rs
 from robostiff.kinematics import place_chain
 from robostiff.kinematics.closure import leg_solvers
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import (
-    Actuated,
-    Chain,
-    Joint,
-    Leg,
-    Passive,
-    beam_link,
-    prismatic,
-    revolute,
-    spherical,
-    universal,
-)
+from robostiff.model import Joint
 from robostiff.spatial import Frame
 from tests.generators.elements import ROD, STEEL
 from tests.generators.legs import platform_at, six
 
 X, Y, Z = np.eye(3)
-FREE, DRIVE = Passive(), Actuated(1e7)
+FREE, DRIVE = rs.Passive(), rs.Actuated(1e7)
 AT_ORIGIN = Frame(np.eye(3), np.zeros(3))
-BALL, CROSS, CROSS_AT_ROD = spherical(FREE), universal(X, Y, FREE), universal(Z, Y, FREE)
+BALL, CROSS, CROSS_AT_ROD = rs.spherical(FREE), rs.universal(X, Y, FREE), rs.universal(Z, Y, FREE)
 
 
-def gaps(chain: Chain, poses: np.ndarray) -> np.ndarray:
+def gaps(chain: rs.Chain, poses: np.ndarray) -> np.ndarray:
     """How far the end of a leg is from poses (N, 6), metres and radians alike."""
-    leg = Leg("leg", AT_ORIGIN, chain, AT_ORIGIN)
+    leg = rs.Leg("leg", AT_ORIGIN, chain, AT_ORIGIN)
     (solver,) = leg_solvers([leg], six(platform_at(leg, chain.home)), 1.0)
     assert solver.closed_form is not None
     R = turn_by_vector(poses[:, 3:])
@@ -41,9 +31,11 @@ def gaps(chain: Chain, poses: np.ndarray) -> np.ndarray:
     return np.maximum(np.abs(placed.p - poses[:, :3]).max(axis=1), turned)
 
 
-def strut(first: Joint, last: Joint) -> Chain:
+def strut(first: Joint, last: Joint) -> rs.Chain:
     """A strut along z, 1 m long at home."""
-    return Chain((first, prismatic(Z, DRIVE, home=[1.0]), beam_link(0.2 * Z, STEEL, ROD), last))
+    return rs.Chain(
+        (first, rs.prismatic(Z, DRIVE, home=[1.0]), rs.beam_link(0.2 * Z, STEEL, ROD), last)
+    )
 
 
 def poses_at(ends: list, turn: tuple[float, float, float] = (0.1, -0.2, 0.3)) -> np.ndarray:
@@ -63,19 +55,19 @@ def test_a_strut_without_length_is_finite():
 
 def test_a_rod_about_the_axis_of_its_crank_is_finite():
     """The crank may be anywhere: it closes wherever it is, the rod as long as the arm."""
-    arm, rod = beam_link(0.5 * X, STEEL, ROD), beam_link(0.5 * Z, STEEL, ROD)
-    chain = Chain((revolute(Z, DRIVE), arm, BALL, rod, BALL))
+    arm, rod = rs.beam_link(0.5 * X, STEEL, ROD), rs.beam_link(0.5 * Z, STEEL, ROD)
+    chain = rs.Chain((rs.revolute(Z, DRIVE), arm, BALL, rod, BALL))
     assert gaps(chain, np.zeros((1, 6)))[0] <= 1e-12
 
 
 @pytest.mark.parametrize("direction", [X, Y, (0.6, 0.0, 0.8), (-0.6, 0.8, 0.0)])
 def test_out_of_reach_a_rod_ends_where_it_comes_nearest(direction: np.ndarray):
     """On a slide along z the rod lies across; its end is nearer to the goal than any other."""
-    rod = beam_link(0.5 * X, STEEL, ROD)
-    chain = Chain((prismatic(Z, DRIVE), CROSS_AT_ROD, rod, BALL))
+    rod = rs.beam_link(0.5 * X, STEEL, ROD)
+    chain = rs.Chain((rs.prismatic(Z, DRIVE), CROSS_AT_ROD, rod, BALL))
     far = np.asarray(direction) * 2.0
     lacking = np.hypot(far[0], far[1]) - 0.5
-    leg = Leg("leg", AT_ORIGIN, chain, AT_ORIGIN)
+    leg = rs.Leg("leg", AT_ORIGIN, chain, AT_ORIGIN)
     (solver,) = leg_solvers([leg], six(platform_at(leg, chain.home)), 1.0)
     (q,), *_ = solver.solve(poses_at([far]), turn_by_vector(poses_at([far])[:, 3:]))
     placed = place_chain(chain, q, np.eye(3), np.zeros(3))

@@ -5,21 +5,11 @@ from functools import cache
 import numpy as np
 import pytest
 
+import robostiff as rs
 from robostiff import InputError, load
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.formula import FormulaPose, place_leg
-from robostiff.model import (
-    Actuated,
-    Joint,
-    Robot,
-    Role,
-    beam_link,
-    cylindrical,
-    prismatic,
-    revolute,
-    spherical,
-    universal,
-)
+from robostiff.model import Joint, Role
 from tests.generators.elements import ROD, STEEL
 from tests.generators.legs import (
     DRIVE,
@@ -65,7 +55,7 @@ def poses_around(case: LegCase, rng: np.random.Generator, size: float = 1.0) -> 
     return np.concatenate([taken, taken[:4] + 0.3 * rng.normal(size=(4, 6))])
 
 
-def free_poses(robot: Robot, rng: np.random.Generator) -> tuple[list[str], np.ndarray]:
+def free_poses(robot: rs.Robot, rng: np.random.Generator) -> tuple[list[str], np.ndarray]:
     """Free coordinates of a robot, and poses (6, 6) near home."""
     free = [coordinate.value for coordinate in robot.coordinates]
     poses = np.tile(PostureFinder(robot).home_pose, (6, 1))
@@ -113,7 +103,7 @@ def test_the_gap_vanishes_where_the_leg_closes_and_only_there(kind: str):
 @pytest.mark.parametrize("name", CLOSED)
 def test_shipped_robots(name: str):
     robot = load(name)
-    assert isinstance(robot, Robot)
+    assert isinstance(robot, rs.Robot)
     free, poses = free_poses(robot, np.random.default_rng(0))
     record, pose = recorded_pose(poses, free)
     for pair in pairs_of(robot, poses, record, pose):
@@ -127,7 +117,7 @@ def test_shipped_robots(name: str):
 )
 def test_placement_takes_few_operations(name: str, most: int):
     robot = load(name)
-    assert isinstance(robot, Robot)
+    assert isinstance(robot, rs.Robot)
     free, poses = free_poses(robot, np.random.default_rng(0))
     record, pose = recorded_pose(poses, free)
     for pair in pairs_of(robot, poses, record, pose):
@@ -140,11 +130,11 @@ def last_joint(letter: str, along: np.ndarray, rng: np.random.Generator, skewed:
     across = across / np.linalg.norm(across) + skewed * along
     match letter:
         case "S":
-            return spherical(FREE, home=[0.2, -0.1, 0.3])
+            return rs.spherical(FREE, home=[0.2, -0.1, 0.3])
         case "R":
-            return revolute(across, FREE, home=[0.3])
+            return rs.revolute(across, FREE, home=[0.3])
         case _:
-            return universal(across, np.cross(across, along) + skewed * across, FREE)
+            return rs.universal(across, np.cross(across, along) + skewed * across, FREE)
 
 
 @pytest.mark.parametrize("kind", ["SCS", "SCU", "SCR", "UCS", "UCR", "SPR", "UCU", "RPS", "RPU"])
@@ -155,20 +145,20 @@ def test_cylindrical_joints_and_struts_of_few_freedoms(kind: str, skewed: float,
     along = rng.normal(size=3)
     along /= np.linalg.norm(along)
     first = {
-        "S": spherical(FREE, home=[0.4, 0.1, -0.2]),
-        "R": revolute(np.cross(along, rng.normal(size=3)) + skewed * along, FREE, home=[0.2]),
+        "S": rs.spherical(FREE, home=[0.4, 0.1, -0.2]),
+        "R": rs.revolute(np.cross(along, rng.normal(size=3)) + skewed * along, FREE, home=[0.2]),
         "U": last_joint("U", along, rng, skewed),
     }[kind[0]]
     if kind[0] == "U":
         axes = [freedom.axis for freedom in first.freedoms]
-        first = universal(axes[1], axes[0], FREE, home=[0.3, -0.2])
+        first = rs.universal(axes[1], axes[0], FREE, home=[0.3, -0.2])
     slide = (
-        cylindrical(along, FREE, home=[0.7, 0.2])
+        rs.cylindrical(along, FREE, home=[0.7, 0.2])
         if kind[1] == "C"
-        else prismatic(along, DRIVE, home=[0.7])
+        else rs.prismatic(along, DRIVE, home=[0.7])
     )
-    near = beam_link(0.2 * along, STEEL, ROD)
-    far = beam_link(0.3 * along, STEEL, ROD)
+    near = rs.beam_link(0.2 * along, STEEL, ROD)
+    far = rs.beam_link(0.3 * along, STEEL, ROD)
     case = built_leg([first, near, slide, far, last_joint(kind[2], along, rng, skewed)], seed)
     pair = pair_of(case, poses_around(case, rng, 0.6))
     assert check(pair) >= 1
@@ -180,7 +170,7 @@ def test_coordinates_of_joints_are_those_in_floats(kind: str):
     case = random_leg(kind, 2)
     pair = pair_of(case, poses_around(case, np.random.default_rng(2), 0.3))
     for place, freedom in enumerate(case.leg.chain.roles):
-        if not isinstance(freedom, Actuated):
+        if not isinstance(freedom, rs.Actuated):
             continue
         turn = pair.formula.coordinate(place).sample - pair.q[:, place]
         assert np.allclose(np.sin(turn[pair.reached] / 2), 0, atol=1e-10)
@@ -189,13 +179,13 @@ def test_coordinates_of_joints_are_those_in_floats(kind: str):
 @pytest.mark.parametrize("seed", range(3))
 def test_limited_angles_of_a_universal_joint_are_those_nearer_to_home(seed: int):
     along = np.array([0.0, 0.0, 1.0])
-    limited: Role = Actuated(1e4, limits=(-1.0, 1.0))
+    limited: Role = rs.Actuated(1e4, limits=(-1.0, 1.0))
     case = built_leg(
         [
-            universal([1, 0, 0], [0, 1, 0], limited, home=[0.3, -0.4]),
-            prismatic(along, FREE, home=[0.8]),
-            beam_link(0.1 * along, STEEL, ROD),
-            spherical(FREE),
+            rs.universal([1, 0, 0], [0, 1, 0], limited, home=[0.3, -0.4]),
+            rs.prismatic(along, FREE, home=[0.8]),
+            rs.beam_link(0.1 * along, STEEL, ROD),
+            rs.spherical(FREE),
         ],
         seed,
     )
@@ -214,7 +204,7 @@ def test_a_ball_of_a_closed_leg_has_no_coordinates():
 
 def test_a_leg_without_a_closed_form_is_refused():
     robot = load("six-joint-arm")
-    assert isinstance(robot, Robot)
+    assert isinstance(robot, rs.Robot)
     pose = FormulaPose.of_coordinates(np.zeros(6))
     (solver,) = PostureFinder(robot).solvers
     with pytest.raises(InputError, match="place_leg_at_joints"):

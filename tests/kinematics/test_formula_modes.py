@@ -5,21 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import robostiff as rs
 from robostiff.elasticity import Elasticity
 from robostiff.kinematics import PostureFinder, leg_compliance
 from robostiff.kinematics.formula import place_leg
-from robostiff.model import (
-    Actuated,
-    Element,
-    Joint,
-    Link,
-    Locked,
-    beam_link,
-    prismatic,
-    revolute,
-    spherical,
-    universal,
-)
+from robostiff.model import Element, Joint
 from robostiff.record import Operation
 from tests.generators.elements import BAR, ROD, STEEL
 from tests.generators.legs import DRIVE, FREE, LegCase, near_home
@@ -33,32 +23,32 @@ from tests.kinematics.recorded_legs import (
 )
 
 UP = np.array([0.0, 0.0, 1.0])
-FLAT_BAR = beam_link(0.3 * UP, STEEL, BAR, y_axis=np.array([1.0, 0, 0]))
-OBLIQUE_BAR = beam_link(0.3 * UP, STEEL, BAR, y_axis=np.array([1.0, 2.0, 0]))
+FLAT_BAR = rs.beam_link(0.3 * UP, STEEL, BAR, y_axis=np.array([1.0, 0, 0]))
+OBLIQUE_BAR = rs.beam_link(0.3 * UP, STEEL, BAR, y_axis=np.array([1.0, 2.0, 0]))
 BENT = (
-    beam_link(np.array([0.1, 0.0, 0.2]), STEEL, ROD),
-    beam_link(np.array([-0.1, 0.0, 0.2]), STEEL, ROD),
+    rs.beam_link(np.array([0.1, 0.0, 0.2]), STEEL, ROD),
+    rs.beam_link(np.array([-0.1, 0.0, 0.2]), STEEL, ROD),
 )
 _SQUARE = 1e-4 * np.random.default_rng(0).normal(size=(6, 6))
-ANY_SPRING = Link(np.zeros(3), Elasticity(_SQUARE @ _SQUARE.T), np.eye(3))
-SLIDING_SPRING = Link(
+ANY_SPRING = rs.Link(np.zeros(3), Elasticity(_SQUARE @ _SQUARE.T), np.eye(3))
+SLIDING_SPRING = rs.Link(
     np.zeros(3),
     Elasticity(np.diag([0, 1e-8, 1e-8, 0, 0, 0]), np.array([[1.0, 0, 0, 0, 0, 0]]).T),
     np.eye(3),
 )
-TILTED_SPRING = Link(
+TILTED_SPRING = rs.Link(
     np.zeros(3), Elasticity(np.zeros((6, 6)), np.array([[1.0, 0, 1.0, 0, 0, 0]]).T), np.eye(3)
 )
-HINGE_ACROSS = revolute([1, 0, 0], Locked(1e4))
-HINGE_OBLIQUE = revolute([1, 0, 1], Locked(1e4))
+HINGE_ACROSS = rs.revolute([1, 0, 0], rs.Locked(1e4))
+HINGE_OBLIQUE = rs.revolute([1, 0, 1], rs.Locked(1e4))
 
-RIGHT_ANGLED = universal([1, 0, 0], [0, 1, 0], FREE, home=[0.2, -0.3])
-SKEWED = universal([1, 0.4, 0.3], [0.2, 1, 0.3], FREE, home=[0.2, -0.3])
+RIGHT_ANGLED = rs.universal([1, 0, 0], [0, 1, 0], FREE, home=[0.2, -0.3])
+SKEWED = rs.universal([1, 0.4, 0.3], [0.2, 1, 0.3], FREE, home=[0.2, -0.3])
 
 
 def ups(joint: Joint, rod: tuple[Element, ...], last: Joint) -> LegCase:
     """A strut with some rod."""
-    return built_leg([joint, *rod, prismatic(UP, DRIVE, home=[0.4]), last])
+    return built_leg([joint, *rod, rs.prismatic(UP, DRIVE, home=[0.4]), last])
 
 
 def far_poses(case: LegCase) -> np.ndarray:
@@ -75,13 +65,13 @@ def agrees(pair: Pair) -> bool:
 @pytest.mark.parametrize(
     "case",
     [
-        ups(RIGHT_ANGLED, (FLAT_BAR, ANY_SPRING), spherical(FREE)),
-        ups(RIGHT_ANGLED, BENT, spherical(FREE)),
-        ups(RIGHT_ANGLED, (OBLIQUE_BAR, HINGE_OBLIQUE), spherical(FREE)),
-        ups(SKEWED, (FLAT_BAR,), spherical(FREE)),
-        ups(SKEWED, BENT, spherical(FREE)),
-        ups(spherical(FREE), BENT, universal([1, 0.2, 0], [0, 1, 0.3], FREE)),
-        ups(spherical(FREE), (ANY_SPRING,), universal([1, 0, 0], [0, 1, 0], FREE)),
+        ups(RIGHT_ANGLED, (FLAT_BAR, ANY_SPRING), rs.spherical(FREE)),
+        ups(RIGHT_ANGLED, BENT, rs.spherical(FREE)),
+        ups(RIGHT_ANGLED, (OBLIQUE_BAR, HINGE_OBLIQUE), rs.spherical(FREE)),
+        ups(SKEWED, (FLAT_BAR,), rs.spherical(FREE)),
+        ups(SKEWED, BENT, rs.spherical(FREE)),
+        ups(rs.spherical(FREE), BENT, rs.universal([1, 0.2, 0], [0, 1, 0.3], FREE)),
+        ups(rs.spherical(FREE), (ANY_SPRING,), rs.universal([1, 0, 0], [0, 1, 0], FREE)),
     ],
 )
 def test_the_way_of_home_is_recorded_and_no_other(case: LegCase):
@@ -103,9 +93,9 @@ def test_the_way_of_home_is_recorded_and_no_other(case: LegCase):
 @pytest.mark.parametrize(
     ("first", "last"),
     [
-        (RIGHT_ANGLED, spherical(FREE)),
-        (RIGHT_ANGLED, universal([1, 1, 0], [-1, 1, 0], FREE)),
-        (spherical(FREE), universal([1, 1, 0], [-1, 1, 0], FREE)),
+        (RIGHT_ANGLED, rs.spherical(FREE)),
+        (RIGHT_ANGLED, rs.universal([1, 1, 0], [-1, 1, 0], FREE)),
+        (rs.spherical(FREE), rs.universal([1, 1, 0], [-1, 1, 0], FREE)),
     ],
 )
 def test_nothing_is_selected_at_a_pose(rod: tuple[Element, ...], first: Joint, last: Joint):
@@ -119,7 +109,7 @@ def test_nothing_is_selected_at_a_pose(rod: tuple[Element, ...], first: Joint, l
 @pytest.mark.parametrize("seed", range(3))
 def test_the_spin_of_a_rod_between_two_balls_is_free(seed: int):
     """Only a force along the rod passes, and meets the same compliance however the rod is spun."""
-    case = ups(spherical(FREE), (*BENT, FLAT_BAR), spherical(FREE))
+    case = ups(rs.spherical(FREE), (*BENT, FLAT_BAR), rs.spherical(FREE))
     rng = np.random.default_rng(seed)
     poses = np.array([case.pose_at(near_home(case, rng, 0.5)) for _ in range(4)])
     pair = pair_of(case, poses)
@@ -133,16 +123,16 @@ def test_the_spin_of_a_rod_between_two_balls_is_free(seed: int):
 
 
 def test_the_spin_counts_where_a_ball_is_driven():
-    case = ups(spherical(Actuated(1e3)), (OBLIQUE_BAR,), spherical(FREE))
+    case = ups(rs.spherical(rs.Actuated(1e3)), (OBLIQUE_BAR,), rs.spherical(FREE))
     assert agrees(pair_of(case, far_poses(case)))
 
 
 @pytest.mark.parametrize("at_near_end", [True, False])
 def test_springs_between_the_two_axes_of_a_joint(at_near_end: bool):
     """Two revolute joints through one point are a universal joint, whatever lies between."""
-    two = (revolute([1, 0, 0], FREE, home=[0.2]), ANY_SPRING, revolute([0, 1, 0], FREE))
-    slide = prismatic(UP, DRIVE, home=[0.6])
-    ball = spherical(FREE)
+    two = (rs.revolute([1, 0, 0], FREE, home=[0.2]), ANY_SPRING, rs.revolute([0, 1, 0], FREE))
+    slide = rs.prismatic(UP, DRIVE, home=[0.6])
+    ball = rs.spherical(FREE)
     elements = (*two, slide, FLAT_BAR, ball) if at_near_end else (ball, slide, FLAT_BAR, *two)
     case = built_leg(elements)
     pair = pair_of(case, far_poses(case))
@@ -152,10 +142,10 @@ def test_springs_between_the_two_axes_of_a_joint(at_near_end: bool):
 
 @pytest.mark.parametrize("lock_stiffness", [None, 1e4])
 def test_locked_joints_stay_at_home(lock_stiffness: float | None):
-    lock = revolute([1, 2, 0], Locked(lock_stiffness), home=[0.1])
-    axes = (revolute([1, 0, 0], FREE), lock, revolute([0, 1, 0], FREE))
-    slide = prismatic(UP, DRIVE, home=[0.6])
-    case = built_leg([*axes, slide, FLAT_BAR, lock, spherical(FREE)])
+    lock = rs.revolute([1, 2, 0], rs.Locked(lock_stiffness), home=[0.1])
+    axes = (rs.revolute([1, 0, 0], FREE), lock, rs.revolute([0, 1, 0], FREE))
+    slide = rs.prismatic(UP, DRIVE, home=[0.6])
+    case = built_leg([*axes, slide, FLAT_BAR, lock, rs.spherical(FREE)])
     pair = pair_of(case, far_poses(case))
     assert pair.reached.sum() >= 8
     assert agrees(pair)

@@ -8,32 +8,14 @@ from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from robostiff.kinematics import PostureFinder, place_chain
-from robostiff.model import (
-    Actuated,
-    Chain,
-    Coordinate,
-    Element,
-    Joint,
-    JointKind,
-    Leg,
-    Passive,
-    Rigid,
-    Robot,
-    Role,
-    beam_link,
-    cylindrical,
-    prismatic,
-    revolute,
-    spherical,
-    universal,
-)
+from robostiff.model import Coordinate, Element, Joint, JointKind, Role
 from robostiff.spatial import Frame, Space
 from tests.generators.elements import ROD, STEEL, random_transform
 from tests.generators.legs import LegCase, platform_at, six
 from tests.kinematics.recorded_legs import difference, pair_of
 
-FREE = Passive()
-DRIVE = Actuated(1e7)
+FREE = rs.Passive()
+DRIVE = rs.Actuated(1e7)
 TURN = 2 * np.pi
 
 
@@ -52,36 +34,38 @@ def leg_of(kind: str, seed: int) -> LegCase:
 
     def joint(letter: str, role: Role = FREE) -> Element:
         if letter == "S":
-            return spherical(role, home=(random.uniform(0.2, 3.0) * unit(random)).tolist())
+            return rs.spherical(role, home=(random.uniform(0.2, 3.0) * unit(random)).tolist())
         if letter == "R":
-            return revolute(unit(random), role, home=angle())
+            return rs.revolute(unit(random), role, home=angle())
         across = np.cross(along, unit(random))
         across = across / np.linalg.norm(across) + 0.4 * random.uniform(-1, 1) * along
         oblique = np.cross(across, along) + 0.4 * random.normal(size=3)
-        return universal(oblique, across, role, home=angle(2))
+        return rs.universal(oblique, across, role, home=angle(2))
 
     sign = random.choice([-1.0, 1.0])
     length = sign * random.uniform(0.5, 0.9)
     elements: list[Element] = []
     if kind[0] in "SU" and kind[1] in "PC":  # struts
-        offset = Rigid(Frame(np.eye(3), 0.1 * along))
-        slide = prismatic(along, DRIVE, home=[length])
+        offset = rs.Rigid(Frame(np.eye(3), 0.1 * along))
+        slide = rs.prismatic(along, DRIVE, home=[length])
         if kind[1] == "C":
-            slide = cylindrical(along, DRIVE, home=[length, *angle()])
-        elements = [joint(kind[0]), offset, slide, beam_link(0.2 * along, STEEL, ROD)]
+            slide = rs.cylindrical(along, DRIVE, home=[length, *angle()])
+        elements = [joint(kind[0]), offset, slide, rs.beam_link(0.2 * along, STEEL, ROD)]
         elements.append(joint(kind[2]))
     else:
         if kind[0] == "P":
-            elements = [prismatic(unit(random), DRIVE, home=[length])]
+            elements = [rs.prismatic(unit(random), DRIVE, home=[length])]
         else:
             axis = unit(random)
             arm = np.cross(axis, unit(random))
             elements = [
-                revolute(axis, DRIVE, home=angle()),
-                beam_link(0.3 * arm / np.linalg.norm(arm), STEEL, ROD),
+                rs.revolute(axis, DRIVE, home=angle()),
+                rs.beam_link(0.3 * arm / np.linalg.norm(arm), STEEL, ROD),
             ]
-        elements += [joint(kind[1]), beam_link(0.7 * along, STEEL, ROD), joint(kind[2])]
-    leg = Leg(kind, random_transform(random), Chain(tuple(elements)), random_transform(random, 0.2))
+        elements += [joint(kind[1]), rs.beam_link(0.7 * along, STEEL, ROD), joint(kind[2])]
+    leg = rs.Leg(
+        kind, random_transform(random), rs.Chain(tuple(elements)), random_transform(random, 0.2)
+    )
     return LegCase(leg, six(platform_at(leg, leg.chain.home)))
 
 
@@ -151,7 +135,7 @@ def test_closure_returns_the_very_coordinates_of_a_path_from_home(kind, seed, si
         assert difference(pair.recorded[i], pair.computed[i]) <= 1e-7
 
 
-def angles_and_slides(chain: Chain) -> list[int]:
+def angles_and_slides(chain: rs.Chain) -> list[int]:
     """Places that have one coordinate each, and not three that form a rotation vector."""
     return [
         i
@@ -161,28 +145,28 @@ def angles_and_slides(chain: Chain) -> list[int]:
     ]
 
 
-def angle_is_on_turn_of_home(chain: Chain, q: np.ndarray, place: int) -> np.ndarray:
+def angle_is_on_turn_of_home(chain: rs.Chain, q: np.ndarray, place: int) -> np.ndarray:
     """Where a coordinate is less than half a turn from home, or a slide (N,)."""
     slides = chain.freedoms[place].slides
     return np.full(len(q), True) if slides else np.abs(q[:, place] - chain.home[place]) < 3.1
 
 
-def hexapod_below() -> Robot:
+def hexapod_below() -> rs.Robot:
     """Its platform hangs below the base, and its slides point up: their lengths are negative."""
     legs = []
     for i in range(6):
         base, top = np.radians(60 * i), np.radians(60 * i + (25 if i % 2 else -25))
-        chain = Chain(
+        chain = rs.Chain(
             (
-                universal([1, 0, 0], [0, 1, 0], FREE),
-                prismatic([0, 0, 1], Actuated(1e7, limits=(-1.2, -0.5)), home=[-0.8]),
-                spherical(FREE),
+                rs.universal([1, 0, 0], [0, 1, 0], FREE),
+                rs.prismatic([0, 0, 1], rs.Actuated(1e7, limits=(-1.2, -0.5)), home=[-0.8]),
+                rs.spherical(FREE),
             )
         )
         at = 0.5 * np.array([np.cos(base), np.sin(base), 0.0])
         on = 0.3 * np.array([np.cos(top), np.sin(top), 0.0])
-        legs.append(Leg(f"leg{i}", Frame(np.eye(3), at), chain, Frame(np.eye(3), on)))
-    return Robot("below", tuple(legs), home=Frame(np.eye(3), np.array([0.0, 0.0, -0.8])))
+        legs.append(rs.Leg(f"leg{i}", Frame(np.eye(3), at), chain, Frame(np.eye(3), on)))
+    return rs.Robot("below", tuple(legs), home=Frame(np.eye(3), np.array([0.0, 0.0, -0.8])))
 
 
 def test_a_slide_of_negative_home_stays_negative_and_within_its_limits():
@@ -203,22 +187,22 @@ def test_a_slide_of_negative_home_stays_negative_and_within_its_limits():
     assert np.allclose(result.K, 1e7 * J.T @ J, rtol=0, atol=1e-12 * np.abs(result.K).max())
 
 
-def planar_crank(limits: tuple[float, float], home: float) -> Robot:
+def planar_crank(limits: tuple[float, float], home: float) -> rs.Robot:
     legs = []
     for i in range(3):
         turn = Rotation.from_euler("z", 2 * np.pi / 3 * i).as_matrix()
-        chain = Chain(
+        chain = rs.Chain(
             (
-                revolute([0, 0, 1], Actuated(1e4, limits=limits), home=[home]),
-                Rigid(Frame(np.eye(3), np.array([0.5, 0, 0]))),
-                revolute([0, 0, 1], FREE, home=[0.0]),
-                Rigid(Frame(np.eye(3), np.array([0.6, 0, 0]))),
-                revolute([0, 0, 1], FREE),
+                rs.revolute([0, 0, 1], rs.Actuated(1e4, limits=limits), home=[home]),
+                rs.Rigid(Frame(np.eye(3), np.array([0.5, 0, 0]))),
+                rs.revolute([0, 0, 1], FREE, home=[0.0]),
+                rs.Rigid(Frame(np.eye(3), np.array([0.6, 0, 0]))),
+                rs.revolute([0, 0, 1], FREE),
             )
         )
         base, on = turn @ [1.0, 0, 0], turn @ [0.1, 0, 0]
-        legs.append(Leg(f"leg{i}", Frame(turn, base), chain, Frame(np.eye(3), on)))
-    return Robot(
+        legs.append(rs.Leg(f"leg{i}", Frame(turn, base), chain, Frame(np.eye(3), on)))
+    return rs.Robot(
         "cranks",
         tuple(legs),
         home=Frame.identity(),
@@ -256,10 +240,10 @@ def test_a_crank_is_reported_on_the_turn_of_its_home():
 
 def test_limits_wider_than_a_turn_keep_the_turn_of_home_where_they_can():
     chain = planar_crank((-4.0, 4.0), 3.0).legs[0].chain
-    leg = Leg("leg", Frame.identity(), chain, Frame.identity())
+    leg = rs.Leg("leg", Frame.identity(), chain, Frame.identity())
     q = np.array([[4.0, 0.5, 0.0], [2.5, 0.5, 0.0], [-2.5, 0.5, 0.0]])
     placed = place_chain(chain, q, np.eye(3), np.zeros(3))
-    robot = Robot(
+    robot = rs.Robot(
         "crank",
         (leg,),
         home=Frame(*_frame_at(chain, np.array([3.0, 0.5, 0.0]))),
@@ -275,7 +259,7 @@ def test_limits_wider_than_a_turn_keep_the_turn_of_home_where_they_can():
     assert posture.within_limits.all()
 
 
-def _frame_at(chain: Chain, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _frame_at(chain: rs.Chain, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     placed = place_chain(chain, q, np.eye(3), np.zeros(3))
     return placed.R, placed.p
 
@@ -283,14 +267,14 @@ def _frame_at(chain: Chain, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("slide", [0.2, -0.2])
 @pytest.mark.parametrize("turn", [0.0, 0.3])
 def test_legs_that_close_exactly_at_negative_home_coordinates(slide: float, turn: float):
-    spring = beam_link(np.array([0, 0, 1e-2]), STEEL, ROD)
+    spring = rs.beam_link(np.array([0, 0, 1e-2]), STEEL, ROD)
     chains = [
-        Chain((spherical(FREE), cylindrical([0, 0, 1], FREE, home=[slide, turn]), spring)),
-        Chain(
+        rs.Chain((rs.spherical(FREE), rs.cylindrical([0, 0, 1], FREE, home=[slide, turn]), spring)),
+        rs.Chain(
             (
-                revolute([0, 0, 1], FREE, home=[turn]),
-                prismatic([1, 0, 1], FREE, home=[slide]),
-                revolute([0, 1, 0], FREE, home=[0.1]),
+                rs.revolute([0, 0, 1], FREE, home=[turn]),
+                rs.prismatic([1, 0, 1], FREE, home=[slide]),
+                rs.revolute([0, 1, 0], FREE, home=[0.1]),
                 spring,
             )
         ),
@@ -302,9 +286,9 @@ def test_legs_that_close_exactly_at_negative_home_coordinates(slide: float, turn
         assert np.allclose(solver.home, chain.home, atol=1e-12)
 
 
-def _alone(chain: Chain) -> Robot:
-    leg = Leg("leg", Frame.identity(), chain, Frame.identity())
-    return Robot("alone", (leg,), home=Frame(*_frame_at(chain, chain.home)))
+def _alone(chain: rs.Chain) -> rs.Robot:
+    leg = rs.Leg("leg", Frame.identity(), chain, Frame.identity())
+    return rs.Robot("alone", (leg,), home=Frame(*_frame_at(chain, chain.home)))
 
 
 @pytest.mark.parametrize("letters", ["SPS", "SCS", "UCS", "SCU", "PSS"])
@@ -312,17 +296,17 @@ def test_a_spin_that_nothing_determines_stays_as_at_home(letters: str):
     random = np.random.default_rng([*letters.encode()])
     joints: dict[str, Element] = {}
     for name in "AB":
-        joints["S" + name] = spherical(FREE, home=random.normal(size=3).tolist())
-        joints["U" + name] = universal([1, 0.2, 0], [0, 1, 0.3], FREE, home=[1.9, -0.4])
+        joints["S" + name] = rs.spherical(FREE, home=random.normal(size=3).tolist())
+        joints["U" + name] = rs.universal([1, 0.2, 0], [0, 1, 0.3], FREE, home=[1.9, -0.4])
     z = np.array([0.0, 0.0, 1.0])
-    flat = beam_link(0.3 * z, STEEL, ROD)
+    flat = rs.beam_link(0.3 * z, STEEL, ROD)
     if letters[0] == "P":
-        slide = prismatic([1, 0, 0], DRIVE, home=[0.2])
-        chain = Chain((slide, joints["SA"], flat, joints["SB"]))
+        slide = rs.prismatic([1, 0, 0], DRIVE, home=[0.2])
+        chain = rs.Chain((slide, joints["SA"], flat, joints["SB"]))
     else:
-        slide = prismatic(z, DRIVE, home=[0.5])
+        slide = rs.prismatic(z, DRIVE, home=[0.5])
         if letters[1] == "C":
-            slide = cylindrical(z, DRIVE, home=[0.5, 0.7])
-        chain = Chain((joints[letters[0] + "A"], slide, flat, joints[letters[2] + "B"]))
+            slide = rs.cylindrical(z, DRIVE, home=[0.5, 0.7])
+        chain = rs.Chain((joints[letters[0] + "A"], slide, flat, joints[letters[2] + "B"]))
     q = rs.find_posture(_alone(chain)).coordinates[0][0]
     assert np.allclose(q, chain.home, atol=1e-9)

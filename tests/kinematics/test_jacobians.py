@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from scipy.linalg import block_diag
 
+import robostiff as rs
 from robostiff.elasticity import Elasticity
 from robostiff.kinematics import (
     freedom_twist,
@@ -16,19 +17,7 @@ from robostiff.kinematics import (
 from robostiff.kinematics.closure.motion_tree import AT_REST, MotionTree, advanced
 from robostiff.kinematics.frames import ChainWalk, Way
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import (
-    Actuated,
-    Chain,
-    Leg,
-    Passive,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedSpring,
-    Rigid,
-    Telescope,
-    beam_link,
-    revolute,
-)
+from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.spatial import Frame, block_rotation, twist_transport
 from tests.generators.chains import random_rotation
 from tests.generators.elements import BAR, KINDS, STEEL, element_chains, random_element
@@ -37,20 +26,20 @@ from tests.kinematics.finite_differences import AxesAndPoint, twist_rate
 CLOSE = 1e-9
 
 
-def placed_leg(chain: Chain, base: Frame, q: np.ndarray) -> PlacedLeg:
+def placed_leg(chain: rs.Chain, base: Frame, q: np.ndarray) -> PlacedLeg:
     placed = place_chain(chain, q, base.R, base.p)
     return PlacedLeg("leg", placed.elements, placed.p)
 
 
-def leg_of(chain: Chain, base: Frame) -> Leg:
+def leg_of(chain: rs.Chain, base: Frame) -> rs.Leg:
     """A leg that may lack compliance, which only the closure's steps look at."""
-    elastic = Chain((*chain.elements, revolute([0, 0, 1], Actuated(1.0))))
-    return Leg("leg", base, elastic, Frame.identity())
+    elastic = rs.Chain((*chain.elements, rs.revolute([0, 0, 1], rs.Actuated(1.0))))
+    return rs.Leg("leg", base, elastic, Frame.identity())
 
 
 @settings(max_examples=150)
 @given(element_chains())
-def test_columns_of_all_joints(case: tuple[Chain, Frame, np.random.Generator]):
+def test_columns_of_all_joints(case: tuple[rs.Chain, Frame, np.random.Generator]):
     chain, base, rng = case
     q = chain.home + 0.3 * rng.uniform(-1, 1, chain.size)
     at = rng.uniform(-1, 1, 3)
@@ -107,7 +96,7 @@ class DeflectedWalk(ChainWalk):
 
 @settings(max_examples=150)
 @given(element_chains())
-def test_columns_of_virtual_springs(case: tuple[Chain, Frame, np.random.Generator]):
+def test_columns_of_virtual_springs(case: tuple[rs.Chain, Frame, np.random.Generator]):
     chain, base, rng = case
     q = chain.home + 0.3 * rng.uniform(-1, 1, chain.size)
     at = rng.uniform(-1, 1, 3)
@@ -142,7 +131,7 @@ def test_columns_of_virtual_springs(case: tuple[Chain, Frame, np.random.Generato
 
 @given(element_chains())
 def test_compliance_of_a_leg_is_the_sum_over_its_springs(
-    case: tuple[Chain, Frame, np.random.Generator],
+    case: tuple[rs.Chain, Frame, np.random.Generator],
 ):
     chain, base, rng = case
     q = chain.home + 0.3 * rng.uniform(-1, 1, chain.size)
@@ -158,7 +147,7 @@ def test_a_column_with_the_arm_reversed_is_caught():
     """The check can fail: d = r x e in place of e x r is seen by the finite differences."""
     e, point, at = np.array([0, 0.6, 0.8]), np.array([0.1, 0.2, 0.3]), np.array([1.0, -1, 0.5])
     wrong = np.concatenate([np.cross(at - point, e), e])
-    freedom = PlacedFreedom(e, point, 0.0, "turn", Passive())
+    freedom = PlacedFreedom(e, point, 0.0, "turn", rs.Passive())
 
     def frame(step: float) -> AxesAndPoint:
         E = np.cross(np.eye(3), -e).T  # (e x)
@@ -174,7 +163,7 @@ def test_a_column_with_the_arm_reversed_is_caught():
 @pytest.mark.parametrize("kind", KINDS)
 def test_batches_are_loops(kind: str, shape: tuple[int, ...]):
     rng = np.random.default_rng([*kind.encode()])
-    chain = Chain(
+    chain = rs.Chain(
         (
             random_element("part", rng),
             random_element(kind, rng),
@@ -216,8 +205,8 @@ def test_freedoms_of_a_singular_spring_are_passive_joints():
 def test_telescope_is_as_long_as_its_beams():
     rng = np.random.default_rng(5)
     element = random_element("telescope of two", rng)
-    assert isinstance(element, Telescope)
-    chain = Chain((element,))
+    assert isinstance(element, rs.Telescope)
+    chain = rs.Chain((element,))
     for extension in (0.3, 0.7):
         placed = place_chain(chain, np.array([extension]), np.eye(3), np.zeros(3))
         assert np.allclose(placed.p, (element.fixed_length + extension) * element.direction)
@@ -229,10 +218,10 @@ def test_telescope_is_as_long_as_its_beams():
 
 
 def test_rigid_parts_change_no_elasticity():
-    beam = beam_link(np.array([0.5, 0, 0]), STEEL, BAR, y_axis=np.array([0, 1.0, 0]))
-    part = Rigid(Frame(np.eye(3), np.array([0.0, 0.0, 0.4])))
-    plain = place_chain(Chain((beam,)), np.zeros(0), np.eye(3), np.zeros(3))
-    longer = place_chain(Chain((beam, part)), np.zeros(0), np.eye(3), np.zeros(3))
+    beam = rs.beam_link(np.array([0.5, 0, 0]), STEEL, BAR, y_axis=np.array([0, 1.0, 0]))
+    part = rs.Rigid(Frame(np.eye(3), np.array([0.0, 0.0, 0.4])))
+    plain = place_chain(rs.Chain((beam,)), np.zeros(0), np.eye(3), np.zeros(3))
+    longer = place_chain(rs.Chain((beam, part)), np.zeros(0), np.eye(3), np.zeros(3))
     at = np.array([0.1, 0.2, 0.3])
     legs = [PlacedLeg("leg", placed.elements, placed.p) for placed in (plain, longer)]
     assert np.array_equal(leg_compliance(legs[0], at), leg_compliance(legs[1], at))

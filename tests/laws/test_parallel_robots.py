@@ -7,14 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import robostiff as rs
 from robostiff import deflection, stiffness
-from robostiff.elastostatics import (
-    Recursive,
-    Status,
-    aggregate,
-    aggregate_matrices,
-    chain_stiffness,
-)
+from robostiff.elastostatics import aggregate, aggregate_matrices
 from robostiff.model import Snapshot
 from tests.generators.chains import FreeChain, random_beam, random_joint
 from tests.generators.metric import distance
@@ -25,11 +20,11 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 @given(robots())
 def test_sum_of_the_legs_about_one_point(robot: FreeRobot):
-    K = sum(chain_stiffness(*leg.matrices(robot.reference)).K for leg in robot.legs)
+    K = sum(rs.chain_stiffness(*leg.matrices(robot.reference)).K for leg in robot.legs)
     result = stiffness(robot.snapshot)
     assert distance(result.K, np.asarray(K)) <= robot.rounding()
     # and legs given about their own ends, brought together by eq. (12)
-    legs = [chain_stiffness(*leg.matrices()).K for leg in robot.legs]
+    legs = [rs.chain_stiffness(*leg.matrices()).K for leg in robot.legs]
     moved = aggregate_matrices(legs, [robot.reference - leg.end for leg in robot.legs])
     assert distance(moved, result.K) <= 100 * robot.rounding()  # lever arms cost digits
 
@@ -40,7 +35,7 @@ def test_rank_is_that_of_the_wrenches_that_hold_the_platform(robot: FreeRobot):
     assert int(result.rank) == robot.rank()
     free = result.details().free_motions
     assert len(free) == 6 - robot.rank()
-    assert (Status.FREE_MOTIONS in result.status) == (robot.rank() < 6)
+    assert (rs.Status.FREE_MOTIONS in result.status) == (robot.rank() < 6)
     K = result.K
     assert np.array_equal(K, K.T)
     assert np.abs(K @ free.T).max(initial=0.0) <= 1e-10 * np.abs(K).max()
@@ -63,7 +58,7 @@ def test_deflection_is_that_of_the_whole_system_at_once(robot: FreeRobot, seed: 
     F = np.random.default_rng(seed).normal(size=6) * [100, 100, 100, 30, 30, 30]
     bent = deflection(robot.snapshot, wrench=F)
     if robot.rank() < 6:
-        assert bent.status & Status.UNBALANCED
+        assert bent.status & rs.Status.UNBALANCED
         # a load that the legs can carry has an answer all the same
         K = bent.stiffness.K
         F = K @ np.random.default_rng(seed).normal(size=6) * 1e-6
@@ -111,7 +106,7 @@ def test_a_soft_leg_is_no_free_motion(robot: FreeRobot):
 @given(robots())
 def test_recursion_and_wrenches_agree(robot: FreeRobot):
     full = all(np.linalg.matrix_rank(leg.spring_columns(leg.end)[0]) == 6 for leg in robot.legs)
-    recursive = stiffness(robot.snapshot, method=Recursive())
+    recursive = stiffness(robot.snapshot, method=rs.Recursive())
     assert bool(recursive.answered) == full
     if full:
         K0 = sum(np.linalg.inv(leg.compliance(robot.reference)) for leg in robot.legs)
@@ -123,25 +118,25 @@ def test_recursion_and_wrenches_agree(robot: FreeRobot):
 def test_a_soft_spring_that_alone_holds_a_direction():
     rng = np.random.default_rng(2)
     J = rng.normal(size=(6, 6))
-    stiff = [chain_stiffness(1e-8 * np.eye(6), J[:, :5], length=1.0)]
+    stiff = [rs.chain_stiffness(1e-8 * np.eye(6), J[:, :5], length=1.0)]
     W = np.linalg.svd(J[:, :5])[0][:, 5]
     legs = stiff + [
-        chain_stiffness(1e-8 * np.eye(6), np.linalg.svd(np.outer(w, w))[0][:, 1:], length=1.0)
+        rs.chain_stiffness(1e-8 * np.eye(6), np.linalg.svd(np.outer(w, w))[0][:, 1:], length=1.0)
         for w in np.linalg.svd(W[None])[2][1:5]
     ]
     assert int(aggregate(legs).rank) == 5
     last = np.linalg.svd(W[None])[2][5]
-    soft = chain_stiffness(
+    soft = rs.chain_stiffness(
         10.0 * np.eye(6), np.linalg.svd(np.outer(last, last))[0][:, 1:], length=1.0
     )
     whole = aggregate([*legs, soft])
     assert int(whole.rank) == 6
     assert whole.free_motions.shape == (0, 6)
-    assert Status.FREE_MOTIONS not in whole.status
+    assert rs.Status.FREE_MOTIONS not in whole.status
 
 
 def test_snapshot_of_one_leg_is_the_chain():
     rng = np.random.default_rng(9)
     chain = FreeChain((random_beam(rng),), (random_joint(rng), random_joint(rng)), np.zeros(3))
     result = stiffness(Snapshot("one", (chain.placed(),), chain.end))
-    assert distance(result.K, chain_stiffness(*chain.matrices()).K) <= 1e-11
+    assert distance(result.K, rs.chain_stiffness(*chain.matrices()).K) <= 1e-11

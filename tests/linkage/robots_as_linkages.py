@@ -5,32 +5,22 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+import robostiff as rs
 from robostiff.elasticity import circle, material
 from robostiff.kinematics import find_posture
 from robostiff.linkage import Connection, Linkage
-from robostiff.model import (
-    Actuated,
-    Chain,
-    Coordinate,
-    Joint,
-    Leg,
-    Passive,
-    Rigid,
-    Robot,
-    beam_link,
-    revolute,
-)
+from robostiff.model import Coordinate, Joint
 from robostiff.spatial import Frame
 
 
-def linkage_of(robot: Robot) -> Linkage:
+def linkage_of(robot: rs.Robot) -> Linkage:
     """The linkage of a robot of joints and links, at home where the robot is."""
     posture, connections = find_posture(robot), []
     for leg, q in zip(robot.legs, posture.coordinates, strict=True):
         own, before = [], leg.base
         places = {id(element): place for element, place in leg.chain.moving}
         for element in leg.chain.elements:
-            if isinstance(element, Rigid):
+            if isinstance(element, rs.Rigid):
                 before = before @ element.transform
                 continue
             name, part = f"{leg.name}.{element.name}", element
@@ -48,7 +38,7 @@ def linkage_of(robot: Robot) -> Linkage:
     return Linkage(robot.name, tuple(connections), "base", "platform", robot.reference_point)
 
 
-def drives_at(robot: Robot, pose: np.ndarray) -> dict[str, np.ndarray]:
+def drives_at(robot: rs.Robot, pose: np.ndarray) -> dict[str, np.ndarray]:
     """Coordinates of the actuated joints at a pose, by their names in the linkage."""
     posture = find_posture(robot, pose)
     assert posture.reached
@@ -56,11 +46,11 @@ def drives_at(robot: Robot, pose: np.ndarray) -> dict[str, np.ndarray]:
         f"{leg.name}.{element.name}": q[..., place].ravel()
         for leg, q in zip(robot.legs, posture.coordinates, strict=True)
         for element, place in leg.chain.moving
-        if isinstance(element.role, Actuated)
+        if isinstance(element.role, rs.Actuated)
     }
 
 
-def five_bar() -> Robot:
+def five_bar() -> rs.Robot:
     """Two cranks and two rods of steel that meet in a hinge; the platform is the left rod's end."""
     steel, bar = material("steel"), circle(0.02)
     l, tip = 0.35, np.array([0.0, 0.5, 0.0])
@@ -74,15 +64,17 @@ def five_bar() -> Robot:
     legs = []
     for x, (crank, rod), name in zip((-0.2, 0.2), angles, ("left", "right"), strict=True):
         chain = [
-            revolute([0, 0, 1], Actuated(3e4), home=[crank], name="motor"),
-            beam_link([l, 0, 0], steel, bar, name="crank"),
-            revolute([0, 0, 1], Passive(), home=[rod - crank], name="elbow"),
-            beam_link([l, 0, 0], steel, bar, name="rod"),
+            rs.revolute([0, 0, 1], rs.Actuated(3e4), home=[crank], name="motor"),
+            rs.beam_link([l, 0, 0], steel, bar, name="crank"),
+            rs.revolute([0, 0, 1], rs.Passive(), home=[rod - crank], name="elbow"),
+            rs.beam_link([l, 0, 0], steel, bar, name="rod"),
         ]
         if name == "right":
-            chain.append(revolute([0, 0, 1], Passive(), home=[angles[0][1] - rod], name="tip"))
+            chain.append(
+                rs.revolute([0, 0, 1], rs.Passive(), home=[angles[0][1] - rod], name="tip")
+            )
         base = Frame(np.eye(3), np.array([x, 0, 0]))
-        legs.append(Leg(name, base, Chain(tuple(chain)), Frame.identity()))
+        legs.append(rs.Leg(name, base, rs.Chain(tuple(chain)), Frame.identity()))
     home = Frame(Rotation.from_rotvec([0, 0, angles[0][1]]).as_matrix(), tip)
     xy = (Coordinate.X, Coordinate.Y)
-    return Robot("five-bar", tuple(legs), home, np.zeros(3), xy)
+    return rs.Robot("five-bar", tuple(legs), home, np.zeros(3), xy)

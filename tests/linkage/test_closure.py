@@ -14,18 +14,7 @@ from robostiff.elasticity import circle, material
 from robostiff.errors import InputError
 from robostiff.linkage import Connection, DrivenLinkage, Linkage, close
 from robostiff.linkage.closure import LoopsOfLinkage, moved_bodies
-from robostiff.model import (
-    Actuated,
-    Joint,
-    Locked,
-    Passive,
-    beam_link,
-    helical,
-    prismatic,
-    revolute,
-    spherical,
-    universal,
-)
+from robostiff.model import Joint
 from robostiff.record import Record
 from robostiff.spatial import Frame
 from tests.recorded.at_samples import samples
@@ -38,10 +27,10 @@ def _frame(rng):
 def _ring(rng, held=frozenset()):
     """Two loops that share a body, of joints of all sorts in arbitrary places."""
     makers = [
-        lambda name: revolute(rng.normal(size=3), Passive(), name=name),
-        lambda name: spherical(Passive(), name=name),
-        lambda name: universal(rng.normal(size=3), rng.normal(size=3), Passive(), name=name),
-        lambda name: prismatic(rng.normal(size=3), Actuated(1.0), name=name),
+        lambda name: rs.revolute(rng.normal(size=3), rs.Passive(), name=name),
+        lambda name: rs.spherical(rs.Passive(), name=name),
+        lambda name: rs.universal(rng.normal(size=3), rng.normal(size=3), rs.Passive(), name=name),
+        lambda name: rs.prismatic(rng.normal(size=3), rs.Actuated(1.0), name=name),
     ]
     ends = [("o", "a"), ("a", "b"), ("c", "b"), ("c", "o"), ("b", "d"), ("o", "d"), ("d", "a")]
     connections = [
@@ -122,7 +111,7 @@ def _four_bar(roles, held=frozenset(), start=0.0, coupler=2.0):
     up, along = (Frame(np.eye(3), np.array(p)) for p in ([0, 0, 1.0], [coupler, 0, 0]))
 
     def hinge(name, i):
-        return revolute([0, 1, 0], roles[i], home=[start * (i == 0)], name=name)
+        return rs.revolute([0, 1, 0], roles[i], home=[start * (i == 0)], name=name)
 
     connections = (
         Connection("left", "ground", "crank", here, hinge("left", 0), here),
@@ -135,7 +124,7 @@ def _four_bar(roles, held=frozenset(), start=0.0, coupler=2.0):
 
 @pytest.mark.parametrize("angle", [-0.9, 0.3, 1.2])
 def test_a_parallelogram_keeps_its_coupler_level(angle):
-    linkage = _four_bar([Actuated(1.0), Passive(), Passive(), Passive()])
+    linkage = _four_bar([rs.Actuated(1.0), rs.Passive(), rs.Passive(), rs.Passive()])
     found = close(linkage, {"left": angle})
     assert found.is_closed
     assert found.coordinates["left"] == [angle]
@@ -145,7 +134,7 @@ def test_a_parallelogram_keeps_its_coupler_level(angle):
 
 def test_what_was_asked_before_changes_no_answer():
     """Home is closed once for all paths; each begins there, also after one that leads nowhere."""
-    roles = [Actuated(1.0), Passive(), Passive(), Passive()]
+    roles = [rs.Actuated(1.0), rs.Passive(), rs.Passive(), rs.Passive()]
     asked = _four_bar(roles, held=frozenset({"left"}), coupler=2.3)
     angles = [0.3, 1.5, 2.9, -0.4, -2.0, 0.3, 3.1, 0.0]
     lost = 0
@@ -165,13 +154,13 @@ def test_what_was_asked_before_changes_no_answer():
 
 
 def test_driven_joints_stay_where_passive_ones_can_close():
-    linkage = _four_bar([Actuated(1.0), Passive(), Passive(), Passive()], start=0.5)
+    linkage = _four_bar([rs.Actuated(1.0), rs.Passive(), rs.Passive(), rs.Passive()], start=0.5)
     found = close(linkage)
     assert found.coordinates["left"] == [0.5]
 
 
 def test_driven_joints_follow_where_they_must():
-    roles = [Actuated(1.0), Passive(), Actuated(1.0), Passive()]
+    roles = [rs.Actuated(1.0), rs.Passive(), rs.Actuated(1.0), rs.Passive()]
     found = close(_four_bar(roles, start=0.5))
     assert found.is_closed
     left, right = found.coordinates["left"][0], found.coordinates["right"][0]
@@ -180,17 +169,17 @@ def test_driven_joints_follow_where_they_must():
 
 
 def test_held_and_locked_joints_do_not_follow():
-    roles = [Actuated(1.0), Passive(), Actuated(1.0), Passive()]
+    roles = [rs.Actuated(1.0), rs.Passive(), rs.Actuated(1.0), rs.Passive()]
     held = close(_four_bar(roles, held=frozenset({"left"}), start=0.5))
     assert held.coordinates["right"][0] == pytest.approx(0.5, abs=1e-12)
-    locked = [Actuated(1.0), Passive(), Locked(), Passive()]
+    locked = [rs.Actuated(1.0), rs.Passive(), rs.Locked(), rs.Passive()]
     assert close(_four_bar(locked, start=0.5)).coordinates["left"][0] == pytest.approx(
         0.0, abs=1e-6
     )
 
 
 def test_values_that_contradict_each_other_leave_a_gap():
-    linkage = _four_bar([Actuated(1.0), Passive(), Actuated(1.0), Passive()])
+    linkage = _four_bar([rs.Actuated(1.0), rs.Passive(), rs.Actuated(1.0), rs.Passive()])
     found = close(linkage, {"left": 0.5, "right": -0.5})
     assert not found.is_closed
     assert "at 'loop'" in found.complaint
@@ -214,7 +203,7 @@ def test_a_spherical_joint_closes_from_far_away():
                 "ground",
                 f"rod{i}",
                 foot,
-                spherical(Passive(), home=start, name=f"low{i}"),
+                rs.spherical(rs.Passive(), home=start, name=f"low{i}"),
                 Frame.identity(),
             ),
             Connection(
@@ -222,7 +211,7 @@ def test_a_spherical_joint_closes_from_far_away():
                 f"rod{i}",
                 "plate",
                 rod,
-                spherical(Passive(), name=f"high{i}"),
+                rs.spherical(rs.Passive(), name=f"high{i}"),
                 top.inverse,
             ),
         ]
@@ -266,11 +255,11 @@ def _bars(rng, spatial):
 
     def pin(name):
         if spatial:
-            return spherical(Passive(), name=name)
-        return revolute([0, 1, 0], Passive(), name=name)
+            return rs.spherical(rs.Passive(), name=name)
+        return rs.revolute([0, 1, 0], rs.Passive(), name=name)
 
-    crank_pin = revolute(axes[0], Actuated(1.0), name="crank")
-    rocker_pin = revolute(axes[1], Passive(), name="rocker")
+    crank_pin = rs.revolute(axes[0], rs.Actuated(1.0), name="crank")
+    rocker_pin = rs.revolute(axes[1], rs.Passive(), name="rocker")
     connections = (
         Connection("crank", "ground", "a", level, crank_pin, level),
         Connection("knee", "a", "b", at(tip, o), pin("knee"), level),
@@ -319,10 +308,10 @@ def lead_screw() -> Linkage:
     """A motor turns a screw, whose nut moves a table along a guide."""
     here, pitch = Frame.identity(), 0.01
     joints = (
-        ("motor", "base", "screw", revolute([0, 0, 1], Actuated(1e4), name="motor")),
-        ("nut", "screw", "table", helical([0, 0, 1], pitch, Passive(), name="nut")),
-        ("guide", "base", "table", prismatic([0, 0, 1], Passive(), name="guide")),
-        ("spindle", "table", "tool", beam_link([0, 0, 0.2], material("steel"), circle(0.03))),
+        ("motor", "base", "screw", rs.revolute([0, 0, 1], rs.Actuated(1e4), name="motor")),
+        ("nut", "screw", "table", rs.helical([0, 0, 1], pitch, rs.Passive(), name="nut")),
+        ("guide", "base", "table", rs.prismatic([0, 0, 1], rs.Passive(), name="guide")),
+        ("spindle", "table", "tool", rs.beam_link([0, 0, 0.2], material("steel"), circle(0.03))),
     )
     connections = (Connection(name, a, b, here, part, here) for name, a, b, part in joints)
     return Linkage("lead screw", tuple(connections), "base", "tool", np.zeros(3))
@@ -352,7 +341,7 @@ def test_turns_of_a_screw_are_bounded():
 
 def test_configurations_are_looked_at_together_as_one_by_one():
     """Of a folded four-bar the motion that its loop holds least is followed, of others none."""
-    linkage = _four_bar([Actuated(1.0), Passive(), Passive(), Passive()])
+    linkage = _four_bar([rs.Actuated(1.0), rs.Passive(), rs.Passive(), rs.Passive()])
     every = [close(linkage, {"left": angle}) for angle in (0.3, 0.5 * np.pi - 2e-4, 0.5)]
     driven = DrivenLinkage(linkage, ("left",), close(linkage))
     together = driven.rounded(every)

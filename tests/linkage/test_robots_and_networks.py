@@ -9,16 +9,6 @@ from robostiff.elasticity import circle, material
 from robostiff.kinematics import place_chain
 from robostiff.linkage import Connection, Linkage, close, essential, robot_of
 from robostiff.linkage.essential import network_of
-from robostiff.model import (
-    Actuated,
-    Chain,
-    Passive,
-    beam_link,
-    helical,
-    prismatic,
-    revolute,
-    universal,
-)
 from robostiff.spatial import Frame
 
 
@@ -31,16 +21,16 @@ def _element(rng, name, kind):
     axis, other = rng.normal(size=3), rng.normal(size=3)
     match kind:
         case 0:
-            return beam_link(axis, material("steel"), circle(0.03), name=name)
+            return rs.beam_link(axis, material("steel"), circle(0.03), name=name)
         case 1:
-            return universal(axis, other, Passive(), home=home, name=name)
+            return rs.universal(axis, other, rs.Passive(), home=home, name=name)
         case 2:
-            return revolute(axis, Actuated(3e4), home=home[:1], name=name)
+            return rs.revolute(axis, rs.Actuated(3e4), home=home[:1], name=name)
         case 3:
-            return prismatic(axis, Actuated(2e6), home=home[:1], name=name)
+            return rs.prismatic(axis, rs.Actuated(2e6), home=home[:1], name=name)
         case 5:
-            return helical(axis, 0.1, Passive(), home=home[:1], name=name)
-    return revolute(axis, Passive(), home=home[:1], name=name)
+            return rs.helical(axis, 0.1, rs.Passive(), home=home[:1], name=name)
+    return rs.revolute(axis, rs.Passive(), home=home[:1], name=name)
 
 
 def _closed(name, a, b, frames, element, rng):
@@ -48,7 +38,7 @@ def _closed(name, a, b, frames, element, rng):
     before = _frame(rng)
     start = frames[a] @ before
     q = np.array(getattr(element, "home", ()), dtype=float)
-    end = place_chain(Chain((element,)), q, start.R, start.p)
+    end = place_chain(rs.Chain((element,)), q, start.R, start.p)
     return Connection(name, a, b, before, element, Frame(end.R, end.p).inverse @ frames[b])
 
 

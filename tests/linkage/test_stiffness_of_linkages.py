@@ -120,10 +120,10 @@ def test_many_poses_are_answered_by_the_record():
     _, answer = _with_record()
     fresh = rs.load_linkage(FOUR_BAR)
     assert answer.recorded is not None
-    assert "_details" not in vars(answer)
+    assert not any("details" in name for name in vars(answer))
     for i, angle in enumerate([*ANGLES, 0.7]):
         _alike(answer[i], rs.network_at(fresh, {"crank": angle}))
-    assert "_details" not in vars(answer)
+    assert not any("details" in name for name in vars(answer))
     about = rs.stiffness(fresh, {"crank": ANGLES[0]}, at=[0, 0, 0]).K
     own = answer.about(np.zeros(3))[0].K
     np.testing.assert_allclose(own, about, rtol=1e-9, atol=1e-9 * about.max())

@@ -4,25 +4,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+import robostiff as rs
 from robostiff.elasticity import EulerBernoulli, circle, material
 from robostiff.elasticity.spring_from_matrix import elasticity_from_compliance
 from robostiff.kinematics import freedom_twists, place_chain, spring_compliance
 from robostiff.linkage import Connection
 from robostiff.linkage.essential import turned_round
-from robostiff.model import (
-    Chain,
-    Link,
-    Passive,
-    PlacedSpring,
-    beam_link,
-    cylindrical,
-    helical,
-    planar,
-    prismatic,
-    revolute,
-    spherical,
-    universal,
-)
+from robostiff.model import PlacedSpring
 from robostiff.spatial import Frame
 
 _RNG = np.random.default_rng(8)
@@ -33,13 +21,13 @@ def _frame():
 
 
 JOINTS = [
-    revolute([1, 2, 3], Passive(), home=[0.4]),
-    prismatic([1, 2, -3], Passive(), home=[0.4]),
-    helical([2, -1, 1], 0.03, Passive(), home=[5.0]),
-    universal([1, 0, 0], [0.3, 1, 0], Passive(), home=[0.4, -0.7]),
-    spherical(Passive(), home=[0.3, -0.5, 0.8]),
-    cylindrical([0, 1, 1], Passive(), home=[0.2, 0.9]),
-    planar([0.2, 0.1, 1], Passive(), home=[0.2, -0.3, 0.7]),
+    rs.revolute([1, 2, 3], rs.Passive(), home=[0.4]),
+    rs.prismatic([1, 2, -3], rs.Passive(), home=[0.4]),
+    rs.helical([2, -1, 1], 0.03, rs.Passive(), home=[5.0]),
+    rs.universal([1, 0, 0], [0.3, 1, 0], rs.Passive(), home=[0.4, -0.7]),
+    rs.spherical(rs.Passive(), home=[0.3, -0.5, 0.8]),
+    rs.cylindrical([0, 1, 1], rs.Passive(), home=[0.2, 0.9]),
+    rs.planar([0.2, 0.1, 1], rs.Passive(), home=[0.2, -0.3, 0.7]),
 ]
 
 
@@ -47,7 +35,7 @@ def _end(connection, start):
     """Frame of body b, and what is placed, where body a is."""
     near = start @ connection.before
     q = connection.home
-    placed = place_chain(Chain((connection.element,)), q, near.R, near.p)
+    placed = place_chain(rs.Chain((connection.element,)), q, near.R, near.p)
     return Frame(placed.R, placed.p) @ connection.after, placed
 
 
@@ -69,8 +57,8 @@ def test_a_joint_leads_back_and_moves_alike(joint):
 def test_an_elastic_link_is_as_compliant():
     A = _RNG.normal(size=(6, 6))
     beams = [
-        beam_link([0.3, 0.1, -0.2], material("steel"), circle(0.02), theory=EulerBernoulli()),
-        Link(np.array([0.1, 0.4, 0.2]), elasticity_from_compliance(A @ A.T), _frame().R),
+        rs.beam_link([0.3, 0.1, -0.2], material("steel"), circle(0.02), theory=EulerBernoulli()),
+        rs.Link(np.array([0.1, 0.4, 0.2]), elasticity_from_compliance(A @ A.T), _frame().R),
     ]
     for link in beams:
         connection = Connection("c", "a", "b", _frame(), link, _frame())

@@ -4,42 +4,29 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.model import (
-    Actuated,
-    Branch,
-    Chain,
-    Leg,
-    Link,
-    ParallelBlock,
-    Passive,
-    Rigid,
-    Robot,
-    parallelogram,
-    prismatic,
-    revolute,
-)
+from robostiff.model import Branch, ParallelBlock, parallelogram
 from robostiff.spatial import Frame
 
 
-def rigid(x: float, name: str) -> Rigid:
-    return Rigid(Frame(np.eye(3), np.array([x, 0.0, 0.0])), name)
+def rigid(x: float, name: str) -> rs.Rigid:
+    return rs.Rigid(Frame(np.eye(3), np.array([x, 0.0, 0.0])), name)
 
 
 def pin(name: str, home: float = 0.0):
-    return revolute([0, 0, 1], Passive(), home=[home], name=name)
+    return rs.revolute([0, 0, 1], rs.Passive(), home=[home], name=name)
 
 
-def nested() -> Chain:
+def nested() -> rs.Chain:
     """A slide, and a block of two branches, the first of which holds a parallelogram."""
     inner = parallelogram(
-        Chain((pin("a", 0.1), rigid(0.2, "bar"), pin("b", -0.1))),
+        rs.Chain((pin("a", 0.1), rigid(0.2, "bar"), pin("b", -0.1))),
         np.array([0, 0.1, 0]),
         name="pair",
     )
-    first = Branch("left", Frame.identity(), Chain((inner, pin("c", 0.3))), Frame.identity())
-    second = Branch("right", Frame.identity(), Chain((pin("d", 0.4),)), Frame.identity())
-    drive = prismatic([1, 0, 0], Actuated(1e6), name="drive")
-    return Chain((drive, ParallelBlock((first, second), "block"), pin("e", 0.5)))
+    first = Branch("left", Frame.identity(), rs.Chain((inner, pin("c", 0.3))), Frame.identity())
+    second = Branch("right", Frame.identity(), rs.Chain((pin("d", 0.4),)), Frame.identity())
+    drive = rs.prismatic([1, 0, 0], rs.Actuated(1e6), name="drive")
+    return rs.Chain((drive, ParallelBlock((first, second), "block"), pin("e", 0.5)))
 
 
 def test_coordinates_follow_branch_by_branch():
@@ -62,18 +49,20 @@ def test_the_main_path_goes_through_first_branches():
 
 
 def test_a_chain_without_blocks_is_its_own_main_path():
-    chain = Chain((pin("a"), rigid(0.2, "bar")))
+    chain = rs.Chain((pin("a"), rigid(0.2, "bar")))
     assert chain.main_path is chain
     assert not chain.has_blocks
 
 
 def test_compliance_may_hide_in_any_branch():
     assert nested().has_compliance
-    stiff = parallelogram(Chain((pin("a"), rigid(1, "bar"), pin("b"))), np.array([0, 1.0, 0]))
-    assert not Chain((stiff,)).has_compliance
+    stiff = parallelogram(rs.Chain((pin("a"), rigid(1, "bar"), pin("b"))), np.array([0, 1.0, 0]))
+    assert not rs.Chain((stiff,)).has_compliance
     bar = rs.beam_link([1, 0, 0], rs.material("steel"), rs.circle(0.02))
-    assert isinstance(bar, Link)
-    assert Chain((parallelogram(Chain((pin("a"), bar)), np.array([0, 1.0, 0])),)).has_compliance
+    assert isinstance(bar, rs.Link)
+    assert rs.Chain(
+        (parallelogram(rs.Chain((pin("a"), bar)), np.array([0, 1.0, 0])),)
+    ).has_compliance
 
 
 @pytest.mark.parametrize(
@@ -81,19 +70,19 @@ def test_compliance_may_hide_in_any_branch():
 )
 def test_a_block_has_two_branches_of_different_names(names, message):
     branches = tuple(
-        Branch(name, Frame.identity(), Chain((pin("a"),)), Frame.identity()) for name in names
+        Branch(name, Frame.identity(), rs.Chain((pin("a"),)), Frame.identity()) for name in names
     )
     with pytest.raises(rs.InputError, match=message):
         ParallelBlock(branches)
 
 
 def test_a_leg_with_a_block_asks_for_the_pose_of_home():
-    leg = Leg("arm", Frame.identity(), nested(), Frame.identity())
+    leg = rs.Leg("arm", Frame.identity(), nested(), Frame.identity())
     with pytest.raises(rs.InputError, match="joint coordinates alone could leave its loops open"):
-        Robot("arm", (leg,))
+        rs.Robot("arm", (leg,))
 
 
 @pytest.mark.parametrize("across", [[0, 0.1], "0.1 m", [0, np.nan, 0], 0.1])
 def test_vector_across_that_is_none_is_refused(across):
     with pytest.raises(rs.InputError, match="across of 'pair'"):
-        parallelogram(Chain((rigid(0.2, "bar"),)), across, name="pair")
+        parallelogram(rs.Chain((rigid(0.2, "bar"),)), across, name="pair")

@@ -4,16 +4,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
+import robostiff as rs
 from robostiff.elasticity import CrossSection, Material, beam_compliance
-from robostiff.elastostatics import (
-    Block,
-    IndexRules,
-    Recursive,
-    SaddlePoint,
-    WrenchBasis,
-    chain_stiffness,
-    eliminate_joint,
-)
+from robostiff.elastostatics import eliminate_joint
 from robostiff.spatial import rotate_stiffness
 from tests.generators.chains import random_rotation
 from tests.paper.exact_chain import eliminated
@@ -22,7 +15,7 @@ LENGTH = 0.8
 STEEL = Material.isotropic("steel", E=200e9, poisson_ratio=0.25)
 SECTION = CrossSection(A=4e-4, Iy=3e-8, Iz=3e-8, J=6e-8)
 C0 = beam_compliance(LENGTH, STEEL, SECTION)
-FORMS = [WrenchBasis(), Block(), Recursive(), SaddlePoint(), IndexRules()]
+FORMS = [rs.WrenchBasis(), rs.Block(), rs.Recursive(), rs.SaddlePoint(), rs.IndexRules()]
 
 
 def eq21(L: float) -> np.ndarray:
@@ -36,7 +29,7 @@ def eq21(L: float) -> np.ndarray:
 
 @pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
 def test_only_traction_is_left(form):
-    K = chain_stiffness(C0, eq21(LENGTH), form=form).K
+    K = rs.chain_stiffness(C0, eq21(LENGTH), form=form).K
     expected = np.zeros((6, 6))
     expected[0, 0] = STEEL.E * SECTION.A / LENGTH
     K0 = np.abs(np.linalg.inv(C0)).max()
@@ -108,16 +101,16 @@ def test_a_wrong_entry_in_eq_21_is_caught():
     traction = STEEL.E * SECTION.A / LENGTH
     J = eq21(LENGTH)
     J[0, 4], J[1, 4] = J[1, 4], 0.0  # L in the row of x: the joint would lie off the axis
-    assert abs(chain_stiffness(C0, J).K[0, 0]) <= 1e-9 * traction
+    assert abs(rs.chain_stiffness(C0, J).K[0, 0]) <= 1e-9 * traction
     # the sign of L alone is not seen once the tip turns freely, but it is without that
     right, wrong = eq21(LENGTH)[:, 4:], eq21(-LENGTH)[:, 4:]
-    K_right, K_wrong = chain_stiffness(C0, right).K, chain_stiffness(C0, wrong).K
+    K_right, K_wrong = rs.chain_stiffness(C0, right).K, rs.chain_stiffness(C0, wrong).K
     assert np.abs(K_right - K_wrong).max() > 1e-4 * traction
 
 
 def test_eq_22_and_23():
     R = random_rotation(np.random.default_rng(4))
-    K = rotate_stiffness(chain_stiffness(C0, eq21(LENGTH)).K, R)
+    K = rotate_stiffness(rs.chain_stiffness(C0, eq21(LENGTH)).K, R)
     u, K11 = R[:, 0], STEEL.E * SECTION.A / LENGTH
     expected = np.zeros((6, 6))
     expected[:3, :3] = K11 * np.outer(u, u)

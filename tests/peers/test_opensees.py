@@ -15,27 +15,19 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+import robostiff as rs
 from robostiff import JointCoordinates, Leg, Linear, Robot, compliance, load, modes, stiffness
 from robostiff.cli.main import app
 from robostiff.elasticity import (
     BeamSegment,
-    CrossSection,
     beam_compliance,
     elasticity_from_compliance,
-    material,
     tapered_compliance,
 )
 from robostiff.errors import InputError
 from robostiff.kinematics import PostureFinder
 from robostiff.model import Actuated, Chain, Link, PlacedMass, revolute
-from robostiff.network import (
-    DistributedForce,
-    Network,
-    Node,
-    beam_between,
-    network_of_snapshot,
-    network_response,
-)
+from robostiff.network import Node, beam_between, network_of_snapshot
 from robostiff.spatial import Frame
 from robostiff_interop import opensees_script
 from tests.generators.metric import distance
@@ -146,30 +138,30 @@ def test_written_models_run(by_opensees, name, suffix, left, tmp_path):
 
 def test_frame_with_loaded_beams_and_a_foot_that_settles(by_opensees):
     """A table of four beams on three feet, none of them along the world's axes."""
-    section = CrossSection(4e-4, 1.2e-8, 3.1e-8, 2.5e-8, 0.85, 0.7)
+    section = rs.CrossSection(4e-4, 1.2e-8, 3.1e-8, 2.5e-8, 0.85, 0.7)
     points = {"a": [0, 0, 0], "b": [1, 0.2, 0], "c": [0.3, 1, 0.1], "top": [0.4, 0.3, 0.9],
               "tip": [1.1, 0.7, 1.2]}  # fmt: skip
     nodes = {name: Node(name, np.array(p, dtype=float)) for name, p in points.items()}
     beams = tuple(
-        beam_between(nodes[a], nodes[b], material("steel"), section, name=a + b)
+        beam_between(nodes[a], nodes[b], rs.material("steel"), section, name=a + b)
         for a, b in (("a", "top"), ("b", "top"), ("c", "top"), ("top", "tip"))
     )
-    frame = Network("table", tuple(nodes.values()), ("a", "b", "c"), "tip", nodes["tip"].point,
+    frame = rs.Network("table", tuple(nodes.values()), ("a", "b", "c"), "tip", nodes["tip"].point,
                     beams=beams)  # fmt: skip
     q, t = np.array([30.0, -80, 55]), np.array([1e-3, -2e-3, 5e-4, 1e-3, 2e-3, -1e-3])
-    loads = {beam.name: DistributedForce(beam.rotation @ q) for beam in beams}
-    found = network_response(frame, loads, settlements={"c": t})
+    loads = {beam.name: rs.DistributedForce(beam.rotation @ q) for beam in beams}
+    found = rs.network_response(frame, loads, settlements={"c": t})
     for name, twist in by_opensees(frame, q, "c", t, by=loaded_frame).items():
         assert np.allclose(found.twists[name], twist, rtol=1e-9, atol=1e-12)
 
 
-UNEVEN = CrossSection(A=1e-3, Iy=4e-7, Iz=1e-7, J=2e-7), CrossSection(1e-3, 1e-7, 2e-7, 2e-7)
+UNEVEN = rs.CrossSection(A=1e-3, Iy=4e-7, Iz=1e-7, J=2e-7), rs.CrossSection(1e-3, 1e-7, 2e-7, 2e-7)
 
 
 @pytest.mark.parametrize("off", ["taper", "measured"])
 def test_matrices_that_are_no_beam_are_no_beam_in_opensees(off):
     """A uniform beam has three numbers more than these matrices agree with."""
-    steel = material("steel")
+    steel = rs.material("steel")
     if off == "taper":
         segments = [BeamSegment(0.5, steel, section) for section in UNEVEN]
         C = tapered_compliance(segments)

@@ -11,19 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robostiff.elasticity import (
-    EulerBernoulli,
-    Material,
-    Timoshenko,
-    beam_compliance,
-    box,
-    rectangle,
-)
+import robostiff as rs
+from robostiff.elasticity import beam_compliance
 from tests.peers.test_calculix import twists_at
 
 pytestmark = pytest.mark.needs("CalculiX")
 WIDE, HIGH, E, NU = 0.06, 0.03, 210e9, 0.3
-STEEL, SECTION = Material("steel", E, E / (2 * (1 + NU))), rectangle(WIDE, HIGH)
+STEEL, SECTION = rs.Material("steel", E, E / (2 * (1 + NU))), rs.rectangle(WIDE, HIGH)
 # Where the nodes of a brick of 20 nodes lie, in half sides: corners, then the middles of edges.
 CORNERS = np.array([(0, 0), (2, 0), (2, 2), (0, 2)])
 BRICK = [
@@ -108,7 +102,7 @@ def test_a_stubby_bar_needs_shear(tmp_path, slenderness):
         C[1, 1] - C[1, 5] ** 2 / C[5, 5]
         for C in (
             beam_compliance(L, STEEL, SECTION, theory)
-            for theory in (Timoshenko(), EulerBernoulli())
+            for theory in (rs.Timoshenko(), rs.EulerBernoulli())
         )
     )
     assert np.isclose(found, sheared, rtol=0.04)
@@ -117,7 +111,7 @@ def test_a_stubby_bar_needs_shear(tmp_path, slenderness):
 
 def test_bredt_makes_a_box_too_soft_by_what_is_said(tmp_path):
     """A square box whose wall is a tenth of its side: 6 %, and bending and tension exact."""
-    side, section = 0.05, box(0.05, 0.05, 0.005)
+    side, section = 0.05, rs.box(0.05, 0.05, 0.005)
     short = compliance_of_solid(tmp_path / "short.inp", 0.15, (9, 10, 10), (side, side), True)
     long = compliance_of_solid(tmp_path / "long.inp", 0.25, (15, 10, 10), (side, side), True)
     along = [0, 3, 4, 5]

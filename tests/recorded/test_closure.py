@@ -14,19 +14,7 @@ from robostiff.compiled import closed, machine_code_is_available
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.formula import FormulaPose
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import (
-    Actuated,
-    Branch,
-    Chain,
-    Coordinate,
-    Joint,
-    Leg,
-    ParallelBlock,
-    Passive,
-    Rigid,
-    Robot,
-    revolute,
-)
+from robostiff.model import Branch, Coordinate, Joint, ParallelBlock
 from robostiff.record import CLOSED, Operation, Program, Record
 from robostiff.recorded import RecordedClosure, record_closure
 from robostiff.recorded.newton_step import LegAtGuess, newton_step
@@ -39,14 +27,14 @@ TRIGONOMETRIC = {Operation.SINE, Operation.COSINE, Operation.ARC_COSINE, Operati
 BACKENDS = [rs.Backend.ARRAYS, *([rs.Backend.MACHINE] if machine_code_is_available() else [])]
 
 
-def robot_called(name: str) -> Robot:
+def robot_called(name: str) -> rs.Robot:
     path = MODELS / f"{name}.yaml"
     robot = rs.load(path if path.exists() else name)
-    assert isinstance(robot, Robot)
+    assert isinstance(robot, rs.Robot)
     return robot
 
 
-def around_home(robot: Robot, count: int, size: float, seed: int = 1) -> np.ndarray:
+def around_home(robot: rs.Robot, count: int, size: float, seed: int = 1) -> np.ndarray:
     """Poses whose coordinates differ from home's by up to a part of the length, or radians."""
     finder, chosen = PostureFinder(robot), robot.coordinate_places
     step = size * np.where(np.array(chosen) < 3, finder.length, 1.0)
@@ -54,7 +42,7 @@ def around_home(robot: Robot, count: int, size: float, seed: int = 1) -> np.ndar
     return finder.home_pose[chosen] + step * random
 
 
-def closure_of(robot: Robot) -> RecordedClosure:
+def closure_of(robot: rs.Robot) -> RecordedClosure:
     joints = [f"{leg.name}/{i}" for leg in robot.legs for i in range(leg.chain.size)]
     closure = record_closure(robot.numeric, PostureFinder(robot.numeric), joints)
     assert closure is not None
@@ -186,18 +174,20 @@ def test_a_parallelogram_does_not_pass_through_its_line():
 
     def crank(y: float) -> Branch:
         elements = (
-            revolute([1, 0, 0], Actuated(1e3) if y < 0 else Passive(), name="pin", home=[0.4]),
-            Rigid(Frame(np.eye(3), np.array([0, 0, 0.1]))),
-            revolute([1, 0, 0], Passive(), name="coupler", home=[-0.4]),
+            rs.revolute(
+                [1, 0, 0], rs.Actuated(1e3) if y < 0 else rs.Passive(), name="pin", home=[0.4]
+            ),
+            rs.Rigid(Frame(np.eye(3), np.array([0, 0, 0.1]))),
+            rs.revolute([1, 0, 0], rs.Passive(), name="coupler", home=[-0.4]),
         )
         at = Frame(np.eye(3), np.array([0, y, 0]))
-        return Branch(f"at {y:g}", at, Chain(elements), at)
+        return Branch(f"at {y:g}", at, rs.Chain(elements), at)
 
     block = ParallelBlock((crank(-0.1), crank(0.1)), "parallelogram")
     y, z = -0.1 * np.sin(0.4), 0.1 * np.cos(0.4)
     home = Frame(np.eye(3), np.array([0, y, z]))
-    leg = Leg("leg", Frame.identity(), Chain((block,)), Frame.identity())
-    robot = Robot("crank", (leg,), home=home, coordinates=(Coordinate.Z,))
+    leg = rs.Leg("leg", Frame.identity(), rs.Chain((block,)), Frame.identity())
+    robot = rs.Robot("crank", (leg,), home=home, coordinates=(Coordinate.Z,))
     closure = closure_of(robot)
     assert sum("leg/" in name for name in closure.start) == 2
     z = np.array([[0.08], [0.02], [-0.02]])
@@ -211,7 +201,7 @@ def test_a_parallelogram_does_not_pass_through_its_line():
 def test_half_a_turn_is_not_closed():
     """There vee(D - D^T) vanishes, so that a step moves nothing; the chord does not."""
     here = Frame(np.eye(3), np.zeros(3))
-    leg = Leg("pin", here, Chain((revolute([0, 0, 1], Actuated(1.0)),)), here)
+    leg = rs.Leg("pin", here, rs.Chain((rs.revolute([0, 0, 1], rs.Actuated(1.0)),)), here)
     record = Record({"q": [0.3, -0.2], "rz": [0.3, -0.2]})
     q, rz = (np.array([record.input(name)], dtype=object) for name in ("q", "rz"))
     r = np.array([0, 0, rz[0]], dtype=object)
@@ -224,15 +214,15 @@ def test_half_a_turn_is_not_closed():
     assert program.evaluated({"q": 0.4, "rz": 0.4})[1] < 1e-30
 
 
-def limited_arm() -> Robot:
+def limited_arm() -> rs.Robot:
     """A serial arm posed by its platform; its first joint is limited to another turn."""
     arm = elbow_arm()
     home = rs.find_posture(arm).pose[0]
     (leg,) = arm.legs
     first, *others = leg.chain.elements
     assert isinstance(first, Joint)
-    first = replace(first, role=Actuated(1e5, limits=(1.9 * np.pi, 2.2 * np.pi)))
-    leg = replace(leg, chain=Chain((first, *others)))
+    first = replace(first, role=rs.Actuated(1e5, limits=(1.9 * np.pi, 2.2 * np.pi)))
+    leg = replace(leg, chain=rs.Chain((first, *others)))
     return replace(arm, legs=(leg,), home=Frame(turn_by_vector(home[3:]), home[:3]))
 
 

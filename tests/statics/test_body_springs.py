@@ -10,15 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from robostiff.errors import InputError
-from robostiff.model import (
-    Actuated,
-    PlacedBlock,
-    PlacedBodySpring,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedSpring,
-    Snapshot,
-)
+from robostiff.model import PlacedBlock, PlacedBodySpring, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.spatial import Space
 from tests.cases.metric import distance
 from tests.statics.robots_under_load import joint, loaded, number, root
@@ -39,7 +31,9 @@ def held(
     return PlacedBodySpring(name, (bodies[0], bodies[1]), (a, b), k, length, tension)
 
 
-def pendulum(angle: float, k: float, length: float = 0.0, drive: float | None = None) -> Snapshot:
+def pendulum(
+    angle: float, k: float, length: float = 0.0, drive: float | None = None
+) -> rs.Snapshot:
     """A rod on a hinge in a vertical plane; a spring from a post above to the rod."""
     along = np.array([np.cos(angle), np.sin(angle), 0.0])
     tip = REACH * along
@@ -49,7 +43,7 @@ def pendulum(angle: float, k: float, length: float = 0.0, drive: float | None = 
         joint("end", tip, [0, 0, 1], "R", 1e10),
     )
     spring = held("base", "rod/hinge", points=([0, POST, 0], HOLD * along), k=k, length=length)
-    robot = Snapshot("pendulum", (PlacedLeg("rod", elements, tip),), tip, Space.PLANAR)
+    robot = rs.Snapshot("pendulum", (PlacedLeg("rod", elements, tip),), tip, Space.PLANAR)
     return replace(robot, springs=(spring,))
 
 
@@ -104,7 +98,7 @@ def test_pendulum_on_a_spring_with_a_free_length():
     assert np.allclose(base + post, [0, -MASS * G], atol=1e-5)
 
 
-def two_arms(*springs: PlacedBodySpring) -> Snapshot:
+def two_arms(*springs: PlacedBodySpring) -> rs.Snapshot:
     """Two arms of three sprung hinges each in space, which hold one platform."""
     legs = []
     for i, side in enumerate((-1.0, 1.0)):
@@ -119,7 +113,7 @@ def two_arms(*springs: PlacedBodySpring) -> Snapshot:
             joint(f"e{n + 1}", end, axis, "R", 150.0 + 10 * n) for n, axis in enumerate(np.eye(3))
         ]
         legs.append(PlacedLeg(f"arm{i + 1}", tuple(elements), end))
-    robot = Snapshot("two arms", tuple(legs), np.array([0.5, 0, 0.55]))
+    robot = rs.Snapshot("two arms", tuple(legs), np.array([0.5, 0, 0.55]))
     return replace(robot, springs=springs)
 
 
@@ -224,7 +218,7 @@ def test_energy_has_its_least_there():
     assert np.allclose(motions, found.x, atol=2e-6)
 
 
-def guyed(k: float, tension: float) -> Snapshot:
+def guyed(k: float, tension: float) -> rs.Snapshot:
     """An upright rod on a hinge between two guys."""
     tip = np.array([0, REACH, 0])
     elements = (
@@ -244,7 +238,7 @@ def guyed(k: float, tension: float) -> Snapshot:
         )
         for side in (1, -1)
     )
-    robot = Snapshot("guyed", (PlacedLeg("rod", elements, tip),), tip, Space.PLANAR)
+    robot = rs.Snapshot("guyed", (PlacedLeg("rod", elements, tip),), tip, Space.PLANAR)
     return replace(robot, springs=guys)
 
 
@@ -273,7 +267,7 @@ def test_spring_on_the_platform_in_its_modes():
     tip = np.array([0.2, 0, 0])
     slide = joint("slide", [0, 0, 0], [1, 0, 0], "P", 300.0)
     ends = (joint("x", tip, [0, 1, 0], "P", 1e8), joint("turn", tip, [0, 0, 1], "R", 1e8))
-    robot = Snapshot("slide", (PlacedLeg("leg", (slide, *ends), tip),), tip, Space.PLANAR)
+    robot = rs.Snapshot("slide", (PlacedLeg("leg", (slide, *ends), tip),), tip, Space.PLANAR)
     spring = held("platform", "base", points=(tip, [1.0, 0, 0]), k=500.0, length=0.8)
     found = rs.modes(replace(robot, springs=(spring,)), masses={"platform": 2.0})
     assert np.isclose(found.frequencies[0], np.sqrt(800 / 2.0) / (2 * np.pi), rtol=1e-9)
@@ -287,7 +281,7 @@ def test_drives_that_are_rigid_hold_springs_and_loads_before_and_behind_blocks(
     tip = np.array([0.0, 0.4, 0.0])
 
     def rigid(name: str, point: np.ndarray) -> PlacedFreedom:
-        return PlacedFreedom(np.array([1.0, 0, 0]), point, None, name, Actuated(None))
+        return PlacedFreedom(np.array([1.0, 0, 0]), point, None, name, rs.Actuated(None))
 
     branches = tuple(
         PlacedLeg(
@@ -302,7 +296,7 @@ def test_drives_that_are_rigid_hold_springs_and_loads_before_and_behind_blocks(
         for i, x in enumerate((-0.3, 0.2))
     )
     elements = (rigid("slide", np.zeros(3)), PlacedBlock("block", branches), rigid("lock", tip))
-    robot = Snapshot("A frame", (PlacedLeg("leg", elements, tip),), tip, Space.PLANAR)
+    robot = rs.Snapshot("A frame", (PlacedLeg("leg", elements, tip),), tip, Space.PLANAR)
     wrench = [100.0, -300, 5]
     other = "platform" if body == "base" else "base"
     answers = [
@@ -355,7 +349,7 @@ def test_taut_cables_are_springs_between_base_and_platform(name: str):
             PlacedBodySpring(cable.name, ("base", "platform"), ends, float(k), length, float(t))
         )
     soft = PlacedSpring("soft", p, np.eye(3), rs.Elasticity(1e6 * np.eye(6)))
-    robot = Snapshot("springs", (PlacedLeg("leg", (soft,), p),), taut.reference_point)
+    robot = rs.Snapshot("springs", (PlacedLeg("leg", (soft,), p),), taut.reference_point)
     weight = cables.weight
     assert weight is not None
     loads = {"platform": rs.DeadForce(weight.force, p + R @ weight.point)}

@@ -9,16 +9,7 @@ from scipy.spatial.transform import Rotation
 import robostiff as rs
 from robostiff.elasticity import Elasticity
 from robostiff.elasticity.cantilever import cantilever_compliance
-from robostiff.model import (
-    Actuated,
-    Passive,
-    PlacedBodySpring,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedSpring,
-    Snapshot,
-    StiffnessLaw,
-)
+from robostiff.model import PlacedBodySpring, PlacedFreedom, PlacedLeg, PlacedSpring, StiffnessLaw
 from tests.cases.metric import distance
 from tests.statics.jets import Energy, JetLeg, JetRobot, Part, Turn, at_rest
 from tests.statics.robots_under_load import loaded
@@ -48,7 +39,7 @@ class Drawn:
             length = float(np.linalg.norm(b - a))
             springs = [PlacedBodySpring("spring", names, (a, b), k, length, tension)]
         self.jets = own
-        self.robot = Snapshot("drawn", tuple(leg for leg, _ in legs), P, springs=tuple(springs))
+        self.robot = rs.Snapshot("drawn", tuple(leg for leg, _ in legs), P, springs=tuple(springs))
         force, moment = self.rng.normal(size=(2, 3))
         self.wrench = self.k * np.concatenate([0.02 * force, 0.01 * moment])
 
@@ -99,7 +90,7 @@ class Drawn:
         pitch = rng.choice([0.0, 0.1, np.nan])
         slides = bool(np.isnan(pitch))
         k = float(self.k * rng.uniform(0.2, 2)) if drive else 0.0
-        role, x0, energy = Passive(), None, (lambda q: (k * q * q / 2, k * q, k))
+        role, x0, energy = rs.Passive(), None, (lambda q: (k * q * q / 2, k * q, k))
         preload = 0.01 * self.k * rng.normal() if rng.random() < 0.3 else 0.0
         if preload:
             self.preload[name] = preload
@@ -109,20 +100,20 @@ class Drawn:
         freedom = PlacedFreedom(axis, at, own, name.partition("/")[2], role, x0)
         return freedom, Turn(at, axis, not slides, 1.0 if slides else own or 0.0, energy, preload)
 
-    def drive(self, name: str, k: float) -> tuple[Actuated, float | None, Energy]:
+    def drive(self, name: str, k: float) -> tuple[rs.Actuated, float | None, Energy]:
         kind, c = self.rng.integers(0, 3), k * self.rng.uniform(-0.3, 2)
         if kind == 0:
-            return Actuated(k), None, lambda q: (k * q * q / 2, k * q, k)
+            return rs.Actuated(k), None, lambda q: (k * q * q / 2, k * q, k)
         if kind == 1:
             self.laws[name] = rs.ForceLaw(k * Q + c * Q**3)
             return (
-                Actuated(k),
+                rs.Actuated(k),
                 None,
                 lambda q: (k * q * q / 2 + c * q**4 / 4, k * q + c * q**3, k + 3 * c * q * q),
             )
         x0, own = 0.3, k / (2 + X) * Q**2 / 2
         by_q = [sp.lambdify(Q, sp.diff(own.subs(X, x0 + Q), Q, i)) for i in range(3)]
-        law = Actuated(StiffnessLaw.of(k / (2 + X), X))
+        law = rs.Actuated(StiffnessLaw.of(k / (2 + X), X))
         return law, x0, lambda q: [float(f(q)) for f in by_q]
 
 

@@ -9,15 +9,7 @@ from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.model import (
-    Actuated,
-    Passive,
-    PlacedBlock,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedSpring,
-    Snapshot,
-)
+from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.network import JointElement, Network, Node
 from robostiff.spatial import Space
 from tests.cases.metric import distance
@@ -25,7 +17,7 @@ from tests.statics.robots_under_load import joint, loaded
 from tests.statics.robots_under_load import root as root_of
 
 
-def with_rigid_links(name: str) -> Snapshot:
+def with_rigid_links(name: str) -> rs.Snapshot:
     """A shipped robot at home, its links rigid and its drives elastic."""
     snapshot = rs.find_posture(rs.load(name)).snapshot.one(0)
 
@@ -169,7 +161,7 @@ def test_a_lever_is_a_pendulum():
     """``k q = F L cos q``; upright it buckles at ``F = k / L``."""
     tip, k = np.array([0.5, 0, 0]), 50.0
     lever = joint("hinge", [0, 0, 0], [0, 0, 1], "R", k)
-    robot = Snapshot("lever", (PlacedLeg("lever", (lever,), tip),), tip, Space.PLANAR)
+    robot = rs.Snapshot("lever", (PlacedLeg("lever", (lever,), tip),), tip, Space.PLANAR)
     q = root_of(lambda q: k * q - 0.5 * 60 * np.cos(q), 0, 1.5)
     answer = loaded(robot, wrench=[0, 60, 0])
     assert np.isclose(answer.displacement[2], q, rtol=1e-12)
@@ -199,13 +191,13 @@ def parallelogram(free: Sequence[str]) -> Network:
     }
     joints = []
     for name, (a, b, point) in places.items():
-        role = Actuated(2e4) if name == "l0" else Passive()
+        role = rs.Actuated(2e4) if name == "l0" else rs.Passive()
         own = ["z", *(axis for joint, axis in (x.split("/") for x in free) if joint == name)]
         freedoms = (PlacedFreedom(axes[x], R @ point, 0.0, f"{name}{x}", role) for x in own)
         joints.append(JointElement(name, a, b, tuple(freedoms)))
     tip = R @ [0.7, 0.6, 0.3]
     wrist = tuple(
-        PlacedFreedom(axis, R @ [0.7, 0.6, 0.1], pitch, f"w{x}{pitch}", Actuated(k))
+        PlacedFreedom(axis, R @ [0.7, 0.6, 0.1], pitch, f"w{x}{pitch}", rs.Actuated(k))
         for pitch, k in ((None, 3e5), (0.0, 4e3))
         for x, axis in axes.items()
     )

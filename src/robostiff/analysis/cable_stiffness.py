@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from robostiff.cables import (
     weight_stiffness,
     weight_wrench,
 )
-from robostiff.cables.equilibrium import Stability, stability
+from robostiff.cables.stiffness_matrix import Stability, stability
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Form, Status, StiffnessOfPoses, Tolerance
 from robostiff.elastostatics.result import scaled_inverse
 from robostiff.elastostatics.tolerance import scaling
@@ -81,7 +82,7 @@ class CableStiffness(StiffnessOfPoses, InNotebooks, CableAnswer):
         """Of exit points and attachments (...) [m]."""
         return self.placed.characteristic_length
 
-    @property
+    @cached_property
     def matrix(self) -> np.ndarray:
         """K (..., n, n): elastic, geometric, of weight and wrench; meaningful where `answered`.
 
@@ -177,11 +178,12 @@ def steady_stiffness(result: CableStiffness) -> np.ndarray:
 
 
 def _of_forces(result: CableStiffness) -> np.ndarray:
-    force = np.zeros((*result.wrench.shape[:-1], 3))
-    d = result.space.translations
-    force[..., :d] = result.wrench[..., :d]
-    arm = result.load_point - result.reference_point
-    return weight_stiffness(result.placed) + force_stiffness(force, arm, result.space)
+    K, d = weight_stiffness(result.placed), result.space.translations
+    if np.any(result.wrench[..., :d]):
+        force = np.zeros((*result.wrench.shape[:-1], 3))
+        force[..., :d] = result.wrench[..., :d]
+        K = K + force_stiffness(force, result.load_point - result.reference_point, result.space)
+    return K
 
 
 def stability_of(result: CableStiffness) -> Stability:
@@ -266,10 +268,17 @@ def _(machine: CableRobot, pose: Any, method: Form, near: Near, tolerance: Toler
 
 def judged(result: CableStiffness) -> CableStiffness:
     """The same answer with rank and status of every pose."""
-    n, batch = result.space.size, result.batch_shape
+    n, batch, tolerance = result.space.size, result.batch_shape, result.tolerance
     status = result.status_codes.copy()
     held_rank, rank = np.full(batch, -1), np.full(batch, -1)
-    plain = _plain(result)
+    # Poses that are held in all directions, with room to all decisions: most of them.
+    plain, s = np.zeros(batch, dtype=bool), scaling(result.characteristic_length, result.space)
+    W = structure_matrix(result.placed) / s[..., :, None] * (result.axial > 0)[..., None, :]
+    if W.shape[-1] >= n:
+        squares = np.linalg.eigvalsh(W @ np.swapaxes(W, -1, -2))[..., 0]
+        values = np.linalg.eigvalsh(result.matrix / (s[..., :, None] * s[..., None, :]))
+        plain = result.answered & (values[..., 0] > tolerance.near_rigidity * values[..., -1])
+        plain &= squares > max(tolerance.near_independence**2, _ROUNDING * W.shape[-1])
     held_rank[plain], rank[plain] = n, n
     rest = result.answered & ~plain
     if np.any(rest):
@@ -280,20 +289,9 @@ def judged(result: CableStiffness) -> CableStiffness:
         status[rest] |= found.doubtful * np.uint16(Status.ILL_CONDITIONED)
     loose = np.any((result.tensions <= 0) & (result.axial > 0), axis=-1)
     status = np.where(loose & result.answered, status | np.uint16(Status.UNTENSIONED), status)
-    return replace(result, status_codes=status, held_rank=held_rank, rank=rank)
-
-
-def _plain(result: CableStiffness) -> np.ndarray:
-    """Poses (...) that are held in all directions, with room to all decisions: most of them."""
-    tolerance = result.tolerance
-    s = scaling(result.placed.characteristic_length, result.space)
-    W = structure_matrix(result.placed) / s[..., :, None] * (result.axial > 0)[..., None, :]
-    if W.shape[-1] < W.shape[-2]:
-        return np.zeros(result.batch_shape, dtype=bool)
-    squares = np.linalg.eigvalsh(W @ np.swapaxes(W, -1, -2))
-    geometry = squares[..., 0] > max(tolerance.near_independence**2, _ROUNDING * W.shape[-1])
-    values = np.linalg.eigvalsh(result.matrix / (s[..., :, None] * s[..., None, :]))
-    return result.answered & geometry & (values[..., 0] > tolerance.near_rigidity * values[..., -1])
+    found = replace(result, status_codes=status, held_rank=held_rank, rank=rank)
+    vars(found)["matrix"] = result.matrix  # which is computed once
+    return found
 
 
 @dataclass(frozen=True)

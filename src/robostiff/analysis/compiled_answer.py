@@ -14,10 +14,8 @@ from robostiff.compiled import ArrayCode, Kernel, Rates, StiffnessMatrix, room_f
 from robostiff.compiled.codes import chunks_of
 from robostiff.compiled.machine_code import Rows
 from robostiff.elastostatics import Status
-from robostiff.elastostatics.batched import PoseBatch
-from robostiff.elastostatics.conditioning import smallest_held_stiffness
-from robostiff.elastostatics.status import StatusOfPoses
-from robostiff.elastostatics.tolerance import DEFAULT_TOLERANCE, scaling
+from robostiff.elastostatics.status import PoseBatch, StatusOfPoses
+from robostiff.elastostatics.tolerance import DEFAULT_TOLERANCE, scaling, smallest_held_stiffness
 from robostiff.record import CLOSED, Flag, Program
 from robostiff.spatial import Space
 

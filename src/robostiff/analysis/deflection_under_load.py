@@ -309,33 +309,23 @@ def leg_loads(answer: Stiffness, wrench: np.ndarray) -> LegLoads:
     else:
         of_each = np.einsum("...bij,...j->...bi", whole.shares, wrench)
         wrenches = list(np.moveaxis(of_each / s[..., None, :], -2, 0)[..., None])
-    of_legs = wrenches[: len(whole.legs)]
-    return LegLoads(
-        twist=(found.compliance @ F)[..., 0] / s,
-        status_codes=_codes(F, of_legs, among, whole.rank),
-        wrenches=tuple(own[..., 0] * s for own in wrenches),
-    )
-
-
-def _codes(
-    F: np.ndarray, wrenches: Sequence[np.ndarray], among: np.ndarray, rank: np.ndarray
-) -> np.ndarray:
-    """Status (...) of a load (..., n, 1), what legs carry, and its part without free motions.
-
-    Without free motions a part is missing by rounding alone: rigid wrenches of two legs that are
-    almost one carry 1e8 of a load, and miss 1e-8 of it.
-    """
 
     def size(own: np.ndarray) -> np.ndarray:
         return np.linalg.norm(own[..., 0], axis=-1)
 
-    driven = (size(F - among) > _BALANCED * size(F)) & (rank < F.shape[-2])
+    # Without free motions a part of the load is missing by rounding alone: rigid wrenches of two
+    # legs that are almost one carry 1e8 of a load, and miss 1e-8 of it.
+    driven = (size(F - among) > _BALANCED * size(F)) & (whole.rank < F.shape[-2])
     codes = np.where(driven, np.uint16(Status.UNBALANCED), np.uint16(0))
-    if wrenches:
-        whole = size(F) + np.sum([size(own) for own in wrenches], axis=0)
-        lost = ~driven & ~(size(F - np.sum(wrenches, axis=0)) <= _MISSED * whole)
+    if of_legs := wrenches[: len(whole.legs)]:
+        most = size(F) + np.sum([size(own) for own in of_legs], axis=0)
+        lost = ~driven & ~(size(F - np.sum(of_legs, axis=0)) <= _MISSED * most)
         codes = codes | np.where(lost, np.uint16(Status.ILL_CONDITIONED), np.uint16(0))
-    return codes
+    return LegLoads(
+        twist=(found.compliance @ F)[..., 0] / s,
+        status_codes=codes,
+        wrenches=tuple(own[..., 0] * s for own in wrenches),
+    )
 
 
 def loads_known(answer: Stiffness) -> np.ndarray:

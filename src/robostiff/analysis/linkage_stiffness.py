@@ -34,7 +34,6 @@ from robostiff.linkage import Configuration, DrivenLinkage, DriveValues, Linkage
 from robostiff.linkage.driven import driven_by
 from robostiff.linkage.essential import branches_of_linkage, network_of
 from robostiff.linkage.record import record_linkage
-from robostiff.model import Joint
 from robostiff.network import Network, condense
 from robostiff.spatial import Space, as_floats
 
@@ -178,22 +177,19 @@ def _(machine: Linkage, pose: Any, method: Form, near: Near, tolerance: Toleranc
     drives = driven.drives
     rows = driven.rows({name: values[name] for name in drives})
     others = [j for j in machine.joints if j.name in values and j.name not in drives]
-    batch = np.broadcast_shapes(rows.shape[:-1], *(_batch(j, values[j.name]) for j in others))
+    batch = rows.shape[:-1]
+    for joint in others:  # the platform does not feel these
+        subject, value = f"coordinates of {joint.name!r}", values[joint.name]
+        units = [screw.unit for screw in joint.freedoms]
+        words = "finite numbers" if joint.size == 1 else f"finite numbers (..., {joint.size})"
+        numbers = as_floats(subject, value, words, units if joint.size > 1 else units[0])
+        if joint.size > 1 and numbers.shape[-1:] != (joint.size,):
+            raise InputError(subject, got=value, expected=words)
+        own = numbers.shape if joint.size == 1 else numbers.shape[:-1]
+        batch = np.broadcast_shapes(batch, own)
     return ConfigurationsOfLinkage(
         driven, np.broadcast_to(rows, (*batch, rows.shape[-1])), tolerance
     )
-
-
-def _batch(joint: Joint, value: Any) -> tuple[int, ...]:
-    """Shape of a batch of coordinates of a joint that the platform does not feel."""
-    words = "finite numbers" if joint.size == 1 else f"finite numbers (..., {joint.size})"
-    units = [screw.unit for screw in joint.freedoms]
-    numbers = as_floats(
-        f"coordinates of {joint.name!r}", value, words, units if joint.size > 1 else units[0]
-    )
-    if joint.size > 1 and numbers.shape[-1:] != (joint.size,):
-        raise InputError(f"coordinates of {joint.name!r}", got=value, expected=words)
-    return numbers.shape if joint.size == 1 else numbers.shape[:-1]
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
+from functools import singledispatch
 from typing import Any
 
 import numpy as np
@@ -26,15 +27,12 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 
 
+@singledispatch
 def parts_at_home(robot: Any) -> dict[str, list[dict[str, Any]]]:
     """The joints and elastic parts of each leg, from base to platform, as plain data.
 
     Those of a network, and cables, are one list.
     """
-    return _PARTS[robot.kind](robot)
-
-
-def _of_robot(robot: Robot) -> dict[str, list[dict[str, Any]]]:
     posture = find_posture(robot)
     found = {}
     each = zip(robot.legs, posture.snapshot.one(0).legs, posture.coordinates, strict=True)
@@ -46,7 +44,8 @@ def _of_robot(robot: Robot) -> dict[str, list[dict[str, Any]]]:
     return found
 
 
-def _of_snapshot(snapshot: Snapshot) -> dict[str, list[dict[str, Any]]]:
+@parts_at_home.register
+def _(snapshot: Snapshot) -> dict[str, list[dict[str, Any]]]:
     return {leg.name: [_part(part, {}, {}) for part in leg.parts] for leg in snapshot.legs}
 
 
@@ -59,9 +58,10 @@ def mobility_at_home(robot: Robot) -> dict[str, Any]:
     return {"freedoms": len(fitting), "coordinates": [c.value for c in fitting]}
 
 
-def _of_network(network: Network) -> Iterator[dict[str, Any]]:
-    for beam in network.beams:
-        yield {
+@parts_at_home.register
+def _(network: Network) -> dict[str, list[dict[str, Any]]]:
+    found = [
+        {
             "name": beam.name,
             "kind": "elastic",
             "between": [beam.a, beam.b],
@@ -69,27 +69,34 @@ def _of_network(network: Network) -> Iterator[dict[str, Any]]:
             "length": beam.length,
             **_alone(Elasticity(beam.tip_compliance)),
         }
-    for spring in network.springs:
-        if np.any(spring.elasticity.compliance) or np.any(spring.elasticity.freedoms):
-            yield {
-                "name": spring.name,
-                "kind": "elastic",
-                "between": [spring.a, spring.b],
-                "point": spring.point.tolist(),
-                **_alone(spring.elasticity),
-            }
+        for beam in network.beams
+    ]
+    found += [
+        {
+            "name": spring.name,
+            "kind": "elastic",
+            "between": [spring.a, spring.b],
+            "point": spring.point.tolist(),
+            **_alone(spring.elasticity),
+        }
+        for spring in network.springs
+        if np.any(spring.elasticity.compliance) or np.any(spring.elasticity.freedoms)
+    ]
     for joint in network.joints:
         for freedom in joint.freedoms:
             part = _part(freedom, {}, {})
             name = part["name"] if part["name"] == joint.name else f"{joint.name}/{part['name']}"
-            yield {**part, "name": name, "between": [joint.a, joint.b]}
+            found.append({**part, "name": name, "between": [joint.a, joint.b]})
+    return {"network": found}
 
 
-def _cables(robot: CableRobot) -> Iterator[dict[str, Any]]:
+@parts_at_home.register
+def _(robot: CableRobot) -> dict[str, list[dict[str, Any]]]:
+    found = []
     for cable in robot.cables:
         end = robot.home.R @ cable.attachment + robot.home.p
         greatest = float(cable.greatest_tension)
-        yield {
+        own = {
             "name": cable.name,
             "kind": "cable",
             "exit": cable.exit_point.tolist(),
@@ -100,20 +107,24 @@ def _cables(robot: CableRobot) -> Iterator[dict[str, Any]]:
             "winch_stiffness": cable.winch_stiffness,
             "tension_limits": [float(cable.least_tension), greatest if greatest < np.inf else None],
         }
-
-
-_PARTS: Mapping[str, Callable[[Any], dict[str, list[dict[str, Any]]]]] = {
-    "robot": _of_robot,
-    "snapshot": _of_snapshot,
-    "network": lambda network: {"network": list(_of_network(network))},
-    "cable robot": lambda robot: {"cables": list(_cables(robot))},
-}
+        found.append(own)
+    return {"cables": found}
 
 
 def part_in_words(part: dict[str, Any]) -> str:
     """One part in a line."""
     if part["kind"] == "cable":
-        return _cable_in_words(part)
+        exit_point, end = (_rounded(*part[key]) for key in ("exit", "point"))
+        least, greatest = part["tension_limits"]
+        EA, winch = part["EA"], part["winch_stiffness"]
+        most = "" if greatest is None else f" to {number(greatest)} N"
+        words = [f"{part['name']}: from ({exit_point}) m to ({end}) m"]
+        words.append(f"length {part['length']:.6g} m")
+        if part["guide_length"]:
+            words.append(f"guide {part['guide_length']:.6g} m")
+        words.append("EA rigid" if EA is None else f"EA {number(EA)} N")
+        words.append("winch rigid" if winch is None else f"winch {number(winch)} N/m")
+        return ", ".join([*words, f"tension from {number(least)} N{most}"])
     between = f"between {' and '.join(part['between'])}, " if "between" in part else ""
     at = between + f"at ({_rounded(*part['point'])}) m"
     if part["kind"] == "joint":
@@ -131,25 +142,8 @@ def part_in_words(part: dict[str, Any]) -> str:
     words = [f"{part['name']}: elastic, end {at}"]
     if "length" in part:
         words.append(f"length {part['length']:.6g} m")
-    words.append(f"forces {_stiffnesses(part['translation'])} N/m")
-    words.append(f"moments {_stiffnesses(part['rotation'])} N m/rad")
-    return ", ".join(words)
-
-
-def _cable_in_words(cable: dict[str, Any]) -> str:
-    exit_point, end = (_rounded(*cable[key]) for key in ("exit", "point"))
-    least, greatest = cable["tension_limits"]
-    EA, winch = cable["EA"], cable["winch_stiffness"]
-    words = [
-        f"{cable['name']}: from ({exit_point}) m to ({end}) m",
-        f"length {cable['length']:.6g} m",
-        "EA rigid" if EA is None else f"EA {number(EA)} N",
-        "winch rigid" if winch is None else f"winch {number(winch)} N/m",
-        f"tension from {number(least)} N"
-        + ("" if greatest is None else f" to {number(greatest)} N"),
-    ]
-    if cable["guide_length"]:
-        words.insert(2, f"guide {cable['guide_length']:.6g} m")
+    words.append(f"forces {_stiffnesses(part['translation'], 'N/m')}")
+    words.append(f"moments {_stiffnesses(part['rotation'], 'N m/rad')}")
     return ", ".join(words)
 
 
@@ -158,8 +152,11 @@ def _rounded(*values: float) -> str:
     return ", ".join(f"{round(x, 12) + 0.0:.6g}" for x in values)
 
 
-def _stiffnesses(values: list[float | None]) -> str:
-    return " ".join("rigid" if value is None else f"{value:.4g}" for value in values)
+def _stiffnesses(values: list[float | None], unit: str) -> str:
+    if all(value is None for value in values):
+        return "rigid"
+    each = " ".join("rigid" if value is None else f"{value:.4g}" for value in values)
+    return f"{each} {unit}"
 
 
 def _lengths(chain: Chain, prefix: str) -> Iterator[tuple[str, float]]:

@@ -169,7 +169,7 @@ def stiffness(
         one = recorded_at_one(robot, pose)
         if one is not None:
             return Stiffness(one, one.rows).about(at)
-    if getattr(robot, "kind", "") == "cable robot":
+    if hasattr(robot, "cables"):
         _check_options(method, tolerance)
         _check_fits(robot, method, near, has_legs=False, has_postures=False)
         from robostiff.analysis.cable_stiffness import cable_stiffness

@@ -15,6 +15,7 @@ from robostiff.analysis.questions import Question, StructuralAnalysis
 from robostiff.elastostatics import Details, Form, RankDecision, Status, StiffnessOfPoses
 from robostiff.elastostatics.result import definite_inverse
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.kept import kept
 from robostiff.markup import InNotebooks
 from robostiff.model import Snapshot
 from robostiff.spatial import (
@@ -68,6 +69,7 @@ class Stiffness(StiffnessOfPoses, InNotebooks):
             found.details()  # bad input is found now
         return found.about(at)
 
+    @kept
     def details(self) -> Details:
         """What the direct form finds at these poses: legs, posture, and how ranks were decided.
 
@@ -76,10 +78,6 @@ class Stiffness(StiffnessOfPoses, InNotebooks):
         DisagreementError
             When it is another answer than that of the record.
         """
-        return self._details
-
-    @cached_property
-    def _details(self) -> Details:
         return self.question.details(self.rows)
 
     @cached_property
@@ -134,8 +132,7 @@ class Stiffness(StiffnessOfPoses, InNotebooks):
 
     @cached_property
     def _own_point(self) -> np.ndarray:
-        known = self.recorded is None or "_details" in vars(self)
-        point = None if known else self.question.reference_points(self.rows)
+        point = None if self.recorded is None else self.question.reference_points(self.rows)
         return self.details().reference_point if point is None else point
 
     @property

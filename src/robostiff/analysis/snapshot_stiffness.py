@@ -27,11 +27,14 @@ from robostiff.elastostatics import (
 from robostiff.elastostatics.conjugate_wrenches import conjugate_wrenches
 from robostiff.elastostatics.leg import loads_of_modes, transmitted
 from robostiff.elastostatics.parallel_block import block_of
-from robostiff.elastostatics.plane import check_compliance_in_plane, check_joints_in_plane
-from robostiff.elastostatics.tolerance import last_moved
+from robostiff.elastostatics.tolerance import (
+    check_compliance_in_plane,
+    check_joints_in_plane,
+    last_moved,
+)
 from robostiff.errors import InputError
 from robostiff.kinematics import leg_compliance, passive_jacobian, spring_loads
-from robostiff.kinematics.legs_together import LegsTogether, in_order, legs_alone, legs_together
+from robostiff.kinematics.jacobians import LegsTogether, in_order, legs_alone, legs_together
 from robostiff.kinematics.spanning_tree import branches
 from robostiff.model import PlacedBlock, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.spatial import Space
@@ -137,7 +140,29 @@ def leg_matrices(
         J_q = J_q[..., list(space.rows), :]
     if not leg.blocks:
         return LegMatrices(leg, at, space, length, J_q, names)
-    blocks = tuple(_block(block, at, space, length, tolerance) for block in leg.blocks)
+    blocks = []
+    for block in leg.blocks:
+        if space is Space.PLANAR or any(branch.blocks for branch in block.branches):
+            together = legs_alone(block.branches)
+        else:
+            together = legs_together(block.branches, at.shape[:-1])
+        solved = [
+            leg_matrices(own.leg, own.each(at), space, own.each(length), tolerance)
+            for own in together
+        ]
+        wrenches = in_order(together, [one.wrenches(one.length, tolerance) for one in solved])
+        matrices: dict[int, LegMatrices] = {}
+        for own, one in zip(together, solved, strict=True):
+            several = len(own.places) > 1  # those have no blocks inside
+            for k, i in enumerate(own.places):
+                matrices[i] = one
+                if several:
+                    part = block.branches[i], at, space, length, one.J_q[k], one.names
+                    matrices[i] = LegMatrices(*part)
+        branches = tuple(matrices[i] for i in range(len(matrices)))
+        inner = tuple(tuple(own.whole for own in one.blocks) for one in branches)
+        whole = replace(block_of(wrenches, length, tolerance), inner=inner)
+        blocks.append(SolvedBlock(block, whole, branches))
     columns, there = [J_q], [np.ones((*J_q.shape[:-2], len(names)), dtype=bool)]
     for block in blocks:
         columns.append(block.whole.J_q)
@@ -146,30 +171,7 @@ def leg_matrices(
     present = np.concatenate(there, axis=-1)
     J_q = np.concatenate(columns, axis=-1)
     there_all = None if np.all(present) else present
-    return LegMatrices(leg, at, space, length, J_q, names, there_all, blocks)
-
-
-def _block(
-    block: PlacedBlock, at: np.ndarray, space: Space, length: np.ndarray, tolerance: Tolerance
-) -> SolvedBlock:
-    if space is Space.PLANAR or any(branch.blocks for branch in block.branches):
-        together = legs_alone(block.branches)
-    else:
-        together = legs_together(block.branches, at.shape[:-1])
-    solved = [
-        leg_matrices(own.leg, own.each(at), space, own.each(length), tolerance) for own in together
-    ]
-    wrenches = in_order(together, [one.wrenches(one.length, tolerance) for one in solved])
-    matrices: dict[int, LegMatrices] = {}
-    for own, one in zip(together, solved, strict=True):
-        several = len(own.places) > 1  # those have no blocks inside
-        for k, i in enumerate(own.places):
-            placed, J_q = block.branches[i], one.J_q[k] if several else one.J_q
-            matrices[i] = LegMatrices(placed, at, space, length, J_q, one.names) if several else one
-    branches = tuple(matrices[i] for i in range(len(matrices)))
-    inner = tuple(tuple(own.whole for own in one.blocks) for one in branches)
-    whole = replace(block_of(wrenches, length, tolerance), inner=inner)
-    return SolvedBlock(block, whole, branches)
+    return LegMatrices(leg, at, space, length, J_q, names, there_all, tuple(blocks))
 
 
 DEFAULT_METHOD = WrenchBasis()
@@ -252,7 +254,17 @@ def _solved_together(
 ) -> Details:
     length = snapshot.characteristic_length
     # Lever arms that are small beside the lengths of the parts are rounding: all is in one point.
-    of_parts = in_order(together, [_length_of_parts(own.leg, own.each(length)) for own in together])
+    of_parts = []
+    for group in together:  # the largest length of a spring by itself, sqrt(tr C_tt / tr C_rr)
+        longest = np.zeros(group.each(length).shape)
+        for spring in group.leg.springs:
+            d = np.einsum("...ii->...i", spring.elasticity.compliance)
+            shift, turn = np.sum(d[..., :3], axis=-1), np.sum(d[..., 3:], axis=-1)
+            both = (shift > 0) & (turn > 0)
+            own = np.sqrt(np.where(both, shift, 0.0) / np.where(both, turn, 1.0))
+            longest = np.maximum(longest, own)
+        of_parts.append(longest)
+    of_parts = in_order(together, of_parts)
     length = np.where(length > tolerance.independence * np.max(of_parts, axis=0), length, 0.0)
     # About the reference point, or amid the legs where that is far away; from a robot that is all
     # in one point every other is far away.
@@ -404,15 +416,3 @@ def _solved(
     )
     codes = np.asarray(status, dtype=np.uint16)
     return replace(solved, redundant=redundant, status_codes=codes), names
-
-
-def _length_of_parts(leg: PlacedLeg, at_poses: np.ndarray) -> np.ndarray:
-    """Largest length that a spring has by itself, sqrt(tr C_tt / tr C_rr) (...) [m]; 0 for none."""
-    longest = np.zeros(at_poses.shape)
-    for spring in leg.springs:
-        d = np.einsum("...ii->...i", spring.elasticity.compliance)
-        shift, turn = np.sum(d[..., :3], axis=-1), np.sum(d[..., 3:], axis=-1)
-        both = (shift > 0) & (turn > 0)
-        own = np.sqrt(np.where(both, shift, 0.0) / np.where(both, turn, 1.0))
-        longest = np.maximum(longest, own)
-    return longest

@@ -184,42 +184,48 @@ def verify(
         ]
     if not isinstance(reference.method, StructuralAnalysis):
         others.append(direct_stiffness(network, tolerance=tolerance))
-    comparisons = [_compared(reference, other, agreement) for other in others]
-    comparisons.append(_energy(reference, network, agreement, tolerance))
+    comparisons = []
+    for other in others:
+        name, why = other.method.name, other.status
+        if Status.FORM_DOES_NOT_HOLD in why:
+            reason = other.details().reason
+            comparisons.append(Comparison(name, Outcome.DOES_NOT_HOLD, None, None, reason))
+            continue
+        rigid = Status.RIGID_DIRECTION in why
+        K, reason = (None, "a rigid direction") if rigid else (other.K, "")
+        known = name, K, int(other.rank), reason, Status.ILL_CONDITIONED in why
+        comparisons.append(_compared(reference, agreement, *known))
+    try:
+        K, reason = energy_stiffness(network, tolerance), ""
+        if Status.RIGID_DIRECTION in reference.status:
+            reason = "no rigid direction"
+        comparisons.append(_compared(reference, agreement, "energy", K, None, reason, False))
+    except TooFewDigitsError as error:
+        comparisons.append(Comparison("energy", Outcome.DOES_NOT_HOLD, None, None, str(error)))
+    except NoAnswerError as error:
+        known = "energy", None, None, str(error), False
+        comparisons.append(_compared(reference, agreement, *known))
     return Verification(reference, tuple(comparisons), agreement)
 
 
-def _compared(reference: Stiffness, other: Stiffness, agreement: float) -> Comparison:
-    name, rank = other.method.name, int(other.rank)
-    if Status.FORM_DOES_NOT_HOLD in other.status:
-        reason = other.details().reason
-        return Comparison(name, Outcome.DOES_NOT_HOLD, None, None, reason)
-    rigid, other_rigid = (Status.RIGID_DIRECTION in r.status for r in (reference, other))
-    doubtful = Status.ILL_CONDITIONED in other.status | reference.status
-    differs = Outcome.DOUBTFUL if doubtful else Outcome.DIFFERS
-    if rigid or other_rigid:
-        outcome = Outcome.AGREES if rigid and other_rigid else differs
-        return Comparison(name, outcome, None, rank, "a rigid direction" if other_rigid else "")
-    distance = matrix_distance(other.K, reference.K, float(reference.length))
-    reason = "" if rank == reference.rank else f"rank {rank}, and not {int(reference.rank)}"
-    agrees = distance <= agreement and not reason
-    return Comparison(name, Outcome.AGREES if agrees else differs, distance, rank, reason)
-
-
-def _energy(
-    reference: Stiffness, network: Network, agreement: float, tolerance: Tolerance
+def _compared(
+    reference: Stiffness,
+    agreement: float,
+    method: str,
+    K: np.ndarray | None,
+    rank: int | None,
+    reason: str,
+    doubtful: bool,
 ) -> Comparison:
-    rigid = Status.RIGID_DIRECTION in reference.status
-    doubtful = Status.ILL_CONDITIONED in reference.status
+    """The comparison with what a method found; None for K where a direction is rigid."""
+    doubtful |= Status.ILL_CONDITIONED in reference.status
     differs = Outcome.DOUBTFUL if doubtful else Outcome.DIFFERS
-    try:
-        K = energy_stiffness(network, tolerance)
-    except TooFewDigitsError as error:
-        return Comparison("energy", Outcome.DOES_NOT_HOLD, None, None, str(error))
-    except NoAnswerError as error:
-        return Comparison("energy", Outcome.AGREES if rigid else differs, None, None, str(error))
-    if rigid:
-        return Comparison("energy", differs, None, None, "no rigid direction")
+    rigid = Status.RIGID_DIRECTION in reference.status
+    if rigid or K is None:
+        agrees = rigid and K is None
+        return Comparison(method, Outcome.AGREES if agrees else differs, None, rank, reason)
     distance = matrix_distance(K, reference.K, float(reference.length))
-    outcome = Outcome.AGREES if distance <= agreement else differs
-    return Comparison("energy", outcome, distance, None, "")
+    if rank is not None and rank != reference.rank:
+        reason = f"rank {rank}, and not {int(reference.rank)}"
+    agrees = distance <= agreement and not reason
+    return Comparison(method, Outcome.AGREES if agrees else differs, distance, rank, reason)

@@ -1,4 +1,4 @@
-"""Structure and stiffness matrix of cables: how they pull, stretch and turn."""
+"""Structure and stiffness matrix of cables: how they pull, stretch and turn, and stability."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
+from robostiff.elastostatics import Tolerance
 from robostiff.errors import InputError
+from robostiff.kept import kept
 from robostiff.model.cable import CableRobot
 from robostiff.spatial import Space, cross, skew
 
@@ -59,7 +61,7 @@ class PlacedCables:
         """From the reference point to the point at which the weight acts (..., 3) [m]."""
         return self.weight_point - self.reference_point
 
-    @property
+    @cached_property
     def characteristic_length(self) -> np.ndarray:
         """Root mean square distance of exit points and attachments from their mean (...) [m]."""
         exits = np.broadcast_to(self.exit_points, self.attachments.shape)
@@ -111,6 +113,7 @@ def place_cables(robot: CableRobot, R: np.ndarray, p: np.ndarray) -> PlacedCable
     )
 
 
+@kept
 def structure_matrix(placed: PlacedCables) -> np.ndarray:
     """Structure matrix A^T (..., n, m) [1, m], one column [u_i; b_i x u_i] a cable.
 
@@ -118,10 +121,6 @@ def structure_matrix(placed: PlacedCables) -> np.ndarray:
     the attachment. Equilibrium under an applied wrench F is ``A^T t + F = 0`` with tensions t, and
     the cables lengthen by ``-A x`` under a small twist x. (Pott 2018, chapter 3; there and in most
     of the literature t is called f and F is called w.)
-
-    Parameters
-    ----------
-    placed : PlacedCables
 
     Examples
     --------
@@ -137,12 +136,7 @@ def structure_matrix(placed: PlacedCables) -> np.ndarray:
 
 
 def weight_wrench(placed: PlacedCables) -> np.ndarray:
-    """Wrench of the weight about the reference point (..., n) [N, N m], in world axes.
-
-    Parameters
-    ----------
-    placed : PlacedCables
-    """
+    """Wrench of the weight about the reference point (..., n) [N, N m], in world axes."""
     force = np.broadcast_to(placed.weight_force, placed.reference_point.shape)
     wrench = np.concatenate([force, cross(placed.weight_arm, force)], axis=-1)
     return wrench[..., list(placed.space.rows)]
@@ -261,10 +255,6 @@ def weight_stiffness(placed: PlacedCables) -> np.ndarray:
     """Stiffness of a weight at a point of the platform, -S(f, d) in the rotations (..., n, n).
 
     A weight below the reference point turns back like a pendulum; one above it topples.
-
-    Parameters
-    ----------
-    placed : PlacedCables
     """
     arm = placed.weight_arm
     return force_stiffness(np.broadcast_to(placed.weight_force, arm.shape), arm, placed.space)
@@ -331,3 +321,88 @@ def _in_space(K: np.ndarray, space: Space) -> np.ndarray:
         return K
     rows = list(space.rows)
     return K[..., rows, :][..., :, rows]
+
+
+_ROUNDING = 1e-12  # of the largest stiffness
+
+
+@dataclass(frozen=True)
+class Stability:
+    """Rank and stability at N poses.
+
+    Attributes
+    ----------
+    held : (N,) array of int
+        Directions in which cables stretch: the rank of the structure matrix.
+    rank : (N,) array of int
+        Of the stiffness matrix.
+    motions : (N, n, n) array
+        Columns are displacements in scaled coordinates that do not work on each other's forces.
+    free, unstable : (N, n) arrays of bool
+        Which of the motions meet no stiffness, and which grow by themselves.
+    doubtful : (N,) array of bool
+        Whether a decision was close.
+    """
+
+    held: np.ndarray
+    rank: np.ndarray
+    motions: np.ndarray
+    free: np.ndarray
+    unstable: np.ndarray
+    doubtful: np.ndarray
+
+
+def stability(W: np.ndarray, K: np.ndarray, size: np.ndarray, tolerance: Tolerance) -> Stability:
+    """Rank and stability of K at N poses.
+
+    Tension is a thousandth or less of what stretching resists, so a single scale would take its
+    part for rounding. The displacements are split: those in which cables stretch are decided by the
+    geometry of unit wrenches, as everywhere; in the others the stiffness left after the first have
+    condensed, ``K_nn - K_nh K_hh^-1 K_hn``, is compared with that of the tensions.
+
+    Parameters
+    ----------
+    W : (N, n, m) array
+        Structure matrix, moments divided by a characteristic length; zero for slack cables.
+    K : (N, n, n) array
+        Stiffness matrix, scaled alike [N/m].
+    size : (N,) array
+        Of the stiffness that tension and weight give [N/m].
+    tolerance : Tolerance
+
+    Examples
+    --------
+    >>> W, K = np.array([[[0.0], [1.0]]]), np.diag([50.0, 1e6])[None]
+    >>> pendulum = stability(W, K, np.array([50.0]), Tolerance())
+    >>> pendulum.held, pendulum.rank
+    (array([1]), array([2]))
+    """
+    U, values, _ = np.linalg.svd(W)
+    held = np.count_nonzero(values > tolerance.independence, axis=-1)
+    doubtful = np.any(tolerance.leaves_in_doubt(values), axis=-1)
+    free, unstable = np.zeros((2, *K.shape[:-1]), dtype=bool)
+    motions = np.empty_like(K)
+    for r in np.unique(held):
+        rows = held == r
+        H, N, K_r = U[rows, :, :r], U[rows, :, r:], K[rows]
+        H_T = np.swapaxes(H, -1, -2)
+        own, directions = np.linalg.eigh(H_T @ K_r @ H)
+        largest = np.abs(own).max(axis=-1, initial=0.0)[:, None]
+        doubtful[rows] |= np.any(np.abs(own) <= tolerance.near_rigidity * largest, axis=-1)
+        H = H @ directions
+        motions[rows, :, :r], unstable[rows, :r] = H, own < -_ROUNDING * largest
+        regular = np.all(own != 0, axis=-1)[:, None]
+        pushed = np.swapaxes(H, -1, -2) @ K_r @ N
+        divisor = np.where(regular, own, 1.0)[:, :, None]
+        M = N - H @ np.where(regular[:, :, None], pushed / divisor, 0.0)
+        left = np.swapaxes(N, -1, -2) @ K_r @ M
+        own, turned = np.linalg.eigh(0.5 * (left + np.swapaxes(left, -1, -2)))
+        # Rounding of the large elastic entries reaches the small ones.
+        near = np.maximum(tolerance.near_independence * size[rows, None], 1e-13 * largest)
+        floor = np.maximum(tolerance.independence * size[rows, None], 1e-15 * largest)
+        lost = np.abs(own) <= floor
+        motions[rows, :, r:] = M @ turned
+        free[rows, r:], unstable[rows, r:] = lost, (own < 0) & ~lost
+        doubtful[rows] |= np.any(~lost & (np.abs(own) <= near), axis=-1)
+    rank = K.shape[-1] - np.count_nonzero(free, axis=-1)
+    return Stability(held, rank, motions, free, unstable, doubtful)

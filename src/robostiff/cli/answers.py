@@ -121,10 +121,12 @@ class PrintDeflection(Command, name="deflection"):
         options["wrench"] = written.wrench(given.wrench, robot.space)
         if on_bodies or (getattr(robot, "legs", ()) and robot.springs):
             # what legs alone do not decide takes twice as long to import
-            from robostiff.cli.loads import body_loads
             from robostiff.statics import deflection as deflection_by_bodies
 
-            options |= {"loads": body_loads(given), "gravity": written.gravity(given.gravity)}
+            options |= {
+                "loads": written.body_loads(given),
+                "gravity": written.gravity(given.gravity),
+            }
             found = deflection_by_bodies(robot, **options)
         else:
             from robostiff.analysis import deflection
@@ -155,7 +157,6 @@ class PrintEquilibrium(Command, name="equilibrium"):
     def run(self) -> int:
         """Print where a robot comes to rest under loads; 1 for a bad status."""
         from robostiff.cli import arguments as written
-        from robostiff.cli import loads
         from robostiff.page.loads import equilibrium_page
         from robostiff.statics import critical_load, equilibrium, load_path
 
@@ -165,8 +166,8 @@ class PrintEquilibrium(Command, name="equilibrium"):
             if F is None and own:
                 raise InputError(name, expected='--wrench beside it, such as "0 0 -1 kN 0 0 0"')
         picture = picture_beside(self.plot, self.answer, is_scene=self.factors is None)
-        options = {"wrench": F, **loads.loading(robot, self.place, self.loads)}
-        factors = None if self.factors is None else loads.factors(self.factors)
+        options = {"wrench": F, **written.loading(robot, self.place, self.loads)}
+        factors = None if self.factors is None else written.factors(self.factors)
         result: Any = equilibrium(robot, **options)
         critical = critical_load(robot, **options) if self.critical else None
         curve = None if factors is None else load_path(robot, factors=factors, **options)
@@ -214,15 +215,14 @@ class PrintModes(Command, name="modes"):
     def run(self) -> int:
         """Print how a robot vibrates about its equilibrium; 1 for a bad status."""
         from robostiff.cli import arguments as written
-        from robostiff.cli import loads
         from robostiff.page.facts import masses_at_home, masses_in_words
         from robostiff.page.loads import modes_page
         from robostiff.statics import modes
 
         picture = picture_beside(self.plot, self.answer)
         robot = written.loaded(self.model, self.place)
-        options = loads.loading(robot, self.place, self.loads)
-        moving = loads.by_part("--mass", self.masses, loads.kilograms)
+        options = written.loading(robot, self.place, self.loads)
+        moving = written.by_part("--mass", self.masses, written.kilograms)
         F = written.wrench(self.loads.wrench, robot.space)
         found = modes(robot, masses=moving, wrench=F, **options)
         if picture is not None:
@@ -233,6 +233,9 @@ class PrintModes(Command, name="modes"):
             draw(plot.mode(found, self.number, backend=data), picture, other_end)
         masses = masses_at_home(robot)
         words = masses_in_words(masses, "masses of the model")
+        if moving:
+            each = ", ".join(f"{k} {m:.4g} kg" for k, own in moving.items() for m in own)
+            words.append(f"beside them: {each}")
         return answered(modes_page(found, masses.get("masses"), tuple(words)), self.answer)
 
 
@@ -263,8 +266,7 @@ class PrintResponse(Command, name="response"):
 
     def run(self) -> int:
         """Print how a network answers its loads."""
-        from robostiff.cli.arguments import check_kind
-        from robostiff.cli.loads import network_loads, settlements
+        from robostiff.cli.arguments import check_kind, network_loads, settlements
         from robostiff.network import network_response
         from robostiff.robots import load
 
@@ -374,7 +376,9 @@ class PrintCables(Command, name="cables"):
     def run(self) -> int:
         """Print tensions and stiffness at a pose, or the response to a load."""
         from robostiff.analysis import cable_stiffness
+        from robostiff.cables import ClosedFormTensions, GivenTensions, NearestTensions
         from robostiff.cli import arguments as written
+        from robostiff.io.units import Dimension, parse_quantities
         from robostiff.statics import cable_response
 
         robot, source = self.model.load(), self.model.source
@@ -385,7 +389,19 @@ class PrintCables(Command, name="cables"):
             expected="a robot with cables, such as cable-8",
             hint=f"write 'robostiff stiffness {source}' for a robot with legs",
         )
-        rule = self._rule(robot.cable_names)
+        if self.rule not in {"nearest", "closed-form"}:
+            raise InputError("--rule", got=self.rule, expected="nearest or closed-form")
+        is_closed, level = self.rule == "closed-form", self.level
+        rule: TensionRule | None = None if level is None else NearestTensions(level)
+        if self.tensions is not None:
+            if level is not None or is_closed:
+                other = "--rule" if level is None else "--level"
+                raise InputError(f"--tensions and {other}", expected="one of them")
+            names = robot.cable_names
+            forces = [Dimension.FORCE] * len(names)
+            rule = GivenTensions(parse_quantities(self.tensions, forces, names, "--tensions"))
+        elif is_closed:
+            rule = ClosedFormTensions() if level is None else ClosedFormTensions(level)
         pose = written.pose(robot, self.place)
         if self.wrench is not None and self.balance is not None:
             raise InputError("--wrench and --balance", expected="one of them")
@@ -394,20 +410,3 @@ class PrintCables(Command, name="cables"):
             return answered(cable_response(robot, pose, load, tensions=rule), self.answer)
         balanced = written.wrench(self.balance, robot.space, "--balance")
         return answered(cable_stiffness(robot, pose, balanced, tensions=rule), self.answer)
-
-    def _rule(self, names: tuple[str, ...]) -> TensionRule | None:
-        from robostiff.cables import ClosedFormTensions, GivenTensions, NearestTensions
-        from robostiff.io.units import Dimension, parse_quantities
-
-        if self.rule not in {"nearest", "closed-form"}:
-            raise InputError("--rule", got=self.rule, expected="nearest or closed-form")
-        is_closed, level = self.rule == "closed-form", self.level
-        if self.tensions is not None:
-            if level is not None or is_closed:
-                other = "--rule" if level is None else "--level"
-                raise InputError(f"--tensions and {other}", expected="one of them")
-            forces = [Dimension.FORCE] * len(names)
-            return GivenTensions(parse_quantities(self.tensions, forces, names, "--tensions"))
-        if is_closed:
-            return ClosedFormTensions() if level is None else ClosedFormTensions(level)
-        return None if level is None else NearestTensions(level)

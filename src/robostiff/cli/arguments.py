@@ -1,19 +1,19 @@
-"""Poses, points and wrenches as they are written on the command line."""
+"""Poses, points and loads as they are written on the command line."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
 
-from robostiff.cli.options import Model, Posing
+from robostiff.cli.options import Loads, Model, Posing, named_once, named_values
 from robostiff.errors import InputError, Words
 from robostiff.io.suggest import did_you_mean
-from robostiff.io.units import Dimension, parse_quantities
+from robostiff.io.units import Dimension, parse_quantities, to_si
 from robostiff.kinematics import ActuatorCoordinates, JointCoordinates, ToolPose, actuator_names
-from robostiff.model import Actuated, Coordinate
+from robostiff.model import Actuated, Coordinate, Mass
 from robostiff.spatial import Space
 
 _DIMENSIONS = {"m": Dimension.LENGTH, "rad": Dimension.ANGLE}
@@ -63,11 +63,10 @@ def pose(robot: Any, place: Posing) -> Any:
         expected = f"none: a {robot.kind} is frozen at its own pose"
         hint = "describe the robot in a model file to move it"
         raise InputError(option, got=given, expected=expected, hint=hint)
-    readers = {"robot": _joints, "linkage": _joints_of_linkage}
     if option == "--joints":
-        if robot.kind not in readers:
+        if robot.kind not in ("robot", "linkage"):
             raise InputError(option, got=given, expected="--pose: cables have no joints")
-        return readers[robot.kind](robot, given)
+        return _by_joints(robot, given)
     if not (robot.coordinates or hasattr(robot, "legs")):
         expected = f"--joints: a {robot.kind} is moved by its joints"
         raise InputError(option, got=given, expected=expected)
@@ -106,12 +105,12 @@ def _tool_pose(text: str) -> ToolPose:
 def _pose_coordinates(free: Sequence[Coordinate], text: str) -> list[float]:
     """All six coordinates, or the free ones if their number matches."""
     if len(free) in (0, len(Coordinate)):
-        return _read_coordinates(tuple(Coordinate), text)
+        return six_coordinates(text, "--pose")
     try:
-        return _read_coordinates(free, text)
+        return _read_coordinates(free, text, "--pose")
     except InputError as of_free:
         try:
-            return _read_coordinates(tuple(Coordinate), text)
+            return six_coordinates(text, "--pose")
         except InputError:
             if of_free.subject != "--pose":
                 raise of_free from None
@@ -120,55 +119,47 @@ def _pose_coordinates(free: Sequence[Coordinate], text: str) -> list[float]:
             raise InputError("--pose", got=text, expected=expected) from None
 
 
-def _read_coordinates(
-    coordinates: Sequence[Coordinate], text: str, option: str = "--pose"
-) -> list[float]:
+def _read_coordinates(coordinates: Sequence[Coordinate], text: str, option: str) -> list[float]:
     dimensions = [_POSE_DIMENSIONS[coordinate] for coordinate in coordinates]
     return parse_quantities(text, dimensions, [c.value for c in coordinates], option)
 
 
-def _joints(robot: Any, text: str) -> JointCoordinates | ActuatorCoordinates:
-    """All joint coordinates of a serial arm; those of the actuators of any other robot."""
-    every, names = _dimensions(robot), list(actuator_names(robot))
-    if "=" in text:
-        found = _by_name(text, {name: [own] for name, own in every.items()}, names)
-        return ActuatorCoordinates({name: own[0] for name, own in found.items()})
-    if robot.is_serial and not robot.legs[0].chain.has_blocks:
-        return JointCoordinates(_leg_coordinates(robot, text, "--joints"))
-    values = parse_quantities(text, [every[name] for name in names], names, "--joints")
-    return ActuatorCoordinates(values)
-
-
-def _by_name(
-    text: str, units: Mapping[str, Sequence[Dimension]], names: Iterable[str]
-) -> dict[str, list[float]]:
-    """Coordinates of some joints, ``NAME=VALUE, NAME=VALUE``."""
-    names, found = list(names), {}
-    for part in text.split(","):
-        name, equals, value = (one.strip() for one in part.partition("="))
-        if not equals or name not in names or name in found:
-            raise InputError(
-                "--joints",
-                got=part.strip(),
-                expected=f"NAME=VALUE, each name once: {', '.join(names)}",
-                hint=did_you_mean(name, names),
-            )
-        found[name] = parse_quantities(value, units[name], [name] * len(units[name]), "--joints")
-    return found
-
-
-def _joints_of_linkage(linkage: Any, text: str) -> dict[str, Any]:
-    """Coordinates of some joints by name, or of all actuated ones."""
-    units = {joint.name: [_DIMENSIONS[s.unit] for s in joint.freedoms] for joint in linkage.joints}
-    if "=" in text:
-        found = _by_name(text, units, units)
+def _by_joints(robot: Any, text: str) -> Any:
+    """Some joints by name; or all of a serial arm, the actuated ones of any other machine."""
+    is_linkage, is_arm, by_name = robot.kind == "linkage", False, "=" in text
+    if is_linkage:
+        units = {own.name: [_DIMENSIONS[s.unit] for s in own.freedoms] for own in robot.joints}
+        driven = [own.name for own in robot.joints if isinstance(own.role, Actuated)]
+        names = list(units) if by_name else driven
     else:
-        driven = {j.name: units[j.name] for j in linkage.joints if isinstance(j.role, Actuated)}
-        words = [name for name, own in driven.items() for _ in own]
-        dimensions = [dimension for own in driven.values() for dimension in own]
+        units = {name: [own] for name, own in _dimensions(robot).items()}
+        is_arm = not by_name and robot.is_serial and not robot.legs[0].chain.has_blocks
+        names = list(units) if is_arm else list(actuator_names(robot))
+    if by_name:
+        found: dict[str, list[float]] = {}
+        for part in text.split(","):
+            name, equals, value = (one.strip() for one in part.partition("="))
+            if not equals or name not in names or name in found:
+                raise InputError(
+                    "--joints",
+                    got=part.strip(),
+                    expected=f"NAME=VALUE, each name once: {', '.join(names)}",
+                    hint=did_you_mean(name, names),
+                )
+            found[name] = parse_quantities(
+                value, units[name], [name] * len(units[name]), "--joints"
+            )
+    else:
+        pairs = [(name, dimension) for name in names for dimension in units[name]]
+        words, dimensions = [name for name, _ in pairs], [own for _, own in pairs]
         each = iter(parse_quantities(text, dimensions, words, "--joints"))
-        found = {name: [next(each) for _ in own] for name, own in driven.items()}
-    return {name: own[0] if len(own) == 1 else own for name, own in found.items()}
+        found = {name: [next(each) for _ in units[name]] for name in names}
+    values = {name: own[0] if len(own) == 1 else own for name, own in found.items()}
+    if is_linkage:
+        return values
+    if by_name:
+        return ActuatorCoordinates(values)
+    return (JointCoordinates if is_arm else ActuatorCoordinates)(list(values.values()))
 
 
 def gravity(text: str | None) -> str | list[float] | None:
@@ -185,13 +176,8 @@ def near(robot: Any, place: Posing) -> list[float] | None:
     if robot.is_frozen or not hasattr(robot, "legs"):
         expected = "none: only robots of joints and legs have postures"
         raise InputError("--near", got=place.near, expected=expected)
-    return _leg_coordinates(robot, place.near, "--near")
-
-
-def _leg_coordinates(robot: Any, text: str, option: str) -> list[float]:
-    """Coordinates of all legs, one after the other."""
-    every = _dimensions(robot)
-    return parse_quantities(text, list(every.values()), list(every), option)
+    every = _dimensions(robot)  # of all legs, one after the other
+    return parse_quantities(place.near, [*every.values()], [*every], "--near")
 
 
 def _dimensions(robot: Any) -> dict[str, Dimension]:
@@ -201,11 +187,6 @@ def _dimensions(robot: Any) -> dict[str, Dimension]:
         for leg in robot.legs
         for screw, name in zip(leg.chain.freedoms, leg.chain.coordinate_names, strict=True)
     }
-
-
-def point(place: Posing) -> list[float] | None:
-    """The given point, or None for the robot's own."""
-    return None if place.at is None else three_lengths(place.at, "--at")
 
 
 def three_lengths(text: str, option: str) -> list[float]:
@@ -222,12 +203,16 @@ def wrench(text: str | None, space: Space, option: str = "--wrench") -> Any:
     """A load, from forces and moments with units; None without one."""
     if text is None:
         return None
-    return parse_quantities(text, load_dimensions(space), space.wrench_order, option)
+    return _row(option, text, _wrench_dimensions(space))
 
 
-def load_dimensions(space: Space) -> list[Dimension]:
-    """What each component of a wrench measures."""
-    return [Dimension.FORCE if u == "N" else Dimension.MOMENT for u in space.wrench_units]
+def _wrench_dimensions(space: Space) -> dict[str, Dimension]:
+    units = zip(space.wrench_order, space.wrench_units, strict=True)
+    return {name: Dimension.FORCE if u == "N" else Dimension.MOMENT for name, u in units}
+
+
+def _row(option: str, text: str, numbers: Mapping[str, Dimension]) -> list[float]:
+    return parse_quantities(text, list(numbers.values()), list(numbers), option)
 
 
 def length(text: str | None, option: str = "--length") -> float | None:
@@ -238,7 +223,11 @@ def length(text: str | None, option: str = "--length") -> float | None:
 
 def where(robot: Any, place: Posing) -> dict[str, Any]:
     """Pose, point and posture, as `robostiff.stiffness` takes them."""
-    return {"pose": pose(robot, place), "at": point(place), "near": near(robot, place)}
+    return {
+        "pose": pose(robot, place),
+        "at": None if place.at is None else three_lengths(place.at, "--at"),
+        "near": near(robot, place),
+    }
 
 
 _Chosen = TypeVar("_Chosen")
@@ -253,3 +242,129 @@ def chosen(option: str, name: str, allowed: Mapping[str, _Chosen]) -> _Chosen:
         expected, hint = ", ".join(allowed), did_you_mean(name, tuple(allowed))
         raise InputError(option, got=name, expected=expected, hint=hint)
     return allowed[name]
+
+
+_MOST_FACTORS = 1000
+_FORCE: dict[str, Dimension] = dict.fromkeys(("fx", "fy", "fz"), Dimension.FORCE)
+_FOR_NETWORKS = "NAME=NUMBERS, such as tip=0 0 -80 N"
+_EXPECTED = "LEG/PART=VALUE, such as "
+_SUCH_AS = {
+    "--weight": '"leg1/strut=12 kg"',
+    "--mass": '"leg1/strut=12 kg"',
+    "--load": '"leg1/strut=0 0 -80 N"',
+    "--preload": '"leg1/strut=2 kN"',
+}
+
+
+def loading(robot: Any, place: Posing, written: Loads) -> dict[str, Any]:
+    """Place, loads beside the wrench, and preloads: forces of slides, moments of turns."""
+    found = {
+        **where(robot, place),
+        "loads": body_loads(written),
+        "gravity": gravity(written.gravity),
+        "preload": {},
+    }
+    turns: dict[str, bool] = {}  # by the names of joints, as preloads name them
+    for joint in getattr(robot, "joints", ()):
+        turns |= {getattr(own, "name", joint.name): own.turns for own in joint.freedoms}
+    for leg in getattr(robot, "legs", ()):
+        chain = getattr(leg, "chain", None)
+        names = [own.name for own in leg.freedoms] if chain is None else chain.coordinate_names
+        freedoms = leg.freedoms if chain is None else chain.freedoms
+        own = zip(names, freedoms, strict=True)
+        turns |= {f"{leg.name}/{name}": screw.turns for name, screw in own}
+    expected = _EXPECTED + _SUCH_AS["--preload"]
+    for name, text in named_once("--preload", written.preloads, expected).items():
+        # a name that is none is refused where the joints are
+        dimension = Dimension.MOMENT if turns.get(name, False) else Dimension.FORCE
+        found["preload"][name] = to_si(text, dimension, subject="--preload")
+    return found
+
+
+def body_loads(written: Loads) -> dict[str, list[Any]]:
+    """Weights and forces by the names of parts."""
+    from robostiff.statics import DeadForce
+
+    weights = by_part("--weight", written.weights, lambda text: Mass(kilograms(text)))
+    forces = by_part("--load", written.forces, lambda text: DeadForce(_row("--load", text, _FORCE)))
+    return {name: weights.get(name, []) + forces.get(name, []) for name in weights | forces}
+
+
+def by_part(
+    option: str, texts: tuple[str, ...], read: Callable[[str], Any]
+) -> dict[str, list[Any]]:
+    """What is written for parts, by their names."""
+    found: dict[str, list[Any]] = {}
+    for name, value in named_values(option, texts, _EXPECTED + _SUCH_AS[option]):
+        try:
+            found.setdefault(name, []).append(read(value))
+        except InputError as error:
+            where = f"{option} of {name!r}: {error.subject.removeprefix(option).lstrip(', ')}"
+            raise InputError(
+                where.removesuffix(": "), got=error.got, expected=error.expected, hint=error.hint
+            ) from None
+    return found
+
+
+def kilograms(text: str) -> float:
+    """A mass [kg]."""
+    return to_si(text, Dimension.MASS, subject="mass")
+
+
+def factors(text: str) -> np.ndarray:
+    """Multiples of a wrench (n,)."""
+    names = ("START", "STOP", "COUNT")
+    start, stop, count = _row("--factors", text, dict.fromkeys(names, Dimension.NUMBER))
+    if not (count == int(count) and 1 <= count <= _MOST_FACTORS):
+        raise InputError("--factors", got=text, expected=f"a whole COUNT from 1 to {_MOST_FACTORS}")
+    return np.linspace(start, stop, int(count))
+
+
+def network_loads(
+    at_nodes: tuple[str, ...],
+    along_beams: tuple[str, ...],
+    forces_on_beams: tuple[str, ...],
+    space: Space,
+) -> dict[str, Any]:
+    """Loads on nodes and beams, by their names."""
+    from robostiff.network import DistributedForce, ForceOnBeam
+
+    nodes = named_once("--load", at_nodes, _FOR_NETWORKS)
+    loads: dict[str, Any] = {n: _force_or_wrench(own, space) for n, own in nodes.items()}
+    on_beams: dict[str, list[DistributedForce | ForceOnBeam]] = {}
+    for name, values in named_values("--along", along_beams, _FOR_NETWORKS):
+        q = _row("--along", values, dict.fromkeys(("qx", "qy", "qz"), Dimension.FORCE_PER_LENGTH))
+        on_beams.setdefault(name, []).append(DistributedForce(q))
+    for name, values in named_values("--on", forces_on_beams, _FOR_NETWORKS):
+        s, *force = _row("--on", values, {"s": Dimension.LENGTH, **_FORCE})
+        on_beams.setdefault(name, []).append(ForceOnBeam(force, s))
+    for name in on_beams.keys() & loads.keys():
+        raise InputError("--load", got=name, expected="the name of a node, which no beam has")
+    return loads | on_beams
+
+
+def settlements(written: tuple[str, ...], space: Space) -> dict[str, list[float]]:
+    """Twists of fixed nodes [m, rad], by their names."""
+    moved = named_once("--settle", written, _FOR_NETWORKS)
+    units = zip(space.twist_order, space.twist_units, strict=True)
+    twist = {name: _DIMENSIONS[unit] for name, unit in units}
+    return {name: _row("--settle", values, twist) for name, values in moved.items()}
+
+
+def _force_or_wrench(text: str, space: Space) -> list[float]:
+    """Three forces, or in space three forces and three moments."""
+    wrench = _wrench_dimensions(space)
+    force = {name: wrench[name] for name in space.wrench_order[:3]}
+    try:
+        return _row("--load", text, force)
+    except InputError as of_three:
+        if wrench == force:
+            raise
+        try:
+            return _row("--load", text, wrench)
+        except InputError as of_six:
+            for error in (of_six, of_three):
+                if error.subject != "--load":  # one of the numbers, and not how many they are
+                    raise error from None
+            count = f"3 numbers ({' '.join(force)}) or 6 ({' '.join(wrench)})"
+            raise InputError("--load", got=text, expected=count) from None

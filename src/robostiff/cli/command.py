@@ -13,7 +13,7 @@ from typing import Any
 
 import click
 
-from robostiff.cli.options import Answer, Command
+from robostiff.cli.options import Answer, Command, ExplainedArgument, built
 from robostiff.cli.output import running, show
 from robostiff.errors import (
     DisagreementError,
@@ -30,9 +30,6 @@ INTERRUPTED = 130
 #: The exit status that a shell reports for a program ended by SIGPIPE.
 NO_READER = 141
 
-_QUIET = "Print no warnings: results and errors alone."
-_VERBOSE = "Print versions and times on standard error, and of an error where it arose."
-
 
 def as_click(name: str, command: type[Command]) -> click.Command:
     """As the parser has it; every command gets the options ``--quiet`` and ``--verbose``."""
@@ -41,33 +38,39 @@ def as_click(name: str, command: type[Command]) -> click.Command:
         running.set(name)
         started = time.perf_counter()
         with ended_by_status(quiet, verbose) as ended:
-            ended.status = command.built(given).run()
+            ended.status = built(command, given).run()
         if verbose:
-            _say_how(time.perf_counter() - started)
+            import platform
+            from importlib.metadata import PackageNotFoundError, version
+
+            seconds = time.perf_counter() - started
+            packages = [f"{name} {version(name)}" for name in ("numpy", "scipy", "sympy")]
+            with suppress(PackageNotFoundError):
+                packages.append(f"llvmlite {version('llvmlite')}")
+            python = f"Python {platform.python_version()}"
+            words = ", ".join([f"robostiff {__version__}", python, *packages])
+            spent = f"{seconds:.2f} s, processor {time.process_time():.2f} s since the start"
+            click.echo(f"robostiff: {words}\nrobostiff: {spent}", err=True)
         raise click.exceptions.Exit(ended.status)
 
-    further = [
-        click.Option(["--quiet"], is_flag=True, help=_QUIET),
-        click.Option(["--verbose"], is_flag=True, help=_VERBOSE),
-    ]
-    words = command.words()
+    words = {
+        "--quiet": "Print no warnings: results and errors alone.",
+        "--verbose": "Print versions and times on standard error, and of an error where it arose.",
+    }
+    further = [click.Option([own], is_flag=True, help=text) for own, text in words.items()]
+    paragraphs = command.words()
     return _Parsed(
         name,
         params=[*command.parameters(), *further],
         callback=answer,
-        help="\n\n".join(words),
-        short_help=" ".join(words[0].split()),
+        help="\n\n".join(paragraphs),
+        short_help=" ".join(paragraphs[0].split()),
         context_settings={"show_default": True},
-        arguments=command.arguments_in_words(),
     )
 
 
 class _Parsed(click.Command):
     """A command whose help explains what is given without a name, too."""
-
-    def __init__(self, *words: Any, arguments: list[tuple[str, str]], **more: Any) -> None:
-        super().__init__(*words, **more)
-        self._arguments = arguments
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """What is written; of an unknown option, its nearest name."""
@@ -84,9 +87,10 @@ class _Parsed(click.Command):
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Arguments before options."""
-        if self._arguments:
+        given = [own for own in self.params if isinstance(own, ExplainedArgument)]
+        if given:
             with formatter.section("Arguments"):
-                formatter.write_dl(self._arguments)
+                formatter.write_dl([(str(own.metavar), own.text) for own in given])
         super().format_options(ctx, formatter)
 
 
@@ -120,8 +124,7 @@ class _Ended:
 def answered(result: object, answer: Answer) -> int:
     """Print a result, or its page, as text or as JSON; 1 for a bad status, otherwise 0."""
     from robostiff.markup import Page, page_text
-    from robostiff.page.data import page_data
-    from robostiff.page.of_result import page_of
+    from robostiff.page.of_result import page_data, page_of
 
     page = result if isinstance(result, Page) else page_of(result)
     show(page_data(page) if answer.as_json else page_text(page))
@@ -167,20 +170,6 @@ def ended_by_status(quiet: bool = False, verbose: bool = False) -> Iterator[_End
         where = f" {str(error.filename)!r}" if error.filename else ""
         reason = error.strerror or str(error)
         ended.status = _complain(f"could not read or write{where}: {reason}", BAD_INPUT)
-
-
-def _say_how(seconds: float) -> None:
-    """Print versions, and the time of the command and of the processor since the start."""
-    import platform
-    from importlib.metadata import PackageNotFoundError, version
-
-    packages = [f"{name} {version(name)}" for name in ("numpy", "scipy", "sympy")]
-    with suppress(PackageNotFoundError):
-        packages.append(f"llvmlite {version('llvmlite')}")
-    python = f"Python {platform.python_version()}"
-    words = ", ".join([f"robostiff {__version__}", python, *packages])
-    spent = f"{seconds:.2f} s, processor {time.process_time():.2f} s since the start"
-    click.echo(f"robostiff: {words}\nrobostiff: {spent}", err=True)
 
 
 def ready_streams() -> None:

@@ -158,6 +158,7 @@ _AS_OPTIONS = {
     "form=Closed()": "--closed",
     "pose=AtJoints()": "--pose joints",
     "at pose=AtSymbols()": "with --pose symbolic",
+    "pose=AtSymbols()": "--pose symbolic",
     "AtSymbols()": "--pose symbolic",
     "rs.stiffness(robot, pose)": "robostiff stiffness",
 }
@@ -166,9 +167,7 @@ _AS_OPTIONS = {
 def print_formula(asked: Any) -> int:
     """Derive the stiffness of a robot and write it, or print its properties: `cli.files.Derive`."""
     language, output = _language(asked)
-    form = _form(asked)
-    checked_budget(asked.budget)
-    _check_questions(asked, language)
+    form = _form(asked, language)
     if asked.snippet and (asked.asks or language not in ("text", "latex")):
         got = "a question" if asked.asks else f"--format {language}"
         raise InputError("--snippet", got=got, expected="the formula alone, in LaTeX")
@@ -225,20 +224,22 @@ def print_formula(asked: Any) -> int:
     return 0
 
 
-def _check_questions(asked: Any, language: str) -> None:
-    """Refuse what does not go together."""
+def _form(asked: Any, language: str) -> Closed | Steps | None:
+    """The form that is asked for, of options that go together."""
+    if asked.steps and (asked.closed or asked.limit is not None):
+        other = "--closed" if asked.closed else "--limit"
+        raise InputError(f"--steps and {other}", expected="one of them")
+    checked_budget(asked.budget)
+    wrong = "--derivative" if asked.derivative is not None else f"--format {language}"
     if asked.asks and (asked.derivative is not None or language != "text"):
-        raise InputError(
-            "questions about a formula",
-            got="--derivative" if asked.derivative is not None else f"--format {language}",
-            expected="--rank and --free-motions alone, answered in text",
-        )
+        expected = "--rank and --free-motions alone, answered in text"
+        raise InputError("questions about a formula", got=wrong, expected=expected)
     if asked.asks and asked.leg is not None:
-        raise InputError(
-            "questions about a formula",
-            got=f"--leg {asked.leg}",
-            expected="the whole robot: --rank and --free-motions without --leg",
-        )
+        expected = "the whole robot: --rank and --free-motions without --leg"
+        raise InputError("questions about a formula", got=f"--leg {asked.leg}", expected=expected)
+    if asked.limit is not None:
+        return Closed(asked.limit)
+    return Steps() if asked.steps else Closed() if asked.closed else None
 
 
 def _derived(asked: Any, form: Closed | Steps | None) -> RobotDerivation | LegElimination:
@@ -257,17 +258,6 @@ def _derived(asked: Any, form: Closed | Steps | None) -> RobotDerivation | LegEl
     if asked.leg is not None:
         return derive_leg(robot, asked.leg, **options)
     return derive_robot(robot, **options)
-
-
-def _form(asked: Any) -> Closed | Steps | None:
-    if asked.steps and (asked.closed or asked.limit is not None):
-        other = "--closed" if asked.closed else "--limit"
-        raise InputError(f"--steps and {other}", expected="one of them")
-    if asked.steps:
-        return Steps()
-    if asked.limit is not None:
-        return Closed(asked.limit)
-    return Closed() if asked.closed else None
 
 
 def _language(asked: Any) -> tuple[str, Path | None]:

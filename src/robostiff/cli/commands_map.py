@@ -6,7 +6,6 @@ import math
 import shlex
 import sys
 import time
-from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -44,7 +43,6 @@ from robostiff.analysis.maps.pose_columns import FACTOR, SIX, Mapped, coordinate
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.cli import arguments as written
 from robostiff.cli.command import BAD_STATUS, INTERRUPTED, answered
-from robostiff.cli.map_options import MapOptions
 from robostiff.cli.output import draw, new_file, picture_beside
 from robostiff.errors import InputError, NoAnswerError, needs_extra
 from robostiff.io.map_files import check_netcdf, read_poses, write_map_netcdf
@@ -53,10 +51,10 @@ from robostiff.model import Robot
 from robostiff.page.of_result import page_of
 
 if TYPE_CHECKING:
-    from robostiff.statics.loaded_map import UnderLoad
+    from robostiff.cli.pictures import MakeMap
 
 
-def read_asked_poses(robot: Mapped, asked: MapOptions) -> PoseSource:
+def read_asked_poses(robot: Mapped, asked: MakeMap) -> PoseSource:
     """Grid, list or random poses, as given on the command line."""
     if asked.poses is not None:
         if asked.axes or asked.joints or asked.random is not None or asked.factors:
@@ -74,7 +72,18 @@ def read_asked_poses(robot: Mapped, asked: MapOptions) -> PoseSource:
         found[name] = parse_quantities(text, dimensions, words, option)
 
     for text in asked.joints:
-        name = _joint(joints, text)
+        if not joints:
+            expected = "--x and the like: joints pose serial arms"
+            raise InputError("--joint", got=text, expected=expected)
+        longest_first = sorted(joints, key=len, reverse=True)  # 'joint 1' before 'joint'
+        name = next((own for own in longest_first if text.strip().startswith(f"{own} ")), None)
+        if name is None:
+            raise InputError(
+                "--joint",
+                got=text,
+                expected=f"a joint ({', '.join(joints)}) and its range",
+                hint=f'write --joint "{next(iter(joints))} -1 1 21"',
+            )
         dimension = Dimension.LENGTH if joints[name] == "m" else Dimension.ANGLE
         add(name, dimension, text.strip().removeprefix(name), f"--joint {name}")
     for name, text in asked.axes.items():
@@ -101,21 +110,6 @@ def read_asked_poses(robot: Mapped, asked: MapOptions) -> PoseSource:
             raise InputError(f"count of {name}", got=count, expected="a whole number")
         axes[name] = Axis(start, stop, int(count))
     return Grid(axes)
-
-
-def _joint(joints: Mapping[str, str], text: str) -> str:
-    """The joint with whose name a text begins, the longest: 'joint 1' before 'joint'."""
-    if not joints:
-        raise InputError("--joint", got=text, expected="--x and the like: joints pose serial arms")
-    for name in sorted(joints, key=len, reverse=True):
-        if text.strip().startswith(f"{name} "):
-            return name
-    raise InputError(
-        "--joint",
-        got=text,
-        expected=f"a joint ({', '.join(joints)}) and its range",
-        hint=f'write --joint "{next(iter(joints))} -1 1 21"',
-    )
 
 
 class MapBar(Progress):
@@ -176,18 +170,7 @@ _QUANTITIES = {quantity.value: quantity for quantity in Quantity}
 _IN_MEMORY = 100_000  # poses of a NetCDF file; more are computed into a store beside it
 
 
-def _under_load(asked: MapOptions) -> UnderLoad | None:
-    if asked.under_load:
-        from robostiff.statics.loaded_map import UnderLoad
-
-        return UnderLoad(gravity=written.gravity(asked.gravity))
-    for option, text in (("--factor", asked.factors), ("--gravity", asked.gravity)):
-        if text is not None:
-            raise InputError(option, got=text, expected="--under-load beside it")
-    return None
-
-
-def make_map(asked: MapOptions) -> int:
+def make_map(asked: MakeMap) -> int:
     """Compute a map, write it, and print a summary."""
     output = _checked_output(asked)
     picture = picture_beside(asked.plot, asked.answer, is_scene=False)
@@ -201,7 +184,11 @@ def make_map(asked: MapOptions) -> int:
         expected = "a model or a linkage, which has a pose for every point of a map"
         raise InputError("robot of a map", got=asked.model.source, expected=expected, hint=hint)
     poses = read_asked_poses(robot, asked)
-    method: Any = _under_load(asked)
+    method: Any = None
+    if asked.under_load:
+        from robostiff.statics.loaded_map import UnderLoad
+
+        method = UnderLoad(gravity=written.gravity(asked.gravity))
     if asked.batched:
         method = Batched() if method is None else replace(method, by=Batched())
     started, bar = time.monotonic(), MapBar()
@@ -257,10 +244,13 @@ def make_map(asked: MapOptions) -> int:
     return 0 if found.attrs["poses_reachable"] else BAD_STATUS
 
 
-def _checked_output(run: MapOptions) -> Path | None:
+def _checked_output(run: MakeMap) -> Path | None:
     """Where to write; None where only the summary is printed."""
     with needs_extra("maps", "maps"):
         import xarray  # noqa: F401
+    for option, text in (("--factor", run.factors), ("--gravity", run.gravity)):
+        if text is not None and not run.under_load:
+            raise InputError(option, got=text, expected="--under-load beside it")
     output, endings = Path(run.output), _endings(run)
     if run.threads is not None and (run.scheduler is not None or run.workers is not None):
         raise InputError("--threads, --workers and --scheduler", expected="one of them")
@@ -289,6 +279,6 @@ def _checked_output(run: MapOptions) -> Path | None:
     return output
 
 
-def _endings(run: MapOptions) -> tuple[str, ...]:
+def _endings(run: MakeMap) -> tuple[str, ...]:
     """Of outputs, first that of one that can be resumed."""
     return (".npz",) if run.reductions else (".zarr", ".nc")

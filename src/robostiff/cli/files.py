@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
-import sys
-from dataclasses import asdict
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -14,6 +11,7 @@ from typing import Any
 
 import click
 
+from robostiff.cli.command import answered
 from robostiff.cli.options import (
     Answer,
     Command,
@@ -24,7 +22,7 @@ from robostiff.cli.options import (
     option,
     output_option,
 )
-from robostiff.cli.output import FORMULA_FILES, new_file, output_beside, show, show_files, shown
+from robostiff.cli.output import FORMULA_FILES, new_file, output_beside, show, show_files
 from robostiff.errors import InputError, NoAnswerError, Words, warn_of_slip
 
 _OUTPUT = "The file to write; standard output when left out."
@@ -34,36 +32,19 @@ _FORMS = dict.fromkeys(("snapshot", "graph"), (".json", *_YAML)) | _KERNELS
 _TEMPLATES = resources.files("robostiff.robots") / "templates"
 _PLAIN_NAME = re.compile(r"[A-Za-z][A-Za-z0-9 ._-]*[A-Za-z0-9]")
 _WORDS_OF_YAML = {"true", "false", "null", "yes", "no", "on", "off"}
-_WIDTH = 78  # of a terminal, for a table
 
 
 class ListRobots(Command, name="robots"):
-    """List the shipped robots with their sources."""
+    """List the shipped robots; with --json their sources, too."""
 
     answer: Answer = group(Answer, "as_json")
 
     def run(self) -> int:
         """Print the shipped robots."""
+        from robostiff.page.of_result import robots_page
         from robostiff.robots import describe, shipped_names
 
-        listed = [describe(name) for name in sorted(shipped_names())]
-        if self.answer.as_json:
-            show({"robots": list(map(asdict, listed))})
-        elif sys.stdout.isatty() and shutil.get_terminal_size().columns >= _WIDTH:
-            from rich.console import Console
-            from rich.table import Table
-            from rich.text import Text
-
-            table = Table(box=None, pad_edge=False)
-            table.add_column("robot", style="bold", no_wrap=True)
-            table.add_column("what it is")
-            table.add_column("source", style="dim")
-            for own in listed:
-                table.add_row(own.name, Text(shown(own.title)), Text(shown(own.source)))
-            Console().print(table)
-        else:
-            sys.stdout.writelines(f"{own.name}\t{own.title}\n" for own in listed)
-        return 0
+        return answered(robots_page(list(map(describe, sorted(shipped_names())))), self.answer)
 
 
 class Derive(Command, name="derive"):
@@ -209,9 +190,25 @@ class WriteNew(Command, name="new"):
 
     def run(self) -> int:
         """Write a model file from a template or a shipped robot; nothing is replaced."""
+        from robostiff.io.suggest import did_you_mean, listing, nearest_first
+        from robostiff.robots import robot_file, shipped_cable_robots, shipped_robots
+
         name = self.new_name
         path = Path(name if Path(name).suffix.lower() in _YAML else f"{name}.yaml")
-        text = _text_of(self.template)
+        shipped = (*shipped_robots(), *shipped_cable_robots())
+        if self.template in templates():
+            text = (_TEMPLATES / f"{self.template}.yaml").read_text(encoding="utf-8")
+        elif self.template in shipped:
+            text = robot_file(self.template).read_text(encoding="utf-8")
+        else:
+            allowed = (*templates(), *shipped)
+            words = listing(nearest_first(self.template, allowed))
+            raise InputError(
+                "--template",
+                got=self.template,
+                expected=f"a template or a shipped robot: {words}",
+                hint=did_you_mean(self.template, allowed),
+            )
         if path.exists() or path.is_symlink():
             hint = "take another name"
             raise InputError("NAME", got=str(path), expected="a new file", hint=hint)
@@ -222,22 +219,6 @@ class WriteNew(Command, name="new"):
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
         return show_files([path], self.answer, template=self.template)
-
-
-def _text_of(template: str) -> str:
-    """A template, or the file of a shipped robot."""
-    from robostiff.io.suggest import did_you_mean, listing, nearest_first
-    from robostiff.robots import robot_file, shipped_cable_robots, shipped_robots
-
-    if template in templates():
-        return (_TEMPLATES / f"{template}.yaml").read_text(encoding="utf-8")
-    shipped = (*shipped_robots(), *shipped_cable_robots())
-    if template in shipped:
-        return robot_file(template).read_text(encoding="utf-8")
-    allowed = (*templates(), *shipped)
-    expected = f"a template or a shipped robot: {listing(nearest_first(template, allowed))}"
-    hint = did_you_mean(template, allowed)
-    raise InputError("--template", got=template, expected=expected, hint=hint)
 
 
 def templates() -> tuple[str, ...]:
@@ -293,7 +274,14 @@ class Convert(Command, name="convert"):
         robot = self.model.load()
         frozen = partial(_frozen, self.model.source, robot, self.place, form)
         if form in _KERNELS:
-            text = _kernel(robot, self.place, form)
+            from robostiff.analysis.compiled_stiffness import compile_stiffness
+            from robostiff.compiled import Backend, SourceLanguage
+
+            if any(vars(self.place)[key] is not None for key in ("pose", "joints", "near")):
+                expected = f"none beside --to {form}"
+                raise InputError("--pose, --joints, --near", expected=expected)
+            made = compile_stiffness(robot, backend=Backend.ARRAYS)
+            text = made.source(SourceLanguage(form))
         elif writer is not None:
             text = writer.text(frozen(), ending)
         else:
@@ -303,18 +291,17 @@ class Convert(Command, name="convert"):
             data = (snapshot_to_data if form == "snapshot" else network_to_data)(frozen())
             # rows of numbers and of names stand in a line each, as people write them
             text = json.dumps(data, indent=1, allow_nan=False) + "\n"
-            text = re.sub(r"\[\n *([^][{}]+?)\n *\]", _in_a_line, text)
+            text = re.sub(
+                r"\[\n *([^][{}]+?)\n *\]",
+                lambda row: "[" + re.sub(r"\n *", " ", row[1]) + "]",
+                text,
+            )
             text = yaml_of(data) if ending in _YAML else text
         if path is None:
             show(text.removesuffix("\n"))
             return 0
         _write(path, text)
         return show_files([path], answer, form=form)
-
-
-def _in_a_line(row: re.Match[str]) -> str:
-    words = re.sub(r"\n *", " ", row[1])
-    return f"[{words}]"
 
 
 def _frozen(source: str, robot: Any, place: Posing, form: str) -> Any:
@@ -346,17 +333,6 @@ def _frozen(source: str, robot: Any, place: Posing, form: str) -> Any:
         got = Words("a flexible platform")
         raise InputError(subject, got=got, expected="a rigid one", hint=hint)
     return robot
-
-
-def _kernel(robot: Any, place: Posing, form: str) -> str:
-    """The source of a kernel of K, which takes all poses."""
-    from robostiff.analysis.compiled_stiffness import compile_stiffness
-    from robostiff.compiled import Backend, SourceLanguage
-
-    if any(own is not None for own in (place.pose, place.joints, place.near)):
-        raise InputError("--pose, --joints, --near", expected=f"none beside --to {form}")
-    made = compile_stiffness(robot, backend=Backend.ARRAYS)
-    return made.source(SourceLanguage(form))
 
 
 def _write(path: Path, text: str) -> None:

@@ -58,39 +58,6 @@ class _CommandsByName(click.Group):
         return super().resolve_command(ctx, args)
 
 
-def _shell(install: bool) -> Any:
-    def done(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:
-        if wanted:
-            with ended_by_status() as ended:
-                show(_installed_completion() if install else _completion_script())
-            ctx.exit(ended.status)
-
-    return done
-
-
-app: click.Group = _CommandsByName(
-    "robostiff",
-    help="Cartesian stiffness of robots with elastic links, elastic actuators and passive joints.",
-    no_args_is_help=True,
-    context_settings={"help_option_names": ["-h", "--help"]},
-    params=[
-        click.Option(
-            [f"--{word}-completion"],
-            is_flag=True,
-            is_eager=True,
-            expose_value=False,
-            callback=_shell(install=word == "install"),
-            help=f"{words} shell, by $SHELL: bash, zsh or fish.",
-        )
-        for word, words in (
-            ("install", "Install the completion of commands, options and robots for your"),
-            ("show", "Print the completion for your"),
-        )
-    ],
-)
-click.version_option(__version__, message="%(prog)s %(version)s", help="Print the version.")(app)
-
-
 _VARIABLE = "_ROBOSTIFF_COMPLETE"
 _FILES = {
     "bash": "~/.bashrc",
@@ -104,16 +71,19 @@ _LINES = {
 }
 
 
-def _completion_script() -> str:
-    from click.shell_completion import get_completion_class
+def _completion(install: bool) -> str:
+    """The script that completes commands, or what was done to have the shell read it."""
+    given = os.environ.get("SHELL", "")
+    shell = Path(given).name
+    if shell not in _FILES:
+        hint = "write SHELL=bash before the command"
+        raise InputError("$SHELL", got=given, expected="bash, zsh or fish", hint=hint)
+    if not install:
+        from click.shell_completion import get_completion_class
 
-    kind: Any = get_completion_class(_shell_name())
-    return kind(app, {}, "robostiff", _VARIABLE).source()
-
-
-def _installed_completion() -> str:
-    """Add one line to the file that the shell reads when it starts, unless it is there."""
-    shell = _shell_name()
+        kind: Any = get_completion_class(shell)
+        return kind(app, {}, "robostiff", _VARIABLE).source()
+    # one line in the file that the shell reads when it starts, unless it is there
     file, line = Path(_FILES[shell]).expanduser(), _LINES[shell]
     text = file.read_bytes() if file.exists() else b""
     if line.encode() not in text.splitlines():
@@ -124,27 +94,42 @@ def _installed_completion() -> str:
     return f"{line}\nis in {file}; a new shell completes robostiff."
 
 
-def _shell_name() -> str:
-    given = os.environ.get("SHELL", "")
-    if Path(given).name not in _FILES:
-        hint = "write SHELL=bash before the command"
-        raise InputError("$SHELL", got=given, expected="bash, zsh or fish", hint=hint)
-    return Path(given).name
+def _answer_shell(ctx: click.Context, parameter: click.Parameter, wanted: bool) -> None:
+    if wanted:
+        with ended_by_status() as ended:
+            show(_completion(install=parameter.name == "install_completion"))
+        ctx.exit(ended.status)
 
 
-def start_quickly() -> None:
-    """Spare a command what a process that ends soon does not need.
-
-    Modules are never garbage: while they are loaded, nothing is gained by looking for it. And
-    validation would look for plugins among the entry points of all installed packages.
-    """
-    gc.set_threshold(100_000)
-    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+app: click.Group = _CommandsByName(
+    "robostiff",
+    help="Cartesian stiffness of robots with elastic links, elastic actuators and passive joints.",
+    no_args_is_help=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    params=[
+        click.Option(
+            [f"--{word}-completion"],
+            is_flag=True,
+            is_eager=True,
+            expose_value=False,
+            callback=_answer_shell,
+            help=f"{words} shell, by $SHELL: bash, zsh or fish.",
+        )
+        for word, words in (
+            ("install", "Install the completion of commands, options and robots for your"),
+            ("show", "Print the completion for your"),
+        )
+    ],
+)
+click.version_option(__version__, message="%(prog)s %(version)s", help="Print the version.")(app)
 
 
 def main() -> None:
     """Run the command line."""
-    start_quickly()
+    # What a process that ends soon does not need: modules are never garbage, and validation would
+    # look for plugins among the entry points of all installed packages.
+    gc.set_threshold(100_000)
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     ready_streams()
     try:
         app(prog_name="robostiff")

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import click
@@ -15,6 +14,7 @@ from robostiff.cli.options import (
     Model,
     Posing,
     argument,
+    gravity_option,
     group,
     named_values,
     option,
@@ -25,11 +25,44 @@ from robostiff.cli.options import (
 from robostiff.cli.output import draw, output_beside, picture_beside
 from robostiff.errors import InputError
 
-_GRAVITY = "Acceleration of free fall: -z, or three numbers with units; by default the model's."
-_PARAMETERS = (
-    "What is to be found: drives and springs by name, as arm/joint* (their compliance); "
-    "arm/forearm.factor, arm/joint3.zero, arm/joint2.play; or parameters of the model file"
-)
+
+@dataclass(frozen=True)
+class Sought:
+    """What is to be found of a robot, and the markers that show it."""
+
+    unknowns: tuple[str, ...] = repeatable(
+        "--parameters",
+        "NAMES",
+        "What is to be found: drives and springs by name, as arm/joint* (their compliance); "
+        "arm/forearm.factor, arm/joint3.zero, arm/joint2.play; or parameters of the model file",
+    )
+    fixed: tuple[str, ...] = repeatable("--fixed", "NAMES", "Names of them that keep their values")
+    markers: tuple[str, ...] = repeatable(
+        "--marker", "NAME=X Y Z", "Where a marker is in the platform frame, or about where"
+    )
+    gravity: str | None = gravity_option()
+
+    def robot(self, model: Model) -> Any:
+        """The robot with the parameters of its file that are sought as symbols."""
+        from fnmatch import fnmatchcase
+
+        from robostiff.cli.arguments import check_kind
+        from robostiff.io.model_file import ALL_PARAMETERS
+
+        robot, patterns = model.load(), self.unknowns
+        check_kind(robot, {"robot"}, "robot to identify", expected="a robot of legs, or an arm")
+        if any("/" not in own for own in patterns):
+            whole = model.load(symbols=ALL_PARAMETERS)
+            fits = {str(x) for x in whole.symbols for own in patterns if fnmatchcase(str(x), own)}
+            return model.load(symbols=tuple(sorted(fits))) if fits else robot
+        return robot
+
+    def places(self) -> dict[str, list[float]]:
+        """Places of the markers in the platform frame."""
+        from robostiff.cli.arguments import three_lengths
+
+        pairs = named_values("--marker", self.markers, "NAME=X Y Z")
+        return {name: three_lengths(own, "--marker") for name, own in pairs}
 
 
 class Compensate(Command, name="compensate"):
@@ -65,7 +98,7 @@ class Compensate(Command, name="compensate"):
         help="Order of Euler angles in the columns rx, ry, rz: zyx about axes that stay, ZYX about "
         "axes that move along. By default they are a rotation vector.",
     )
-    gravity: str | None = option("--gravity", metavar="AXIS", help=_GRAVITY)
+    gravity: str | None = gravity_option()
     output: str | None = output_option("The path with commands, a new file.", None)
     plot: str | None = plot_option("Draw how far the path is off", ".png, .svg or .pdf")
     answer: Answer = group(Answer)
@@ -83,16 +116,13 @@ class Compensate(Command, name="compensate"):
         robot = self.model.load()
         expected = "a robot of legs, whose drives take commands"
         written.check_kind(robot, {"robot"}, "robot to compensate", expected=expected)
-        program, g = (
-            read_program(robot, self.path, angles=self.angles),
-            written.gravity(self.gravity),
-        )
-        poses, wrenches = program.poses, program.wrenches
-        found = compensate(robot, poses, wrenches, method, axes=axes, gravity=g)
+        program = read_program(robot, self.path, angles=self.angles)
+        options = {"axes": axes, "gravity": written.gravity(self.gravity)}
+        found = compensate(robot, program.poses, program.wrenches, method, **options)
         if output is not None:
             write_program(program, found, output)
         if picture is not None:
-            from robostiff.plot.curves import compensation_picture
+            from robostiff.plot.bars_and_curves import compensation_picture
 
             draw(compensation_picture(found), picture)
         return answered(found, self.answer)
@@ -113,12 +143,8 @@ class Identify(Command, name="identify"):
 
     model: Model = group(Model)
     path: str = argument("FILE.csv", "The measurements: a line of headings, a line a reading.")
-    unknowns: tuple[str, ...] = repeatable("--parameters", "NAMES", _PARAMETERS)
-    fixed: tuple[str, ...] = repeatable("--fixed", "NAMES", "Names of them that keep their values")
+    sought: Sought = group(Sought)
     shared: bool = option("--shared", help="A name with * is one number for all parts it fits.")
-    markers: tuple[str, ...] = repeatable(
-        "--marker", "NAME=X Y Z", "Where a marker is in the platform frame, or about where"
-    )
     instrument: str | None = option(
         "--instrument",
         metavar='"x y z rx ry rz"',
@@ -148,8 +174,9 @@ class Identify(Command, name="identify"):
     loss: str = option(
         "--loss", metavar="NAME", default="squares", help="squares; or robust, for outliers."
     )
-    gravity: str | None = option("--gravity", metavar="AXIS", help=_GRAVITY)
-    output: str | None = output_option("The model file with these values, a new file.", None)
+    output: str | None = output_option(
+        "The model file with these values, or the side file of a description, anew.", None
+    )
     plot: str | None = plot_option(
         "Draw residuals", ".png, .svg or .pdf; or .html, with all tables above"
     )
@@ -158,8 +185,7 @@ class Identify(Command, name="identify"):
     def run(self) -> int:
         """Print what measurements tell of a robot; 1 where a parameter is not identified."""
         from robostiff.cli import arguments as written
-        from robostiff.identification.frames import KnownFrames, UnknownFrames
-        from robostiff.identification.identify import identify
+        from robostiff.identification.identify import KnownFrames, UnknownFrames, identify
         from robostiff.identification.measurements import Measurements
         from robostiff.identification.search import Robust, Squares
         from robostiff.robots.shipped import robot_file, shipped_names
@@ -168,7 +194,8 @@ class Identify(Command, name="identify"):
         loss = written.chosen("--loss", self.loss, losses)
         output = output_beside(self.output, self.answer)
         picture = picture_beside(self.plot, self.answer)
-        robot, markers = _robot(self.model, self.unknowns), _markers(self.markers)
+        sought = self.sought
+        robot, markers = sought.robot(self.model), sought.places()
         frames: Any = UnknownFrames()
         if self.instrument is not None or markers:
             place = self.instrument and written.six_coordinates(self.instrument, "--instrument")
@@ -185,37 +212,34 @@ class Identify(Command, name="identify"):
         found = identify(
             robot,
             measured,
-            self.unknowns,
-            fixed=self.fixed,
+            sought.unknowns,
+            fixed=sought.fixed,
             shared=self.shared,
             frames=frames,
             loss=loss,
-            gravity=written.gravity(self.gravity),
+            gravity=written.gravity(sought.gravity),
         )
+        status = answered(found, self.answer)
         if output is not None:
-            source = self.model.source
+            source = self.model.side or self.model.source
             found.write(output, robot_file(source) if source in shipped_names() else source)
         if picture is not None:
-            from robostiff.plot.curves import residuals_picture
+            from robostiff.markup import escaped
+            from robostiff.plot.bars_and_curves import residuals_picture
+            from robostiff.plot.in_notebooks import picture_html
+            from robostiff.whole_file import whole_file
 
-            if picture.suffix.lower() == ".html":
-                _write_page(found, picture)
+            if picture.suffix.lower() == ".html":  # tables, advice and residuals, as in notebooks
+                title = f"<title>{escaped(found.robot.name)}, identified</title>"
+                head = (
+                    f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">{title}</head>'
+                )
+                body = f"<body>{found._repr_html_()}{picture_html(found)}</body>"
+                with whole_file(picture) as begun:
+                    begun.write_text(f"{head}\n{body}</html>\n", encoding="utf-8")
             else:
                 draw(residuals_picture(found), picture)
-        return answered(found, self.answer)
-
-
-def _write_page(found: Any, path: Path) -> None:
-    """A page with what notebooks show: tables, advice and residuals."""
-    from robostiff.markup import escaped
-    from robostiff.plot.in_notebooks import picture_html
-    from robostiff.whole_file import whole_file
-
-    title = f"<title>{escaped(found.robot.name)}, identified</title>"
-    body = f"<body>{found._repr_html_()}{picture_html(found)}</body>"
-    with whole_file(path) as begun:
-        head = f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">{title}</head>'
-        begun.write_text(f"{head}\n{body}</html>\n", encoding="utf-8")
+        return status
 
 
 class Plan(Command, name="plan"):
@@ -228,8 +252,7 @@ class Plan(Command, name="plan"):
     """
 
     model: Model = group(Model)
-    unknowns: tuple[str, ...] = repeatable("--parameters", "NAMES", _PARAMETERS)
-    fixed: tuple[str, ...] = repeatable("--fixed", "NAMES", "Names of them that keep their values")
+    sought: Sought = group(Sought)
     count: int = option(
         "--count", metavar="N", type=click.IntRange(min=1), default=20, help="Postures to choose."
     )
@@ -248,9 +271,6 @@ class Plan(Command, name="plan"):
         metavar='"[BODY] x y z"',
         help="Where loads act, in the frame of the platform or of a body.",
     )
-    markers: tuple[str, ...] = repeatable(
-        "--marker", "NAME=X Y Z", "Where a marker is in the platform frame, or about where"
-    )
     sigma: str = option(
         "--sigma", metavar="LENGTH", default="20 um", help="Standard deviation of a coordinate."
     )
@@ -264,7 +284,6 @@ class Plan(Command, name="plan"):
     wrench: str | None = option(
         "--wrench", metavar='"Fx Fy Fz Mx My Mz"', help="Load at the test pose."
     )
-    gravity: str | None = option("--gravity", metavar="AXIS", help=_GRAVITY)
     seed: int = option(
         "--seed", metavar="NUMBER", type=int, default=0, help="Seed of random poses."
     )
@@ -281,11 +300,12 @@ class Plan(Command, name="plan"):
             choose_poses,
             random_postures,
         )
-        from robostiff.page.identification import chosen_poses_page
+        from robostiff.page.calibration_and_design import chosen_poses_page
         from robostiff.whole_file import whole_file
 
         output = output_beside(self.output, self.answer)
-        robot = _robot(self.model, self.unknowns)
+        sought = self.sought
+        robot = sought.robot(self.model)
         criteria: dict[str, Any] = {"d": DOptimal(), "a": AOptimal(), "test-pose": None}
         criterion = written.chosen("--criterion", self.criterion, criteria)
         criterion = criterion or self._test_pose(robot)
@@ -294,15 +314,15 @@ class Plan(Command, name="plan"):
             robot,
             random_postures(robot, self.candidates, self.seed),
             self.count,
-            self.unknowns,
-            _markers(self.markers) or {"marker": [0.0, 0.0, 0.0]},
+            sought.unknowns,
+            sought.places() or {"marker": [0.0, 0.0, 0.0]},
             criterion=criterion,
             forces=[written.force(own, "--force") for own in self.forces] or None,
             hook=place,
             body=body,
             sigma=written.length(self.sigma, "--sigma") or 0.0,
-            fixed=self.fixed,
-            gravity=written.gravity(self.gravity),
+            fixed=sought.fixed,
+            gravity=written.gravity(sought.gravity),
             seed=self.seed,
         )
         if output is not None:
@@ -328,30 +348,6 @@ class Plan(Command, name="plan"):
         return TestPose(pose, written.wrench(self.wrench, robot.space))
 
 
-def _robot(model: Model, patterns: Sequence[str]) -> Any:
-    """The robot with the parameters of its file that fit the patterns as symbols."""
-    from fnmatch import fnmatchcase
-
-    from robostiff.cli.arguments import check_kind
-    from robostiff.io.model_file import ALL_PARAMETERS
-
-    robot = model.load()
-    check_kind(robot, {"robot"}, "robot to identify", expected="a robot of legs, or an arm")
-    if any("/" not in own for own in patterns):
-        whole = model.load(symbols=ALL_PARAMETERS)
-        fits = {str(x) for x in whole.symbols for own in patterns if fnmatchcase(str(x), own)}
-        return model.load(symbols=tuple(sorted(fits))) if fits else robot
-    return robot
-
-
-def _markers(texts: tuple[str, ...]) -> dict[str, list[float]]:
-    """Places of markers in the platform frame."""
-    from robostiff.cli.arguments import three_lengths
-
-    pairs = named_values("--marker", texts, "NAME=X Y Z")
-    return {name: three_lengths(own, "--marker") for name, own in pairs}
-
-
 def _hook(text: str) -> tuple[str, list[float]]:
     """A body, the platform without one, and a place in its frame."""
     from robostiff.cli.arguments import three_lengths
@@ -366,7 +362,7 @@ def _table(robot: Any, postures: Any) -> str:
     import numpy as np
 
     from robostiff.analysis.maps.pose_columns import POSE_UNITS, coordinate_units
-    from robostiff.identification.measurement_kinds import coordinates_of
+    from robostiff.identification.measurements import coordinates_of
     from robostiff.kinematics import JointCoordinates
 
     units = coordinate_units(robot)

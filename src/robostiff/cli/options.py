@@ -64,13 +64,21 @@ def _fields(of: type, names: Sequence[str] | None = None) -> Iterator[Field[Any]
             yield own
 
 
-def _built(of: type, given: Mapping[str, Any], names: Sequence[str] | None = None) -> Any:
+class ExplainedArgument(click.Argument):
+    """What is given without a name, with words for help."""
+
+    def __init__(self, *names: Any, text: str, **words: Any) -> None:
+        super().__init__(*names, **words)
+        self.text = text
+
+
+def built(of: type, given: Mapping[str, Any], names: Sequence[str] | None = None) -> Any:
     """The object of a class, of what the command line has for its fields."""
     found = {}
     for own in fields(of):
         if "group" in own.metadata:
             inner = own.metadata["group"], given, own.metadata["names_of_group"]
-            found[own.name] = _built(*inner)
+            found[own.name] = built(*inner)
         elif names is None or own.name in names:
             found[own.name] = given[own.name]
     return of(**found)
@@ -122,22 +130,9 @@ class Command:
             if "names" in own.metadata:
                 found.append(click.Option([*own.metadata["names"], own.name], **words))
             else:
-                found.append(click.Argument([own.name], required=own.default is MISSING, **words))
+                words |= {"text": own.metadata["text"], "required": own.default is MISSING}
+                found.append(ExplainedArgument([own.name], **words))
         return found
-
-    @classmethod
-    def arguments_in_words(cls) -> list[tuple[str, str]]:
-        """What is given without a name, for help."""
-        return [
-            (own.metadata["words"]["metavar"], own.metadata["text"])
-            for own in _fields(cls)
-            if "text" in own.metadata
-        ]
-
-    @classmethod
-    def built(cls, given: Mapping[str, Any]) -> Command:
-        """What is asked for, of what the command line has."""
-        return _built(cls, given)
 
 
 def _files(*_: Any) -> list[CompletionItem]:

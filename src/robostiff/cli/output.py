@@ -52,15 +52,15 @@ def show(answer: str | Mapping[str, Any]) -> None:
     The object has the name and version of its form.
     """
     if isinstance(answer, str):
-        click.echo("\n".join(_styled(shown(line)) for line in answer.split("\n")))
+        lines = []
+        for line in map(shown, answer.split("\n")):
+            styles = (own for start, own in _STYLES.items() if f"{line}\n".startswith(start))
+            style = next(styles, None)
+            lines.append(line if style is None else click.style(line, **style))
+        click.echo("\n".join(lines))
         return
     form = {"schema": f"robostiff {running.get()} {JSON_VERSION}"}
     click.echo(json.dumps({**form, **answer}, indent=1, allow_nan=False))
-
-
-def _styled(line: str) -> str:
-    style = next((own for start, own in _STYLES.items() if f"{line}\n".startswith(start)), None)
-    return line if style is None else click.style(line, **style)
 
 
 def new_file(option: str, path: str | Path, overwrite: bool = False) -> Path:
@@ -141,6 +141,6 @@ def draw(picture: Picture, path: Path, other: Picture | None = None) -> None:
         if other is None:
             begun.write_text(drawn.to_html(), "utf-8")
             return
-        from robostiff.plot.on_plotly.swinging import swinging_page
+        from robostiff.plot.backend import swinging_page
 
         begun.write_text(swinging_page(drawn, plot.Plotly().draw(other)), "utf-8")

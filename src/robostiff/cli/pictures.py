@@ -8,16 +8,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robostiff.cli.command import BAD_STATUS
-from robostiff.cli.map_options import MapOptions
 from robostiff.cli.options import (
     Answer,
     Command,
     Model,
     Posing,
+    gravity_option,
     group,
+    length_option,
     named_once,
     option,
     output_option,
+    plot_option,
     repeatable,
     robot_argument,
     wrench_option,
@@ -88,8 +90,21 @@ class Plot(Command, name="plot"):
         is_scene = what not in {"energy", "matrix", "map"}
         overwrite = self.answer.overwrite
         path = picture_file("--output", self.output, overwrite, is_scene=is_scene)
-        pictures = self._of_map() if what == "map" else self._of_robot(what)
-        draw(pictures[0], path, *pictures[1:])
+        if what == "map":
+            from robostiff import plot
+            from robostiff.io.map_files import read_map
+
+            at: dict[str, Any] = {}
+            for name, value in named_once("--cut", self.cuts, "NAME=VALUE, such as z=0.3").items():
+                at[name] = value
+                with suppress(ValueError):
+                    at[name] = float(value)
+            quantity = None if self.quantity is None else self.quantity.replace("-", "_")
+            found, data = read_map(self.model.source), plot.PictureData()
+            draw(plot.map_overview(found, quantity, at=at, backend=data), path)
+        else:
+            first, *other = self._of_robot(what)
+            draw(first, path, *other)
         show({"file": str(path), "what": what} if self.answer.as_json else str(path))
         return 0
 
@@ -156,19 +171,6 @@ class Plot(Command, name="plot"):
             return (plot.matrix(result, backend=data),)
         return (plot.free_motions(result, **drawn),)
 
-    def _of_map(self) -> tuple[Picture, ...]:
-        from robostiff import plot
-        from robostiff.io.map_files import read_map
-
-        at: dict[str, Any] = {}
-        for name, value in named_once("--cut", self.cuts, "NAME=VALUE, such as z=0.3").items():
-            at[name] = value
-            with suppress(ValueError):
-                at[name] = float(value)
-        quantity = None if self.quantity is None else self.quantity.replace("-", "_")
-        found, data = read_map(self.model.source), plot.PictureData()
-        return (plot.map_overview(found, quantity, at=at, backend=data),)
-
 
 def _line(name: str, more: str = "") -> Any:
     words = f"Line of the title block{more}."
@@ -215,6 +217,7 @@ class Report(Command, name="report"):
 
         from robostiff.cli import arguments as written
         from robostiff.io.map_files import read_map
+        from robostiff.io.model_file import ALL_PARAMETERS
         from robostiff.report import (
             TitleBlock,
             described_by,
@@ -232,18 +235,20 @@ class Report(Command, name="report"):
             new_file("--output", path, self.answer.overwrite)
         robot = written.loaded(model)
         day = date.today().isoformat() if self.date == "today" else self.date
-        read_twice = source != "-"  # standard input has been read
+        symbolic, description = None, None
+        if source != "-":  # standard input has been read
+            description = described_by(source, model.parameters, **model.files)
+            with suppress(InputError):  # of parameters that cannot be kept as symbols
+                symbolic = model.load(symbols=ALL_PARAMETERS)
         contents = report_contents(
             robot,
             **written.where(robot, self.place),
             wrench=written.wrench(self.wrench, robot.space),
             found=None if self.map_file is None else read_map(self.map_file),
-            symbolic=_with_symbols(model) if read_twice else None,
+            symbolic=None if symbolic is None or symbolic.is_frozen else symbolic,
             finite=self.finite,
             title_block=TitleBlock(self.project, self.author, day, self.revision),
-            described_by=described_by(source, model.parameters, **model.files)
-            if read_twice
-            else None,
+            described_by=description,
             other=None if self.compare is None else load(self.compare),
         )
         save_report(contents, *paths)
@@ -251,17 +256,11 @@ class Report(Command, name="report"):
         return BAD_STATUS if contents.status.is_bad else 0
 
 
-def _with_symbols(model: Model) -> Any:
-    """The robot with its parameters as symbols; None where they cannot be kept."""
-    from robostiff.io.model_file import ALL_PARAMETERS
-
-    with suppress(InputError):
-        robot = model.load(symbols=ALL_PARAMETERS)
-        return None if robot.is_frozen else robot
-    return None
+def _axis(name: str, unit: str) -> Any:
+    return option(f"--{name}", metavar='"START STOP COUNT"', help=f"Values of {name} [{unit}].")
 
 
-class MakeMap(MapOptions, Command, name="map"):
+class MakeMap(Command, name="map"):
     """Compute stiffness at many poses: over a grid, along a trajectory, or at random.
 
     Coordinates left out stay at home.
@@ -279,8 +278,96 @@ class MakeMap(MapOptions, Command, name="map"):
     """
 
     model: Model = group(Model)
+    x: str | None = _axis("x", "m")
+    y: str | None = _axis("y", "m")
+    z: str | None = _axis("z", "m")
+    rx: str | None = _axis("rx", "rad")
+    ry: str | None = _axis("ry", "rad")
+    rz: str | None = _axis("rz", "rad")
+    joints: tuple[str, ...] = repeatable(
+        "--joint",
+        '"NAME START STOP COUNT"',
+        "Values of a joint of a serial arm or a linkage [m or rad]",
+    )
+    poses: str | None = option(
+        "--poses",
+        metavar="FILE.csv",
+        help="Poses from a file in place of a grid: a line of names, such as 'time, x [mm], rz "
+        "[deg]', then a line a pose.",
+    )
+    random: int | None = option(
+        "--random",
+        metavar="COUNT",
+        type=int,
+        help="Random poses in place of a grid; --x and the like then hold START and STOP.",
+    )
+    seed: int = option(
+        "--seed", metavar="NUMBER", type=int, default=0, help="Seed of random poses."
+    )
+    quantities: tuple[str, ...] = repeatable(
+        "--quantity",
+        "NAME",
+        "stiffness, principal-stiffness (when left out), worst-deflection, indices, deflection, "
+        "actuator-forces, or tensions of cables; always with rank and status",
+    )
+    reductions: tuple[str, ...] = repeatable(
+        "--reduce",
+        '"NAME ..."',
+        "Keep no map, but extremes, quantiles 0.05 0.5, histogram VARIABLE EDGES or above VARIABLE "
+        "LIMITS (SI units), in little memory",
+    )
+    dtype: str = option(
+        "--dtype", metavar="float64|float32", default="float64", help="Of the stiffness matrix."
+    )
+    wrench: str | None = wrench_option(
+        "Load about the reference point, for deflection and actuator-forces, and for --under-load"
+    )
+    under_load: bool = option(
+        "--under-load",
+        help="Find the equilibrium under the wrench at every pose, and all quantities there: "
+        "statuses say where the robot is unstable or beyond its critical load.",
+    )
+    factors: str | None = option(
+        "--factor",
+        metavar='"START STOP COUNT"',
+        help="Multiples of the wrench, as one more axis of a map --under-load.",
+    )
+    gravity: str | None = gravity_option()
+    length: str | None = length_option()
     place: Posing = group(Posing, "near")
+    output: str = output_option(
+        "FILE.zarr (of any size, can be resumed), FILE.nc (NetCDF), or - for the summary alone; "
+        "with --reduce FILE.npz (can be resumed), or -."
+    )
+    resume: bool = option("--resume", help="Continue an interrupted map in FILE.zarr or FILE.npz.")
+    plot: str | None = plot_option(
+        "Draw the first quantity over the first two coordinates ('robostiff plot FILE.nc' draws "
+        "others)",
+        ".png, .svg or .pdf",
+    )
+    workers: int | None = option(
+        "--workers", metavar="COUNT", type=int, help="Processes of this machine to start."
+    )
+    threads: int | None = option(
+        "--threads", metavar="COUNT", type=int, help="Threads; as many as processors when left out."
+    )
+    scheduler: str | None = option(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="A Dask scheduler, such as tcp://host:8786; its workers must see FILE.zarr.",
+    )
+    batched: bool = option(
+        "--batched",
+        help="Compute every pose as 'stiffness' does, without a kernel; large maps have one "
+        "otherwise.",
+    )
     answer: Answer = group(Answer)
+
+    @property
+    def axes(self) -> dict[str, str]:
+        """Ranges of coordinates of the platform, by their names."""
+        names = ("x", "y", "z", "rx", "ry", "rz")
+        return {name: text for name in names if (text := getattr(self, name)) is not None}
 
     def run(self) -> int:
         """Compute a map, write it, and print a summary."""

@@ -51,38 +51,34 @@ def go_on_in_child(progress: Callable[[float], str]) -> None:
                 ctypes.CDLL(None).prctl(_DEATH_OF_PARENT, signal.SIGKILL)
         return
     shown = _Progress(progress)
-    try:
-        status = _waited(child, shown)
-    except KeyboardInterrupt:
-        shown.clear()
-        status = _ended(child)
-    raise click.exceptions.Exit(status)
-
-
-def _waited(child: int, shown: _Progress) -> int:
     before = signal.signal(signal.SIGTERM, lambda *_: os.kill(child, signal.SIGTERM))
+    begun = time.monotonic()
     try:
-        begun = time.monotonic()
         while True:
             pid, status = os.waitpid(child, os.WNOHANG)
             if pid:
-                shown.clear()
-                return _exit_status(status)
+                break
             passed = time.monotonic() - begun
             shown.at(passed)
             # A short computation is not held up, and a long one is looked at now and then.
             time.sleep(min(_INTERVAL, 0.002 + passed / 50))
+        shown.clear()
+        code = _exit_status(status)
+    except KeyboardInterrupt:
+        shown.clear()
+        code = _ended(child)
     finally:
         signal.signal(signal.SIGTERM, before)
+    raise click.exceptions.Exit(code)
 
 
 def _ended(child: int) -> int:
     """The status of an interrupted child; one that does not end by itself is killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    for own in (None, signal.SIGINT):
-        if own is not None:  # a terminal has sent it to the child as well
+    for is_told in (False, True):  # a terminal has sent the signal to the child as well
+        if is_told:
             with suppress(ProcessLookupError):
-                os.kill(child, own)
+                os.kill(child, signal.SIGINT)
         until = time.monotonic() + _PATIENCE
         while time.monotonic() < until:
             pid, status = os.waitpid(child, os.WNOHANG)

@@ -4,7 +4,6 @@ Wrenches are (Fx, Fy, Fz, Mx, My, Mz), twists (dx, dy, dz, rx, ry, rz), units SI
 at its base, its local x along it, y and z the principal axes of its cross-section.
 """
 
-from robostiff.elasticity.arbitrary_section import section_from_sectionproperties
 from robostiff.elasticity.beam import (
     BeamSegment,
     BeamTheory,
@@ -15,10 +14,22 @@ from robostiff.elasticity.beam import (
     beam_stiffness,
     tapered_compliance,
 )
-from robostiff.elasticity.beam_from_matrix import UniformBeam, uniform_beam
-from robostiff.elasticity.cantilever import cantilever_compliance, cantilever_stiffness
+from robostiff.elasticity.cantilever import (
+    UniformBeam,
+    cantilever_compliance,
+    cantilever_stiffness,
+    uniform_beam,
+)
 from robostiff.elasticity.material import MATERIALS, Material, material
-from robostiff.elasticity.shapes import CrossSection, box, circle, i_section, rectangle, tube
+from robostiff.elasticity.shapes import (
+    CrossSection,
+    box,
+    circle,
+    i_section,
+    rectangle,
+    section_from_sectionproperties,
+    tube,
+)
 from robostiff.elasticity.spring import Elasticity, rotational_spring, translational_spring
 from robostiff.elasticity.spring_from_matrix import (
     elasticity_from_compliance,

@@ -1,4 +1,4 @@
-"""The formulas of a uniform cantilever, for entries of any kind: floats, fractions, symbols.
+"""The formulas of a uniform cantilever, for entries of any kind, and the beam that a matrix is of.
 
 Only ``+ - * /`` are used. Numbers give float arrays; anything else (SymPy, fractions.Fraction, a
 recorder) gives object arrays with exact zeros. Nothing is validated here; `beam_compliance` and
@@ -7,12 +7,13 @@ recorder) gives object arrays with exact zeros. Nothing is validated here; `beam
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from numbers import Integral
 from typing import Any
 
 import numpy as np
 
-Entries = dict[tuple[int, int], Any]
+_ALIKE = 1e-9  # of an entry: what a beam's compliance may miss of the formula
 
 
 def cantilever_compliance(
@@ -137,12 +138,17 @@ def _plain(value: Any) -> Any:
     return float(value) if isinstance(value, (np.floating, np.integer)) else value
 
 
-def _assembled(entries: Entries) -> np.ndarray:
+def _assembled(entries: dict[tuple[int, int], Any]) -> np.ndarray:
     """The symmetric array (..., 6, 6) with these entries on and above its diagonal."""
     if all(isinstance(entry, float) for entry in entries.values()):
         matrix = np.zeros((6, 6))
     else:
-        entries = {place: _cell(entry) for place, entry in entries.items()}
+        for place, entry in entries.items():
+            if not isinstance(entry, np.ndarray):
+                is_number = isinstance(entry, (float, np.number, Integral))
+                # Filled, not converted: some symbolic types look like sequences to NumPy.
+                entries[place] = np.empty((), dtype=np.float64 if is_number else object)
+                entries[place][()] = entry
         shape = np.broadcast_shapes(*(cell.shape for cell in entries.values()))
         numeric = all(cell.dtype == np.float64 for cell in entries.values())
         matrix = np.zeros((*shape, 6, 6), dtype=np.float64 if numeric else object)
@@ -151,12 +157,51 @@ def _assembled(entries: Entries) -> np.ndarray:
     return matrix
 
 
-def _cell(entry: Any) -> np.ndarray:
-    if isinstance(entry, np.ndarray):
-        return entry
-    if isinstance(entry, (float, np.number, Integral)):
-        return np.asarray(entry, dtype=np.float64)
-    # Filled, not converted: some symbolic types look like sequences to NumPy.
-    cell = np.empty((), dtype=object)
-    cell[()] = entry
-    return cell
+@dataclass(frozen=True)
+class UniformBeam:
+    """A uniform beam, known by its compliance: x along it, clamped at its start.
+
+    Attributes
+    ----------
+    length : float
+        [m]
+    EA, EIy, EIz, GJ : float
+        Rigidities [N], [N m^2].
+    shear_y, shear_z : float
+        Shear compliance of a length [1/N]; 0 without shear.
+    """
+
+    length: float
+    EA: float
+    EIy: float
+    EIz: float
+    GJ: float
+    shear_y: float
+    shear_z: float
+
+
+def uniform_beam(C: np.ndarray) -> UniformBeam | None:
+    """The uniform beam that has a compliance (6, 6) about its far end; None where none has.
+
+    Examples
+    --------
+    >>> beam = uniform_beam(cantilever_compliance(0.5, 2e11, 8e10, 1e-3, 1e-8, 2e-8, 2e-8))
+    >>> beam.length, uniform_beam(np.eye(6)) is None
+    (0.5, True)
+    """
+    diagonal = np.diagonal(C)
+    if not np.all(diagonal > 0) or not C[1, 5] > 0:
+        return None
+    L = 2.0 * C[1, 5] / C[5, 5]
+    stretch, dy, dz, twist, ry, rz = (float(entry) for entry in diagonal)
+    shear_y, shear_z = dy / L - rz * L / 3.0, dz / L - ry * L / 3.0
+    size_y, size_z = dy / L, dz / L
+    if shear_y < -_ALIKE * size_y or shear_z < -_ALIKE * size_z:
+        return None
+    shear_y = shear_y if shear_y > _ALIKE * size_y else 0.0
+    shear_z = shear_z if shear_z > _ALIKE * size_z else 0.0
+    expected = np.diag(diagonal)
+    expected[[1, 5], [5, 1]], expected[[2, 4], [4, 2]] = 0.5 * L * rz, -0.5 * L * ry
+    if np.any(np.abs(C - expected) > _ALIKE * np.sqrt(np.outer(diagonal, diagonal))):
+        return None
+    return UniformBeam(float(L), L / stretch, L / ry, L / rz, L / twist, shear_y, shear_z)

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
-from robostiff.elasticity.bounds import Bounds, left_open
 from robostiff.elasticity.checks import (
+    Bounds,
+    left_open,
     poisson_ratio_bounds,
     poisson_ratio_of_isotropic,
     positive_number,

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robostiff.elasticity.beam import SlenderBeam
-from robostiff.elasticity.beam_from_matrix import UniformBeam, uniform_beam
-from robostiff.elasticity.bounds import Bounds, left_open
-from robostiff.elasticity.checks import as_array, positive_number
+from robostiff.elasticity.cantilever import UniformBeam, uniform_beam
+from robostiff.elasticity.checks import Bounds, as_array, left_open, positive_number
 from robostiff.errors import InputError
 from robostiff.spatial import as_floats
 from robostiff.spatial.compliance_modes import compliance_modes
@@ -159,25 +158,18 @@ def rotational_spring(stiffness: Any, axis: Entries) -> Elasticity:
 
 
 def _spring_along(stiffness: Any, axis: Entries, rows: slice) -> Elasticity:
-    u = _unit(exact_array(as_array(axis)) if is_formula(stiffness) else axis)
+    subject, expected = "axis of the spring", "three numbers, not all zero"
+    given = exact_array(as_array(axis)) if is_formula(stiffness) else axis
+    u = formula_array(given)
+    if u is None:
+        u = as_floats(subject, given, expected, shape=(3,))
+    if u.shape != (3,) or (vanishes(u) if u.dtype == object else not u.any()):
+        raise InputError(subject, got=given, expected=expected)
+    u = u / (length_of(u) if u.dtype == object else np.linalg.norm(u))
     k = exact_number(stiffness) if u.dtype == object else stiffness
     compliance = np.zeros((6, 6), dtype=u.dtype)
     compliance[rows, rows] = np.outer(u, u) / k
     return Elasticity(compliance, bounds=(Bounds("stiffness of the spring", k),))
-
-
-def _unit(axis: Entries) -> NDArray[Any]:
-    subject, expected = "axis of the spring", "three numbers, not all zero"
-    formulas = formula_array(axis)
-    if formulas is not None:
-        if formulas.shape != (3,) or vanishes(formulas):
-            raise InputError(subject, got=axis, expected=expected)
-        return formulas / length_of(formulas)
-    vector = as_floats(subject, axis, expected, shape=(3,))
-    norm = float(np.linalg.norm(vector))
-    if norm == 0.0:
-        raise InputError(subject, got=vector.tolist(), expected=expected)
-    return vector / norm
 
 
 def _own_array(subject: str, values: ArrayLike) -> NDArray[Any]:

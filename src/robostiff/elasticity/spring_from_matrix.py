@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robostiff.elasticity.bounds import Bounds
+from robostiff.elasticity.checks import Bounds
 from robostiff.elasticity.spring import Elasticity
 from robostiff.errors import InputError
 from robostiff.spatial import (
@@ -77,11 +77,11 @@ def symmetric_formulas(matrix: np.ndarray, kind: MatrixKind) -> tuple[Bounds, ..
     return tuple(bounds)
 
 
-def inverse_of_formulas(K: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """Compliance (6, 6) and freedoms (6, k) of K; None where a coupled block is singular."""
+def _from_formulas(K: np.ndarray) -> Elasticity:
+    """Spring of a stiffness of formulas, block by block; of exact numbers by their floats."""
     import sympy as sp
 
-    zero = sp.Integer(0)
+    bounds, zero = symmetric_formulas(K, STIFFNESS), sp.Integer(0)
     C, free = np.full((6, 6), zero, dtype=object), []
     for block in _blocks(K):
         if len(block) == 1 and K[block[0], block[0]] == 0:
@@ -90,13 +90,19 @@ def inverse_of_formulas(K: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         part = sp.Matrix(K[np.ix_(block, block)])
         determinant: Any = part.det(method="berkowitz")
         if determinant.is_zero is not False and sp.simplify(determinant) == 0:
-            return None
+            if not any(entry.free_symbols for entry in K.flat):
+                return elasticity_from_stiffness(K.astype(float))
+            raise InputError(
+                STIFFNESS.name,
+                got="formulas that leave a coupled direction free",
+                expected="a regular matrix, or free directions along the axes",
+                hint="give the compliance instead, or one spring for each direction that holds",
+            )
         inverse = (part.adjugate() / determinant).applyfunc(sp.cancel)
         C[np.ix_(block, block)] = np.array(inverse.tolist(), dtype=object)
     freedoms = np.full((6, len(free)), zero, dtype=object)
-    for column, row in enumerate(free):
-        freedoms[row, column] = sp.Integer(1)
-    return C, freedoms
+    freedoms[free, range(len(free))] = sp.Integer(1)
+    return Elasticity(C, freedoms, bounds)
 
 
 def _blocks(K: np.ndarray) -> list[list[int]]:
@@ -190,7 +196,15 @@ def scaled_spectrum(matrix: Matrix, kind: MatrixKind) -> ScaledSpectrum:
     spectrum = ScaledSpectrum(scale, values, vectors)
     if values[0] < -spectrum.threshold:
         length = 1 / factor if kind is STIFFNESS else factor
-        direction = _in_words(vectors[:, 0], kind.columns)
+        # The large components of the direction, largest first: 0.80 dx - 0.60 rz.
+        first = vectors[:, 0]
+        order = np.argsort(-np.abs(first), kind="stable")
+        parts = first[order] / np.sign(first[order[0]])
+        large = [k for k in range(6) if abs(parts[k]) >= 0.2 * parts[0]]
+        names = [kind.columns[order[k]] for k in large]
+        words = [f"{'-' if parts[k] < 0 else '+'} {abs(parts[k]):.2f}" for k in large]
+        direction = " ".join(f"{size} {name}" for size, name in zip(words, names, strict=True))
+        direction = names[0] if len(names) == 1 else direction.removeprefix("+ ")
         raise InputError(
             f"{kind.name}, eigenvalue {values[0]:.4g} {kind.unit} along {direction} "
             f"(rotations scaled by {length:.3g} m)",
@@ -198,19 +212,6 @@ def scaled_spectrum(matrix: Matrix, kind: MatrixKind) -> ScaledSpectrum:
             hint="look for a wrong sign, a wrong unit in the rotation rows, or missing digits",
         )
     return spectrum
-
-
-def _in_words(vector: Matrix, names: tuple[str, ...]) -> str:
-    """The large components of a direction, largest first: ``0.80 dx - 0.60 rz``."""
-    order = np.argsort(-np.abs(vector), kind="stable")
-    large = [k for k in order if abs(vector[k]) >= 0.2 * abs(vector[order[0]])]
-    sign = 1.0 if vector[large[0]] > 0 else -1.0
-    if len(large) == 1:
-        return names[large[0]]
-    words = f"{abs(vector[large[0]]):.2f} {names[large[0]]}"
-    for k in large[1:]:
-        words += f" {'+' if sign * vector[k] > 0 else '-'} {abs(vector[k]):.2f} {names[k]}"
-    return words
 
 
 _ROTATION = "a 3x3 rotation matrix, its columns the axes of the spring in those of the element"
@@ -256,14 +257,16 @@ def elasticity_from_stiffness(stiffness: Any) -> Elasticity:
     """
     formulas = formula_array(stiffness)
     if formulas is not None:
-        return _from_formulas(formulas, symmetric_formulas(formulas, STIFFNESS))
+        return _from_formulas(formulas)
     K = checked_symmetric(stiffness, STIFFNESS)
     spectrum = scaled_spectrum(K, STIFFNESS)
     held = spectrum.values > spectrum.threshold
     if held.all():
-        found = Elasticity(_inverse(K))
+        # Scaled to a unit diagonal, so that units and sizes do not matter.
         scale = np.sqrt(np.diagonal(K))
         unit = K / np.outer(scale, scale)
+        inverse = np.linalg.inv(unit)
+        found = Elasticity((inverse + inverse.T) / 2 / np.outer(scale, scale))
         if np.linalg.cond(unit) > _DENSE:
             # The inverse keeps few digits of its stiff directions; a root of K keeps them.
             vars(found)["modes"] = np.linalg.inv(np.linalg.cholesky(unit)).T / scale[:, None]
@@ -362,27 +365,6 @@ def moved(elasticity: Elasticity, rotation: Entries, offset: Entries) -> Elastic
         twist_transport(v) @ block_rotation(R) @ freedoms,
         elasticity.bounds,
     )
-
-
-def _from_formulas(K: NDArray[Any], bounds: tuple[Bounds, ...]) -> Elasticity:
-    found = inverse_of_formulas(K)
-    if found is not None:
-        return Elasticity(*found, bounds)
-    if any(entry.free_symbols for entry in K.flat):
-        raise InputError(
-            STIFFNESS.name,
-            got="formulas that leave a coupled direction free",
-            expected="a regular matrix, or free directions along the axes",
-            hint="give the compliance instead, or one spring for each direction that holds",
-        )
-    return elasticity_from_stiffness(K.astype(float))
-
-
-def _inverse(K: Matrix) -> Matrix:
-    """Inverse of a regular K, scaled to a unit diagonal so that units and sizes do not matter."""
-    scale = 1 / np.sqrt(np.diagonal(K))
-    inverse = np.linalg.inv(scale[:, None] * K * scale)
-    return np.outer(scale, scale) * (inverse + inverse.T) / 2
 
 
 def _refuse_penalty(K: Matrix, spectrum: ScaledSpectrum) -> None:

@@ -10,7 +10,6 @@ from robostiff.elastostatics.aggregation import aggregate, aggregate_matrices
 from robostiff.elastostatics.chain import chain_stiffness, solve_chain
 from robostiff.elastostatics.chain_problem import Form
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, LeastEnergy, least_energy
-from robostiff.elastostatics.details import Details
 from robostiff.elastostatics.forms import (
     Block,
     IndexRules,
@@ -25,8 +24,8 @@ from robostiff.elastostatics.forms import (
     saddle_point_stiffness,
     wrench_basis_stiffness,
 )
-from robostiff.elastostatics.leg import LegWrenches, leg_wrenches, solved_leg
-from robostiff.elastostatics.parallel_block import BlockCompliance, block_compliance
+from robostiff.elastostatics.leg import LegWrenches, leg_wrenches, solved_leg, transmitted_wrenches
+from robostiff.elastostatics.parallel_block import BlockCompliance, Details, block_compliance
 from robostiff.elastostatics.result import CartesianStiffness, StiffnessOfPoses
 from robostiff.elastostatics.status import Status
 from robostiff.elastostatics.tolerance import (
@@ -36,7 +35,6 @@ from robostiff.elastostatics.tolerance import (
     matrix_length,
     scaling,
 )
-from robostiff.elastostatics.transmitted_wrenches import transmitted_wrenches
 
 __all__ = [
     "DEFAULT_TOLERANCE",

@@ -7,10 +7,10 @@ from numpy.typing import ArrayLike
 
 from robostiff.elastostatics.chain_problem import ChainProblem, Form
 from robostiff.elastostatics.forms import WrenchBasis
+from robostiff.elastostatics.leg import unit_twists_and_wrenches
 from robostiff.elastostatics.result import CartesianStiffness
 from robostiff.elastostatics.status import Status
 from robostiff.elastostatics.tolerance import DEFAULT_TOLERANCE, Tolerance, matrix_length, scaling
-from robostiff.elastostatics.transmitted_wrenches import unit_twists_and_wrenches
 from robostiff.errors import InputError
 from robostiff.spatial import Space, as_floats
 

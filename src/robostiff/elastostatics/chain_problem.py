@@ -10,8 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from robostiff.elastostatics.conditioning import smallest_compliance
-from robostiff.elastostatics.tolerance import Tolerance
+from robostiff.elastostatics.tolerance import Tolerance, smallest_compliance
 from robostiff.spatial import Space
 
 # Rounding that grows by more than this leaves no nine digits.

@@ -8,11 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.elastostatics.batched import PoseBatch
-from robostiff.elastostatics.conditioning import smallest_singular_value
-from robostiff.elastostatics.tolerance import Tolerance
-from robostiff.spatial.batch import product, transposed
-from robostiff.spatial.shapes import Bool, Float
+from robostiff.elastostatics.status import PoseBatch
+from robostiff.elastostatics.tolerance import Tolerance, smallest_singular_value
+from robostiff.spatial.batch import Bool, Float, product, transposed
 
 # Rounding grows by this much before an answer is no longer certain to nine digits.
 _FEW_DIGITS = 1e6

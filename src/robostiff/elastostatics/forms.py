@@ -23,7 +23,7 @@ from robostiff.elastostatics.chain_problem import (
 )
 from robostiff.errors import InputError
 from robostiff.spatial import Space
-from robostiff.spatial.shapes import Float
+from robostiff.spatial.batch import Float
 
 
 def wrench_basis_stiffness(
@@ -180,8 +180,15 @@ class Recursive(Form):
 
     def stiffness(self, problem: ChainProblem) -> np.ndarray:
         """K of a scaled chain."""
-        K = problem.K0
-        for group in self._groups(problem.J_q.shape[-1]):
+        K, joints = problem.K0, problem.J_q.shape[-1]
+        groups = tuple((i,) for i in range(joints)) if self.groups is None else self.groups
+        if sorted(chain.from_iterable(groups)) != list(range(joints)):
+            raise InputError(
+                "groups of passive joints",
+                got=self.groups,
+                expected=f"each of the {joints} joints 0 to {joints - 1} once",
+            )
+        for group in groups:
             # A redundant joint of a group is left out by giving it a unit pivot and no effect.
             kept = ~problem.redundant[..., group]
             J = np.where(kept[..., None, :], problem.J_q[..., group], 0.0)
@@ -190,17 +197,6 @@ class Recursive(Form):
             M = M + np.where(kept, 0.0, 1.0)[..., None, :] * np.eye(len(group))
             K = K - U @ np.linalg.solve(M, np.swapaxes(U, -1, -2))
         return K
-
-    def _groups(self, joints: int) -> tuple[tuple[int, ...], ...]:
-        if self.groups is None:
-            return tuple((i,) for i in range(joints))
-        if sorted(chain.from_iterable(self.groups)) != list(range(joints)):
-            raise InputError(
-                "groups of passive joints",
-                got=self.groups,
-                expected=f"each of the {joints} joints 0 to {joints - 1} once",
-            )
-        return self.groups
 
 
 def saddle_point_matrix(

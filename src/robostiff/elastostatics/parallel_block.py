@@ -1,18 +1,24 @@
-"""A parallel block as an element of a chain: the compliance of least energy, and its freedoms."""
+"""A parallel block as an element of a chain: the compliance of least energy, and its freedoms.
+
+Also what is found of a machine beside its stiffness: its legs, their blocks, and the posture.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from robostiff.elastostatics.batched import PoseBatch
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, least_energy
 from robostiff.elastostatics.leg import LegWrenches, leg_wrenches, loads_of_compliance
+from robostiff.elastostatics.result import CartesianStiffness
+from robostiff.elastostatics.status import PoseBatch
 from robostiff.elastostatics.tolerance import Tolerance, scaling
 from robostiff.spatial import Space
-from robostiff.spatial.shapes import Bool, Float
+from robostiff.spatial.batch import Bool, Float
 
 _ROUNDING = 4 * np.finfo(float).eps
 _NOTHING = 1e-13  # of a unit load
@@ -221,3 +227,53 @@ def _on_bodies(
         on_each[..., b, :, :] += own
         placed.append(on_each[..., 1:, :, :].reshape(*own.shape[:-2], bodies * n, -1))
     return np.concatenate(placed, axis=-1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Details(CartesianStiffness):
+    """What the direct form finds at poses: K about `origin`, where ranks are decided, and the legs.
+
+    Attributes
+    ----------
+    origin : (..., 3) array
+        Where it was computed: the machine's own reference point in the world [m], or the middle of
+        a machine that is far away from it.
+    reference_point : (..., 3) array
+        The machine's own, in the world [m].
+    passive_joint_names : tuple of str
+        ``leg/joint`` of every passive freedom, the columns of ``redundant``.
+    legs : tuple of CartesianStiffness
+        Each leg about `origin`; none of a network.
+    leg_blocks : tuple of tuples of BlockCompliance
+        Parallel blocks of each leg about `origin`, by which their branches share a wrench.
+    shares : (..., b, n, n) array or None
+        On a flexible platform, what each leg carries of a wrench on the tool about `origin`, and
+        then each part of the platform.
+    pose : (..., 6) array or None
+        x, y, z [m] and rotation vector [rad] of the platform; None for a snapshot.
+    joint_coordinates : mapping of str to (..., size) array
+        The posture: coordinates of the joints of each leg [m, rad], by its name.
+    joint_names : mapping of str to tuple of str
+        Names of these coordinates, of robots of legs.
+    """
+
+    origin: np.ndarray
+    reference_point: np.ndarray
+    passive_joint_names: tuple[str, ...]
+    legs: tuple[CartesianStiffness, ...] = ()
+    leg_blocks: tuple[tuple[BlockCompliance, ...], ...] = ()
+    shares: np.ndarray | None = None
+    pose: np.ndarray | None = None
+    joint_coordinates: Mapping[str, np.ndarray] = field(default_factory=dict)
+    joint_names: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, whole: CartesianStiffness, **more: Any) -> Details:
+        """A stiffness about an origin, with what else was found."""
+        own = {one.name: getattr(whole, one.name) for one in fields(CartesianStiffness)}
+        return cls(**{**own, **more})
+
+    @cached_property
+    def at_reference(self) -> np.ndarray:
+        """K about the reference point (..., n, n), meaningful where there is one."""
+        return self.moved(self.reference_point - self.origin)

@@ -8,11 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.elastostatics.batched import PoseBatch
-from robostiff.elastostatics.conditioning import smallest_held_stiffness
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, LeastEnergy, least_energy
-from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status, StatusOfPoses
-from robostiff.elastostatics.tolerance import RankDecision, Tolerance, scaling
+from robostiff.elastostatics.status import WITHOUT_STIFFNESS, PoseBatch, Status, StatusOfPoses
+from robostiff.elastostatics.tolerance import (
+    RankDecision,
+    Tolerance,
+    scaling,
+    smallest_held_stiffness,
+)
 from robostiff.errors import NoAnswerError
 from robostiff.spatial import Space, move_stiffness
 from robostiff.spatial.batch import empty_batch

@@ -1,15 +1,18 @@
-"""Decisions of ranks, on matrices scaled by a characteristic length."""
+"""What is decided of matrices: ranks, how near they are to losing one, and whether planes are kept.
+
+Matrices are scaled by a characteristic length.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.spatial import Space
-from robostiff.spatial.batch import empty_batch
-from robostiff.spatial.shapes import Float
+from robostiff.spatial.batch import Float, empty_batch, product, transposed
 
 
 @dataclass(frozen=True)
@@ -152,3 +155,142 @@ class RankDecision:
             f"smallest kept {kept}, largest dropped {dropped}, tolerance {self.tolerance:g}, "
             f"characteristic length {self.length:.4g} m"
         )
+
+
+# A certificate this much above rounding needs no further look.
+_CERTAIN = 1e-10
+
+
+def smallest_compliance(
+    C: Float[np.ndarray, "*batch n n"], W: Float[np.ndarray, "*batch n m"]
+) -> Float[np.ndarray, "*batch"]:
+    """Smallest eigenvalue of W^T C W over the trace of C: 0 where a transmitted wrench is rigid.
+
+    Orthonormal wrenches W; zero columns are passed over, and 1 is given where nothing is
+    transmitted. Where the ratio is certainly above 1e-10 a lower bound is given in place of the
+    eigenvalue.
+
+    Examples
+    --------
+    >>> C = np.diag([1.0, 1.0, 0.0])
+    >>> smallest_compliance(C, np.eye(3)), smallest_compliance(C, np.eye(3)[:, :1])
+    (array(0.), array(0.5))
+    """
+    m = W.shape[-1]
+    trace = np.trace(C, axis1=-2, axis2=-1)
+    if m == 0:
+        return np.ones(trace.shape)
+    A = np.einsum("...im,...im->...m", W, W)[..., :, None] * np.eye(m)
+    idle = np.eye(m) - np.where(A > 0, 1.0, 0.0) * np.eye(m)
+    held = np.where(trace > 0, trace, 1.0)[..., None, None]
+    A = product(transposed(W), product(C, W)) / held + idle
+    bound = np.atleast_1d(_determinant_bound(A))
+    doubtful = bound < _CERTAIN
+    if np.any(doubtful):
+        bound[doubtful] = np.linalg.eigvalsh(A.reshape(*bound.shape, m, m)[doubtful])[..., 0]
+    ratio = bound.reshape(A.shape[:-2])
+    return np.where(trace > 0, ratio, np.where(idle.any((-1, -2)), ratio, 0.0))
+
+
+def smallest_singular_value(W: Float[np.ndarray, "*batch n m"]) -> Float[np.ndarray, "*batch"]:
+    """Lower bound, sharp where it is small, of the smallest singular value of W (n x m, m >= n).
+
+    Examples
+    --------
+    >>> float(smallest_singular_value(np.array([[1.0, 0.0, 1.0], [0.0, 1e-8, 0.0]])))
+    1e-08
+    """
+    n, m = W.shape[-2:]
+    if m < n:
+        return np.zeros(W.shape[:-2])
+    bound = np.atleast_1d(_determinant_bound(product(W, transposed(W))))
+    value = np.sqrt(np.maximum(bound, 0.0))
+    doubtful = bound < _CERTAIN
+    if np.any(doubtful):
+        stack = W.reshape(*bound.shape, n, m) if W.ndim == 2 else W
+        value[doubtful] = np.linalg.svd(stack[doubtful], compute_uv=False)[..., -1]
+    return value.reshape(W.shape[:-2])
+
+
+def smallest_held_stiffness(
+    K: Float[np.ndarray, "*batch n n"], rank: np.ndarray
+) -> Float[np.ndarray, "*batch"]:
+    """Smallest stiffness that is not zero by rank, K scaled to a unit diagonal (...).
+
+    K is positive semidefinite, scaled by a characteristic length. The result limits the digits of
+    compliance and deflection. Where it is certainly above 1e-10 a lower bound is given in its
+    place; 1 where nothing is held.
+
+    Examples
+    --------
+    >>> float(smallest_held_stiffness(np.diag([1.0, 1e-6, 0.0]), np.array(2)))
+    1.0
+    """
+    n = K.shape[-1]
+    diagonal = np.einsum("...ii->...i", K)
+    # What is rounding on the diagonal must not be blown up to 1.
+    least = np.max(diagonal, axis=-1, keepdims=True) * _CERTAIN
+    size = np.sqrt(np.where(diagonal > least, diagonal, np.where(least > 0, least, 1.0)))
+    unit = np.reshape(K / (size[..., :, None] * size[..., None, :]), (-1, n, n))
+    held = np.ravel(rank)
+    value = _determinant_bound(unit)
+    doubtful = (value < _CERTAIN) | (held < n)
+    if np.any(doubtful):
+        eigenvalues = np.linalg.eigvalsh(unit[doubtful])
+        place = np.minimum(n - held[doubtful], n - 1)[:, None]
+        value[doubtful] = np.take_along_axis(eigenvalues, place, axis=-1)[:, 0]
+        value[held == 0] = 1.0
+    return value.reshape(K.shape[:-2])
+
+
+def _determinant_bound(A: np.ndarray) -> np.ndarray:
+    """Smallest eigenvalue of a semidefinite A is at least det A / (tr A / (n - 1))^(n - 1).
+
+    The other n - 1 eigenvalues have at most that product (arithmetic against geometric mean).
+    """
+    n = A.shape[-1]
+    if n == 1:
+        return A[..., 0, 0].copy()
+    others = (np.trace(A, axis1=-2, axis2=-1) / (n - 1)) ** (n - 1)
+    return np.linalg.det(A) / np.where(others > 0, others, 1.0)
+
+
+# Rows of loads and motions in the x-y plane, and of those out of it.
+_IN = list(Space.PLANAR.rows)
+_OUT = [row for row in Space.SPATIAL.rows if row not in _IN]
+_ROUNDING = 1e-9
+_HINT = "leave out 'planar: true' to compute in space"
+
+
+def check_joints_in_plane(J_q: np.ndarray, names: Sequence[str], of: str = "robot") -> None:
+    """Raise unless every passive joint turns about z or slides across it."""
+    out = np.linalg.norm(J_q[..., _OUT, :], axis=-2) > _ROUNDING * np.linalg.norm(J_q, axis=-2)
+    if np.any(out):
+        raise InputError(
+            f"passive joint {names[int(np.argwhere(out)[0][-1])]!r} of a planar {of}",
+            got="an axis that leads out of the x-y plane",
+            expected="a rotation about z or a slide across z",
+            hint=_HINT,
+        )
+
+
+def check_compliance_in_plane(C: np.ndarray, subject: str) -> None:
+    """Raise unless loads in the plane deflect the part in the plane alone."""
+    coupling, allowed = coupling_out_of_plane(C)
+    if np.any(coupling > allowed):
+        raise InputError(
+            subject,
+            got="an elasticity that couples motions in the plane with motions out of it",
+            expected="principal axes along and across the plane",
+            hint=_HINT,
+        )
+
+
+def coupling_out_of_plane(C: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sizes (..., 3, 3) of what a compliance (..., 6, 6) couples, and what rounding leaves of them.
+
+    Rows are x, y and rz; columns are z, rx and ry.
+    """
+    size = np.sqrt(np.maximum(np.einsum("...ii->...i", C), 0.0))
+    allowed = _ROUNDING * size[..., _IN, None] * size[..., None, _OUT]
+    return np.abs(C[..., _IN, :][..., _OUT]), allowed

@@ -17,10 +17,12 @@ from robostiff.identification.search import Fit, Robust, Squares, fitted
 from robostiff.identification.unknowns import Unknown, UnknownKind
 from robostiff.identification.written_values import write_values
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.markup import InNotebooks
+from robostiff.markup import InNotebooks, number
 from robostiff.model import Robot
 from robostiff.spatial.rotation import vector_of_rotation
 
+# Of a reading, as a share of the largest: what Newton's method leaves.
+_ROUNDING = 1e-10
 # A fit is none where a sum of squares as large as this is so rare; an outlier as rare for one of
 # all readings.
 _NO_FIT, _OUTLIER = 1e-3, 0.01
@@ -272,8 +274,10 @@ class Identified(InNotebooks):
         reading = self.model.of_reading[self.fit.known]
         size = np.maximum(np.bincount(reading, minlength=len(self.measured)), 1)
         rest = np.maximum(self.degrees_of_freedom - size, 1)
-        less = self._left_out[1]
-        others = np.maximum(self.chi_square - less, 1e-300)
+        less, known = self._left_out[1], self.fit.known
+        # residuals of this size are rounding, which has no outliers
+        least = _ROUNDING * np.max(np.abs(self.model.values / self.model.sigma)[known])
+        others = np.maximum(self.chi_square - less, rest * least**2 + 1e-300)
         return f.sf((less / size) / (others / rest), size, rest)
 
     @cached_property
@@ -334,8 +338,9 @@ class Identified(InNotebooks):
         for name, side in self.at_bound.items():
             found.append(f"{name} is at its {side} value: its interval has one side")
         if FitStatus.DOES_NOT_FIT in self.status:
+            size = (self.chi_square / self.degrees_of_freedom) ** 0.5
             found.append(
-                f"residuals are {(self.chi_square / self.degrees_of_freedom) ** 0.5:.3g} times as "
+                f"residuals are {number(size, 3)} times as "
                 "large as the given standard deviations allow: something moves that is not among "
                 "the parameters, or sigma is too small"
             )
@@ -404,13 +409,13 @@ class Identified(InNotebooks):
         """
         self._check_rows()
         found, intervals = {}, self.interval(level)
-        about = f"({100 * level:g} %), from {Path(self.measured.source).name}"
+        about = f"({number(100 * level)} %), from {Path(self.measured.source).name}"
         for own in self.model.parameters:
             value, comment = self.values[own.name], "not identified"
             if own.name in intervals:
                 low, high = intervals[own.name]
                 half, is_length = 0.5 * (high - low), own.kind is UnknownKind.GEOMETRY
-                size = f"{half:.2g}" if is_length else f"{100 * half / abs(value):.2g} %"
+                size = number(half, 2) if is_length else f"{number(100 * half / abs(value), 2)} %"
                 comment = f"+-{size} {about}, {len(self.measured)} readings"
             found[own] = value, comment
         write_values(found, self.robot, path, source)
@@ -478,7 +483,7 @@ class Identified(InNotebooks):
             return f"<Identified: {self.fit.too_few}; status {self.status}>"
         found = [own for own in self.model.parameters if own.name in self.std]
         parts = [
-            f"{own.name} = {self.values[own.name]:.5g} +- {self.std[own.name]:.2g}"
+            f"{own.name} = {number(self.values[own.name])} +- {number(self.std[own.name], 2)}"
             for own in found[:8]
         ]
         more = [f"{len(found) - 8} more"] if len(found) > 8 else []

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from fnmatch import fnmatchcase
+from functools import reduce
+from operator import getitem
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +19,14 @@ from robostiff.errors import InputError
 from robostiff.identification.unknowns import Unknown, UnknownKind, spring_values
 from robostiff.io.document import Document, read_document
 from robostiff.io.model_file import model_from_document
+from robostiff.io.rigid_tree import read_side
 from robostiff.model import Robot
 from robostiff.whole_file import whole_file
 
 _VALUE = re.compile(r"\"[^\"]*\"|'[^']*'|[^,}\]#\n]*[^,}\]#\n\s]")
 # Of a value as it is written: what digits leave.
 _AGREES = 1e-9
+_DOCUMENTS = (".yaml", ".yml", ".json")
 
 
 def write_values(
@@ -28,9 +35,11 @@ def write_values(
     path: str | os.PathLike[str],
     source: str | os.PathLike[str],
 ) -> None:
-    """Write a model file with the values that were found, and their uncertainty behind them.
+    """Write a file of the robot with the values that were found, and their uncertainty behind them.
 
-    What is written is read again, and compared with what was found, before it gets its name.
+    Of a robot description this is its side file: a joint whose stiffness is that of a pattern gets
+    an entry of its own. What is written is read again, and compared with what was found, before it
+    gets its name.
 
     Parameters
     ----------
@@ -39,35 +48,58 @@ def write_values(
     robot : Robot
         With these values.
     path, source : path
-        The new file, and the one that is changed.
+        The new file, and the one that is changed; a robot description stands for the side file
+        beside it.
 
     Raises
     ------
     InputError
         When a value has no place of its own in the file.
     """
-    document = read_document(source)
+    is_document = Path(source).suffix.lower() in _DOCUMENTS
+    document = read_document(source) if is_document else read_side(source)
+    source, is_side = document.file, "legs" not in document.data
     lines = Path(source).read_text(encoding="utf-8").splitlines()
     comments: dict[int, list[str]] = {}
     edits: list[tuple[int, int, int, str]] = []
+    entries: list[str] = []
+    data = deepcopy(document.data)
     for own, (value, comment) in found.items():
-        place = _place(document, own)
-        if place is None:
+        text = f"{value:.12g} {own.unit}".strip()
+        if own.kind is UnknownKind.COMPLIANCE and own.name != own.parameter:
+            # a stiffness where one is written
+            unit = "N m/rad" if own.unit.startswith("rad") else "N/m"
+            text = f"{1 / value:.12g} {unit}"
+        place = (_place_in_side if is_side else _place)(document, own)
+        if place is not None:
+            at = document.location(place)
+            line, column = (at.line or 1) - 1, (at.column or 1) - 1
+            match = _VALUE.match(lines[line], column)
+            if match is None or any(edit[:2] == (line, column) for edit in edits):
+                raise _no_place(own, source)
+            edits.append((line, column, match.end(), text))
+            comments.setdefault(line, []).append(comment)
+            reduce(getitem, place[:-1], data)[place[-1]] = text
+        elif is_side and (pattern := _pattern(document, own)) is not None:
+            joint = own.name.partition("/")[2]
+            entry = data["joints"][joint] = {**document.data["joints"][pattern], "stiffness": text}
+            entries.append(f"{json.dumps(joint)}: {json.dumps(entry)}  # {comment}")
+        else:
             raise _no_place(own, source)
-        at = document.location(place)
-        line, column = (at.line or 1) - 1, (at.column or 1) - 1
-        match = _VALUE.match(lines[line], column)
-        if match is None or any(edit[:2] == (line, column) for edit in edits):
-            raise _no_place(own, source)
-        edits.append((line, column, match.end(), _written(own, value)))
-        comments.setdefault(line, []).append(comment)
     for line, start, end, text in sorted(edits, reverse=True):
         lines[line] = lines[line][:start] + text + lines[line][end:]
     for line, words in comments.items():
         lines[line] += ("  # " if "#" not in lines[line] else "; ") + "; ".join(words)
+    if entries:
+        first = document.key_location(["joints", next(iter(document.data["joints"]))])
+        top, indent = (first.line or 1) - 1, (first.column or 1) - 1
+        lines[top:top] = [" " * indent + entry for entry in entries]
     with whole_file(path) as begun:
         begun.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        _check(found, robot, begun, source)
+        if not is_side:
+            _check(found, robot, begun, source)
+        elif read_document(begun).data != data:
+            raise _shared(source, "a value")
 
 
 def _check(
@@ -79,8 +111,7 @@ def _check(
     """Raise unless a written file has the values that were found, and all others as before."""
     names = [own.parameter for own in found if own.parameter]
     again = model_from_document(read_document(written), symbols=names)
-    values = spring_values(again.numeric)
-    expected = spring_values(robot)
+    values, expected = spring_values(again.numeric), spring_values(robot)
     for own, (value, _) in found.items():
         if own.parameter:
             expected[own.name], values[own.name] = value, again.nominal[own.parameter]
@@ -88,12 +119,16 @@ def _check(
                 values[own.name] = 1 / values[own.name]
     for name, value in expected.items():
         if not np.isclose(values.get(name, np.nan), value, rtol=_AGREES, atol=0):
-            raise InputError(
-                f"values of {os.fspath(source)!r}",
-                got=f"{name}, which shares its place in the file with others",
-                expected="a place of its own for each value",
-                hint="give it a parameter of the file, or identify with shared=True",
-            )
+            raise _shared(source, name)
+
+
+def _shared(source: str | os.PathLike[str], name: str) -> InputError:
+    return InputError(
+        f"values of {os.fspath(source)!r}",
+        got=f"{name}, which shares its place in the file with others",
+        expected="a place of its own for each value",
+        hint="give it a parameter of the file, or identify with shared=True",
+    )
 
 
 def _no_place(own: Unknown, source: str | os.PathLike[str]) -> InputError:
@@ -125,9 +160,23 @@ def _place(document: Document, own: Unknown) -> list[Any] | None:
     return None
 
 
-def _written(own: Unknown, value: float) -> str:
-    """The value as a file has it: stiffnesses where these are written, with units."""
-    if own.kind is UnknownKind.COMPLIANCE and own.name != own.parameter:
-        unit = "N m/rad" if own.unit.startswith("rad") else "N/m"
-        return f"{1 / value:.12g} {unit}"
-    return f"{value:.12g} {own.unit}".strip()
+def _place_in_side(document: Document, own: Unknown) -> list[Any] | None:
+    """As `_place`, in a side file: a parameter, or the stiffness of one joint by its name."""
+    if own.parameter:
+        named = own.parameter in document.data.get("parameters", {})
+        return ["parameters", own.parameter] if named else None
+    joint = own.name.partition("/")[2]
+    entry = document.data.get("joints", {}).get(joint, {})
+    return ["joints", joint, "stiffness"] if "stiffness" in entry else None
+
+
+def _pattern(document: Document, own: Unknown) -> str | None:
+    """The pattern of a side file that gives a joint its stiffness; it has a line of its own."""
+    if own.parameter or own.kind is not UnknownKind.COMPLIANCE:
+        return None
+    joint, entries = own.name.partition("/")[2], document.data.get("joints", {})
+    found = next((key for key in entries if fnmatchcase(joint, key)), None)
+    if found is None or joint in entries or "stiffness" not in entries[found]:
+        return None
+    begins = [document.key_location(["joints", *own]).line for own in ([], [next(iter(entries))])]
+    return found if begins[0] != begins[1] else None

@@ -1,4 +1,4 @@
-"""Tables of numbers as CSV files: units in headings, and the place of every fault."""
+"""Tables of numbers as CSV files: units in headings, postures, and the place of every fault."""
 
 from __future__ import annotations
 
@@ -6,14 +6,18 @@ import math
 import os
 import re
 from array import array
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from robostiff.analysis.maps.pose_columns import POSE_UNITS, coordinate_units
 from robostiff.errors import FileError, InputError, Location
 from robostiff.io.bounded_file import bounded_bytes
 from robostiff.io.units import Dimension, parse_quantity, to_si
+from robostiff.kinematics import JointCoordinates
+from robostiff.kinematics.pose import home_coordinates
+from robostiff.model import Robot
 
 _MOST_BYTES = 2_000_000_000
 _LARGEST = 1e30
@@ -153,10 +157,18 @@ def table_of(
                 expected=f"{len(headings)}, one for each name in line {header + first}",
             )
         row = [_number(fields[column.place], comma) for column in columns]
-        if not all(abs(value) <= _LARGEST for value in row):
-            left = [c for c in columns if c.name not in may_miss or fields[c.place].strip()]
-            if not all(abs(_number(fields[c.place], comma)) <= _LARGEST for c in left):
-                raise _bad_field(name, k + first, fields, left, comma)
+        for bad, value in zip(columns, row, strict=True):
+            field = fields[bad.place]
+            if not abs(value) <= _LARGEST and (bad.name not in may_miss or field.strip()):
+                before = sum(len(each) + 1 for each in fields[: bad.place])
+                column = before + 1 + len(field) - len(field.lstrip())
+                raise FileError(
+                    Location(name, k + first, column, bad.name),
+                    "value",
+                    got=field.strip() or "nothing",
+                    expected="a finite number up to 1e30, with a point; units belong in the "
+                    "heading",
+                )
         values.extend(row)
     table = np.array(values).reshape(len(rows), len(columns))
     si = {column.name: column.factor * table[:, k] for k, column in enumerate(columns)}
@@ -191,16 +203,31 @@ def _number(field: str, comma: bool) -> float:
         return math.nan
 
 
-def _bad_field(
-    file: str, line: int, fields: Sequence[str], columns: Sequence[Column], comma: bool
-) -> FileError:
-    """The fault of the first number that is none."""
-    bad = next(c for c in columns if not abs(_number(fields[c.place], comma)) <= _LARGEST)
-    field = fields[bad.place]
-    before = sum(len(each) + 1 for each in fields[: bad.place])
-    return FileError(
-        Location(file, line, before + 1 + len(field) - len(field.lstrip()), bad.name),
-        "value",
-        got=field.strip() or "nothing",
-        expected="a finite number up to 1e30, with a point; units belong in the heading",
-    )
+def posture_columns(
+    robot: Robot, given: Collection[str], at: Location, heading: str, prefix: str = ""
+) -> list[str]:
+    """Names of all coordinates of the kind that a file has, joints or, behind a prefix, a pose.
+
+    Raises FileError at a heading that has none of them, or both kinds.
+    """
+    joints = coordinate_units(robot)
+    poses = [f"{prefix}{name}" for name in POSE_UNITS]
+    kinds = [own for own in ([*joints], poses) if set(own) & set(given)]
+    if not kinds:
+        expected = f"some of {', '.join([*joints, *poses])}, with units"
+        raise FileError(at, "names of columns", got=heading, expected=expected)
+    if len(kinds) > 1:
+        raise FileError(at, "postures", got="joints and poses", expected="one kind of them")
+    return kinds[0]
+
+
+def postures_of(
+    robot: Robot, names: list[str], si: Mapping[str, np.ndarray], count: int
+) -> np.ndarray | JointCoordinates:
+    """Joints (N, n) or poses (N, 6) by `posture_columns`; what is left out stays at home."""
+    by_joints = names[0] in coordinate_units(robot)
+    own = robot.numeric
+    home = own.legs[0].chain.home if by_joints else home_coordinates(own)
+    each = [si.get(name, np.full(count, float(q))) for name, q in zip(names, home, strict=True)]
+    found = np.array(each).T
+    return JointCoordinates(found) if by_joints else found

@@ -18,7 +18,6 @@ import numpy as np
 from robostiff.errors import Location, Words, needs_extra
 from robostiff.io.bounded_file import read_elsewhere
 from robostiff.io.child_process import EXPAND_XACRO, answer_of
-from robostiff.io.plausibility import question, warn_of_parts_not_read
 from robostiff.io.rigid_tree.build import drawn_links
 from robostiff.io.rigid_tree.tree import (
     JointType,
@@ -26,12 +25,16 @@ from robostiff.io.rigid_tree.tree import (
     RigidTree,
     TreeJoint,
     TreeLoop,
+    XmlElement,
+    XmlLimits,
+    frame_of,
     mass_of_body,
     question_place,
+    read_xml,
+    warn_of_parts_not_read,
 )
-from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, frame_of, read_xml
 from robostiff.io.suggest import did_you_mean, listing
-from robostiff.io.units import Dimension
+from robostiff.io.units import Dimension, question
 from robostiff.model import Actuated, Joint, Mass, Passive, prismatic, revolute, spherical
 from robostiff.spatial import Frame
 
@@ -62,27 +65,6 @@ def _names(elements: list[XmlElement], what: str) -> dict[str, XmlElement]:
     return names
 
 
-def _linked(joint: XmlElement, tag: str, links: dict[str, XmlElement]) -> str:
-    """The link that a joint has as its parent or child."""
-    what = f"{tag} of joint {joint.attributes['name']!r}"
-    element = joint.one(tag)
-    name = None if element is None else element.attributes.get("link")
-    if element is None or not name:
-        raise (element or joint).error(
-            what,
-            got=Words("none" if element is None else "no link"),
-            expected=f'<{tag} link="..."/>',
-        )
-    if name not in links:
-        raise element.error(
-            what,
-            got=name,
-            expected=f"one of the links {listing(list(links), 30)}",
-            hint=did_you_mean(name, links),
-        )
-    return name
-
-
 def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
     """Read a URDF.
 
@@ -108,7 +90,22 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
     links = _names(root.all("link"), "link")
     if not links:
         raise root.error("URDF", got=Words("no link"), expected="at least one")
-    rotors = _rotor_inertias(root)
+    # At the joint: that of a transmission of one joint, as Drake or others have it, times the
+    # square of its reduction; or the armature among the dynamics of a joint, as it is.
+    rotors: dict[str, float] = {}
+    for own in root.all("transmission"):
+        joints = own.all("joint")
+        parts = [part for tag in ("actuator", "joint") for part in own.all(tag)]
+        ratio = _of_drive(parts, "drake:gear_ratio", "mechanicalReduction", 1.0)
+        inertia = _of_drive(parts, "drake:rotor_inertia", "rotorInertia", 0.0)
+        if len(joints) == 1 and inertia:
+            rotors[joints[0].attributes.get("name", "")] = inertia * ratio**2
+    for own in root.all("joint"):
+        if armature := _attribute_or_text(own, "armature", "armature"):
+            rotors[own.attributes.get("name", "")] = armature
+    for joint, inertia in rotors.items():
+        if inertia < 0:
+            raise root.error(f"rotor of joint {joint!r}", got=inertia, expected="an inertia, or 0")
     tree = RigidTree(
         name=name,
         file=str(source),
@@ -132,7 +129,24 @@ def _joint(joint: XmlElement, links: dict[str, XmlElement]) -> TreeJoint:
             hint=did_you_mean(word, _TYPES) if word else None,
         )
     kind, of = _TYPES[word], f"of joint {name!r}"
-    parent, child = (_linked(joint, tag, links) for tag in ("parent", "child"))
+    ends = []
+    for tag in ("parent", "child"):
+        element = joint.one(tag)
+        link = None if element is None else element.attributes.get("link")
+        if element is None or not link:
+            raise (element or joint).error(
+                f"{tag} {of}",
+                got=Words("none" if element is None else "no link"),
+                expected=f'<{tag} link="..."/>',
+            )
+        if link not in links:
+            raise element.error(
+                f"{tag} {of}",
+                got=link,
+                expected=f"one of the links {listing(list(links), 30)}",
+                hint=did_you_mean(link, links),
+            )
+        ends.append(link)
     before = joint.frame_at("origin", of)
     axis = joint.numbers_at("axis", "xyz", (1.0, 0.0, 0.0), of)
     if kind in (JointType.REVOLUTE, JointType.PRISMATIC, JointType.PLANAR) and not np.any(axis):
@@ -153,8 +167,8 @@ def _joint(joint: XmlElement, links: dict[str, XmlElement]) -> TreeJoint:
     return TreeJoint(
         name=name,
         type=kind,
-        parent=parent,
-        child=child,
+        parent=ends[0],
+        child=ends[1],
         before=before,
         axis=axis,
         role=Passive() if kind is JointType.PLANAR else Actuated(limits=limits),
@@ -276,31 +290,6 @@ def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
     return replace(tree, joints=joints, loops=tuple(loops))
 
 
-def _rotor_inertias(root: XmlElement) -> dict[str, float]:
-    """Inertia of the rotor of each joint that has one, at the joint [kg m^2 or kg].
-
-    That of a ``<transmission>`` of one joint, ``drake:rotor_inertia`` as Drake has it or
-    ``rotorInertia``, times the square of its reduction; or the ``armature`` among the dynamics of a
-    joint, which is at the joint already.
-    """
-    found: dict[str, float] = {}
-    for own in root.all("transmission"):
-        joints = own.all("joint")
-        parts = [part for tag in ("actuator", "joint") for part in own.all(tag)]
-        ratio = _of_drive(parts, "drake:gear_ratio", "mechanicalReduction", 1.0)
-        inertia = _of_drive(parts, "drake:rotor_inertia", "rotorInertia", 0.0)
-        if len(joints) == 1 and inertia:
-            found[joints[0].attributes.get("name", "")] = inertia * ratio**2
-    for own in root.all("joint"):
-        armature = _attribute_or_text(own, "armature", "armature")
-        if armature:
-            found[own.attributes["name"]] = armature
-    for name, inertia in found.items():
-        if inertia < 0:
-            raise root.error(f"rotor of joint {name!r}", got=inertia, expected="an inertia, or 0")
-    return found
-
-
 def _of_drive(parts: Sequence[XmlElement], of_drake: str, tag: str, otherwise: float) -> float:
     """A number of a drive, as the value of an element or as its text."""
     for own in parts:
@@ -347,10 +336,26 @@ def _attribute_or_text(element: XmlElement, key: str, of_gazebo: str) -> float:
 
 def _loop(element: XmlElement, drawn: Mapping[str, Frame]) -> TreeLoop | None:
     """The loop that an element closes; None where its joint or its links are of another kind."""
-    ends = _ends_of_gazebo(element, drawn) if element.tag == "joint" else _ends(element)
-    if ends is None:
-        return None
-    links, frames, axis = ends
+    if element.tag == "joint":
+        found = _ends_of_gazebo(element, drawn)
+        if found is None:
+            return None
+        links, frames, axis = found
+    else:  # both links, the frame of the joint in each, and its axis; zero where they differ
+        axes = [element.one("axis")] * 2
+        ends = origins = [element.one("link1"), element.one("link2")]
+        if element.tag == "constraint":
+            ends = [element.one("parent"), element.one("child")]
+            origins = [element.one("parent_origin"), element.one("child_origin")]
+            axes = [element.one("parent_axis") or axes[0], element.one("child_axis")]
+        first, second = ("" if own is None else own.attributes.get("link", "") for own in ends)
+        start, end = (
+            frame_of(*(_attribute(own, key, np.zeros(3)) for key in ("xyz", "rpy")))
+            for own in origins
+        )
+        axis = _attribute(axes[0], "xyz", np.array([1.0, 0.0, 0.0]))
+        same = np.allclose(axis, _attribute(axes[1], "xyz", axis), rtol=0, atol=1e-12)
+        links, frames, axis = (first, second), (start, end), axis * same
     name, kind = element.attributes.get("name") or element.tag, element.attributes.get("type")
     if not set(links) <= set(drawn) or links[0] == links[1]:
         return None
@@ -366,10 +371,9 @@ def _loop(element: XmlElement, drawn: Mapping[str, Frame]) -> TreeLoop | None:
     return TreeLoop(name, links, frames, joint)
 
 
-_Ends = tuple[tuple[str, str], tuple[Frame, Frame], np.ndarray]
-
-
-def _ends_of_gazebo(element: XmlElement, drawn: Mapping[str, Frame]) -> _Ends | None:
+def _ends_of_gazebo(
+    element: XmlElement, drawn: Mapping[str, Frame]
+) -> tuple[tuple[str, str], tuple[Frame, Frame], np.ndarray] | None:
     """Parent and child, the frame of the joint in each, and its axis there.
 
     The joint stands in the frame of its child, and the links stand as they do at zero coordinates.
@@ -387,25 +391,6 @@ def _ends_of_gazebo(element: XmlElement, drawn: Mapping[str, Frame]) -> _Ends | 
     in_parent = drawn[links[0]].inverse @ drawn[links[1]] @ seen
     text = None if direction is None else direction.text
     return links, (in_parent, seen), element.numbers("axis of <joint>", text, (0.0, 0.0, 1.0))
-
-
-def _ends(element: XmlElement) -> _Ends:
-    """Both links, the frame of the joint in each, and its axis in both; zero where they differ."""
-    if element.tag == "loop_joint":
-        ends = origins = [element.one("link1"), element.one("link2")]
-        axes = [element.one("axis")] * 2
-    else:
-        ends = [element.one("parent"), element.one("child")]
-        origins = [element.one("parent_origin"), element.one("child_origin")]
-        axes = [element.one("parent_axis") or element.one("axis"), element.one("child_axis")]
-    first, second = ("" if own is None else own.attributes.get("link", "") for own in ends)
-    frames = [
-        frame_of(*(_attribute(own, key, np.zeros(3)) for key in ("xyz", "rpy"))) for own in origins
-    ]
-    axis = _attribute(axes[0], "xyz", np.array([1.0, 0.0, 0.0]))
-    other = _attribute(axes[1], "xyz", axis)
-    same = np.allclose(axis, other, rtol=0, atol=1e-12)
-    return (first, second), (frames[0], frames[1]), axis * same
 
 
 def _attribute(element: XmlElement | None, key: str, otherwise: np.ndarray) -> np.ndarray:

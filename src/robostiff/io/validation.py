@@ -16,51 +16,11 @@ from pydantic import BaseModel, RootModel, Tag, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic.json_schema import GenerateJsonSchema
 
-from robostiff.errors import FileError, InputError, Words
+from robostiff.errors import FileError, InputError, Location, Words
 from robostiff.io.document import Document
 from robostiff.io.suggest import did_you_mean, listing, nearest, phrase, shown, values
 
 Step = str | int
-
-
-@dataclass(frozen=True)
-class Trace:
-    """Location of an error, and the keys allowed there."""
-
-    # in the document: without the labels by which pydantic distinguishes the members of a union
-    path: tuple[Step, ...]
-    annotation: Any  # type of what should be there; ``Any`` where it is not known
-    metadata: tuple[Any, ...]  # bounds and the like on the type
-    container: Any  # type of what has the last step as a key or position
-
-
-def _trace(model: type[BaseModel], data: Any, steps: Sequence[Step]) -> Trace:
-    """Follow the ``loc`` of an error through the model, and through the data where it says nothing.
-
-    Examples
-    --------
-    >>> class Beam(BaseModel):
-    ...     type: Literal["beam"]
-    >>> class Robot(BaseModel):
-    ...     parts: list[Beam | float]
-    >>> _trace(Robot, {"parts": [{"type": 3}]}, ("parts", 0, "Beam", "type")).path
-    ('parts', 0, 'type')
-    """
-    annotation, metadata = plain(model)
-    container: Any = None
-    path: list[Step] = []
-    for step in steps:
-        if _is_union(annotation):
-            annotation, metadata = _member(annotation, step)
-            continue
-        known, child = _child(annotation, step)
-        if not known and not _has(data, step):
-            continue  # the label of some validator
-        path.append(step)
-        container = annotation
-        data = data[step] if _has(data, step) else None
-        annotation, metadata = child
-    return Trace(tuple(path), annotation, metadata, container)
 
 
 def plain(annotation: Any, metadata: tuple[Any, ...] = ()) -> tuple[Any, tuple[Any, ...]]:
@@ -151,12 +111,6 @@ def _child(annotation: Any, step: Step) -> tuple[bool, tuple[Any, tuple[Any, ...
     return False, unknown
 
 
-def _has(data: Any, step: Step) -> bool:
-    if isinstance(data, dict):
-        return step in data
-    return isinstance(data, list) and isinstance(step, int) and 0 <= step < len(data)
-
-
 class Rank(IntEnum):
     """Kinds of mistake, the most specific first."""
 
@@ -177,32 +131,54 @@ class Problem:
     expected: str | None = None
     hint: str | None = None
     meant: tuple[Step, ...] | None = None  # path of the key that a misspelt key was meant to be
-    cause: InputError | None = None  # what a validator of the model said; it keeps its words
+    location: Location | None = None  # where a validator of the model found it
 
 
-def _problem(details: Mapping[str, Any], found: Trace, data: Any) -> Problem:
-    """An entry of ``ValidationError.errors()`` at its location, in words."""
+def _problem(details: Mapping[str, Any], model: type[BaseModel], data: Any) -> Problem:
+    """An entry of ``ValidationError.errors()`` at its location, in words.
+
+    Its ``loc`` is followed through the model, and through the data where that says nothing; labels
+    by which pydantic distinguishes the members of a union are no part of the path.
+    """
+    annotation, metadata = plain(model)
+    container: Any = None
+    here: Any = data
+    path: tuple[Step, ...] = ()
+    for step in details["loc"]:
+        if _is_union(annotation):
+            annotation, metadata = _member(annotation, step)
+            continue
+        known, child = _child(annotation, step)
+        is_there = isinstance(here, dict) and step in here
+        if isinstance(here, list) and isinstance(step, int):
+            is_there = 0 <= step < len(here)
+        if known or is_there:
+            path, container = (*path, step), annotation
+            here = here[step] if is_there else None
+            annotation, metadata = child
     kind, value, context = details["type"], details["input"], details.get("ctx", {})
     if kind in ("extra_forbidden", "missing"):
-        return _problem_of_key(value, found, data, unknown=kind == "extra_forbidden")
+        return _problem_of_key(value, path, container, data, unknown=kind == "extra_forbidden")
     if kind in ("union_tag_not_found", "union_tag_invalid"):
-        return _problem_of_tag(value, str(context["discriminator"]).strip("'"), found)
+        return _problem_of_tag(value, str(context["discriminator"]).strip("'"), path, annotation)
     if kind in ("literal_error", "enum"):
-        allowed = get_args(found.annotation) or [member.value for member in found.annotation]
-        return _unknown_word(value, [str(word) for word in allowed], found.path)
+        allowed = get_args(annotation) or [member.value for member in annotation]
+        return _unknown_word(value, [str(word) for word in allowed], path)
     cause = context.get("error")
-    if isinstance(cause, InputError):
-        return Problem(Rank.WRONG_VALUE, found.path, cause.subject, cause=cause)
-    words = phrase(kind, value, context, found.metadata)
-    if words is not None:
-        return Problem(Rank.WRONG_VALUE, found.path, *words)
-    return _wrong(found.path, shown(value), None, str(cause or details["msg"]))
+    if isinstance(cause, InputError):  # of a validator of the model: it keeps its words
+        own = cause.subject, cause.got, cause.expected, cause.hint
+        return Problem(Rank.WRONG_VALUE, path, *own, location=getattr(cause, "location", None))
+    words = phrase(kind, value, context, metadata)
+    words = words or (str(cause or details["msg"]), shown(value), None, None)
+    return Problem(Rank.WRONG_VALUE, path, *words)
 
 
-def _problem_of_key(value: Any, found: Trace, data: Any, *, unknown: bool) -> Problem:
+def _problem_of_key(
+    value: Any, path: tuple[Step, ...], container: Any, data: Any, *, unknown: bool
+) -> Problem:
     """A key that is unknown or missing; or too short a list for a tuple."""
-    *parent, key = found.path
-    fields: Any = found.container.model_fields.items() if _is_model(found.container) else ()
+    *parent, key = path
+    fields: Any = container.model_fields.items() if _is_model(container) else ()
     if unknown:
         present = reduce(getitem, parent, data)
         required_first = sorted(fields, key=lambda item: not item[1].is_required())
@@ -210,28 +186,28 @@ def _problem_of_key(value: Any, found: Trace, data: Any, *, unknown: bool) -> Pr
         meant = nearest(str(key), [word for word in allowed if word not in present])
         return Problem(
             Rank.UNKNOWN_KEY,
-            found.path,
+            path,
             "unknown key",
             expected=_one_of(allowed) if allowed else "no key here",
             hint=f"did you mean {meant}?" if meant else None,
             meant=(*parent, meant) if meant else None,
         )
     if isinstance(key, int):
-        came, wanted = len(value), len(get_args(found.container))
+        came, wanted = len(value), len(get_args(container))
         return _wrong(tuple(parent), Words(values(came)), values(wanted), "wrong length")
     words = [field.description for name, field in fields if key in (name, field.alias)]
     hint = f"{key} is {words[0]}" if words and words[0] else None
-    return Problem(Rank.MISSING_KEY, found.path, "missing key", hint=hint)
+    return Problem(Rank.MISSING_KEY, path, "missing key", hint=hint)
 
 
-def _problem_of_tag(value: Any, name: str, found: Trace) -> Problem:
+def _problem_of_tag(value: Any, name: str, path: tuple[Step, ...], annotation: Any) -> Problem:
     """A mapping without the word that says of which kind it is, or with another word."""
     if not isinstance(value, dict):
-        return _wrong(found.path, shown(value), "a mapping")
-    allowed, path = list(tags(found.annotation, name)), (*found.path, name)
+        return _wrong(path, shown(value), "a mapping")
+    allowed, key = list(tags(annotation, name)), (*path, name)
     if name in value:
-        return _unknown_word(value[name], allowed, path)
-    return Problem(Rank.MISSING_KEY, path, "missing key", expected=_one_of(allowed))
+        return _unknown_word(value[name], allowed, key)
+    return Problem(Rank.MISSING_KEY, key, "missing key", expected=_one_of(allowed))
 
 
 def _unknown_word(value: Any, words: list[str], path: tuple[Step, ...]) -> Problem:
@@ -290,12 +266,7 @@ def validate(model: type[Model], document: Document) -> Model:
     try:
         return model.model_validate(document.data)
     except ValidationError as error:
-        raise _file_error(error, model, document) from None
-
-
-def _file_error(error: ValidationError, model: type[BaseModel], document: Document) -> FileError:
-    """The most specific mistake; further ones follow in the order of the file."""
-    entries = error.errors(include_url=False)
+        entries = error.errors(include_url=False)
     seen: Counter[str] = Counter()
     some = []  # of very many the first ones of each kind
     for details in entries:
@@ -303,7 +274,7 @@ def _file_error(error: ValidationError, model: type[BaseModel], document: Docume
         if seen[details["type"]] <= _MOST_OF_A_KIND:
             some.append(details)
     data = document.data
-    problems = [_problem(dict(own), _trace(model, data, own["loc"]), data) for own in some]
+    problems = [_problem(dict(own), model, data) for own in some]
     by_path: dict[tuple[str | int, ...], list[Problem]] = {}
     for found in sorted(problems, key=lambda found: (found.rank, -len(found.path))):
         own = by_path.setdefault(found.path, [])
@@ -317,7 +288,7 @@ def _file_error(error: ValidationError, model: type[BaseModel], document: Docume
     others = [_complaint(by_path[path], document) for path in rest]
     others.sort(key=lambda other: (other.location.line or 0, other.location.column or 0))
     uncounted = len(entries) - len(problems) + len(others[_MOST_SHOWN:])
-    return _complaint(by_path[chief], document, others[:_MOST_SHOWN], uncounted)
+    raise _complaint(by_path[chief], document, others[:_MOST_SHOWN], uncounted)
 
 
 def _complaint(
@@ -327,17 +298,9 @@ def _complaint(
     uncounted: int = 0,
 ) -> FileError:
     """The problems at one path as one error."""
-    chief = same[0]
-    path = chief.path
-    unknown = chief.rank is Rank.UNKNOWN_KEY
-    place = document.key_location(path) if unknown else document.location(path)
-    subject, got, hint = chief.subject, chief.got, chief.hint
+    chief, path, hint = same[0], same[0].path, same[0].hint
+    locate = document.key_location if chief.rank is Rank.UNKNOWN_KEY else document.location
     expected = " or ".join(dict.fromkeys(found.expected for found in same if found.expected))
-    if chief.cause is not None:
-        subject, got, hint = chief.cause.subject, chief.cause.got, chief.cause.hint
-        expected = chief.cause.expected or ""
-    if isinstance(chief.cause, FileError):
-        place = chief.cause.location
     # YAML cuts an expression at a comma, as in [max(a, b), 0, 0].
     pieces: list[Any] = [*path[-1:]]
     with suppress(LookupError, TypeError):  # a key that is missing
@@ -346,9 +309,9 @@ def _complaint(
     if any(isinstance(own, str) and own.count("(") != own.count(")") for own in pieces):
         hint = 'write an expression with commas in quotes, such as "atan2(h, b)"'
     return FileError(
-        place,
-        subject,
-        got=got,
+        chief.location or locate(path),
+        chief.subject,
+        got=chief.got,
         expected=expected or None,
         hint=hint,
         others=others,

@@ -7,7 +7,7 @@ holds for it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -63,13 +63,6 @@ class Module:
     def __post_init__(self) -> None:
         if not (isinstance(self.name, str) and self.name) or "/" in self.name:
             raise InputError("name of a module", got=self.name, expected="a text without /")
-        if not isinstance(self.part, Robot | Chain):
-            raise InputError(
-                f"module {self.name!r}",
-                got=self.part,
-                expected="a Robot or a Chain",
-                hint='write Module("arm", load("scara")), or Module("rail", Chain((slide,)))',
-            )
         robot, part = self.robot, self.part
         chains = [part] if isinstance(part, Chain) else [leg.chain for leg in part.legs]
         if any(chain.is_coupled for chain in chains):
@@ -95,7 +88,7 @@ class Module:
     @property
     def robot(self) -> Robot | None:
         """The part where it is a robot; None where it is a chain."""
-        return self.part if isinstance(self.part, Robot) else None
+        return None if isinstance(self.part, Chain) else self.part
 
     @property
     def begins_at(self) -> Frame:
@@ -165,9 +158,28 @@ def hybrid_machine(
     >>> [coordinate.value for coordinate in machine.coordinates]
     ['z', 'rx', 'ry', 'rz']
     """
-    modules = _checked(modules)
-    nominal = _nominal(modules)
-    last = modules[-1].robot
+    modules = tuple(modules)
+    for i, module in enumerate(modules):
+        if not isinstance(module, Module):
+            raise InputError(f"modules[{i}]", got=module, expected="a Module(name, part, mount)")
+    if not modules:
+        raise InputError("modules", got="none", expected="at least one Module")
+    names = [module.name for module in modules]
+    if len(set(names)) < len(names):
+        raise InputError("names of the modules", got=names, expected="each name once")
+    nominal: dict[str, float] = {}
+    for module in modules:
+        for symbol, value in ({} if module.robot is None else module.robot.nominal).items():
+            if nominal.setdefault(symbol, value) != value:
+                raise InputError(
+                    f"symbol {symbol!r} of module {module.name!r}",
+                    got=value,
+                    expected=f"{nominal[symbol]:g}, as in the modules before: "
+                    "a symbol has one value",
+                )
+    last, home = modules[-1].robot, Frame.identity()
+    for module in modules:
+        home = home @ module.begins_at @ _end_at_home(module.part)
     elements = tuple(
         element
         for module in modules
@@ -180,7 +192,7 @@ def hybrid_machine(
     robot = Robot(
         name,
         (Leg("machine", Frame.identity(), Chain(elements), Frame.identity()),),
-        home=None if by_joints else _home(modules),
+        home=None if by_joints else home,
         reference_point=reference_point,  # pyright: ignore[reportArgumentType]
         coordinates=tuple(coordinates or ()),
         space=Space.PLANAR if spaces == {Space.PLANAR} else Space.SPATIAL,
@@ -195,26 +207,17 @@ def hybrid_machine(
     return robot if by_joints else _with_coordinates(robot, chosen=coordinates is not None)
 
 
-def _checked(modules: Sequence[Module]) -> tuple[Module, ...]:
-    modules = tuple(modules)
-    for i, module in enumerate(modules):
-        if not isinstance(module, Module):
-            raise InputError(f"modules[{i}]", got=module, expected="a Module(name, part, mount)")
-    if not modules:
-        raise InputError("modules", got="none", expected="at least one Module")
-    names = [module.name for module in modules]
-    if len(set(names)) < len(names):
-        raise InputError("names of the modules", got=names, expected="each name once")
-    return modules
-
-
 def _elements(module: Module, *, carries_next: bool) -> Iterator[Element]:
     """The elements of a module, its mount first, closed at home; masses of a platform between."""
+
+    def named(chain: Chain) -> Iterator[Element]:
+        return (replace(own, name=f"{module.name}/{own.name}") for own in chain.elements)
+
     if module.mount is not None:
         yield Rigid(module.mount, f"{module.name}/mount")
     part = module.part
     if isinstance(part, Chain):
-        yield from _named(part, module.name)
+        yield from named(part)
         return
     homes = [solver.home for solver in posture_finder(part.numeric).solvers]
     legs = [
@@ -224,17 +227,13 @@ def _elements(module: Module, *, carries_next: bool) -> Iterator[Element]:
     if part.is_serial:
         (leg,) = legs
         yield Rigid(leg.base, f"{module.name}/base")
-        yield from _named(leg.chain, module.name)
+        yield from named(leg.chain)
         yield Rigid(leg.attachment.inverse, f"{module.name}/end")
     else:
         branches = (Branch(leg.name, leg.base, leg.chain, leg.attachment) for leg in legs)
         yield ParallelBlock(tuple(branches), module.name)
     if carries_next and part.platform_masses:
         yield Rigid(Frame.identity(), f"{module.name}/platform", part.platform_masses)
-
-
-def _named(chain: Chain, module: str) -> Iterator[Element]:
-    return (replace(element, name=f"{module}/{element.name}") for element in chain.elements)
 
 
 def _with_home(chain: Chain, q: Iterator[float]) -> Chain:
@@ -260,14 +259,6 @@ def _kept(given: Any, found: float) -> Any:
     is_number = isinstance(given, int | float | np.number)
     same = is_number and abs(float(given) - found) <= _AT_HOME
     return given if same or not is_number else float(found)
-
-
-def _home(modules: Sequence[Module]) -> Frame:
-    """Pose of the last platform in the home configuration."""
-    T = Frame.identity()
-    for module in modules:
-        T = T @ module.begins_at @ _end_at_home(module.part)
-    return T
 
 
 def _end_at_home(part: Robot | Chain) -> Frame:
@@ -297,21 +288,6 @@ def _gravity(modules: Sequence[Module]) -> np.ndarray | None:
             )
     own = None if first.robot is None else first.robot.gravity
     return None if own is None else first.begins_at.R @ own
-
-
-def _nominal(modules: Sequence[Module]) -> Mapping[str, float]:
-    """Values of the symbols of all modules; one symbol has one value."""
-    nominal: dict[str, float] = {}
-    for module in modules:
-        own = {} if module.robot is None else module.robot.nominal
-        for name, value in own.items():
-            if nominal.setdefault(name, value) != value:
-                raise InputError(
-                    f"symbol {name!r} of module {module.name!r}",
-                    got=value,
-                    expected=f"{nominal[name]:g}, as in the modules before: a symbol has one value",
-                )
-    return nominal
 
 
 def _with_coordinates(robot: Robot, *, chosen: bool) -> Robot:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -40,25 +40,71 @@ class ActuatorCoordinates:
         InputError
             When they do not fit the robot, or are no finite numbers.
         """
-        names, given = actuator_names(robot), self.values
+        names = actuator_names(robot)
         each = zip(robot.legs, actuator_places(robot), strict=True)
         units = [leg.chain.freedoms[place].unit for leg, places in each for place in places]
         subject = f"actuator coordinates of {robot.name!r}"
         if not names:
             raise InputError(subject, expected="none: this robot has no actuated joint")
-        if isinstance(given, Mapping):
-            columns = dict(zip(names, home, strict=True))
-            for name, value in given.items():
-                if name not in columns:
-                    raise InputError(subject, got=name, expected=", ".join(names))
-                words = f"a finite number, or an array of them, for {name}"
-                columns[name] = as_floats(subject, value, words, units[names.index(name)])
-            return np.stack(np.broadcast_arrays(*columns.values()), axis=-1)
-        expected = f"{len(names)} finite numbers in the last axis: {', '.join(names)}"
-        found = as_floats(subject, given, expected, units)
-        if found.ndim == 0 or found.shape[-1] != len(names):
-            raise InputError(subject, got=given, expected=expected)
-        return found
+        drives = dict(zip(names, home[:, None], strict=True))
+        return coordinates_of_drives(subject, self.values, drives, names, units)
+
+
+def coordinates_of_drives(
+    subject: str,
+    given: Any,
+    drives: Mapping[str, np.ndarray],
+    inputs: Sequence[str],
+    units: Sequence[str],
+    hint: str | None = None,
+) -> np.ndarray:
+    """Coordinates of drives as they were given: in a row (..., n), or by the names of the drives.
+
+    Parameters
+    ----------
+    subject : str
+        What they are, in words.
+    given : array-like, or mapping of str to array-like
+        By name numbers (...), or (..., size) of a drive with several coordinates.
+    drives : mapping of str to (size,) array
+        Coordinates of each drive at home, where it stays when it is left out [m, rad].
+    inputs, units : sequence of str
+        Names and SI units of all coordinates.
+    hint : str, optional
+        What to write for a name that is not there.
+
+    Raises
+    ------
+    InputError
+        When names or numbers do not fit.
+    """
+    if not isinstance(given, Mapping):
+        n = len(inputs)
+        words = f"{n} finite numbers in the last axis: {' '.join(inputs)}, one pose a row"
+        rows = as_floats(subject, given, words, units)
+        if rows.shape[-1:] != (n,):
+            raise InputError(subject, got=f"shape {rows.shape}", expected=words)
+        return rows
+    parts, start, unit_of = dict(drives), 0, {}
+    for name, own in drives.items():
+        unit_of[name] = units[start] if own.size == 1 else units[start : start + own.size]
+        start += own.size
+    for name, value in given.items():
+        if name not in parts:
+            raise InputError(subject, got=name, expected=f"one of {', '.join(parts)}", hint=hint)
+        size = drives[name].size
+        words = f"numbers (N,) of {name!r}" if size == 1 else f"numbers (N, {size}) of {name!r}"
+        numbers = as_floats(f"coordinates of {name!r}", value, words, unit_of[name])
+        parts[name] = numbers[..., None] if size == 1 else numbers
+        if parts[name].shape[-1:] != (size,):
+            raise InputError(subject, got=f"shape {numbers.shape}", expected=words)
+    try:
+        batch = np.broadcast_shapes(*(own.shape[:-1] for own in parts.values()))
+    except ValueError:
+        shapes = ", ".join(f"{own.shape[:-1]} of {name!r}" for name, own in parts.items())
+        raise InputError(subject, got=shapes, expected="as many poses for each joint") from None
+    each = [np.broadcast_to(own, (*batch, own.shape[-1])) for own in parts.values()]
+    return np.concatenate([np.zeros((*batch, 0)), *each], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -97,10 +143,15 @@ class ToolPose:
         """
         subject = f"tool pose of {robot.name!r}"
         tip = as_floats(f"{subject}, tip", self.tip, "3 finite numbers in the last axis", "m")
-        axis, own = (
-            _unit(f"{subject}, {key}", value)
-            for key, value in (("axis", self.axis), ("tool_axis", self.tool_axis))
-        )
+        words = "a direction: three finite numbers in the last axis, not all zero"
+        units = []
+        for key, value in (("axis", self.axis), ("tool_axis", self.tool_axis)):
+            given = as_floats(f"{subject}, {key}", value, words)
+            size = np.linalg.norm(given, axis=-1, keepdims=True)
+            if given.shape[-1:] != (3,) or np.any(size < _SHORTEST):
+                raise InputError(f"{subject}, {key}", got=value, expected=words)
+            units.append(given / size)
+        axis, own = units
         if tip.ndim == 0 or tip.shape[-1] != 3:
             raise InputError(f"{subject}, tip", got=self.tip, expected="x y z in the last axis [m]")
         if own.shape != (3,):
@@ -134,14 +185,3 @@ def actuator_places(robot: Robot) -> tuple[np.ndarray, ...]:
         np.array([i for i, role in enumerate(leg.chain.roles) if isinstance(role, Actuated)], int)
         for leg in robot.legs
     )
-
-
-def _unit(subject: str, value: Any) -> np.ndarray:
-    words = "a direction: three finite numbers in the last axis, not all zero"
-    given = as_floats(subject, value, words)
-    if given.ndim == 0 or given.shape[-1] != 3:
-        raise InputError(subject, got=value, expected=words)
-    size = np.linalg.norm(given, axis=-1, keepdims=True)
-    if np.any(size < _SHORTEST):
-        raise InputError(subject, got=value, expected=words)
-    return given / size

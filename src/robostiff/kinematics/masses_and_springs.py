@@ -35,10 +35,6 @@ from robostiff.spatial import Frame
 def with_masses(posture: Posture) -> Snapshot:
     """The snapshot of a posture, the masses of its legs and its platform in place, and its gravity.
 
-    Parameters
-    ----------
-    posture : Posture
-
     Examples
     --------
     >>> from robostiff.kinematics import find_posture
@@ -130,10 +126,6 @@ class _MassWalk(ChainWalk):
 
 def with_body_springs(posture: Posture) -> Snapshot:
     """The snapshot of a posture, its springs between bodies in place.
-
-    Parameters
-    ----------
-    posture : Posture
 
     Raises
     ------

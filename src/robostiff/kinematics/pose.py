@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError, warn_of_slip
+from robostiff.kept import kept
 from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose
 from robostiff.kinematics.turn import turn_about, turn_by_vector
@@ -27,8 +28,8 @@ if TYPE_CHECKING:
 
 _HELD = 1e-9  # of a held sum of joint coordinates [m or rad]
 _NO_ROTATION = 1e-6  # by which R^T R of a given matrix may differ from the identity
-_OPPOSITE = 1e-9  # of a half turn: the shortest way there has no direction
 _AT_ONCE = 64  # poses whose numbers are compared side by side
+_OPPOSITE = 1e-9  # of a half turn: the shortest way there has no direction
 
 
 @dataclass(frozen=True)
@@ -169,6 +170,7 @@ def joint_units(chain: Chain) -> tuple[str, ...]:
     return tuple(screw.unit for screw in chain.freedoms)
 
 
+@kept
 def home_coordinates(robot: Robot) -> np.ndarray:
     """Pose coordinates (x, y, z, rotation vector) of the home configuration (6,) [m, rad]."""
     if robot.home is not None:
@@ -276,20 +278,9 @@ _HINT = "did you mean JointCoordinates([...])? --joints on the command line"
 
 def _may_be_joints(robot: Robot, given: np.ndarray) -> bool:
     """Whether there are as many numbers as joints of a serial arm."""
-    # Robots with cables are posed here, too, and have no legs.
-    is_arm = isinstance(robot, Robot) and robot.is_serial
+    # Robots with cables are posed here, too, and are no arms.
+    is_arm = getattr(robot, "is_serial", False)
     return is_arm and given.ndim > 0 and given.shape[-1] == robot.legs[0].chain.size
-
-
-def _question_joints(robot: Robot, q: np.ndarray) -> None:
-    """Warn of joint coordinates (..., size) of a serial arm that are probably in other units."""
-    freedoms = robot.legs[0].chain.freedoms
-    rotates = np.array([screw.is_rotation for screw in freedoms], bool)
-    if q.size and np.max(np.abs(q), where=rotates, initial=0.0) > 2 * FULL_TURN:
-        warn_of_slip(f"joint coordinates of {robot.name!r}: angles beyond two turns; in degrees?")
-    advances = [screw.advance(q[..., i]) for i, screw in enumerate(freedoms)]
-    if q.size and np.max(np.abs(advances)) > FARTHEST:
-        warn_of_slip(f"joint coordinates of {robot.name!r}: slides beyond {FARTHEST:g} m; in mm?")
 
 
 def requested_joints(robot: Robot, pose: JointCoordinates) -> PoseRequest:
@@ -303,8 +294,14 @@ def requested_joints(robot: Robot, pose: JointCoordinates) -> PoseRequest:
     q = as_floats(subject, pose.values, words, joint_units(chain))
     if q.ndim == 0 or q.shape[-1] != chain.size:
         raise InputError(subject, got=pose.values, expected=words)
-    _question_joints(robot, q)
-    check_held_sums(robot, q)
+    if q.size:
+        rotates = np.array([screw.is_rotation for screw in chain.freedoms], bool)
+        if np.max(np.abs(q), where=rotates, initial=0.0) > 2 * FULL_TURN:
+            warn_of_slip(f"{subject}: angles beyond two turns; in degrees?")
+        advances = [screw.advance(q[..., i]) for i, screw in enumerate(chain.freedoms)]
+        if np.max(np.abs(advances)) > FARTHEST:
+            warn_of_slip(f"{subject}: slides beyond {FARTHEST:g} m; in mm?")
+        check_held_sums(robot, q)
     return rows_of(q, Given.JOINTS)
 
 
@@ -392,7 +389,14 @@ def _question(robot: Robot, rows: np.ndarray, home: np.ndarray) -> None:
     if not rows.size:
         return
     subject = f"pose of {robot.name!r}"
-    low, high = _extremes(rows)
+    # NumPy is slow along long thin arrays: many poses side by side are compared first.
+    n, wide = rows.shape[1], rows
+    if rows.flags.c_contiguous and len(rows) > 2 * _AT_ONCE:
+        most = len(rows) - len(rows) % _AT_ONCE
+        every = rows[:most].reshape(-1, _AT_ONCE * n)
+        ends = (own.reshape(-1, n) for own in (every.min(axis=0), every.max(axis=0)))
+        wide = np.concatenate([*ends, rows[most:]])
+    low, high = wide.min(axis=0), wide.max(axis=0)
     most = np.maximum(np.abs(low), np.abs(high))[3:]
     if max(np.max(high[:3] - home[:3]), np.max(home[:3] - low[:3])) > FARTHEST:
         warn_of_slip(f"{subject}: a place more than {FARTHEST:g} m from home; in mm?")
@@ -400,33 +404,15 @@ def _question(robot: Robot, rows: np.ndarray, home: np.ndarray) -> None:
         warn_of_slip(f"{subject}: a rotation vector of more than a turn; in degrees?")
     elif _may_be_joints(robot, rows):
         leg = robot.legs[0]
-        far = np.linalg.norm(rows[:, :3] - leg.base.p, axis=1)
-        if np.all(far > _span(leg)):
+        span = float(np.linalg.norm(leg.attachment.p))  # of turning joints, the farthest reach
+        for element in leg.chain.elements:
+            if isinstance(element, Rigid | Link):
+                to = element.to if isinstance(element, Link) else element.transform.p
+                span += float(np.linalg.norm(to))
+            elif not isinstance(element, Joint) or any(own.slides for own in element.freedoms):
+                span = math.inf
+        if np.all(np.linalg.norm(rows[:, :3] - leg.base.p, axis=1) > span):
             warn_of_slip(f"{subject}: places that the arm is too short to reach; {_HINT}")
-
-
-def _extremes(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Least and largest number of each column (N, n); NumPy is slow along long thin arrays."""
-    count, n = rows.shape
-    if rows.flags.c_contiguous and count > 2 * _AT_ONCE:
-        most = count - count % _AT_ONCE
-        wide, rest = rows[:most].reshape(-1, _AT_ONCE * n), rows[most:]
-        low, high = (each.reshape(-1, n) for each in (wide.min(axis=0), wide.max(axis=0)))
-        rows = np.concatenate([low, high, rest])
-    return rows.min(axis=0), rows.max(axis=0)
-
-
-def _span(leg: Leg) -> float:
-    """How far a leg of turning joints reaches at most [m]; infinite with other elements."""
-    span = float(np.linalg.norm(leg.attachment.p))
-    for element in leg.chain.elements:
-        if isinstance(element, Rigid):
-            span += float(np.linalg.norm(element.transform.p))
-        elif isinstance(element, Link):
-            span += float(np.linalg.norm(element.to))
-        elif not isinstance(element, Joint) or any(screw.slides for screw in element.freedoms):
-            return math.inf
-    return span
 
 
 def _check_plane(robot: Robot, rows: np.ndarray, home: np.ndarray) -> None:

@@ -76,7 +76,13 @@ class Posture:
         sentences = []
         for i, leg in enumerate(self.robot.legs):
             if not self.closed[0, i]:
-                sentences.append(self._shortfall(leg, self.shift_gaps[0, i], self.turn_gaps[0, i]))
+                shift, turn, parts = self.shift_gaps[0, i], self.turn_gaps[0, i], []
+                if shift > _REACHED * self.length:
+                    parts.append(f"{1e3 * shift:.4g} mm")
+                if turn > _REACHED:
+                    parts.append(f"{np.degrees(turn):.4g} deg")
+                missed = " and ".join(parts)
+                sentences.append(f"leg {leg.name!r} falls short of the pose by {missed}")
         for i, what, values in self._positive:
             if self.closed[0, i] and not values[0] > 0:
                 name = self.robot.legs[i].name
@@ -121,14 +127,6 @@ class Posture:
                 law = None if isinstance(role, Passive) else role.stiffness
                 if isinstance(law, StiffnessLaw):
                     yield i, f"the stiffness of {name!r}", law.at(own)
-
-    def _shortfall(self, leg: Leg, shift: float, turn: float) -> str:
-        parts = []
-        if shift > _REACHED * self.length:
-            parts.append(f"{1e3 * shift:.4g} mm")
-        if turn > _REACHED:
-            parts.append(f"{np.degrees(turn):.4g} deg")
-        return f"leg {leg.name!r} falls short of the pose by {' and '.join(parts)}"
 
 
 def _beyond(leg: Leg, place: int, value: float, low: float, high: float) -> str:

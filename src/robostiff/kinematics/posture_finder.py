@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -22,7 +22,6 @@ from robostiff.kinematics.closure import (
     loops_of_legs,
 )
 from robostiff.kinematics.closure.assembly import RootSigns, on_turn_of_home
-from robostiff.kinematics.closure.assembly_mode import Followed
 from robostiff.kinematics.closure.leg_forms import rounding_of
 from robostiff.kinematics.closure.loops import platform_mobility
 from robostiff.kinematics.frames import PlacedChain, place_chain
@@ -70,10 +69,6 @@ _TRIED, _AROUND, _SEED = 8, 1e-2, 3
 class PostureFinder:
     """Finds the postures of one robot; prepares the closure of its legs once.
 
-    Parameters
-    ----------
-    robot : Robot
-
     Raises
     ------
     InputError
@@ -116,36 +111,29 @@ class PostureFinder:
 
     def request(self, pose: Pose) -> PoseRequest:
         """Read a pose of any kind."""
-        if isinstance(pose, ActuatorCoordinates):
-            return self._requested_drives(pose)
+        robot = self.robot
         if isinstance(pose, ToolPose):
-            return requested_tool(self.robot, pose, self.home_pose)
-        if self.robot.is_serial:
-            if isinstance(pose, JointCoordinates):
-                return requested_joints(self.robot, pose)
-            if pose is None and self.robot.home is None:
-                return rows_of(self.robot.legs[0].chain.home, Given.JOINTS)
-        return requested_pose(self.robot, pose, self.home_pose)
-
-    def _requested_drives(self, pose: ActuatorCoordinates) -> PoseRequest:
-        """Read coordinates of the actuators; where they are all joints of an arm, as these.
-
-        Raises InputError when they do not fit, or do not determine the pose of the robot.
-        """
-        robot, places = self.robot, actuator_places(self.robot)
-        at_home = np.concatenate([q[own] for q, own in zip(self.homes, places, strict=True)])
-        given = pose.numbers(robot, at_home)
-        if robot.is_serial and len(places[0]) == robot.legs[0].chain.size:
-            return rows_of(given, Given.JOINTS)
-        if free := self._free_of_drives:
-            raise InputError(
-                f"actuator coordinates of {robot.name!r}",
-                got=", ".join(actuator_names(robot)),
-                expected="drives that determine the pose: the platform keeps "
-                f"{free} freedom{'s' if free > 1 else ''} at home while they are held",
-                hint="give a pose of the platform",
-            )
-        return rows_of(given, Given.DRIVES)
+            return requested_tool(robot, pose, self.home_pose)
+        if isinstance(pose, ActuatorCoordinates):
+            places = actuator_places(robot)
+            at_home = np.concatenate([q[own] for q, own in zip(self.homes, places, strict=True)])
+            given = pose.numbers(robot, at_home)
+            if robot.is_serial and len(places[0]) == robot.legs[0].chain.size:
+                return rows_of(given, Given.JOINTS)
+            if free := self._free_of_drives:
+                raise InputError(
+                    f"actuator coordinates of {robot.name!r}",
+                    got=", ".join(actuator_names(robot)),
+                    expected="drives that determine the pose: the platform keeps "
+                    f"{free} freedom{'s' if free > 1 else ''} at home while they are held",
+                    hint="give a pose of the platform",
+                )
+            return rows_of(given, Given.DRIVES)
+        if robot.is_serial and isinstance(pose, JointCoordinates):
+            return requested_joints(robot, pose)
+        if pose is None and robot.is_posed_by_joints:
+            return rows_of(robot.legs[0].chain.home, Given.JOINTS)
+        return requested_pose(robot, pose, self.home_pose)
 
     @cached_property
     def _free_of_drives(self) -> int:
@@ -164,82 +152,81 @@ class PostureFinder:
         Coordinates that it leaves open follow from the legs. Those of the legs are of the assembly
         mode of home, or the nearest to given ones.
         """
+        robot, close, chains, undetermined = self.robot, None, None, None
         if request.by is Given.JOINTS:
             if near is not None:
                 raise InputError(
-                    f"near of {self.robot.name!r}",
+                    f"near of {robot.name!r}",
                     got=near,
                     expected="none: joint coordinates pose this arm, and determine its posture",
                     hint="near=... chooses among the postures at a pose of the platform",
                 )
-            return self._at_joints(request)
-        close, chains, open_ = near_coordinates(self.robot, near), None, None
-        if request.by is Given.DRIVES:
-            pose, R, q, elsewhere = self._by_drives(request.coordinates, close)
-        elif request.by is Given.TOOL:
-            pose, R, q, elsewhere = self._by_tool(request, close)
-        elif request.open and not self.open_stay_at_home:
-            pose, R, q, elsewhere = self._with_open(request, close)
-        else:
+            (leg,), q, elsewhere = robot.legs, [request.coordinates], None
+            chains = [place_chain(leg.chain, q[0], leg.base.R, leg.base.p)]
+            R, p = platform_at_end(leg, chains[0])
+            pose, R = six_coordinates(R, p), poses_side_by_side(R, 2)
+            return self.placed(request.batch, pose, R, q, chains=chains)
+        close = near_coordinates(robot, near)
+        if request.by is Given.POSE and (not request.open or self.open_stay_at_home):
             pose, R = request.coordinates, request.R
             q, elsewhere, chains = self._alone(request, close, from_afar=True)
+        else:
+            pose, R, q, elsewhere = self._together(request, close)
         # A crank that may stand at any angle stands at a given one.
         if not request.by_drives:
             each, chosen = zip(self.solvers, q, strict=True), near is not None
             every = [own.leaves_drive_open(pose, R, x, chosen=chosen) for own, x in each]
-            open_ = np.any(every, axis=0)
-        return self.placed(request.batch, pose, R, q, elsewhere, chains, open_)
+            undetermined = np.any(every, axis=0)
+        return self.placed(request.batch, pose, R, q, elsewhere, chains, undetermined)
 
-    def _at_joints(self, request: PoseRequest) -> Posture:
-        """Posture of a serial arm at joint coordinates."""
-        (leg,), rows = self.robot.legs, request.coordinates
-        chain = place_chain(leg.chain, rows, leg.base.R, leg.base.p)
-        R, p = platform_at_end(leg, chain)
-        pose = six_coordinates(R, p)
-        return self.placed(request.batch, pose, poses_side_by_side(R, 2), [rows], chains=[chain])
+    def _together(self, request: PoseRequest, near: NearLegs) -> FoundPoses:
+        """All legs closed together with the platform, which they move or turn, from home or near.
 
-    def _by_drives(self, numbers: np.ndarray, near: NearLegs) -> FoundPoses:
-        """Postures by coordinates (N, n) of the actuators, which are held: forward kinematics."""
-        legs, rows = self.robot.legs, self.robot.space.rows
-        loops = loops_of_legs(legs, rows, self.length, actuator_places(self.robot))
-        still = np.tile(np.delete(self.home_pose, rows), (len(numbers), 1))
-        aside = None if near is None else pose_of_end(legs[0], near[0])
-        given = np.concatenate([still, numbers], axis=-1)
-        found = self._followed(loops, self.home_pose, given, near, aside)
-        q = self._on_turns(found.coordinates, near)
-        return found.pose, turn_by_vector(found.pose[:, 3:]), q, found.elsewhere
-
-    def _by_tool(self, request: PoseRequest, near: NearLegs) -> FoundPoses:
-        """Postures by tip and unit axis of the tool, turned about it as the legs demand."""
-        robot, home, axis = self.robot, self.home_pose, request.tool_axis
-        assert axis is not None  # noqa: S101 - it is a tool's
-        tip, wanted = (
-            request.coordinates[:, :3],
-            shortest_turn(home, request.coordinates[:, 3:], axis),
-        )
-        body = body_of_tool(robot.reference_point, axis)
-        loops = loops_of_legs(robot.legs, (6,), self.length, body=body)
-        at_home = home[:3] + turn_by_vector(home[3:]) @ robot.reference_point
-        start = np.concatenate([at_home, home[3:], np.zeros(1)])
-        goal = np.concatenate([tip, vector_of_rotation(wanted)], axis=-1)
-        found = self._followed(loops, start, goal, near)
-        R = poses_side_by_side(product(wanted, turn_about(axis, found.x[:, 6])), 2)
-        p = tip - np.einsum("nij,j->ni", R, robot.reference_point)
-        legs = self._on_turns([poses_side_by_side(q, 1) for q in found.coordinates], near)
-        return six_coordinates(R, p), R, legs, found.elsewhere
-
-    def _followed(
-        self, loops: Loops, home: np.ndarray, given: np.ndarray, near: NearLegs, aside: Any = None
-    ) -> Followed:
-        """Postures followed from home, or closed near coordinates of the legs and a pose aside."""
-        start = None
-        if near is not None:
-            start = np.concatenate([home if aside is None else aside, *near])
-        return follow(loops, np.concatenate([home, *self.homes]), given, start)
-
-    def _on_turns(self, each: Sequence[np.ndarray], near: NearLegs) -> list[np.ndarray]:
-        legs = zip(self.robot.legs, each, near or self.homes, strict=True)
-        return [on_turn_of_home(leg.chain, q, own) for leg, q, own in legs]
+        Held are the drives, some coordinates of the pose, or tip and axis of the tool.
+        """
+        robot, home, rows, axis = self.robot, self.home_pose, request.coordinates, request.tool_axis
+        legs, point, length = robot.legs, robot.reference_point, self.length
+        start = aside = home
+        wanted = np.empty(0)
+        if request.by is Given.DRIVES:
+            free = robot.space.rows
+            loops = loops_of_legs(legs, free, length, actuator_places(robot))
+            still = np.tile(np.delete(home, free), (len(rows), 1))
+            given = np.concatenate([still, rows], axis=-1)
+            aside = home if near is None else pose_of_end(legs[0], near[0])
+        elif axis is not None:
+            loops = loops_of_legs(legs, (6,), length, body=body_of_tool(point, axis))
+            wanted = shortest_turn(home, rows[:, 3:], axis)
+            given = np.concatenate([rows[:, :3], vector_of_rotation(wanted)], axis=-1)
+            start = aside = np.array([*(home[:3] + turn_by_vector(home[3:]) @ point), *home[3:], 0])
+        else:
+            loops = self._loops(request.open)
+            given = rows[:, loops.given]
+        near_by = None if near is None else np.concatenate([aside, *near])
+        found = follow(loops, np.concatenate([start, *self.homes]), given, near_by)
+        pose, q, elsewhere = found.pose, found.coordinates, found.elsewhere
+        if request.open:
+            # Legs that close at home's other coordinates need no way there, and are the nearest to
+            # given ones. Where they cannot close at all, what each of them lacks there says more
+            # than a compromise between them.
+            pose, elsewhere = pose.copy(), elsewhere.copy()
+            few = np.flatnonzero(~found.closed | (near is not None))
+            if few.size:
+                part = replace(request.part(few), open=())
+                each, away, _ = self._alone(part, near, from_afar=False)
+                alone = self.placed(part.batch, part.coordinates, part.R, each, away)
+                own = (alone.reached & alone.meets(_MET)) | ~(found.closed | found.elsewhere)[few]
+                pose[few[own]], elsewhere[few[own]] = part.coordinates[own], away[own]
+                for known, new in zip(q, each, strict=True):
+                    known[few[own]] = new[own]
+            return pose, turn_by_vector(pose[:, 3:]), q, elsewhere
+        R = turn_by_vector(pose[:, 3:])
+        if axis is not None:
+            R = poses_side_by_side(product(wanted, turn_about(axis, found.x[:, 6])), 2)
+            pose = six_coordinates(R, rows[:, :3] - np.einsum("nij,j->ni", R, point))
+            q = [poses_side_by_side(own, 1) for own in q]
+        each = zip(legs, q, near or self.homes, strict=True)
+        return pose, R, [on_turn_of_home(leg.chain, own, by) for leg, own, by in each], elsewhere
 
     def leg_coordinates(self, request: PoseRequest) -> list[np.ndarray]:
         """Coordinates (N, size) of each leg, unplaced, where a request leaves none open."""
@@ -263,27 +250,6 @@ class PostureFinder:
             elsewhere |= away
             chains.append(chain)
         return q, elsewhere, chains
-
-    def _with_open(self, request: PoseRequest, near: NearLegs) -> FoundPoses:
-        """Postures at poses some coordinates of which the legs decide together."""
-        loops = self._loops(request.open)
-        given = request.coordinates[:, loops.given]
-        found = self._followed(loops, self.home_pose, given, near)
-        pose, elsewhere = found.pose.copy(), found.elsewhere.copy()
-        # Legs that close at home's other coordinates need no way there, and are the nearest to
-        # given ones. Where they cannot close at all, what each of them lacks there says more than a
-        # compromise between them.
-        met = found.closed | found.elsewhere
-        rows = np.flatnonzero(~found.closed | (near is not None))
-        if rows.size:
-            part = replace(request.part(rows), open=())
-            q, away, _ = self._alone(part, near, from_afar=False)
-            alone = self.placed(part.batch, part.coordinates, part.R, q, away)
-            own = (alone.reached & alone.meets(_MET)) | ~met[rows]
-            pose[rows[own]], elsewhere[rows[own]] = part.coordinates[own], away[own]
-            for kept, new in zip(found.coordinates, q, strict=True):
-                kept[rows[own]] = new[own]
-        return pose, turn_by_vector(pose[:, 3:]), found.coordinates, elsewhere
 
     @kept
     def _loops(self, open_: tuple[int, ...]) -> Loops:
@@ -403,10 +369,6 @@ def find_posture(robot: Robot, pose: Pose = None, *, near: Near = None) -> Postu
     >>> posture.reached
     array([ True, False])
     """
-    if not isinstance(robot, Robot):
-        raise InputError(
-            "robot", got=robot, expected="a Robot", hint='write find_posture(load("hexapod"), pose)'
-        )
     return posture_finder(robot).find(pose, near)
 
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from robostiff.record import arc_tangent, cosine, is_number, is_one, is_zero, sine, square_root
 from robostiff.spatial import skew
+from robostiff.spatial.batch import Shaped
 from robostiff.spatial.rotation import matrix_of_rotation
-from robostiff.spatial.shapes import Shaped
 
 #: Keeps the root of a vanishing angle regular.
 _TINY = 1e-300

@@ -11,13 +11,14 @@ import numpy as np
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kept import kept
 from robostiff.kinematics.closure.body import tidied, tidied_point
+from robostiff.kinematics.machine_pose import coordinates_of_drives
 from robostiff.linkage.closure import PART_OF_A_TURN, Configuration, LoopsOfLinkage, moved_bodies
 from robostiff.linkage.essential import essential, network_of
 from robostiff.linkage.linkage import Connection, DriveValues, JointValues, Linkage
 from robostiff.model import Actuated
 from robostiff.network import Network
 from robostiff.recorded.parameters import COUNT
-from robostiff.spatial import Frame, Screw, as_floats
+from robostiff.spatial import Frame, Screw
 
 _SEED = 20110
 # Samples are this far from home at first, in radians and parts of the length.
@@ -116,36 +117,11 @@ class DrivenLinkage:
         Given in that order, or by the names of the joints, (..., size) for a joint with several;
         those left out stay at home. What does not fit is an `InputError`.
         """
-        subject, n = f"driven joints of {self.part.name!r}", len(self.inputs)
-        if not isinstance(values, Mapping):
-            words = f"an array (N, {n}): {' '.join(self.inputs)}, one pose a row"
-            rows = as_floats(subject, values, words, self.units)
-            if rows.ndim == 0 or rows.shape[-1] != n:
-                raise InputError(subject, got=f"shape {rows.shape}", expected=words)
-            return rows
-        parts, units = self.values(self.at_home), self.values(np.array(self.units))
-        for name, own in values.items():
-            if name not in parts:
-                raise InputError(
-                    subject,
-                    got=name,
-                    expected=f"one of {', '.join(parts)}",
-                    hint=f"write rs.compile(linkage, joints=(..., {name!r}))",
-                )
-            size = self.home.coordinates[name].size
-            words = f"numbers (N,) of {name!r}" if size == 1 else f"numbers (N, {size}) of {name!r}"
-            unit = units[name].tolist()[0 if size == 1 else slice(None)]
-            numbers = as_floats(f"coordinates of {name!r}", own, words, unit)
-            parts[name] = numbers[..., None] if size == 1 else numbers
-            if parts[name].shape[-1:] != (size,):
-                raise InputError(subject, got=f"shape {numbers.shape}", expected=words)
-        try:
-            batch = np.broadcast_shapes(*(own.shape[:-1] for own in parts.values()))
-        except ValueError:
-            shapes = ", ".join(f"{own.shape[:-1]} of {name!r}" for name, own in parts.items())
-            raise InputError(subject, got=shapes, expected="as many poses for each joint") from None
-        each = [np.broadcast_to(own, (*batch, own.shape[-1])) for own in parts.values()]
-        return np.concatenate([np.zeros((*batch, 0)), *each], axis=-1)
+        drives = {name: self.home.coordinates[name] for name in self.drives}
+        others = [] if not isinstance(values, Mapping) else [x for x in values if x not in drives]
+        hint = f"write rs.compile(linkage, joints=(..., {others[0]!r}))" if others else None
+        subject = f"driven joints of {self.part.name!r}"
+        return coordinates_of_drives(subject, values, drives, self.inputs, self.units, hint)
 
     def values(self, rows: np.ndarray) -> dict[str, np.ndarray]:
         """Coordinates of the drives (..., n) by joint."""
@@ -258,7 +234,13 @@ def driven_by(linkage: Linkage, joints: tuple[str, ...] | None) -> DrivenLinkage
 
     Raises InputError when a name is no joint of the linkage.
     """
-    part = _tidied(essential(linkage))
+
+    def tidy(frame: Frame) -> Frame:  # axes that are 0 or 1 up to rounding
+        return Frame(tidied(frame.R).astype(float), tidied_point(frame.p).astype(float))
+
+    part = essential(linkage)
+    own = [replace(c, before=tidy(c.before), after=tidy(c.after)) for c in part.connections]
+    part = replace(part, connections=tuple(own))
     if joints is None:
         joints = tuple(own.name for own in part.joints if isinstance(own.role, Actuated))
     else:
@@ -354,13 +336,3 @@ def _nearest(
     if found.is_closed or not every:
         return found
     return LoopsOfLinkage.of(linkage, guess, every[0]).nearest
-
-
-def _tidied(part: Linkage) -> Linkage:
-    """The same linkage; axes of frames that are 0 or 1 up to rounding are so."""
-
-    def tidy(frame: Frame) -> Frame:
-        return Frame(tidied(frame.R).astype(float), tidied_point(frame.p).astype(float))
-
-    own = [replace(c, before=tidy(c.before), after=tidy(c.after)) for c in part.connections]
-    return replace(part, connections=tuple(own))

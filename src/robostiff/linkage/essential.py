@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
@@ -40,21 +41,12 @@ def essential(linkage: Linkage) -> Linkage:
     What remains are the connections on the ways from base to platform that pass no body twice.
     Fingers of a gripper, a second arm without contact and a loop on the tool are left out.
 
-    Parameters
-    ----------
-    linkage : Linkage
-
     Raises
     ------
     InputError
         When nothing connects the platform with the base, the two are welded together, or welds
         between the same bodies contradict each other.
     """
-    return _between_base_and_platform(_welded(linkage))
-
-
-def _welded(linkage: Linkage) -> Linkage:
-    """Bodies that welds connect become one, in the frame of base, platform, or the first."""
     places = welded_places(linkage)
     if places[linkage.base][0] == places[linkage.platform][0]:
         raise InputError(
@@ -73,7 +65,7 @@ def _welded(linkage: Linkage) -> Linkage:
         if body in places:
             whole, place = places[body]
             masses[whole] += [mass.seen_from(place) for mass in several]
-    return _with(linkage, tuple(kept), masses)
+    return _between_base_and_platform(_with(linkage, tuple(kept), masses))
 
 
 def welded_places(linkage: Linkage) -> dict[str, tuple[str, Frame]]:
@@ -99,21 +91,16 @@ def welded_places(linkage: Linkage) -> dict[str, tuple[str, Frame]]:
                 frame = start @ (across if sign > 0 else across.inverse)
             places[body] = whole, frame
         for weld in tree.cuts:
-            if not _alike(places[weld.a][1] @ weld.before @ weld.after, places[weld.b][1]):
+            one, other = places[weld.a][1] @ weld.before @ weld.after, places[weld.b][1]
+            size = 1.0 + float(np.abs(one.p).max())
+            apart = np.abs(one.p - other.p).max() / size, np.abs(one.R - other.R).max()
+            if max(apart) > _APART:
                 raise InputError(
                     f"weld {weld.name!r} between {weld.a!r} and {weld.b!r}",
                     got="bodies that are fixed to each other elsewhere, in another place",
                     expected="a weld that fits",
                 )
     return places
-
-
-def _alike(first: Frame, second: Frame) -> bool:
-    size = 1.0 + float(np.abs(first.p).max())
-    return bool(
-        np.abs(first.p - second.p).max() <= _APART * size
-        and np.abs(first.R - second.R).max() <= _APART
-    )
 
 
 def _between_base_and_platform(linkage: Linkage) -> Linkage:
@@ -254,17 +241,26 @@ def branches_of_linkage(
 def network_of(part: Linkage, found: Configuration) -> Network:
     """An essential linkage in a closed configuration as a network."""
     platform = found.frames[part.platform]
-    joints, springs = [], []
+    joints, springs, nodes = [], [], []
+    for body in part.bodies:
+        frame = found.frames[body]
+        each = (own.placed(own.name, frame.R, frame.p) for own in part.masses.get(body, ()))
+        nodes.append(Node(body, frame.p, tuple(chain.from_iterable(each))))
     for c in part.connections:
         if isinstance(c.element, Link):
-            springs.append(_spring(c, found))
+            base = found.frames[c.a] @ c.before
+            leg = placed_with_masses(c.name, c.chain, found.coordinates[c.name], base)
+            (own,) = leg.springs
+            masses = tuple(replace(mass, after=0) for mass in leg.masses)
+            place = own.point, own.rotation, own.elasticity
+            springs.append(SpringElement(c.name, c.a, c.b, *place, masses))
         else:
             start = found.frames[c.a] @ c.before
             placed = place_chain(c.chain, found.coordinates[c.name], start.R, start.p)
             joints.append(JointElement(c.name, c.a, c.b, tuple(placed.freedoms)))
     return Network(
         part.name,
-        tuple(_node(part, body, found) for body in part.bodies),
+        tuple(nodes),
         (part.base,),
         part.platform,
         platform.p + platform.R @ part.reference_point,
@@ -272,22 +268,6 @@ def network_of(part: Linkage, found: Configuration) -> Network:
         joints=tuple(joints),
         description=part.title,
     )
-
-
-def _node(part: Linkage, body: str, found: Configuration) -> Node:
-    """A body in the world; of its masses those with an inertia as six."""
-    frame, several = found.frames[body], part.masses.get(body, ())
-    placed = (own for mass in several for own in mass.placed(mass.name, frame.R, frame.p))
-    return Node(body, frame.p, tuple(placed))
-
-
-def _spring(c: Connection, found: Configuration) -> SpringElement:
-    base = found.frames[c.a] @ c.before
-    leg = placed_with_masses(c.name, c.chain, found.coordinates[c.name], base)
-    (placed,) = leg.springs
-    masses = tuple(replace(mass, after=0) for mass in leg.masses)
-    place = placed.point, placed.rotation, placed.elasticity
-    return SpringElement(c.name, c.a, c.b, *place, masses)
 
 
 def with_roles(part: Linkage, roles: Mapping[str, Role]) -> Linkage:
@@ -323,19 +303,28 @@ def robot_of(
     InputError
         When a leg has no compliance at all, or joints of different legs are coupled.
     """
-    chains = _legs(_with_closed_home(part, found))
-    if chains is None:
+    ends, own = (part.base, part.platform), []
+    # A description has zero coordinates where no posture was chosen.
+    chosen = any(np.any(q) for q in found.coordinates.values())
+    for c in part.connections:
+        element = c.element
+        if isinstance(element, Joint):
+            home = tuple(found.coordinates[c.name].tolist())
+            element = replace(element, home=home, home_given=chosen)
+        own.append(replace(c, element=element))
+    ways = list(branches([(c.a, c.b) for c in own], ends))
+    if any((a, b) != ends for a, b, _ in ways):
         return None
-    serial = len(chains) == 1
-    each = []
-    for chain in chains:
-        elements, end = _elements(chain, part.masses), chain[-1].after
+    each, serial = [], len(ways) == 1
+    for path in sorted((path for *_, path in ways), key=lambda path: path[0]):
+        way = [own[i] if forward else turned_round(own[i]) for i, forward in path]
+        elements, end = _elements(way, part.masses), way[-1].after
         if serial:  # an arm ends in the frame of the platform
             elements += _rigid(end, "the platform")
-            each.append(Leg(part.name, chain[0].before, Chain(tuple(elements)), Frame.identity()))
+            each.append(Leg(part.name, way[0].before, Chain(tuple(elements)), Frame.identity()))
         else:  # a leg ends where it meets the platform
             attachment = Frame(end.inverse.R + 0.0, end.inverse.p + 0.0)  # without negative zeros
-            each.append(Leg(chain[0].name, chain[0].before, Chain(tuple(elements)), attachment))
+            each.append(Leg(way[0].name, way[0].before, Chain(tuple(elements)), attachment))
     legs = _coupled(each, couplings)
     robot = Robot(
         part.name,
@@ -365,30 +354,6 @@ def _coupled(legs: Sequence[Leg], couplings: Sequence[Coupling]) -> tuple[Leg, .
         replace(leg, chain=Chain(leg.chain.elements, tuple(own.get(i, ()))))
         for i, leg in enumerate(legs)
     )
-
-
-def _with_closed_home(part: Linkage, found: Configuration) -> Linkage:
-    at_home = []
-    # A description has zero coordinates where no posture was chosen.
-    chosen = any(np.any(q) for q in found.coordinates.values())
-    for c in part.connections:
-        element = c.element
-        if isinstance(element, Joint):
-            home = tuple(found.coordinates[c.name].tolist())
-            element = replace(element, home=home, home_given=chosen)
-        at_home.append(replace(c, element=element))
-    return replace(part, connections=tuple(at_home))
-
-
-def _legs(part: Linkage) -> list[list[Connection]] | None:
-    """Connections of each leg, from base to platform; None where legs are connected."""
-    ends = part.base, part.platform
-    each = list(branches([(c.a, c.b) for c in part.connections], ends))
-    if any((a, b) != ends for a, b, _ in each):
-        return None
-    paths = sorted((path for _, _, path in each), key=lambda path: path[0])
-    own = part.connections
-    return [[own[i] if forward else turned_round(own[i]) for i, forward in path] for path in paths]
 
 
 def _elements(chain: list[Connection], masses: Mapping[str, tuple[Mass, ...]]) -> list[Element]:

@@ -232,7 +232,14 @@ def turned_round(connection: Connection) -> Connection:
     if isinstance(element, Link):  # by energy: the wrench is the same, taken about the other end
         to = np.asarray(element.to)
         elasticity = moved(element.elasticity, element.axes, -to)
-        masses = tuple(_from_other_end(mass, to) for mass in element.masses)
+        masses = tuple(
+            replace(
+                own,
+                centre=None if own.centre is None else own.centre - to,
+                span=None if own.span is None else (1 - own.span[1], 1 - own.span[0]),
+            )
+            for own in element.masses
+        )
         element = Link(-to, elasticity, np.eye(3), element.name, masses)
     elif element is not None and element.kind is JointKind.SPHERICAL:
         element = replace(element, home=tuple(-x for x in element.home))  # a rotation vector
@@ -240,10 +247,3 @@ def turned_round(connection: Connection) -> Connection:
         freedoms = tuple(replace(screw, axis=-screw.axis) for screw in reversed(element.freedoms))
         element = replace(element, freedoms=freedoms, home=element.home[::-1])
     return Connection(c.name, c.b, c.a, c.after.inverse, element, c.before.inverse)
-
-
-def _from_other_end(mass: Mass, to: np.ndarray) -> Mass:
-    """The same mass seen from the other end of its link."""
-    if mass.centre is not None:
-        return replace(mass, centre=mass.centre - to)
-    return mass if mass.span is None else replace(mass, span=(1 - mass.span[1], 1 - mass.span[0]))

@@ -9,7 +9,7 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.model.checks import check_distinct, vector3
-from robostiff.model.subject import ALL_COORDINATES, Coordinate, Subject, pose_coordinates
+from robostiff.model.subject import Coordinate, Subject, pose_coordinates
 from robostiff.spatial import Frame, Space, refuse_quantities
 
 _IN_PLANE = 1e-9  # [m]
@@ -69,13 +69,18 @@ class Cable:
                 expected="EA or winch_stiffness, or both",
                 hint="without them the cable is infinitely stiff",
             )
-        for attribute in ("EA", "winch_stiffness"):
-            if getattr(self, attribute) is not None:
-                self._check(attribute, strict=True)
-        self._check("guide_length")
-        self._check("least_tension")
-        if self.tension is not None:
-            self._check("tension")
+        for attribute in ("EA", "winch_stiffness", "guide_length", "least_tension", "tension"):
+            value, positive = getattr(self, attribute), attribute in ("EA", "winch_stiffness")
+            if isinstance(value, int | float | np.number) and not isinstance(value, bool):
+                fits = np.isfinite(value) and (value > 0 if positive else value >= 0)
+            else:
+                fits = value is None and attribute not in ("guide_length", "least_tension")
+            if not fits:
+                raise InputError(
+                    f"{attribute.replace('_', ' ')} of cable {self.name!r}",
+                    got=value,
+                    expected="a positive number" if positive else "zero or a positive number",
+                )
         subject = f"greatest tension of cable {self.name!r}"
         refuse_quantities(subject, self.greatest_tension, "newtons")
         if not self.greatest_tension > self.least_tension:
@@ -84,14 +89,6 @@ class Cable:
                 got=self.greatest_tension,
                 expected=f"more than the least, {self.least_tension:g} N",
             )
-
-    def _check(self, attribute: str, *, strict: bool = False) -> None:
-        value = getattr(self, attribute)
-        expected = "a positive number" if strict else "zero or a positive number"
-        right = isinstance(value, int | float | np.number) and not isinstance(value, bool)
-        if not (right and np.isfinite(value) and (value > 0 if strict else value >= 0)):
-            words = attribute.replace("_", " ")
-            raise InputError(f"{words} of cable {self.name!r}", got=value, expected=expected)
 
 
 @dataclass(frozen=True)
@@ -181,7 +178,24 @@ class CableRobot(Subject):
                 got=f"none of {', '.join(without)}",
                 expected="a tension of every cable, or of none",
             )
-        self._check_plane()
+        if self.space is not Space.PLANAR:
+            return
+        z = self.home.p[2]
+        for cable in self.cables:
+            ends = cable.exit_point[2], (self.home.R @ cable.attachment + self.home.p)[2]
+            if max(abs(end - z) for end in ends) > _IN_PLANE:
+                raise InputError(
+                    f"cable {cable.name!r} of a planar robot",
+                    got=f"from z = {ends[0]:g} to {ends[1]:g} m",
+                    expected=f"a cable in the plane z = {z:g} m",
+                    hint="leave planar: out for a robot in space",
+                )
+        if self.weight is not None and self.weight.force[2] != 0:
+            raise InputError(
+                f"weight of the planar robot {self.name!r}",
+                got=self.weight.force,
+                expected="a force in the x-y plane, such as [0, -100 N, 0]",
+            )
 
     def __repr__(self) -> str:
         free = " ".join(coordinate.value for coordinate in self.coordinates)
@@ -203,11 +217,6 @@ class CableRobot(Subject):
         return pose_coordinates(self.space)
 
     @property
-    def coordinate_places(self) -> list[int]:
-        """Places of its free coordinates among x, y, z, rx, ry, rz."""
-        return [ALL_COORDINATES.index(coordinate) for coordinate in self.coordinates]
-
-    @property
     def given_tensions(self) -> np.ndarray | None:
         """Tensions of all cables (m,) [N], where they are given."""
         if self.cables[0].tension is None:
@@ -219,27 +228,6 @@ class CableRobot(Subject):
         """Least and greatest tensions of all cables, twice (m,) [N]."""
         least = np.array([cable.least_tension for cable in self.cables], dtype=float)
         return least, np.array([cable.greatest_tension for cable in self.cables], dtype=float)
-
-    def _check_plane(self) -> None:
-        if self.space is not Space.PLANAR:
-            return
-        for cable in self.cables:
-            end = self.home.R @ cable.attachment + self.home.p
-            if max(abs(cable.exit_point[2] - self.home.p[2]), abs(end[2] - self.home.p[2])) > (
-                _IN_PLANE
-            ):
-                raise InputError(
-                    f"cable {cable.name!r} of a planar robot",
-                    got=f"from z = {cable.exit_point[2]:g} to {end[2]:g} m",
-                    expected=f"a cable in the plane z = {self.home.p[2]:g} m",
-                    hint="leave planar: out for a robot in space",
-                )
-        if self.weight is not None and self.weight.force[2] != 0:
-            raise InputError(
-                f"weight of the planar robot {self.name!r}",
-                got=self.weight.force,
-                expected="a force in the x-y plane, such as [0, -100 N, 0]",
-            )
 
 
 def _numbers(owner: str, vector: np.ndarray) -> np.ndarray:

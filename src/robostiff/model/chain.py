@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -157,8 +157,24 @@ class Chain:
         if not self.elements:
             raise InputError("chain", got="no element", expected="at least one element")
         object.__setattr__(self, "couplings", tuple(self.couplings))
+        # Each element gets a name of its own; joints that have theirs alone keep it.
         coupled = {name for own in self.couplings for name, _ in own.terms}
-        object.__setattr__(self, "elements", _numbered(tuple(self.elements), coupled))
+        named = [e for e in self.elements if not isinstance(e, Rigid)]
+        count = Counter(e.name for e in named)
+        moving = Counter(e.name for e in named if isinstance(e, Joint | Telescope))
+        kept = coupled | {name for name, of_joints in moving.items() if of_joints == 1}
+        number = dict.fromkeys((n for n, k in count.items() if k > 1 and n not in coupled), 0)
+        elements: list[Element] = []
+        for element in self.elements:
+            name = element.name
+            alone = name in kept and isinstance(element, Joint | Telescope)
+            if name in number and not alone and not isinstance(element, Rigid):
+                while name in count:
+                    number[element.name] += 1
+                    name = f"{element.name}{number[element.name]}"
+                count[name] += 1
+            elements.append(element if name == element.name else replace(element, name=name))
+        object.__setattr__(self, "elements", tuple(elements))
         if self.couplings:
             _ = self.home
             joints = [element.name for element in self.elements if isinstance(element, Joint)]
@@ -308,6 +324,28 @@ class Chain:
         return tuple(names)
 
     @property
+    def in_words(self) -> list[str]:
+        """Its elements by name, with the roles of joints and what is in a block.
+
+        Examples
+        --------
+        >>> from robostiff.robots import load
+        >>> load("orthoglide").legs[0].chain.in_words[2]
+        'parallelogram 2 x [near pin (passive), bar, far pin (passive)]'
+        """
+        words = []
+        for own in self.elements:
+            if isinstance(own, ParallelBlock):
+                insides = {branch.name: branch.chain.in_words for branch in own.branches}
+                words.append(block_in_words(own.name, insides))
+            else:
+                moves = isinstance(own, Joint | Telescope)
+                role = f" ({type(own.role).__name__.lower()})" if moves else ""
+                words.append(f"{own.name}{role}")
+        of_sums = (f"{own.in_words} ({type(own.role).__name__.lower()})" for own in self.couplings)
+        return [*words, *of_sums]
+
+    @property
     def joint_names(self) -> tuple[str, ...]:
         """Name of each motion of a joint, as those of coordinates."""
         return tuple(self._names(lambda chain: chain.joint_names))
@@ -329,12 +367,9 @@ class Chain:
         home: list[Any] = []
         for part in self._parts:
             home += [part.own.home] if isinstance(part.own, Telescope) else list(part.own.home)
-        q = coordinate_array(home)
-        return q if self.transmission is None else self._coupled_home(q, self.transmission)
-
-    def _coupled_home(self, q: np.ndarray, own: Transmission) -> np.ndarray:
-        """Coordinates with those of couplings in them, from home coordinates of the joints."""
-        places = list(self.own_places)
+        q, own, places = coordinate_array(home), self.transmission, list(self.own_places)
+        if own is None:
+            return q
         given = q[places]
         p = given.copy() if given.dtype == object else given.astype(object)
         for i, one in own.sums.items():
@@ -439,6 +474,17 @@ class Chain:
         return held or any(is_elastic(element) for element in self.elements)
 
 
+def block_in_words(name: str, insides: Mapping[str, Iterable[str]]) -> str:
+    """A parallel block of branches with words for what is in each; equal ones are listed once."""
+    called: dict[str, list[str]] = {}
+    for branch, words in insides.items():
+        called.setdefault(", ".join(words), []).append(branch)
+    if len(called) == 1:
+        return f"{name} {len(insides)} x [{next(iter(called))}]"
+    listed = "; ".join(f"{', '.join(own)}: {words}" for words, own in called.items())
+    return f"{name} [{listed}]"
+
+
 def is_elastic(element: Element | None) -> bool:
     """Whether an element of a chain, or a branch of it, has a compliance."""
     if isinstance(element, ParallelBlock):
@@ -448,25 +494,3 @@ def is_elastic(element: Element | None) -> bool:
     if isinstance(element, Telescope) and element.beams:
         return True
     return getattr(getattr(element, "role", None), "stiffness", None) is not None
-
-
-def _numbered(elements: tuple[Element, ...], coupled: set[str]) -> tuple[Element, ...]:
-    """The same, each with a name of its own; joints that have theirs alone keep it."""
-    named = [e for e in elements if not isinstance(e, Rigid)]
-    count = Counter(e.name for e in named)
-    moving = Counter(e.name for e in named if isinstance(e, Joint | Telescope))
-    kept = coupled | {name for name, of_joints in moving.items() if of_joints == 1}
-    number = dict.fromkeys((n for n, k in count.items() if k > 1 and n not in coupled), 0)
-    if not number:
-        return elements
-    found: list[Element] = []
-    for element in elements:
-        name = element.name
-        alone = name in kept and isinstance(element, Joint | Telescope)
-        if name in number and not alone and not isinstance(element, Rigid):
-            while name in count:
-                number[element.name] += 1
-                name = f"{element.name}{number[element.name]}"
-            count[name] += 1
-        found.append(element if name == element.name else replace(element, name=name))
-    return tuple(found)

@@ -67,14 +67,13 @@ def unit_vector(subject: str, value: Entries) -> np.ndarray:
     """
     vector = vector3(subject, value)
     if vector.dtype == object:
-        if vanishes(vector):
-            raise _no_direction(subject, value)
-        return vector / length_of(vector)
-    largest = max(map(abs, vector.tolist()))
-    if largest == 0:
-        raise _no_direction(subject, value)
-    vector = vector / largest  # the square of a huge component would overflow
-    return vector / math.sqrt(vector @ vector)
+        if not vanishes(vector):
+            return vector / length_of(vector)
+    elif largest := max(map(abs, vector.tolist())):
+        vector = vector / largest  # the square of a huge component would overflow
+        return vector / math.sqrt(vector @ vector)
+    hint = "a zero vector points nowhere"
+    raise InputError(subject, got=value, expected="a direction", hint=hint)
 
 
 def axis_across(direction: np.ndarray) -> np.ndarray:
@@ -109,12 +108,19 @@ def rotation_matrix(subject: str, value: Entries) -> np.ndarray:
     np.float64(3.0)
     """
     formulas = formula_array(value)
+    expected = "a 3 x 3 matrix of finite numbers"
     if formulas is not None:
-        return _exact_rotation(subject, value, formulas)
-    refuse_quantities(subject, value, "a 3 x 3 matrix of finite numbers")
+        if formulas.shape != (3, 3) or not all(map(is_possible, formulas.flat)):
+            raise InputError(subject, got=value, expected=expected)
+        if any(entry.free_symbols for entry in formulas.flat):
+            return formulas
+        digits = formulas.astype(float)
+        nearest = rotation_matrix(subject, digits)
+        return formulas if np.abs(digits - nearest).max() < 1e-14 else exact_array(nearest)
+    refuse_quantities(subject, value, expected)
     R = np.asarray(value, dtype=float)
     if R.shape != (3, 3) or not np.isfinite(R).all():
-        raise InputError(subject, got=value, expected="a 3 x 3 matrix of finite numbers")
+        raise InputError(subject, got=value, expected=expected)
     error = np.abs(R.T @ R - np.eye(3)).max()
     if error > 2e-6:
         raise InputError(
@@ -183,21 +189,3 @@ def check_in_plane(subject: str, freedom: Screw) -> None:
         expected=expected,
         hint="planar robots move in the x-y plane; leave planar: out for any other",
     )
-
-
-def _no_direction(subject: str, value: Entries) -> InputError:
-    return InputError(
-        subject, got=value, expected="a direction", hint="a zero vector points nowhere"
-    )
-
-
-def _exact_rotation(subject: str, value: Entries, R: np.ndarray) -> np.ndarray:
-    if R.shape != (3, 3) or not all(map(is_possible, R.flat)):
-        raise InputError(subject, got=value, expected="a 3 x 3 matrix of finite numbers")
-    if any(entry.free_symbols for entry in R.flat):
-        return R
-    digits = R.astype(float)
-    nearest = rotation_matrix(subject, digits)
-    if np.abs(digits - nearest).max() < 1e-14:
-        return R
-    return exact_array(nearest)

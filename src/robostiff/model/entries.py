@@ -11,7 +11,7 @@ from typing import Any, Self, TypeVar
 
 import numpy as np
 
-from robostiff.elasticity.bounds import Bounds, error_at
+from robostiff.elasticity.checks import Bounds, error_at
 from robostiff.errors import InputError
 from robostiff.model.joint import Actuated, Locked
 from robostiff.spatial.formula import exact_number, is_formula
@@ -151,7 +151,12 @@ def _converted(
     if isinstance(part, int | float | np.number) and not isinstance(part, bool):
         return convert(float(part))
     if isinstance(part, np.ndarray):
-        return _array(prepared(part), convert)
+        values = prepared(part)
+        entries = values.ravel().tolist()
+        found = [convert(value if is_formula(value) else float(value)) for value in entries]
+        kind = object if any(map(is_formula, found)) else float
+        # One by one: some entries look like sequences to NumPy.
+        return np.fromiter(found, dtype=kind).reshape(values.shape)
     if isinstance(part, tuple):
         return tuple(_converted(member, convert, known, prepared) for member in part)
     if is_dataclass(part):
@@ -170,15 +175,6 @@ def _converted(
 @cache
 def _names_of(kind: Any) -> tuple[str, ...]:
     return tuple(field.name for field in fields(kind))
-
-
-def _array(values: np.ndarray, convert: Callable[[Any], Any]) -> np.ndarray:
-    entries = values.ravel().tolist()
-    found = [convert(value if is_formula(value) else float(value)) for value in entries]
-    if not any(map(is_formula, found)):
-        return np.array(found, dtype=float).reshape(values.shape)
-    # One by one: some entries look like sequences to NumPy.
-    return np.fromiter(found, dtype=object).reshape(values.shape)
 
 
 def free_symbols(robot: Any) -> tuple[Any, ...]:
@@ -222,32 +218,29 @@ class Symbolic:
 
     @cached_property
     def inequalities(self) -> tuple[tuple[str, Bounds], ...]:
-        """Inequalities in its symbols without which a part does not exist, by name of the part."""
+        """Inequalities in its symbols without which a part does not exist, by name of the part.
+
+        Factors whose squares are below roots keep the signs of the nominal values: where one
+        vanishes, so does a beam; beyond, it points the other way. The samples of a record are on
+        one side, and what depends on the side is a number there.
+        """
+        import sympy as sp
+
         own = [(self.name, Bounds(f"parameter {x}", x)) for x in self.symbols if x.is_positive]
         found: dict[Any, tuple[str, Bounds]] = {}
-        own += [(self.name, x) for x in self._lengths()]
+        powers = (x for f in formulas(self) for x in f.atoms(sp.Pow))
+        squares = {x.base for x in powers if getattr(x.exp, "q", 1) == 2 and x.base.is_Add}
+        nominal = {x: self.nominal[str(x)] for x in self.symbols} if squares else {}
+        hint = "a beam turns round there: load the model with such values to compile it"
+        for factor, times in (pair for x in squares for pair in sp.sqf_list(x)[1]):
+            if times % 2 == 0 and not factor.is_positive:
+                value = factor if factor.subs(nominal) > 0 else -factor
+                own.append((self.name, Bounds(str(value), value, hint=hint)))
         own += [(name, x) for name, x in bounds_of(self, self.name) if x.is_open]
         for name, x in own:
             key = x.low, x.value, x.high, x.or_at  # legs alike have the same
             found.setdefault(key, (name, x))
         return tuple(found.values())
-
-    def _lengths(self) -> Iterator[Bounds]:
-        """Factors whose squares are below roots: they keep the signs of the nominal values.
-
-        Where one vanishes, so does a beam; beyond, it points the other way. The samples of a record
-        are on one side, and what depends on the side is a number there.
-        """
-        import sympy as sp
-
-        roots = (x for f in formulas(self) for x in f.atoms(sp.Pow) if getattr(x.exp, "q", 1) == 2)
-        nominal = {x: self.nominal[str(x)] for x in self.symbols}
-        for square in {x.base for x in roots if x.base.is_Add}:
-            for factor, times in sp.sqf_list(square)[1]:
-                if times % 2 == 0 and not factor.is_positive:
-                    value = factor if factor.subs(nominal) > 0 else -factor
-                    hint = "a beam turns round there: load the model with such values to compile it"
-                    yield Bounds(str(value), value, hint=hint)
 
     def error_at(self, rows: np.ndarray) -> InputError | None:
         """What says that a part does not exist at one of the values (symbols, N), if any."""

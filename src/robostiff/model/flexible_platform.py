@@ -10,8 +10,8 @@ from robostiff.elasticity import BeamTheory, CrossSection, Elasticity, Material
 from robostiff.errors import InputError
 from robostiff.model.checks import check_distinct, vector3
 from robostiff.model.link import beam_link
-from robostiff.model.mass import Mass, PlacedMass
-from robostiff.spatial.formula import vanishes
+from robostiff.model.mass import Mass, PlacedMass, one_of
+from robostiff.spatial.formula import is_formula, vanishes
 
 _SAME_PLACE = 1e-9  # of the size of the platform
 
@@ -150,23 +150,27 @@ class FlexiblePlatform:
                     "node that holds the leg", got=name, expected=f"a node: {', '.join(names)}"
                 )
             return name
-        there = [node.name for node in self.nodes if self._same(node.at, point)]
+        gaps = {node.name: node.at - point for node in self.nodes}
+        numbers = [np.abs(node.at).max() for node in self.nodes if node.at.dtype != object]
+        allowed = _SAME_PLACE * max(numbers, default=0.0)
+        there = [
+            own
+            for own, gap in gaps.items()
+            if (vanishes(gap) if gap.dtype == object else np.abs(gap).max() <= allowed)
+        ]
         if len(there) != 1:
+            at = {
+                node.name: ", ".join(str(x) if is_formula(x) else f"{x:.6g}" for x in node.at)
+                for node in self.nodes
+            }
             raise InputError(
                 "end of the leg on a flexible platform",
                 got=point,
                 expected="the place of one node: "
-                + ", ".join(f"{n.name} at {_shown(n.at)}" for n in self.nodes),
+                + ", ".join(f"{own} at [{place}]" for own, place in at.items()),
                 hint="name the node that holds the leg",
             )
         return there[0]
-
-    def _same(self, one: np.ndarray, other: np.ndarray) -> bool:
-        gap = one - other
-        if gap.dtype == object:
-            return vanishes(gap)
-        numbers = [np.abs(node.at).max() for node in self.nodes if node.at.dtype != object]
-        return bool(np.abs(gap).max() <= _SAME_PLACE * max(numbers, default=0.0))
 
 
 def platform_beam(
@@ -237,8 +241,7 @@ class PlacedPlatform:
 
     def one(self, index: int) -> PlacedPlatform:
         """The platform at one pose of a batch along one axis."""
-        rotation = self.rotation if self.rotation.ndim == 2 else self.rotation[index]
-        origin = self.origin if self.origin.ndim == 1 else self.origin[index]
+        rotation, origin = one_of(self.rotation, 2, index), one_of(self.origin, 1, index)
         return PlacedPlatform(self.platform, self.holds, rotation, origin)
 
     @property
@@ -256,8 +259,3 @@ class PlacedPlatform:
     def in_world(self, point: np.ndarray) -> np.ndarray:
         """A point of the platform frame (3,) in the world (..., 3) [m]."""
         return self.origin + np.einsum("...ij,j->...i", self.rotation, point)
-
-
-def _shown(point: np.ndarray) -> str:
-    entries = (str(x) if point.dtype == object else f"{x:.6g}" for x in point)
-    return f"[{', '.join(entries)}]"

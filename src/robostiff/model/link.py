@@ -18,7 +18,7 @@ from robostiff.elasticity import (
     SlenderBeam,
     beam_compliance,
 )
-from robostiff.elasticity.bounds import Bounds
+from robostiff.elasticity.checks import Bounds
 from robostiff.errors import InputError
 from robostiff.model.checks import axis_across, finite_coordinates, unit_vector, vector3
 from robostiff.model.entries import formulas

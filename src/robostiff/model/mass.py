@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.elasticity.bounds import Bounds
+from robostiff.elasticity.checks import Bounds
 from robostiff.errors import InputError
 from robostiff.model.checks import vector3
 from robostiff.record import Entry, is_zero, usual_size
@@ -307,8 +307,13 @@ class PlacedMass:
             return [PointMass(0, value, np.asarray(self.centre))]
         x = end - self.start
         if self.span is None:
-            length = x @ x
-            first = _part((self.centre - self.start) @ x, length) if usual_size(length) else 1.0
+            length, first = x @ x, 1.0  # which part of its length it is at
+            if usual_size(length):
+                first = (self.centre - self.start) @ x / length
+                if not isinstance(first, Entry):
+                    first = float(np.clip(first, 0.0, 1.0))
+                elif np.max(np.abs(first.sample - usual_size(first))) < _SAME:
+                    first = usual_size(first)  # a number at all samples
             last, aside = first, self.centre - self.start - x * first
         else:
             (first, last), aside = self.span, np.zeros(3)
@@ -337,15 +342,6 @@ class PlacedMass:
 def one_of(values: np.ndarray, own_axes: int, index: int | slice) -> np.ndarray:
     """Values at some poses of a batch; those that are the same at all poses have no batch axis."""
     return values if values.ndim == own_axes else values[index]
-
-
-def _part(along: Any, length: Any) -> Any:
-    """Which part of its length a mass is at; a number where it is so at all samples."""
-    s = along / length
-    if not isinstance(s, Entry):
-        return float(np.clip(s, 0.0, 1.0))
-    usual = usual_size(s)
-    return usual if np.max(np.abs(s.sample - usual)) < _SAME else s
 
 
 def _share(low: Any, high: Any) -> tuple[Any, Any]:

@@ -249,11 +249,6 @@ class Robot(Symbolic, Subject):
         """Whether the joints alone define its pose: a serial arm without a home of its platform."""
         return self.is_serial and self.home is None
 
-    @property
-    def coordinate_places(self) -> list[int]:
-        """Places of its free coordinates among x, y, z, rx, ry, rz."""
-        return [ALL_COORDINATES.index(coordinate) for coordinate in self.coordinates]
-
     def __repr__(self) -> str:
         legs = "1 leg" if self.is_serial else f"{len(self.legs)} legs"
         free = " ".join(coordinate.value for coordinate in self.coordinates)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
 _AXIS = (0.0, 0.0, 1.0)
-_KEYS = ("a", "alpha", "d", "theta")
+_UNITS = {"a": "m", "alpha": "rad", "d": "m", "theta": "rad"}
 _ROUNDINGS = 4  # an angle that differs from a quarter turn by so few of them is meant as one
 
 
@@ -82,12 +82,8 @@ class DHRow:
     masses: tuple[Mass, ...] = ()
 
     def __post_init__(self) -> None:
-        for key, unit, words in (
-            ("a", "m", "a finite length [m]"),
-            ("alpha", "rad", "a finite angle [rad]"),
-            ("d", "m", "a finite length [m]"),
-            ("theta", "rad", "a finite angle [rad]"),
-        ):
+        for key, unit in _UNITS.items():
+            words = f"a finite {'length' if unit == 'm' else 'angle'} [{unit}]"
             value, subject = getattr(self, key), f"{key} of a row of Denavit and Hartenberg"
             if not is_formula(value):
                 object.__setattr__(self, key, as_float(subject, value, words, unit))
@@ -177,7 +173,11 @@ def serial_arm(
             expected="DHConvention.STANDARD or DHConvention.MODIFIED",
             hint="the source of the table says which; the two are different robots",
         )
-    first, links = _links(rows, convention)
+    # The fixed part before the first joint, and those after each joint.
+    first, links = Frame.identity(), [row.about_z @ row.about_x for row in rows]
+    if convention is DHConvention.MODIFIED:
+        after = [row.about_x for row in rows[1:]] + [Frame.identity()]
+        first, links = rows[0].about_x, [r.about_z @ x for r, x in zip(rows, after, strict=True)]
     each = zip(
         *(rows, links, _one_a_joint("joint_stiffness", joint_stiffness, len(rows))),
         *(_one_a_joint("limits", limits, len(rows)), _one_a_joint("home", home, len(rows))),
@@ -198,14 +198,6 @@ def serial_arm(
     return Robot(name, (leg,), coordinates=tuple(coordinates), title=title, source=source)
 
 
-def _links(rows: Sequence[DHRow], convention: DHConvention) -> tuple[Frame, list[Frame]]:
-    """The fixed part before the first joint, and those after each joint."""
-    if convention is DHConvention.STANDARD:
-        return Frame.identity(), [row.about_z @ row.about_x for row in rows]
-    after = [row.about_x for row in rows[1:]] + [Frame.identity()]
-    return rows[0].about_x, [row.about_z @ next_ for row, next_ in zip(rows, after, strict=True)]
-
-
 def _checked_rows(dh: Sequence[DHRow]) -> list[DHRow]:
     rows = list(dh)
     for i, row in enumerate(rows):
@@ -221,7 +213,7 @@ def _checked_rows(dh: Sequence[DHRow]) -> list[DHRow]:
         raise InputError("table of Denavit and Hartenberg", got="no row", expected="a row a joint")
     names = [row.name or f"joint{number}" for number, row in enumerate(rows, start=1)]
     check_distinct("names of the joints", names)
-    if not any(is_formula(getattr(row, key)) for row in rows for key in _KEYS):
+    if not any(is_formula(getattr(row, key)) for row in rows for key in _UNITS):
         return rows
     # Angles of numbers beside formulas become exact.
     return [replace(row, alpha=_exact(row.alpha), theta=_exact(row.theta)) for row in rows]
@@ -268,9 +260,7 @@ def _quarter_turns(angle: float) -> int | None:
 
 
 def _frame(R: list[list[Any]], p: list[Any]) -> Frame:
-    return Frame(_array(R), _array(p))
-
-
-def _array(entries: list[Any]) -> np.ndarray:
-    array = np.array(entries, dtype=object)
-    return exact_array(array) if any(map(is_formula, array.flat)) else array.astype(float)
+    arrays = [np.array(entries, dtype=object) for entries in (R, p)]
+    return Frame(
+        *(exact_array(x) if any(map(is_formula, x.flat)) else x.astype(float) for x in arrays)
+    )

@@ -14,6 +14,7 @@ import numpy as np
 
 from robostiff.elasticity import Elasticity
 from robostiff.model.body_spring import refuse_springs
+from robostiff.model.chain import block_in_words
 from robostiff.model.flexible_platform import PlacedPlatform
 from robostiff.model.joint import Passive, Role
 from robostiff.model.mass import PlacedMass, one_of
@@ -66,6 +67,13 @@ class PlacedFreedom(Screw):
         k = np.maximum(k, np.finfo(float).tiny ** 0.25)
         return k if k.ndim else float(k)
 
+    def at(self, rows: int | slice) -> PlacedFreedom:
+        """The freedom at one pose, or at some poses, of a batch along one axis."""
+        x = self.coordinate
+        x = x[rows] if isinstance(x, np.ndarray) and x.ndim else x
+        axis, point = one_of(self.axis, 1, rows), one_of(self.point, 1, rows)
+        return PlacedFreedom(axis, point, self.pitch, self.name, self.role, x)
+
 
 @dataclass(frozen=True)
 class CoupledFreedom(PlacedFreedom):
@@ -106,6 +114,14 @@ class CoupledFreedom(PlacedFreedom):
             whole = whole + screw.twist(at) * share
         return whole
 
+    def at(self, rows: int | slice) -> CoupledFreedom:
+        """The coordinate at one pose, or at some poses, of a batch along one axis."""
+        moves = tuple(
+            (name, share, Screw(one_of(s.axis, 1, rows), one_of(s.point, 1, rows), s.pitch))
+            for name, share, s in self.moves
+        )
+        return CoupledFreedom(**vars(super().at(rows)), joint=self.joint, moves=moves, sum=self.sum)
+
 
 @dataclass(frozen=True)
 class PlacedSpring:
@@ -127,6 +143,11 @@ class PlacedSpring:
     rotation: np.ndarray
     elasticity: Elasticity
 
+    def at(self, rows: int | slice) -> PlacedSpring:
+        """The part at one pose, or at some poses, of a batch along one axis."""
+        point, rotation = one_of(self.point, 1, rows), one_of(self.rotation, 2, rows)
+        return PlacedSpring(self.name, point, rotation, self.elasticity.one(rows))
+
 
 @dataclass(frozen=True)
 class PlacedBlock:
@@ -140,6 +161,10 @@ class PlacedBlock:
 
     name: str
     branches: tuple[PlacedLeg, ...]
+
+    def at(self, rows: int | slice) -> PlacedBlock:
+        """The block at one pose, or at some poses, of a batch along one axis."""
+        return PlacedBlock(self.name, tuple(branch.at(rows) for branch in self.branches))
 
 
 @dataclass(frozen=True)
@@ -198,14 +223,29 @@ class PlacedLeg:
 
     def at(self, rows: int | slice) -> PlacedLeg:
         """The leg at one pose, or at some poses, of a batch along one axis."""
-        elements = tuple(
-            PlacedBlock(element.name, tuple(branch.at(rows) for branch in element.branches))
-            if isinstance(element, PlacedBlock)
-            else _one_element(element, rows)
-            for element in self.elements
-        )
+        elements = tuple(element.at(rows) for element in self.elements)
         masses = tuple(mass.at(rows) for mass in self.masses)
         return PlacedLeg(self.name, elements, one_of(self.end, 1, rows), masses)
+
+    def in_words(self, prefix: str = "") -> list[str]:
+        """Its elements by name, without what their names begin with, and what is in a block.
+
+        Examples
+        --------
+        >>> from robostiff.kinematics import find_posture
+        >>> from robostiff.robots import load
+        >>> find_posture(load("planar-link")).snapshot.legs[0].in_words()
+        ['beam', 'tip']
+        """
+        words = []
+        for own in self.elements:
+            name = own.name.removeprefix(prefix)
+            if isinstance(own, PlacedBlock):
+                branches = [(b.name, b.in_words(f"{b.name}/")) for b in own.branches]
+                insides = {b.removeprefix(f"{own.name}/"): inside for b, inside in branches}
+                name = block_in_words(name, insides)
+            words.append(name)
+        return words
 
     @property
     def parts(self) -> Iterator[PlacedFreedom | PlacedSpring]:
@@ -221,14 +261,6 @@ class PlacedLeg:
     def blocks(self) -> tuple[PlacedBlock, ...]:
         """Its parallel blocks."""
         return tuple(e for e in self.elements if isinstance(e, PlacedBlock))
-
-    @property
-    def all_blocks(self) -> Iterator[PlacedBlock]:
-        """Its parallel blocks, and those inside of them."""
-        for block in self.blocks:
-            yield block
-            for branch in block.branches:
-                yield from branch.all_blocks
 
     @property
     def all_masses(self) -> Iterator[PlacedMass]:
@@ -362,7 +394,13 @@ class Snapshot(FrozenSubject):
             points += [e.point for e in leg.parts if isinstance(e, PlacedSpring) or e.turns]
         length = self._spread(points)
         springs = [e for leg in self.legs for e in leg.parts if isinstance(e, PlacedSpring)]
-        whole = self._spread([*points, *(_start(e) for e in springs)])
+        starts = []  # of the beams that bend as springs do; of other springs their points
+        for own in springs:
+            C = np.asarray(own.elasticity.compliance, dtype=float)
+            turn = C[..., 5, 5, None]
+            along = np.where(turn > 0, 2.0 * C[..., 1, 5, None] / np.where(turn > 0, turn, 1.0), 0)
+            starts.append(own.point - along * own.rotation[..., 0])
+        whole = self._spread([*points, *starts])
         length = np.where((length > 0) & (length < _POINT * whole), whole, length)
         return np.broadcast_to(length, self.reference_point.shape[:-1])
 
@@ -385,34 +423,7 @@ class Snapshot(FrozenSubject):
         return np.broadcast_to(np.mean(ends, axis=0), self.reference_point.shape)
 
 
-def _start(spring: PlacedSpring) -> np.ndarray:
-    """Where the beam begins that bends as a spring does; of other springs their point (..., 3)."""
-    C = np.asarray(spring.elasticity.compliance, dtype=float)
-    turn = C[..., 5, 5, None]
-    along = np.where(turn > 0, 2.0 * C[..., 1, 5, None] / np.where(turn > 0, turn, 1.0), 0.0)
-    return spring.point - along * spring.rotation[..., 0]
-
-
 def _together(points: list[np.ndarray]) -> np.ndarray:
     """Points that may or may not have batch axes, as one array (points, ..., 3)."""
     alike = len({point.shape for point in points}) == 1
     return np.array(points if alike else np.broadcast_arrays(*points))
-
-
-def _one_element(
-    element: PlacedFreedom | PlacedSpring, index: int | slice
-) -> PlacedFreedom | PlacedSpring:
-    point = one_of(element.point, 1, index)
-    if isinstance(element, PlacedFreedom):
-        axis = one_of(element.axis, 1, index)
-        x = element.coordinate
-        x = x[index] if isinstance(x, np.ndarray) and x.ndim else x
-        if isinstance(element, CoupledFreedom):
-            moves = tuple(
-                (name, share, Screw(one_of(s.axis, 1, index), one_of(s.point, 1, index), s.pitch))
-                for name, share, s in element.moves
-            )
-            return replace(element, axis=axis, point=point, coordinate=x, moves=moves)
-        return PlacedFreedom(axis, point, element.pitch, element.name, element.role, x)
-    rotation = one_of(element.rotation, 2, index)
-    return PlacedSpring(element.name, point, rotation, element.elasticity.one(index))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import Enum
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 from robostiff.markup import InNotebooks
 from robostiff.spatial import Space
@@ -35,6 +35,13 @@ class Subject(InNotebooks):
     kind: ClassVar[str]
     #: Whether it stands still, at the pose that it was made at.
     is_frozen: ClassVar[bool] = False
+    #: The pose coordinates that can be chosen freely.
+    coordinates: Any
+
+    @property
+    def coordinate_places(self) -> list[int]:
+        """Places of its free coordinates among x, y, z, rx, ry, rz."""
+        return [ALL_COORDINATES.index(coordinate) for coordinate in self.coordinates]
 
 
 class FrozenSubject(Subject):
@@ -42,7 +49,7 @@ class FrozenSubject(Subject):
 
     is_frozen: ClassVar[bool] = True
     #: It has none that it is moved by.
-    coordinates: ClassVar[tuple[Coordinate, ...]] = ()
+    coordinates: Any = ()
     #: A model file names where its values come from; these name that in their description.
     source: ClassVar[str] = ""
     description: str

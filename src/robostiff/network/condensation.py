@@ -16,9 +16,9 @@ from robostiff.elastostatics import (
     Status,
     Tolerance,
 )
-from robostiff.elastostatics.conditioning import smallest_held_stiffness
 from robostiff.elastostatics.conjugate_wrenches import conjugate_wrenches
 from robostiff.elastostatics.leg import loads_of_modes, transmitted
+from robostiff.elastostatics.tolerance import smallest_held_stiffness
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.network.equations import Equations, equations_of
 from robostiff.network.mobility import mobility

@@ -24,7 +24,7 @@ from robostiff.model import PlacedFreedom, PlacedMass, beam_axes
 from robostiff.model.checks import vector3
 from robostiff.model.link import beam_mass
 from robostiff.spatial import as_float, as_floats, twist_transport
-from robostiff.spatial.shapes import Float
+from robostiff.spatial.batch import Float
 
 _DEFAULT_THEORY = EulerBernoulli()
 _ROUNDING = 1e-9  # of the length of a beam

@@ -11,7 +11,7 @@ from robostiff.network.elements import JointElement, SpringElement, beam_stiffne
 from robostiff.network.equations import Equations, equations_of
 from robostiff.network.network import Network
 from robostiff.spatial import block_rotation
-from robostiff.spatial.shapes import Float
+from robostiff.spatial.batch import Float
 
 _DEFAULT_TOLERANCE = Tolerance()
 _ROUNDING = 1e-13

@@ -11,7 +11,7 @@ from operator import itemgetter
 import numpy as np
 
 from robostiff.elastostatics import Tolerance, matrix_length, scaling, transmitted_wrenches
-from robostiff.elastostatics.plane import check_compliance_in_plane, check_joints_in_plane
+from robostiff.elastostatics.tolerance import check_compliance_in_plane, check_joints_in_plane
 from robostiff.errors import InputError
 from robostiff.kept import kept
 from robostiff.kinematics import freedom_twist

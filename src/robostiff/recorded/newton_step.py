@@ -16,7 +16,7 @@ import numpy as np
 from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.closure.loops import tree_of_leg
 from robostiff.kinematics.closure.motion_tree import MotionTree, PlacedTree
-from robostiff.kinematics.formula.place import FormulaPose
+from robostiff.kinematics.formula import FormulaPose
 from robostiff.kinematics.turn import rotvec_rate, vector_of_turn_near
 from robostiff.model import Joint, JointKind, Leg, Telescope
 from robostiff.record import Entry, cosine, is_number, is_zero, most_size, sine, square_root

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
-from robostiff.errors import InputError
+from robostiff.errors import FileError, InputError, Words
 from robostiff.robots import descriptions
 from robostiff.robots.shipped import (
     RobotInfo,
@@ -170,6 +170,14 @@ def load(
 
         is_model = not is_snapshot(document)
     if is_model:
+        if descriptions.is_side_file(document):
+            raise FileError(
+                document.key_location(("joints",)),
+                f"robot of {name!r}",
+                got=Words("a side file, which adds stiffnesses to a robot description"),
+                expected="the description itself, such as arm.urdf beside arm.stiffness.yaml",
+                hint="or name it here: robot: arm.urdf",
+            )
         if isinstance(document.data, dict) and "cables" in document.data:
             numeric = "a cable robot is computed with numbers, not formulas"
             descriptions.refuse_symbols(name, symbols, numeric)

@@ -48,6 +48,15 @@ def names_description(document: Document) -> bool:
     )
 
 
+def is_side_file(document: Document) -> bool:
+    """Whether a document has joints by name, and none of the bodies or legs that they are in."""
+    data = document.data
+    if not isinstance(data, dict):
+        return False
+    parts = {"legs", "cables", "modules", "robot"}
+    return isinstance(data.get("joints"), dict) and not parts & data.keys()
+
+
 def describes_bodies(path: str | Path) -> bool:
     """Whether `load_linkage` takes a file: a description, or a side file that names one.
 
@@ -179,7 +188,7 @@ def _tree(path: str | Path) -> RigidTree:
         return read_urdf(path, expand_xacro(path))
     is_urdf = ending == ".urdf"
     if ending == ".xml":
-        from robostiff.io.rigid_tree.xml_text import read_xml
+        from robostiff.io.rigid_tree.tree import read_xml
 
         is_urdf = read_xml(path).tag == "robot"
     if is_urdf:
@@ -219,14 +228,13 @@ def reader_of(value: Any) -> Reader | None:
         name = f"{package}.{kind.__name__}"
         if name == "yourdfpy.URDF":
             from robostiff.io.rigid_tree import Reader
+            from robostiff.io.urdf import read_urdf
 
-            return Reader("a URDF of yourdfpy", _of_yourdfpy)
+            def read(urdf: Any) -> RigidTree:
+                name = f"URDF of yourdfpy {urdf.robot.name!r}"
+                return read_urdf(name, urdf.write_xml_string())
+
+            return Reader("a URDF of yourdfpy", read)
         if is_offered(READERS, name):
             return loaded(READERS, name)
     return None
-
-
-def _of_yourdfpy(value: Any) -> RigidTree:
-    from robostiff.io.urdf import read_urdf
-
-    return read_urdf(f"URDF of yourdfpy {value.robot.name!r}", value.write_xml_string())

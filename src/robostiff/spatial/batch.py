@@ -1,16 +1,32 @@
-"""Memory order of batches: leading axes by name, trailing axes in memory.
+"""Memory order of batches, leading axes by name and trailing axes in memory; shapes in signatures.
 
 All arrays are indexed ``(..., 6, 6)``. Work on many poses is several times faster when equal
 entries of all poses lie side by side in memory. NumPy keeps that order through elementwise
 arithmetic; where an array is made anew, it is made by the functions here.
+
+Shapes, as in ``Float[np.ndarray, "*batch 6 6"]``, are those of jaxtyping where a program has
+imported it before, as the tests do, which check them. Elsewhere they are words for readers.
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING or sys.modules.get("jaxtyping"):
+    from jaxtyping import Bool, Float, Shaped
+else:
+
+    class Shaped:
+        """An array; its shape is written behind it."""
+
+        def __class_getitem__(cls, array_and_shape: tuple[Any, str]) -> Any:
+            return array_and_shape[0]
+
+    Bool = Float = Shaped
 
 
 def empty_batch(batch: tuple[int, ...], matrix: tuple[int, ...], dtype: Any = float) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.spatial.shapes import Float
+from robostiff.spatial.batch import Float
 
 # Of a diagonal entry: a smaller remainder is rounding, and the direction is rigid.
 _RIGID = 1e-14
@@ -44,39 +44,25 @@ def compliance_modes(C: Float[np.ndarray, "*batch n n"]) -> Float[np.ndarray, "*
     rigid = (diagonal == 0)[..., ::-1]
     if np.any(diagonal < 0) or np.any((A != 0) & (rigid[..., :, None] | rigid[..., None, :])):
         raise _indefinite(C)
-    F = _regular_factor(A, rigid)
-    if F is None:
-        F, rest = _semidefinite_factor(A)
-        if np.any(np.abs(rest) > _NEGATIVE):
+    n, F, pivots = A.shape[-1], np.zeros(A.shape), np.zeros(1)
+    try:
+        F = np.linalg.cholesky(A + rigid[..., None] * np.eye(n)) * ~rigid[..., None, :]
+        pivots = np.where(rigid, 1.0, np.einsum("...ii->...i", F))
+    except np.linalg.LinAlgError:
+        pass
+    if np.min(pivots, initial=1.0) ** 2 <= _REGULAR:  # the largest pivot first
+        F = np.zeros(A.shape)
+        for k in range(n):
+            diagonal = np.einsum("...ii->...i", A)
+            first = np.argmax(diagonal, axis=-1)[..., None]
+            pivot = np.take_along_axis(diagonal, first, axis=-1)
+            column = np.take_along_axis(A, first[..., None], axis=-1)[..., 0]
+            elastic = pivot > _RIGID
+            F[..., k] = np.where(elastic, column / np.sqrt(np.where(elastic, pivot, 1.0)), 0.0)
+            A = A - F[..., :, None, k] * F[..., None, :, k]
+        if np.any(np.abs(A) > _NEGATIVE):  # what is left is rounding
             raise _indefinite(C)
     return size[..., :, None] * F[..., ::-1, :]
-
-
-def _regular_factor(A: np.ndarray, rigid: np.ndarray) -> np.ndarray | None:
-    """Elimination in order; None where a pivot is small."""
-    n = A.shape[-1]
-    kept = ~rigid[..., None, :]
-    try:
-        F = np.linalg.cholesky(A + rigid[..., None] * np.eye(n)) * kept
-    except np.linalg.LinAlgError:
-        return None
-    pivots = np.where(rigid, 1.0, np.einsum("...ii->...i", F))
-    return F if np.min(pivots, initial=1.0) ** 2 > _REGULAR else None
-
-
-def _semidefinite_factor(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Elimination with the largest pivot first, and what is left: rounding."""
-    n = A.shape[-1]
-    A, F = A.copy(), np.zeros(A.shape)
-    for k in range(n):
-        diagonal = np.einsum("...ii->...i", A)
-        first = np.argmax(diagonal, axis=-1)[..., None]
-        pivot = np.take_along_axis(diagonal, first, axis=-1)
-        column = np.take_along_axis(A, first[..., None], axis=-1)[..., 0]
-        elastic = pivot > _RIGID
-        F[..., k] = np.where(elastic, column / np.sqrt(np.where(elastic, pivot, 1.0)), 0.0)
-        A = A - F[..., :, None, k] * F[..., None, :, k]
-    return F, A
 
 
 def _indefinite(C: np.ndarray) -> InputError:

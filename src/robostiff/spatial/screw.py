@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.spatial.batch import empty_batch, vector_of_entries
-from robostiff.spatial.shapes import Float, Shaped
+from robostiff.spatial.batch import Float, Shaped, empty_batch, vector_of_entries
 
 
 def cross(

@@ -10,8 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.spatial.batch import empty_batch
-from robostiff.spatial.shapes import Shaped
+from robostiff.spatial.batch import Shaped, empty_batch
 
 
 def skew(v: Shaped[np.ndarray, "*batch 3"]) -> Shaped[np.ndarray, "*batch 3 3"]:

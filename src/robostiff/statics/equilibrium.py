@@ -1,43 +1,37 @@
-"""Equilibrium of a robot under load: from its posture to the answer."""
+"""Equilibrium of a robot under load."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.cable_stiffness import status_of_cables
-from robostiff.elastostatics import Status
-from robostiff.errors import InputError
-from robostiff.kinematics import Near
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.kinematics import ActuatorCoordinates, JointCoordinates, Near
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
+from robostiff.spatial.rotation import vector_of_rotation
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
-from robostiff.statics.equations.critical_point import CriticalPoint
-from robostiff.statics.equations.equilibrium_path import SAFE, first_critical
-from robostiff.statics.equations.newton import FoundEquilibrium, equilibrium_at
-from robostiff.statics.equations.problem import Linearised, LoadCase
-from robostiff.statics.equations.stability import (
-    Regular,
-    leg_margins,
-    may_be_singular,
-    meets_stiffness,
-    platform_margin,
-)
-from robostiff.statics.loaded_parts import CarriedLoads
 from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads
-from robostiff.statics.loading.loaded_posture import LoadedPosture, postures_of, wrenches_of
-from robostiff.statics.result import Equilibria, Equilibrium
+from robostiff.statics.loading.loaded_posture import (
+    LoadedPosture,
+    Postures,
+    postures_of,
+    wrenches_of,
+)
+from robostiff.statics.result import Equilibria, Equilibrium, solved
 
 _BOWING = Bowing()
-# Of the length of the robot: what is no rounding between legs and platform.
-_OPEN = 1e-9
+#: Equilibria take some 10 ms each, a record of the robot some seconds to make.
+WORTH_COMPILING = 1000
+#: Equilibria from which machine code is worth the time that it takes to compile.
+WORTH_MACHINE_CODE = 100_000
 
 
 def equilibrium(
@@ -99,8 +93,9 @@ def equilibrium(
     Returns
     -------
     Equilibrium
-        `Equilibria` of a batch, with a status for each. Where rigid parts hold the platform in some
-        direction, it has a compliance and no K.
+        `Equilibria` of a batch, with a status for each; from 1,000 on by a record of the robot, as
+        `compile_loaded` makes it. Where rigid parts hold the platform in some direction, it has a
+        compliance and no K.
 
     Raises
     ------
@@ -133,130 +128,78 @@ def equilibrium(
             "batch of equilibria", got=batch, expected="poses and wrenches along one axis"
         )
     given = np.broadcast_to(given, (*batch, space.size)).reshape(-1, space.size)
+    acting = Acting(loads, gravity, preload, beams, at, laws or {})
+    if len(given) >= WORTH_COMPILING and displacement is None and at is None and near is None:
+        recorded = _by_record(postures, acting, pose, given)
+        if recorded is not None:
+            return recorded
     answers = []
     loaded: LoadedPosture | None = None
-    acting = Acting(loads, gravity, preload, beams, at, laws or {})
     for i, own in enumerate(given):
         if loaded is None or postures.batch:
             loaded = postures.loaded(i, acting)
-        target = None if displacement is None else own
-        answers.append(solved(loaded, own if target is None else None, target))
+        answers.append(solved(loaded, *((own,) if displacement is None else (None, own))))
     return Equilibria(tuple(answers)) if batch else answers[0]
 
 
-def solved(
-    loaded: LoadedPosture,
-    wrench: np.ndarray | None,
-    displacement: np.ndarray | None,
-    *,
-    standing: bool = False,
-) -> Equilibrium:
-    """The equilibrium of one robot at one posture.
+def _by_record(
+    postures: Postures, acting: Acting, pose: Any, wrenches: np.ndarray
+) -> Equilibria | None:
+    """Equilibria under wrenches (N, r) by a record of the robot; None where there is none."""
+    robot, posture = postures.robot, postures.posture
+    if posture is None or acting.laws:
+        return None
+    from robostiff.compiled import Backend
+    from robostiff.statics.kernels.compile import compile_loaded, kept_loading
 
-    Where a growing load is followed, all loads grow together; or, `standing`, the wrench alone.
-    """
-    problem, status = loaded.problem, loaded.status
-    if not loaded.has_posture:
-        return Equilibrium(loaded.name, loaded.space, status)
-    nothing = np.zeros(problem.size)
-    share = (1.0, 0.0) if standing else (0.0, 1.0)
-    loading = LoadCase(nothing, nothing if wrench is None else wrench, *share)
-    unloaded = problem.at_rest
-    if unloaded.rigid:
-        status |= Status.RIGID_DIRECTION
-    target = None
-    if displacement is not None:
-        full = np.zeros(6)
-        full[list(problem.rows)] = displacement
-        target = turn_by_vector(full[3:]), problem.point + full[:3]
-    first = None
-    if problem.loads_platform_alone and not unloaded.rigid:
-        first = problem.under_load(unloaded, loading, 1.0)
-    found = equilibrium_at(problem, loading, 1.0, problem.unloaded, target, first=first)
-    critical: CriticalPoint | None = None
-    margins = _margins(found.known) if found.converged else {}
-    near = not found.converged or not found.direct or min(margins.values()) < SAFE
-    if displacement is None and (near or _has_branched(found)):
-        confirmed, critical = _confirmed(found)
-        if confirmed is not found:
-            found = confirmed
-            margins = _margins(found.known) if found.converged else {}
-    held = found.known.held
-    if displacement is not None and held and np.linalg.norm(held.gap) > _OPEN * problem.length:
-        # legs stay open at the pose of the platform
-        status |= Status.NO_EQUILIBRIUM
-        return Equilibrium(loaded.name, loaded.space, status, held=True)
-    if critical is not None:
-        status |= Status.BEYOND_CRITICAL_LOAD
-    if not found.converged:
-        status |= Status.NO_EQUILIBRIUM
-        if displacement is None and not meets_stiffness(problem.at_rest):
-            status |= Status.FREE_MOTIONS
-        return Equilibrium(loaded.name, loaded.space, status, critical)
-    return _answer(loaded, margins, found, status, critical, displacement is not None)
+    if not postures.batch:
+        if isinstance(pose, JointCoordinates | ActuatorCoordinates):
+            return None
+        pose = np.repeat(posture.pose[:, robot.coordinate_places], len(wrenches), axis=0)
+        if robot.is_posed_by_joints:
+            pose = JointCoordinates(np.repeat(posture.coordinates[0], len(wrenches), axis=0))
+    backend = Backend.BEST if len(wrenches) >= WORTH_MACHINE_CODE else Backend.ARRAYS
+    try:
+        if acting.loads or acting.preload:
+            compiled = compile_loaded(robot, **acting.given, backend=backend)
+        else:
+            compiled = kept_loading(robot, acting.gravity, beams=acting.beams, backend=backend)
+        found = compiled.evaluate(pose, wrenches)
+    except (InputError, NoAnswerError):
+        return None
+    names = ("K", "K_total", "displacement", "stable", "status_codes")
+    known = {name: getattr(found, name) for name in names}
+    moved = np.zeros((len(wrenches), 6))
+    moved[:, list(robot.space.rows)] = np.nan_to_num(found.displacement)
+    unloaded = np.nan_to_num(posture.pose)
+    R, own = turn_by_vector(moved[:, 3:]), turn_by_vector(unloaded[:, 3:])
+    arm = own @ robot.in_floats.reference_point
+    place = unloaded[:, :3] + moved[:, :3] + arm - (R @ arm[..., None])[..., 0]
+    known["pose"] = np.concatenate([place, vector_of_rotation(R @ own)], axis=-1)
+    return Equilibria(EquilibriaOnDemand(postures, acting, wrenches), known)
 
 
-def _has_branched(found: FoundEquilibrium) -> bool:
-    """Whether a cable has become slack on the way from the unloaded posture.
+@dataclass(frozen=True)
+class EquilibriaOnDemand(Sequence[Equilibrium]):
+    """Equilibria under wrenches (N, r) at as many postures, or at one, as they are asked for."""
 
-    Or rigid bars may have passed a singular posture.
-    """
-    problem = found.problem
-    slack = (
-        own.is_cable and own.tension == 0 for own in CarriedLoads(problem, found.state).springs()
-    )
-    return any(slack) or (
-        may_be_singular(problem) and Regular.of(problem.at_rest).ratio(found.known) <= 0
-    )
+    postures: Postures
+    acting: Acting
+    wrenches: np.ndarray
+    found: dict[int, Equilibrium] = field(default_factory=dict)
 
+    def __len__(self) -> int:
+        return len(self.wrenches)
 
-def _confirmed(found: FoundEquilibrium) -> tuple[FoundEquilibrium, CriticalPoint | None]:
-    """The equilibrium on the path from the unloaded posture, and the critical load before it."""
-    problem = found.problem
-    if not meets_stiffness(problem.at_rest):
-        return found, None  # what nothing elastic holds leaves the unloaded posture at once
-    ended, critical, searched_to = first_critical(problem, found.loading, 1.0)
-    if critical is not None:
-        return found, critical
-    if ended is None or searched_to < 1.0:
-        return replace(found, converged=False), None
-    return ended, None
-
-
-def _margins(known: Linearised) -> dict[str, float]:
-    """Of the platform and of every leg, by name."""
-    names, legs = known.problem.leg_names, leg_margins(known)
-    return {"platform": platform_margin(known).value} | {names[k]: legs[k].value for k in legs}
-
-
-def _answer(
-    loaded: LoadedPosture,
-    margins: dict[str, float],
-    found: FoundEquilibrium,
-    status: Status,
-    critical: CriticalPoint | None,
-    held: bool,
-) -> Equilibrium:
-    problem, known, loading = loaded.problem, found.known, found.loading
-    wrench = loading.wrench + loading.wrench_rate
-    share = loading.shares(found.factor).value
-    if not held and not CarriedLoads(problem, found.state, share).are_balanced(wrench):
-        return Equilibrium(loaded.name, loaded.space, status | Status.ILL_CONDITIONED, critical)
-    if not held and not meets_stiffness(known):
-        status |= Status.FREE_MOTIONS
-    if not (known.regular and problem.at_rest.regular):
-        status |= Status.REDUNDANT_JOINTS
-    answer = Equilibrium(
-        name=loaded.name,
-        space=loaded.space,
-        status=status,
-        critical=critical,
-        found=found,
-        margins=margins,
-        held=held,
-        frame=loaded.frame,
-        posed=loaded.posed,
-    )
-    if isinstance(loaded.posed, CableRobot):
-        status |= status_of_cables(loaded.posed, np.array([own.tension for own in answer.springs]))
-    return replace(answer, status=status if answer.stable else status | Status.UNSTABLE)
+    @overload
+    def __getitem__(self, i: int) -> Equilibrium: ...
+    @overload
+    def __getitem__(self, i: slice) -> tuple[Equilibrium, ...]: ...
+    def __getitem__(self, i: int | slice) -> Equilibrium | tuple[Equilibrium, ...]:
+        if isinstance(i, slice):
+            return tuple(self[k] for k in range(len(self))[i])
+        k = range(len(self))[i]
+        if k not in self.found:
+            loaded = self.postures.loaded(k if self.postures.batch else 0, self.acting)
+            self.found[k] = solved(loaded, self.wrenches[k])
+        return self.found[k]

@@ -16,14 +16,11 @@ from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.model import Robot
 from robostiff.model.cable import CableRobot
+from robostiff.statics.equilibrium import WORTH_COMPILING, WORTH_MACHINE_CODE, equilibrium
 from robostiff.statics.kernels.compile import compile_loaded
 from robostiff.statics.kernels.compiled_loading import CompiledLoading
-from robostiff.statics.kernels.forces_on_bodies import StandingLoads
+from robostiff.statics.loading.given_loads import StandingLoads
 
-# Equilibria take some 20 ms each, a kernel some seconds to make.
-_WORTH_COMPILING = 2000
-# Poses from which machine code is worth the time that it takes to compile.
-_WORTH_MACHINE_CODE = 100_000
 # Poses at once: a second of equilibria, or enough for a kernel.
 _FEW, _MANY = 64, 2**15
 # Of the largest eigenvalue of K, rotations by lengths: none.
@@ -98,7 +95,7 @@ class UnderLoad(StandingLoads, MapMethod):
 
     def _kernel(self, like: MapEvaluator, count: int) -> CompiledLoading | None:
         required = isinstance(self.by, Compiled)
-        if isinstance(self.by, Batched) or (count < _WORTH_COMPILING and not required):
+        if isinstance(self.by, Batched) or (count < WORTH_COMPILING and not required):
             return None
         robot, columns = cast("Robot", like.robot), like.columns
         free = tuple(c.value for c in robot.coordinates)
@@ -111,7 +108,7 @@ class UnderLoad(StandingLoads, MapMethod):
                     expected="the free coordinates of the robot",
                     hint="leave by out, or write UnderLoad(by=Batched())",
                 )
-            backend = Backend.BEST if count >= _WORTH_MACHINE_CODE else Backend.ARRAYS
+            backend = Backend.BEST if count >= WORTH_MACHINE_CODE else Backend.ARRAYS
             if isinstance(self.by, Compiled):
                 backend = self.by.backend
             return compile_loaded(robot, **self.given, backend=backend)
@@ -127,12 +124,18 @@ def _variables(
     """Variables (N, ...) of a map at equilibria; no numbers where there is none."""
     pose, F = like.columns.as_pose(poses), like.columns.wrenches(poses)
     found: Any = (
-        load.equilibria(like.robot, pose, F) if kernel is None else kernel.evaluate(pose, F)
+        equilibrium(like.robot, pose, F, **load.given)
+        if kernel is None
+        else kernel.evaluate(pose, F)
     )
     space, codes = like.robot.space, found.status_codes
     K, K_total, moved = map(np.ma.getdata, (found.K, found.K_total, found.displacement))
     symmetric, d = 0.5 * (K + np.swapaxes(K, -1, -2)), space.translations
-    rank = _ranks(symmetric, space.rows, like.length)
+    rank = np.full(len(K), NO_RANK, dtype=np.int8)
+    known, scale = np.isfinite(symmetric).all(axis=(1, 2)), np.ones(space.size)
+    scale[d:] = 1.0 / like.length
+    sizes = np.abs(np.linalg.eigvalsh(symmetric[known] * np.outer(scale, scale)))
+    rank[known] = np.sum(sizes > _FREE * sizes.max(axis=-1, keepdims=True), axis=-1)
 
     def worst() -> np.ndarray:
         values = np.full(len(rank), np.nan)
@@ -147,13 +150,3 @@ def _variables(
 
 
 _NO_COMPLIANCE = WITHOUT_STIFFNESS | Status.FREE_MOTIONS
-
-
-def _ranks(K: np.ndarray, rows: Any, length: float) -> np.ndarray:
-    """Of symmetric matrices (N, r, r), rotations by a length; -1 where there is none."""
-    ranks = np.full(len(K), NO_RANK, dtype=np.int8)
-    known = np.isfinite(K).all(axis=(1, 2))
-    scale = np.where(np.array(rows) < 3, 1.0, 1.0 / length)
-    sizes = np.abs(np.linalg.eigvalsh(K[known] * np.outer(scale, scale)))
-    ranks[known] = np.sum(sizes > _FREE * sizes.max(axis=-1, keepdims=True), axis=-1)
-    return ranks

@@ -28,7 +28,6 @@ from robostiff.statics.equations.newton import FoundEquilibrium
 from robostiff.statics.equations.problem import EquilibriumProblem, LoadCase
 from robostiff.statics.equations.stability import energies_of
 from robostiff.statics.equations.vibration import vibrations
-from robostiff.statics.equilibrium import solved
 from robostiff.statics.loaded_parts import BodyPlaces, body_places, shares
 from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads, Masses
 from robostiff.statics.loading.loaded_posture import (
@@ -37,6 +36,7 @@ from robostiff.statics.loading.loaded_posture import (
     postures_of,
     wrenches_of,
 )
+from robostiff.statics.result import solved
 
 # So that beams have modes of their own, the first of them within some percent.
 _HALVES = Bowing(elements=2, inner_modes=True)

@@ -1,27 +1,35 @@
-"""What `equilibrium` answers."""
+"""What `equilibrium` answers, and how one is found."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from robostiff.analysis import PartShare
-from robostiff.analysis.cable_stiffness import beyond_limits
+from robostiff.analysis.cable_stiffness import beyond_limits, status_of_cables
 from robostiff.elastostatics import Status
-from robostiff.elastostatics.status import StatusOfPoses
+from robostiff.elastostatics.status import WITHOUT_STIFFNESS, StatusOfPoses
 from robostiff.errors import NoAnswerError
+from robostiff.kinematics.turn import turn_by_vector
 from robostiff.markup import InNotebooks
 from robostiff.model import Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.spatial.rotation import vector_of_rotation
-from robostiff.statics.equations.critical_point import CriticalPoint
-from robostiff.statics.equations.newton import FoundEquilibrium
-from robostiff.statics.equations.problem import EquilibriumProblem, Linearised
+from robostiff.statics.equations.equilibrium_path import SAFE, first_critical, path
+from robostiff.statics.equations.newton import FoundEquilibrium, equilibrium_at
+from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
+from robostiff.statics.equations.stability import (
+    CriticalPoint,
+    Regular,
+    may_be_singular,
+    meets_stiffness,
+    named_margins,
+)
 from robostiff.statics.loaded_parts import (
     BodyPlaces,
     CarriedLoads,
@@ -30,8 +38,10 @@ from robostiff.statics.loaded_parts import (
     body_places,
     shares_of,
 )
-from robostiff.statics.loading.loaded_posture import as_snapshot
+from robostiff.statics.loading.loaded_posture import LoadedPosture, as_snapshot
 
+# Of the length of the robot: what is no rounding between legs and platform.
+_OPEN = 1e-9
 _NOT_FREE = (
     "rigid parts do not let the platform move so: give a displacement along the motions that they "
     "leave, or a wrench"
@@ -306,30 +316,125 @@ class Equilibrium(InNotebooks):
         return self.found
 
 
+def solved(
+    loaded: LoadedPosture,
+    wrench: np.ndarray | None,
+    displacement: np.ndarray | None = None,
+    *,
+    standing: bool = False,
+) -> Equilibrium:
+    """The equilibrium of one robot at one posture, under a wrench or at a displacement.
+
+    Where a growing load is followed, all loads grow together; or, `standing`, the wrench alone.
+    """
+    problem, status = loaded.problem, loaded.status
+    if not loaded.has_posture:
+        return Equilibrium(loaded.name, loaded.space, status)
+    nothing = np.zeros(problem.size)
+    share = (1.0, 0.0) if standing else (0.0, 1.0)
+    loading = LoadCase(nothing, nothing if wrench is None else wrench, *share)
+    if problem.at_rest.rigid:
+        status |= Status.RIGID_DIRECTION
+    target = None
+    if displacement is not None:
+        full = np.zeros(6)
+        full[list(problem.rows)] = displacement
+        target = turn_by_vector(full[3:]), problem.point + full[:3]
+    found = equilibrium_at(problem, loading, 1.0, problem.unloaded, target)
+    critical: CriticalPoint | None = None
+    margins = named_margins(found.known) if found.converged else {}
+    doubtful = not found.converged or not found.direct or min(margins.values()) < SAFE
+    legs = problem.legs
+    if not doubtful and legs.springs:  # a cable may have become slack on the way
+        pulls = legs.pulls(found.state.legs, 1.0)
+        doubtful = bool(np.any(legs.spring_arrays.is_cable & (pulls.tension == 0)))
+    if not doubtful and may_be_singular(problem):  # rigid bars may have passed a singular posture
+        doubtful = Regular.of(problem.at_rest).ratio(found.known) <= 0
+    # what nothing elastic holds leaves the unloaded posture at once: no path leads on
+    may_follow = target is None and meets_stiffness(problem.at_rest)
+    if may_follow and doubtful:
+        ended, critical, searched_to = first_critical(path(problem, loading), 1.0)
+        if critical is not None:
+            status |= Status.BEYOND_CRITICAL_LOAD
+        elif ended is None or searched_to < 1.0:
+            found = replace(found, converged=False)
+        else:
+            found, margins = ended, named_margins(ended.known)
+    held = found.known.held
+    if target is not None and held and np.linalg.norm(held.gap) > _OPEN * problem.length:
+        # legs stay open at the pose of the platform
+        status |= Status.NO_EQUILIBRIUM
+        return Equilibrium(loaded.name, loaded.space, status, held=True)
+    if not found.converged:
+        status |= Status.NO_EQUILIBRIUM
+        if target is None and not may_follow:
+            status |= Status.FREE_MOTIONS
+        return Equilibrium(loaded.name, loaded.space, status, critical)
+    return _answer(loaded, margins, found, status, critical, target is not None)
+
+
+def _answer(
+    loaded: LoadedPosture,
+    margins: dict[str, float],
+    found: FoundEquilibrium,
+    status: Status,
+    critical: CriticalPoint | None,
+    held: bool,
+) -> Equilibrium:
+    problem, known, loading = loaded.problem, found.known, found.loading
+    known_as, where = (loaded.name, loaded.space), (found, loaded.frame, loaded.posed)
+    answer = Equilibrium(*known_as, status, critical, margins, held, *where)
+    if not held:
+        wrench = loading.wrench + loading.wrench_rate
+        share = loading.shares(found.factor).value
+        if not CarriedLoads(problem, found.state, share).are_balanced(wrench):
+            status |= Status.ILL_CONDITIONED
+            return Equilibrium(loaded.name, loaded.space, status, critical)
+        if not meets_stiffness(known):
+            status |= Status.FREE_MOTIONS
+    if not (known.regular and problem.at_rest.regular):
+        status |= Status.REDUNDANT_JOINTS
+    if isinstance(loaded.posed, CableRobot):
+        status |= status_of_cables(loaded.posed, np.array([own.tension for own in answer.springs]))
+    return replace(answer, status=status if answer.stable else status | Status.UNSTABLE)
+
+
 @dataclass(frozen=True, repr=False)
 class Equilibria(StatusOfPoses):
-    """Equilibria of a batch of poses or wrenches, one a row; those without an answer are masked.
+    """Equilibria of a robot at poses, or under wrenches, along one axis, one a row.
+
+    Properties are masked where a row has no answer, or no matrix.
 
     Attributes
     ----------
-    each : tuple of Equilibrium
+    each : sequence of Equilibrium
+    known : mapping of str to arrays
+        All properties of all but margins, where a record of the robot has answered: then `each` is
+        computed when it is asked for.
     """
 
-    each: tuple[Equilibrium, ...]
+    each: Sequence[Equilibrium]
+    known: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def status_codes(self) -> np.ndarray:
         """Status of each (N,) as uint16."""
+        if self.known:
+            return self.known["status_codes"]
         return np.array([int(one.status) for one in self.each], dtype=np.uint16)
 
     @property
     def answered(self) -> np.ndarray:
         """Which of them have an answer (N,)."""
+        if self.known:
+            return np.isfinite(self.known["displacement"]).all(axis=1)
         return np.array([one.has_answer for one in self.each], dtype=bool)
 
     @property
     def stable(self) -> np.ndarray:
         """Which of them are stable (N,)."""
+        if self.known:
+            return self.known["stable"]
         return np.array([one.stable for one in self.each], dtype=bool)
 
     @property
@@ -358,17 +463,19 @@ class Equilibria(StatusOfPoses):
         return self._all("margin")
 
     def _all(self, what: str) -> np.ma.MaskedArray:
-        known = {
-            i: np.asarray(getattr(e, what))
-            for i, e in enumerate(self.each)
-            if (e.status.has_stiffness if what in ("K", "K_total") else e.has_answer)
-        }
-        r = self.each[0].space.size if self.each else 6
-        shapes = {"K": (r, r), "K_total": (r, r), "displacement": (r,), "pose": (6,), "margin": ()}
-        found = np.ma.masked_all((len(self.each), *shapes[what]))
+        has = self.answered
+        if what in ("K", "K_total"):
+            has = has & ((self.status_codes & int(WITHOUT_STIFFNESS)) == 0)
+        if what in self.known:
+            values, shape = self.known[what][has], self.known[what].shape[1:]
+        else:
+            r = self.each[0].space.size if self.each else 6
+            shapes = {"K": (r, r), "K_total": (r, r), "displacement": (r,), "pose": (6,)}
+            shape = shapes.get(what, ())
+            values = [np.asarray(getattr(self.each[i], what)) for i in np.flatnonzero(has)]
+        found = np.ma.masked_all((len(has), *shape))
         found.data[...] = np.nan  # what is read past the mask is no number
-        for i, value in known.items():
-            found[i] = value
+        found[has] = np.reshape(values, (-1, *shape))
         return found
 
     def __len__(self) -> int:
@@ -382,4 +489,4 @@ class Equilibria(StatusOfPoses):
 
     def __repr__(self) -> str:
         stable = int(np.count_nonzero(self.stable))
-        return f"<{len(self.each)} equilibria, {stable} stable, status {self.status}>"
+        return f"<{len(self)} equilibria, {stable} stable, status {self.status}>"

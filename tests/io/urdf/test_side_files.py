@@ -8,7 +8,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.io.document import parse_document
-from robostiff.io.rigid_tree.written_side import WrittenSide
+from robostiff.io.rigid_tree.side_file import WrittenSide
 from robostiff.io.validation import validate
 from tests.io.urdf.examples import (
     ROMEO,

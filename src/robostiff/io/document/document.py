@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from operator import getitem
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 from robostiff.errors import FileError, InputError, Location, Words
 from robostiff.io.suggest import did_you_mean, listing
@@ -255,6 +255,7 @@ class DocumentPlace:
 
     document: Document
     path: tuple[str | int, ...] = ()
+    shows_lists: ClassVar[bool] = True  # as the file has them, where they are not what they must be
 
     def at(self, *steps: str | int) -> Self:
         """A place further down."""
@@ -319,16 +320,10 @@ class DocumentPlace:
         except FileError:
             raise
         except InputError as error:
-            raise self.error(
-                error.subject,
-                got=self._as_given(error.got),
-                expected=error.expected,
-                hint=hint or error.hint,
-            ) from None
-
-    def _as_given(self, got: Any) -> Any:
-        """As the file has it, not as it was when it had become an array."""
-        return self.value if isinstance(got, list) or _is_array(got) else got
+            got, hint = error.got, hint or error.hint
+            if self.shows_lists and (isinstance(got, list) or _is_array(got)):
+                got = self.value  # not as it was when it had become an array
+            raise self.error(error.subject, got=got, expected=error.expected, hint=hint) from None
 
 
 def _is_array(value: Any) -> bool:

@@ -11,7 +11,6 @@ import os
 import re
 import sys
 from collections.abc import Iterator, Mapping
-from functools import partial
 from io import StringIO
 from types import MappingProxyType
 from typing import Any
@@ -148,8 +147,7 @@ def parse_yaml(text: str, file: str, limits: Limits) -> Builder:
                     hint="remove the line --- or split the file",
                 )
         elif isinstance(event, kinds.NodeEvent):
-            _check_node(event, builder, line, column)
-            _add_node(event, builder, line, column)
+            _take_node(event, builder, line, column)
         elif isinstance(event, (kinds.MappingEndEvent, kinds.SequenceEndEvent)):
             builder.end()
     if builder.mark is None:
@@ -214,17 +212,13 @@ def _events(text: str, file: str) -> Iterator[Any]:
         ) from None
 
 
-def _check_node(event: Any, builder: Builder, line: int, column: int) -> None:
-    """Refuse anchors, aliases, tags and halves of characters."""
-    text = getattr(event, "value", "")
-    halved = not text.isascii() and any("\ud800" <= c <= "\udfff" for c in text)
-    if event.anchor is None and event.tag is None and not halved:
-        return
-    place = builder.place(line, column)
+def _take_node(event: Any, builder: Builder, line: int, column: int) -> None:
+    """Refuse anchors, aliases, tags and halves of characters; put anything else into the data."""
+    kind, written = type(event).__name__, getattr(event, "value", "")
     if event.anchor is not None:
-        is_alias = type(event).__name__ == "AliasEvent"
+        is_alias = kind == "AliasEvent"
         raise FileError(
-            place,
+            builder.place(line, column),
             "alias" if is_alias else "anchor",
             got=f"*{event.anchor}" if is_alias else f"&{event.anchor}",
             expected="a value written out",
@@ -232,16 +226,14 @@ def _check_node(event: Any, builder: Builder, line: int, column: int) -> None:
         )
     if event.tag is not None:
         got = str(event.tag).replace("tag:yaml.org,2002:", "!!")
+        place = builder.place(line, column)
         raise FileError(place, "tag", got=got, expected="a value without a tag", hint=_NO_TAG)
-    raise FileError(place, "text", got=text, expected="whole Unicode characters")
-
-
-def _add_node(event: Any, builder: Builder, line: int, column: int) -> None:
-    kind = type(event).__name__
+    if not written.isascii() and any("\ud800" <= c <= "\udfff" for c in written):
+        place = builder.place(line, column)
+        raise FileError(place, "text", got=written, expected="whole Unicode characters")
     if kind != "ScalarEvent" and not builder.expects_key:
         builder.start([] if kind == "SequenceStartEvent" else {}, line, column)
         return
-    written = getattr(event, "value", "")
     plain = getattr(event, "style", None) is None
     value = resolve_plain(written) if plain else written
     if not builder.expects_key:
@@ -264,10 +256,6 @@ _STRUCTURE = re.compile(r'"(?:[^"\\]++|\\.)*+(?:"|\\?\Z)|[\[\]{},]', re.DOTALL)
 _SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
 
 
-class _DuplicateKey(Exception):
-    """Some mapping has a key twice, or too many keys."""
-
-
 def parse_json(text: str, file: str, limits: Limits) -> Any:
     """The data of a JSON text."""
     depth, nodes = 0, 1  # bounded before the decoder, which recurses, sees the text
@@ -282,15 +270,19 @@ def parse_json(text: str, file: str, limits: Limits) -> Any:
         if depth > limits.depth or nodes > limits.nodes:
             bound = "depth" if depth > limits.depth else "nodes"
             raise limits.exceeded(bound, Location(file, *line_and_column(text, piece.start())))
+
+    def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        mapping = dict(pairs)
+        if len(mapping) < len(pairs) or len(mapping) > limits.keys:
+            json_marks(text, file, limits)  # raises, with the place
+            raise FileError(Location(file), "duplicate key", expected="each key once")
+        return mapping
+
     try:
-        unique = partial(_unique, most=limits.keys)
         data = json.loads(text, object_pairs_hook=unique, parse_int=integer)
     except json.JSONDecodeError as error:
         place = Location(file, error.lineno, error.colno)
         raise FileError(place, f"not JSON: {error.msg}") from None
-    except _DuplicateKey:
-        json_marks(text, file, limits)  # raises, with the place
-        raise FileError(Location(file), "duplicate key", expected="each key once") from None
     if _SURROGATE.search(text):  # half of a character, which could not be written out again
         try:
             json.dumps(data, ensure_ascii=False).encode()
@@ -321,13 +313,6 @@ def json_marks(text: str, file: str, limits: Limits) -> Mark:
             else:
                 builder.scalar(None, line, column)
     return builder.mark or Mark(1, 1)
-
-
-def _unique(pairs: list[tuple[str, Any]], most: int) -> dict[str, Any]:
-    mapping = dict(pairs)
-    if len(mapping) < len(pairs) or len(mapping) > most:
-        raise _DuplicateKey
-    return mapping
 
 
 _LIMITS = Limits()
@@ -392,21 +377,6 @@ def parse_document(text: str, file: str = "<text>", limits: Limits = _LIMITS) ->
 def _parse_bytes(content: bytes, file: str, limits: Limits) -> Document:
     if len(content) > limits.size:
         raise too_large(Location(file), len(content), limits.size)
-    text = _decoded(content, file)
-    if file.lower().endswith(".json"):
-        return _json_document(text, file, limits)
-    if text.lstrip().startswith("{"):
-        try:
-            return _json_document(text, file, limits)
-        except FileError as not_json:
-            try:
-                return _yaml_document(text, file, limits)  # {R: 300 mm} is YAML
-            except FileError:
-                raise not_json from None
-    return _yaml_document(text, file, limits)
-
-
-def _decoded(content: bytes, file: str) -> str:
     if (position := content.find(b"\0")) >= 0:
         raise FileError(
             Location(file),
@@ -427,7 +397,17 @@ def _decoded(content: bytes, file: str) -> str:
         ) from None
     if not text.strip():
         raise FileError(Location(file), "empty file", expected="a YAML or JSON document")
-    return text
+    if file.lower().endswith(".json"):
+        return _json_document(text, file, limits)
+    if text.lstrip().startswith("{"):
+        try:
+            return _json_document(text, file, limits)
+        except FileError as not_json:
+            try:
+                return _yaml_document(text, file, limits)  # {R: 300 mm} is YAML
+            except FileError:
+                raise not_json from None
+    return _yaml_document(text, file, limits)
 
 
 def _yaml_document(text: str, file: str, limits: Limits) -> Document:

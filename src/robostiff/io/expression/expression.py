@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -211,8 +212,8 @@ class _Parser:
         raise self.unexpected("a number, a parameter, a function or (")
 
     def call(self, function: Token) -> Node:
-        rule = RULES.get(function.text)
-        if rule is None:
+        counts = RULES.get(function.text)
+        if counts is None:
             raise self.fault(
                 function,
                 got=function.text,
@@ -227,10 +228,10 @@ class _Parser:
                 break
             self.expect(",", "a comma or )")
         self.take()
-        at_least = "at least " if rule.most > rule.fewest else ""
-        if not rule.fewest <= len(arguments) <= rule.most:
-            got = Words(f"{_counted(len(arguments))} of {function.text}")
-            raise self.fault(function, got, at_least + _counted(rule.fewest))
+        if len(arguments) not in counts:
+            came, fewest = (f"{n} argument{'s' * (n != 1)}" for n in (len(arguments), counts[0]))
+            expected = f"at least {fewest}" if len(counts) > 1 else fewest
+            raise self.fault(function, Words(f"{came} of {function.text}"), expected)
         return ParsedOperation(function.text, tuple(arguments), function.column)
 
     def name(self, token: Token) -> Node:
@@ -251,11 +252,6 @@ class _Parser:
         if before and before.kind in ("number", "name", ")") and token.kind in ("name", "("):
             hint = f"for a product write {before.text}*{token.text}"
         return self.fault(token, got, expected, hint)
-
-
-def _counted(number: int) -> str:
-    """A number of arguments as text."""
-    return f"{number} argument{'' if number == 1 else 's'}"
 
 
 @dataclass(frozen=True)
@@ -324,23 +320,19 @@ class Expression:
             raise error_at(self.text, node.column, got=node.name, expected=expected, hint=hint)
         for own in reversed(operations):
             others = [self._value(x, environment, mathematics) for x in own.operands[1:]]
-            result = self._applied(own, [result, *others], mathematics)
+            operands = [result, *others]
+            found = None
+            try:
+                with suppress(ArithmeticError, ValueError):
+                    applied = functions.apply(own.name, operands, mathematics)
+                    found = applied if mathematics.is_finite(applied.magnitude) else None
+            except Refusal as refusal:
+                raise error_at(self.text, own.column, **vars(refusal)) from None
+            if found is None:
+                got = Words(functions.in_words(own.name, operands))
+                raise error_at(self.text, own.column, got=got, expected="a finite real result")
+            result = found
         return result
-
-    def _applied(
-        self, node: ParsedOperation, operands: list[SIQuantity], mathematics: Mathematics
-    ) -> SIQuantity:
-        """The result of an operation, if there is one."""
-        try:
-            result = functions.apply(node.name, operands, mathematics)
-            if mathematics.is_finite(result.magnitude):
-                return result
-        except Refusal as refusal:
-            raise error_at(self.text, node.column, **vars(refusal)) from None
-        except (ArithmeticError, ValueError):
-            pass
-        got = Words(functions.in_words(node.name, operands))
-        raise error_at(self.text, node.column, got=got, expected="a finite real result")
 
     @property
     def is_quantity(self) -> bool:

@@ -103,22 +103,10 @@ def power(base: SIQuantity, exponent: SIQuantity, mathematics: Mathematics) -> S
     return make_quantity(mathematics.functions["pow"](base.magnitude, value), unit)
 
 
-@dataclass(frozen=True)
-class Rule:
-    """Number of arguments of a function, and unit of its value.
-
-    `unit` gets the arguments and the name of the function, and may refuse.
-    """
-
-    unit: Callable[[Sequence[SIQuantity], str], Any]
-    fewest: int = 1
-    most: int = 1
-
-
 def apply(name: str, operands: Sequence[SIQuantity], mathematics: Mathematics) -> SIQuantity:
     """The function or operator of that name; one operand of an operator gets its sign."""
     if name in RULES:
-        unit = RULES[name].unit(operands, name)
+        unit = _unit_of_function(name, operands)
         magnitudes = [operand.magnitude for operand in operands]
         return make_quantity(mathematics.functions[name](*magnitudes), unit)
     if len(operands) == 1:
@@ -143,38 +131,33 @@ def in_words(name: str, operands: Sequence[SIQuantity]) -> str:
     return f" {'to the power' if name == '^' else name} ".join(words)
 
 
-def _of_angle(arguments: Sequence[SIQuantity], name: str) -> Any:
-    (argument,) = arguments
-    if not argument.units.is_like(Unit()):
-        raise Refusal(f"{name} of {argument}", "an angle, such as 10 deg")
-    return Unit()
-
-
-def _to_angle(arguments: Sequence[SIQuantity], name: str) -> Any:
-    (argument,) = arguments
-    if not argument.measures(Dimension.NUMBER):
-        raise Refusal(f"{name} of {argument}", "a plain number")
-    return make_unit({"rad": 1})
-
-
-def _alike(arguments: Sequence[SIQuantity], name: str) -> Any:
-    unit = _common_unit(arguments, f"in {name}")
-    return make_unit({"rad": 1}) if name == "atan2" else unit
-
-
-_MANY = 1000
-
-RULES: Mapping[str, Rule] = MappingProxyType(
+_ONE, _ANY = range(1, 2), range(1, 1001)
+RULES: Mapping[str, range] = MappingProxyType(
     {
-        **dict.fromkeys(("sin", "cos", "tan"), Rule(_of_angle)),
-        **dict.fromkeys(("asin", "acos", "atan"), Rule(_to_angle)),
-        "atan2": Rule(_alike, 2, 2),
-        "sqrt": Rule(lambda arguments, _: arguments[0].units ** 0.5),
-        "abs": Rule(_alike),
-        **dict.fromkeys(("min", "max", "hypot"), Rule(_alike, 1, _MANY)),
+        **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan"), _ONE),
+        "atan2": range(2, 3),
+        **dict.fromkeys(("sqrt", "abs"), _ONE),
+        **dict.fromkeys(("min", "max", "hypot"), _ANY),
     }
 )
-"""The functions of expressions."""
+"""The functions of expressions, with how many arguments they may have."""
+
+
+def _unit_of_function(name: str, arguments: Sequence[SIQuantity]) -> Unit:
+    """Unit of the value, of arguments that fit."""
+    first = arguments[0]
+    if name == "sqrt":
+        return first.units**0.5
+    if name in ("sin", "cos", "tan"):
+        if not first.units.is_like(Unit()):
+            raise Refusal(f"{name} of {first}", "an angle, such as 10 deg")
+        return Unit()
+    if name in ("asin", "acos", "atan"):
+        if not first.measures(Dimension.NUMBER):
+            raise Refusal(f"{name} of {first}", "a plain number")
+        return make_unit({"rad": 1})
+    unit = _common_unit(arguments, f"in {name}")
+    return make_unit({"rad": 1}) if name == "atan2" else unit
 
 
 def _common_unit(arguments: Sequence[SIQuantity], purpose: str) -> Any:

@@ -75,7 +75,21 @@ def parameter_values(
             expected=f"at most {_MOST}",
         )
     for name in definitions:
-        _check_name(name)
+        if not isinstance(name, str) or not _NAME.fullmatch(name):
+            expected = "letters a-z, digits and underscores, with a letter first"
+            raise ParameterError(str(name), got=Words("this name"), expected=expected)
+        kinds = {
+            "a unit": is_unit_word(name),
+            "a function": name in RULES,
+            "a constant": name in CONSTANTS,
+        }
+        for kind in (own for own, is_taken in kinds.items() if is_taken):
+            raise ParameterError(
+                name,
+                got=Words(f"the name of {kind}"),
+                expected="another name",
+                hint=f"write for instance {name}_0",
+            )
     values = _evaluate_all(definitions, mathematics)
     if not overrides:
         return values
@@ -90,27 +104,6 @@ def parameter_values(
     return _evaluate_all({**definitions, **overrides}, mathematics, overrides, values)
 
 
-def _check_name(name: object) -> None:
-    if not isinstance(name, str) or not _NAME.fullmatch(name):
-        raise ParameterError(
-            str(name),
-            got=Words("this name"),
-            expected="letters a-z, digits and underscores, with a letter first",
-        )
-    for kind, taken in (
-        ("a unit", is_unit_word(name)),
-        ("a function", name in RULES),
-        ("a constant", name in CONSTANTS),
-    ):
-        if taken:
-            raise ParameterError(
-                name,
-                got=Words(f"the name of {kind}"),
-                expected="another name",
-                hint=f"write for instance {name}_0",
-            )
-
-
 def _evaluate_all(
     definitions: Mapping[str, str | float],
     mathematics: Mathematics,
@@ -123,8 +116,28 @@ def _evaluate_all(
         with _within(name):
             is_text = isinstance(value, str)
             expressions[name] = parse(value) if is_text else _bare_number(value, mathematics)
+    uses = {}
+    for name, expression in expressions.items():
+        uses[name] = expression.names if isinstance(expression, Expression) else ()
+        for used in uses[name]:
+            if used not in expressions:
+                raise ParameterError(
+                    name,
+                    got=used,
+                    expected=known_names(expressions),
+                    hint=did_you_mean(used, expressions),
+                )
+    try:
+        in_order = tuple(graphlib.TopologicalSorter(uses).static_order())
+    except graphlib.CycleError as error:
+        circle = list(reversed(error.args[1]))
+        words = " -> ".join(circle)
+        words = words if len(words) <= _LONGEST_SHOWN else words[: _LONGEST_SHOWN - 1] + "…"
+        raise ParameterError(
+            circle[0], got=Words(words), expected="parameters that do not depend on themselves"
+        ) from None
     values: dict[str, SIQuantity] = {}
-    for name in _in_order(expressions):
+    for name in in_order:
         expression = expressions[name]
         if isinstance(expression, Expression):
             with _within(name):
@@ -161,29 +174,6 @@ def _bare_number(value: Any, mathematics: Mathematics) -> SIQuantity:
         if math.isfinite(number):
             return make_quantity(mathematics.bare(number))
     raise InputError("value", got=value, expected="a finite number or an expression such as 2*R")
-
-
-def _in_order(expressions: Mapping[str, Expression | SIQuantity]) -> tuple[str, ...]:
-    uses = {}
-    for name, expression in expressions.items():
-        uses[name] = expression.names if isinstance(expression, Expression) else ()
-        for used in uses[name]:
-            if used not in expressions:
-                raise ParameterError(
-                    name,
-                    got=used,
-                    expected=known_names(expressions),
-                    hint=did_you_mean(used, expressions),
-                )
-    try:
-        return tuple(graphlib.TopologicalSorter(uses).static_order())
-    except graphlib.CycleError as error:
-        circle = list(reversed(error.args[1]))
-        words = " -> ".join(circle)
-        words = words if len(words) <= _LONGEST_SHOWN else words[: _LONGEST_SHOWN - 1] + "…"
-        raise ParameterError(
-            circle[0], got=Words(words), expected="parameters that do not depend on themselves"
-        ) from None
 
 
 def _like(original: SIQuantity, value: SIQuantity, name: str, written: object) -> SIQuantity:

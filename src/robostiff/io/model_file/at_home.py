@@ -17,7 +17,7 @@ from robostiff.kinematics.closure.loops import (
     fitting_coordinates,
     platform_mobility,
 )
-from robostiff.model import Chain, ForceLaw, Leg, Robot, pose_coordinates
+from robostiff.model import Chain, ForceLaw, Robot, pose_coordinates
 from robostiff.model.checks import check_in_plane
 from robostiff.spatial import Space
 
@@ -31,9 +31,18 @@ def verified(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> 
     Raises at the leg that does not close at home, at the joint that leaves the plane, or at
     coordinates that do not determine the pose. `top` is the document, `places` are of the legs.
     """
-    if robot.space is Space.PLANAR:
-        for place, leg in zip(places, robot.legs, strict=True):
-            _check_plane(place, leg)
+    legs = zip(places, robot.legs, strict=True) if robot.space is Space.PLANAR else ()
+    for place, leg in legs:
+        freedoms = place_chain(leg.chain, leg.chain.home, leg.base.R, leg.base.p).freedoms
+        numbers = {
+            id(inner): i
+            for i, element in enumerate(leg.chain.elements)
+            for inner in (element, *(inner for inner, _ in Chain((element,)).moving))
+        }
+        for element, where in leg.chain.moving:
+            for freedom in freedoms[where]:
+                with (place / "chain" / numbers[id(element)]).complaints():
+                    check_in_plane(f"{element.name} in a planar robot", freedom)
     finder = posture_finder(robot)
     q = []
     for i, place in enumerate(places):
@@ -47,8 +56,14 @@ def verified(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> 
         return robot
     fitting = fitting_coordinates(mobility)
     if not chosen:  # none for a structure, which has the home pose only
-        at_home_alone = robot.is_serial and _is_singular(robot, finder.home_pose, q[0])
-        return robot if at_home_alone else replace(robot, coordinates=fitting)
+        if robot.is_serial and not robot.legs[0].chain.has_blocks:
+            # not of an arm that has fewer freedoms at its home than aside
+            step = np.random.default_rng(_SEED).uniform(-_ASIDE, _ASIDE, q[0].shape)
+            aside = platform_mobility(robot, finder.home_pose, [q[0] + step], 1.0)
+            at_home = platform_mobility(robot, finder.home_pose, q, 1.0)
+            if at_home.shape[1] < aside.shape[1]:
+                return robot
+        return replace(robot, coordinates=fitting)
     words = " ".join(coordinate.value for coordinate in robot.coordinates) or "none"
     raise (top / "coordinates").error(
         "coordinates of the platform",
@@ -58,28 +73,6 @@ def verified(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> 
         hint=f"write coordinates: [{', '.join(c.value for c in fitting)}], or leave it out; where "
         "the home configuration is singular, choose another one, or all six coordinates",
     )
-
-
-def _is_singular(robot: Robot, pose: np.ndarray, q: np.ndarray) -> bool:
-    """Whether an arm without blocks has fewer freedoms at its home than aside."""
-    if robot.legs[0].chain.has_blocks:
-        return False
-    aside = q + np.random.default_rng(_SEED).uniform(-_ASIDE, _ASIDE, q.shape)
-    at_home, usual = (platform_mobility(robot, pose, [one], 1.0).shape[1] for one in (q, aside))
-    return at_home < usual
-
-
-def _check_plane(place: Place, leg: Leg) -> None:
-    freedoms = place_chain(leg.chain, leg.chain.home, leg.base.R, leg.base.p).freedoms
-    numbers = {
-        id(inner): i
-        for i, element in enumerate(leg.chain.elements)
-        for inner in (element, *(inner for inner, _ in Chain((element,)).moving))
-    }
-    for element, where in leg.chain.moving:
-        for freedom in freedoms[where]:
-            with (place / "chain" / numbers[id(element)]).complaints():
-                check_in_plane(f"{element.name} in a planar robot", freedom)
 
 
 def at_home(
@@ -102,21 +95,15 @@ def at_home(
         alone = robot.with_springs((spring,))
         with (top / "springs" / i / "between").complaints():
             with_body_springs(find_posture(alone, None))
-    return _with_laws(top / "laws", robot, laws) if laws else robot
-
-
-def _with_laws(place: Place, robot: Robot, written: Mapping[str, WrittenLaw]) -> Robot:
-    """The robot of numbers with the force laws that are written for ``leg/joint``.
-
-    In these names ``*`` stands for any part.
-    """
+    if not laws:
+        return robot
     from robostiff.statics.loading.given_loads import check_own_laws
 
     snapshot = find_posture(robot, None).snapshot.one(0)
     joints = {f"{leg.name}/{own.name}": own for leg in snapshot.legs for own in leg.freedoms}
-    laws: dict[str, ForceLaw] = {}
-    for pattern, law in written.items():
-        here = place / pattern
+    built: dict[str, ForceLaw] = {}
+    for pattern, law in laws.items():  # names leg/joint, in which * stands for any part
+        here = top / "laws" / pattern
         names = [name for name in joints if fnmatchcase(name, pattern)]
         if not names:
             raise here.error(
@@ -129,5 +116,5 @@ def _with_laws(place: Place, robot: Robot, written: Mapping[str, WrittenLaw]) ->
             own = build_law(here, law, joints[name])
             with here.complaints():
                 check_own_laws({name: own}, snapshot)
-            laws[name] = own
-    return replace(robot, laws=laws)
+            built[name] = own
+    return replace(robot, laws=built)

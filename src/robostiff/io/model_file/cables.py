@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -93,11 +93,8 @@ class WrittenCableRobot(WrittenHead):
     tensions: WrittenTensionLimits = WrittenTensionLimits()
     cables: WrittenCables = Field(description="a list of cables, or one cable with repeat:")
 
-    def build(
-        self, top: Place, files: object, holds: Sequence[str] = ()
-    ) -> tuple[CableRobot, list[Place]]:
+    def build(self, top: Place, _holds: object) -> tuple[CableRobot, list[Place]]:
         """The cable robot, and no places of legs."""
-        del files, holds
         weight = None if self.weight is None else self.weight.build(top / "weight")
         given = self.tensions.numbers(top / "tensions")
         limits = given if given["greatest"] is not None else {**given, "greatest": np.inf}

@@ -12,13 +12,7 @@ from pydantic import Field, Tag
 from robostiff.errors import InputError, Words
 from robostiff.io.expression import ParameterError, parameter_values
 from robostiff.io.model_file.joints import WrittenDrive, WrittenJoint
-from robostiff.io.model_file.links import (
-    WrittenBeam,
-    WrittenLink,
-    WrittenRigid,
-    WrittenSpring,
-    WrittenTelescope,
-)
+from robostiff.io.model_file.links import WrittenPart
 from robostiff.io.model_file.place import (
     Name,
     Pair,
@@ -70,7 +64,7 @@ class WrittenRepeat(WrittenMapping):
         | Annotated[WrittenCount, Tag("mapping")],
         either(list, "list", "mapping"),
     ] = Field(description="a list of copies, such as {name: leg1, phi: 0 deg}, or a count")
-    let: dict[str, Value] = Field(default_factory=dict)
+    let: dict[str, Value] = Field({})
 
     def copies(self, place: Place, kind: str) -> Iterator[tuple[str, Place, Place]]:
         """Each copy: its name, where that is written, and the place of its values."""
@@ -83,7 +77,23 @@ class WrittenRepeat(WrittenMapping):
                 yield name, here, _with_variables(place, name, (here / "variable", own), let)
             return
         for i, copy in enumerate(self.repeat):
-            name = _copy_name(here / i, copy, self.repeat[0], kind)
+            name, first = copy.get("name"), self.repeat[0]
+            if not isinstance(name, str) or not name.strip():
+                raise (here / i).error(
+                    f"copy of the {kind}",
+                    got=Words("no name" if name is None else repr(name)),
+                    expected=f"a name, such as {{name: {kind}1, phi: 0 deg}}",
+                )
+            if copy.keys() != first.keys():
+                keys = ([key for key in one if key != "name"] for one in (copy, first))
+                came, wanted = (", ".join(own) or "none" for own in keys)
+                missing = sorted(first.keys() - copy.keys()) or sorted(copy.keys() - first.keys())
+                raise (here / i).error(
+                    f"variables of the copy {name!r}",
+                    got=Words(came),
+                    expected=wanted,
+                    hint=f"{missing[0]} must have a value in every copy",
+                )
             own = {key: value for key, value in copy.items() if key != "name"}
             yield name, here / i, _with_variables(place, name, (here / i, own), let)
 
@@ -129,25 +139,6 @@ def each_of(
                 raise named_at.error(f"name of a {kind}", got=name, expected="each name once")
             taken.add(name)
             yield name, here, own
-
-
-def _copy_name(place: Place, copy: WrittenCopy, first: WrittenCopy, kind: str) -> str:
-    name = copy.get("name")
-    if not isinstance(name, str) or not name.strip():
-        raise place.error(
-            f"copy of the {kind}",
-            got=Words("no name" if name is None else repr(name)),
-            expected=f"a name, such as {{name: {kind}1, phi: 0 deg}}",
-        )
-    if copy.keys() != first.keys():
-        missing = sorted(first.keys() - copy.keys()) or sorted(copy.keys() - first.keys())
-        raise place.error(
-            f"variables of the copy {name!r}",
-            got=Words(", ".join(key for key in copy if key != "name") or "none"),
-            expected=Words(", ".join(key for key in first if key != "name") or "none"),
-            hint=f"{missing[0]} must have a value in every copy",
-        )
-    return name
 
 
 def _with_variables(place: Place, leg: str, *variables: tuple[Place, WrittenCopy]) -> Place:
@@ -285,7 +276,7 @@ WrittenCoupling = Annotated[
 _Couplings = Annotated[
     list[WrittenCoupling],
     Field(
-        default_factory=list,
+        [],
         description="gears and differentials between joints of the chain, such as "
         "[{joint: wrist2, follows: wrist1, ratio: -1.5}]",
     ),
@@ -312,24 +303,21 @@ class WrittenCoupled(WrittenMapping):
                     "name of an element", got=name, expected="each name once in a chain"
                 )
         names = numbered(given, [element.type for element in written])
-        elements: list[Element] = [
+        elements: tuple[Element, ...] = tuple(
             element.build(here / i, name)
             for i, (element, name) in enumerate(zip(written, names, strict=True))
-        ]
-        with here.complaints():
-            return self._coupled(elements, place / "couplings")
-
-    def _coupled(self, elements: Sequence[Element], place: Place) -> Chain:
-        """The chain of elements with the couplings that are written at a place."""
+        )
         joints = {own.name: own for own in elements if isinstance(own, Joint) and own.size == 1}
-        built = tuple(own.build(place / i, joints) for i, own in enumerate(self.couplings))
-        try:
-            return Chain(tuple(elements), built)  # of the first alone another joint may follow
-        except InputError:
-            for i in range(len(built)):  # one after the other, so that an error is at its own place
-                with (place / i).complaints():
-                    Chain(tuple(elements), built[: i + 1])
-            raise
+        at = place / "couplings"
+        with here.complaints():
+            built = tuple(own.build(at / i, joints) for i, own in enumerate(self.couplings))
+            try:
+                return Chain(elements, built)  # of the first alone another joint may follow
+            except InputError:
+                for i in range(len(built)):  # one after the other: an error is at its own place
+                    with (at / i).complaints():
+                        Chain(elements, built[: i + 1])
+                raise
 
 
 def _check_size(place: Place, chains: Sequence[Chain]) -> None:
@@ -419,15 +407,7 @@ class WrittenParallel(WrittenMapping):
 
 
 WrittenElement = Annotated[
-    WrittenJoint
-    | WrittenRigid
-    | WrittenBeam
-    | WrittenSpring
-    | WrittenLink
-    | WrittenTelescope
-    | WrittenParallelogram
-    | WrittenParallel,
-    Field(discriminator="type"),
+    WrittenJoint | WrittenPart | WrittenParallelogram | WrittenParallel, Field(discriminator="type")
 ]
 
 

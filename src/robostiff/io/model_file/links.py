@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
 from annotated_types import MaxLen, MinLen
-from pydantic import Field, Tag
+from pydantic import Field
 
 from robostiff.elasticity import (
     MATERIALS,
@@ -29,7 +28,7 @@ from robostiff.elasticity import (
     tapered_compliance,
     tube,
 )
-from robostiff.elasticity.bounds import Bounds
+from robostiff.elasticity.checks import Bounds
 from robostiff.errors import Words
 from robostiff.io.model_file.joints import WrittenDrive
 from robostiff.io.model_file.place import (
@@ -44,10 +43,10 @@ from robostiff.io.model_file.place import (
     SecondMoment,
     Value,
     Vector,
+    WordOr,
     WrittenMapping,
     WrittenMass,
     WrittenRotation,
-    either,
     read_mass,
 )
 from robostiff.io.suggest import values
@@ -167,29 +166,28 @@ class WrittenSection(WrittenMapping):
             return _SHAPES[kind](**numbers, poisson_ratio=nu)
 
 
-MaterialChoice = Annotated[
-    Annotated[str, Tag("name")] | Annotated[WrittenMaterial, Tag("mapping")],
-    either(str, "name", "mapping"),
-]
+MaterialChoice = WordOr[WrittenMaterial]
 
-SectionChoice = Annotated[
-    Annotated[str, Tag("name")] | Annotated[WrittenSection, Tag("mapping")],
-    either(str, "name", "mapping"),
-]
+SectionChoice = WordOr[WrittenSection]
 
 Theory = Literal["euler-bernoulli", "timoshenko"]
 
 THEORIES: dict[str, BeamTheory] = {"euler-bernoulli": EulerBernoulli(), "timoshenko": Timoshenko()}
 
 
-def stocked(
-    top: Place, materials: Mapping[str, WrittenMaterial], sections: Mapping[str, WrittenSection]
-) -> Place:
-    """The whole document with its materials, beside those shipped, and sections; all checked."""
-    own = {name: one.build(top / "materials" / name, name) for name, one in materials.items()}
-    for name, section in sections.items():
-        section.build(top / "sections" / name)
-    return replace(top, materials={**MATERIALS, **own}, sections=sections)
+class WrittenStock(WrittenMapping):
+    """Materials and sections of a file, by their names."""
+
+    materials: dict[str, WrittenMaterial] = Field({})
+    sections: dict[str, WrittenSection] = Field({})
+
+    def stocked(self, top: Place) -> Place:
+        """The document with its materials, beside those shipped, and sections; all checked."""
+        here = top / "materials"
+        own = {name: one.build(here / name, name) for name, one in self.materials.items()}
+        for name, section in self.sections.items():
+            section.build(top / "sections" / name)
+        return replace(top, materials={**MATERIALS, **own}, sections=self.sections)
 
 
 def build_material(place: Place, written: MaterialChoice) -> Material:
@@ -456,7 +454,7 @@ class WrittenTelescope(WrittenDrive):
     direction: Direction = Field(description="the direction of the slide, such as z")
     y_axis: Direction | None = None
     home: Value | None = None
-    beams: list[WrittenTelescopicBeam] = Field(default_factory=list)
+    beams: list[WrittenTelescopicBeam] = Field([])
 
     def build(self, place: Place, name: str) -> Telescope:
         """The telescope."""
@@ -471,3 +469,7 @@ class WrittenTelescope(WrittenDrive):
         _check_y_axis(place, y_axis, along, [beam.section for beam in beams])
         with (place / "beams").complaints():
             return Telescope(along, beams, beam_axes(along, y_axis), role, home, name)
+
+
+#: The elements between joints.
+WrittenPart = WrittenRigid | WrittenBeam | WrittenSpring | WrittenLink | WrittenTelescope

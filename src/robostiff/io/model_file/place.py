@@ -2,33 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
-from types import MappingProxyType
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
 import numpy as np
 from annotated_types import MaxLen, MinLen
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Discriminator,
-    Field,
-    PlainValidator,
-    StringConstraints,
-    Tag,
-    WithJsonSchema,
-)
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, StringConstraints, Tag
+from pydantic_core import core_schema
 
 from robostiff.errors import FileError, InputError, Words
 from robostiff.io.document import Document, DocumentPlace
 from robostiff.io.expression import FLOATS, Mathematics, ParameterError, parameter_values, parse
-from robostiff.io.plausibility import question
 from robostiff.io.suggest import shown
-from robostiff.io.units import Dimension, SIQuantity, to_si
+from robostiff.io.units import Dimension, SIQuantity, question, to_si
 from robostiff.io.validation import plain
-from robostiff.model import Mass, gravity_vector
+from robostiff.model import Mass
 from robostiff.model.checks import rotation_matrix, unit_vector
 from robostiff.spatial import Frame, is_formula
 from robostiff.spatial.formula import exact_array, exact_arrays, is_above, length_of
@@ -49,6 +40,7 @@ _parsed = lru_cache(maxsize=4096)(parse)
 class Place(DocumentPlace):
     """A location in a document, with the values of names there, and what stands ready by name."""
 
+    shows_lists: ClassVar[bool] = False  # of expressions, but of their values
     names: Mapping[str, SIQuantity]  # parameters and, in repeated legs, the variables of the copy
     materials: Mapping[str, Any] = field(default_factory=dict)
     # As they are written: shear factors depend on the material, so each beam builds its own.
@@ -56,6 +48,9 @@ class Place(DocumentPlace):
     leg: str = ""  # the copy of a repeated leg that is being built
     mathematics: Mathematics = FLOATS  # of floats, or of exact formulas
     nominal: Mapping[str, float] = field(default_factory=dict)  # of the symbols in formulas
+    # The file of a shipped robot that a module names; None where none has that name.
+    shipped: Callable[[str], Path | None] = lambda _: None
+    open: tuple[Path, ...] = ()  # files that are being read: none may be a module of itself
 
     @property
     def is_exact(self) -> bool:
@@ -138,9 +133,6 @@ class Place(DocumentPlace):
         in_leg = self.leg and self.leg not in subject
         return super().error(f"{subject} (in {self.leg})" if in_leg else subject, **words)
 
-    def _as_given(self, got: Any) -> Any:
-        return got
-
     def _came(self, value: str | float) -> Any:
         """What is written here; with its value, where the text is more than a quantity."""
         if not isinstance(value, str):
@@ -156,9 +148,11 @@ def top_place(
     parameters: Mapping[str, Any],
     overrides: Mapping[str, Any],
     mathematics: Mathematics = FLOATS,
-    nominal: Mapping[str, float] = MappingProxyType({}),
+    **more: Any,
 ) -> Place:
     """The whole of a document, where its parameters have values, some of them `overrides`.
+
+    `more` are further attributes of the place.
 
     Raises a FileError at a parameter that cannot be computed as it is written, a ParameterError
     for an override that does not fit.
@@ -170,7 +164,7 @@ def top_place(
             raise  # the error is not in the file
         with (Place(document, names={}) / "parameters" / error.name).complaints():
             raise
-    return Place(document, names=names, mathematics=mathematics, nominal=nominal)
+    return Place(document, names=names, mathematics=mathematics, **more)
 
 
 class WrittenMapping(BaseModel):
@@ -206,15 +200,23 @@ def with_key(key: str, tag: str, other: str) -> Discriminator:
     return Discriminator(lambda value: tag if isinstance(value, dict) and key in value else other)
 
 
-def _value(value: Any) -> Any:
-    if isinstance(value, (str, int, float)) and not isinstance(value, bool):
-        return value
-    raise InputError(
-        "wrong value", got=shown(value), expected="a number, or a text such as 300 mm or 2*R"
-    )
+class _NumberOrText:
+    """Without a function as a validator, whose signature would be looked at for every key."""
+
+    def __get_pydantic_core_schema__(self, *_: Any) -> Any:
+        def checked(value: Any) -> Any:
+            if isinstance(value, (str, int, float)) and not isinstance(value, bool):
+                return value
+            expected = "a number, or a text such as 300 mm or 2*R"
+            raise InputError("wrong value", got=shown(value), expected=expected)
+
+        return core_schema.no_info_plain_validator_function(checked)
+
+    def __get_pydantic_json_schema__(self, *_: Any) -> dict[str, Any]:
+        return {"type": ["number", "string"]}
 
 
-Value = Annotated[Any, PlainValidator(_value), WithJsonSchema({"type": ["number", "string"]})]
+Value = Annotated[Any, _NumberOrText()]
 """A number in SI units, or an expression."""
 
 # Values of one dimension, which `WrittenMapping.numbers` computes.
@@ -408,7 +410,7 @@ class WrittenMass(WrittenMapping):
     mass: Value | None = None
     centre: Vector | None = None
 
-    def masses(self, place: Place) -> tuple[Mass, ...]:
+    def masses(self, place: Place, name: str = "mass") -> tuple[Mass, ...]:
         """The mass of the part, as far as it is written."""
         if self.mass is None and self.centre is not None:
             raise (place / "centre").error(
@@ -421,36 +423,21 @@ class WrittenMass(WrittenMapping):
         value = read_mass(place / "mass", self.mass)
         if value is None:
             return ()
-        return (
-            Mass(value, None if self.centre is None else (place / "centre").point(self.centre)),
-        )
+        centre = None if self.centre is None else (place / "centre").point(self.centre)
+        return (Mass(value, centre, name=name),)
 
 
-class WrittenPlatformMass(WrittenMapping):
+class WrittenPlatformMass(WrittenMass):
     """The mass of the platform, or of something that it carries."""
 
     name: Text | None = None
     mass: Value = Field(description="the mass, such as 25 kg")
-    centre: Vector | None = None
 
 
 def build_platform_masses(place: Place, written: list[WrittenPlatformMass]) -> tuple[Mass, ...]:
     """Masses of a platform and of what it carries."""
-    return tuple(
-        Mass(
-            read_mass(place / i / "mass", own.mass),
-            None if own.centre is None else (place / i / "centre").point(own.centre),
-            name=own.name or f"platform{i + 1}",
-        )
-        for i, own in enumerate(written)
-    )
-
-
-def build_gravity(place: Place, written: str | list[Value] | None) -> np.ndarray | None:
-    """Acceleration of free fall (3,) [m/s^2]; None where none is written."""
-    if written is None or isinstance(written, str):
-        return None if written is None else gravity_vector("gravity", written)
-    return place.vector(written, Dimension.ACCELERATION)
+    names = [own.name or f"platform{i + 1}" for i, own in enumerate(written)]
+    return tuple(mass for i, own in enumerate(written) for mass in own.masses(place / i, names[i]))
 
 
 class WrittenHead(WrittenMapping):
@@ -461,7 +448,7 @@ class WrittenHead(WrittenMapping):
     title: str = ""
     source: Text = Field(description="where the numbers come from, in a sentence")
     notes: str = ""
-    parameters: dict[str, Value] = Field(default_factory=dict)
+    parameters: dict[str, Value] = Field({})
 
 
 VERSION = 1  # of the file format

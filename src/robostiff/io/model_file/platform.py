@@ -127,9 +127,9 @@ class WrittenPlatform(WrittenMapping):
     nodes: Annotated[dict[Name, Vector], Field(min_length=2)] = Field(
         description="names and places, such as {hub: [0, 0, 0], rim: [r, 0, 0]}"
     )
-    beams: list[WrittenPlatformBeam] = Field(default_factory=list)
-    springs: list[WrittenPlatformSpring] = Field(default_factory=list)
-    rigid: list[WrittenMember] = Field(default_factory=list)
+    beams: list[WrittenPlatformBeam] = Field([])
+    springs: list[WrittenPlatformSpring] = Field([])
+    rigid: list[WrittenMember] = Field([])
     tool: Name = Field(description="the node that carries the reference point")
     legs: dict[str, Name] = Field(
         default_factory=dict,
@@ -224,9 +224,8 @@ def attached(
         hint = f"write {leg.name}: {platform.nodes[0].name} or the like under legs: of the platform"
         with (place / "platform").complaints(hint=hint):
             node = given or platform.node_of(leg.node, leg.attachment.p)
-        if leg.node is None:
-            held.append((place, replace(leg, node=node)))
-        else:
-            attachment = Frame(leg.attachment.R, platform.point_of(node))
-            held.append((place, replace(leg, attachment=attachment)))
+        attachment = leg.attachment
+        if leg.node is not None:
+            attachment = Frame(attachment.R, platform.point_of(node))
+        held.append((place, replace(leg, node=node, attachment=attachment)))
     return held

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 
@@ -14,7 +14,7 @@ from robostiff.io.document import Document, read_document
 from robostiff.io.expression import ParameterError, exact_mathematics, parse
 from robostiff.io.model_file.chains import WrittenCoupled, WrittenElement, WrittenLegs, build_legs
 from robostiff.io.model_file.joints import WrittenLaw, WrittenOneAxisJoint
-from robostiff.io.model_file.links import WrittenMaterial, WrittenSection, stocked
+from robostiff.io.model_file.links import WrittenStock
 from robostiff.io.model_file.place import (
     Angle,
     Direction,
@@ -29,7 +29,6 @@ from robostiff.io.model_file.place import (
     WrittenMapping,
     WrittenMass,
     WrittenPlatformMass,
-    build_gravity,
     build_platform_masses,
     check_version,
     top_place,
@@ -43,6 +42,7 @@ from robostiff.io.model_file.symbols import (
     meaning_of,
     symbolic_values,
 )
+from robostiff.io.units import Dimension
 from robostiff.io.validation import validate
 from robostiff.model import (
     Chain,
@@ -60,31 +60,40 @@ if TYPE_CHECKING:
     from robostiff.io.model_file.cables import WrittenCableRobot
 
 
-class WrittenRobot(WrittenHead):
-    """A whole model file."""
+class WrittenPosed(WrittenHead):
+    """Common keys of robots of joints."""
 
-    materials: dict[str, WrittenMaterial] = Field(default_factory=dict)
-    sections: dict[str, WrittenSection] = Field(default_factory=dict)
-    planar: bool = False
-    home: WrittenFrame | None = None
     coordinates: list[Literal["x", "y", "z", "rx", "ry", "rz"]] | None = None
     reference_point: Vector | None = None
-    platform: WrittenPlatform | None = None
-    platform_masses: list[WrittenPlatformMass] = Field(default_factory=list)
+    platform_masses: list[WrittenPlatformMass] = Field([])
     gravity: Direction | None = None
-    springs: list[WrittenBodySpring] = Field(default_factory=list)
-    laws: dict[str, WrittenLaw] = Field(default_factory=dict)
+
+    def posed(self, top: Place) -> dict[str, Any]:
+        """Reference point, gravity and masses of the platform, as `Robot` takes them."""
+        gravity: Any = self.gravity
+        if isinstance(gravity, list):
+            gravity = (top / "gravity").vector(gravity, Dimension.ACCELERATION)
+        masses = build_platform_masses(top / "platform_masses", self.platform_masses)
+        point = (top / "reference_point").point(self.reference_point)
+        return {"reference_point": point, "gravity": gravity, "platform_masses": masses}
+
+
+class WrittenRobot(WrittenPosed, WrittenStock):
+    """A whole model file."""
+
+    planar: bool = False
+    home: WrittenFrame | None = None
+    platform: WrittenPlatform | None = None
+    springs: list[WrittenBodySpring] = Field([])
+    laws: dict[str, WrittenLaw] = Field({})
     legs: WrittenLegs = Field(description="a list of legs, or one leg with repeat:")
 
-    def build(
-        self, top: Place, files: ModuleFiles, holds: Sequence[str] = ()
-    ) -> tuple[Robot, list[Place]]:
+    def build(self, top: Place, holds: Sequence[str]) -> tuple[Robot, list[Place]]:
         """The robot, not yet verified, and the places of its legs.
 
         Nodes that hold the legs are found with numbers before formulas are built.
         """
-        del files
-        top = stocked(top, self.materials, self.sections)
+        top = self.stocked(top)
         here = top / "platform"
         platform = None if self.platform is None else self.platform.build(here)
         legs = build_legs(top / "legs", self.legs)
@@ -101,16 +110,12 @@ class WrittenRobot(WrittenHead):
                 name=self.name,
                 legs=tuple(leg for _, leg in legs),
                 home=home,
-                reference_point=(top / "reference_point").point(self.reference_point),
                 coordinates=_coordinates(top / "coordinates", self),
                 space=Space.PLANAR if self.planar else Space.SPATIAL,
                 title=self.title,
                 source=self.source,
                 platform=platform,
-                platform_masses=build_platform_masses(
-                    top / "platform_masses", self.platform_masses
-                ),
-                gravity=build_gravity(top / "gravity", self.gravity),
+                **self.posed(top),
                 springs=tuple(own.build(top / "springs" / i) for i, own in enumerate(self.springs)),
             )
         return robot, [place for place, _ in legs]
@@ -157,23 +162,16 @@ class WrittenDH(WrittenMapping):
     tool: WrittenFrame | None = None
 
 
-class WrittenArm(WrittenHead):
+class WrittenArm(WrittenPosed):
     """A whole model file of a serial arm."""
 
-    coordinates: list[Literal["x", "y", "z", "rx", "ry", "rz"]] | None = None
-    reference_point: Vector | None = None
-    platform_masses: list[WrittenPlatformMass] = Field(default_factory=list)
-    gravity: Direction | None = None
     dh: WrittenDH = Field(description="convention, and a row for each joint")
     planar: ClassVar[bool] = False
     home: ClassVar[None] = None
     laws: ClassVar[dict[str, WrittenLaw]] = {}
 
-    def build(
-        self, top: Place, files: ModuleFiles, holds: Sequence[str] = ()
-    ) -> tuple[Robot, list[Place]]:
+    def build(self, top: Place, _holds: Sequence[str]) -> tuple[Robot, list[Place]]:
         """The arm of the table, not yet verified, and the place of its only leg."""
-        del files, holds
         coordinates = _coordinates(top / "coordinates", self)
         place, table = top / "dh", self.dh
         built = [row.build(place / "joints" / i) for i, row in enumerate(table.joints)]
@@ -192,13 +190,7 @@ class WrittenArm(WrittenHead):
                 title=self.title,
                 source=self.source,
             )
-        arm = replace(
-            arm,
-            reference_point=(top / "reference_point").point(self.reference_point),
-            platform_masses=build_platform_masses(top / "platform_masses", self.platform_masses),
-            gravity=build_gravity(top / "gravity", self.gravity),
-        )
-        return arm, [place]
+        return replace(arm, **self.posed(top)), [place]
 
 
 def _coordinates(place: Place, written: WrittenRobot | WrittenArm) -> tuple[Coordinate, ...]:
@@ -224,18 +216,6 @@ def distinct_coordinates(place: Place, words: Sequence[str]) -> tuple[Coordinate
     return chosen
 
 
-#: The file of a shipped robot; None where none has that name.
-ShippedFile = Callable[[str], Path | None]
-
-
-@dataclass(frozen=True)
-class ModuleFiles:
-    """Where the robots of modules come from."""
-
-    shipped: ShippedFile
-    open: tuple[Path, ...] = ()  # files that are being read: none of them may be a module of itself
-
-
 class WrittenModule(WrittenCoupled):
     """A module of a hybrid machine: a robot by its name or file, a chain, or legs."""
 
@@ -250,9 +230,9 @@ class WrittenModule(WrittenCoupled):
     chain: Annotated[list[WrittenElement], Field(min_length=1)] | None = None
     legs: WrittenLegs | None = None
     home: WrittenFrame | None = None
-    platform_masses: list[WrittenPlatformMass] = Field(default_factory=list)
+    platform_masses: list[WrittenPlatformMass] = Field([])
 
-    def build(self, place: Place, files: ModuleFiles) -> Robot | Chain:
+    def build(self, place: Place) -> Robot | Chain:
         """The robot or chain of the module."""
         given = [key for key in ("robot", "chain", "legs") if getattr(self, key) is not None]
         if len(given) != 1:
@@ -272,7 +252,7 @@ class WrittenModule(WrittenCoupled):
         if self.chain is not None:
             return self.build_chain(place)
         if self.robot is not None:
-            return self._robot_of_file(place, self.robot, files)
+            return self._robot_of_file(place, self.robot)
         legs = build_legs(place / "legs", self.legs or [])
         home = None if self.home is None else self.home.build(place / "home")
         masses = build_platform_masses(place / "platform_masses", self.platform_masses)
@@ -285,8 +265,8 @@ class WrittenModule(WrittenCoupled):
                 platform_masses=masses,
             )
 
-    def _robot_of_file(self, place: Place, name: str, files: ModuleFiles) -> Robot:
-        here, shipped = place / "robot", files.shipped(name)
+    def _robot_of_file(self, place: Place, name: str) -> Robot:
+        here, shipped = place / "robot", place.shipped(name)
         path = Path(place.document.file).parent / name if shipped is None else shipped
         if "\0" in name or not path.is_file():
             raise here.error(
@@ -296,7 +276,7 @@ class WrittenModule(WrittenCoupled):
                 "this one",
             )
         path = path.resolve()
-        if path in files.open:
+        if path in place.open:
             raise here.error(
                 "robot of a module", got=name, expected="another file: this one is being read"
             )
@@ -315,65 +295,52 @@ class WrittenModule(WrittenCoupled):
             if isinstance(value, str):  # perhaps an expression of this file's parameters
                 with (place / "parameters" / key).complaints():
                     values[key] = parse(value).evaluate(place.names, place.mathematics)
-        inner = replace(files, open=(*files.open, path))
         try:
             written = written_model(document)
-            kind = place.mathematics, place.nominal
-            top = top_place(document, written.parameters, values, *kind)
-            robot = _built(written, top, inner)
+            more = {"shipped": place.shipped, "open": (*place.open, path), "nominal": place.nominal}
+            top = top_place(document, written.parameters, values, place.mathematics, **more)
+            robot = _built(written, top)
         except ParameterError as error:
             with (place / "parameters" / error.name).complaints():
                 raise
         return replace(robot, nominal=place.nominal)
 
 
-class WrittenMachine(WrittenHead):
+class WrittenMachine(WrittenPosed, WrittenStock):
     """A whole model file of a hybrid machine, of modules in series."""
 
-    materials: dict[str, WrittenMaterial] = Field(default_factory=dict)
-    sections: dict[str, WrittenSection] = Field(default_factory=dict)
-    coordinates: list[Literal["x", "y", "z", "rx", "ry", "rz"]] | None = None
-    reference_point: Vector | None = None
-    platform_masses: list[WrittenPlatformMass] = Field(default_factory=list)
-    gravity: Direction | None = None
     modules: Annotated[list[WrittenModule], Field(min_length=1, max_length=50)] = Field(
         description="the modules from base to tool, such as {name: arm, robot: scara}"
     )
-    laws: ClassVar[dict[str, WrittenLaw]] = {}
 
-    def build(
-        self, top: Place, files: ModuleFiles, holds: Sequence[str] = ()
-    ) -> tuple[Robot, list[Place]]:
+    def build(self, top: Place, _holds: Sequence[str]) -> tuple[Robot, list[Place]]:
         """The machine, and no places of legs: each module is verified by itself."""
         from robostiff.kinematics import Module, hybrid_machine
 
-        del holds
         coordinates = None
         if self.coordinates is not None:
             coordinates = distinct_coordinates(top / "coordinates", self.coordinates)
-        top = stocked(top, self.materials, self.sections)
+        top = self.stocked(top)
         modules = []
         for i, own in enumerate(self.modules):
             place = top / "modules" / i
-            part = own.build(place, files)
+            part = own.build(place)
             mount = None if own.mount is None else own.mount.build(place / "mount")
             with place.complaints():
                 modules.append(Module(own.name, part, mount))
-        reference = None
-        if self.reference_point is not None:
-            reference = (top / "reference_point").point(self.reference_point)
+        posed = self.posed(top)
         with (top / "modules").complaints():
             machine = hybrid_machine(
                 modules,
                 name=self.name,
                 coordinates=coordinates,
-                reference_point=reference,
-                gravity=build_gravity(top / "gravity", self.gravity),
+                reference_point=None if self.reference_point is None else posed["reference_point"],
+                gravity=posed["gravity"],
                 title=self.title,
                 source=self.source,
             )
-        masses = build_platform_masses(top / "platform_masses", self.platform_masses)
-        return replace(machine, platform_masses=(*machine.platform_masses, *masses)), []
+        masses = (*machine.platform_masses, *posed["platform_masses"])
+        return replace(machine, platform_masses=masses), []
 
 
 WrittenModel: TypeAlias = "WrittenRobot | WrittenArm | WrittenMachine | WrittenCableRobot"
@@ -413,7 +380,7 @@ def model_from_document(
     parameters: Mapping[str, str | float] | None = None,
     *,
     symbols: Symbols = (),
-    shipped: ShippedFile = lambda _: None,
+    shipped: Callable[[str], Path | None] = lambda _: None,
 ) -> Any:
     r"""The robot that a document describes, a `Robot` or a `CableRobot`, which has no symbols.
 
@@ -452,25 +419,25 @@ def model_from_document(
     """
     written, overrides = written_model(document), parameters or {}
     path = Path(document.file)
-    files = ModuleFiles(shipped, (path.resolve(),) if path.is_file() else ())
-    top = top_place(document, written.parameters, overrides)
-    robot = _built(written, top, files)
+    files: Any = {"shipped": shipped, "open": (path.resolve(),) if path.is_file() else ()}
+    top = top_place(document, written.parameters, overrides, **files)
+    robot = _built(written, top)
     names = chosen_parameters(symbols, written.parameters, overrides)
     if not names and not isinstance(symbols, ParameterChoice):
         return robot
     # Symbols stay in a robot that is built beside the one of numbers, which has been verified.
     quantities, nominal = symbolic_values(names, top.names)
     meanings = {symbol: meaning_of(top.names[name]) for name, symbol in names.items()}
-    exact = exact_mathematics()
-    top = top_place(document, written.parameters, {**overrides, **quantities}, exact, nominal)
-    symbolic = _built(written, top, files, robot.holds)
+    exact, overrides = exact_mathematics(), {**overrides, **quantities}
+    top = top_place(document, written.parameters, overrides, exact, nominal=nominal, **files)
+    symbolic = _built(written, top, robot.holds)
     return completed(symbolic, robot, nominal, meanings)
 
 
-def _built(written: WrittenModel, top: Place, files: ModuleFiles, holds: Sequence[str] = ()) -> Any:
+def _built(written: WrittenModel, top: Place, holds: Sequence[str] = ()) -> Any:
     """The robot that is written; verified, unless it is one of formulas, or has no legs here."""
     model: Any = written
-    robot, places = model.build(top, files, holds)
+    robot, places = model.build(top, holds)
     if top.is_exact or not places:
         return robot
     from robostiff.io.model_file.at_home import at_home

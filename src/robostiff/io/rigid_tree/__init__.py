@@ -2,11 +2,10 @@
 
 A `Reader` of descriptions makes a `RigidTree`; `read_xml` reads XML of strangers, bounded.
 
-``tree`` is the description as data, ``written_side`` defines side files,
-``build_joints`` and ``build`` make linkages and robots of both; ``build`` is the entry point.
+``tree`` is the description as data, ``side_file`` what is written beside it, and ``build`` makes
+linkages and robots of both.
 """
 
-from robostiff.io.plausibility import warn_of_parts_not_read
 from robostiff.io.rigid_tree.build import linkage_of_tree, robot_of_tree
 from robostiff.io.rigid_tree.tree import (
     JointType,
@@ -15,11 +14,14 @@ from robostiff.io.rigid_tree.tree import (
     RigidTree,
     TreeJoint,
     TreeLoop,
+    XmlElement,
+    XmlLimits,
     mass_of_body,
     question_place,
+    read_side,
+    read_xml,
+    warn_of_parts_not_read,
 )
-from robostiff.io.rigid_tree.written_side import read_side
-from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, read_xml
 
 __all__ = [
     "JointType",

@@ -4,29 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from robostiff.errors import Words, warn_of_slip
+from robostiff.errors import InputError, Words, warn_of_slip
 from robostiff.io.document import Document
 from robostiff.io.expression import exact_mathematics
 from robostiff.io.model_file.at_home import verified
-from robostiff.io.model_file.links import WrittenBeam, WrittenLink, stocked
+from robostiff.io.model_file.links import WrittenBeam, WrittenLink
 from robostiff.io.model_file.place import Place, top_place
 from robostiff.io.model_file.robots import distinct_coordinates
 from robostiff.io.model_file.symbols import Symbols, chosen_parameters, symbolic_values
-from robostiff.io.rigid_tree.build_joints import DescribedTree
-from robostiff.io.rigid_tree.tree import RigidTree, TreeLoop, with_symbols
-from robostiff.io.rigid_tree.written_side import (
-    LinkFrameChoice,
+from robostiff.io.rigid_tree.side_file import (
+    DescribedTree,
     WrittenElasticLink,
     WrittenLinkBeam,
     WrittenSide,
     WrittenTool,
     check_known,
 )
+from robostiff.io.rigid_tree.tree import RigidTree, TreeLoop
 from robostiff.io.suggest import listing
 from robostiff.kinematics import place_chain
 from robostiff.linkage import (
@@ -39,8 +38,9 @@ from robostiff.linkage import (
     with_roles,
 )
 from robostiff.linkage.essential import network_of
-from robostiff.model import Chain, Joint, JointKind, Passive, Robot, spherical
+from robostiff.model import Chain, Joint, JointKind, Link, Passive, Robot, spherical
 from robostiff.model.chain import is_elastic
+from robostiff.model.entries import free_symbols
 from robostiff.network import Network
 from robostiff.spatial import Frame
 
@@ -70,8 +70,30 @@ def build_links(
     for name, entry in written.items():
         place = top / "links" / name
         check_known(place, name, "link", tree.links)
-        end, to = _far_end(place, name, entry, ends_of(name))
-        joint = tree.joint_into(name)
+        ends = ends_of(name)
+        leading = [(end, point) for end, point, leads_on in ends if leads_on]
+        if entry.to is not None:
+            places = {end: point for end, point, _ in ends}
+            check_known(place / "to", entry.to, "end of the link", list(places))
+            end, to = entry.to, places[entry.to]
+        elif len(leading) == 1:
+            end, to = leading[0]
+        elif leading:
+            names = listing([end for end, _ in leading])
+            raise place.error(
+                f"elastic link {name!r}",
+                got=Words(f"{len(leading)} places to which it leads: {names}"),
+                expected="to:, the name of one of them; what holds the others is its near end",
+            )
+        else:
+            got = "no joint, loop or tool point beyond it that is connected to the platform"
+            raise place.error(
+                f"elastic link {name!r}",
+                got=Words(got),
+                expected="a link between the base and the tool",
+                key=True,
+            )
+        joint = tree.into.get(name)
         start = np.zeros(3) if joint is None else joint.after.inverse.p + 0.0
         to = to - start
         given: dict[str, Any] = {
@@ -105,32 +127,6 @@ def far_body(link: str) -> str:
     return f"{link}, far end"
 
 
-def _far_end(
-    place: Place, name: str, entry: WrittenElasticLink, ends: Ends
-) -> tuple[str, np.ndarray]:
-    """Which of the ends of a link is its far one, and where it is."""
-    if entry.to is not None:
-        places = {end: point for end, point, _ in ends}
-        check_known(place / "to", entry.to, "end of the link", list(places))
-        return entry.to, places[entry.to]
-    leading = [(end, point) for end, point, leads_on in ends if leads_on]
-    if len(leading) == 1:
-        return leading[0]
-    if not leading:
-        raise place.error(
-            f"elastic link {name!r}",
-            got=Words("no joint, loop or tool point beyond it that is connected to the platform"),
-            expected="a link between the base and the tool",
-            key=True,
-        )
-    names = listing([end for end, _ in leading])
-    raise place.error(
-        f"elastic link {name!r}",
-        got=Words(f"{len(leading)} places to which it leads: {names}"),
-        expected="to:, the name of one of them; what holds the others is its near end",
-    )
-
-
 def _at(point: np.ndarray) -> Frame:
     return Frame(np.eye(3), point + 0.0)
 
@@ -147,19 +143,23 @@ def build_loops(top: Place, written: WrittenSide, tree: RigidTree) -> list[TreeL
                 "name of the loop", got=name, expected="a name no joint or loop has"
             )
         taken.add(name)
-        (link_a, frame_a), (link_b, frame_b) = (
-            _frame(place / "between" / j, choice, tree) for j, choice in enumerate(entry.between)
-        )
-        if link_a == link_b:
+        links, frames = [], []
+        for j, choice in enumerate(entry.between):
+            at = place / "between" / j
+            is_name = isinstance(choice, str)
+            link, where = (choice, at) if is_name else (choice.link, at / "link")
+            links.append(check_known(where, link, "link", tree.links))
+            frames.append(Frame.identity() if is_name else choice.build(at))
+        if links[0] == links[1]:
             raise (place / "between").error(
-                "links of the loop", got=link_a, expected="two different links"
+                "links of the loop", got=links[0], expected="two different links"
             )
         closing, here = entry.joint, place / "joint"
         if isinstance(closing, str):
             element = None if closing == "fixed" else spherical(Passive(), name=name)
         else:
             element = closing.build(here, name)
-        loop = TreeLoop(name, (link_a, link_b), (frame_a, frame_b), element)
+        loop = TreeLoop(name, (links[0], links[1]), (frames[0], frames[1]), element)
         described = [own.name for own in tree.loops if set(own.links) == set(loop.links)]
         if described:
             words = (
@@ -168,13 +168,6 @@ def build_loops(top: Place, written: WrittenSide, tree: RigidTree) -> list[TreeL
             warn_of_slip(f"{place.document.location(place.path)}: {words}")
         loops.append(loop)
     return loops
-
-
-def _frame(place: Place, choice: LinkFrameChoice, tree: RigidTree) -> tuple[str, Frame]:
-    if isinstance(choice, str):
-        return check_known(place, choice, "link", tree.links), Frame.identity()
-    check_known(place / "link", choice.link, "link", tree.links)
-    return choice.link, choice.build(place)
 
 
 def drawn_links(tree: RigidTree, joints: Mapping[str, Joint | None]) -> dict[str, Frame]:
@@ -186,7 +179,7 @@ def drawn_links(tree: RigidTree, joints: Mapping[str, Joint | None]) -> dict[str
     waiting = [tree.root]
     while waiting:
         link = waiting.pop()
-        for joint in tree.joints_from(link):
+        for joint in tree.out_of.get(link, ()):
             start = frames[link] @ joint.before
             moving = joints.get(joint.name)
             if moving is not None:
@@ -203,26 +196,19 @@ def starting(loop: TreeLoop, frames: Mapping[str, Frame]) -> TreeLoop:
     joint = loop.element
     if not isinstance(joint, Joint) or any(joint.home):
         return loop
-    ends = [frames[link] @ frame for link, frame in zip(loop.links, loop.frames, strict=True)]
-    home = _nearest(joint, ends[0].inverse @ ends[1])
-    return replace(loop, element=replace(joint, home=home))
-
-
-def _nearest(joint: Joint, motion: Frame) -> tuple[float, ...]:
-    """Coordinates of a joint whose motion comes near a given one."""
-    turn = Rotation.from_matrix(motion.R)
-    if joint.kind is JointKind.SPHERICAL:
-        return tuple(turn.as_rotvec().tolist())
     if joint.kind is JointKind.UNIVERSAL:
-        return joint.home
+        return loop
+    ends = [frames[link] @ frame for link, frame in zip(loop.links, loop.frames, strict=True)]
+    motion = ends[0].inverse @ ends[1]
+    turn = Rotation.from_matrix(motion.R)
     x, y, z, w = turn.as_quat()
-    coordinates = []
-    for screw in joint.freedoms:
-        if screw.turns:
-            coordinates.append(float(2.0 * np.arctan2(screw.axis @ [x, y, z], w)))
-        else:
-            coordinates.append(float(screw.axis @ motion.p))
-    return tuple(coordinates)
+    home = [
+        2.0 * np.arctan2(own.axis @ [x, y, z], w) if own.turns else own.axis @ motion.p
+        for own in joint.freedoms
+    ]
+    if joint.kind is JointKind.SPHERICAL:
+        home = turn.as_rotvec()
+    return replace(loop, element=replace(joint, home=tuple(map(float, home))))
 
 
 def _linkage(described: DescribedTree) -> Linkage:
@@ -234,17 +220,17 @@ def _linkage(described: DescribedTree) -> Linkage:
     tool, joints = _tool(top, written, tree), described.joints
     drawn = drawn_links(tree, joints)
     loops = [starting(loop, drawn) for loop in build_loops(top, written, tree)]
-    top = stocked(top, written.materials, written.sections)
+    top = written.stocked(top)
     tool_point = (top / "tool" / "at").point(tool.at)
     leading: set[str] = set()  # joints to the base, the tool and loops
     for link in {base, tool.link, *(link for loop in loops for link in loop.links)}:
-        joint = tree.joint_into(link)
+        joint = tree.into.get(link)
         while joint is not None and joint.name not in leading:
             leading.add(joint.name)
-            joint = tree.joint_into(joint.parent)
+            joint = tree.into.get(joint.parent)
 
     def ends_of(link: str) -> Ends:
-        moving = (own for own in tree.joints_from(link) if own.name in joints)
+        moving = (own for own in tree.out_of.get(link, ()) if own.name in joints)
         ends = [(own.name, own.drawn_at, own.name in leading) for own in moving]
         for loop in loops:
             pairs = zip(loop.links, loop.frames, strict=True)
@@ -400,8 +386,36 @@ def linkage_of_tree(
     quantities, nominal = symbolic_values(names, top.names)
     overrides = {**(parameters or {}), **quantities}
     exact = top_place(side, written.parameters, overrides, exact_mathematics())
-    symbolic = DescribedTree(exact, written, described.tree)
-    return with_symbols(linkage, lambda: _linkage(symbolic), nominal)
+    refusal = InputError(
+        f"symbols of linkage {linkage.name!r}",
+        got=tuple(nominal),
+        expected="parameters of stiffnesses, elastic parts and masses alone",
+        hint="give values to parameters of dimensions: load_linkage(path, {NAME: ...})",
+    )
+    try:
+        symbolic = _linkage(DescribedTree(exact, written, described.tree))
+    except (InputError, TypeError):  # a dimension that is computed with a symbol is no number
+        raise refusal from None
+    dimensions: list[Any] = [symbolic.reference_point]
+    connections = []
+    for own, other in zip(linkage.connections, symbolic.connections, strict=True):
+        element, given = own.element, other.element
+        dimensions += [
+            other.before,
+            other.after,
+            *(getattr(given, k, None) for k in ("to", "home")),
+        ]
+        if isinstance(element, Joint) and isinstance(given, Joint):
+            k = getattr(given.role, "stiffness", None)
+            if free_symbols(k):
+                element = replace(element, role=replace(element.role, stiffness=k))
+        elif isinstance(element, Link) and free_symbols(given):
+            given = cast("Link", given)
+            element = replace(element, elasticity=given.elasticity, masses=given.masses)
+        connections.append(replace(own, element=element))
+    if free_symbols(tuple(dimensions)):
+        raise refusal
+    return replace(linkage, connections=tuple(connections), nominal=nominal)
 
 
 def _linkages(described: DescribedTree) -> tuple[Linkage, Linkage]:

@@ -1,24 +1,165 @@
-"""A tree of rigid links and joints, from a robot description file."""
+"""Robot descriptions as data: XML of strangers, and the tree of rigid links that is read of it.
+
+XML is bounded and without entities, every element with its location.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
-from typing import Any, cast
+from pathlib import Path
+from typing import Any
+from xml.parsers import expat
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from robostiff.errors import FileError, InputError, Location, Words, warn_of_slip
-from robostiff.io.plausibility import question
+from robostiff.extras import READERS, added
+from robostiff.io.bounded_file import bounded_bytes
+from robostiff.io.document import Document, read_document
+from robostiff.io.model_file.place import VERSION, check_version
 from robostiff.io.suggest import listing
-from robostiff.io.units import Dimension
-from robostiff.linkage import Linkage
+from robostiff.io.units import Dimension, question
 from robostiff.model import Actuated, Joint, Link, Mass, Role
-from robostiff.model.entries import free_symbols
 from robostiff.spatial import Frame
+
+Numbers = Sequence[float] | np.ndarray
+
+
+@dataclass(frozen=True)
+class XmlLimits:
+    """Bounds on a description."""
+
+    size: int = 16_000_000  # of the file [bytes]
+    depth: int = 200  # of elements inside each other
+    elements: int = 200_000  # in all, those that MJCF replicates counted as often
+
+
+@dataclass
+class XmlElement:
+    """An element: its name, attributes, place, children, and the beginning of its text."""
+
+    tag: str
+    attributes: dict[str, str]
+    location: Location
+    children: list[XmlElement]
+    text: str = ""
+
+    def error(self, subject: str, **words: Any) -> FileError:
+        """An error at this element."""
+        return FileError(self.location, subject, **words)
+
+    def all(self, tag: str) -> list[XmlElement]:
+        """Its children of that name."""
+        return [child for child in self.children if child.tag == tag]
+
+    def one(self, tag: str) -> XmlElement | None:
+        """Its first child of that name."""
+        return next(iter(self.all(tag)), None)
+
+    def numbers(self, what: str, text: str | None, otherwise: Numbers) -> np.ndarray:
+        """Numbers of a text in this element, as many as there are otherwise.
+
+        Raises FileError where they are no finite numbers, or others in number.
+        """
+        if text is None:
+            return np.array(otherwise, dtype=float)
+        try:
+            numbers = np.array(text.split(), dtype=float)
+        except ValueError:
+            numbers = np.zeros(0)
+        size = len(otherwise)
+        if numbers.shape != (size,) or not (np.abs(numbers) <= _LARGEST).all():
+            expected = f"{size} finite number{'s' * (size > 1)} up to {_LARGEST:g}"
+            raise self.error(what, got=text, expected=expected)
+        return numbers
+
+    def numbers_at(self, tag: str, key: str, otherwise: Numbers, of: str) -> np.ndarray:
+        """Numbers of an attribute of its first child of that name."""
+        child = self.one(tag)
+        if child is None:
+            return np.array(otherwise, dtype=float)
+        return child.numbers(f"{key} in the {tag} {of}", child.attributes.get(key), otherwise)
+
+    def frame_at(self, tag: str, of: str) -> Frame:
+        """Frame of a child with xyz and rpy: a place, and turns about fixed axes."""
+        return frame_of(*(self.numbers_at(tag, key, np.zeros(3), of) for key in ("xyz", "rpy")))
+
+
+def frame_of(at: np.ndarray, turn: np.ndarray) -> Frame:
+    """Frame from a place (3,) and from roll, pitch and yaw (3,) about fixed axes."""
+    return Frame(Rotation.from_euler("xyz", turn).as_matrix(), at + 0.0)
+
+
+_LIMITS = XmlLimits()
+_LARGEST = 1e9  # metres and radians; far beyond any robot
+_LONGEST_TEXT = 1000  # beyond which no number or name is read
+
+
+def read_xml(
+    source: Path | str, limits: XmlLimits = _LIMITS, content: bytes | None = None
+) -> XmlElement:
+    """The root element of a file in XML, or of its `content` where it has been read already.
+
+    A document type is refused before it is read, so that there are no entities to expand.
+
+    Raises FileError when it cannot be read, is no XML, has a document type, or is too large.
+
+    Examples
+    --------
+    >>> text = b"<robot name='r'><link name='a'/></robot>"
+    >>> read_xml("r.urdf", content=text).all("link")[0].attributes
+    {'name': 'a'}
+    """
+    if content is None:
+        content = bounded_bytes(source, limits.size, "a robot description")
+    parser, file = expat.ParserCreate(), str(source)
+    top = XmlElement("", {}, Location(file), [])  # what has the root in it
+    open_, count = [top], 0
+
+    def here() -> Location:
+        return Location(file, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1)
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal count
+        count += 1
+        if count > limits.elements or len(open_) > limits.depth:
+            raise FileError(
+                here(),
+                "XML",
+                got=Words("more elements, or deeper ones"),
+                expected=f"at most {limits.elements}, {limits.depth} inside each other",
+            )
+        element = XmlElement(tag, attributes, here(), [])
+        open_[-1].children.append(element)
+        open_.append(element)
+
+    def characters(text: str) -> None:
+        if len(open_[-1].text) < _LONGEST_TEXT:
+            open_[-1].text += text
+
+    def refuse_doctype(*_: object) -> None:
+        raise FileError(
+            here(),
+            "document type",
+            got=Words("<!DOCTYPE"),
+            expected="none: robot descriptions need no document type, and no entities",
+        )
+
+    parser.StartElementHandler, parser.EndElementHandler = start, lambda _: open_.pop()
+    parser.CharacterDataHandler, parser.StartDoctypeDeclHandler = characters, refuse_doctype
+    try:
+        parser.Parse(content, True)
+    except expat.ExpatError as error:
+        place = Location(file, error.lineno, error.offset + 1)
+        words = Words(expat.ErrorString(error.code))
+        raise FileError(place, "XML", got=words, expected="a well-formed document") from None
+    return top.children[0]
+
 
 MOST_LINKS = 2000
 """Of a description; robots have a hundred at most."""
@@ -153,16 +294,18 @@ class RigidTree:
                     expected="one",
                     hint="write what closes a loop under loops: in the side file",
                 )
-        roots = [link for link in self.links if self.joint_into(link) is None]
+        roots = [link for link in self.links if link not in self.into]
         if len(roots) != 1:
             raise self.error(
                 "links without a parent",
                 got=Words(listing(roots) or "none"),
                 expected="one root of the tree",
             )
-        reached = set(self.below(roots[0]))
+        reached = [roots[0]]
+        for link in reached:  # which grows meanwhile
+            reached += [joint.child for joint in self.out_of.get(link, ())]
         if len(reached) < len(self.links):
-            rest = [link for link in self.links if link not in reached]
+            rest = [link for link in self.links if link not in set(reached)]
             raise self.error(
                 "links that are connected in a circle",
                 got=Words(listing(rest, 12)),
@@ -172,36 +315,21 @@ class RigidTree:
     @cached_property
     def root(self) -> str:
         """The link without a parent."""
-        return next(link for link in self.links if self.joint_into(link) is None)
+        return next(link for link in self.links if link not in self.into)
 
     @cached_property
     def leaves(self) -> tuple[str, ...]:
         """The links without a child."""
-        parents = {joint.parent for joint in self.joints}
-        return tuple(link for link in self.links if link not in parents)
-
-    def joint_into(self, link: str) -> TreeJoint | None:
-        """The joint between a link and its parent; None for the root."""
-        return self._into.get(link)
-
-    def joints_from(self, link: str) -> tuple[TreeJoint, ...]:
-        """The joints between a link and its children."""
-        return tuple(self._out.get(link, ()))
-
-    def below(self, link: str) -> Iterator[str]:
-        """A link and all its descendants."""
-        waiting = [link]
-        while waiting:
-            here = waiting.pop()
-            yield here
-            waiting += [joint.child for joint in self.joints_from(here)]
+        return tuple(link for link in self.links if link not in self.out_of)
 
     @cached_property
-    def _into(self) -> dict[str, TreeJoint]:
+    def into(self) -> dict[str, TreeJoint]:
+        """The joint between each link and its parent; none of the root."""
         return {joint.child: joint for joint in self.joints}
 
     @cached_property
-    def _out(self) -> dict[str, list[TreeJoint]]:
+    def out_of(self) -> dict[str, list[TreeJoint]]:
+        """The joints between each link and its children, if it has any."""
         out: dict[str, list[TreeJoint]] = {}
         for joint in self.joints:
             out.setdefault(joint.parent, []).append(joint)
@@ -254,36 +382,64 @@ def mass_of_body(
         return Mass(value, centre, name=name)
 
 
-def with_symbols(
-    known: Linkage, build: Callable[[], Linkage], nominal: Mapping[str, float]
-) -> Linkage:
-    """The linkage of numbers with the stiffnesses of the same one built with symbols.
+def warn_of_parts_not_read(
+    parts: Mapping[str, Sequence[tuple[str, Location]]],
+    instead: str = "nothing stands in their place",
+) -> None:
+    """Warn of parts of a description that move, bend, weigh or hold others, and are not read.
 
-    Raises InputError when a dimension depends on a symbol.
+    For each kind their names and places; that of the first is shown.
     """
-    refusal = InputError(
-        f"symbols of linkage {known.name!r}",
-        got=tuple(nominal),
-        expected="parameters of stiffnesses, elastic parts and masses alone",
-        hint="give values to parameters of dimensions: load_linkage(path, {NAME: ...})",
-    )
-    try:
-        symbolic = build()
-    except (InputError, TypeError):  # a dimension that is computed with a symbol is no number
-        raise refusal from None
-    connections = []
-    for own, other in zip(known.connections, symbolic.connections, strict=True):
-        element, given = own.element, other.element
-        if isinstance(element, Joint) and isinstance(given, Joint):
-            k = getattr(given.role, "stiffness", None)
-            if free_symbols(k):
-                element = replace(element, role=replace(element.role, stiffness=k))
-        elif isinstance(element, Link) and free_symbols(given):
-            given = cast("Link", given)
-            element = replace(element, elasticity=given.elasticity, masses=given.masses)
-        connections.append(replace(own, element=element))
-    plain = [(c.before, c.after, getattr(c.element, "to", None)) for c in symbolic.connections]
-    homes = [getattr(c.element, "home", None) for c in symbolic.connections]
-    if free_symbols((tuple(plain), tuple(homes), symbolic.reference_point)):
-        raise refusal
-    return replace(known, connections=tuple(connections), nominal=nominal)
+    for kind, found in parts.items():
+        if found:
+            names = listing([name or "without a name" for name, _ in found], 12)
+            words = f"not read: {kind} {names}; {instead}"
+            warn_of_slip(f"{found[0][1]}: {words}")
+
+
+_EXAMPLE = (
+    "write robostiff: 1, source: where the numbers come from, tool: the name of a link, joints: "
+    '{"*": {stiffness: 1e4 N m/rad}}, or the like'
+)
+
+
+def read_side(description: Path | str, side: Path | str | None = None) -> Document:
+    """The side file of a robot description.
+
+    Parameters
+    ----------
+    description : path or str
+    side : path or str, optional
+        The side file; the one beside the description when left out: ``arm.stiffness.yaml`` beside
+        ``arm.urdf.xacro``.
+
+    Raises
+    ------
+    InputError
+        When there is none; a `FileError` when it cannot be read or is no side file.
+    """
+    if side is None:
+        name = Path(description).name
+        for ending in (".xacro", ".urdf", ".xml", *added(READERS)):
+            name = name[: -len(ending)] if name.lower().endswith(ending) else name
+        found = Path(description).with_name(f"{name}.stiffness.yaml")
+        if not found.exists():
+            raise InputError(
+                f"stiffness of {str(description)!r}",
+                got=Words("no side file"),
+                expected=f"{found} beside it, or another file by side=, --side on the command line",
+                hint=f"there {_EXAMPLE}",
+            )
+        side = found
+    document = read_document(side)
+    expected = f"robostiff: {VERSION} at the top"
+    check_version(document, "side file", "version of the side file", expected, _EXAMPLE)
+    if "legs" in document.data:
+        raise FileError(
+            document.key_location(("legs",)),
+            "side file",
+            got=Words("a model file with legs of its own"),
+            expected="a side file of a robot description",
+            hint=_EXAMPLE,
+        )
+    return document

@@ -28,8 +28,7 @@ from robostiff.elasticity import (
 from robostiff.elastostatics import chain_stiffness
 from robostiff.errors import InputError, NoAnswerError, Words
 from robostiff.io.document import DocumentPlace
-from robostiff.io.plausibility import question
-from robostiff.io.units import Dimension
+from robostiff.io.units import Dimension, question
 from robostiff.model import (
     Actuated,
     Mass,
@@ -120,16 +119,17 @@ class ScrewData(FilePart):
         per_turn = {"R": 0.0, "P": None}.get(self.kind, self.pitch)
         return None if per_turn is None else per_turn / full_turn(per_turn)
 
-    def placed(
-        self,
-        name: str,
-        place: DocumentPlace,
-        role: Role = Passive(),  # noqa: B008
-    ) -> PlacedFreedom:
+    @property
+    def role(self) -> Role:
+        """Actuated with its stiffness, if it has one."""
+        k = getattr(self, "k", None)
+        return Passive() if k is None else Actuated(k, inertia=getattr(self, "inertia", None))
+
+    def placed(self, name: str, place: DocumentPlace) -> PlacedFreedom:
         """The joint about or along an axis in the world."""
         with place.at("axis").complaints():
             axis = _direction("axis", self.axis)
-        return PlacedFreedom(axis, np.array(self.point, dtype=float), self.advance, name, role)
+        return PlacedFreedom(axis, np.array(self.point, dtype=float), self.advance, name, self.role)
 
 
 class PassivePart(Chained, ScrewData):
@@ -144,11 +144,6 @@ class SpringPart(Chained, ScrewData):
     type: Literal["spring"]
     k: Positive = Field(description="the stiffness, N m/rad for R and H, N/m for P")
     inertia: Positive | None = Field(None, description="of the drive, kg m^2 for R and H, kg for P")
-
-    def placed(self, name: str, place: DocumentPlace, role: Role | None = None) -> PlacedFreedom:
-        """The joint with its drive in the world."""
-        role = role or Actuated(self.k, inertia=self.inertia)
-        return super().placed(name, place, role)
 
 
 class BeamData(FilePart):

@@ -36,7 +36,7 @@ from robostiff.io.snapshot.elements import (
 )
 from robostiff.io.suggest import distinct, numbered
 from robostiff.io.validation import validate
-from robostiff.model import Actuated, Passive, PlacedMass
+from robostiff.model import PlacedMass
 from robostiff.network import BeamElement, JointElement, Network, Node, SpringElement
 from robostiff.network.elements import CouplingElement, Element
 from robostiff.network.equations import check_fits
@@ -101,8 +101,7 @@ class JointBetween(BetweenPart):
         """The joint in the world, whose motions stay in the plane of a planar network."""
         freedoms = []
         for i, own in enumerate(self.dofs):
-            role = Passive() if own.k is None else Actuated(own.k, inertia=own.inertia)
-            freedoms.append(own.placed(f"dof{i + 1}", place.at("dofs", i), role))
+            freedoms.append(own.placed(f"dof{i + 1}", place.at("dofs", i)))
             with place.at("dofs", i, "axis").complaints():
                 check_fits(JointElement(name, self.a, self.b, (freedoms[-1],)), space)
         return JointElement(name, self.a, self.b, tuple(freedoms))
@@ -300,8 +299,15 @@ def network_to_data(network: Network) -> dict[str, Any]:
         "joints": joints,
     }
     names = {id(own): data["name"] for own, data in zip(network.joints, joints, strict=True)}
-    if couplings := [_coupling(own, names) for own in network.couplings if own.terms]:
-        data["graph"]["couplings"] = couplings
+    for own in network.couplings:
+        terms = {
+            f"{names[id(joint)]}/dof{place + 1}": float(factor)
+            for joint, number, factor in own.terms
+            if (place := joint.place(number)) is not None
+        }
+        if own.terms:
+            coupling = {"name": own.name, "sum": terms, "k": own.stiffness}
+            data["graph"].setdefault("couplings", []).append(coupling)
     masses = [
         {"on": node.name, **mass_data(mass)} for node in network.nodes for mass in node.masses
     ]
@@ -314,15 +320,6 @@ def _elastic(element: BeamElement | SpringElement) -> tuple[np.ndarray, np.ndarr
     if isinstance(element, BeamElement):
         return element.end, element.rotation, Elasticity(element.tip_compliance)
     return element.point, element.rotation, element.elasticity
-
-
-def _coupling(own: CouplingElement, names: dict[int, str]) -> dict[str, Any]:
-    terms = {
-        f"{names[id(joint)]}/dof{place + 1}": float(factor)
-        for joint, number, factor in own.terms
-        if (place := joint.place(number)) is not None
-    }
-    return {"name": own.name, "sum": terms, "k": own.stiffness}
 
 
 def _named(given: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field
 
 from robostiff.elastostatics import Status, Tolerance
-from robostiff.elastostatics.plane import coupling_out_of_plane
+from robostiff.elastostatics.tolerance import coupling_out_of_plane
 from robostiff.errors import FileError, InputError, warn_of_slip
 from robostiff.io.document import Document, DocumentPlace, read_document
 from robostiff.io.snapshot.elements import (
@@ -55,7 +55,7 @@ from robostiff.model import (
     Snapshot,
 )
 from robostiff.model.checks import check_in_plane
-from robostiff.model.coupled_joints import Transmission, transmission
+from robostiff.model.coupled_joints import transmission
 from robostiff.model.joint import joint_of
 
 
@@ -164,6 +164,8 @@ def snapshot_from_document(document: Document) -> Snapshot:
     >>> [element.name for element in snapshot.legs[0].elements]
     ['spring1']
     """
+    from robostiff.analysis.posed_stiffness import stiffness
+
     if is_graph(document):
         place = document.key_location(["graph"])
         raise FileError(place, "a graph, and not legs", hint="read it with load")
@@ -191,26 +193,19 @@ def snapshot_from_document(document: Document) -> Snapshot:
     if file.planar:
         for i, leg in enumerate(legs):
             _check_leg(leg, reference, place.at("legs", i, "chain"))
-    _question_alignment(snapshot, place)
-    return snapshot
-
-
-def _question_alignment(snapshot: Snapshot, place: DocumentPlace) -> None:
-    """Warn where rounding of the coordinates may decide a rank or whether a joint is redundant."""
-    from robostiff.analysis.posed_stiffness import stiffness
-
+    # Rounding of the coordinates may decide a rank, or whether a joint is redundant.
     found = stiffness(snapshot, tolerance=Tolerance(near_independence=_ROUNDED))
     doubtful = Status.ILL_CONDITIONED
-    if doubtful not in found.status or doubtful in stiffness(snapshot).status:
-        return
-    legs = zip(snapshot.legs, found.details().legs, strict=True)
-    names = [f"leg {leg.name!r}" for leg, K in legs if doubtful in K.status]
-    who = ", ".join(names) or "the platform"
-    warn_of_slip(
-        f"{place.document.location(['legs'])}: rank {found.rank} is decided by differences of "
-        f"coordinates below {_ROUNDED:g} of the size, in {who}; if coordinates are rounded, "
-        "write ten digits, and the same numbers where points coincide or axes are parallel"
-    )
+    if doubtful in found.status and doubtful not in stiffness(snapshot).status:
+        pairs = zip(snapshot.legs, found.details().legs, strict=True)
+        names = [f"leg {leg.name!r}" for leg, K in pairs if doubtful in K.status]
+        who = ", ".join(names) or "the platform"
+        warn_of_slip(
+            f"{document.location(['legs'])}: rank {found.rank} is decided by differences of "
+            f"coordinates below {_ROUNDED:g} of the size, in {who}; if coordinates are rounded, "
+            "write ten digits, and the same numbers where points coincide or axes are parallel"
+        )
+    return snapshot
 
 
 def is_snapshot(document: Document) -> bool:
@@ -277,8 +272,25 @@ def _placed_leg(
     _question_joints(part.chain, chain)
     for i, own in enumerate(part.masses):
         masses += _masses(own, place.at("masses", i), names, elements)
-    if part.couplings:
-        elements = coupled(elements, _transmission(part, place, elements, prefix), prefix=prefix)
+    couplings: list[Coupling] = []
+    for i, own in enumerate(part.couplings):
+        with place.at("couplings", i).complaints():
+            couplings.append(Coupling(tuple(own.sum.items()), Locked(own.k), None, own.name or ""))
+    if couplings:
+        freedoms = [e for e in elements if isinstance(e, PlacedFreedom)]
+        joints = {
+            freedom.name.removeprefix(prefix): (i, joint_of(freedom, freedom.role))
+            for i, freedom in enumerate(freedoms)
+        }
+        try:
+            with np.errstate(all="ignore"):
+                moved = transmission(joints, len(joints), couplings)
+        except InputError:
+            for i in range(len(couplings)):  # one after the other, so that an error is at its place
+                with place.at("couplings", i).complaints():
+                    transmission(joints, len(joints), couplings[: i + 1])
+            raise
+        elements = coupled(elements, moved, prefix=prefix)
     return PlacedLeg(name, tuple(elements), end, tuple(masses))
 
 
@@ -302,29 +314,6 @@ def _masses(
         )
     usual = carrier.branches[0].end if isinstance(carrier, PlacedBlock) else carrier.point
     yield from data.placed(place, carrier.name, usual, count)
-
-
-def _transmission(
-    part: LegPart | BranchPart, place: DocumentPlace, elements: Sequence[PlacedElement], prefix: str
-) -> Transmission:
-    """How the coordinates of a leg or branch with couplings move its joints."""
-    freedoms = [e for e in elements if isinstance(e, PlacedFreedom)]
-    joints = {
-        freedom.name.removeprefix(prefix): (i, joint_of(freedom, freedom.role))
-        for i, freedom in enumerate(freedoms)
-    }
-    couplings: list[Coupling] = []
-    for i, own in enumerate(part.couplings):
-        with place.at("couplings", i).complaints():
-            couplings.append(Coupling(tuple(own.sum.items()), Locked(own.k), None, own.name or ""))
-    try:
-        with np.errstate(all="ignore"):
-            return transmission(joints, len(joints), couplings)
-    except InputError:
-        for i in range(len(couplings)):  # one after the other, so that an error is at its place
-            with place.at("couplings", i).complaints():
-                transmission(joints, len(joints), couplings[: i + 1])
-        raise
 
 
 # Part of a beam's length by which the axis of a joint may miss it, with a rigid part between.
@@ -414,12 +403,32 @@ def _chain(leg: PlacedLeg, name: str, prefix: str) -> dict[str, Any]:
     kept = [k for k, e in enumerate(elements) if not _is_rigid(e)]
     elements = [elements[k] for k in kept]
     names = distinct(e.name.removeprefix(prefix) for e in elements)
-    chain = [_element(e, n) for e, n in zip(elements, names, strict=True)]
+    chain: list[dict[str, Any]] = []
+    for element, own in zip(elements, names, strict=True):
+        if isinstance(element, PlacedBlock):
+            branches = distinct(b.name.removeprefix(f"{element.name}/") for b in element.branches)
+            pairs = zip(element.branches, branches, strict=True)
+            inside = [_chain(branch, called, f"{branch.name}/") for branch, called in pairs]
+            chain.append({"type": "parallel", "name": own, "branches": inside})
+        elif isinstance(element, PlacedSpring):
+            at = element.point, element.rotation, element.elasticity
+            chain.append({"type": "spring6", "name": own, **spring6_data(own, *at)})
+        else:
+            kind = "passive" if element.is_passive else "spring"
+            drive = {} if element.is_passive else drive_data(element)
+            chain.append({"type": kind, "name": own, **screw_data(element), **drive})
     written = dict(zip((e.name for e in elements), names, strict=True))
-    couplings = list(_couplings(leg, written, held, prefix))
-    data = {"name": name, "end": one_pose(leg.end, 1), "chain": chain}
-    if couplings:
-        data["couplings"] = couplings
+    data: dict[str, Any] = {"name": name, "end": one_pose(leg.end, 1), "chain": chain}
+    joints = [e for e in leg.elements if isinstance(e, PlacedFreedom)]
+    turns = {e.joint if isinstance(e, CoupledFreedom) else e.name: e.turns for e in joints}
+    for own in (e for e in joints if isinstance(e, CoupledFreedom) and len(e.sum) > 1):
+        # The first joint says whether the sum is an angle or a length.
+        first = [term for term in own.sum if turns[term[0]] is own.turns]
+        factors = dict(first) | dict(own.sum)
+        terms = {written[joint]: float(a) for joint, a in factors.items() if joint in written}
+        if len(terms) > 1:
+            coupling = {"name": own.name.removeprefix(prefix), "sum": terms, "k": own.stiffness}
+            data.setdefault("couplings", []).append(coupling)
     if leg.masses:
         data["masses"] = [
             mass_data(mass) | {"after": names[before[-1]]} if before else mass_data(mass)
@@ -450,35 +459,5 @@ def _held_alone(leg: PlacedLeg, rigid: set[str]) -> dict[str, Role]:
     return held
 
 
-def _couplings(
-    leg: PlacedLeg, written: dict[str, str], held: dict[str, Role], prefix: str
-) -> Iterator[dict[str, Any]]:
-    joints = [e for e in leg.elements if isinstance(e, PlacedFreedom)]
-    turns = {e.joint if isinstance(e, CoupledFreedom) else e.name: e.turns for e in joints}
-    for element in leg.elements:
-        if isinstance(element, CoupledFreedom) and len(element.sum) > 1:
-            # The first joint says whether the sum is an angle or a length.
-            kind = element.turns
-            factors = sorted(element.sum, key=lambda term, kind=kind: turns[term[0]] is not kind)
-            terms = {written[joint]: float(a) for joint, a in factors if joint in written}
-            if len(terms) > 1:
-                name = element.name.removeprefix(prefix)
-                yield {"name": name, "sum": terms, "k": element.stiffness}
-
-
 def _is_rigid(own: PlacedElement) -> bool:
     return isinstance(own, PlacedFreedom) and not own.is_passive and own.stiffness is None
-
-
-def _element(element: PlacedElement, name: str) -> dict[str, Any]:
-    if isinstance(element, PlacedBlock):
-        names = distinct(own.name.removeprefix(f"{element.name}/") for own in element.branches)
-        pairs = zip(element.branches, names, strict=True)
-        branches = [_chain(branch, own, f"{branch.name}/") for branch, own in pairs]
-        return {"type": "parallel", "name": name, "branches": branches}
-    if isinstance(element, PlacedSpring):
-        own = element.point, element.rotation, element.elasticity
-        return {"type": "spring6", "name": name, **spring6_data(name, *own)}
-    kind = "passive" if element.is_passive else "spring"
-    data = {"type": kind, "name": name, **screw_data(element)}
-    return data if element.is_passive else {**data, **drive_data(element)}

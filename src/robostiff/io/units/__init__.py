@@ -8,6 +8,7 @@ from robostiff.io.units.quantity import (
     own_quantity,
     parse_quantities,
     parse_quantity,
+    question,
     to_si,
 )
 from robostiff.io.units.unit import UNIT_WORDS, Unit, is_unit_word, make_unit, read_unit
@@ -24,6 +25,7 @@ __all__ = [
     "own_quantity",
     "parse_quantities",
     "parse_quantity",
+    "question",
     "read_unit",
     "to_si",
 ]

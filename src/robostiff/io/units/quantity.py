@@ -1,4 +1,4 @@
-"""Quantities with units: their dimensions, reading, and conversion to SI units.
+"""Quantities with units: their dimensions, reading, conversion to SI units, and doubts about them.
 
 A *quantity* is a number, or a formula, with a unit in base units (m, kg, s, rad). Quantities of
 pint are converted where they come from outside; reading a file takes no package for units. A bare
@@ -10,18 +10,19 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
 from numbers import Real
 from typing import Any
 
-from robostiff.errors import InputError, Words
+from robostiff.errors import InputError, Location, Words, warn_of_slip
 from robostiff.io.suggest import did_you_mean, listing
 from robostiff.io.units.unit import BASE, NUMBER, UNIT_WORDS, WORD, Unit, after_space, read_unit
+from robostiff.model.checks import FARTHEST, FULL_TURN
 from robostiff.spatial.formula import is_formula, is_possible
-from robostiff.spatial.quantities import is_pint
+from robostiff.spatial.quantities import is_pint, si_number
 
 _LONGEST_TEXT = 1000
 
@@ -204,18 +205,18 @@ def own_quantity(value: Any) -> SIQuantity | None:
     >>> own_quantity(pint.UnitRegistry().Quantity(1.5, "kN")).magnitude, own_quantity(1.5)
     (1500.0, None)
     """
-    if not is_pint(value):
+    if not is_pint(value) or getattr(value.magnitude, "shape", ()) != ():
         return None
-    base = {"[length]": "m", "[mass]": "kg", "[time]": "s"}
+    try:
+        number = float(si_number("quantity", value))
+    except InputError:  # of electricity, or the like
+        return None
     powers = {str(name): power for name, power in value.dimensionality.items()}
-    if not powers.keys() <= base.keys() or getattr(value.magnitude, "shape", ()) != ():
-        return None
-    powers = {base[name]: power for name, power in powers.items()}
     roots = {str(name): power for name, power in value.to_root_units().unit_items()}
-    powers["rad"] = roots.get("rad", roots.get("radian", 0))
-    unit = " * ".join(f"{name} ** {power}" for name, power in powers.items() if power)
-    number = float(value.to(unit or "dimensionless").magnitude)
-    m, kg, s, rad = (float(powers.get(name, 0)) for name in BASE)
+    powers["[rad]"] = roots.get("rad", roots.get("radian", 0))
+    m, kg, s, rad = (
+        float(powers.get(name, 0)) for name in ("[length]", "[mass]", "[time]", "[rad]")
+    )
     return SIQuantity(number, Unit((m, kg, s, rad)))
 
 
@@ -391,3 +392,52 @@ def parse_quantities(
             zip(items, dimensions, names, strict=True), start=1
         )
     ]
+
+
+# Elastic moduli [Pa]: with a unit, and as bare numbers, which are often in another unit.
+_SOFTEST, _SOFTEST_BARE, _HARDEST = 1e3, 1e6, 1e13
+# Advance of a screw in one turn [m].
+_STEEPEST = 2.0
+
+
+def question(
+    number: float,
+    dimension: Dimension,
+    location: Callable[[Sequence[str | int]], Location],
+    path: Sequence[str | int] = (),
+    *,
+    has_unit: bool = False,
+    in_si: bool = False,
+) -> None:
+    """Warn when a number, in SI units, is probably meant in another unit.
+
+    Where it is written is looked up for a warning only; `in_si` says that no unit can be written
+    there.
+    """
+    number = float(number)
+    if dimension in _LARGEST:
+        largest, words, unit = _LARGEST[dimension]
+        meant = has_unit and dimension is Dimension.ANGLE  # turns that are written in degrees
+        if meant or abs(number) <= largest:
+            return
+        words = words.format(number)
+    else:
+        softest = _SOFTEST if has_unit else _SOFTEST_BARE
+        if dimension is not Dimension.MODULUS or softest <= number <= _HARDEST:
+            return
+        words, unit = f"an elastic modulus of {number:g} Pa", "GPa" if number < _SOFTEST else "MPa"
+        if number > _HARDEST:
+            words, unit = f"{words}, harder than diamond", ""
+    if unit:
+        words += f"; in {'degrees' if unit == 'deg' else unit}?"
+        if not has_unit:
+            words += " numbers here are in SI units" if in_si else f" write {number:g} {unit}"
+    warn_of_slip(f"{location(path)}: {words}")
+
+
+# Beyond it a number is probably a slip; what it is called, and the unit that is probably meant.
+_LARGEST = {
+    Dimension.LENGTH: (FARTHEST, "a length of {:g} m", "mm"),
+    Dimension.ADVANCE_PER_TURN: (_STEEPEST, "an advance of {:g} m in one turn", "mm"),
+    Dimension.ANGLE: (FULL_TURN, "an angle of {:g} rad", "deg"),
+}

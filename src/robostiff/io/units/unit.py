@@ -150,10 +150,12 @@ def read_unit(text: str, start: int, *, leading_slash: bool = True) -> tuple[Uni
     >>> read_unit("10 N m/rad + 2", 2)[1]
     10
     """
-    powers: dict[str, int] = {}
-    end = _read_product(text, start, powers, 1, leading_slash=leading_slash)
-    if end == start:
+    factors, end = _read_product(text, start, leading_slash=leading_slash)
+    if not factors:
         return None, start
+    powers: dict[str, int] = {}
+    for word, power in factors:
+        powers[word] = powers.get(word, 0) + power
     got = text[start:end].strip()
     if sum(map(abs, powers.values())) > _HIGHEST_POWER:
         raise InputError("unit", got=got, expected=f"powers up to {_HIGHEST_POWER} in all")
@@ -171,26 +173,35 @@ def after_space(text: str, start: int) -> int:
 
 
 def _read_product(
-    text: str,
-    start: int,
-    powers: dict[str, int],
-    sign: int,
-    *,
-    leading_slash: bool,
-    brackets: bool = True,
-) -> int:
-    """Multiply the unit at `start`, to the power `sign`, into `powers`; return its end."""
+    text: str, start: int, *, leading_slash: bool, in_brackets: bool = False
+) -> tuple[list[tuple[str, int]], int]:
+    """The words at `start` with their powers, and where they end."""
+    factors: list[tuple[str, int]] = []
     end, divided = start, False
     while found := _JOINT.match(text, end):
-        joint = found[1]
-        if end == start and (joint not in (None, "/") or (joint and not leading_slash)):
-            return end
+        joint, begin = found[1], found.end()
         inverse = joint == "/"
-        after = _read_factor(
-            text, found.end(), powers, -sign if inverse else sign, brackets=brackets and inverse
-        )
-        if after is None:
-            return end
+        if not factors and (joint not in (None, "/") or (inverse and not leading_slash)):
+            break
+        if inverse and not in_brackets and text.startswith("(", begin):
+            own, inner = _read_product(text, begin + 1, leading_slash=False, in_brackets=True)
+            after = after_space(text, inner) + 1
+            if not own or text[after - 1 : after] != ")":
+                break
+        else:
+            word = WORD.match(text, begin)
+            if not word or not is_unit_word(word[0]):
+                break
+            own, after = [(_SPELLINGS.get(word[0], word[0]), 1)], word.end()
+            if power := _POWER.match(text, after) or _SUPERSCRIPT.match(text, after):
+                own, after = [(own[0][0], int(power[1].translate(_PLAIN_DIGITS)))], power.end()
+            if again := _POWER_SIGN.match(text, after):
+                raise InputError(
+                    "power of a unit",
+                    got=text[word.end() : again.end() + 8].strip(),
+                    expected="one whole number, as in mm^2",
+                    hint="for the power of a quantity write (300 mm)^2",
+                )
         if joint is None and divided:
             raise InputError(
                 "unit",
@@ -198,35 +209,6 @@ def _read_product(
                 expected="only one meaning",
                 hint="write a product below the line as N/(m rad), one above it as N m/rad",
             )
+        factors += [(word, -power if inverse else power) for word, power in own]
         end, divided = after, divided or inverse
-    return end
-
-
-def _read_factor(
-    text: str, start: int, powers: dict[str, int], sign: int, *, brackets: bool
-) -> int | None:
-    if brackets and text.startswith("(", start):
-        inner: dict[str, int] = {}
-        end = _read_product(text, start + 1, inner, sign, leading_slash=False, brackets=False)
-        end = after_space(text, end)
-        if not inner or not text.startswith(")", end):
-            return None
-        for word, power in inner.items():
-            powers[word] = powers.get(word, 0) + power
-        return end + 1
-    word = WORD.match(text, start)
-    if not word or not is_unit_word(word[0]):
-        return None
-    name = _SPELLINGS.get(word[0], word[0])
-    power, end = 1, word.end()
-    if found := _POWER.match(text, end) or _SUPERSCRIPT.match(text, end):
-        power, end = int(found[1].translate(_PLAIN_DIGITS)), found.end()
-    if again := _POWER_SIGN.match(text, end):
-        raise InputError(
-            "power of a unit",
-            got=text[word.end() : again.end() + 8].strip(),
-            expected="one whole number, as in mm^2",
-            hint="for the power of a quantity write (300 mm)^2",
-        )
-    powers[name] = powers.get(name, 0) + sign * power
-    return end
+    return factors, end

@@ -60,7 +60,7 @@ def nearest(
 
     Those that close the leg come first. Then those whose drive is within its limits, where its home
     was left out; then the nearest in the coordinates that are given; then in that of the drive;
-    then in all.
+    then in all. Distances are 1 - cos of an angle, and advances as parts of the length.
 
     Parameters
     ----------
@@ -80,7 +80,15 @@ def nearest(
         Against which slides are measured [m].
     """
     chain, q, near = chain.main_path, q[..., chain.main_places], near[chain.main_places]
-    apart = _distances(chain, q, near, length)
+    difference = q - near
+    apart = np.empty(difference.shape)
+    for place, screw in enumerate(chain.freedoms):
+        x = difference[..., place]
+        shift = np.abs(screw.advance(x)) / length
+        apart[..., place] = shift if screw.slides else 1.0 - np.cos(x)
+    for place in _balls(chain):
+        chord = turn_by_vector(q[..., place]) - turn_by_vector(near[place])
+        apart[..., place] = np.einsum("...ij,...ij->...", chord, chord)[..., None] / 12.0
     low, high = chain.limits[:, leading]
     outside = ((q[..., leading] < low) | (q[..., leading] > high)) & (not given[leading])
     keys = (np.sum(apart, axis=-1), apart[..., leading], np.sum(apart[..., given], axis=-1))
@@ -103,21 +111,6 @@ def beyond_limits(chain: Chain, q: np.ndarray) -> np.ndarray:
     return np.any((q < low) | (q > high), axis=-1)
 
 
-def _distances(chain: Chain, q: np.ndarray, near: np.ndarray, length: float) -> np.ndarray:
-    """How far each coordinate is: 1 - cos of an angle, an advance as a part of the length (...)."""
-    apart = q - near
-    found = np.empty(apart.shape)
-    for place, screw in enumerate(chain.freedoms):
-        own = apart[..., place]
-        shift = np.abs(screw.advance(own)) / length
-        found[..., place] = shift if screw.slides else 1.0 - np.cos(own)
-    for place in _balls(chain):
-        R, R_near = turn_by_vector(q[..., place]), turn_by_vector(near[place])
-        chord = R - R_near
-        found[..., place] = np.einsum("...ij,...ij->...", chord, chord)[..., None] / 12.0
-    return found
-
-
 def on_turn_of_home(chain: Chain, q: np.ndarray, near: np.ndarray) -> np.ndarray:
     """The same angles, each on the turn within its limits, or else nearest to given coordinates.
 
@@ -132,8 +125,13 @@ def on_turn_of_home(chain: Chain, q: np.ndarray, near: np.ndarray) -> np.ndarray
         turns += (found < low) & (found + one <= high)
         turns -= (found > high) & (found - one >= low)
         q[..., places] += one * turns
-    for place in balls:
-        _unwind(q[..., place], near[place])
+    for place in balls:  # rotation vectors of the same rotations
+        r, own = q[..., place], near[place]
+        size, far = np.linalg.norm(r, axis=-1, keepdims=True), np.linalg.norm(own)
+        still = own / far if far > 0 else np.zeros(3)
+        direction = np.where(size > 0, r / np.where(size > 0, size, 1.0), still)
+        turns = np.round(np.sum((own - r) * direction, axis=-1, keepdims=True) / (2.0 * np.pi))
+        r += 2.0 * np.pi * turns * direction
     return q
 
 
@@ -148,16 +146,6 @@ def _turning(chain: Chain) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[sli
         if screw.is_rotation and i not in of_balls and chain.free[i]
     ]
     return np.array(places, dtype=int), *chain.limits[:, places], balls
-
-
-def _unwind(r: np.ndarray, near: np.ndarray) -> None:
-    """Rotation vectors (..., 3) of the same rotations, the nearest to a given one; in place."""
-    size = np.linalg.norm(r, axis=-1, keepdims=True)
-    far = np.linalg.norm(near)
-    still = near / far if far > 0 else np.zeros(3)
-    direction = np.where(size > 0, r / np.where(size > 0, size, 1.0), still)
-    turns = np.round(np.sum((near - r) * direction, axis=-1, keepdims=True) / (2.0 * np.pi))
-    r += 2.0 * np.pi * turns * direction
 
 
 def _balls(chain: Chain) -> Iterator[slice]:

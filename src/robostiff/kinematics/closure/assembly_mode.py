@@ -62,7 +62,18 @@ def nearest(loops: Loops, x: np.ndarray) -> np.ndarray:
         better = size < best_size[going]
         best[going[better]], best_size[going[better]] = x[better], size[better]
         closed = (best_size[going] <= CONVERGED) | (~better & (best_size[going] < _STANDSTILL))
-        step = _levenberg_step(e, J, size)
+        step = np.zeros((len(e), J.shape[-1]))
+        if J.shape[-1]:  # something can move
+            J_T, wide = transposed(J), J.shape[-1] > J.shape[-2]
+            A = J @ J_T if wide else J_T @ J
+            trace = np.trace(A, axis1=-2, axis2=-1) / A.shape[-1]
+            # Where nothing moves a gap, any damping keeps it at rest.
+            damping = np.maximum(np.minimum(size, 1.0) ** 2, 1e-15) * np.where(
+                trace > 0, trace, 1.0
+            )
+            A = A + damping[:, None, None] * np.eye(A.shape[-1])
+            step = np.linalg.solve(A, e[..., None] if wide else J_T @ e[..., None])
+            step = (J_T @ step if wide else step)[..., 0]
         J_step = np.einsum("...ij,...j->...i", J, step)
         falls = np.sum(e * J_step, axis=-1) > _STATIONARY * np.sum(e * e, axis=-1)
         on = ~closed & falls
@@ -72,22 +83,6 @@ def nearest(loops: Loops, x: np.ndarray) -> np.ndarray:
         longest = np.max(np.abs(step), axis=-1, keepdims=True)
         x = loops.moved(x, step * np.minimum(1.0, _LARGEST_STEP / np.maximum(longest, 1e-300)))
     return best
-
-
-def _levenberg_step(e: np.ndarray, J: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Steps (N, n) that lessen gaps e (N, m) of given sizes (N,) by their rates J (N, m, n)."""
-    if J.shape[-1] == 0:
-        return np.zeros((len(e), 0))  # nothing can move
-    J_T = transposed(J)
-    wide = J.shape[-1] > J.shape[-2]
-    A = J @ J_T if wide else J_T @ J
-    trace = np.trace(A, axis1=-2, axis2=-1) / A.shape[-1]
-    # Where nothing moves a gap, any damping keeps it at rest.
-    damping = np.maximum(np.minimum(size, 1.0) ** 2, 1e-15) * np.where(trace > 0, trace, 1.0)
-    A = A + damping[:, None, None] * np.eye(A.shape[-1])
-    right = e[..., None] if wide else J_T @ e[..., None]
-    found = np.linalg.solve(A, right)
-    return (J_T @ found if wide else found)[..., 0]
 
 
 @dataclass(frozen=True)
@@ -140,7 +135,8 @@ def follow(
 ) -> Followed:
     """Postures at prescribed coordinates (N, g), in the assembly mode of a closed one (size,).
 
-    With another one that need not close, so that no path leads from it, those closed from there.
+    At its own coordinates that is the posture. With another one that need not close, so that no
+    path leads from it, those closed from there.
     """
     if near is not None:
         x = np.tile(near, (len(given), 1))
@@ -150,7 +146,15 @@ def follow(
     if key not in loops.modes:
         loops.modes.clear()
         loops.modes[key] = AssemblyMode(loops, home)
-    return loops.modes[key].at(given)
+    mode: AssemblyMode = loops.modes[key]
+    away = np.any(given != home[loops.given], axis=-1)
+    if away.all() or not mode.is_closed:
+        return mode.at(given)
+    x, closed, elsewhere = np.tile(home, (len(given), 1)), ~away, np.zeros(len(given), dtype=bool)
+    if away.any():
+        found = mode.at(given[away])
+        x[away], closed[away], elsewhere[away] = found.x, found.closed, found.elsewhere
+    return Followed(x, closed, elsewhere, loops.ends)
 
 
 def closed_near(loops: Loops, x: np.ndarray) -> Followed:
@@ -174,6 +178,11 @@ class AssemblyMode:
     loops: Loops
     home: np.ndarray  # (size,): the closed posture
 
+    @cached_property
+    def is_closed(self) -> bool:
+        """Whether home closes as well as any posture that is found; dimensions may lack digits."""
+        return bool(_size(self.loops.gaps(self.home[None]))[0] <= _STANDSTILL)
+
     def at(self, given: np.ndarray) -> Followed:
         """Postures at prescribed coordinates (N, g), in the order of ``loops.given``."""
         x = np.tile(self.home, (len(given), 1))
@@ -184,25 +193,34 @@ class AssemblyMode:
         elsewhere = np.zeros(len(x), dtype=bool)
         rows = np.flatnonzero(~kept)
         at_once = rows.size == 0
-        last, gone, directions = self._along(given[rows])
-        x[rows], kept[rows] = last, gone >= 1.0
-        left = gone < 1.0
-        rows = rows[left]
-        if rows.size:
-            own = directions and [one.of_rows(left) for one in directions]
-            guess = x[rows]
-            guess[:, self.loops.given] = given[rows]
-            x[rows] = nearest(self.loops, guess)
-            gap = _size(self.loops.gaps(x[rows]))
-            closed = (gap <= _NEARLY_CLOSED) & self._is_long(x[rows])
-            arrived = gone[left] >= 1.0 - _LAST_PART
-            kept[rows] = closed & arrived & self._meets(x[rows], gap, own)
-            elsewhere[rows] = closed & ~kept[rows]
+        if not at_once:
+            x[rows], gone, directions = self._along(given[rows])
+            kept[rows], left = gone >= 1.0, gone < 1.0
+            rows = rows[left]
+            if rows.size:
+                own = directions and [one.of_rows(left) for one in directions]
+                guess = x[rows]
+                guess[:, self.loops.given] = given[rows]
+                x[rows] = nearest(self.loops, guess)
+                gap = _size(self.loops.gaps(x[rows]))
+                closed = (gap <= _NEARLY_CLOSED) & self._is_long(x[rows])
+                arrived = gone[left] >= 1.0 - _LAST_PART
+                kept[rows] = closed & arrived & self._meets(x[rows], gap, own)
+                elsewhere[rows] = closed & ~kept[rows]
+        if self._at_home is None:  # modes meet there
+            return Followed(x, kept, elsewhere, self.loops.ends)
         rows = np.flatnonzero(kept)
-        J = J if at_once or self._at_home is None else self.loops.rates(x[rows])
-        rows = rows[self._is_nearly_singular(J, len(rows))]
-        beyond = rows[self._crosses(x[rows], given[rows])]
-        kept[beyond], elsewhere[beyond] = False, True
+        if rows.size:
+            J = J if at_once else self.loops.rates(x[rows])
+            singular = np.zeros(len(rows), dtype=bool)
+            for part, usual in zip(self.loops.parts, self._usual, strict=True):
+                if usual.size:  # the smallest singular value has nearly vanished
+                    values = np.linalg.svd(_of_part(part, J), compute_uv=False)[:, usual.size - 1]
+                    singular |= values < _WATCHED * usual[-1]
+            rows = rows[singular]
+        if rows.size:
+            beyond = rows[self._crosses(x[rows], given[rows], self._at_home[-1])]
+            kept[beyond], elsewhere[beyond] = False, True
         return Followed(x, kept, elsewhere, self.loops.ends)
 
     def _start_aside(self, x: np.ndarray, kept: np.ndarray, given: np.ndarray) -> None:
@@ -224,18 +242,7 @@ class AssemblyMode:
             closed &= self._is_long(found)
             x[rows[closed]], kept[rows[closed]] = found[closed], True
 
-    def _is_nearly_singular(self, J: np.ndarray, count: int) -> np.ndarray:
-        """Where the smallest singular value of a part of rates has nearly vanished (N,)."""
-        found = np.zeros(count, dtype=bool)
-        if self._at_home is None or not count:
-            return found
-        for part, usual in zip(self.loops.parts, self._usual, strict=True):
-            if usual.size:
-                values = np.linalg.svd(_of_part(part, J), compute_uv=False)[:, usual.size - 1]
-                found |= values < _WATCHED * usual[-1]
-        return found
-
-    def _crosses(self, x: np.ndarray, given: np.ndarray) -> np.ndarray:
+    def _crosses(self, x: np.ndarray, given: np.ndarray, at_home: _Directions) -> np.ndarray:
         """Where the way to nearly singular postures crosses the singularity just before them (N,).
 
         Modes meet there, and a step may lead to the other one, in which determinants keep their
@@ -243,13 +250,11 @@ class AssemblyMode:
         say by extrapolation where they vanish.
         """
         crosses = np.zeros(len(x), dtype=bool)
-        if self._at_home is None or not len(x):
-            return crosses
         places, before, known = self.loops.given, [x], np.ones(len(x), dtype=bool)
         for back in (1, 2):
             guess = before[-1].copy()
             guess[:, places] = given + back * _LAST_PART * (self.home[places] - given)
-            closed, found, *_ = self._newton(guess, self._at_home[-1])
+            closed, found, *_ = self._newton(guess, at_home)
             before.append(closed)
             known &= found
         J_near, J_far = (self.loops.rates(one) for one in before[1:])
@@ -366,7 +371,13 @@ class AssemblyMode:
             whole = self.loops.parts[-1]
             T = own.square(_of_part(whole, J))
             right = transposed(own.U) @ np.take(e, whole.equations, axis=1)[..., None]
-            step = (own.V @ _solved(T, right))[..., 0]
+            try:
+                found = np.linalg.solve(T, right)
+            except np.linalg.LinAlgError:  # no number where T is singular
+                singular = (np.linalg.slogdet(T)[0] == 0)[:, None, None]
+                T = np.where(singular, np.eye(T.shape[-1]), T)
+                found = np.where(singular, np.nan, np.linalg.solve(T, right))
+            step = (own.V @ found)[..., 0]
             length = np.sqrt(np.sum(step * step, axis=-1))
             most = _LONG_STEP if taken == 0 else _CONTRACTION * last[going]
             contracts = (length <= most) | (length <= _SMALL_STEP)
@@ -408,16 +419,6 @@ def _of_part(part: ClosurePart, J: np.ndarray) -> np.ndarray:
     """The rates of one part, those of loops first."""
     # Indices leave equal entries of all postures side by side, which products sum in another order.
     return np.ascontiguousarray(J[..., part.equations[:, None], part.unknowns])
-
-
-def _solved(T: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """T^-1 right; no number where T is singular."""
-    try:
-        return np.linalg.solve(T, right)
-    except np.linalg.LinAlgError:
-        singular = np.linalg.slogdet(T)[0] == 0
-        T = np.where(singular[:, None, None], np.eye(T.shape[-1]), T)
-        return np.where(singular[:, None, None], np.nan, np.linalg.solve(T, right))
 
 
 def _directions(

@@ -1,4 +1,4 @@
-"""Rigid bodies of a leg, at zero coordinates and where they are now, and the closed leg.
+"""Rigid bodies of a leg, at zero coordinates and where they are now; aims, and the closed leg.
 
 Vectors are of recorded entries, arrays (3,) and (3, 3) of objects, or of numbers with poses in the
 last axis, arrays (3, N) and (3, 3, N) of floats. Sums and products of components are NumPy's for
@@ -26,7 +26,6 @@ from robostiff.record import (
     square_root,
 )
 from robostiff.record.record import is_exact
-from robostiff.spatial import cross as cross_of_entries
 
 _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 
@@ -105,7 +104,17 @@ def tidied(values: np.ndarray, scale: float = 1.0) -> np.ndarray:
     """
     out = np.empty(values.size, dtype=object)
     for place, value in enumerate(values.ravel().tolist()):
-        out[place] = _tidy(value, scale)
+        if isinstance(value, Entry):
+            own = value.record.simplified(value, scale)
+        elif is_exact(value):
+            own = int(value) if value.is_Integer and -1 <= value.p <= 1 else value
+        elif abs(value) <= ROUNDING * scale:
+            own = 0
+        elif abs(abs(value) - 1) <= ROUNDING:
+            own = 1 if value > 0 else -1
+        else:
+            own = float(value)
+        out[place] = own
     return out.reshape(values.shape)
 
 
@@ -118,19 +127,6 @@ def tidied_point(p: np.ndarray) -> np.ndarray:
     array([0.3, 0, 0], dtype=object)
     """
     return tidied(p, max(most_size(x) for x in p))
-
-
-def _tidy(value: Any, scale: float) -> Any:
-    if isinstance(value, Entry):
-        return value.record.simplified(value, scale)
-    if is_exact(value):
-        return int(value) if value.is_Integer and -1 <= value.p <= 1 else value
-    if abs(value) <= ROUNDING * scale:
-        return 0
-    for unit in (1, -1):
-        if abs(value - unit) <= ROUNDING:
-            return unit
-    return float(value)
 
 
 @dataclass(frozen=True)
@@ -183,13 +179,6 @@ class LegBody:
     def at(self, x: np.ndarray, p: np.ndarray) -> LegBody:
         """A body of the same orientation, whose point x is at p."""
         return LegBody(Rest(self.rest.R, x), self.R, p)
-
-    def turn_to(self, far: LegBody, own: np.ndarray) -> np.ndarray:
-        """Rotation (3, 3, N) to another body at poses, in axes `own` (3, 3) at zero coordinates."""
-        near_own, far_own = (body.rest.R.T @ own for body in (self, far))
-        turn = np.einsum("jin,jkn->ikn", self.R, far.R)
-        turn = np.einsum("ijn,jk->ikn", turn, far_own)
-        return np.einsum("ji,jkn->ikn", near_own, turn)
 
 
 def rest_of_directions(x: np.ndarray, u: np.ndarray, v: np.ndarray) -> tuple[Rest, Any]:
@@ -263,6 +252,83 @@ def _axes(u: np.ndarray, v: np.ndarray, c: Any) -> np.ndarray:
     return frame(u, v, cross(u, v))
 
 
+# Square of the sum of two unit vectors that counts as none.
+_OPPOSITE = 1e-12
+#: 1 or -1, for all poses or one by one.
+Sign = int | np.ndarray
+
+
+@dataclass(frozen=True)
+class Aim:
+    """The two unit vectors b = level +- across at given angles to two directions a and d."""
+
+    level: Any  # (3,) or (3, N); 0 where b is at right angles to both
+    across: np.ndarray  # (3,) or (3, N)
+    gap: Any  # 0 where such vectors exist, else of the size of the square of what is missing
+
+    def way(self, sign: Sign) -> np.ndarray:
+        """That with ``b.(a x d)`` of a sign, 1 or -1."""
+        return self.level + self.across * sign
+
+
+def aim(a: np.ndarray, d: np.ndarray, to_a: Any, to_d: Any) -> Aim:
+    """Unit vectors b with b.a = to_a and b.d = to_d, b = x a + y d +- z (a x d).
+
+    With g = a.d and D = 1 - g^2::
+
+        x = (to_a - g to_d) / D,  y = (to_d - g to_a) / D,  z = sqrt((1 - x to_a - y to_d) / D)
+
+    At right angles to both, b = +-(a x d) / |a x d|. Where the angles cannot be had, z = 0.
+    a and d are unit vectors, not parallel; `to_a` and `to_d` cosines, of poses perhaps (N,).
+    """
+    normal = cross(a, d)
+    square = dot(normal, normal)
+    if not isinstance(to_d, np.ndarray) and is_zero(to_a) and is_zero(to_d):
+        return Aim(0, quotient(normal, root(square)), 0)
+    g = dot(a, d)
+    x, y = quotient(to_a - g * to_d, square), quotient(to_d - g * to_a, square)
+    left = 1 - x * to_a - y * to_d
+    across = normal * root(quotient(positive_part(left), square))
+    return Aim(a * x + d * y, across, lack_of(left))
+
+
+def lack_of(value: Any) -> Any:
+    """What an entry lacks to be positive, at the samples and everywhere else; nothing of poses."""
+    return 0 if isinstance(value, np.ndarray) else -least(value, 0)
+
+
+def shortest_turn_of(
+    start: np.ndarray, sides: tuple[np.ndarray, ...], end: np.ndarray
+) -> list[np.ndarray]:
+    """What directions across `start` become when the shortest turn brings it to `end`.
+
+    ``m - (m.end) / (1 + start.end) (start + end)`` for each; regular unless the two unit vectors
+    are opposite.
+    """
+    both = start + end
+    if both.ndim == 2:
+        m, square = sides[0], dot(both, both)
+        turned = m - both * quotient(2.0 * dot(m, end), square)
+        opposite = square < _OPPOSITE
+        if np.any(opposite):  # half a turn about the first side
+            still = m - end * dot(m, end)
+            turned = np.where(opposite, quotient(still, np.sqrt(dot(still, still))), turned)
+        return [turned, cross(end, turned)]
+    part = 1 / (1 + start @ end)
+    return [m - both * ((m @ end) * part) for m in sides]
+
+
+def coordinate_axis_along(d: np.ndarray) -> np.ndarray:
+    """The coordinate axis (3,), forward or backward, from which a direction is never far."""
+    worst = [
+        (float(np.min(np.asarray(sign * x.sample if isinstance(x, Entry) else sign * x))), i, sign)
+        for i, x in enumerate(tidied(d))
+        for sign in (1, -1)
+    ]
+    _, i, sign = max(worst)
+    return sign * np.eye(3, dtype=int)[i]
+
+
 @dataclass(frozen=True)
 class Stretch:
     """Coordinate of a slide [m] from a length: ``length + offset``."""
@@ -309,13 +375,3 @@ class ClosedLeg:
         before, after = near.direction(ahead), far.direction(across)
         sine = dot(near.direction(axis), cross(before, after))
         return angle_of(sine, dot(before, after))
-
-    def nearest_angle(self, place: int, axis: np.ndarray, across: np.ndarray) -> np.ndarray:
-        """As `angle`, also where the bodies do not agree on the axis: what leaves least between.
-
-        That is the angle of ``sin = e.vee(R) / 2, cos = (tr R - 1) / 2`` at poses.
-        """
-        near, far = self.after(place), self.after(place + 1)
-        triad = across, cross_of_entries(axis, across), axis
-        (x, y, z), (u, v, w) = ([body.direction(e) for e in triad] for body in (near, far))
-        return angle_of(dot(y, u) - dot(x, v), dot(x, u) + dot(y, v) + dot(z, w) - 1.0)

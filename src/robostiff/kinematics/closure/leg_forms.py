@@ -34,12 +34,11 @@ from robostiff.model import (
     Link,
     Locked,
     ParallelBlock,
-    PlacedFreedom,
     Rigid,
     Telescope,
 )
 from robostiff.record import Entry
-from robostiff.spatial import Screw
+from robostiff.spatial import Screw, cross
 from robostiff.spatial.rotation import vector_of_rotation
 
 _ALONG = 1e-6  # sine between axes that count as one
@@ -106,24 +105,20 @@ def skeleton_of(chain: Chain, *, joined_where_axes_meet: bool = False) -> Skelet
             parts.append(Cluster(own[0].point, axes, places, is_ball=True, drawn_at=where.start))
             continue
         for place in range(where.start, where.stop):
-            _append(parts, freedoms[place], place, joined_where_axes_meet)
+            own = freedoms[place]
+            if own.slides:
+                parts.append(own if own.turns else Slide(own.axis, place))
+                continue
+            turn = Cluster(own.point, (own.axis,), (place,), is_ball=False, drawn_at=place)
+            last, meeting = parts[-1] if parts else None, None
+            if isinstance(last, Cluster):
+                meeting = _meeting(last, turn, joined_where_axes_meet)
+            if isinstance(last, Cluster) and meeting is not None:
+                axes, places = (*last.axes, own.axis), (*last.places, place)
+                parts[-1] = Cluster(meeting.point, axes, places, False, meeting.drawn_at)
+            else:
+                parts.append(turn)
     return Skeleton(tuple(parts), placed.R, placed.p, chain.home, rounding_of(chain))
-
-
-def _append(
-    parts: list[Cluster | Slide | Screw], freedom: PlacedFreedom, place: int, loosely: bool
-) -> None:
-    if freedom.slides:
-        parts.append(freedom if freedom.turns else Slide(freedom.axis, place))
-        return
-    own = Cluster(freedom.point, (freedom.axis,), (place,), is_ball=False, drawn_at=place)
-    last = parts[-1] if parts else None
-    meeting = _meeting(last, own, loosely) if isinstance(last, Cluster) else None
-    if not isinstance(last, Cluster) or meeting is None:
-        parts.append(own)
-        return
-    axes, places = (*last.axes, freedom.axis), (*last.places, place)
-    parts[-1] = Cluster(meeting.point, axes, places, is_ball=False, drawn_at=meeting.drawn_at)
 
 
 def _meeting(a: Cluster, b: Cluster, loosely: bool) -> Cluster | None:
@@ -225,14 +220,25 @@ class LegForm(ABC):
             q[place] = stretch.coordinate
         last = self.turning[-1].places[-1]  # which takes what is left
         for place, axis, across in self._turns:
-            if place == last:
-                q[place] = closed.nearest_angle(place, axis, across)
-            else:
+            if place != last:
                 q[place] = closed.angle(place, axis, across, across)
-        for cluster, own in self._balls:
-            near, far = closed.after(cluster.places[0]), closed.after(cluster.places[-1] + 1)
-            turn = near.turn_to(far, own).transpose(2, 0, 1)
-            q[cluster.places[0] : cluster.places[-1] + 1] = vector_of_rotation(turn).T
+                continue
+            # What leaves least where the bodies do not agree on the axis: the angle of sin =
+            # e.vee(R) / 2, cos = (tr R - 1) / 2.
+            triad = across, cross(axis, across), axis
+            ends = closed.after(place), closed.after(place + 1)
+            (x, y, z), (u, v, w) = ([body.direction(e) for e in triad] for body in ends)
+            cosine = dot(x, u) + dot(y, v) + dot(z, w) - 1.0
+            q[place] = np.arctan2(dot(y, u) - dot(x, v), cosine)
+        for cluster in self.turning:
+            if cluster.is_ball:
+                near, far = closed.after(cluster.places[0]), closed.after(cluster.places[-1] + 1)
+                own = np.stack(cluster.axes, axis=-1)  # at zero coordinates
+                to_near, to_far = (body.rest.R.T @ own for body in (near, far))
+                turn = np.einsum("jin,jkn->ikn", near.R, far.R)
+                turn = np.einsum("ijn,jk->ikn", turn, to_far)
+                turn = np.einsum("ji,jkn->ikn", to_near, turn).transpose(2, 0, 1)
+                q[cluster.places[0] : cluster.places[-1] + 1] = vector_of_rotation(turn).T
         return q.T
 
     def platform_at(self, R: np.ndarray, p: np.ndarray) -> LegBody:
@@ -264,12 +270,6 @@ class LegForm(ABC):
             if not cluster.is_ball
             for place, axis in zip(cluster.places, cluster.axes, strict=True)
         )
-
-    @cached_property
-    def _balls(self) -> tuple[tuple[Cluster, np.ndarray], ...]:
-        """Spherical joints, and their own axes at zero coordinates as columns."""
-        balls = (cluster for cluster in self.turning if cluster.is_ball)
-        return tuple((cluster, np.stack(cluster.axes, axis=-1)) for cluster in balls)
 
 
 @dataclass(frozen=True)

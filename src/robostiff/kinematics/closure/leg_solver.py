@@ -156,26 +156,18 @@ class LegSolver:
             q, is_closed = every[chosen, rows], closed[chosen, rows]
         on_turn_of_home(self.chain, q, near)
         if isinstance(form, Arm) and (open_ := np.flatnonzero(form.meeting(q)[1])).size:
-            there, met = self._nearest_open(pose[open_], near)
-            q[open_[met]] = there[met]
+            # One motion of the drives is open: each posture is closed, and moved along that motion
+            # until nothing of it leads nearer to the given coordinates.
+            x = np.concatenate([pose[open_], np.tile(near, (len(open_), 1))], axis=-1)
+            found, free = closed_near(self._loops, x), np.flatnonzero(self.chain.free)
+            for _ in range(_SLIDES):
+                x = found.x.copy()
+                motion = np.linalg.svd(self._loops.rates(x))[2][:, -1]
+                ahead = np.sum(motion * (near - x[:, 6:])[:, free], axis=-1, keepdims=True)
+                x[:, 6 + free] += ahead * motion
+                found = closed_near(self._loops, x)
+            q[open_[found.closed]] = found.coordinates[0][found.closed]
         return q, is_closed
-
-    def _nearest_open(self, pose: np.ndarray, near: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Postures of an arm at poses that leave one motion of its drives open; which close.
-
-        Each is closed, and moved along that motion until nothing of it leads nearer to given
-        coordinates.
-        """
-        x = np.concatenate([pose, np.tile(near, (len(pose), 1))], axis=-1)
-        found = closed_near(self._loops, x)
-        free = np.flatnonzero(self.chain.free)
-        for _ in range(_SLIDES):
-            x = found.x.copy()
-            motion = np.linalg.svd(self._loops.rates(x))[2][:, -1]
-            ahead = np.sum(motion * (near - x[:, 6:])[:, free], axis=-1, keepdims=True)
-            x[:, 6 + free] += ahead * motion
-            found = closed_near(self._loops, x)
-        return found.coordinates[0], found.closed
 
     @cached_property
     def _modes_at_home(self) -> tuple[RootSigns, ...]:

@@ -11,17 +11,10 @@ from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kept import kept
 from robostiff.kinematics.closure.arm import Arm, arm_of
 from robostiff.kinematics.closure.assembly import nearest, on_turn_of_home
-from robostiff.kinematics.closure.leg_forms import (
-    Cluster,
-    Post,
-    Skeleton,
-    Slide,
-    copied_places,
-    skeleton_of,
-)
+from robostiff.kinematics.closure.leg_forms import Cluster, Post, Slide, copied_places, skeleton_of
 from robostiff.kinematics.closure.leg_solver import CLOSED, ClosedForm, LegSolver
 from robostiff.kinematics.closure.rods import Rod, rod_of, strut_of
-from robostiff.kinematics.legs_together import in_groups
+from robostiff.kinematics.jacobians import in_groups
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Chain, Elbow, Leg
 from robostiff.model.entries import are_equal
@@ -54,9 +47,24 @@ def leg_solvers(legs: Sequence[Leg], home_pose: np.ndarray, length: float) -> tu
     Raises InputError when a leg does not close there, or an elbow is named for a leg that has no
     choice.
     """
-    recognised = [_recognised_solver(leg, home_pose, length) for leg in legs]
+    solvers = []
+    for leg in legs:
+        chain = leg.chain
+        # No closed form takes joints that follow one another.
+        copies = None if chain.is_coupled else copied_places(chain)
+        form = None if copies is None else _closed_form(chain.main_path)
+        if leg.elbow is not Elbow.HOME and not isinstance(form, Rod):
+            raise InputError(
+                f"elbow of leg {leg.name!r}",
+                got=leg.elbow.value,
+                expected="none: only a slide or crank with a rod has two ways in closed form",
+                hint="choose the working mode of this leg by the home coordinates of its joints",
+            )
+        if form is None or copies is None:
+            copies = np.arange(chain.size)
+        solvers.append(LegSolver((leg,), form, copies, home_pose, chain.home[None], length))
     found: dict[int, LegSolver] = {}
-    for places, group in legs_alike(recognised):
+    for places, group in legs_alike(solvers):
         found |= zip(places, _in_modes_of_home(group), strict=True)
     return tuple(found[i] for i in range(len(legs)))
 
@@ -102,51 +110,29 @@ def _checked(solver: LegSolver) -> LegSolver:
     return solver
 
 
-def _recognised_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
-    """A solver with the closed form of a leg, its assembly mode not chosen yet.
-
-    Raises InputError when an elbow is named for a leg that has no choice in closed form.
-    """
-    # No closed form takes joints that follow one another.
-    copies = None if leg.chain.is_coupled else copied_places(leg.chain)
-    closed_form = None if copies is None else _recognised(leg.chain.main_path)
-    if leg.elbow is not Elbow.HOME and not isinstance(closed_form, Rod):
-        raise InputError(
-            f"elbow of leg {leg.name!r}",
-            got=leg.elbow.value,
-            expected="none: only a slide or crank with a rod has two ways in closed form",
-            hint="choose the working mode of this leg by the home coordinates of its joints",
-        )
-    if closed_form is None or copies is None:
-        copies = np.arange(leg.chain.size)
-    return LegSolver((leg,), closed_form, copies, home_pose, leg.chain.home[None], length)
-
-
 @kept
-def _recognised(path: Chain) -> ClosedForm | None:
+def _closed_form(path: Chain) -> ClosedForm | None:
     """The closed form of a chain without blocks: by given points first, then by meeting axes."""
-    each = (skeleton_of(path, joined_where_axes_meet=joined) for joined in (False, True))
-    return next(filter(None, map(_form_of, each)), None)
-
-
-def _form_of(skeleton: Skeleton) -> ClosedForm | None:
-    found = None
-    match skeleton.parts:
-        case (Cluster() as joint,):
-            found = Post(skeleton, joint.places[0], (False, False, False), (joint,), joint)
-        case (Cluster() as A, Slide() as slide, Cluster() as B):
-            found = strut_of(skeleton, A, slide, B)
-        case (Cluster() as A, Slide() as slide, Cluster() as turn, Cluster() as B):
-            if _is_parallel(turn, slide) and turn.axes[0] @ slide.axis > 0:
-                found = strut_of(skeleton, A, slide, B, turn)
-        case (Slide() | Cluster() as drive, Cluster() as A, Cluster() as B):
-            found = rod_of(skeleton, drive, A, B)
-        case (Slide() as slide, Cluster() as crank, Cluster() as A, Cluster() as B):
-            # a crank and a rod in a plane, and a slide across the plane
-            if all(_is_parallel(joint, slide) for joint in (crank, A, B)):
-                rod = rod_of(skeleton, crank, A, B)
-                found = rod and replace(rod, across=slide)
-    return found or arm_of(skeleton)
+    for joined in (False, True):
+        found, skeleton = None, skeleton_of(path, joined_where_axes_meet=joined)
+        match skeleton.parts:
+            case (Cluster() as joint,):
+                found = Post(skeleton, joint.places[0], (False, False, False), (joint,), joint)
+            case (Cluster() as A, Slide() as slide, Cluster() as B):
+                found = strut_of(skeleton, A, slide, B)
+            case (Cluster() as A, Slide() as slide, Cluster() as turn, Cluster() as B):
+                if _is_parallel(turn, slide) and turn.axes[0] @ slide.axis > 0:
+                    found = strut_of(skeleton, A, slide, B, turn)
+            case (Slide() | Cluster() as drive, Cluster() as A, Cluster() as B):
+                found = rod_of(skeleton, drive, A, B)
+            case (Slide() as slide, Cluster() as crank, Cluster() as A, Cluster() as B):
+                # a crank and a rod in a plane, and a slide across the plane
+                if all(_is_parallel(joint, slide) for joint in (crank, A, B)):
+                    rod = rod_of(skeleton, crank, A, B)
+                    found = rod and replace(rod, across=slide)
+        if found := found or arm_of(skeleton):
+            return found
+    return None
 
 
 def _is_parallel(joint: Cluster, slide: Slide) -> bool:

@@ -63,6 +63,17 @@ def _spins_of(loops: Loops) -> tuple[Spin, ...]:
     x = np.tile(loops.start, (2, 1))
     x[:, free] = np.random.default_rng(_SEED).uniform(-1.0, 1.0, (2, len(free)))
     placed = tree.placed(x)
+
+    def is_on_axis(screw: int, back: tuple[int, ...], pitch: float) -> bool:
+        """Whether the axis of a turn is that of a screw, or a spherical joint is on it."""
+        apart, axis = placed.points[:, back[0]] - placed.points[:, screw], placed.axes[:, screw]
+        size = np.linalg.norm(apart, axis=-1).max() + pitch
+        off = np.linalg.norm(np.cross(axis, apart), axis=-1).max()
+        turned = 0.0
+        if len(back) == 1:
+            turned = float(np.linalg.norm(np.cross(axis, placed.axes[:, back[0]]), axis=-1).max())
+        return bool(off <= _COAXIAL * size and turned <= _COAXIAL)
+
     balls = [tuple(own) for own in tree.balls.tolist() if own[0] in free]
     of_balls = {i for own in balls for i in own}
     turning = [(i,) for i in free if tree.screws[i].is_rotation and i not in of_balls]
@@ -73,23 +84,12 @@ def _spins_of(loops: Loops) -> tuple[Spin, ...]:
             back
             for back in (*balls, *turning)
             if tree.chains[back[0]] == chain and chain is not None
-            if _is_on_axis(placed, i, back, pitch)
+            if is_on_axis(i, back, pitch)
         ]
         if fits:
             nearest = min(fits, key=lambda back: abs(back[0] - i))
             found.append((i, nearest, max(1.0, loops.length / pitch)))
     return tuple(found)
-
-
-def _is_on_axis(placed: PlacedTree, screw: int, back: tuple[int, ...], pitch: float) -> bool:
-    """Whether the axis of a turn is that of a screw, or a spherical joint is on it."""
-    apart, axis = placed.points[:, back[0]] - placed.points[:, screw], placed.axes[:, screw]
-    size = np.linalg.norm(apart, axis=-1).max() + pitch
-    off = np.linalg.norm(np.cross(axis, apart), axis=-1).max()
-    turned = 0.0
-    if len(back) == 1:
-        turned = float(np.linalg.norm(np.cross(axis, placed.axes[:, back[0]]), axis=-1).max())
-    return bool(off <= _COAXIAL * size and turned <= _COAXIAL)
 
 
 @dataclass(frozen=True)

@@ -159,8 +159,18 @@ class MotionTree:
             if isinstance(element, Rigid):
                 at = at.to(element.transform.R, element.transform.p)
             elif isinstance(element, ParallelBlock):
-                at, own = self._across(element, at)
-                led_by += own
+                # Where the block ends, as its first branch has it.
+                (end, leading), *others = (
+                    self._along(branch.chain, at.to(branch.start.R, branch.start.p))
+                    for branch in element.branches
+                )
+                back = element.branches[0].end.inverse
+                end = end.to(back.R, back.p)
+                at = replace(end, via=(end, np.eye(3), np.zeros(3)))
+                led_by += leading
+                for branch, (own, moving) in zip(element.branches[1:], others, strict=True):
+                    wanted = at.to(branch.end.R, branch.end.p)
+                    self.ends.append(LoopEnd(own, wanted, moving, leading))
             elif isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
                 for screw in element.freedoms:
                     self._freedom(at, screw)
@@ -181,21 +191,6 @@ class MotionTree:
                 at = at.to(np.eye(3), element.to)
             self.chains += [number] * (self.size - len(self.chains))
         return at, tuple(led_by)
-
-    def _across(self, block: ParallelBlock, at: Fixed) -> tuple[Fixed, tuple[int, ...]]:
-        """Where a block ends, as its first branch has it."""
-        found = [
-            self._along(branch.chain, at.to(branch.start.R, branch.start.p))
-            for branch in block.branches
-        ]
-        (end, leading), *others = found
-        back = block.branches[0].end.inverse
-        end = end.to(back.R, back.p)
-        end = replace(end, via=(end, np.eye(3), np.zeros(3)))
-        for branch, (own, moving) in zip(block.branches[1:], others, strict=True):
-            wanted = end.to(branch.end.R, branch.end.p)
-            self.ends.append(LoopEnd(own, wanted, moving, leading))
-        return end, leading
 
     def _freedom(self, at: Fixed, screw: Screw) -> None:
         """A coordinate whose line passes through the origin of the frame made next."""

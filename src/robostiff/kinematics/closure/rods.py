@@ -13,30 +13,26 @@ from robostiff.kinematics.closure.body import (
     LegBody,
     Rest,
     Stretch,
+    aim,
     body_of_directions,
     body_turned,
     constant_cosine,
+    coordinate_axis_along,
     cross,
     direction_across,
     dot,
     frame,
+    lack_of,
+    positive_part,
     quotient,
     rest_of_directions,
     root,
+    shortest_turn_of,
     spun,
     tidied,
     tidied_point,
 )
 from robostiff.kinematics.closure.leg_forms import Cluster, LegForm, Skeleton, Slide
-from robostiff.kinematics.closure.rod_ends import (
-    Circle,
-    aim,
-    circle_of,
-    coordinate_axis_along,
-    driven_by_crank,
-    driven_by_slide,
-    shortest_turn_of,
-)
 from robostiff.kinematics.turn import turn_by_vector_of_entries
 from robostiff.record import is_zero, square_root
 from robostiff.spatial import cross as cross_of_entries
@@ -59,9 +55,6 @@ class RodForm(LegForm):
     spin: int | None  # place of a turn about the rod itself
     # Whether the turn about itself matters of a rod between two spherical joints
     spin_matters: bool = field(default=True, kw_only=True)
-    _rests: dict[tuple[bytes, bytes], Rest] = field(
-        default_factory=dict, compare=False, repr=False, kw_only=True
-    )
 
     @property
     def turned_by_second(self) -> bool:
@@ -76,14 +69,6 @@ class RodForm(LegForm):
         if all(map(is_zero, home)):
             return np.eye(3, dtype=int)
         return axes @ turn_by_vector_of_entries(home) @ axes.T
-
-    def rest(self, axis: np.ndarray, target: np.ndarray) -> Rest:
-        """Frame of a body that an axis turns, its direction beside the axis, of numbers."""
-        key = axis.tobytes(), target.tobytes()
-        if key not in self._rests:
-            found, _ = rest_of_directions(np.zeros(3), axis, target)
-            self._rests[key] = Rest(found.R.astype(float), found.p)
-        return self._rests[key]
 
 
 @dataclass(frozen=True)
@@ -140,7 +125,13 @@ def _fit(first: Cluster, second: Cluster, along: np.ndarray) -> bool:
 
 @dataclass(frozen=True)
 class Rod(RodForm):
-    """A slide or crank that carries joint A, and a rod from A to joint B."""
+    """A slide or crank that carries joint A, and a rod of length l from A to joint B.
+
+    A slide along e has ``|B - A - s e| = l``, s = e.(B - A) +- sqrt(l^2 - |across|^2). A crank has
+    ``|B - A(s)| = l``, from x cos s + y sin s = c, given by cosine and sine: x and y are the
+    components of B along the arm at zero and across it, r the radius of A, and ``c = (|B|^2 + r^2 -
+    l^2) / 2 r``, all seen from the centre of the circle of A.
+    """
 
     drive: Slide | Cluster
     # A slide along the axis of the crank that carries all this; it decouples from the rest, which
@@ -149,8 +140,7 @@ class Rod(RodForm):
 
     def closed(self, base: LegBody, platform: LegBody) -> ClosedLeg:
         """The leg between its base and the platform."""
-        A, B = self.A, self.B
-        B_now = self.named(platform.point(B.point), "B")
+        A, B, B_now = self.A, self.B, self.named(platform.point(self.B.point), "B")
         bodies, slides = {0: base}, {}
         if self.across is not None:
             e = base.direction(self.across.axis)
@@ -159,32 +149,74 @@ class Rod(RodForm):
             base = base.at(A.point, base.point(A.point) + e * s)
             bodies[self.across.place + 1] = base
         A_to_B = B.point - A.point
-        square = A_to_B @ A_to_B
-        sign = self.mode.root
+        square, sign, at_poses = A_to_B @ A_to_B, self.mode.root, base.is_at_poses
+        # What lacks of the square of the length of the rod is given as a part of it, and the digits
+        # that the coordinate of the drive loses: infinite for a crank that turns about the far end
+        # of its rod, which leaves it undetermined.
         if isinstance(self.drive, Slide):
-            drive = driven_by_slide(base, self.drive, A.point, B_now, square, sign)
-            slides[self.drive.place] = Stretch(self.named(drive.slide, "s"), 0)
+            e, start = base.direction(self.drive.axis), base.point(A.point)
+            to_B = B_now - start
+            along = dot(e, to_B)
+            across = to_B - e * along
+            left = square - dot(across, across)
+            half = root(positive_part(left)) * sign
+            s = along + half
+            A_now = start + e * s
+            carrier, rod = base.at(A.point, A_now), across - e * half
+            lack, loss = lack_of(left) / square, 0
+            slides[self.drive.place] = Stretch(self.named(s, "s"), 0)
         else:
-            drive = driven_by_crank(base, self._circle, B_now, square, sign)
-        bodies[self.leading + 1] = drive.carrier
-        size = square_root(square)
-        if base.is_at_poses:  # out of reach, the rod does not end at B
-            size = np.sqrt(dot(drive.A_to_B, drive.A_to_B))
-        d = self.named(quotient(drive.A_to_B, size), "d")
-        rod = _RodNow(self, drive.carrier, platform, d, drive.A_now, B_now).closed
+            rest, radius = self.circle
+            m, n, e = (base.direction(axis) for axis in rest.R.T)
+            centre = base.point(rest.p)
+            to_B = B_now - centre
+            x, y, height = dot(to_B, m), dot(to_B, n), dot(to_B, e)
+            if not at_poses:
+                (height,) = tidied_point(np.array([height], dtype=object))
+            size = x * x + y * y
+            c = (size + (height * height + (radius * radius - square))) / (2 * radius)
+            if at_poses:  # out of reach, as far as it goes
+                c = np.clip(c, -np.sqrt(size), np.sqrt(size))
+            left = size - c * c
+            half = root(positive_part(left)) * sign
+            cosine, sine = quotient(x * c - y * half, size), quotient(y * c + x * half, size)
+            if at_poses:  # about the far end of its rod it may turn, and stays
+                cosine = np.where(size == 0, 1.0, cosine)
+            out = m * cosine + n * sine
+            A_now = centre + out * radius
+            carrier = LegBody(rest, frame(out, n * cosine - m * sine, e), centre)
+            rod, lack, loss = B_now - A_now, lack_of(left) / square, quotient(square, size)
+        bodies[self.leading + 1] = carrier
+        length = square_root(square)
+        if at_poses:  # out of reach, the rod does not end at B
+            length = np.sqrt(dot(rod, rod))
+        ends = self.named(quotient(rod, length), "d"), A_now, B_now
+        found = _RodNow(self, carrier, platform, *ends).closed
         return replace(
-            rod,
-            bodies={**bodies, **rod.bodies},
+            found,
+            bodies={**bodies, **found.bodies},
             slides=slides,
-            out_of_reach=[*rod.out_of_reach, drive.out_of_reach],
-            loss=drive.loss,
+            out_of_reach=[*found.out_of_reach, lack],
+            loss=loss,
         )
 
     @cached_property
-    def _circle(self) -> Circle:
-        """That of the near end of the rod, where a crank drives it."""
-        assert isinstance(self.drive, Cluster)  # noqa: S101 - no slide goes round
-        return circle_of(self.drive, self.A.point)
+    def circle(self) -> tuple[Rest, Any]:
+        """Circle of the near end about the axis of a crank, at zero coordinates: centre, radius.
+
+        Axes at the centre are along the arm, across it, and along that of the crank [m].
+        """
+        crank: Any = self.drive
+        (e0,) = crank.axes
+        arm = self.A.point - crank.point
+        level = e0 * (e0 @ arm)
+        radius = square_root((arm - level) @ (arm - level))
+        m0 = tidied((arm - level) / radius)
+        R_zero = np.stack([m0, cross(e0, m0), e0], axis=-1)
+        hub = tidied_point(crank.point + level)
+        if e0.dtype != object:
+            R_zero, hub = R_zero.astype(float), hub.astype(float)
+        return Rest(R_zero, hub), radius
 
     def leaves_drive_open(self, R: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Where the far end of the rod is on the axis of the crank, which may then turn (N,).
@@ -242,9 +274,23 @@ class _RodNow:
         """The rod turned so that it points from A to B and its joints meet the platform."""
         A, B, spin = self.form.A, self.form.B, self.form.spin
         bodies: dict[int, LegBody] = {}
-        rod, gimbal, misses, lacks = self._at_first()
-        if gimbal is not None:
-            bodies[A.places[0] + 1] = gimbal
+        misses, lacks = [], []
+        if A.is_ball:
+            rod = self._shortest()
+        else:
+            a0, *others = A.axes
+            axis, before = (a0, self.near.direction(a0)), self.near
+            if others:  # what lies between the two axes
+                (b0,) = others
+                to_a, to_d = constant_cosine(a0, b0), constant_cosine(b0, self.form.along)
+                found = aim(axis[1], self.d, to_a, to_d)
+                lacks.append(found.gap)
+                b = b0, found.way(self.form.mode.first)
+                before = self._carried(self.near, axis, b, target_first=True)
+                axis, bodies[A.places[0] + 1] = b, before
+            else:
+                misses += self._missed_angle(*axis)
+            rod = self._carried(before, axis, (self.form.along, self.d), target_first=True)
         own = self
         if rod.is_at_poses:  # out of reach, the direction that it reaches
             own = replace(self, d=rod.direction(self.form.along))
@@ -294,27 +340,11 @@ class _RodNow:
         """
         x, p = point or (self.form.A.point, self.A_now)
         if before.is_at_poses:
-            rest = self.form.rest(axis[0], target[0])
-            return body_turned(before, Rest(rest.R, x), p, axis[0], *target)
+            rest, _ = rest_of_directions(x, axis[0], target[0])
+            rest = Rest(rest.R.astype(float), x)
+            return body_turned(before, rest, p, axis[0], *target)
         (u0, u), (v0, v) = (target, axis) if target_first else (axis, target)
         return body_of_directions((x, u0, v0), (p, u, v))
-
-    def _at_first(self) -> tuple[LegBody, LegBody | None, list[Any], list[Any]]:
-        """The rod as joint A points it, what lies between two axes, misses and lacks."""
-        A, along, near = self.form.A, (self.form.along, self.d), self.near
-        if A.is_ball:
-            return self._shortest(), None, [], []
-        a0, *others = A.axes
-        a = a0, near.direction(a0)
-        if not others:
-            rod = self._carried(near, a, along, target_first=True)
-            return rod, None, self._missed_angle(*a), []
-        (b0,) = others
-        to_a, to_d = constant_cosine(a0, b0), constant_cosine(b0, self.form.along)
-        found = aim(a[1], self.d, to_a, to_d)
-        b = b0, found.way(self.form.mode.first)
-        gimbal = self._carried(near, a, b, target_first=True)
-        return self._carried(gimbal, b, along, target_first=True), gimbal, [], [found.gap]
 
     def _at_second(self, rod: LegBody) -> tuple[LegBody, list[Any], list[Any]]:
         """The rod at joint B, which may turn it about itself, misses and lacks."""

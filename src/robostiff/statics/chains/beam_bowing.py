@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -13,9 +13,111 @@ from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
 from robostiff.model import Passive, PlacedFreedom, PlacedSpring, StiffnessLaw
 from robostiff.model.snapshot import PlacedElement
-from robostiff.spatial import Space, compliance_modes
-from robostiff.statics.chains.bending import bending, bending_planes
-from robostiff.statics.chains.elements import Element, FiniteJoint, FiniteSpring
+from robostiff.record import square_root, usual_size
+from robostiff.spatial import Space, compliance_modes, cross
+from robostiff.statics.chains.elements import Bending, Element, FiniteJoint, FiniteSpring
+
+# Of a compliance: shear that is rounding.
+_NONE = 1e-9
+# Integrals over s of products of the slopes of inner modes, and of those with the cubic of a turn;
+# of products of their third derivatives, less the means. Of the first and the third inner mode.
+_SLOPES = np.array([[1 / 42, -(5**0.5) / 420], [-(5**0.5) / 420, 1 / 154]])
+_SHEARED = np.array([[60.0, 36 * 5**0.5], [36 * 5**0.5, 360.0]])
+_WITH_TURN, _ENDS = (-(5**0.5) / 60, 0.0), (5**0.5, 3.0)
+
+
+def bending_planes(space: Space, rotation: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Planes in which a beam bends: unit vectors across it and along its turns, in its own axes.
+
+    Two of a robot in space, the plane itself of a planar one; `rotation` (3, 3) has the axes of the
+    beam, of numbers or of entries.
+    """
+    x, y, z = np.eye(3, dtype=int)
+    if space is Space.SPATIAL:
+        return [(y, z), (z, -y)]
+    return [(cross(rotation[2], x), rotation[2])]
+
+
+def bending(
+    V: np.ndarray,
+    C: np.ndarray,
+    L: Any,
+    planes: Sequence[tuple[np.ndarray, np.ndarray]],
+    *,
+    inner: bool,
+) -> Bending:
+    """How bending shortens one beam, by its cubic between the ends and by inner modes.
+
+    With three inner modes a plane, the deflection at s L is ``w = (3 s^2 - 2 s^3) d + (s^3 - s^2) L
+    r + L sum(a_k w_k)``, where w_k and its slope are zero at both ends and its second derivative is
+    ``sqrt(2k + 1) P_k(2s - 1)``, k = 2, 3, 4, with Legendre polynomials P_k. The line is then
+    shorter by the integral of ``(dw/ds)^2 / (2L)`` over s. Inner modes have the energy ``EI
+    sum(a_k^2) / (2L)``, and none with d and r; the axial force couples the second with ``d - L
+    r/2``, the first and third with r. In a beam with shear the sections turn by the slopes of w_k;
+    the slope of the line is less by ``e`` times the third derivative without its mean, e being ``EI
+    / L^2`` times the shear compliance of a unit length.
+
+    Parameters
+    ----------
+    V : (6, m) array
+        ``(d, r)`` of the far end by its coordinates, own axes; of numbers or of entries.
+    C : (6, 6) array
+        Compliance about its far end, of numbers or of entries.
+    L : number or entry
+        Length [m].
+    planes : sequence of pairs of (3,) arrays
+        See `bending_planes`.
+    inner : bool
+        Whether it has inner modes.
+
+    Returns
+    -------
+    Bending
+        Of one beam.
+    """
+    forms: list[tuple[np.ndarray, Any, Any, Any]] = []
+    for across, turn in planes:
+        d, r = across @ V[:3], turn @ V[3:]
+        of_shift, of_turn = (d - r * (L * 0.5), 0.2 * (1 / L)), (r, L * (1 / 12))
+        forms.append((d, 1 / L, 0, 0))
+        if not inner:
+            forms += [(*of_shift, 0, 0), (*of_turn, 0, 0)]
+            continue
+        soft = turn @ C[3:, 3:] @ turn  # L/EI
+        e = (across @ C[:3, :3] @ across) * (1 / (soft * L * L)) - 1 / 3
+        e = 0 if usual_size(e) <= _NONE else e
+        # the second mode: slopes, energy, and slopes with the cubic
+        stiff, with_shift = 1 + 140.0 * e, 7**-0.5 / 10 + 2 * 7**0.5 * e
+        slopes = 1 / 90 + 2 * e + 140.0 * e * e
+        b, l = with_shift * with_shift * (1 / stiff) * soft, slopes * (1 / stiff) * (soft * L)
+        forms.append((*of_shift, b, l))
+        # the first and the third: c^T (K + N S)^-1 c in partial fractions
+        K = np.eye(2, dtype=int) + _SHEARED * e
+        S = _SLOPES + np.eye(2) * (2 * e) + _SHEARED * (e * e)
+        c = [x - y * e for x, y in zip(_WITH_TURN, _ENDS, strict=True)]
+        by = 2 / _determinant(K, K)
+        mean, product = _determinant(K, S) * 0.5 * by, _determinant(S, S) * 0.5 * by
+        apart = square_root(mean * mean - product)
+        first, last = mean + apart, mean - apart
+        whole, part = (
+            (c[0] * c[0] * M[1, 1] + c[1] * c[1] * M[0, 0] - c[0] * c[1] * M[0, 1] * 2) * by
+            for M in (K, S)
+        )
+        half = 0.5 * (1 / apart) * (soft * L * L)
+        forms.append((*of_turn, (whole * first - part) * half, first * (soft * L)))
+        forms.append((r, 0, (part - whole * last) * half, last * (soft * L)))
+    shapes = (V.shape[1],), (), (), ()
+    found = [np.zeros((len(forms), *own), dtype=int).astype(V.dtype) for own in shapes]
+    for i, own in enumerate(forms):
+        for values, value in zip(found, own, strict=True):
+            values[i] = value
+    return Bending(*found)
+
+
+def _determinant(A: np.ndarray, B: np.ndarray) -> Any:
+    """Of symmetric (2, 2) arrays: twice the determinant where they are one, bilinear."""
+    return A[0, 0] * B[1, 1] + A[1, 1] * B[0, 0] - A[0, 1] * B[0, 1] * 2
+
 
 # Under this name an elasticity keeps what has been worked out of it.
 _OWN = "_as_elements"
@@ -142,27 +244,22 @@ class ElementsOfParts:
             free = np.array(elasticity.freedoms, dtype=float)
             entries = elasticity.compliance.tobytes(), free.tobytes(), turned
             if entries not in self.known:
-                self.known[entries] = self._in_no_place(elasticity, free, spring.rotation)
+                C, beam = elasticity.compliance, elasticity.as_beam
+                treated = self.treated if beam is not None else Linear()
+                parts = (treated.elements or 1) if isinstance(treated, Bowing) else 0
+                own = elastic_element(
+                    self.space,
+                    np.array(spring.rotation, dtype=float),
+                    (C, free),
+                    beam.length if beam and parts else None,
+                    parts,
+                    partial(_modes, elasticity),
+                    inner=isinstance(treated, Bowing) and treated.has_inner_modes,
+                )
+                self.known[entries] = own, 0.0 if beam is None else beam.length, parts
             kept[turned, self.treated] = self.known[entries]
         own, length, parts = kept[turned, self.treated]
         return in_series(own, spring, length, parts)
-
-    def _in_no_place(
-        self, elasticity: Elasticity, free: np.ndarray, rotation: np.ndarray
-    ) -> tuple[FiniteSpring, float, int]:
-        C, beam = elasticity.compliance, elasticity.as_beam
-        treated = self.treated if beam is not None else Linear()
-        parts = (treated.elements or 1) if isinstance(treated, Bowing) else 0
-        own = elastic_element(
-            self.space,
-            np.array(rotation, dtype=float),
-            (C, free),
-            beam.length if beam and parts else None,
-            parts,
-            partial(_modes, elasticity),
-            inner=isinstance(treated, Bowing) and treated.has_inner_modes,
-        )
-        return own, 0.0 if beam is None else beam.length, parts
 
 
 def _modes(

@@ -1,12 +1,12 @@
-"""Chains of joints and elastic parts that move far, and loads on their bodies.
+"""Elements of chains that move far, loads on their bodies, and springs between bodies.
 
-How they move, and the energy that they store, is computed for all elements of a robot together, in
-`moving_chain`.
+How chains move, and the energy that they store, is computed for all elements of a robot together,
+in `moving_chain`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from typing import Any, NamedTuple
@@ -14,13 +14,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.model import ForceLaw
+from robostiff.model import ForceLaw, PlacedBodySpring
 from robostiff.model.stiffness_law import ForceFromStiffness
-from robostiff.record import is_zero
+from robostiff.record import is_zero, reciprocal, square_root, usual_size
 from robostiff.spatial import cross
-from robostiff.statics.chains.bending import Bending
 
 Law = ForceLaw | ForceFromStiffness
+# Part of the critical load of an inner mode, from which the axial force keeps away.
+_NEAREST = 1e-9
+_IDENTITY = np.eye(3, dtype=int)
+# Of the length of a spring at the unloaded posture, or of its tension: none.
+_NONE = 1e-12
 
 
 @dataclass(frozen=True)
@@ -78,6 +82,119 @@ class FiniteJoint:
     def sizes(self, length: float) -> list[float]:
         """What a unit of its coordinate turns or shifts, shifts by the robot's length."""
         return [1.0 if self.turns else 1.0 / length]
+
+
+@dataclass(frozen=True)
+class Bending:
+    """How bending shortens beams, by forms z of the motion of the far end that do not mix.
+
+    Under the axial force N the energy of a beam is, beside that of its linear springs, ``sum(h(N)
+    z^2) / 2 - (N - k u)^2 / (2 k)``, stationary in N, with ``h = N s - N^2 b / (1 + N l)``, u the
+    stretch of the ends and k = EA/L. The forms shorten the line by ``s z^2 / 2``. b and l are those
+    of an inner mode, in balance with z: where ``1 + N l`` is zero, it buckles between clamped ends.
+
+    Attributes
+    ----------
+    z : (..., F, m) array
+        F forms by the coordinates of the beam.
+    s : (..., F) array
+        [1/m] of shifts, [m] of turns.
+    b, l : (..., F) arrays
+        [1/N] of shifts, [m^2/N] of turns; [1/N]. Zero where there is no inner mode.
+    """
+
+    z: np.ndarray
+    s: np.ndarray
+    b: np.ndarray
+    l: np.ndarray
+
+    def terms(self, y: np.ndarray, N: np.ndarray, along: np.ndarray, k: np.ndarray) -> BowingTerms:
+        """The energy beside that of linear springs, and what it contributes to equations.
+
+        N is eliminated: with ``q = dz/dy h'(N) z + du/dy`` and ``D = 1/k - sum(h''(N) z^2) / 2``,
+        what is stationary in y has the curvature ``sum(h dz/dy dz/dy^T) - k du/dy du/dy^T + q q^T /
+        D``, and N follows the coordinates by ``q / D``.
+
+        Parameters
+        ----------
+        y : (..., m) array
+            Coordinates, of numbers or of entries, as all others.
+        N, k : (...) arrays
+            Axial force, and EA/L; 1 where there is no beam [N, N/m].
+        along : (..., m) array
+            u by the coordinates.
+        """
+        z, N_ = (self.z @ y[..., None])[..., 0], N[..., None]
+        pivots = self.pivots(N)
+        g = 1 / pivots
+        h = N_ * self.s - N_ * N_ * self.b * g
+        slope = self.s - N_ * self.b * g * (1 + g)
+        bend = self.b * g * g * g * 2
+        beyond = N - k * (along * y).sum(axis=-1)
+        q = along + _times(slope * z, self.z)
+        softness = 1 / k + (bend * z * z).sum(axis=-1) * 0.5
+        missing = ((slope * z * z).sum(axis=-1) * 0.5 - beyond / k) / softness
+        rate = q / softness[..., None]
+        return BowingTerms(
+            (h * z * z).sum(axis=-1) * 0.5 - beyond * beyond / k * 0.5,
+            along * beyond[..., None] + _times(h * z, self.z) + q * missing[..., None],
+            np.swapaxes(self.z, -1, -2) @ (self.z * h[..., None])
+            - _outer(along * k[..., None], along)
+            + _outer(q, rate),
+            missing,
+            rate,
+            pivots,
+        )
+
+    def pivots(self, N: np.ndarray) -> np.ndarray:
+        """``1 + N l`` (..., F); in numbers, no nearer to zero than digits allow."""
+        found = 1 + N[..., None] * self.l
+        if found.dtype == object:
+            return found
+        return np.where(np.abs(found) < _NEAREST, np.copysign(_NEAREST, found), found)
+
+    def with_modes(
+        self, y: np.ndarray, N: np.ndarray, along: np.ndarray, k: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Curvature of the energy by coordinates and amplitudes, none of these eliminated.
+
+        By the former (..., m, m), by both (..., F, m), by the latter (..., F, F), that of the modes
+        themselves among it; in numbers.
+        """
+        z, N_, k_ = (self.z @ y[..., None])[..., 0], N[..., None, None], k[..., None, None]
+        root, own = np.sqrt(self.b), np.eye(self.l.shape[-1])
+        a = -N[..., None] * root * z / self.pivots(N)  # each of which stores a^2 / 2
+        of_y = along + _times(self.s * z + root * a, self.z)
+        of_a = root * z + self.l * a
+        S = np.swapaxes(self.z, -1, -2) @ (self.z * self.s[..., None])
+        return (
+            _outer(of_y, of_y) * k_ - _outer(along, along) * k_ + N_ * S,
+            _outer(of_a, of_y) * k_ + N_ * (root[..., None] * self.z),
+            _outer(of_a, of_a) * k_ + (1 + N_ * self.l[..., None]) * own,
+        )
+
+
+@dataclass(frozen=True)
+class BowingTerms:
+    """What bowing contributes to the equations of beams with m coordinates; see `Bending`."""
+
+    energy: np.ndarray  # (...)
+    # (..., m) and (..., m, m): of the energy, the axial force eliminated
+    gradient: np.ndarray
+    curvature: np.ndarray
+    # (...) and (..., m): what the axial force lacks, and how it follows the coordinates
+    missing: np.ndarray
+    rate: np.ndarray
+    pivots: np.ndarray  # (..., F): 1 + N l; positive where inner modes are stable
+
+
+def _times(v: np.ndarray, M: np.ndarray) -> np.ndarray:
+    """``v M`` of vectors (..., i) and matrices (..., i, j)."""
+    return (v[..., None, :] @ M)[..., 0, :]
+
+
+def _outer(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return a[..., :, None] * b[..., None, :]
 
 
 @dataclass(frozen=True)
@@ -224,3 +341,155 @@ def unknown_name(subject: str, name: object, known: Iterable[str], what: str) ->
 def wrench_at(about: np.ndarray, point: np.ndarray, force: np.ndarray) -> np.ndarray:
     """Wrench (..., 6) about a point (3,) of forces (..., 3) at points (..., 3) [N, N m]."""
     return np.concatenate([force, cross(point - about, force)], axis=-1)
+
+
+#: A place on the platform, before a chain without elements leads there.
+ON_PLATFORM = Spot(-1, 0)
+#: Bodies that hold the ends of a spring; None for the base.
+Spots = tuple[Spot | None, Spot | None]
+
+
+@dataclass(frozen=True)
+class FiniteBodySpring:
+    """A spring between two bodies; ``t = k l + s c - (1 - s) k l_0`` at the share s of loads.
+
+    So it is relaxed at the unloaded posture without loads. A cable has its tension there at any
+    share, and none where that would push.
+    """
+
+    name: str
+    points: np.ndarray  # (2, 3): of its ends, at the unloaded posture [m]
+    spots: Spots
+    stiffness: float  # k [N/m]
+    length: Any  # l_0, at the unloaded posture [m], a number or an entry
+    constant: float  # c [N]
+    is_cable: bool = False
+
+    @staticmethod
+    def placed(own: PlacedBodySpring, points: np.ndarray, spots: Spots) -> FiniteBodySpring:
+        """A spring at one pose, of numbers or of entries.
+
+        Raises
+        ------
+        InputError
+            When its ends are in one point, and it pulls there: nowhere.
+        """
+        d = points[1] - points[0]
+        length, constant = square_root(d @ d), own.tension - own.stiffness * own.length
+        if abs(constant) <= _NONE * max(abs(own.tension), own.stiffness * own.length):
+            constant = 0.0
+        size = max(usual_size(x) for x in points.flat)
+        rest = abs(constant) > _NONE * own.stiffness * size
+        if usual_size(length) <= _NONE * size and rest:
+            raise InputError(
+                f"spring {own.name!r}",
+                got="both ends in one point at the unloaded posture",
+                expected="points apart: there the direction of its pull is not determined",
+                hint="a spring of free length 0 alone may have no length",
+            )
+        known = own.stiffness, length, constant, own.is_cable
+        return FiniteBodySpring(own.name, points, spots, *known)
+
+    def renumbered(self, chains: Mapping[int, int]) -> FiniteBodySpring:
+        """The same by other numbers of the chains."""
+        a, b = (own and own._replace(chain=chains.get(own.chain, own.chain)) for own in self.spots)
+        return replace(self, spots=(a, b))
+
+    def energy(self, length: float, tension: float) -> float:
+        """Stored from its free length; of a constant force, from the unloaded posture [J]."""
+        if self.stiffness > 0:
+            return 0.5 * tension**2 / self.stiffness
+        return tension * (length - self.length)
+
+
+@dataclass(frozen=True)
+class SpringArrays:
+    """Springs side by side: S of them, with two ends each, A of which chains hold."""
+
+    points: np.ndarray  # (2, S, 3): of their ends, at the unloaded posture [m]
+    on_base: np.ndarray  # (2, S): which ends the base has
+    anchors: tuple[tuple[Spot, np.ndarray], ...]  # A of them: bodies, and points (3,) [m]
+    of_spring: np.ndarray  # (A,)
+    side: np.ndarray  # (A,): 0 and 1
+    stiffness: np.ndarray  # (S,)
+    length: np.ndarray
+    constant: np.ndarray
+    is_cable: np.ndarray
+
+    @staticmethod
+    def of(springs: Sequence[FiniteBodySpring]) -> SpringArrays:
+        """Of some springs."""
+        each = [(side, i, own.spots[side]) for side in (0, 1) for i, own in enumerate(springs)]
+        held = [(side, i, spot) for side, i, spot in each if spot is not None]
+        return SpringArrays(
+            np.array([[own.points[side] for own in springs] for side in (0, 1)]),
+            np.array([[own.spots[side] is None for own in springs] for side in (0, 1)]),
+            tuple((spot, springs[i].points[side]) for side, i, spot in held),
+            np.array([i for _, i, _ in held], dtype=int),
+            np.array([side for side, *_ in held], dtype=int),
+            np.array([own.stiffness for own in springs]),
+            np.array([own.length for own in springs]),
+            np.array([own.constant for own in springs]),
+            np.array([own.is_cable for own in springs]),
+        )
+
+    def at(self, anchors: np.ndarray, rates: np.ndarray, share: float) -> Pulls:
+        """What they do under a share of loads, where anchors are (A, 3) [m].
+
+        `rates` (A, 3, T) are velocities of anchors by the unknowns of legs.
+        """
+        points, kind = self.points.copy(), self.points.dtype
+        of_entries = kind == np.dtype(object)
+        J = np.zeros((len(self.length), *rates.shape[1:]), dtype=int).astype(kind)
+        points[self.side, self.of_spring] = anchors
+        for i, side, rate in zip(self.of_spring, self.side, rates, strict=True):
+            J[i] += rate * (2 * side - 1)
+        d, k = points[1] - points[0], self.stiffness
+        square = (d * d).sum(axis=-1)
+        length = square_root(square) if of_entries else np.sqrt(square)
+        steady = np.where(self.is_cable, 1, share)
+        constant = steady * self.constant - (1 - steady) * k * self.length
+        if of_entries:
+            by = np.array([reciprocal(own) for own in length], dtype=object)
+        else:
+            slack = self.is_cable & (k * length + constant < 0)
+            k, constant = np.where(slack, 0.0, k), np.where(slack, 0.0, constant)
+            by = np.where(length > 0, 1 / np.where(length > 0, length, 1.0), 0.0)
+        u, across = d * by[:, None], (constant * by)[:, None]
+        stretched = k[:, None] + across  # t / l
+        D = stretched[..., None] * _IDENTITY - (across * u)[:, :, None] * u[:, None]
+        rate = np.where(self.is_cable, 0, self.constant + self.stiffness * self.length)
+        tension = k * length + constant
+        return Pulls(points, J, stretched * d, rate[:, None] * u, D, length, tension)
+
+    def on_anchors(self, force: np.ndarray) -> np.ndarray:
+        """Forces (A, 3) on the anchors, from those of springs (S, 3) on their first ends [N]."""
+        return force[self.of_spring] * (1 - 2 * self.side)[:, None]
+
+
+@dataclass(frozen=True)
+class Pulls:
+    """What springs do at a state: forces (S, 3) on first points; the opposite on the second [N].
+
+    `rate` is that of the force by the share of loads, D that by the vector between the points
+    [N/m]; J is that of this vector.
+    """
+
+    points: np.ndarray  # (2, S, 3): of their ends [m]
+    J: np.ndarray  # (S, 3, T): by the unknowns of legs
+    force: np.ndarray
+    rate: np.ndarray
+    D: np.ndarray  # (S, 3, 3)
+    length: np.ndarray
+    tension: np.ndarray
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """``J^T D J`` (T, T)."""
+        m = self.J.shape[-1]
+        return self.J.reshape(-1, m).T @ (self.D @ self.J).reshape(-1, m)
+
+    @property
+    def by_share(self) -> np.ndarray:
+        """Derivative of the gradient of the energy by the share of loads (T,)."""
+        return self.J.reshape(-1, self.J.shape[-1]).T @ self.rate.ravel()

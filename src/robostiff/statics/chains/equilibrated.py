@@ -96,27 +96,21 @@ def solved(
     if np.all(near):
         x = scale * x[..., :-1]
     else:
-        inverse, regular = _least(scaled)
+        inverse = np.empty(A.shape)
+        for i, own in enumerate(scaled):
+            try:
+                inverse[i] = np.linalg.inv(own)
+                regular[i] = _norm(own) * _norm(inverse[i]) < _SINGULAR
+            except np.linalg.LinAlgError:
+                regular[i] = False
+            if not regular[i]:  # the inverse of least squares
+                inverse[i] = np.linalg.pinv(own, rcond=LOST)
+                regular[i] = np.linalg.cond(own) < 1.0 / LOST
         x = scale * (inverse @ (scale * b))
     for _ in range(refinements):
         rest = scale * (b - A @ x)
         x = x + scale * (np.linalg.solve(scaled, rest) if inverse is None else inverse @ rest)
     return x, regular
-
-
-def _least(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Inverses of matrices (N, n, n), those of least squares of singular ones; which are not."""
-    inverse, regular = np.empty(A.shape), np.ones(len(A), dtype=bool)
-    for i, own in enumerate(A):
-        try:
-            inverse[i] = np.linalg.inv(own)
-            regular[i] = _norm(own) * _norm(inverse[i]) < _SINGULAR
-        except np.linalg.LinAlgError:
-            regular[i] = False
-        if not regular[i]:
-            inverse[i] = np.linalg.pinv(own, rcond=LOST)
-            regular[i] = np.linalg.cond(own) < 1.0 / LOST
-    return inverse, regular
 
 
 def _norm(A: np.ndarray) -> np.ndarray:

@@ -14,19 +14,26 @@ from typing import Any
 import numpy as np
 
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
-from robostiff.statics.chains.body_springs import FiniteBodySpring, Pulls, SpringArrays
 from robostiff.statics.chains.elements import (
     NOBODY,
     BodyPlace,
+    FiniteBodySpring,
     FiniteChain,
     FiniteCoupling,
     FiniteSpring,
     Owner,
+    Pulls,
     Share,
     Spot,
+    SpringArrays,
 )
-from robostiff.statics.chains.finite_turn import crossed, skews, sum_of_crossed
-from robostiff.statics.chains.moving_chain import ChainTerms, MovingChains
+from robostiff.statics.chains.moving_chain import (
+    ChainTerms,
+    MovingChains,
+    crossed,
+    skews,
+    sum_of_crossed,
+)
 from robostiff.statics.chains.numbers import (
     ComponentBlock,
     LegNumbers,
@@ -206,8 +213,21 @@ class Legs:
         inner = at.inner_chains
         np.add.at(r, at.bodies[at.ends[inner]], (state.W + half)[inner])
         blocks = at.as_blocks(A)
-        if self.couplings:
-            self._add_couplings(state, share, A, r, r_factor)
+        rigid = iter(range(len(self.rigid)))  # closures ``s = 0`` of rigid couplings, else energy
+        for own, s in zip(self.couplings, self.sums(state), strict=True):
+            x = np.concatenate([at.x[at.places[place]] for place in own.terms])
+            factors, push = own.factors, own.drive.preload
+            if own.is_rigid:
+                i = next(rigid)
+                row = at.held[i]
+                A[at.place(row, x)] += factors
+                A[at.place(x, row)] -= factors
+                r[row] += s
+                r[x] -= factors * state.held[i]
+                continue
+            A[at.place(x[:, None], x)] += own.drive.tangent(s) * np.outer(factors, factors)
+            r[x] += (own.drive.force(s) - share.value * push) * factors
+            r_factor[x] -= share.rate * push * factors
         if pulls is not None:
             K = pulls.stiffness
             for block, own in zip(at.blocks, blocks, strict=True):
@@ -263,29 +283,6 @@ class Legs:
         """Axes and points of some bodies [m]; those of body -1 are R and p."""
         all_R = np.concatenate([state.R.reshape(-1, 3, 3), R[None]])
         return all_R[which], np.concatenate([state.p.reshape(-1, 3), p[None]])[which]
-
-    def _add_couplings(
-        self, state: LegState, share: Share, A: np.ndarray, r: np.ndarray, r_factor: np.ndarray
-    ) -> None:
-        """Add couplings to the equations: closures ``s = 0`` of rigid ones, else energy.
-
-        A is flat, see `LegNumbers`; it, r and r_factor are changed in place.
-        """
-        at, rigid = self.numbers, iter(range(len(self.rigid)))
-        for own, s in zip(self.couplings, self.sums(state), strict=True):
-            x = np.concatenate([at.x[at.places[place]] for place in own.terms])
-            factors, push = own.factors, own.drive.preload
-            if own.is_rigid:
-                i = next(rigid)
-                row = at.held[i]
-                A[at.place(row, x)] += factors
-                A[at.place(x, row)] -= factors
-                r[row] += s
-                r[x] -= factors * state.held[i]
-                continue
-            A[at.place(x[:, None], x)] += own.drive.tangent(s) * np.outer(factors, factors)
-            r[x] += (own.drive.force(s) - share.value * push) * factors
-            r_factor[x] -= share.rate * push * factors
 
     def stepped(self, state: LegState, step: np.ndarray) -> LegState:
         """The state after a step (T + B,) of its unknowns, and of axial forces of its beams."""

@@ -13,13 +13,127 @@ from typing import Any
 import numpy as np
 
 from robostiff.record import cosine, sine
-from robostiff.statics.chains.bending import Bending, BowingTerms
-from robostiff.statics.chains.elements import BodyLoad, FiniteChain, FiniteJoint, FiniteSpring
-from robostiff.statics.chains.finite_turn import FiniteTurn, crossed, skews, sum_of_crossed
+from robostiff.spatial import skew
+from robostiff.statics.chains.elements import (
+    Bending,
+    BowingTerms,
+    FiniteChain,
+    FiniteJoint,
+    FiniteSpring,
+)
 from robostiff.statics.chains.numbers import WIDE, ChainNumbers
 
+#: Turn of an elastic part up to which series answer [rad]; entries have nothing else.
+FURTHEST_TURN = 0.2
+_SKEWS = skew(np.eye(3)).reshape(3, 9)
+# b, c, and their derivatives by a, divided by a: by powers of a^2.
+_SERIES = np.array(
+    [
+        [1 / 2, 1 / 6, -1 / 12, -1 / 60],
+        [-1 / 24, -1 / 120, 1 / 180, 1 / 1260],
+        [1 / 720, 1 / 5040, -1 / 6720, -1 / 60480],
+        [-1 / 40320, -1 / 362880, 1 / 453600, 1 / 4989600],
+        [1 / 3628800, 1 / 39916800, -1 / 47900160, -1 / 622702080],
+    ]
+)
+NEXT, LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 # Columns of chains beyond which products of all of them take longer than those that are wanted.
 _MANY = 500
+
+
+@dataclass(frozen=True)
+class FiniteTurn:
+    """Rotation exp(r x) and its angular velocity W dr: the left Jacobian of SO(3).
+
+    ``W = I + b S + c S^2`` with ``S = (r x)``, ``a = |r|``, ``b = (1 - cos a)/a^2`` and
+    ``c = (a - sin a)/a^3``.
+
+    Attributes
+    ----------
+    r : (..., 3) array
+        Rotation vectors [rad].
+    square : (..., 1) array
+        a^2.
+    R, W : (..., 3, 3) arrays
+        ``d exp(r x) = ((W dr) x) exp(r x)``.
+    factors : (..., 4) array
+        b, c, and their derivatives by a, divided by a.
+    """
+
+    r: np.ndarray
+    square: np.ndarray
+    R: np.ndarray
+    W: np.ndarray
+    factors: np.ndarray
+
+    @staticmethod
+    def of(r: np.ndarray) -> FiniteTurn:
+        """Turn by rotation vectors (..., 3) [rad], of numbers or of entries.
+
+        Examples
+        --------
+        >>> FiniteTurn.of(np.array([[0.0, 0, np.pi / 2]])).R.round(12)[0, 1, 0]
+        np.float64(1.0)
+        """
+        S, u = skews(r), (r * r).sum(axis=-1, keepdims=True)
+        is_near = np.ones(u.shape, dtype=bool) if u.dtype == object else u < FURTHEST_TURN**2
+        are_near = bool(np.all(is_near))
+        near = u if are_near else np.where(is_near, u, 0)
+        square, one = near * near, np.ones(u.shape, dtype=int).astype(u.dtype)
+        powers = [one, near, square, square * near, square * square]
+        factors = np.concatenate(powers, axis=-1) @ _SERIES
+        if not are_near:
+            a = np.sqrt(np.where(is_near, 1.0, u))
+            s, v = np.sin(a), 2.0 * np.sin(0.5 * a) ** 2
+            far = (
+                v / a**2,
+                (a - s) / a**3,
+                (s / a**2 - 2 * v / a**3) / a,
+                (v / a**3 - 3 * (a - s) / a**4) / a,
+            )
+            factors = np.where(is_near, factors, np.concatenate(far, axis=-1))
+        SS = S @ S
+        b, c, first = (
+            own[..., None]
+            for own in (factors[..., :1], factors[..., 1:2], 1 - u * factors[..., 1:2])
+        )
+        unit = np.eye(3, dtype=int)
+        return FiniteTurn(r, u, S * first + SS * b + unit, S * b + SS * c + unit, factors)
+
+    def rate(self, m: np.ndarray) -> np.ndarray:
+        """Symmetric part of the derivative of ``m . W[:, k]`` by ``r[b]`` (..., 3, 3).
+
+        With ``dS^2/dr_b = E_b S + S E_b`` and ``u = m x r`` it is that of ``(b' u + c' u x r - c m)
+        r^T + c (m . r) I``; m is (..., 3).
+
+        Examples
+        --------
+        >>> FiniteTurn.of(np.array([[0.1, 0, 0]])).rate(np.array([[1.0, 0, 0]]))[0].round(5)
+        array([[0.     , 0.     , 0.     ],
+               [0.     , 0.01666, 0.     ],
+               [0.     , 0.     , 0.01666]])
+        """
+        _, c, b_rate, c_rate = (self.factors[..., i : i + 1] for i in range(4))
+        r, u = self.r, crossed(m, self.r)
+        rows = u * b_rate + crossed(u, r) * c_rate - m * c
+        outer = rows[..., :, None] * r[..., None, :]
+        along = c * (m * r).sum(axis=-1, keepdims=True)
+        return (outer + np.swapaxes(outer, -1, -2)) * 0.5 + along[..., None] * np.eye(3, dtype=int)
+
+
+def skews(v: np.ndarray) -> np.ndarray:
+    """Matrices (v x) of vectors (..., 3), by one product."""
+    return (v @ _SKEWS).reshape(*v.shape, 3)
+
+
+def crossed(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """``a x b`` of vectors (..., 3), few calls for few vectors."""
+    return a[..., NEXT] * b[..., LAST] - a[..., LAST] * b[..., NEXT]
+
+
+def sum_of_crossed(S: np.ndarray) -> np.ndarray:
+    """Sum of ``s x f`` (..., 3) from that of ``s f^T`` (..., 3, 3)."""
+    return S[..., NEXT, LAST] - S[..., LAST, NEXT]
 
 
 @dataclass(frozen=True)
@@ -69,19 +183,47 @@ class MovingChains:
         body_rows: Sequence[int],
         anchors: Sequence[np.ndarray] = (),
     ) -> None:
-        self._kind, self._at = np.asarray(ends).dtype, numbers
+        self._kind, self._at, at = np.asarray(ends).dtype, numbers, numbers
         every = [e for c in chains for e in c.elements]
         springs = [e for e in every if isinstance(e, FiniteSpring)]
-        self._set_joints([e for e in every if isinstance(e, FiniteJoint)])
         self._set_springs(springs)
-        self._set_frames(chains, points, np.asarray(ends), springs)
-        self._set_loads([load for c in chains for load in c.loads], anchors)
-        moved = len(numbers.of_bodies) // len(body_rows)
+        joints = [e for e in every if isinstance(e, FiniteJoint)]
+        self._axis = self._array([e.axis for e in joints], 3)
+        self._slide = self._array([e.slide for e in joints])[:, None]
+        self._turning = np.array([int(e.turns) for e in joints], dtype=int)[:, None]
+        self._axis_skew = skews(self._axis)
+        self._axis_skew_squared = self._axis_skew @ self._axis_skew
+        self.stiffness: np.ndarray = self._array([e.stiffness for e in joints])
+        self.preload: np.ndarray = self._array([e.preload for e in joints])
+        self.laws: list[tuple[int, Any]] = [
+            (i, e.law) for i, e in enumerate(joints) if e.law is not None
+        ]
+        # axes and points of all bodies, those behind joints along the world; from each to the next,
+        # and to those at the ends
+        identity = np.eye(3, dtype=int).astype(self._kind)
+        self._axes, self._points = np.tile(identity, (at.total, 1, 1)), self._zeros(at.total, 3)
+        self._axes[at.spring_bodies] = self._array([e.rotation for e in springs], 3, 3)
+        for chain, own in zip(chains, at.bodies, strict=True):
+            if chain.start is not None:
+                self._points[own[0]] = points[chain.start]
+            for body, e in zip(own[1:].tolist(), chain.elements, strict=True):
+                self._points[body] = e.point
+        self._steps = self._frames(at.before, self._axes, self._points)
+        self._end_frames = self._frames(at.last, np.tile(identity, (len(ends), 1, 1)), ends)
+        # loads, and behind them anchors, which have no force of their own
+        loads, bodies = [load for c in chains for load in c.loads], at.load_bodies
+        self._load_point = self._array([*(own.point for own in loads), *anchors], 3)
+        self.load_force: np.ndarray = self._zeros(len(bodies), 3)
+        self.load_force[: len(loads)] = self._array([own.force for own in loads], 3)
+        arms = (self._load_point - self._points[bodies])[..., None]
+        self._load_offset = np.swapaxes(self._axes[bodies], -1, -2) @ arms
+        # velocities of elements by their coordinates, and twists of bodies by themselves
+        moved = len(at.of_bodies) // len(body_rows)
         self._unit = np.tile(np.eye(6, dtype=int)[list(body_rows)], (moved, 1)).astype(self._kind)
-        self._local = self._zeros(len(numbers.coordinates), 2, 3)
-        self._local[numbers.joint_x, 0] = self._axis * self._slide
-        self._local[numbers.joint_x, 1] = self._axis * self._turning
-        self._local[numbers.spring_x, 0] = self._columns_of_springs(self._modes[:, :3])
+        self._local = self._zeros(len(at.coordinates), 2, 3)
+        self._local[at.joint_x, 0] = self._axis * self._slide
+        self._local[at.joint_x, 1] = self._axis * self._turning
+        self._local[at.spring_x, 0] = self._columns_of_springs(self._modes[:, :3])
 
     def _zeros(self, *shape: int) -> np.ndarray:
         return np.zeros(shape, dtype=int).astype(self._kind)
@@ -92,18 +234,6 @@ class MovingChains:
         for i, own in enumerate(values):
             found[i] = own
         return found
-
-    def _set_joints(self, every: Sequence[FiniteJoint]) -> None:
-        self._axis = self._array([e.axis for e in every], 3)
-        self._slide = self._array([e.slide for e in every])[:, None]
-        self.stiffness: np.ndarray = self._array([e.stiffness for e in every])
-        self.preload: np.ndarray = self._array([e.preload for e in every])
-        self.laws: list[tuple[int, Any]] = [
-            (i, e.law) for i, e in enumerate(every) if e.law is not None
-        ]
-        self._turning = np.array([int(e.turns) for e in every], dtype=int)[:, None]
-        self._axis_skew = skews(self._axis)
-        self._axis_skew_squared = self._axis_skew @ self._axis_skew
 
     def _set_springs(self, every: Sequence[FiniteSpring]) -> None:
         self._modes = self._zeros(len(every), 6, WIDE)
@@ -123,30 +253,6 @@ class MovingChains:
             b[i, :n], l[i, :n] = e.bending.b, e.bending.l
         self.bending: Bending = Bending(z, s, b, l)
 
-    def _set_frames(
-        self,
-        chains: Sequence[FiniteChain],
-        points: np.ndarray,
-        ends: np.ndarray,
-        springs: Sequence[FiniteSpring],
-    ) -> None:
-        """Axes and points of all bodies; frames from each to the next, and to those at the ends.
-
-        Bodies behind joints have the axes of the world.
-        """
-        at, identity = self._at, np.eye(3, dtype=int).astype(self._kind)
-        self._axes = np.tile(identity, (at.total, 1, 1))
-        self._axes[at.spring_bodies] = self._array([e.rotation for e in springs], 3, 3)
-        self._points = self._zeros(at.total, 3)
-        for chain, own in zip(chains, at.bodies, strict=True):
-            if chain.start is not None:
-                self._points[own[0]] = points[chain.start]
-            for body, e in zip(own[1:].tolist(), chain.elements, strict=True):
-                self._points[body] = e.point
-        of_world = np.tile(identity, (len(ends), 1, 1))
-        self._steps = self._frames(at.before, self._axes, self._points)
-        self._end_frames = self._frames(at.last, of_world, ends)
-
     def _frames(self, before: np.ndarray, axes: np.ndarray, points: np.ndarray) -> np.ndarray:
         """From bodies, by number, to axes and points (n, 4, 4)."""
         R, found = self._axes[before], self._zeros(len(before), 4, 4)
@@ -156,15 +262,6 @@ class MovingChains:
         found[:, :3, 3:] = turned @ (points - self._points[before])[..., None]
         found[:, 3, 3] = 1
         return found
-
-    def _set_loads(self, loads: Sequence[BodyLoad], anchors: Sequence[np.ndarray]) -> None:
-        """Loads, and behind them anchors, which have no force of their own."""
-        bodies = self._at.load_bodies
-        self._load_point = self._array([*(own.point for own in loads), *anchors], 3)
-        forces = [*(own.force for own in loads), *(0 * point for point in anchors)]
-        self.load_force: np.ndarray = self._array(forces, 3)
-        arms = (self._load_point - self._points[bodies])[..., None]
-        self._load_offset = np.swapaxes(self._axes[bodies], -1, -2) @ arms
 
     def moved(self, x: np.ndarray, R: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """All bodies by number, at coordinates x (U,) of the chains.
@@ -257,7 +354,8 @@ class MovingChains:
         chains = self._at.chains[bodies]
         moment = m[chains] + crossed(P[chains] - C[bodies], f[chains])
         if len(self._at.load_bodies):
-            arms = self._arms(behind, C)
+            of_bodies, of_loads = self._at.reach
+            arms = self._loaded_points(behind)[of_loads] - C[of_bodies]
             G, S = self._beyond(arms, self.load_force)
             by_share -= (v * G[self._at.body] + w * sum_of_crossed(S)[self._at.body]).sum(axis=-1)
             acting = self.load_force * share + (0 if pulls is None else pulls)
@@ -341,11 +439,6 @@ class MovingChains:
         """Twists (Q, 6) about a point (3,) of what each column moves."""
         w, v, C = self._columns(*self._placed(x, R, p))
         return np.concatenate([v + crossed(w, about - C[self._at.body]), w], axis=-1)
-
-    def _arms(self, behind: np.ndarray, C: np.ndarray) -> np.ndarray:
-        """From the points of bodies to the loads that they move, as in `reach`."""
-        bodies, loads = self._at.reach
-        return self._loaded_points(behind)[loads] - C[bodies]
 
     def _beyond(self, arms: np.ndarray, forces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sums of the forces (L, 3) that each body moves (n, 3), and of ``s f^T`` (n, 3, 3)."""

@@ -105,21 +105,7 @@ class ChainNumbers:
         self.before: np.ndarray = np.zeros(self.total, dtype=int)
         for here, there in self.levels:
             self.before[here] = np.arange(there.start, there.stop)
-        self._set_columns(chains, len(kind.rows))
-        self._set_elements(chains)
-        loads = [(c, after) for c, own in enumerate(chains) for after in own.loads]
-        self.first_anchor: int = len(loads)
-        loads += kind.anchors
-        bodies = [self.bodies[c][after] for c, after in loads]
-        #: Bodies of loads, then, from the first anchor on, of these (L,).
-        self.load_bodies: np.ndarray = np.array(bodies, dtype=int)
-        beyond = [self.bodies[c][chains[c].start is None : after + 1] for c, after in loads]
-        of_load = np.repeat(np.arange(len(loads)), [len(own) for own in beyond])
-        #: Bodies whose motion moves a load, and that load.
-        self.reach: tuple[np.ndarray, np.ndarray] = np.concatenate([_NONE, *beyond]), of_load
-
-    def _set_columns(self, chains: Sequence[ChainKind], rows: int) -> None:
-        moved = [0 if c.start is None else rows for c in chains]
+        moved = [0 if c.start is None else len(kind.rows) for c in chains]
         sizes = [[n, *(e.size for e in c.elements)] for n, c in zip(moved, chains, strict=True)]
         stops = np.cumsum([0, *map(sum, sizes)])
         width = np.diff(stops)
@@ -129,7 +115,7 @@ class ChainNumbers:
         every = [np.repeat(b, n) for b, n in zip(self.bodies, sizes, strict=True)]
         #: Body that each column moves, and its chain (Q,).
         self.body: np.ndarray = np.concatenate([_NONE, *every])
-        self.of_chain: np.ndarray = np.repeat(np.arange(len(chains)), width)
+        self.of_chain: np.ndarray = np.repeat(np.arange(C), width)
         #: Columns that are coordinates of elements, in order; and those that are twists of bodies.
         self.coordinates: np.ndarray = np.flatnonzero(self.body >= len(chains))
         self.of_bodies: np.ndarray = np.flatnonzero(self.body < len(chains))
@@ -141,6 +127,17 @@ class ChainNumbers:
         i, n = np.arange(len(self.body)) - stops[:-1][self.of_chain], width[self.of_chain]
         #: Of each column: its pair with itself; that with the k-th behind it stands k further.
         self.diagonal: np.ndarray = start[self.of_chain] + i * n - i * (i - 1) // 2
+        self._set_elements(chains)
+        loads = [(c, after) for c, own in enumerate(chains) for after in own.loads]
+        self.first_anchor: int = len(loads)
+        loads += kind.anchors
+        bodies = [self.bodies[c][after] for c, after in loads]
+        #: Bodies of loads, then, from the first anchor on, of these (L,).
+        self.load_bodies: np.ndarray = np.array(bodies, dtype=int)
+        beyond = [self.bodies[c][chains[c].start is None : after + 1] for c, after in loads]
+        of_load = np.repeat(np.arange(len(loads)), [len(own) for own in beyond])
+        #: Bodies whose motion moves a load, and that load.
+        self.reach: tuple[np.ndarray, np.ndarray] = np.concatenate([_NONE, *beyond]), of_load
 
     def _set_elements(self, chains: Sequence[ChainKind]) -> None:
         pairs = zip(chains, self.bodies, strict=True)
@@ -203,12 +200,43 @@ class LegNumbers:
         )
         self.on_platform: np.ndarray = np.flatnonzero(self.ends < 0)
         self.inner_chains: np.ndarray = np.flatnonzero(self.ends >= 0)
-        self.components: list[Component] = _components(kind)
+        meeting: list[list[Hashable]] = [
+            [c, *((b,) for b in (own.start, own.end) if b is not None)]
+            for c, own in enumerate(chains)
+        ]
+        meeting += [[*own] for own in kind.meeting if own]
+        nodes = [*range(len(chains)), *((b,) for b in range(kind.bodies))]
+        first, found = connected_parts(nodes, meeting), dict[Hashable, Component]()
+        for c in range(len(chains)):
+            found.setdefault(first[c], Component([], [], [])).chains.append(c)
+        for b in range(kind.bodies):
+            found[first[b,]].bodies.append(b)
+        for i, (c, _) in enumerate(kind.rigid):
+            found[first[c]].rigid.append(i)
+        self.components: list[Component] = list(found.values())
         #: Coordinates (U,); of rigid couplings; twists of bodies (bodies, r); wrenches (C, r).
         self.x, self.held = (np.zeros(n, dtype=int) for n in (sum(counts), len(kind.rigid)))
         self.bodies, self.W = (np.zeros((n, r), dtype=int) for n in (kind.bodies, len(chains)))
         self._set_blocks(kind)
-        self._set_entries(kind)
+        # where chains contribute to the tangent, and what the twist of the platform does
+        a, b = self.of_chains.pairs
+        self.off_diagonal: np.ndarray = np.flatnonzero(a != b)  # pairs of different columns
+        starts = (_NONE if c.start is None else self.bodies[c.start] for c in kind.chains)
+        both = zip(starts, (self.x[own] for own in self.coordinates), strict=True)
+        #: Columns of `ChainTerms` (Q,).
+        self.columns: np.ndarray = np.concatenate(
+            [_NONE, *(part for pair in both for part in pair)]
+        )
+        a, b, across = self.columns[a], self.columns[b], self.W[self.of_chains.of_chain]
+        to, one = self.W[self.inner_chains], self.columns[:, None]
+        fro = self.bodies[self.ends[self.inner_chains]]
+        every = [(a, b), (b[a != b], a[a != b]), (across, one), (one, across), (to, fro), (fro, to)]
+        #: Of all that chains contribute to the tangent; of it, last, what bodies between them do.
+        self.entries: np.ndarray = np.concatenate([self.place(i, j).ravel() for i, j in every])
+        self.constants: np.ndarray = np.repeat([-1.0, 1.0], to.size)
+        #: Of the residual, by the twist of the platform (T, r).
+        self.by_twist: np.ndarray = np.zeros((self.total, len(kind.rows)))
+        self.by_twist[self.W[self.on_platform]] = -np.eye(len(kind.rows))
 
     def _set_blocks(self, kind: LegsKind) -> None:
         """Number the unknowns."""
@@ -255,27 +283,6 @@ class LegNumbers:
             own = self.x[self.places[place]]
             at[: len(own)] = own
 
-    def _set_entries(self, kind: LegsKind) -> None:
-        """Say where chains contribute to the tangent, and what the twist of the platform does."""
-        a, b = self.of_chains.pairs
-        self.off_diagonal: np.ndarray = np.flatnonzero(a != b)  # pairs of different columns
-        starts = (_NONE if c.start is None else self.bodies[c.start] for c in kind.chains)
-        both = zip(starts, (self.x[own] for own in self.coordinates), strict=True)
-        #: Columns of `ChainTerms` (Q,).
-        self.columns: np.ndarray = np.concatenate(
-            [_NONE, *(part for pair in both for part in pair)]
-        )
-        a, b, across = self.columns[a], self.columns[b], self.W[self.of_chains.of_chain]
-        to, one = self.W[self.inner_chains], self.columns[:, None]
-        fro = self.bodies[self.ends[self.inner_chains]]
-        every = [(a, b), (b[a != b], a[a != b]), (across, one), (one, across), (to, fro), (fro, to)]
-        #: Of all that chains contribute to the tangent; of it, last, what bodies between them do.
-        self.entries: np.ndarray = np.concatenate([self.place(i, j).ravel() for i, j in every])
-        self.constants: np.ndarray = np.repeat([-1.0, 1.0], to.size)
-        #: Of the residual, by the twist of the platform (T, r).
-        self.by_twist: np.ndarray = np.zeros((self.total, len(kind.rows)))
-        self.by_twist[self.W[self.on_platform]] = -np.eye(len(kind.rows))
-
     def place(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """Of entries of the flat tangent, by unknowns of one component."""
         return self.rows[a] + self.local[b]
@@ -303,24 +310,6 @@ def numbers_of(kind: LegsKind) -> LegNumbers:
         if isinstance(own, np.ndarray):  # robots share them
             own.setflags(write=False)
     return found
-
-
-def _components(kind: LegsKind) -> list[Component]:
-    chains, bodies = range(len(kind.chains)), range(kind.bodies)
-    meeting: list[list[Hashable]] = [
-        [c, *((b,) for b in (own.start, own.end) if b is not None)]
-        for c, own in enumerate(kind.chains)
-    ]
-    held: list[list[Hashable]] = [[*own] for own in kind.meeting if own]
-    first = connected_parts([*chains, *((b,) for b in bodies)], meeting + held)
-    found: dict[Hashable, Component] = {}
-    for c in chains:
-        found.setdefault(first[c], Component([], [], [])).chains.append(c)
-    for b in bodies:
-        found[first[b,]].bodies.append(b)
-    for i, (c, _) in enumerate(kind.rigid):
-        found[first[c]].rigid.append(i)
-    return list(found.values())
 
 
 def _slices(sizes: Sequence[int]) -> list[slice]:

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
-from robostiff.statics.equations.critical_point import (
-    CriticalPoint,
-    least_margin,
-    point_at,
-    refined,
-    singular,
-)
 from robostiff.statics.equations.newton import (
     CAP,
     SHARP,
@@ -23,7 +17,185 @@ from robostiff.statics.equations.newton import (
     equilibrium_at,
 )
 from robostiff.statics.equations.problem import EquilibriumProblem, LoadCase, solve_least
-from robostiff.statics.equations.stability import may_be_singular, meets_stiffness
+from robostiff.statics.equations.stability import (
+    CriticalPoint,
+    Regular,
+    least_margin,
+    may_be_singular,
+    meets_stiffness,
+    point_at,
+)
+
+# Of the margins around a critical point: where interpolation begins, and how many are tried before
+# the interval is halved, and then.
+_SMALL, _TRIALS, _HALVES = 1e-4, 30, 30
+# Margin up to which equilibria around a critical point are taken, where on the arc, and how many
+# are enough; how often the way there is corrected, and by what part of that margin they may be off
+# a smooth way; and the margin below which equations are nearly singular.
+_WIDE, _SECANTS, _SMOOTH, _BLURRED, _ENOUGH = 0.03, 2, 1e-5, 1.5e-3, 5
+_NODES = 0.5 - 0.5 * np.cos(np.pi * (2 * np.arange(8) + 1) / 16)
+# Of the interval: so far beside a point at which equations are singular.
+_ASIDE = 1e-3
+# Lateral parts of an arc, and of the length of the robot, by which equilibria are on one branch.
+_TORN, _SAME = 10.0, 1e-6
+# Of the arc to where none are: how far they are followed. Small margins up to which there may be
+# none, equations being singular.
+_TOWARDS, _NEARLY = 0.9, 100.0
+# Of a step: where equilibria around a singular posture are looked for, and how near to it, of the
+# determinant of closures before it, they are none.
+_AROUND, _BESIDE = 1.5 * (0.5 - 0.5 * np.cos(np.pi * (np.arange(12) + 0.5) / 12)), 0.1
+
+
+def refined(step: PathStep) -> CriticalPoint | float:
+    """Where the margin vanishes between a stable and an unstable equilibrium, in either order.
+
+    By polynomials on a smooth way; elsewhere by regula falsi (Illinois) up to where equations are
+    nearly singular, and the load factor is interpolated from there. A margin that leaps past zero,
+    where a leg turns singular, is enclosed by halves. Where equilibria leap to another branch, or
+    there are none, an arc before that.
+    """
+    smooth = _on_a_smooth_way(step)
+    if smooth is not None:
+        return smooth
+    problem, left, right, at_ends = step.here.problem, 0.0, step.arc, [step.here, step.found]
+    found = step.found
+    at_left, at_right = (least_margin(own).value for own in at_ends)
+    best = min(at_ends, key=lambda own: abs(least_margin(own).value))
+    smallest = min(abs(at_left), abs(at_right))
+    small = _SMALL * min(1.0, max(abs(at_left), abs(at_right)))
+    met = {at_left: step.here.factor, at_right: found.factor}
+    for trial in range(_TRIALS + _HALVES):
+        h = (left * at_right - right * at_left) / (at_right - at_left)
+        if trial >= _TRIALS:
+            h = 0.5 * (left + right)
+        found = step.along(h)
+        if not found.converged:  # equations that are singular to rounding: a little aside
+            h += _ASIDE * (left - h)
+            found = step.along(h)
+        one, other = (own.displacement * problem.scale for own in at_ends)
+        near = _TORN * step.unit * abs(right - left) + _SAME * problem.length
+        if not found.converged and smallest < _NEARLY * small:
+            break
+        if not found.converged or np.linalg.norm(one - other) > near:
+            return _TOWARDS * h
+        value = least_margin(found).value
+        met[value] = found.factor
+        if abs(value) < smallest:
+            smallest, best = abs(value), found
+        if smallest < small:
+            # A leg that buckles alone may follow the platform: then that lost its margin before.
+            before = step.along(h + _ASIDE * (left - h))
+            earlier = least_margin(before).value if before.converged else value
+            if abs(earlier) <= 10 * small or earlier * at_left > 0:
+                break
+            h, found, value, smallest = h + _ASIDE * (left - h), before, earlier, np.inf
+            met = {own: factor for own, factor in met.items() if own * at_left > 0}
+        if value * at_right < 0:
+            left, at_left, at_ends[0] = right, at_right, at_ends[1]
+        else:
+            at_left *= 0.5
+        right, at_right, at_ends[1] = h, value, found
+    else:
+        # It leaps at a corner, as where a cable becomes slack: the mode is that behind it.
+        leaving = min(at_ends, key=lambda own: least_margin(own).value)
+        return point_at(leaving)
+    return replace(point_at(best), factor=_at_zero(met))
+
+
+def _on_a_smooth_way(step: PathStep) -> CriticalPoint | None:
+    """Where the margin vanishes, by polynomials through equilibria around it; None without them.
+
+    Nearer to it equations are nearly singular, and equilibria may be those of another branch.
+    """
+    left, right = (0.0, least_margin(step.here).value), (step.arc, least_margin(step.found).value)
+    h, beside = _secant(left, right)
+    for _ in range(_SECANTS):
+        if beside <= left[0]:
+            break
+        found = step.along(beside)
+        if not found.converged:
+            return None
+        left = beside, least_margin(found).value
+        if left[1] * right[1] >= 0:
+            return None
+        h, beside = _secant(left, right)
+    low, high = beside, 2.0 * h - beside
+    arcs, every = [], []
+    for own in low + (high - low) * _NODES:
+        found = step.along(own)
+        if found.converged and abs(least_margin(found).value) > _BLURRED:
+            arcs, every = [*arcs, own], [*every, found]
+    values, most = np.array([least_margin(own).value for own in every]), len(arcs) - 1
+    if len(arcs) < _ENOUGH or np.min(values) > 0 or np.max(values) < 0:
+        return None
+    line = Polynomial.fit(arcs, values, most - 1)
+    if np.max(np.abs(line(np.array(arcs)) - values)) > _SMOOTH * _WIDE:
+        return None
+    roots = Polynomial.fit(arcs, values, most).roots()
+    inside = [own.real for own in roots if own.imag == 0 and low <= own.real <= high]
+    if len(inside) != 1:
+        return None
+    factors = Polynomial.fit(arcs, [own.factor for own in every], most)
+    factor = float(factors(inside[0]))
+    stable = np.flatnonzero(values > 0)
+    best = int(stable[np.argmin(values[stable])])
+    at = every[best]
+    # It is met itself, or, a singular point of the equations, a little on the stable side.
+    for own in (inside[0], inside[0] + _ASIDE * (arcs[best] - inside[0])):
+        met = step.along(own)
+        if met.converged and abs(met.factor - factors(own)) < _SMOOTH * abs(factor):
+            at = met
+            break
+    return replace(point_at(at), factor=factor)
+
+
+def _secant(left: tuple[float, float], right: tuple[float, float]) -> tuple[float, float]:
+    """Arc at which a margin vanishes, and an arc beside it with a margin of some size."""
+    rate = (right[1] - left[1]) / (right[0] - left[0])
+    h = left[0] - left[1] / rate
+    return h, h - _WIDE / abs(rate)
+
+
+def singular(step: PathStep) -> CriticalPoint | None:
+    """Where rigid bars lie in a singular posture on the way; None where they do not.
+
+    By the polynomials through equilibria around it: beside it equations are nearly singular.
+    """
+    regular = Regular.of(step.here.known)
+    if regular.ratio(step.found.known) > _BESIDE:
+        return None
+    along, every, ratios = [], [], []
+    for h in _AROUND * step.arc:
+        found = step.along(h)
+        ratio = regular.ratio(found.known)
+        if found.converged and abs(ratio) > _BESIDE:
+            along, every, ratios = [*along, h], [*every, found], [*ratios, ratio]
+    signs = np.flatnonzero(np.diff(np.sign(ratios)))
+    if not len(signs):
+        return None
+    left, right = every[signs[0]], every[signs[0] + 1]
+    if Regular.of(left.known).ratio(right.known) > 0:
+        return None  # the posture has only turned far from that before the step
+    ends, most = (along[signs[0]], along[signs[0] + 1]), len(along) - 1
+    roots = Polynomial.fit(along, ratios, most).roots()
+    h = next(own.real for own in roots if own.imag == 0 and ends[0] < own.real < ends[1])
+    factor = float(Polynomial.fit(along, [own.factor for own in every], most)(h))
+    words = "rigid bars lie in a singular posture, where another assembly mode begins"
+    return CriticalPoint(factor, words, None, np.zeros(left.problem.size), False, left)
+
+
+def _at_zero(met: dict[float, float]) -> float:
+    """Load factor at the margin 0, by the polynomial through the four points nearest to it."""
+    nearest = sorted(met.items(), key=lambda own: abs(own[0]))[:4]
+    total = 0.0
+    for i, (m, factor) in enumerate(nearest):
+        weight = 1.0
+        for k, (other, _) in enumerate(nearest):
+            if k != i:
+                weight *= other / (other - m)
+        total += weight * factor
+    return total
+
 
 #: A margin above which Newton's method has not passed a critical load, if its steps were direct.
 SAFE = 0.3
@@ -134,7 +306,12 @@ def path(problem: EquilibriumProblem, loading: LoadCase, largest: float = 0.25) 
         point = refined(step) if remains != is_stable else None
         # On a stable branch the load grows: so the determinant of K and of this arc has its sign.
         leapt = isinstance(point, float | int)
-        falls = following[-1] < -_BACK if remains else _is_below(point, here)
+        falls = (
+            following[-1] < -_BACK
+            if remains
+            else isinstance(point, CriticalPoint)
+            and point.factor < here.factor - _BACK * (1.0 + abs(here.factor))
+        )
         if remains and margin + slope * h < 0 and h > _LEAST * before:
             falls = falls or _is_lost_between(step)
         if leapt or (is_stable and falls):
@@ -167,12 +344,6 @@ def _is_lost_between(step: PathStep) -> bool:
     return middle.converged and least_margin(middle).value < 0
 
 
-def _is_below(point: CriticalPoint | float | None, here: FoundEquilibrium) -> bool:
-    """Whether a critical point lies at less of the load than the equilibrium before it."""
-    back = here.factor - _BACK * (1.0 + abs(here.factor))
-    return isinstance(point, CriticalPoint) and point.factor < back
-
-
 def _start(
     problem: EquilibriumProblem, loading: LoadCase
 ) -> tuple[FoundEquilibrium, CriticalPoint | None]:
@@ -186,7 +357,7 @@ def _start(
     if here.converged and here.direct and least_margin(here).value >= SAFE:
         return here, None
     growing = LoadCase(np.zeros(problem.size), loading.wrench, 0.0, loading.share)
-    ended, critical, searched_to = first_critical(problem, growing, 1.0)
+    ended, critical, searched_to = first_critical(path(problem, growing), 1.0)
     if critical is not None or ended is None or searched_to < 1.0:
         return here, critical
     return equilibrium_at(problem, loading, 0.0, ended.state), None
@@ -237,16 +408,16 @@ def _lost_at_corner(
 
 
 def first_critical(
-    problem: EquilibriumProblem, loading: LoadCase, up_to: float
+    steps: Iterable[OnPath], up_to: float
 ) -> tuple[FoundEquilibrium | None, CriticalPoint | None, float]:
-    """The first critical point from factor 0 up to a factor.
+    """The first critical point on a path from factor 0 up to a factor.
 
     Returns the last stable equilibrium, at most at `up_to`, None where there is none from which to
     start; the critical point, None where none was met; and the factor up to which equilibria were
     found to be stable: `up_to`, unless the path ended before or a critical point was met.
     """
     here, furthest = None, 0.0
-    for own in path(problem, loading):
+    for own in steps:
         if own.found.factor < 0:
             break
         furthest = max(furthest, own.found.factor)

@@ -70,12 +70,10 @@ def equilibrium_at(
     start: State,
     target: tuple[np.ndarray, np.ndarray] | None = None,
     steps: int = _STEPS,
-    first: Linearised | None = None,
 ) -> FoundEquilibrium:
     """Newton's method at one load factor, from a state, in so many steps at most.
 
-    `target`: rotation and point at which the platform is held, if it is; `first`: the equations at
-    the start, where they are known.
+    `target`: rotation and point at which the platform is held, if it is.
     """
     state, last, most, direct, done = start, np.inf, HALF, True, 0
     wrench = loading.wrench + factor * loading.wrench_rate
@@ -83,8 +81,7 @@ def equilibrium_at(
     before, alike = np.zeros(3), 0
     for done in range(1, steps + 1):
         refined = _REFINEMENTS if last < _SOON else 0
-        known = first if first is not None else problem.linearised(state, loading, factor, refined)
-        first = None
+        known = problem.linearised(state, loading, factor, refined)
         if target is not None:
             turn = vector_of_rotation(target[0] @ state.R.T)
             twist = np.concatenate([target[1] - state.p, turn])[list(problem.rows)]

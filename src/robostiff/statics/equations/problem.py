@@ -11,8 +11,8 @@ import numpy as np
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 from robostiff.statics.chains.elements import NOBODY, Share, Spot
 from robostiff.statics.chains.equilibrated import Bordered, Closure, HeldPlatform, solved, unit_free
-from robostiff.statics.chains.finite_turn import sum_of_crossed
 from robostiff.statics.chains.legs import LegEquations, Legs, LegState
+from robostiff.statics.chains.moving_chain import sum_of_crossed
 from robostiff.statics.chains.numbers import ComponentBlock
 
 # Of the largest stiffness of the platform, shifts and turns alike: rounding.
@@ -189,6 +189,14 @@ class EquilibriumProblem:
     ) -> Linearised:
         """The equations at a state."""
         rest, closures = self._at_rest
+        if state is self.unloaded and self.loads_platform_alone and not (refinements or rest.held):
+            acting, rate, turning = self._on_platform(state, loading, factor)
+            return replace(
+                rest,
+                K_total=rest.K - turning,
+                missing=rest.missing + acting,
+                by_factor=rest.by_factor + rate,
+            )
         rank = 0 if rest.held is None else rest.held.rank
         return self._linearised(state, loading, factor, refinements, closures, rank)
 
@@ -271,19 +279,6 @@ class EquilibriumProblem:
     def has_corners(self) -> bool:
         """Whether paths may have corners: laws of joints, and cables that become slack."""
         return self.has_laws or any(own.is_cable for own in self.legs.springs)
-
-    def under_load(self, known: Linearised, loading: LoadCase, factor: float) -> Linearised:
-        """The equations at the unloaded posture, from those without load.
-
-        Only where `loads_platform_alone`: the legs are the same.
-        """
-        acting, rate, turning = self._on_platform(self.unloaded, loading, factor)
-        return replace(
-            known,
-            K_total=known.K - turning,
-            missing=known.missing + acting,
-            by_factor=known.by_factor + rate,
-        )
 
     def stepped(
         self, state: State, known: Linearised, twist: np.ndarray, more: float, cap: float

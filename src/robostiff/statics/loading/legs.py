@@ -23,11 +23,12 @@ from robostiff.kinematics.spanning_tree import branches, connected_parts
 from robostiff.model import PlacedBodySpring, PlacedFreedom, PlacedMass, PlacedSpring
 from robostiff.model.body_spring import BASE, PLATFORM
 from robostiff.record import is_zero
-from robostiff.statics.chains.body_springs import ON_PLATFORM, FiniteBodySpring
 from robostiff.statics.chains.elements import (
     NOBODY,
+    ON_PLATFORM,
     BodyLoad,
     Element,
+    FiniteBodySpring,
     FiniteChain,
     FiniteCoupling,
     FiniteJoint,

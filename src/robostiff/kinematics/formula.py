@@ -1,0 +1,408 @@
+"""A leg that closes in closed form, recorded at a recorded pose of the platform."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from robostiff.errors import InputError
+from robostiff.kept import kept
+from robostiff.kinematics.closure.body import (
+    ClosedLeg,
+    LegBody,
+    Rest,
+    constant_cosine,
+    direction_across,
+    tidied,
+    tidied_point,
+)
+from robostiff.kinematics.closure.leg_forms import Cluster, Post, Slide
+from robostiff.kinematics.closure.leg_solver import LegSolver, RecordedForm
+from robostiff.kinematics.closure.rods import Strut
+from robostiff.kinematics.frames import (
+    PlacedChain,
+    beam_lengths,
+    place_chain,
+    telescopic_elasticity,
+)
+from robostiff.kinematics.turn import turn_about, turn_by_vector_of_entries
+from robostiff.model import (
+    Chain,
+    Joint,
+    Leg,
+    Link,
+    ParallelBlock,
+    Passive,
+    PlacedBlock,
+    PlacedElement,
+    PlacedLeg,
+    PlacedSpring,
+    Rigid,
+    Telescope,
+)
+from robostiff.record import Entry, greater, is_one, is_zero, most_size, square_root
+
+
+@dataclass(frozen=True)
+class FormulaPose:
+    """A pose of the platform in the world.
+
+    Attributes
+    ----------
+    R : (3, 3) array of entries and numbers
+    p : (3,) array of entries and numbers
+        [m].
+    """
+
+    R: np.ndarray
+    p: np.ndarray
+
+    @classmethod
+    def of_coordinates(cls, coordinates: np.ndarray) -> FormulaPose:
+        """The pose of x, y, z and a rotation vector (6,) [m, rad], entries or numbers.
+
+        Examples
+        --------
+        >>> FormulaPose.of_coordinates(np.array([0.5, 0, 0, 0, 0, 0])).p.tolist()
+        [0.5, 0.0, 0.0]
+        """
+        six = np.array(coordinates, dtype=object)
+        return cls(turn_by_vector_of_entries(six[3:]), six[:3])
+
+
+@dataclass(frozen=True)
+class PlacedFormula:
+    """A leg in the world, its entries recorded.
+
+    Attributes
+    ----------
+    leg : PlacedLeg
+        Points, axes, rotations and compliances are arrays of objects, in world axes.
+    gap : tuple of Entry
+        Gaps, zero when the leg meets the platform: squares of sines, and of shifts over the
+        length of the rod or crank. Those that vanish at all samples are left out.
+    lengths : tuple of Entry
+        Lengths of the telescopes' beams that must be positive [m].
+    losses : tuple of Entry
+        Digits that the closure loses.
+    coordinate : callable
+        Records the leg coordinate of a place in the coordinate vector [m, rad].
+    platform : FormulaPose
+        Where the leg holds the platform.
+    """
+
+    leg: PlacedLeg
+    gap: tuple[Any, ...]
+    lengths: tuple[Any, ...]
+    coordinate: Callable[[int], Any]
+    platform: FormulaPose
+    losses: tuple[Any, ...] = ()
+
+
+def place_leg_at_joints(
+    leg: Leg, q: np.ndarray, turned: Mapping[int, np.ndarray] | None = None
+) -> PlacedFormula:
+    """Record a leg at recorded coordinates, eq. (5); it has no gap.
+
+    Parameters
+    ----------
+    leg : Leg
+        Of floats or recorded entries.
+    q : (size,) array of entries and numbers
+        Leg coordinates [m, rad].
+    turned : mapping of int to (3, 3) arrays, optional
+        Axes in the world behind ball joints that do not come from their coordinates.
+    """
+    q = np.array(q, dtype=object)
+    R_base, p_base = tidied(leg.base.R), tidied_point(leg.base.p)
+    placed = place_chain(leg.chain, q, R_base, p_base, turned=turned)
+    R = placed.R @ np.array(leg.attachment.R, dtype=object).T
+    return PlacedFormula(
+        leg=PlacedLeg(leg.name, placed.elements, placed.p),
+        gap=(),
+        lengths=tuple(x for x in beam_lengths(leg.chain, q) if isinstance(x, Entry)),
+        coordinate=lambda place: q[place],
+        platform=FormulaPose(R, placed.p - R @ np.array(leg.attachment.p, dtype=object)),
+    )
+
+
+#: From the first branch of a block to a copy, at zero coordinates and now; None on the main path.
+_Shift = tuple[np.ndarray, np.ndarray] | None
+
+
+def _point(body: LegBody, x: np.ndarray, shift: _Shift) -> np.ndarray:
+    """Where a point is that a body like this one carries, shifted as a copy is."""
+    return body.point(x) if shift is None else body.point(x - shift[0]) + shift[1]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Elements of a leg in the world, carried by the bodies of the closed leg."""
+
+    site: Site
+    closed: ClosedLeg
+    # By how much bodies after blocks miss the ends of branches, as parts of the shift
+    misses: list[np.ndarray] = field(default_factory=list)
+
+    @property
+    def placed(self) -> PlacedFormula:
+        """The leg's elements on the bodies of the closed leg, and what keeps it from closing."""
+        site, closed, leg = self.site, self.closed, self.site.leg
+        end = site.platform.point(site.zero.p)
+        elements = tuple(self.elements(leg.chain, site.whole.elements))
+        misses = (*closed.misses, *(v @ v for v in self.misses))
+        closing = [x for x in misses if most_size(x) > _VANISHES]
+        lengths = [  # that a pose can make negative
+            closed.slides[site.copies[where.start]].of(beam)
+            for element, where in leg.chain.moving
+            if isinstance(element, Telescope) and site.copies[where.start] in closed.slides
+            for beam in element.beams
+            if not is_zero(beam.share)
+        ]
+        reaching = [x for x in closed.out_of_reach if not is_zero(x)]
+        return PlacedFormula(
+            leg=PlacedLeg(leg.name, elements, end),
+            gap=(*closing, *reaching),
+            lengths=tuple(x for x in lengths if isinstance(x, Entry)),
+            coordinate=self.coordinate,
+            platform=site.pose,
+            losses=() if is_zero(closed.loss) else (closed.loss,),
+        )
+
+    def elements(
+        self, chain: Chain, zero: Sequence[PlacedElement], joints: int = 0, shift: _Shift = None
+    ) -> Iterator[PlacedElement]:
+        """Elements of a chain, or of a branch that begins after so many joints of the main path.
+
+        They are taken along by the bodies that carry them. Branches of blocks are copies, shifted
+        from the first: they move as it does.
+        """
+        left: Iterator[Any] = iter(zero)
+        for element in chain.elements:
+            if isinstance(element, ParallelBlock):
+                block, near = next(left), self.closed.after(joints)
+                after = joints + element.branches[0].chain.main_places.size
+                first, far, legs = block.branches[0], self.closed.after(after), []
+                for branch, own in zip(element.branches, block.branches, strict=True):
+                    shifted = shift
+                    if own is not first:
+                        apart = tidied_point(own.end - first.end)
+                        now = near.direction(apart)
+                        shifted = (apart, now)
+                        if shift is not None:
+                            shifted = shift[0] + apart, shift[1] + now
+                        loop = next(one for one in self.site.whole.loops if one.name == own.name)
+                        wanted = tidied_point(loop.p_wanted - first.end)
+                        size = np.linalg.norm([most_size(x) for x in wanted])
+                        self.misses.append((far.direction(wanted) - now) * (1 / size))
+                    elements = tuple(self.elements(branch.chain, own.elements, joints, shifted))
+                    legs.append(PlacedLeg(own.name, elements, _point(far, own.end, shifted)))
+                yield PlacedBlock(block.name, tuple(legs))
+                joints = after
+            elif isinstance(element, Link):
+                yield self._spring(next(left), self.closed.after(joints), shift)
+            elif not isinstance(element, Rigid):
+                size = element.size if isinstance(element, Joint) else 1
+                for place in range(joints, joints + size):
+                    freedom, body = next(left), self.closed.after(place)
+                    axis, x = self.closed.ball_axes.get(place), freedom.coordinate
+                    if x is not None:  # the stiffness of the drive depends on it
+                        names = [part.name for part in self.site.whole.freedoms]
+                        x = self.coordinate(names.index(freedom.name))
+                    axis = body.direction(freedom.axis) if axis is None else axis
+                    point = _point(body, freedom.point, shift)
+                    yield replace(freedom, axis=axis, point=point, coordinate=x)
+                joints += size
+                if isinstance(element, Telescope):
+                    yield from self._beams(element, left, joints - 1, shift)
+
+    def coordinate(self, place: int) -> Any:
+        """Record a coordinate [m, rad]: the turn of a joint between the bodies on its two sides.
+
+        An angle is recorded on the half turns before and after that of home, which is moved into
+        the limits, or on another turn where that is within them. A spherical joint has none.
+        """
+        chain = self.site.twin.chain
+        low, high = chain.limits[:, place].tolist()
+        about = min(max(float(chain.home[place]), low), high)
+        place = self.site.copies[place]
+        if place in self.closed.slides:
+            return self.closed.slides[place].coordinate
+        freedom = self.site.zero.freedoms[place]
+        if place in self.closed.ball_axes:
+            raise InputError(
+                f"coordinate of {freedom.name!r}",
+                got="a spherical joint of a leg in closed form",
+                expected="a joint about one axis",
+                hint="give limits to the joints that are driven",
+            )
+        across = ahead = direction_across(freedom.axis)
+        if about != 0:
+            ahead = turn_about(freedom.axis, np.array(about, dtype=object)) @ across
+        q = self.closed.angle(place, freedom.axis, ahead, across)
+        q = q if about == 0 else q + about
+        if math.isinf(low) or (low >= about - math.pi and high <= about + math.pi):
+            return q
+        turn = 2.0 * math.pi
+        up = greater(low, q) * (1 - greater(q, high - turn))
+        down = greater(q, high) * (1 - greater(low + turn, q))
+        return q + (up - down) * turn
+
+    def _spring(self, spring: PlacedSpring, body: LegBody, shift: _Shift) -> PlacedSpring:
+        return PlacedSpring(
+            spring.name,
+            _point(body, spring.point, shift),
+            body.axes(spring.rotation),
+            spring.elasticity,
+        )
+
+    def _beams(
+        self, telescope: Telescope, springs: Iterator[PlacedSpring], place: int, shift: _Shift
+    ) -> Iterator[PlacedSpring]:
+        near, far = self.closed.after(place), self.closed.after(place + 1)
+        share: Any = 0
+        for beam in telescope.beams:
+            spring = next(springs)
+            if place not in self.closed.slides:  # locked: its length is that at home
+                yield self._spring(spring, near, shift)
+                continue
+            stretch = self.closed.slides[place]
+            share = share + beam.share
+            if share == 1:
+                point = _point(far, spring.point, shift)
+            else:
+                e = spring.rotation[:, 0]
+                point = _point(near, spring.point + e * (share * stretch.offset), shift)
+                point = point + near.direction(e) * (share * stretch.length)
+            elasticity = telescopic_elasticity(beam, np.asarray(stretch.of(beam), dtype=object))
+            yield PlacedSpring(spring.name, point, near.axes(spring.rotation), elasticity)
+
+
+_VANISHES = 1e-20  # a square beside 1
+
+
+def place_leg(leg: Leg, pose: FormulaPose, solver: LegSolver) -> PlacedFormula:
+    """Record a leg at a pose, its coordinates eliminated: a strut, a rod on a drive, or a post.
+
+    Points and directions are computed, no angles, in the assembly mode of home. Results are not
+    finite where a universal joint points its rod along its own first axis, and where a strut has
+    no length.
+
+    Parameters
+    ----------
+    leg : Leg
+        Of floats or of recorded entries.
+    pose : FormulaPose
+        Samples of its inputs, and of those of the leg, must be generic: what is 0 or 1 at all of
+        them counts as a number.
+    solver : LegSolver
+        Of the same leg in floats, with its closed form and working mode.
+
+    Raises
+    ------
+    InputError
+        When the leg has no closed form.
+    """
+    form = solver.recorded_form
+    if form is None:
+        raise InputError(
+            f"leg {leg.name!r}",
+            got="a leg without a closed form",
+            expected="a strut, a rod on a slide or a crank, or a post with one joint",
+            hint="close it by its solver and write place_leg_at_joints(leg, q)",
+        )
+    site = Site.of(leg, pose, solver)
+    return Layout(site, site.own_form(form).closed(site.base, site.platform)).placed
+
+
+@dataclass(frozen=True)
+class Site:
+    """A leg to be placed between its base and the platform."""
+
+    # The one to be recorded, and the same in floats
+    leg: Leg
+    twin: Leg
+    copies: Sequence[int]  # for each coordinate of the leg its place on the main path
+    # The leg and its main path at zero coordinates in its own base frame, locked joints at home
+    whole: PlacedChain
+    zero: PlacedChain
+    base: LegBody
+    platform: LegBody
+    pose: FormulaPose  # of the platform
+    length: float  # characteristic length [m]
+
+    @classmethod
+    def of(cls, leg: Leg, pose: FormulaPose, solver: LegSolver) -> Site:
+        """A leg at a pose, its solver of the same leg in floats."""
+        whole, path = _at_zero(leg.chain), leg.chain.main_path
+        zero = whole if path is leg.chain else _at_zero(path)
+        identity = np.eye(3, dtype=int), np.zeros(3, dtype=int)
+        base = LegBody(Rest(*identity), tidied(leg.base.R), tidied_point(leg.base.p))
+        # the platform frame at zero coordinates, in the leg's base frame
+        R_platform = zero.R @ leg.attachment.R.T
+        p_platform = zero.p - R_platform @ leg.attachment.p
+        rest = Rest(tidied(R_platform), tidied_point(p_platform))
+        platform = LegBody(rest, tidied(pose.R), tidied_point(pose.p))
+        copies = solver.copies.tolist()
+        return cls(leg, solver.leg, copies, whole, zero, base, platform, pose, solver.length)
+
+    @property
+    def home(self) -> np.ndarray:
+        """Home coordinates of the main path, as they are recorded."""
+        return np.array(self.leg.chain.main_path.home, dtype=object)
+
+    def own_form(self, form: RecordedForm) -> RecordedForm:
+        """A closed form recognised in floats, with the entries of the leg to be recorded."""
+        if isinstance(form, Post):
+            joint = self._own(form.joint)
+            return replace(form, joint=joint, length=self.length, name=self.leg.name)
+        A, B = self._own(form.A), self._own(form.B)
+        parts: dict[str, Any] = {}
+        if isinstance(form, Strut):
+            parts["slide"] = self._slide(form.slide)
+            along = parts["slide"].axis
+        else:
+            rod = B.point - A.point
+            along = tidied(rod / square_root(rod @ rod))
+            if form.across is not None:
+                parts["across"] = self._slide(form.across)
+            d = form.drive
+            parts["drive"] = self._slide(d) if isinstance(d, Slide) else self._own(d)
+        chain, side = self.twin.chain, None
+        for spring in self.zero.elements:  # a direction across a beam along the rod
+            if side is None and isinstance(spring, PlacedSpring):
+                x, y, _ = spring.rotation.T
+                side = tidied(y) if is_one(constant_cosine(x, along)) else None
+        return replace(
+            form,
+            A=A,
+            B=B,
+            along=along,
+            side=direction_across(along) if side is None else side,
+            home=self.leg.chain.main_path.home,
+            # Between passive spherical joints only a force along the rod passes, and meets the same
+            # compliance however the rod is spun. That moves other branches of parallel blocks.
+            spin_matters=chain.has_blocks
+            or not all(isinstance(chain.roles[i], Passive) for one in (A, B) for i in one.places),
+            name=self.leg.name,
+            **parts,
+        )
+
+    def _own(self, cluster: Cluster) -> Cluster:
+        """A cluster recognised on the leg in floats, with the entries of the leg to be recorded."""
+        axes = tuple(tidied(self.zero.freedoms[place].axis) for place in cluster.places)
+        point = tidied_point(self.zero.freedoms[cluster.drawn_at].point)
+        return replace(cluster, point=point, axes=axes)
+
+    def _slide(self, slide: Slide) -> Slide:
+        return replace(slide, axis=tidied(self.zero.freedoms[slide.place].axis))
+
+
+@kept
+def _at_zero(chain: Chain) -> PlacedChain:
+    """The chain at zero coordinates; several legs may have one."""
+    return place_chain(chain, chain.zero, np.eye(3, dtype=int), np.zeros(3, dtype=int))

@@ -1,0 +1,152 @@
+"""Motion of every body of a machine: under a small load, and from one state to another."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robostiff.analysis import Deflection
+from robostiff.model import PlacedLeg, Snapshot
+from robostiff.model.snapshot import PlacedBlock
+from robostiff.network import Network, network_of_snapshot, network_under_loads
+from robostiff.network.network import platform_node
+from robostiff.spatial import move_wrench, skew
+from robostiff.statics import BodyPlaces
+
+
+@dataclass(frozen=True)
+class BodyMotion:
+    """A motion by which a point X of a body moves by ``D X + t``, small or far.
+
+    Attributes
+    ----------
+    D : (3, 3) array
+        What turns: ``R - 1`` for a rotation R, and its first order for a small one.
+    t : (3,) array
+        Displacement of the origin [m].
+    """
+
+    D: np.ndarray
+    t: np.ndarray
+
+    def displacement(self, point: np.ndarray) -> np.ndarray:
+        """Displacement of a point (3,) of the body [m]."""
+        return self.D @ point + self.t
+
+    def turned(self, along: np.ndarray) -> np.ndarray:
+        """Change of a vector (3,) that the body carries."""
+        return self.D @ along
+
+
+Motions = Mapping[str, BodyMotion]
+"""Of bodies by name; of a robot of legs ``leg/element`` is the body behind an element."""
+
+PLATFORM = "platform"
+STILL = BodyMotion(np.zeros((3, 3)), np.zeros(3))
+
+
+def node_key(name: str) -> str:
+    """The name of a node of a flexible platform among bodies."""
+    return f"{PLATFORM}, {name}"
+
+
+def end_key(snapshot: Snapshot, i: int) -> str:
+    """The body that leg i ends on: the platform, or the node that holds the leg."""
+    placed = snapshot.platform
+    return PLATFORM if placed is None else node_key(placed.holds[i])
+
+
+def motion_under(posed: Snapshot | Network, bent: Deflection) -> Motions:
+    """Motions of the bodies at the single pose that was loaded, of a deflection.
+
+    The robot is the network of its parts; a body whose place the platform does not feel is held.
+
+    Raises
+    ------
+    NoAnswerError
+        When there is no deflection.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> robot = rs.load("planar-link")
+    >>> bent = rs.deflection(robot, wrench=[0, 10, 0])
+    >>> motions = motion_under(rs.find_posture(robot).snapshot.one(0), bent)
+    >>> bool(np.allclose(motions["link/tip"].t, motions["platform"].t))
+    True
+    """
+    answer = bent.stiffness
+    network = network_of_snapshot(posed) if isinstance(posed, Snapshot) else posed
+    v = (network.reference_point - answer.reference_point)[: network.space.translations]
+    F, tolerance = move_wrench(bent.wrench, v), answer.details().tolerance
+    nodes = {}
+    found = network_under_loads(network, F, bent.forces, tolerance)
+    for name, (twist, point) in found.motions.items():
+        D = skew(twist[3:])
+        nodes[name] = BodyMotion(D, twist[:3] - D @ point)
+    if not isinstance(posed, Snapshot):
+        return nodes
+    behind = {own.name: own.b for own in network.springs}
+    behind |= {f"{j.name}/{own.name}": j.b for j in network.joints for own in j.freedoms}
+    parts = (pair for leg in posed.legs for pair in _parts(leg, leg.name, leg.name))
+    known = {key: nodes[behind[path]] for key, path in parts if path in behind}
+    moved, flexible = {PLATFORM: nodes[network.platform]}, posed.platform
+    for own in () if flexible is None else flexible.platform.nodes:
+        moved[node_key(own.name)] = nodes[platform_node(flexible, own.name)]
+    return _of_legs(posed, known, moved)
+
+
+def _parts(leg: PlacedLeg, owner: str, path: str) -> Iterator[tuple[str, str]]:
+    """Elements of a leg, or of a branch of it: as parts of the leg, and as those of a network."""
+    for element in leg.elements:
+        own = f"{path}/{element.name}"
+        yield f"{owner}/{element.name}", own
+        for branch in element.branches if isinstance(element, PlacedBlock) else ():
+            yield from _parts(branch, owner, f"{own}/{branch.name}")
+
+
+def finite_motions(posed: Any, places: BodyPlaces) -> Motions:
+    """Motions of all bodies of a machine from its unloaded posture to their places."""
+    found = {PLATFORM: places.platform, **{node_key(n): own for n, own in places.nodes.items()}}
+    if isinstance(posed, Network):
+        found = {posed.platform: places.platform, **places.nodes}
+    moved = {name: BodyMotion(own.R - np.eye(3), own.t) for name, own in found.items()}
+    if not isinstance(posed, Snapshot):
+        return moved
+    known = {n: BodyMotion(own.R - np.eye(3), own.t) for n, own in places.behind.items()}
+    return _of_legs(posed, known, moved)
+
+
+def _of_legs(snapshot: Snapshot, known: Motions, found: dict[str, BodyMotion]) -> Motions:
+    """Motions of the bodies behind all elements, of those behind what moves, and those found."""
+    for i, leg in enumerate(snapshot.legs):
+        _along(leg, f"{leg.name}/", STILL, known, found)
+        # nothing moves behind the last part that does
+        for element in reversed(leg.elements):
+            key = f"{leg.name}/{element.name}"
+            found[key] = found[end_key(snapshot, i)]
+            if isinstance(element, PlacedBlock) or key in known:
+                break
+    return found
+
+
+def _along(
+    leg: PlacedLeg, prefix: str, body: BodyMotion, known: Motions, found: dict[str, BodyMotion]
+) -> BodyMotion:
+    """Find the bodies of a leg from its first; the last one."""
+    for element in leg.elements:
+        if isinstance(element, PlacedBlock):
+            ends = [_along(own, prefix, body, known, found) for own in element.branches]
+            body = ends[0]
+        body = found[prefix + element.name] = known.get(prefix + element.name, body)
+    return body
+
+
+def spatial(values: np.ndarray, rows: Sequence[int]) -> np.ndarray:
+    """A twist or a wrench (6,) of its values in some rows."""
+    whole = np.zeros(6)
+    whole[list(rows)] = values
+    return whole

@@ -1,0 +1,336 @@
+"""Findings, stiffness, the deflection under the load, finite loads, vibrations, another design."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from robostiff.analysis import CableResponse, CableStiffness, Deflection
+from robostiff.analysis.free_motion import direction_in_words
+from robostiff.errors import NoAnswerError
+from robostiff.markup import (
+    COMPLIANCE_UNITS,
+    Block,
+    Bullets,
+    Cell,
+    Facts,
+    Folded,
+    LabelledMatrix,
+    Number,
+    Paragraph,
+    Section,
+    SideBySide,
+    Table,
+    Tone,
+    number,
+    percent,
+    quantity,
+)
+from robostiff.page.indices import centres, principal_table, ratios, worst_table
+from robostiff.page.loads import KNOWN, matrix_under_load, stability_in_words
+from robostiff.page.of_result import page_of
+from robostiff.page.stiffness import energy_table, shown_twist, small_motion, stiffness_matrix
+from robostiff.plot.backend import DATA
+from robostiff.plot.bars_and_curves import comparison, energy_shares, load_curve
+from robostiff.plot.picture import Bars
+from robostiff.plot.posed_robot import Colouring, equilibrium, mode, picture_of_posed
+from robostiff.plot.stiffness_pictures import ellipsoid, free_motions
+from robostiff.report.contents import ReportContents
+from robostiff.report.figures import Figure, Level, one_figure
+from robostiff.spatial import Space
+
+Row = tuple[str, str]  # what it is, and its value with where or of what it is
+
+
+def findings_section(contents: ReportContents) -> Section | None:
+    """The findings beside a picture of the robot; nothing where there is neither."""
+    rows = list(_findings(contents))
+    table = Facts(tuple(rows))
+    if contents.posed is None:
+        return Section("findings", "Findings", [table]) if rows else None
+    picture = picture_of_posed(contents.posed, colouring=Colouring.NAMES)
+    figure = one_figure("robot", "The robot at this pose.", picture)
+    return Section("findings", "Findings", [SideBySide((table, figure)) if rows else figure])
+
+
+def _findings(contents: ReportContents) -> Iterator[Row]:
+    result = contents.stiffness
+    if int(result.rank) >= 0:
+        count = len(result.free_motions)
+        free = "free in one way" if count == 1 else f"free in {count} ways"
+        words = free if count else "held in every direction"
+        yield "rank", f"{int(result.rank)} of {result.space.size}: {words}"
+    if isinstance(result, CableStiffness) and np.all(result.answered):
+        for word, i in (("least", np.argmin), ("greatest", np.argmax)):
+            at = int(i(result.tensions))
+            tension = quantity(float(result.tensions[at]), "N", 4)
+            yield f"{word} tension", f"{tension}, {result.cable_names[at]}"
+    if contents.indices is not None:
+        worst = contents.indices.worst_deflection
+        along = f"along {direction_in_words(worst.translational_direction)}"
+        about = f"about {direction_in_words(worst.rotational_direction)}"
+        most = (
+            ("softest for a force", worst.translational, "m/N", along),
+            ("softest for a moment", worst.rotational, "rad/(N m)", about),
+        )
+        yield from ((name, f"{quantity(v, unit, 4)} {at}") for name, v, unit, at in most if v)
+    yield from _of_load(contents)
+    for slowest in contents.modes.each[:1] if contents.modes is not None else ():
+        yield "slowest vibration", str(slowest)
+    if contents.found is not None:
+        reached, poses = (contents.found.attrs[own] for own in ("poses_reachable", "poses"))
+        part = f"{percent(int(reached) / int(poses))} of {poses}"
+        yield "poses of the map within reach", part
+
+
+def _of_load(contents: ReportContents) -> Iterator[Row]:
+    bent = contents.deflection
+    if bent is not None and not bent.has_answer:
+        yield "under the load", str(bent.status)
+    elif isinstance(bent, CableResponse):
+        moved = np.zeros(0) if bent.displacement is None else bent.displacement
+        yield from _moved(bent.before.space, moved)
+        yield "slack cables", ", ".join(bent.slack) or "none"
+    elif bent is not None:
+        yield from _moved(bent.stiffness.space, shown_twist(bent))
+        for part in bent.parts[:1] if bent.energy > 0 else ():
+            yield "most elastic energy", f"{percent(part.share)} in {part.name}"
+        of_force = [own for own in bent.actuators if own.unit == "N"] or list(bent.actuators)
+        if of_force:
+            drive = max(of_force, key=lambda own: abs(own.load))
+            load = quantity(float(drive.load), drive.unit, 4)
+            yield "most loaded drive", f"{load}, {drive.name}"
+    if contents.under_load is not None:
+        at_rest, critical = contents.under_load.equilibrium, contents.under_load.critical
+        if at_rest.has_answer:
+            yield "under the finite load", stability_in_words(at_rest)
+        words = f"none up to {number(critical.searched_to)} times the load"
+        if critical.is_found:
+            words = f"{number(critical.factor)} times the load: {critical.mode}"
+        if critical.is_found or critical.searched_to > 0:
+            yield "critical load", words
+
+
+def _moved(space: Space, twist: np.ndarray) -> Iterator[Row]:
+    """Magnitudes of displacement and rotation, and their directions."""
+    for word, at, own, unit in (
+        ("displacement", "along", twist[: space.translations], "m"),
+        ("rotation", "about", twist[space.translations :], "rad"),
+    ):
+        size = float(np.linalg.norm(own))
+        where = f" {at} {direction_in_words(own / size)}" if size else ""
+        yield f"{word} under the load", f"{quantity(size, unit, 4)}{where}"
+
+
+def matrices_section(contents: ReportContents) -> Section:
+    """K and C with units, rank, free motions and decision: the page of the stiffness, and C."""
+    result = contents.stiffness
+    space, C = result.space, result.compliance
+    blocks = list(page_of(result).blocks)
+    at = next((i for i, own in enumerate(blocks) if isinstance(own, LabelledMatrix)), None)
+    if at is None:
+        blocks.insert(0, Paragraph(f"There is no stiffness matrix: status {result.status}."))
+    elif C is None:
+        words = Paragraph("K is singular: there is no compliance matrix.")
+        blocks[at : at + 1] = [stiffness_matrix(result), words]
+    else:
+        units = COMPLIANCE_UNITS
+        inverse = LabelledMatrix("C", C, space.twist_order, space.wrench_order, units)
+        blocks[at] = SideBySide((stiffness_matrix(result), inverse))
+    figures: list[Block] = []
+    if result.free_motions and contents.posed is not None:
+        picture = free_motions(result, within=contents.posed, backend=DATA)
+        figures.append(one_figure("free-motions", "Free motions of the platform.", picture))
+    if contents.indices is None:
+        figures += _ellipsoid(contents)
+    return Section("stiffness", "Stiffness and compliance", [*blocks, *figures])
+
+
+def _ellipsoid(contents: ReportContents) -> list[Block]:
+    """The ellipsoid of displacements; nothing where there is none."""
+    result = contents.stiffness
+    if result.space.translations < 3 or result.compliance is None:
+        return []
+    with suppress(NoAnswerError):
+        picture = ellipsoid(result, within=contents.posed, backend=DATA)
+        caption = "Displacements under unit forces in all directions (compliance ellipsoid)."
+        return [one_figure("ellipsoid", caption, picture)]
+    return []
+
+
+def weakest_section(contents: ReportContents) -> Section | None:
+    """Principal stiffnesses, worst directions and ratios; nothing where there is no matrix."""
+    found = contents.indices
+    if found is None:
+        return None
+    words = Paragraph(
+        "The principal stiffnesses are those with all other displacements and rotations held. The "
+        "largest displacement is with rotations free, the largest rotation with displacements free."
+    )
+    tables = (principal_table(found), worst_table(found), ratios(found), centres(found))
+    figures = _ellipsoid(contents)
+    blocks = SideBySide((tables, *figures)) if figures else SideBySide((tables[0], tables[1:]))
+    return Section("weakest", "Where it is soft", [words, blocks])
+
+
+def bending_section(contents: ReportContents) -> Section | None:
+    """The page of what a load does, with the deformed shape; nothing without a load."""
+    bent = contents.deflection
+    if bent is None:
+        return None
+    blocks = [block for block in page_of(bent).blocks if block is not None]
+    if not bent.has_answer:
+        words = f"There is no deflection: status {bent.status}."
+        if isinstance(bent, CableResponse):
+            part = f"{percent(bent.carried)} of it are carried"
+            words = f"The load is not carried: status {bent.status}; {part}."
+        blocks += [Paragraph(words), Bullets(tuple(bent.advice), Tone.WARNING)]
+    elif isinstance(bent, CableResponse):
+        if contents.posed is not None:
+            caption = "The robot where it rests under the load, and without it in dashed lines."
+            deformed = one_figure("deformed", caption, picture_of_posed(contents.posed, bent))
+            blocks[:1] = [SideBySide((blocks[0], deformed))]
+    elif bent.energy > 0 and contents.posed is not None:
+        every = energy_table(bent.parts, bent.energy, most=None)
+        caption = "The robot under the load; colours show shares of the elastic energy."
+        of = "each leg, part by part" if len(bent.leg_wrenches) > 1 else "each part"
+        blocks = [
+            SideBySide(tuple(b for b in blocks if getattr(b, "title", "") != every.title)),
+            one_figure("deformed", caption, picture_of_posed(contents.posed, bent)),
+            one_figure("energy", f"Elastic energy of {of}.", energy_shares(bent, backend=DATA)),
+            Folded(f"{len(bent.parts)} parts, one by one", (every,)),
+        ]
+    return Section("load", "Under the load", blocks)
+
+
+def finite_load_section(contents: ReportContents) -> Section | None:
+    """Equilibrium, K with and without load, critical load and curve; nothing where not asked."""
+    known = contents.under_load
+    if known is None:
+        return None
+    result, robot = known.equilibrium, contents.robot
+    words = stability_in_words(result) if result.has_answer else "no equilibrium was found"
+    blocks: list[Block | None] = [Paragraph(f"Status {result.status}: {words}.")]
+    if not robot.is_frozen and getattr(robot, "gravity", None) is not None:
+        blocks.append(Paragraph("The weights of the robot act besides the load."))
+    if result.advice:
+        blocks.append(Bullets(tuple(result.advice), Tone.WARNING))
+    if result.has_answer:
+        bent = contents.deflection
+        small: Any = [None] * result.space.size
+        if isinstance(bent, Deflection) and bent.has_answer:
+            small = shown_twist(bent)
+        moved = result.space.without_rounding(result.displacement)
+        heads = ["displacement", "under the load", "proportional to the load"]
+        rows: list[list[Cell]] = [
+            [name, small_motion(name, own), "none" if x is None else small_motion(name, x)]
+            for name, own, x in zip(result.space.twist_order, moved, small, strict=True)
+        ]
+        tables = [Table(heads, rows)]
+        # what the load changes of the diagonal of K, where there is one without load
+        if np.all(contents.stiffness.answered) and result.status.has_stiffness:
+            K, space = contents.stiffness.K, result.space
+            rows = []
+            names = zip(space.wrench_order, space.twist_order, strict=True)
+            for i, (force, motion) in enumerate(names):
+                alike = slice(space.translations)
+                if i >= space.translations:
+                    alike = slice(space.translations, None)
+                part: Cell = "from none"
+                if K[i, i] > KNOWN * np.max(np.diagonal(K)[alike]):
+                    part = Number(100 * float(result.K[i, i] / K[i, i] - 1), "%")
+                rows.append([f"{force}/{motion}", part])
+            tables.append(Table(["diagonal of K", "change by the load"], rows))
+        words = (
+            "K under load is the rate of the wrench that the legs carry; K total, less the rate of "
+            "loads that turn with the platform, is what more load meets."
+        )
+        caption = "Where the robot comes to rest, without load in dashed lines."
+        blocks += [
+            SideBySide(tuple(tables)),
+            matrix_under_load(result),
+            Paragraph(words, Tone.QUIET),
+            one_figure("loaded-shape", caption, equilibrium(result, backend=DATA)),
+        ]
+    if np.any(np.isfinite(known.curve["displacement"].to_numpy())):
+        caption = "Force and deflection up to twice the load; dashed where the robot does not stay."
+        blocks.append(one_figure("load-curve", caption, load_curve(known.curve, backend=DATA)))
+    critical = known.critical
+    if critical.is_found:
+        factor = number(critical.factor)
+        words = f"Critical load: {factor} times the load. There {critical.mode}."
+    else:
+        factor = number(critical.searched_to)
+        found = f"No critical load was found up to {factor} times the load"
+        words = f"{found}: {'; '.join(critical.advice)}." if critical.advice else f"{found}."
+    blocks.append(Paragraph(words))
+    return Section("finite-load", "Under finite load", blocks)
+
+
+_DRAWN = 4
+
+
+def vibrations_section(contents: ReportContents) -> Section | None:
+    """The slowest modes, listed and animated; nothing of a robot without masses."""
+    found = contents.modes
+    if found is None:
+        return None
+    words = (
+        "Small vibrations without load, of the masses of the model: parts, platform and what it "
+        "carries. Drives are held at their coordinates by their own stiffness."
+    )
+    levels = tuple(
+        Level(
+            f"mode {i}: {number(one.frequency, 4)} Hz",
+            mode(found, i, backend=DATA),
+            mode(found, i, -1.0, backend=DATA),
+        )
+        for i, one in enumerate(found.each[:_DRAWN], start=1)
+    )
+    caption = "The slowest modes, displacements exaggerated."
+    figure = Figure("modes", caption, levels)
+    return Section(
+        "vibrations", "Natural frequencies", [Paragraph(words), *page_of(found).blocks, figure]
+    )
+
+
+def comparison_section(contents: ReportContents) -> Section | None:
+    """The robot and another design; nothing where there is no other."""
+    other = contents.compared
+    if other is None:
+        return None
+    first, second = contents.stiffness, other.stiffness
+    title = f"Beside {other.name}"
+    names = (contents.robot.name, other.name)
+    if names[0] == names[1]:
+        names = (f"{names[0]}, first", f"{names[1]}, second")
+    rows: list[list[Cell]] = [
+        ["status", str(contents.status), str(other.status)],
+        ["rank", str(int(first.rank)), str(int(second.rank))],
+    ]
+    blocks: list[Block] = [Table(["", *names], rows)]
+    blocks += [Bullets(other.advice, Tone.WARNING)] if other.advice else []
+    if not (np.all(first.answered) and np.all(second.answered)):
+        blocks.append(Paragraph("One of the two has no stiffness matrix to be compared."))
+        return Section("comparison", title, blocks)
+    blocks.append(replace(stiffness_matrix(second), symbol=f"K of {names[1]}"))
+    try:
+        picture = comparison(first, second, names=names, backend=DATA)
+        for i, panel in enumerate(picture.panels):  # beside each other
+            caption = f"Principal stiffnesses of both designs, {panel.label.partition(' [')[0]}."
+            blocks.append(one_figure(f"comparison-{i}", caption, Bars(picture.title, (panel,))))
+    except NoAnswerError as error:
+        blocks.append(Paragraph(str(error)))
+    one, two = contents.deflection, other.deflection
+    both = [own for own in (one, two) if isinstance(own, Deflection) and own.has_answer]
+    if len(both) == 2:
+        rows = [
+            [name, small_motion(name, a), small_motion(name, b), Number(float(b / a)) if a else ""]
+            for name, a, b in zip(first.space.twist_order, *map(shown_twist, both), strict=True)
+        ]
+        blocks.append(Table(["under the load", *names, "second over first"], rows))
+    return Section("comparison", title, blocks)

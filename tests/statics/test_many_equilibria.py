@@ -1,0 +1,64 @@
+"""Large batches of equilibria: by a record of the robot, and as each one by itself."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+
+COUNT = 1000
+ROWS = (0, 1, 17, 998, 999)
+equilibrium: Any = rs.equilibrium
+
+
+def check(many: Any, alone: list[Any]) -> None:
+    for k, one in zip(ROWS, alone, strict=True):
+        assert many.status_codes[k] == one.status
+        assert many.stable[k] == one.stable
+        assert many.answered[k] == one.has_answer
+        if not one.has_answer:
+            assert many.K[k].mask.all()
+            assert many.displacement[k].mask.all()
+            continue
+        size = np.sqrt(np.abs(np.diag(one.K)))
+        for name in ("K", "K_total"):
+            off = (getattr(many, name)[k] - getattr(one, name)) / np.outer(size, size)
+            assert np.max(np.abs(off)) <= 1e-12
+        assert np.allclose(many.displacement[k], one.displacement, rtol=1e-9, atol=1e-15)
+        assert np.allclose(many.pose[k], one.pose, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("given", [{}, {"loads": {"platform": rs.Mass(2e3)}}])
+def test_many_poses_are_as_each_by_itself(given: dict[str, Any]):
+    """One of them beyond its critical load, and one out of reach."""
+    robot = rs.load("gough-stewart-b")
+    random = np.random.default_rng(4)
+    poses = rs.find_posture(robot).pose[0] + 0.02 * random.uniform(-1, 1, (COUNT, 6))
+    wrenches = 1e5 * random.uniform(-1, 1, (COUNT, 6))
+    wrenches[1], poses[17, 2] = [0, 0, -9e7, 0, 0, 0], 30.0
+    many = equilibrium(robot, poses, wrenches, **given)
+    assert many.known  # by the record
+    check(many, [equilibrium(robot, poses[k], wrenches[k], **given) for k in ROWS])
+    assert many[1].critical_factor < 1
+    assert not many.answered[17]
+    assert len(many[:3]) == 3
+
+
+@pytest.mark.parametrize("name", ["two-link-arm", "3-puu"])
+def test_many_wrenches_at_one_pose_are_as_each_by_itself(name: str):
+    robot = rs.load(name)
+    wrenches = np.linspace(-1, 1, COUNT)[:, None] * np.array([30.0, -20.0, 1.0, 0, 0, 0])
+    wrenches = wrenches[:, : robot.space.size]
+    many = equilibrium(robot, None, wrenches)
+    assert many.known
+    check(many, [equilibrium(robot, None, wrenches[k]) for k in ROWS])
+
+
+def test_laws_of_force_are_computed_one_by_one():
+    robot = rs.load("two-link-arm")
+    drive = rs.equilibrium(robot).parts[0]
+    law = rs.ForceLaw([[-1, -1e4], [0, 0], [1, 2e4]])
+    many = equilibrium(robot, None, np.zeros((COUNT, 6)), laws={f"{drive.leg}/{drive.part}": law})
+    assert not many.known
+    assert many.stable.all()
