@@ -277,8 +277,17 @@ class CompiledStiffness(AtGeneralPoses):
             if of_joints is not None and of_joints is not kernel:
                 kernel = of_joints
                 taken = taken.taken_by(kernel, of_joints)
-        elif of_joints is kernel:
-            self._check_poses()
+        elif of_joints is kernel:  # rates with parameters, of a record at joints, need these
+            for output in kernel.outputs:
+                rate = output
+                while isinstance(rate, Rates):
+                    if not set(rate.inputs).isdisjoint(self.parameters):
+                        raise InputError(
+                            f"{output.name} of {self.subject.name!r}",
+                            got="poses of the platform",
+                            expected="JointCoordinates, which stay while the parameter changes",
+                        )
+                    rate = rate.of
         given = taken.checked(pose)
         values: ParameterValues[Any] = ParameterValues.of(self.subject, parameters, len(given))
 
@@ -286,19 +295,6 @@ class CompiledStiffness(AtGeneralPoses):
             return taken.question(subject, pose, given[rows])
 
         return kernel, taken.rows(pose, given, values), values, question
-
-    def _check_poses(self) -> None:
-        """Raise where rates with parameters, of a record at joints, would be asked at poses."""
-        for output in self.kernel.outputs:
-            rate = output
-            while isinstance(rate, Rates):
-                if not set(rate.inputs).isdisjoint(self.parameters):
-                    raise InputError(
-                        f"{output.name} of {self.subject.name!r}",
-                        got="poses of the platform",
-                        expected="JointCoordinates, which stay while the parameter changes",
-                    )
-                rate = rate.of
 
 
 def _put_direct(

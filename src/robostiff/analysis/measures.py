@@ -2,27 +2,36 @@
 
 from __future__ import annotations
 
+from functools import cache
+from itertools import combinations, combinations_with_replacement
+from typing import Any
+
 import numpy as np
 
 from robostiff.analysis.cable_stiffness import CableStiffness
 from robostiff.analysis.deflection_under_load import DeflectionsOfPoses
 from robostiff.analysis.result import Stiffness
 from robostiff.compiled import (
+    ArrayCode,
     ComplianceMatrix,
     DeflectionUnder,
     DisplacementUnder,
     EntryOf,
+    MachineCode,
     Output,
     PrincipalStiffness,
     StiffnessMatrix,
     WorstDeflection,
+    machine_code_is_available,
 )
 from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import InputError
+from robostiff.record import Program, Record, greater, plain_root
 from robostiff.spatial import Space
 from robostiff.spatial.batch import empty_batch
 
 _AT_ONCE = 4096  # poses: few enough for the cache
+_MANY = 30_000  # matrices, which take as long as machine code for them takes to make
 _SWEEPS = 12
 _ROUNDING = 1e-9  # of the largest eigenvalue, where the rank is decided
 _DONE = 1e-30  # of squares: rounding
@@ -45,44 +54,47 @@ def symmetric_eigenvalues(A: np.ndarray) -> np.ndarray:
     array([[1., 3.]])
     """
     n = A.shape[-1]
-    values = empty_batch((len(A),), (n,))
+    values, (row, column) = empty_batch((len(A),), (n,)), np.triu_indices(n)
+    sweep = _sweep(n, by_machine_code=len(A) >= _MANY and machine_code_is_available())
     for start in range(0, len(A), _AT_ONCE):
         own = A[start : start + _AT_ONCE]
-        a = {(i, j): np.array(own[:, i, j]) for i in range(n) for j in range(i, n)}
-        scale = sum(a[i, i] ** 2 for i in range(n))
+        a = np.array([own[:, i, j] for i, j in zip(row, column, strict=True)])
+        after, scale = np.empty(a.shape), np.sum(a[row == column] ** 2, axis=0)
         for _ in range(_SWEEPS if n > 1 else 0):
-            off = sum(a[i, j] ** 2 for i in range(n) for j in range(i + 1, n))
-            if np.all(off <= _DONE * scale):
+            if np.all(np.sum(a[row != column] ** 2, axis=0) <= _DONE * scale):
                 break
-            for p in range(n):
-                for q in range(p + 1, n):
-                    _rotate(a, p, q, n)
-        rows = [a[i, i] for i in range(n)]
+            sweep.evaluate(a, after)
+            a, after = after, a
+        rows = [*a[row == column]]
         for i in range(n):  # sorted without moving the poses in memory
             for j in range(n - 1 - i):
                 low, high = np.minimum(*rows[j : j + 2]), np.maximum(*rows[j : j + 2])
                 rows[j : j + 2] = low, high
-        for i, row in enumerate(rows):
-            values[start : start + _AT_ONCE, i] = row
+        for i, own in enumerate(rows):
+            values[start : start + _AT_ONCE, i] = own
     return values
 
 
-def _rotate(a: dict[tuple[int, int], np.ndarray], p: int, q: int, n: int) -> None:
-    """Make entry (p, q) zero."""
-    a_pq = a[p, q]
-    difference = a[q, q] - a[p, p]
-    # t = tan of the smaller angle; zero where all is zero, as of diagonal matrices.
-    root = np.abs(difference) + np.sqrt(difference**2 + 4 * a_pq**2) + _TINY
-    t = np.copysign(2.0, difference) * a_pq / root
-    c = 1 / np.sqrt(1 + t**2)
-    s, moved = t * c, t * a_pq
-    a[p, p] = a[p, p] - moved
-    a[q, q] = a[q, q] + moved
-    a[p, q] = np.zeros(1)
-    for r in range(n):
-        if r not in (p, q):
+@cache
+def _sweep(n: int, *, by_machine_code: bool) -> MachineCode | ArrayCode:
+    """Code that makes each entry off the diagonal zero once, in the upper triangle (rows, N)."""
+    places = list(combinations_with_replacement(range(n), 2))
+    record = Record({f"{i} {j}": [1.0 + i + 3 * j] for i, j in places})
+    a: dict[tuple[int, int], Any] = {(i, j): record.input(f"{i} {j}") for i, j in places}
+    for p, q in combinations(range(n), 2):
+        difference = a[q, q] - a[p, p]
+        # t = tan of the smaller angle; zero where all is zero, as of diagonal matrices.
+        square = difference * difference
+        root = plain_root(square) + plain_root(square + 4 * a[p, q] * a[p, q]) + _TINY
+        t = (4 * greater(difference, 0) - 2) * a[p, q] / root
+        c = 1 / plain_root(1 + t * t)
+        s, moved = t * c, t * a[p, q]
+        a |= {(p, p): a[p, p] - moved, (q, q): a[q, q] + moved, (p, q): 0}
+        for r in set(range(n)) - {p, q}:
             rp, rq = (min(r, p), max(r, p)), (min(r, q), max(r, q))
             a[rp], a[rq] = c * a[rp] - s * a[rq], s * a[rp] + c * a[rq]
+    program = Program.of(record, [a[place] for place in places])
+    return MachineCode(program) if by_machine_code else ArrayCode(program)
 
 
 def principal_stiffnesses(K: np.ndarray, *, definite: bool = True) -> dict[str, np.ndarray]:

@@ -146,32 +146,26 @@ class ArrayCode(_Code):
 
     def at_one(self, inputs: list[float]) -> list[float] | None:
         """Results at one pose; None where some number has no value, as out of reach."""
-        numbers, instructions, outputs = self._one
-        known = [*inputs, *numbers]
-        add = known.append
+        numbers, instructions = self._one
+        known = numbers.copy()
+        known[: len(inputs)] = inputs
         try:
-            for function, a, b in instructions:
-                add(function(known[a], known[b]))
+            for i, function, a, b in instructions:
+                known[i] = function(known[a], known[b])
         except (ValueError, ArithmeticError):
             return None
-        return [known[k] for k in outputs]
+        return [known[k] for k in self.program.outputs]
 
     @cached_property
-    def _one(self) -> tuple[list[float], list[tuple[Any, int, int]], list[int]]:
-        """Numbers, what computes all others behind inputs and numbers, and places of results."""
-        steps, idle = self.program.steps, (Operation.INPUT, Operation.NUMBER)
-        numbers = [i for i, step in enumerate(steps) if step.operation is Operation.NUMBER]
-        order = [*range(len(self.program.inputs)), *numbers]
-        order += [i for i, step in enumerate(steps) if step.operation not in idle]
-        place = {i: k for k, i in enumerate(order)}
-        instructions = []
-        for i in order[len(self.program.inputs) + len(numbers) :]:
-            operation, a, b = steps[i][:3]
-            first = place[a or 0]
-            second = first if b is None else place[b]
-            instructions.append((_FLOAT_FUNCTIONS[operation], first, second))
-        values = [float(steps[i].number) for i in numbers]
-        return values, instructions, [place[i] for i in self.program.outputs]
+    def _one(self) -> tuple[list[float], list[tuple[int, Any, int, int]]]:
+        """Numbers at their places among the steps, and what computes all others."""
+        steps, functions = self.program.steps, _FLOAT_FUNCTIONS
+        instructions = [
+            (i, functions[operation], a or 0, (a if b is None else b) or 0)
+            for i, (operation, a, b, _, _) in enumerate(steps)
+            if operation in functions
+        ]
+        return [float(step.number) for step in steps], instructions
 
     @cached_property
     def _plan(self) -> tuple[list[_Instruction], list[Any], int]:

@@ -68,8 +68,8 @@ _WIDTH_OF_ESTIMATES = 8  # AVX-512 estimates reciprocals of roots of doubles
 _IDLE = (Operation.INPUT, Operation.NUMBER)
 # Operations of a part: a processor looks ahead over several turns of so short a loop.
 _LENGTH = 75
-# Vectors of poses on which all parts work in turn, and bytes of what parts hand on: a fraction of
-# the first-level cache, where results have to find room as well.
+# Vectors of poses on which all parts work in turn, and bytes of what parts hand on at most: as many
+# as a small first-level cache has.
 _MOST_VECTORS, _ROOM = 4, 2**15
 
 

@@ -328,7 +328,19 @@ def beam_load(beam: BeamElement, loads: Sequence[DistributedForce | ForceOnBeam]
     >>> round(float(sunk * 8 * steel.E * bar.Iy / (5.0 * 2.0**4)), 12)
     -1.0
     """
-    c = _section_compliance(beam)
+    # Strains and curvatures of the section under unit forces and moments [1/N, 1/(N m^2)]: 0 for no
+    # deflection by shear, and of a rigid beam
+    c = np.zeros(6)
+    if np.any(beam.tip_compliance):
+        own = uniform_beam(beam.tip_compliance)
+        if own is None or abs(own.length - beam.length) > _ROUNDING * beam.length:
+            raise InputError(
+                f"beam {beam.name!r} with a load between its ends",
+                got="a compliance that is not that of a uniform beam",
+                expected="one section along the beam, its axes principal",
+                hint="divide the beam into pieces, and load their ends",
+            )
+        c[:] = 1 / own.EA, own.shear_y, own.shear_z, 1 / own.GJ, 1 / own.EIy, 1 / own.EIz
     L, e = beam.length, np.array([1.0, 0.0, 0.0])
     # w(u) of every piece of the beam as coefficients of 1, u, u^2; pieces end where forces are.
     at = sorted({0.0, L, *(_distance(beam, own) for own in loads if isinstance(own, ForceOnBeam))})
@@ -375,22 +387,3 @@ def _distance(beam: BeamElement, load: ForceOnBeam) -> float:
 def _in_axes(beam: BeamElement, what: str, value: ArrayLike, unit: str) -> np.ndarray:
     subject = f"{what} on beam {beam.name!r}"
     return beam.rotation.T @ as_floats(subject, value, f"three numbers [{unit}]", unit, (3,))
-
-
-def _section_compliance(beam: BeamElement) -> np.ndarray:
-    """Strains and curvatures (6,) of the section of a uniform beam under unit forces and moments.
-
-    1 / (EA, G A_y, G A_z, GJ, EI_y, EI_z) [1/N, 1/(N m^2)]; 0 for no deflection by shear, and of a
-    rigid beam.
-    """
-    if not np.any(beam.tip_compliance):
-        return np.zeros(6)
-    own = uniform_beam(beam.tip_compliance)
-    if own is None or abs(own.length - beam.length) > _ROUNDING * beam.length:
-        raise InputError(
-            f"beam {beam.name!r} with a load between its ends",
-            got="a compliance that is not that of a uniform beam",
-            expected="one section along the beam, its axes principal",
-            hint="divide the beam into pieces, and load their ends",
-        )
-    return np.array([1 / own.EA, own.shear_y, own.shear_z, 1 / own.GJ, 1 / own.EIy, 1 / own.EIz])

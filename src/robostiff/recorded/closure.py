@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from typing import Any
@@ -33,7 +33,7 @@ from robostiff.recorded.guess import (
     turn_names,
     with_nominal,
 )
-from robostiff.recorded.newton_step import LegAtGuess, NewtonStep, newton_step
+from robostiff.recorded.newton_step import NewtonStep, newton_step
 from robostiff.recorded.parameters import closed_samples, turns_at_home, with_inputs
 
 # Every step is at most half of the one before, or as small as rounding makes it; squares.
@@ -300,13 +300,23 @@ def record_closure(
         unknown = {k: name for k, name in open_.items() if name in start}
         step = newton_step(legs, pose, r, unknown, finder.length)
     q = {name: x for own in legs for name, x in zip(own.names, own.q, strict=True)}
+    turns = []  # positive where a limited turn is the one that the careful closure reports
+    for own in legs:
+        chain = own.leg.chain
+        for i, (low, high) in enumerate(chain.limits.T.tolist()):
+            if not chain.freedoms[i].is_rotation or math.isinf(low):
+                continue
+            x, centre = own.q[i], min(max(nominal(chain.home[i]), low), high)
+            turns += [math.pi - (x - centre), math.pi + (x - centre)]
+            if high >= centre + math.pi or low <= centre - math.pi:
+                turns += [x - low, high - x]
     closure = steps_from_home(
         record,
         tuple(inputs),
         start,
         step,
         q | step.following,
-        turns=_turns(legs),
+        turns=turns,
         angles=[name for guess in guesses for name in guess.angles],
         determinants=elsewhere,
     )
@@ -365,16 +375,3 @@ def _mode(determinants: Sequence[Entry]) -> Any:
             return None
         parts.append(determinant * (1 / home))
     return reduce(least, parts) - _WATCHED if parts else 1.0
-
-
-def _turns(legs: Sequence[LegAtGuess]) -> Iterator[Any]:
-    """Positive where a limited turn is the one that the careful closure reports."""
-    for own in legs:
-        chain = own.leg.chain
-        for i, (low, high) in enumerate(chain.limits.T.tolist()):
-            if not chain.freedoms[i].is_rotation or math.isinf(low):
-                continue
-            q, centre = own.q[i], min(max(nominal(chain.home[i]), low), high)
-            yield from (math.pi - (q - centre), math.pi + (q - centre))
-            if high >= centre + math.pi or low <= centre - math.pi:
-                yield from (q - low, high - q)

@@ -167,30 +167,20 @@ def eigenvalues(A: Sequence[Sequence[Any]]) -> list[Any]:
         - o[2] * (o[2] * b[2] - o[0] * o[1])
         + o[1] * (o[2] * o[0] - b[1] * o[1])
     )
-    D = _discriminant(b, o, c, p)
+    # From minors of I, B and B^2, which has diagonal c, and off the diagonal p: by the
+    # characteristic equation its entry opposite to i is o_j o_k - b_i o_i.
+    whole = (b[1] - b[0]) * (c[2] - c[0]) - (b[2] - b[0]) * (c[1] - c[0])
+    of_one: Any = 0
+    of_two: Any = 0
+    for i, j in combinations(range(3), 2):
+        minors = ((b[j] - b[i]) * p[k] - o[k] * (c[j] - c[i]) for k in range(3))
+        for minor in minors:
+            of_one = of_one + minor * minor
+        minor = o[i] * p[j] - o[j] * p[i]
+        of_two = of_two + minor * minor
+    D = whole * whole + of_one * 2 + of_two * 12
     phi = arc_tangent(plain_root(D), math.sqrt(27.0) * J3 + _TINY) / 3
     size = plain_root(J2 * (1 / 3)) * 2
     along, across = size * cosine(phi), size * sine(phi) * math.sqrt(0.75)
     low = q - along * 0.5
     return [low - across, low + across, q + along]
-
-
-def _discriminant(b: list[Any], o: list[Any], c: list[Any], p: list[Any]) -> Any:
-    """Product of the squared differences of the eigenvalues, from minors of I, B, B^2.
-
-    B has diagonal b and off-diagonal entries o, B^2 has c and p (p = entries of B^2 by the
-    characteristic equation: the entry of B^2 opposite to i is o_j o_k - b_i o_i).
-    """
-    whole = (b[1] - b[0]) * (c[2] - c[0]) - (b[2] - b[0]) * (c[1] - c[0])
-    total = whole * whole
-    of_one: Any = 0
-    for i, j in combinations(range(3), 2):
-        db, dc = b[j] - b[i], c[j] - c[i]
-        for k in range(3):
-            minor = db * p[k] - o[k] * dc
-            of_one = of_one + minor * minor
-    of_two: Any = 0
-    for k, m in combinations(range(3), 2):
-        minor = o[k] * p[m] - o[m] * p[k]
-        of_two = of_two + minor * minor
-    return total + of_one * 2 + of_two * 12

@@ -46,38 +46,35 @@ def entry_reader(record: Record, *, exact: bool) -> Callable[[Any], Any]:
     def read(expression: Any) -> Any:
         if not hasattr(type(expression), "free_symbols"):
             return expression
-        if expression not in known:
-            known[expression] = _read(expression)
-        return known[expression]
-
-    def _read(expression: Any) -> Any:
+        if expression in known:
+            return known[expression]
         if expression.is_number:
-            if not exact:
-                return float(expression)
             # Sums and products of roots would grow term by term: they are steps.
-            is_rational = expression.is_Rational
-            return expression if is_rational else Entry(record, record.number(expression))
-        if expression.is_Symbol:
+            is_step = exact and not expression.is_Rational
+            number = expression if exact else float(expression)
+            found = Entry(record, record.number(number)) if is_step else number
+        elif expression.is_Symbol:
             if expression.name not in record.inputs:
                 known_ones = ", ".join(record.inputs) or "none"
                 raise InputError("symbol", got=expression.name, expected=known_ones)
-            return record.input(expression.name)
-        arguments = [read(argument) for argument in expression.args]
-        if expression.is_Pow:
-            base, exponent = arguments[0], expression.exp
+            found = record.input(expression.name)
+        elif expression.is_Pow:
+            base, exponent = read(expression.base), expression.exp
             if exponent.is_Integer:
-                return base ** int(exponent)
-            if exponent.is_Rational and exponent.q == 2:
-                return square_root(base) ** int(exponent.p)
-            raise InputError("power", got=str(expression), expected="a whole or half exponent")
-        combine = _FUNCTIONS.get(type(expression).__name__)
-        if combine is None:
-            raise InputError(
-                "formula",
-                got=str(expression),
-                expected=f"sums, products, whole and half powers, {', '.join([*_FUNCTIONS][2:])}",
-            )
-        return combine(*arguments)
+                found = base ** int(exponent)
+            elif exponent.is_Rational and exponent.q == 2:
+                found = square_root(base) ** int(exponent.p)
+            else:
+                raise InputError("power", got=str(expression), expected="a whole or half exponent")
+        else:
+            combine = _FUNCTIONS.get(type(expression).__name__)
+            if combine is None:
+                names = ", ".join([*_FUNCTIONS][2:])
+                expected = f"sums, products, whole and half powers, {names}"
+                raise InputError("formula", got=str(expression), expected=expected)
+            found = combine(*map(read, expression.args))
+        known[expression] = found
+        return found
 
     return read
 
@@ -115,13 +112,20 @@ def sample_postures(finder: PostureFinder, seed: int | None = None, nearer: int 
         When no neighbourhood of home is reached.
     """
     random = np.random.default_rng(_SEED_OF_SAMPLES if seed is None else seed)
+    by_joints, chain = finder.robot.is_posed_by_joints, finder.robot.legs[0].chain
+    chosen = finder.robot.coordinate_places
+    if by_joints:
+        home, scale, most = chain.home, chain.free, 3
+    else:
+        home, most = finder.home_pose[chosen], 1
+        scale = np.where(np.arange(6) < 3, finder.length, 2.0)[chosen]
     spread = 0.1 * 0.2**nearer
     for _ in range(_SHRINKS - nearer):
-        posture = _drawn(finder, random, spread)
-        reached = np.flatnonzero(posture.reached)
-        if reached.size >= COUNT:
-            rows = reached[:COUNT]
-            if finder.robot.is_posed_by_joints:
+        drawn = home + spread * scale * random.uniform(-most, most, (3 * COUNT, len(home)))
+        posture = finder.find(JointCoordinates(drawn) if by_joints else drawn)
+        rows = np.flatnonzero(posture.reached)[:COUNT]
+        if rows.size == COUNT:
+            if by_joints:
                 return finder.find(JointCoordinates(posture.coordinates[0][rows]))
             return finder.find(posture.pose[rows])
         spread *= 0.2
@@ -131,19 +135,6 @@ def sample_postures(finder: PostureFinder, seed: int | None = None, nearer: int 
         expected="a home pose with room around it",
         hint="free coordinates that the legs fix belong out of `coordinates`",
     )
-
-
-def _drawn(finder: PostureFinder, random: np.random.Generator, spread: float) -> Posture:
-    robot = finder.robot
-    if robot.is_posed_by_joints:
-        home = robot.legs[0].chain.home
-        moving = robot.legs[0].chain.free
-        shifts = spread * random.uniform(-3, 3, (3 * COUNT, home.size)) * moving
-        return finder.find(JointCoordinates(home + shifts))
-    chosen = robot.coordinate_places
-    scale = np.where(np.arange(6) < 3, finder.length, 2.0)[chosen]
-    shifts = spread * scale * random.uniform(-1, 1, (3 * COUNT, len(chosen)))
-    return finder.find(finder.home_pose[chosen] + shifts)
 
 
 _SPREAD, _LEAST = 0.02, 1e-9  # of the nominal values

@@ -246,7 +246,17 @@ def assembled(
                 q, by_range = own.coordinate(i), 1 / (high - low)
                 limits += [(q - low) * by_range, (high - q) * by_range]
     K = stiffness_entries(legs, robot.space.size)
-    radicands, losses = _assumed(record, K)
+    # Radicands that can become negative, as parts of what they are at the samples; and losses, of
+    # the comparisons by which the legs choose a branch
+    radicands, losses = dict[int, Any](), []
+    for step in record.needed(x.step for x in K.values() if isinstance(x, Entry)):
+        operation, a, b = record.operations[step]
+        if operation is Operation.SQUARE_ROOT and lower_bound(record, a) < 0:
+            radicands[a] = _as_part(Entry(record, a))
+        elif operation is Operation.GREATER:
+            apart = record.at(a) - record.at(b)
+            by = apart.reciprocal()
+            losses.append(by * by * (_CHOSEN * float(np.mean(apart.sample**2))))
     return RecordedRobot(
         name=robot.name,
         record=record,
@@ -254,7 +264,7 @@ def assembled(
         length=length,
         legs=tuple(legs),
         K=K,
-        reach=(*lengths, *gaps, *radicands),
+        reach=(*lengths, *gaps, *radicands.values()),
         closure_losses=(*losses, *(loss for own in placed for loss in own.losses)),
         limits=tuple(limits),
         mass=_mass(robot, placed),
@@ -285,23 +295,6 @@ def _mass(robot: Robot, placed: Sequence[PlacedFormula]) -> Any:
         add_all(leg.chain.elements, own, 0)
     known = (np.asarray(value, dtype=object).item() for value in values if value is not None)
     return sum(known, 0)
-
-
-def _assumed(record: Record, K: dict[tuple[int, int], Any]) -> tuple[list[Any], list[Any]]:
-    """Radicands that can become negative, as parts of what they are at the samples; and losses.
-
-    Those are of the comparisons by which the legs choose a branch.
-    """
-    radicands, losses = {}, []
-    for step in record.needed(x.step for x in K.values() if isinstance(x, Entry)):
-        operation, a, b = record.operations[step]
-        if operation is Operation.SQUARE_ROOT and lower_bound(record, a) < 0:
-            radicands[a] = _as_part(Entry(record, a))
-        elif operation is Operation.GREATER:
-            apart = record.at(a) - record.at(b)
-            by = apart.reciprocal()
-            losses.append(by * by * (_CHOSEN * float(np.mean(apart.sample**2))))
-    return [*radicands.values()], losses
 
 
 def _as_part(value: Entry) -> Any:

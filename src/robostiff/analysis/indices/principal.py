@@ -197,7 +197,14 @@ def directional_stiffness(result: Stiffness, direction: ArrayLike) -> Directiona
     17.9 N/um free, 32.3 N/um held
     """
     parts = stiffness_parts(result)
-    u = _unit(direction, parts.space)
+    given = as_floats("direction", direction, "three numbers x y z", "")
+    is_planar = parts.space is Space.PLANAR
+    u = _vector(np.append(given, 0.0) if is_planar and given.shape == (2,) else given, "direction")
+    if is_planar and abs(u[2]) > _SMALL:
+        expected = "a direction in the x-y plane: the robot is planar"
+        raise InputError("direction", got=direction, expected=expected)
+    u = u[: parts.space.translations]
+    u = u / np.linalg.norm(u)
     return _along(parts, u, parts.forces_rotations_free, parts.forces_rotations_held, "N/m")
 
 
@@ -250,20 +257,6 @@ def _along(
         stiffness_free = float(1 / np.sum(along[carried] ** 2 / free.values[carried]))
     stiffness_held = float(np.sum((held.directions @ u) ** 2 * held.values))
     return DirectionalStiffness(u, stiffness_free, stiffness_held, unit, status)
-
-
-def _unit(direction: ArrayLike, space: Space) -> np.ndarray:
-    """A unit vector in the coordinates of the space."""
-    given = as_floats("direction", direction, "three numbers x y z", "")
-    if space is Space.PLANAR and given.shape == (2,):
-        given = np.append(given, 0.0)
-    u = _vector(given, "direction")
-    if space is Space.PLANAR and abs(u[2]) > _SMALL:
-        raise InputError(
-            "direction", got=direction, expected="a direction in the x-y plane: the robot is planar"
-        )
-    u = u[: space.translations]
-    return u / np.linalg.norm(u)
 
 
 def _vector(given: ArrayLike, subject: str) -> np.ndarray:

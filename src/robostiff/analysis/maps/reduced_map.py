@@ -138,20 +138,11 @@ class ReducedMap:
             raise InputError(
                 "store of a map", got=str(path), expected="a path in an existing folder"
             )
-        if path is not None and path.exists():
-            if not resume:
-                raise already_there(path)
-            made._read(path)
-        return made
-
-    @property
-    def _identity(self) -> dict[str, Any]:
-        own = plain([self.work.reductions, self.work.pieces.block])
-        return {**identity(self.work.job), "reductions": own}
-
-    def _read(self, path: Path) -> None:
-        """Go on from the state on disk; every part of such a file has a checksum."""
-        try:
+        if path is None or not path.exists():
+            return made
+        if not resume:
+            raise already_there(path)
+        try:  # every part of such a file has a checksum
             with zipfile.ZipFile(path) as whole:
                 if sum(part.file_size for part in whole.infolist()) > _LARGEST:
                     raise ValueError(f"more than {_LARGEST} bytes")
@@ -159,11 +150,11 @@ class ReducedMap:
                 about = json.loads(data["about"].item())
                 if about["format"] != _FORMAT:
                     raise ValueError("another format")
-                self.states = [
+                made.states = [
                     {name: data[f"{k}.{name}"] for name in own} for k, own in about["states"]
                 ]
-                self.done = set(data["done"].tolist())
-            self.summary = MapSummary(dict(about["statuses"]), about["guarded"])
+                made.done = set(data["done"].tolist())
+            made.summary = MapSummary(dict(about["statuses"]), about["guarded"])
         except (
             *(OSError, ValueError, TypeError, LookupError, AttributeError, RecursionError),
             *(EOFError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error),
@@ -174,7 +165,13 @@ class ReducedMap:
                 expected="one that was begun by robostiff",
                 hint="use another path",
             ) from None
-        check_same_map(path, about["parts"], self._identity)
+        check_same_map(path, about["parts"], made._identity)
+        return made
+
+    @property
+    def _identity(self) -> dict[str, Any]:
+        own = plain([self.work.reductions, self.work.pieces.block])
+        return {**identity(self.work.job), "reductions": own}
 
     def gathered(self, run: Run[BlockFound]) -> Iterator[tuple[int, MapSummary]]:
         """Run what is not done, add blocks in any order, and keep the state now and then."""
