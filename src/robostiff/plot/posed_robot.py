@@ -42,6 +42,7 @@ from robostiff.spatial.rotation import matrix_of_rotation
 from robostiff.statics import BodyPlaces, Equilibrium, Modes
 
 if TYPE_CHECKING:
+    from robostiff.statics.equations.newton import FoundEquilibrium
     from robostiff.statics.equations.problem import EquilibriumProblem
 
 _MISSED = 1e-4  # of the machine: an anchor that another pose has moved
@@ -96,11 +97,6 @@ def robot(
         Factor of all displacements; 0 leaves the robot as it is. When left out, a round number that
         draws the largest displacement as a tenth of the robot, or less.
     backend : Matplotlib or Plotly
-
-    Returns
-    -------
-    Axes or Figure
-        Of the backend.
 
     Raises
     ------
@@ -250,11 +246,6 @@ def equilibrium(
         that draws the largest displacement as a tenth of the robot.
     backend : Matplotlib or Plotly
 
-    Returns
-    -------
-    Axes or Figure
-        Of the backend.
-
     Raises
     ------
     InputError
@@ -276,7 +267,7 @@ def equilibrium(
             expected="a result of rs.equilibrium(robot, pose, wrench), one of a batch",
         )
     _ = result.displacement  # raises with the reason when there is none
-    posed, problem = result.posed, cast("EquilibriumProblem", result.problem)
+    posed, problem = result.posed, cast("FoundEquilibrium", result.found).problem
     tensions = np.array([own.tension for own in result.springs])
     sketch = _sketch(posed, problem, result.places, result.shares, colouring, tensions)
     sketch = sketch.exaggerated(exaggeration, is_finite=True)
@@ -329,11 +320,6 @@ def mode(
     side : float
         -1 for the other end of the vibration.
     backend : Matplotlib or Plotly
-
-    Returns
-    -------
-    Axes or Figure
-        Of the backend.
 
     Raises
     ------
