@@ -57,7 +57,7 @@ def test_many_wrenches_at_one_pose_are_as_each_by_itself(name: str):
 
 def test_laws_of_force_are_computed_one_by_one():
     robot = rs.load("two-link-arm")
-    drive = rs.equilibrium(robot).parts[0]
+    drive = equilibrium(robot).parts[0]
     law = rs.ForceLaw([[-1, -1e4], [0, 0], [1, 2e4]])
     many = equilibrium(robot, None, np.zeros((COUNT, 6)), laws={f"{drive.leg}/{drive.part}": law})
     assert not many.known

@@ -427,7 +427,7 @@ class Equilibria(StatusOfPoses):
     def answered(self) -> np.ndarray:
         """Which of them have an answer (N,)."""
         if self.known:
-            return np.isfinite(self.known["displacement"]).all(axis=1)
+            return np.logical_and.reduce(np.isfinite(self.known["displacement"]), axis=1)
         return np.array([one.has_answer for one in self.each], dtype=bool)
 
     @property
@@ -472,7 +472,7 @@ class Equilibria(StatusOfPoses):
             r = self.each[0].space.size if self.each else 6
             shapes = {"K": (r, r), "K_total": (r, r), "displacement": (r,), "pose": (6,)}
             shape = shapes.get(what, ())
-            values = [np.asarray(getattr(self.each[i], what)) for i in np.flatnonzero(has)]
+            values = [np.asarray(getattr(self.each[i], what)) for i in np.flatnonzero(has).tolist()]
         found = np.ma.masked_all((len(has), *shape))
         found.data[...] = np.nan  # what is read past the mask is no number
         found[has] = np.reshape(values, (-1, *shape))

@@ -204,8 +204,8 @@ class LegNumbers:
             [c, *((b,) for b in (own.start, own.end) if b is not None)]
             for c, own in enumerate(chains)
         ]
-        meeting += [[*own] for own in kind.meeting if own]
-        nodes = [*range(len(chains)), *((b,) for b in range(kind.bodies))]
+        meeting += [list[Hashable](own) for own in kind.meeting if own]
+        nodes: list[Hashable] = [*range(len(chains)), *((b,) for b in range(kind.bodies))]
         first, found = connected_parts(nodes, meeting), dict[Hashable, Component]()
         for c in range(len(chains)):
             found.setdefault(first[c], Component([], [], [])).chains.append(c)

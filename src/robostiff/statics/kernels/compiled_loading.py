@@ -361,7 +361,7 @@ class CompiledLoading:
             for (body, point), force in zip(self.sites, forces, strict=True):
                 before = each_load(body, loads[body]) if body in loads else ()
                 loads[body] = (*before, Weight(force, point))
-            acting = Acting(**(self.standing.given | {"loads": loads or None}), laws={})
+            acting = Acting(**{**self.standing.given, "loads": loads or None}, laws={})
             loaded = postures.loaded(k, acting)
             if own.any():  # the wrench has their forces
                 dead = loaded.problem.dead

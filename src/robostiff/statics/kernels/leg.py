@@ -435,14 +435,15 @@ def _unmarked(
         elif isinstance(element, Link):
             masses += _along(element, own, R, p, len(kept))
         elif isinstance(element, Telescope):
+            last: Any = own
             for beam in element.beams:
-                start, own = own, next(left)
-                kept.append(own)
-                length = (own.point - start.point) @ own.rotation[:, 0]
+                start, last = last, next(left)
+                kept.append(last)
+                length = (last.point - start.point) @ last.rotation[:, 0]
                 value = beam.mass_at(np.asarray(length, dtype=object))
                 if value is not None:
                     mass = np.asarray(value, dtype=object).item()
-                    masses.append(_spread(mass, own, start.point, (0.0, 1.0), len(kept)))
+                    masses.append(_spread(mass, last, start.point, (0.0, 1.0), len(kept)))
     return replace(placed, elements=tuple(kept), masses=tuple(masses) if weigh else ())
 
 

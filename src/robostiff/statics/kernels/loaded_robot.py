@@ -207,7 +207,10 @@ class LoadedRobot:
             factored = at.factored if forces_that_turn else factored
             twist = factored.solved(at.right)
             after = self.step(values, at, twist, falls=False)
-            forces = at.struts.forces_after(np.array(twist, dtype=object)) if at.struts else []
+            if at.struts:  # to first order
+                after_twist = np.array(twist, dtype=object)
+                each = zip(at.struts.t, at.struts.rates, strict=True)
+                forces = [t + (g @ after_twist) * k for t, (k, g) in each]
         return after
 
     def sizes(self, twist: Sequence[Any]) -> list[Any]:

@@ -77,10 +77,6 @@ class StrutTerms:
     t: list[Any]
     lengths: list[Any]
 
-    def forces_after(self, twist: np.ndarray) -> list[Any]:
-        """To first order, after a twist (6,) of the platform."""
-        return [t + (g @ twist) * k for t, (k, g) in zip(self.t, self.rates, strict=True)]
-
 
 def strut_terms(
     struts: Sequence[RecordedStrut], body: MovingBody, forces: Sequence[Any] | None = None

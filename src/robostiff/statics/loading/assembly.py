@@ -140,7 +140,10 @@ def of_legs(
         ends = [platform_body(platform, node) for node in platform.holds]
     for leg, end in zip(legs, ends, strict=True):
         found.legs.append(leg.name)
-        _Leg(found, f"{leg.name}/", len(found.legs) - 1).whole(leg, end)
+        whole = _Leg(found, f"{leg.name}/", len(found.legs) - 1)
+        whole.along(leg, BASE, end)
+        for name, place, point in whole.blocks:  # named where nothing else has their names
+            found.names.setdefault(whole.prefix + name, (place, point))
     found.masses += [(mass, NamedBody(PLATFORM)) for mass in masses]
     if platform is None:
         return found
@@ -174,12 +177,6 @@ class _Leg:
     blocks: list[tuple[str, NamedBody, np.ndarray]] = field(default_factory=list)
     named: set[str] = field(default_factory=set)
 
-    def whole(self, leg: PlacedLeg, end: Body) -> None:
-        """Add all of it; blocks are named where nothing else has their names."""
-        self.along(leg, BASE, end)
-        for name, place, point in self.blocks:
-            self.found.names.setdefault(self.prefix + name, (place, point))
-
     def along(self, leg: PlacedLeg, start: Body, end: Body) -> NamedBody:
         """Add what leads from one body to another; the body behind the last element."""
         elements = [e.alone if isinstance(e, CoupledFreedom) else e for e in leg.elements]
@@ -200,7 +197,13 @@ class _Leg:
         self.found.masses += [(mass, behind[mass.after]) for mass in leg.masses]
         for element in leg.elements:
             if isinstance(element, CoupledFreedom) and len(element.sum) > 1:
-                self.couple(element)
+                joints, name = self.found.joints, self.prefix + element.name
+                # one that a rigid drive holds does not move
+                each = ((joints.get(self.prefix + joint), factor) for joint, factor in element.sum)
+                terms = tuple((at, factor) for at, factor in each if at is not None)
+                follows = self.prefix + element.joint
+                self.found.names[name] = self.found.names[follows]
+                self.found.couplings.append(SumOfJoints(name, element, joints[follows], terms))
         return behind[-1]
 
     def run(
@@ -256,15 +259,6 @@ class _Leg:
         whole = self.prefix + element.name.partition("[")[0]
         if whole != name:
             names[whole] = place, names.get(whole, names[name])[1]
-
-    def couple(self, own: CoupledFreedom) -> None:
-        """Couple joints that have been met; one that a rigid drive holds does not move."""
-        joints, name = self.found.joints, self.prefix + own.name
-        each = ((joints.get(self.prefix + joint), factor) for joint, factor in own.sum)
-        terms = tuple((at, factor) for at, factor in each if at is not None)
-        follows = joints[self.prefix + own.joint]
-        self.found.names[name] = self.found.names[self.prefix + own.joint]
-        self.found.couplings.append(SumOfJoints(name, own, follows, terms))
 
 
 def platform_body(placed: PlacedPlatform, node: str) -> Body:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property, singledispatch
+from functools import singledispatch
 from typing import Any, cast
 
 import numpy as np
@@ -13,6 +13,7 @@ from robostiff.analysis import CableStiffness, cable_stiffness
 from robostiff.analysis.result import require_one_pose
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.kept import kept
 from robostiff.kinematics import Near, Posture, find_posture, with_body_springs, with_masses
 from robostiff.kinematics.masses_and_springs import bodies_of
 from robostiff.kinematics.pose import check_is_not_posed
@@ -202,17 +203,12 @@ class Postures:
         machine = posed if self.cables is None else self.robot
         return LoadedPosture(posed.name, problem, posed.space, frame, status, machine, carried)
 
-    @cached_property
-    def _without_masses(self) -> Snapshot:
-        """All postures of a robot of legs."""
+    @kept
+    def _placed(self, masses: bool) -> Snapshot:
+        """All postures of a robot of legs, its masses in place or not."""
         own = cast("Posture", self.posture)
-        return with_body_springs(own) if own.robot.springs else own.snapshot
-
-    @cached_property
-    def _with_masses(self) -> Snapshot:
-        return replace(
-            with_masses(cast("Posture", self.posture)), springs=self._without_masses.springs
-        )
+        snapshot = with_body_springs(own) if own.robot.springs else own.snapshot
+        return replace(with_masses(own), springs=snapshot.springs) if masses else snapshot
 
     def _posed(self, i: int, masses: bool) -> tuple[Any, tuple[np.ndarray, np.ndarray], Status]:
         """The robot in its posture i, the frame of its platform, and what is to be said of it."""
@@ -225,8 +221,7 @@ class Postures:
             point = np.asarray(self.robot.reference_point, dtype=float)
             return self.robot, (np.eye(3), point), Status.OK
         k = i if self.batch else 0
-        placed = self._with_masses if masses else self._without_masses
-        snapshot, status = placed.one(k), Status.OK
+        snapshot, status = self._placed(masses).one(k), Status.OK
         if not own.reached[k]:
             status |= Status.UNREACHABLE
         elif not own.within_limits[k]:
