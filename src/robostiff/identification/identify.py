@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.identification.identified import Identified
-from robostiff.identification.measurements import Measurements, Reading
+from robostiff.identification.measurement_kinds import Reading
+from robostiff.identification.measurements import Measurements
 from robostiff.identification.readings import ReadingModel
 from robostiff.identification.search import Robust, Squares, fitted
 from robostiff.identification.states import MOTIONS, FiniteLoads, PlacesInStates, SmallLoads, States
@@ -317,8 +318,9 @@ def _model_of(
             expected=f"a posture that {robot.name!r} reaches, within its limits, and holds",
             hint="remove the line, or look at units and order of the joints",
         )
-    for name in statics.plays if isinstance(statics, FiniteLoads) else ():
-        signs = statics.factors[:, statics.names.index(name)]
+    loaded = statics if isinstance(statics, FiniteLoads) else None
+    for name in () if loaded is None else loaded.plays:
+        signs = loaded.factors[:, loaded.names.index(name)]
         if not (signs.min() < 0 < signs.max()):
             raise InputError(
                 f"loads for {name}",
