@@ -30,7 +30,7 @@ def test_a_grid_with_units():
     outcome = run(*GRID, "-o", "map.nc")
     assert outcome.exit_code == 0, outcome.stderr
     assert "3-rpr: 15 poses (x 5 x rz 3) in map.nc" in outcome.stdout
-    assert "reachable: 15 (100.00 %)" in outcome.stdout
+    assert "reachable: 15 (100 %)" in outcome.stdout
     with xarray.open_dataset("map.nc") as found:
         np.testing.assert_allclose(found.x, [-0.02, -0.01, 0, 0.01, 0.02], atol=1e-17)
         np.testing.assert_allclose(found.rz, np.radians([0, 5, 10]))
@@ -85,7 +85,7 @@ def test_the_greatest_load_names_its_actuator_and_a_rotation_in_the_plane_its_si
 def test_standard_output_has_the_summary_alone(tmp_path):
     facts, text = json.loads(run(*GRID, "-o", "-", "--json").stdout), run(*GRID, "-o", "-").stdout
     assert (facts["output"], facts["poses"], facts["robot"]) == ("-", 15, "3-rpr")
-    assert text.startswith("3-rpr: 15 poses (x 5 x rz 3)\nreachable: 15 (100.00 %)\n")
+    assert text.startswith("3-rpr: 15 poses (x 5 x rz 3)\nreachable: 15 (100 %)\n")
     assert list(tmp_path.iterdir()) == []
 
 
