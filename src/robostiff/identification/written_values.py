@@ -58,15 +58,18 @@ def write_values(
     """
     is_document = Path(source).suffix.lower() in _DOCUMENTS
     document = read_document(source) if is_document else read_side(source)
-    source = document.file
-    is_side = "legs" not in document.data
+    source, is_side = document.file, "legs" not in document.data
     lines = Path(source).read_text(encoding="utf-8").splitlines()
     comments: dict[int, list[str]] = {}
     edits: list[tuple[int, int, int, str]] = []
     entries: list[str] = []
     data = deepcopy(document.data)
     for own, (value, comment) in found.items():
-        text = _written(own, value)
+        text = f"{value:.12g} {own.unit}".strip()
+        if own.kind is UnknownKind.COMPLIANCE and own.name != own.parameter:
+            # a stiffness where one is written
+            unit = "N m/rad" if own.unit.startswith("rad") else "N/m"
+            text = f"{1 / value:.12g} {unit}"
         place = (_place_in_side if is_side else _place)(document, own)
         if place is not None:
             at = document.location(place)
@@ -89,15 +92,14 @@ def write_values(
         lines[line] += ("  # " if "#" not in lines[line] else "; ") + "; ".join(words)
     if entries:
         first = document.key_location(["joints", next(iter(document.data["joints"]))])
-        at = (first.line or 1) - 1, (first.column or 1) - 1
-        lines[at[0] : at[0]] = [" " * at[1] + entry for entry in entries]
+        top, indent = (first.line or 1) - 1, (first.column or 1) - 1
+        lines[top:top] = [" " * indent + entry for entry in entries]
     with whole_file(path) as begun:
         begun.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        if is_side:
-            if read_document(begun).data != data:
-                raise _shared(source, "a value")
-        else:
+        if not is_side:
             _check(found, robot, begun, source)
+        elif read_document(begun).data != data:
+            raise _shared(source, "a value")
 
 
 def _check(
@@ -109,8 +111,7 @@ def _check(
     """Raise unless a written file has the values that were found, and all others as before."""
     names = [own.parameter for own in found if own.parameter]
     again = model_from_document(read_document(written), symbols=names)
-    values = spring_values(again.numeric)
-    expected = spring_values(robot)
+    values, expected = spring_values(again.numeric), spring_values(robot)
     for own, (value, _) in found.items():
         if own.parameter:
             expected[own.name], values[own.name] = value, again.nominal[own.parameter]
@@ -179,11 +180,3 @@ def _pattern(document: Document, own: Unknown) -> str | None:
         return None
     begins = [document.key_location(["joints", *own]).line for own in ([], [next(iter(entries))])]
     return found if begins[0] != begins[1] else None
-
-
-def _written(own: Unknown, value: float) -> str:
-    """The value as a file has it: stiffnesses where these are written, with units."""
-    if own.kind is UnknownKind.COMPLIANCE and own.name != own.parameter:
-        unit = "N m/rad" if own.unit.startswith("rad") else "N/m"
-        return f"{1 / value:.12g} {unit}"
-    return f"{value:.12g} {own.unit}".strip()

@@ -8,11 +8,10 @@ picture to programs that draw them by themselves.
 """
 
 from robostiff.plot.backend import Matplotlib, PictureData, PlotBackend, Plotly, Width
-from robostiff.plot.curves import load_curve
-from robostiff.plot.energy_bars import Measure, comparison, energy_shares
-from robostiff.plot.geometry.ellipsoid import Quality
+from robostiff.plot.bars_and_curves import Measure, comparison, energy_shares, load_curve
+from robostiff.plot.ellipsoid import Quality
 from robostiff.plot.layers import LAYERS, Layers, layers_of
-from robostiff.plot.maps.pictures import map_bands, map_isosurface, map_overview, map_slice
+from robostiff.plot.map_pictures import map_bands, map_isosurface, map_overview, map_slice
 from robostiff.plot.picture import (
     Arrow,
     Category,

@@ -9,8 +9,9 @@ import numpy as np
 from robostiff.analysis import Stiffness
 from robostiff.elastostatics import Status, scaling
 from robostiff.errors import NoAnswerError
+from robostiff.markup import prefixed, short
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.geometry.ellipsoid import (
+from robostiff.plot.ellipsoid import (
     AnyStiffness,
     PrincipalAxes,
     Quality,
@@ -18,7 +19,6 @@ from robostiff.plot.geometry.ellipsoid import (
     principal_axes,
     screw_line,
 )
-from robostiff.plot.geometry.surfaces import ellipsoid_mesh
 from robostiff.plot.picture import (
     Arrow,
     Category,
@@ -35,9 +35,15 @@ from robostiff.plot.picture import (
     Ramp,
     Shape,
 )
-from robostiff.plot.posture import Machine, single_stiffness, surroundings
-from robostiff.plot.prefix import prefixed, short
-from robostiff.plot.sketch import robot_scene, turning_arrow, unit_of
+from robostiff.plot.sketch import (
+    Machine,
+    robot_scene,
+    single_stiffness,
+    surroundings,
+    turning_arrow,
+    unit_of,
+)
+from robostiff.plot.surfaces import ellipsoid_mesh
 
 _MEANINGS = {
     Quality.COMPLIANCE: "displacement per force, free to turn",
