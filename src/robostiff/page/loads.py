@@ -33,7 +33,7 @@ from robostiff.statics import CriticalLoad, Equilibrium, Modes
 if TYPE_CHECKING:
     import xarray
 
-    from robostiff.statics.equations.problem import EquilibriumProblem
+    from robostiff.statics.equations.newton import FoundEquilibrium
 
 _OF_PATH = ("factor", "displacement", "stable")
 KNOWN = 1e-9  # of the largest: what is smaller is rounding
@@ -101,8 +101,8 @@ def _equilibrium_blocks(result: Equilibrium) -> list[Block | None]:
     """Displacement, stability, K under load, energy, springs and drives."""
     space = result.space
     moved, least, is_strained = result.displacement, 0.0, True
-    if result.problem is not None and result.status.has_stiffness:  # beyond rounding
-        length, d = result.problem.length, space.translations
+    if result.found is not None and result.status.has_stiffness:  # beyond rounding
+        length, d = result.found.problem.length, space.translations
         least = _COORDINATES * min(length, 1.0)
         of_rounding = np.abs(result.K[:d, :d]).max() * (_COORDINATES * length) ** 2
         is_strained = bool(result.energy > of_rounding)
@@ -172,7 +172,7 @@ def matrix_under_load(result: Equilibrium) -> LabelledMatrix | None:
     F, t = result.space.wrench_order, result.space.twist_order
     if result.status.has_stiffness:
         # zero where terms of the size of the largest entry cancel up to rounding
-        K, scale = result.K, cast("EquilibriumProblem", result.problem).scale
+        K, scale = result.K, cast("FoundEquilibrium", result.found).problem.scale
         sizes = np.abs(K) / np.outer(scale, scale)
         K = np.where(sizes > _CANCELLED * sizes.max(initial=0.0), K, 0.0)
         return LabelledMatrix("K under load", K, F, t, STIFFNESS_UNITS)

@@ -42,6 +42,7 @@ from robostiff.spatial.rotation import matrix_of_rotation
 from robostiff.statics import BodyPlaces, Equilibrium, Modes
 
 if TYPE_CHECKING:
+    from robostiff.statics.equations.newton import FoundEquilibrium
     from robostiff.statics.equations.problem import EquilibriumProblem
 
 _MISSED = 1e-4  # of the machine: an anchor that another pose has moved
@@ -276,7 +277,7 @@ def equilibrium(
             expected="a result of rs.equilibrium(robot, pose, wrench), one of a batch",
         )
     _ = result.displacement  # raises with the reason when there is none
-    posed, problem = result.posed, cast("EquilibriumProblem", result.problem)
+    posed, problem = result.posed, cast("FoundEquilibrium", result.found).problem
     tensions = np.array([own.tension for own in result.springs])
     sketch = _sketch(posed, problem, result.places, result.shares, colouring, tensions)
     sketch = sketch.exaggerated(exaggeration, is_finite=True)
