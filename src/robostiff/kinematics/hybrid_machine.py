@@ -177,8 +177,20 @@ def hybrid_machine(
                     expected=f"{nominal[symbol]:g}, as in the modules before: "
                     "a symbol has one value",
                 )
+    first, *others = modules
+    own_gravity = None if first.robot is None else first.robot.gravity
+    own_gravity = None if own_gravity is None else first.begins_at.R @ own_gravity
+    for module in others if gravity is None else ():
+        if module.robot is not None and module.robot.gravity is not None:
+            raise InputError(
+                f"gravity of module {module.name!r}",
+                got=module.robot.gravity,
+                expected="none: it was given for the module by itself",
+                hint="give the machine its own: hybrid_machine(..., gravity='-z')",
+            )
     last, home = modules[-1].robot, Frame.identity()
-    for module in modules:
+    by_joints = all(module.is_posed_by_joints for module in modules)
+    for module in () if by_joints else modules:
         home = home @ module.begins_at @ _end_at_home(module.part)
     elements = tuple(
         element
@@ -187,7 +199,6 @@ def hybrid_machine(
     )
     if reference_point is None:
         reference_point = np.zeros(3) if last is None else last.reference_point
-    by_joints = all(module.is_posed_by_joints for module in modules)
     spaces = {own.robot.space for own in modules if own.robot is not None}
     robot = Robot(
         name,
@@ -200,7 +211,7 @@ def hybrid_machine(
         source=source,
         nominal=nominal,
         platform_masses=() if last is None else last.platform_masses,
-        gravity=_gravity(modules) if gravity is None else gravity,
+        gravity=own_gravity if gravity is None else gravity,
     )
     if robot.has_formulas:
         robot = with_entries(robot, exact_number)
@@ -269,25 +280,6 @@ def _end_at_home(part: Robot | Chain) -> Frame:
         return part.home
     leg = part.legs[0]
     return leg.base @ _end_at_home(leg.chain) @ leg.attachment.inverse
-
-
-def _gravity(modules: Sequence[Module]) -> np.ndarray | None:
-    """That of the first module in the world, if it has one.
-
-    Raises InputError when another module has one: its direction was given in the frame in which it
-    stood.
-    """
-    first, *others = modules
-    for module in others:
-        if module.robot is not None and module.robot.gravity is not None:
-            raise InputError(
-                f"gravity of module {module.name!r}",
-                got=module.robot.gravity,
-                expected="none: it was given for the module by itself",
-                hint="give the machine its own: hybrid_machine(..., gravity='-z')",
-            )
-    own = None if first.robot is None else first.robot.gravity
-    return None if own is None else first.begins_at.R @ own
 
 
 def _with_coordinates(robot: Robot, *, chosen: bool) -> Robot:

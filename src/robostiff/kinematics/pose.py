@@ -202,7 +202,7 @@ def requested_pose(robot: Robot, pose: Pose, home: np.ndarray | None = None) -> 
     """
     home = home_coordinates(robot) if home is None else home
     if pose is None:
-        return PoseRequest((), home[None, :])
+        return PoseRequest((), home[None, :].copy())
     T = _matrices(robot, pose)
     if T is not None:
         R = T[..., :3, :3]

@@ -127,7 +127,7 @@ class Linkage(Symbolic, Subject):
     """
 
     kind: ClassVar[str] = "linkage"
-    coordinates: ClassVar[tuple[Coordinate, ...]] = ()
+    coordinates: ClassVar[tuple[Coordinate, ...]] = ()  # pyright: ignore[reportIncompatibleVariableOverride]
     name: str
     connections: tuple[Connection, ...]
     base: str
