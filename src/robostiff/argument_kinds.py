@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import builtins
 import errno
 import functools
@@ -9,6 +10,8 @@ import inspect
 import sys
 import typing
 from collections.abc import Callable, Iterable, Mapping, Set, Sized
+from contextlib import suppress
+from importlib import import_module
 from types import SimpleNamespace, UnionType
 from typing import Any
 
@@ -90,7 +93,10 @@ def _error_of_kinds(
         given = signature.bind(*args, **kwargs).arguments
     except TypeError:  # arguments that the function does not have
         return None
-    subject = type(args[0]).__name__ if function.__name__ == "__init__" else function.__name__
+    subject, owners = function.__name__, (inspect.unwrap(function),)
+    if function.__name__ == "__init__":
+        subject, owners = type(args[0]).__name__, type(args[0]).__mro__
+    names = _AnnotationNames(dict.fromkeys(own.__module__ for own in owners))
     for name, value in given.items():
         parameter = signature.parameters[name]
         if parameter.annotation is parameter.empty:  # self, which may not be complete
@@ -98,7 +104,11 @@ def _error_of_kinds(
         values = [value]
         if parameter.kind is inspect.Parameter.VAR_KEYWORD:
             values = list(value.values())
-        hint = _meaning(parameter.annotation, _AnnotationNames(function))
+        own = SimpleNamespace(__annotations__={"own": parameter.annotation})
+        try:
+            hint = typing.get_type_hints(own, {}, names)["own"]
+        except (AttributeError, NameError, TypeError):  # what it stands for cannot be found out
+            continue
         for one in values:
             if not _fits(one, hint):
                 words = str(parameter.annotation)
@@ -111,29 +121,31 @@ def _error_of_kinds(
     return None
 
 
-def _meaning(annotation: Any, names: _AnnotationNames) -> Any:
-    """What an annotation stands for; Any where that cannot be found out without its imports."""
-    own = SimpleNamespace(__annotations__={"own": annotation})
-    try:
-        return typing.get_type_hints(own, {}, names)["own"]
-    except (AttributeError, NameError, TypeError):
-        return Any
-
-
 class _AnnotationNames(dict[str, Any]):
-    """Names in annotations, also those that are imported for type checkers alone."""
+    """Names in annotations of some modules, also those imported for type checkers alone."""
 
-    def __init__(self, function: Callable[..., Any]) -> None:
+    def __init__(self, modules: Iterable[str]) -> None:
         super().__init__(_MEANT)
-        self.known = inspect.unwrap(function).__globals__
+        self.modules = [sys.modules[name] for name in modules if name in sys.modules]
 
     def __missing__(self, name: str) -> Any:
-        for names in (self.known, vars(builtins), sys.modules):
-            if name in names:
-                return names[name]
-        for module, own in list(sys.modules.items()):
-            if module.startswith("robostiff.") and name in vars(own):
-                return vars(own)[name]
+        for module in self.modules:
+            if name in vars(module):
+                return vars(module)[name]
+        if name in vars(builtins):
+            return vars(builtins)[name]
+        for module in self.modules:
+            if not module.__name__.startswith("robostiff"):
+                continue
+            for node in ast.walk(ast.parse(inspect.getsource(module))):
+                if not isinstance(node, ast.Import | ast.ImportFrom):
+                    continue
+                for own in node.names:
+                    if name == (own.asname or own.name):
+                        with suppress(ImportError):  # Any where it is not installed
+                            if isinstance(node, ast.Import):
+                                return import_module(own.name)
+                            return getattr(import_module(str(node.module)), own.name)
         return Any
 
 
@@ -153,7 +165,15 @@ def _fits(value: Any, hint: Any) -> bool:
         )
         fits = is_number or (hint is _Scalar and hasattr(value, "free_symbols"))
     elif hint is _Numbers:
-        fits = _are_numbers(value)
+        import numpy as np
+
+        try:
+            entries = np.asarray(value)
+            fits = entries.dtype.kind in "biuf" or all(
+                hasattr(own, "free_symbols") for own in entries.flat
+            )
+        except (TypeError, ValueError):  # ragged, or no numbers
+            fits = False
     else:
         try:
             fits = isinstance(value, hint) if isinstance(hint, type) else True
@@ -177,15 +197,3 @@ def _fits_container(value: Any, origin: type, parts: tuple[Any, ...]) -> bool:
     if issubclass(origin, tuple) and parts[-1] is not Ellipsis:
         return len(value) == len(parts) and all(map(_fits, value, parts))
     return all(_fits(own, parts[0]) for own in value)
-
-
-def _are_numbers(value: Any) -> bool:
-    import numpy as np
-
-    try:
-        entries = np.asarray(value)
-        return entries.dtype.kind in "biuf" or all(
-            hasattr(own, "free_symbols") for own in entries.flat
-        )
-    except (TypeError, ValueError):  # ragged, or no numbers
-        return False

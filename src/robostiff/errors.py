@@ -94,7 +94,12 @@ class InputError(RobostiffError, ValueError):
         """The error in one sentence."""
         facts = []
         if self.got is not None:
-            facts.append(f"got {_shortened(self.got)}")
+            # Arrays and their numbers are shown as a user would write them.
+            is_array = type(self.got).__module__ == "numpy"
+            text = repr(self.got.tolist() if is_array else self.got)
+            # What is shown without quotes is a sentence, perhaps of another program.
+            limit = 600 if isinstance(self.got, str) and text == self.got else 80
+            facts.append(f"got {text if len(text) <= limit else text[: limit - 1] + '…'}")
         if self.expected is not None:
             facts.append(f"expected {self.expected}")
         text = self.subject
@@ -249,13 +254,3 @@ class DisagreementError(RobostiffError):
             f"{subject} disagree {apart} for {where}; one is wrong, which is a fault of robostiff: "
             "please report it with the model file"
         )
-
-
-def _shortened(value: Any) -> str:
-    # Arrays and their numbers are shown as a user would write them.
-    is_array = type(value).__module__ == "numpy"
-    text = repr(value.tolist() if is_array else value)
-    # What is shown without quotes is a sentence, perhaps of another program, with its point last.
-    is_sentence = isinstance(value, str) and text == value
-    limit = 600 if is_sentence else 80
-    return text if len(text) <= limit else text[: limit - 1] + "…"

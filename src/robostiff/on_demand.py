@@ -31,7 +31,12 @@ class _Package(ModuleType):
             value = getattr(import_module(home), own_name)
             public = sys.modules["robostiff"]._homes.values()
             if (home, own_name) in public or (self.__name__, name) in public:
-                value = _naming_other_kinds(import_module(home), own_name, value)
+                # a public function, or a class by its constructor, names arguments of other kinds
+                if inspect.isfunction(value):
+                    value = names_other_kinds(value)
+                    setattr(import_module(home), own_name, value)
+                elif inspect.isclass(value) and inspect.isfunction(value.__init__):
+                    value.__init__ = names_other_kinds(value.__init__)
         super().__setattr__(name, value)
         return value
 
@@ -42,16 +47,6 @@ class _Package(ModuleType):
 
     def __dir__(self) -> list[str]:
         return sorted({*super().__dir__(), *self._homes})
-
-
-def _naming_other_kinds(home: ModuleType, name: str, value: Any) -> Any:
-    """A public function, or a class by its constructor, that names arguments of other kinds."""
-    if inspect.isfunction(value):
-        value = names_other_kinds(value)
-        setattr(home, name, value)
-    elif inspect.isclass(value) and inspect.isfunction(value.__init__):
-        value.__init__ = names_other_kinds(value.__init__)
-    return value
 
 
 def import_on_demand(package: str) -> None:

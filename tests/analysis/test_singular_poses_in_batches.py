@@ -18,7 +18,7 @@ from robostiff.analysis.indices.screws import _symmetric_point
 from robostiff.analysis.measures import values_of
 from robostiff.cli.main import app
 from robostiff.errors import NoAnswerError
-from robostiff.plot.geometry.ellipsoid import Quality, principal_axes
+from robostiff.plot.ellipsoid import Quality, principal_axes
 from tests.generators.kernel_robots import drives_only_arm, flat_struts, rigid_cranks
 from tests.generators.planted_poses import PoseSpace
 

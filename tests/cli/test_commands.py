@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.robots import robot_file, shipped_cable_robots, shipped_linkages, shipped_robots
+from robostiff.markup import escaped, page_html
+from robostiff.page import robots_page
+from robostiff.robots import (
+    describe,
+    robot_file,
+    shipped_cable_robots,
+    shipped_linkages,
+    shipped_robots,
+)
 from tests.cli.running import Running
 from tests.io.test_springs_and_laws import ARM
 
@@ -204,6 +212,11 @@ def test_robots_lists_names_and_sources():
         (*shipped_robots(), *shipped_cable_robots(), *shipped_linkages())
     )
     assert all(robot["source"] for robot in listed)
+    lines = run("robots").stdout.splitlines()
+    assert lines[0] == f"{len(listed)} robots come with robostiff:"
+    assert [line.split()[0] for line in lines[1:]] == [robot["name"] for robot in listed]
+    html = page_html(robots_page([describe(robot["name"]) for robot in listed]))
+    assert all(escaped(robot["source"]) in html for robot in listed)
 
 
 BAD = {

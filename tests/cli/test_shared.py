@@ -285,4 +285,4 @@ def test_list_of_robots_needs_nothing_that_computes():
         [sys.executable, "-c", script], capture_output=True, text=True, check=False
     )
     assert outcome.stderr == "set()"
-    assert "hexapod\tHexapod of machine tool size" in outcome.stdout
+    assert re.search("^hexapod +Hexapod of machine tool size", outcome.stdout, re.MULTILINE)

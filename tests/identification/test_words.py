@@ -39,8 +39,7 @@ def test_zeros_of_the_ends_are_frames(tmp_path):
     found = rs.identify(robot, weights, asked)
     assert len(found.not_identified) == 2
     first, last = sorted(found.not_identified, key=lambda s: "joint6" in s.partition(":")[2])
-    assert first.startswith("arm/joint1.zero, ")
-    assert "instrument turn z" in first
+    assert first.startswith("arm/joint1.zero and the place and turn of the instrument ")
     assert first.endswith("cannot be told apart: arm/joint1.zero keeps its value")
     assert last.startswith("arm/joint6.zero, ")
     assert "instrument" not in last
@@ -123,6 +122,28 @@ def test_correlations_are_told_from_09_and_weak_from_098(r, told, weak):
     assert [own.startswith(f"{words}0.9:") for own in found.correlated] == [True] * told
     assert [own.startswith(f"{words}0.98:") for own in found.weak] == [True] * weak
     assert found.not_identified == ()
+
+
+def test_coordinates_of_a_whole_frame_are_its_place_and_turn():
+    """One sentence names what has no effect: the frame, or the coordinate of it that has none."""
+    of = "the instrument"
+    several = [
+        Unknown(f"instrument {turn}{a}", UnknownKind.FRAME, 0.0, unit, frame=(what, of))
+        for turn, what, unit in (("", "place", "m"), ("turn ", "turn", "rad"))
+        for a in "xyz"
+    ]
+    frame = ("place", "m1")
+    several += [Unknown(f"m1 {a}", UnknownKind.FRAME, 0.0, "m", frame=frame) for a in "xyz"]
+    spring = Unknown("spring", UnknownKind.COMPLIANCE, 1.0, "m/N")
+    J = np.diag([1.0] * 10)
+    J[:, 0] = J[:, 1:7].sum(axis=1)  # the spring moves readings as the instrument does
+    J[9, 9] = 0.0
+    found = identifiability(J, [spring, *several])
+    assert found.not_identified[0].startswith("no measurement depends on m1 z; ")
+    assert found.not_identified[1:] == (
+        "spring and the place and turn of the instrument cannot be told apart: spring keeps its "
+        "value",
+    )
 
 
 def test_six_equal_legs_are_one_unknown(tmp_path):

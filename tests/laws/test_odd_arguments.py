@@ -7,6 +7,8 @@ complete: a public callable that is not in it is named by a test.
 import enum
 import inspect
 import re
+import subprocess
+import sys
 import warnings
 from pathlib import Path
 
@@ -447,3 +449,21 @@ def test_odd_arguments_are_refused_in_words(function, tmp_path, monkeypatch):
             except Exception as error:
                 foreign.append(f"{parameter}={kind}: {type(error).__name__}: {error}"[:110])
     assert not foreign, "\n".join(foreign)
+
+
+def test_kinds_of_arguments_do_not_depend_on_what_was_imported(tmp_path):
+    """The annotation names a class that its module imports for type checkers alone."""
+    code = (
+        "import sys, robostiff as rs\n"
+        "robot = rs.load('hexapod')\n"
+        "print('xarray' in sys.modules)\n"
+        "try:\n"
+        "    rs.write_report(robot, sys.argv[1], found=3)\n"
+        "except rs.InputError as error:\n"
+        "    print(error)\n"
+    )
+    command = [sys.executable, "-c", code, str(tmp_path / "report.html")]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    before, error = done.stdout.splitlines()
+    assert before == "False"
+    assert error == "found of write_report: got 3, expected xarray.Dataset or None"

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import robostiff as rs
 from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
-from robostiff.plot.geometry.displacement import BodyMotion, Motions, motion_under
+from robostiff.plot.displacement import BodyMotion, Motions, motion_under
 from robostiff.plot.picture import LineWeight, Marks, Path
 from robostiff.plot.posed_robot import picture_of_posed
 from robostiff.spatial import move_wrench

@@ -5,7 +5,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.network import Network
-from robostiff.plot.geometry.displacement import STILL, finite_motions, motion_under
+from robostiff.plot.displacement import STILL, finite_motions, motion_under
 from robostiff.plot.picture import Arrow, Marks, Path
 from tests.statics.robots_under_load import loaded
 

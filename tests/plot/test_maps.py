@@ -115,7 +115,10 @@ def test_planar_robots_are_full_at_rank_three():
     assert not rs.plot.map_slice(
         stiff, "rotational_stiffness", **XY, at={"principal_rotation": 0}
     ).regions
-    vague = rs.stiffness_map(robot("3-rpr"), grid, [rs.Quantity.WORST_DEFLECTION])
+    worst = rs.stiffness_map(robot("3-rpr"), grid, [rs.Quantity.WORST_DEFLECTION])
+    assert not rs.plot.map_slice(worst, "worst_deflection", **XY).regions
+    vague = worst.copy()
+    del vague.attrs["wrench_order"]
     with pytest.raises(rs.InputError, match="full_rank=3"):
         rs.plot.map_slice(vague, "worst_deflection", **XY)
     assert not rs.plot.map_slice(vague, "worst_deflection", **XY, full_rank=3).regions

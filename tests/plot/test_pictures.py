@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.plot.energy_bars import Measure
-from robostiff.plot.geometry.ellipsoid import Quality
+from robostiff.plot.bars_and_curves import Measure
+from robostiff.plot.ellipsoid import Quality
 from robostiff.plot.picture import Arrow, Face, Marks, Mesh, Path, Scene
 from robostiff.plot.posed_robot import Colouring, picture_of_posed
 from robostiff.plot.stiffness_pictures import Kind, Shade

@@ -8,7 +8,7 @@ import pytest
 import robostiff as rs
 from robostiff.kinematics import freedom_twist
 from robostiff.network import network_of_snapshot
-from robostiff.plot.geometry.displacement import end_key, finite_motions, motion_under, node_key
+from robostiff.plot.displacement import end_key, finite_motions, motion_under, node_key
 from robostiff.plot.picture import LineWeight, Marks, Path, Text
 from robostiff.plot.posed_robot import picture_of_posed
 from tests.plot.machines import robot, twist_about

@@ -25,7 +25,7 @@ from robostiff.report import (
     report_typst,
 )
 from robostiff.report.figures import figures_in
-from robostiff.report.sections.map_slices import map_section
+from robostiff.report.map_slices import map_section
 from robostiff.report.write import packed
 from robostiff.robots import robot_file
 from tests.project.shown_output import ROOT
@@ -149,13 +149,13 @@ def test_paper_has_what_the_page_has(contents, html):
 
 
 def test_letters_of_figures_on_paper_are_not_scaled_down(contents):
-    """A figure is as wide as it is drawn: 85 mm beside another, 170 mm alone."""
+    """A figure is as wide as it is drawn, half a page, beside another and alone."""
     typst = report_typst(contents)
-    found = re.findall(r'(\[?)#figure\(.*?<svg [^>]*?width=\\"([0-9.]+)pt', typst, re.DOTALL)
-    assert len(found) == typst.count('format: "svg", width: 100%') > 2
+    found = re.findall(r'#figure\(.*?<svg [^>]*?width=\\"([0-9.]+)pt', typst, re.DOTALL)
+    assert len(found) == typst.count('format: "svg", width: 82mm') > 2
     assert "columns: (1fr, 1fr)" in typst
-    for in_a_cell, width in found:
-        assert (82 if in_a_cell else 170) >= 0.95 * float(width) * 25.4 / 72
+    for width in found:
+        assert 0.9 * 82 <= float(width) * 25.4 / 72 <= 82 / 0.95
 
 
 def test_a_page_is_below_two_megabytes(html):

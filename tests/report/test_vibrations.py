@@ -9,7 +9,7 @@ import robostiff as rs
 from robostiff.markup import Table
 from robostiff.report.contents import report_contents
 from robostiff.report.figures import figures_in
-from robostiff.report.sections.results import vibrations_section
+from robostiff.report.results import vibrations_section
 
 pytest.importorskip("plotly")
 

@@ -32,7 +32,7 @@ from robostiff.model import (
     spherical,
 )
 from robostiff.network import condense, energy_stiffness, network_of_snapshot
-from robostiff.plot.geometry.displacement import motion_under
+from robostiff.plot.displacement import motion_under
 from robostiff.spatial import Frame, move_stiffness
 from robostiff_view.machines import RobotMachine, machine_of
 

@@ -26,7 +26,7 @@ from robostiff.kinematics import JointCoordinates, leg_compliance, passive_jacob
 from robostiff.linkage import Connection, Linkage, close, robot_of
 from robostiff.model import Actuated, Chain, Leg, Passive, PlacedFreedom, PlacedLeg, Snapshot
 from robostiff.network import network_of_snapshot
-from robostiff.plot.geometry.displacement import motion_under
+from robostiff.plot.displacement import motion_under
 from robostiff.robots import robot_file
 from robostiff.spatial import Frame, Screw
 from tests.generators.chains import random_rotation

@@ -124,8 +124,7 @@ class _Ended:
 def answered(result: object, answer: Answer) -> int:
     """Print a result, or its page, as text or as JSON; 1 for a bad status, otherwise 0."""
     from robostiff.markup import Page, page_text
-    from robostiff.page.data import page_data
-    from robostiff.page.of_result import page_of
+    from robostiff.page.of_result import page_data, page_of
 
     page = result if isinstance(result, Page) else page_of(result)
     show(page_data(page) if answer.as_json else page_text(page))

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
-import sys
-from dataclasses import asdict
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -14,6 +11,7 @@ from typing import Any
 
 import click
 
+from robostiff.cli.command import answered
 from robostiff.cli.options import (
     Answer,
     Command,
@@ -24,7 +22,7 @@ from robostiff.cli.options import (
     option,
     output_option,
 )
-from robostiff.cli.output import FORMULA_FILES, new_file, output_beside, show, show_files, shown
+from robostiff.cli.output import FORMULA_FILES, new_file, output_beside, show, show_files
 from robostiff.errors import InputError, NoAnswerError, Words, warn_of_slip
 
 _OUTPUT = "The file to write; standard output when left out."
@@ -34,36 +32,19 @@ _FORMS = dict.fromkeys(("snapshot", "graph"), (".json", *_YAML)) | _KERNELS
 _TEMPLATES = resources.files("robostiff.robots") / "templates"
 _PLAIN_NAME = re.compile(r"[A-Za-z][A-Za-z0-9 ._-]*[A-Za-z0-9]")
 _WORDS_OF_YAML = {"true", "false", "null", "yes", "no", "on", "off"}
-_WIDTH = 78  # of a terminal, for a table
 
 
 class ListRobots(Command, name="robots"):
-    """List the shipped robots with their sources."""
+    """List the shipped robots; with --json their sources, too."""
 
     answer: Answer = group(Answer, "as_json")
 
     def run(self) -> int:
         """Print the shipped robots."""
+        from robostiff.page.of_result import robots_page
         from robostiff.robots import describe, shipped_names
 
-        listed = [describe(name) for name in sorted(shipped_names())]
-        if self.answer.as_json:
-            show({"robots": list(map(asdict, listed))})
-        elif sys.stdout.isatty() and shutil.get_terminal_size().columns >= _WIDTH:
-            from rich.console import Console
-            from rich.table import Table
-            from rich.text import Text
-
-            table = Table(box=None, pad_edge=False)
-            table.add_column("robot", style="bold", no_wrap=True)
-            table.add_column("what it is")
-            table.add_column("source", style="dim")
-            for own in listed:
-                table.add_row(own.name, Text(shown(own.title)), Text(shown(own.source)))
-            Console().print(table)
-        else:
-            sys.stdout.writelines(f"{own.name}\t{own.title}\n" for own in listed)
-        return 0
+        return answered(robots_page(list(map(describe, sorted(shipped_names())))), self.answer)
 
 
 class Derive(Command, name="derive"):

@@ -122,7 +122,7 @@ class Compensate(Command, name="compensate"):
         if output is not None:
             write_program(program, found, output)
         if picture is not None:
-            from robostiff.plot.curves import compensation_picture
+            from robostiff.plot.bars_and_curves import compensation_picture
 
             draw(compensation_picture(found), picture)
         return answered(found, self.answer)
@@ -185,8 +185,7 @@ class Identify(Command, name="identify"):
     def run(self) -> int:
         """Print what measurements tell of a robot; 1 where a parameter is not identified."""
         from robostiff.cli import arguments as written
-        from robostiff.identification.frames import KnownFrames, UnknownFrames
-        from robostiff.identification.identify import identify
+        from robostiff.identification.identify import KnownFrames, UnknownFrames, identify
         from robostiff.identification.measurements import Measurements
         from robostiff.identification.search import Robust, Squares
         from robostiff.robots.shipped import robot_file, shipped_names
@@ -226,7 +225,7 @@ class Identify(Command, name="identify"):
             found.write(output, robot_file(source) if source in shipped_names() else source)
         if picture is not None:
             from robostiff.markup import escaped
-            from robostiff.plot.curves import residuals_picture
+            from robostiff.plot.bars_and_curves import residuals_picture
             from robostiff.plot.in_notebooks import picture_html
             from robostiff.whole_file import whole_file
 
@@ -301,7 +300,7 @@ class Plan(Command, name="plan"):
             choose_poses,
             random_postures,
         )
-        from robostiff.page.identification import chosen_poses_page
+        from robostiff.page.calibration_and_design import chosen_poses_page
         from robostiff.whole_file import whole_file
 
         output = output_beside(self.output, self.answer)
@@ -363,7 +362,7 @@ def _table(robot: Any, postures: Any) -> str:
     import numpy as np
 
     from robostiff.analysis.maps.pose_columns import POSE_UNITS, coordinate_units
-    from robostiff.identification.measurement_kinds import coordinates_of
+    from robostiff.identification.measurements import coordinates_of
     from robostiff.kinematics import JointCoordinates
 
     units = coordinate_units(robot)

@@ -55,7 +55,8 @@ def show(answer: str | Mapping[str, Any]) -> None:
         lines = []
         for line in map(shown, answer.split("\n")):
             styles = (own for start, own in _STYLES.items() if f"{line}\n".startswith(start))
-            lines.append(click.style(line, **next(styles, {})) if line else line)
+            style = next(styles, None)
+            lines.append(line if style is None else click.style(line, **style))
         click.echo("\n".join(lines))
         return
     form = {"schema": f"robostiff {running.get()} {JSON_VERSION}"}
@@ -140,6 +141,6 @@ def draw(picture: Picture, path: Path, other: Picture | None = None) -> None:
         if other is None:
             begun.write_text(drawn.to_html(), "utf-8")
             return
-        from robostiff.plot.on_plotly.swinging import swinging_page
+        from robostiff.plot.backend import swinging_page
 
         begun.write_text(swinging_page(drawn, plot.Plotly().draw(other)), "utf-8")

@@ -25,7 +25,7 @@ from robostiff.kinematics import (
 from robostiff.kinematics.closure.assembly import beyond_limits
 from robostiff.kinematics.machine_pose import actuator_places
 from robostiff.kinematics.pose import Near
-from robostiff.markup import InNotebooks
+from robostiff.markup import InNotebooks, number
 from robostiff.model import Actuated, PlacedFreedom, Robot
 from robostiff.spatial import as_floats
 from robostiff.spatial.rotation import vector_of_quaternion
@@ -125,8 +125,8 @@ class Compensation(StatusOfPoses, InNotebooks):
         )
         jumps = f", {len(self.jumps)} jumps" if self.jumps else ""
         return (
-            f"<Compensation of {len(self.target)} points: at most {before:.4g} um before, "
-            f"{after:.3g} um after{jumps}, status {self.status}>"
+            f"<Compensation of {len(self.target)} points: at most {number(before)} um before, "
+            f"{number(after, 3)} um after{jumps}, status {self.status}>"
         )
 
 
@@ -274,18 +274,22 @@ class _Commands:
 
     def corrected(self, method: Mirror | Exact) -> Compensation:
         """The result of a method."""
-        command = self._start
+        command = self.pose[:, self.robot.coordinate_places].copy()
+        if self.by_joints and self.wanted is not None:
+            command = self.wanted.coordinates[0].copy()
         first, codes = self._missing(command)
         residual = first
         if isinstance(method, Mirror):
             command = self._mirrored(command, first)
             residual, codes = self._missing(command)
         else:
+            # all that an arm misses can be corrected, else the free coordinates
+            followed = [] if self.by_joints else self.robot.coordinate_places
             before = np.inf
             for _ in range(method.steps):
                 command = self._moved(command, residual)
                 residual, codes = self._missing(command)
-                largest = float(np.nanmax(np.abs(residual[:, self._followed]), initial=0.0))
+                largest = float(np.nanmax(np.abs(residual[:, followed or slice(6)]), initial=0.0))
                 if largest <= _THERE * posture_finder(self.robot).length or not largest < before:
                     break
                 before = largest
@@ -299,6 +303,10 @@ class _Commands:
         commanded = commanded.copy()
         for values in (commanded, drives, command, residual):
             values[lost] = np.nan
+        corrections = _between(self.pose, commanded)
+        steps = np.abs(np.diff(corrections, axis=0)).max(axis=1, initial=0.0)
+        known = steps[np.isfinite(steps)]
+        steps, usual = np.nan_to_num(steps), float(np.median(known)) if len(known) else 0.0
         return Compensation(
             robot=self.robot,
             target=self.pose,
@@ -308,21 +316,8 @@ class _Commands:
             deviation=first,
             residual=residual,
             status_codes=codes,
-            jumps=_jumps(_between(self.pose, commanded)),
+            jumps=tuple((np.flatnonzero(steps > max(_JUMP * usual, _NO_JUMP)) + 1).tolist()),
         )
-
-    @property
-    def _start(self) -> np.ndarray:
-        """The targets as commands (N, n)."""
-        if self.by_joints and self.wanted is not None:
-            return self.wanted.coordinates[0].copy()
-        return self.pose[:, self.robot.coordinate_places].copy()
-
-    @property
-    def _followed(self) -> np.ndarray:
-        """Rows of what can be corrected: all of an arm, else the free coordinates."""
-        places = np.arange(6) if self.by_joints else np.asarray(self.robot.coordinate_places)
-        return places if len(places) else np.arange(6)
 
     def _unloaded(self, command: np.ndarray) -> tuple[np.ndarray, Sequence[np.ndarray]]:
         """Poses (N, 6) without load, and coordinates (N, size) of each leg."""
@@ -419,13 +414,3 @@ def _turn(second: np.ndarray, first: np.ndarray) -> np.ndarray:
     q = [d * e + h * a + b * g - c * f, d * f + h * b + c * e - a * g]
     q += [d * g + h * c + a * f - b * e, d * h - a * e - b * f - c * g]
     return vector_of_quaternion(np.array(q).T)
-
-
-def _jumps(corrections: np.ndarray) -> tuple[int, ...]:
-    """Points before which corrections (N, 6) change by much more than elsewhere."""
-    steps = np.abs(np.diff(corrections, axis=0)).max(axis=1, initial=0.0)
-    if not np.isfinite(steps).any():
-        return ()
-    usual = float(np.nanmedian(steps))
-    with np.errstate(invalid="ignore"):
-        return tuple((np.flatnonzero(steps > max(_JUMP * usual, _NO_JUMP)) + 1).tolist())

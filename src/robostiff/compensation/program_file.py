@@ -53,21 +53,26 @@ class ProgramFile:
         Points without an answer have none.
         """
         if isinstance(self.poses, JointCoordinates):
-            commands = {name: found.coordinates[:, k] for k, name in enumerate(self._joint_names)}
+            names = self.robot.legs[0].chain.coordinate_names
+            commands = {name: found.coordinates[:, k] for k, name in enumerate(names)}
         else:
+            names = {own.value for own in self.robot.coordinates} or set(POSE_UNITS)
             commands = dict(zip(POSE_UNITS, self._written_rotation(found.commanded).T, strict=True))
+        si = {**POSE_UNITS, **coordinate_units(self.robot)}
+        each = zip(self.robot.legs, actuator_places(self.robot), strict=True)
+        units = [joint_units(leg.chain)[place] for leg, own in each for place in own.tolist()]
         written = {column.name: column for column in self.table.columns}
         headings, values = [], []
         for name, own in commands.items():
             column = written.get(name)
-            if column is None and name not in self._corrected:
+            if column is None and name not in names:
                 continue
-            unit, factor = (self._si[name], 1.0) if column is None else (column.unit, column.factor)
+            unit, factor = (si[name], 1.0) if column is None else (column.unit, column.factor)
             headings.append(f"{name}_cmd [{unit}]")
             values.append(own / factor)
-        for k, name in enumerate(found.drive_names):
-            headings.append(f"{name} [{self._drive_units[k]}]")
-            values.append(found.drives[:, k])
+        for name, unit, own in zip(found.drive_names, units, found.drives.T, strict=True):
+            headings.append(f"{name} [{unit}]")
+            values.append(own)
         headings += ["residual [um]", "residual turn [urad]"]
         values += [
             1e6 * np.linalg.norm(found.residual[:, p], axis=1) for p in (slice(3), slice(3, 6))
@@ -81,27 +86,6 @@ class ProgramFile:
                 fields = [field.replace(".", ",") for field in fields]
             lines[line] += mark + mark.join([*fields, str(Status(int(found.status_codes[k])))])
         return lines
-
-    @property
-    def _corrected(self) -> set[str]:
-        """Names of the coordinates that have commands: free ones, or all joints."""
-        if isinstance(self.poses, JointCoordinates):
-            return set(self._joint_names)
-        return {coordinate.value for coordinate in self.robot.coordinates} or set(POSE_UNITS)
-
-    @property
-    def _si(self) -> dict[str, str]:
-        return {**POSE_UNITS, **coordinate_units(self.robot)}
-
-    @property
-    def _joint_names(self) -> tuple[str, ...]:
-        return self.robot.legs[0].chain.coordinate_names
-
-    @property
-    def _drive_units(self) -> list[str]:
-        """SI units of the drives."""
-        each = zip(self.robot.legs, actuator_places(self.robot), strict=True)
-        return [joint_units(leg.chain)[place] for leg, own in each for place in own.tolist()]
 
     def _written_rotation(self, poses: np.ndarray) -> np.ndarray:
         """Poses (N, 6) with Euler angles in place of the rotation vector, if the file has them."""

@@ -14,7 +14,7 @@ from robostiff.compiled import Output, TotalMass
 from robostiff.design.numbers import NumbersOfDesigns, Poses
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.markup import InNotebooks
+from robostiff.markup import InNotebooks, number
 from robostiff.model import Robot
 from robostiff.record import least
 from robostiff.recorded import RecordedRobot
@@ -119,11 +119,11 @@ class Optimum(InNotebooks):
     robot: Robot
 
     def __repr__(self) -> str:
-        values = ", ".join(f"{name} = {value:.5g}" for name, value in self.values.items())
+        values = ", ".join(f"{name} = {number(value)}" for name, value in self.values.items())
         limits = f"; at limits: {', '.join(self.at_limits)}" if self.at_limits else ""
         return (
-            f"<{self.ending.value} after {self.steps} steps: {self.objective:.6g}, "
-            f"{self.at_start:.6g} at the start; {values}{limits}>"
+            f"<{self.ending.value} after {self.steps} steps: {number(self.objective)}, "
+            f"{number(self.at_start)} at the start; {values}{limits}>"
         )
 
 
@@ -339,5 +339,5 @@ def _held_limits(
             ("least", limit.least, np.min(own)),
         ):
             if bound is not None and abs(extreme - bound) <= _REACHED * (abs(bound) or 1.0):
-                found.append(f"{name} at {word} {bound:g}")
+                found.append(f"{name} at {word} {number(bound)}")
     return found

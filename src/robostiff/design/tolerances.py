@@ -22,7 +22,7 @@ from robostiff.design.numbers import (
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.expression import parse
 from robostiff.kinematics import JointCoordinates
-from robostiff.markup import InNotebooks
+from robostiff.markup import InNotebooks, number, percent
 from robostiff.model import Robot
 
 # Sequences of points that know nothing of one another: their spread is the error of a quantile.
@@ -205,10 +205,10 @@ class Tolerances(InNotebooks):
     def __repr__(self) -> str:
         count = len(next(iter(self.samples.values())))
         parts = [
-            f"{name} {self.nominal[name][0]:.4g}, 99 % below {self.quantile(name, 0.99)[0][0]:.4g}"
-            for name in self.samples
+            f"{name} {number(own[0], 4)}, 99 % below {number(self.quantile(name, 0.99)[0][0], 4)}"
+            for name, own in self.nominal.items()
         ]
-        lost = f"; {1 - self.answered:.2%} without an answer" if self.answered < 1 else ""
+        lost = f"; {percent(1 - self.answered)} without an answer" if self.answered < 1 else ""
         return f"<Tolerances of {count} robots: {'; '.join(parts)}{lost}>"
 
 

@@ -17,6 +17,7 @@ from robostiff.identification.states import FiniteLoads, States
 from robostiff.identification.unknowns import UnknownKind, with_unknowns
 from robostiff.identification.words import identifiability
 from robostiff.kinematics import JointCoordinates, Pose, find_posture
+from robostiff.markup import number
 from robostiff.model import Actuated, Robot
 from robostiff.spatial import as_floats
 
@@ -26,6 +27,7 @@ _RIDGE = 1e-10
 _GAIN, _MOST_SWEEPS = 1e-9, 50
 # Standard deviations that a reading moves at least.
 _SEEN = 5.0
+_FORCES = "(3,) or (L, 3) [N]"
 _RANDOM = 200  # choices at random, to compare with
 
 
@@ -98,8 +100,8 @@ class ChosenPoses:
 
     def __repr__(self) -> str:
         return (
-            f"<ChosenPoses: {len(self.rows)}, criterion {self.value:.4g}, "
-            f"{self.random:.4g} of a random choice, {self.left_out} candidates left out>"
+            f"<ChosenPoses: {len(self.rows)}, criterion {number(self.value)}, "
+            f"{number(self.random)} of a random choice, {self.left_out} candidates left out>"
         )
 
 
@@ -195,7 +197,10 @@ def choose_poses(
     """
     by_joints = isinstance(candidates, JointCoordinates) or robot.is_posed_by_joints
     changed, unknowns = with_unknowns(robot, parameters, fixed, by_joints=by_joints)
-    loads = _loads(forces)
+    given = as_floats("forces", [] if forces is None else forces, _FORCES)
+    if given.ndim not in {1, 2} or given.shape[-1] not in {0, 3}:
+        raise InputError("forces", got=f"shape {given.shape}", expected=_FORCES)
+    loads = np.vstack([np.zeros(3), given.reshape(-1, 3)])
     q = getattr(candidates, "values", candidates)
     q = np.atleast_2d(as_floats("candidates", q, "postures (N, n)"))
     names = tuple(markers)
@@ -243,26 +248,29 @@ def choose_poses(
     total = M.sum(axis=0) + before
     told = identifiability(np.concatenate(every) / scale, model.unknowns)
     p = len(unknowns)
-    lacking = [s for k, s in zip(told.fixed, told.not_identified, strict=True) if k < p]
-    if lacking:
-        raise NoAnswerError("no choice of these postures determines all: " + "; ".join(lacking))
-    is_test = isinstance(criterion, TestPose)
-    T = _rates_at(criterion, statics, changed, x[:p]) * scale[:p] if is_test else None
+    lost = [unknowns[k].name for k in told.fixed if k < p]
+    if lost:
+        words = [own for own in told.not_identified if any(name in own for name in lost)]
+        raise NoAnswerError("no choice of these postures determines all: " + "; ".join(words))
+    T = (
+        _rates_at(criterion, statics, changed, x[:p]) * scale[:p]
+        if isinstance(criterion, TestPose)
+        else None
+    )
     judge = _Judge(total, before, p, T, criterion)
     random = np.random.default_rng(seed)
 
     def drawn() -> np.ndarray:
         return random.choice(len(rows), count, replace=len(rows) < count)
 
-    found = [_exchanged(M, judge, drawn(), repeats) for _ in range(starts)]
-    best, chosen = min(found, key=lambda own: own[0])
+    best, chosen = min(
+        (_exchanged(M, judge, drawn(), repeats) for _ in range(starts)), key=lambda own: own[0]
+    )
     others = [judge.of(M[drawn()].sum(axis=0)[None])[0] for _ in range(_RANDOM)]
-    covariance = judge.covariance(M[chosen].sum(axis=0)[None])[0]
-    std = np.sqrt(np.diag(covariance)) * scale[:p]
-    chosen = np.sort(chosen)
+    std = np.sqrt(np.diag(judge.covariance(M[chosen].sum(axis=0)[None])[0])) * scale[:p]
     return ChosenPoses(
-        rows[chosen],
-        kind(q[rows[chosen]]),
+        rows[np.sort(chosen)],
+        kind(q[rows[np.sort(chosen)]]),
         judge.shown(best),
         judge.shown(float(np.median(others))),
         dict(zip((own.name for own in unknowns), std.tolist(), strict=True)),
@@ -272,26 +280,16 @@ def choose_poses(
     )
 
 
-def _loads(forces: ArrayLike | None) -> np.ndarray:
-    """No load, and forces (L, 3) that are given."""
-    expected = "(3,) or (L, 3) [N]"
-    given = as_floats("forces", [] if forces is None else forces, expected)
-    if given.ndim not in {1, 2} or given.shape[-1] not in {0, 3}:
-        raise InputError("forces", got=f"shape {given.shape}", expected=expected)
-    return np.vstack([np.zeros(3), given.reshape(-1, 3)])
-
-
 def _serve(model: ReadingModel, J: np.ndarray) -> np.ndarray:
     """Candidates (N,) in equilibrium away from singular postures whose readings move."""
-    p = len(model.parameters)
-    codes = model.statics.at(np.array([own.nominal for own in model.parameters])).status_codes
+    unknowns = model.parameters
+    codes = model.statics.at(np.array([own.nominal for own in unknowns])).status_codes
     lost = (codes & int(Status.UNREACHABLE | Status.NO_EQUILIBRIUM)) != 0
     lost = lost[model.statics.states.of_readings].reshape(len(J), -1).any(axis=1)
     good = np.isfinite(J).all(axis=(1, 2)) & ~lost
-    elastic = [k for k in range(p) if model.parameters[k].kind is not UnknownKind.GEOMETRY]
+    elastic = [k for k, own in enumerate(unknowns) if own.kind is not UnknownKind.GEOMETRY]
     if elastic:
-        moved = np.abs(J[:, :, elastic].sum(axis=2)).max(axis=1)
-        good &= np.nan_to_num(moved) >= _SEEN
+        good &= np.nan_to_num(np.abs(J[:, :, elastic].sum(axis=2)).max(axis=1)) >= _SEEN
     return good
 
 

@@ -17,7 +17,7 @@ from robostiff.identification.search import Fit, Robust, Squares, fitted
 from robostiff.identification.unknowns import Unknown, UnknownKind
 from robostiff.identification.written_values import write_values
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.markup import InNotebooks
+from robostiff.markup import InNotebooks, number
 from robostiff.model import Robot
 from robostiff.spatial.rotation import vector_of_rotation
 
@@ -338,8 +338,9 @@ class Identified(InNotebooks):
         for name, side in self.at_bound.items():
             found.append(f"{name} is at its {side} value: its interval has one side")
         if FitStatus.DOES_NOT_FIT in self.status:
+            size = (self.chi_square / self.degrees_of_freedom) ** 0.5
             found.append(
-                f"residuals are {(self.chi_square / self.degrees_of_freedom) ** 0.5:.3g} times as "
+                f"residuals are {number(size, 3)} times as "
                 "large as the given standard deviations allow: something moves that is not among "
                 "the parameters, or sigma is too small"
             )
@@ -408,13 +409,13 @@ class Identified(InNotebooks):
         """
         self._check_rows()
         found, intervals = {}, self.interval(level)
-        about = f"({100 * level:g} %), from {Path(self.measured.source).name}"
+        about = f"({number(100 * level)} %), from {Path(self.measured.source).name}"
         for own in self.model.parameters:
             value, comment = self.values[own.name], "not identified"
             if own.name in intervals:
                 low, high = intervals[own.name]
                 half, is_length = 0.5 * (high - low), own.kind is UnknownKind.GEOMETRY
-                size = f"{half:.2g}" if is_length else f"{100 * half / abs(value):.2g} %"
+                size = number(half, 2) if is_length else f"{number(100 * half / abs(value), 2)} %"
                 comment = f"+-{size} {about}, {len(self.measured)} readings"
             found[own] = value, comment
         write_values(found, self.robot, path, source)
@@ -482,7 +483,7 @@ class Identified(InNotebooks):
             return f"<Identified: {self.fit.too_few}; status {self.status}>"
         found = [own for own in self.model.parameters if own.name in self.std]
         parts = [
-            f"{own.name} = {self.values[own.name]:.5g} +- {self.std[own.name]:.2g}"
+            f"{own.name} = {number(self.values[own.name])} +- {number(self.std[own.name], 2)}"
             for own in found[:8]
         ]
         more = [f"{len(found) - 8} more"] if len(found) > 8 else []

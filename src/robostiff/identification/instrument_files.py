@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -30,18 +29,12 @@ def lines_of(path: str | os.PathLike[str]) -> tuple[str, ...]:
     return tuple(re.sub("\u00c2?\u00b5|\u03bc", "u", text).splitlines())
 
 
-@dataclass(frozen=True)
-class TrackerPoints:
-    """Points of a tracker: their coordinates and standard deviations, and which are not deleted."""
+def tracker_points(
+    name: str, lines: Sequence[str]
+) -> tuple[dict[str, np.ndarray], np.ndarray, tuple[int, ...]] | None:
+    """What a tracker has written: columns, rows (N,) that are not deleted, and their lines.
 
-    si: dict[str, np.ndarray]
-    kept: np.ndarray  # (N,) of bool
-    lines: tuple[int, ...]
-
-
-def tracker_points(name: str, lines: Sequence[str]) -> TrackerPoints | None:
-    """What a tracker has written; None of a file of another kind.
-
+    None of a file of another kind.
     ``U(95)`` is twice the standard deviation, of each axis where there is one; those that are
     rounded to zero are as large as the smallest that are not. A word in ``Delete`` marks what was
     taken out.
@@ -69,7 +62,7 @@ def tracker_points(name: str, lines: Sequence[str]) -> TrackerPoints | None:
         for row in np.flatnonzero(kept & np.isnan(own))[:1]:
             at = Location(name, table.rows[row] + 1, path=column)
             raise FileError(at, "value", got="nothing", expected="a finite number")
-    return TrackerPoints(si, kept, tuple(k + 1 for k in table.rows))
+    return si, kept, tuple(k + 1 for k in table.rows)
 
 
 def with_headings(name: str, lines: Sequence[str], columns: Sequence[str]) -> tuple[str, ...]:
@@ -100,7 +93,12 @@ def auto_id_lines(robot: Robot, name: str, lines: Sequence[str]) -> tuple[str, .
 
     joints = coordinate_units(robot)
     rows = [line.split("\t") for line in lines]
-    numbers = [_numbers(row[1:]) for row in rows]
+    numbers: list[list[float] | None] = []
+    for row in rows:
+        try:
+            numbers.append([float(own) for own in row[1:]])
+        except ValueError:
+            numbers.append(None)
     given = [k for k, row in enumerate(rows) if "".join(row).strip()]
     begins = 1 if given and numbers[given[0]] is None else 0
     ours = begins and any(own.partition("[")[0].strip() in joints for own in rows[given[0]])
@@ -121,10 +119,3 @@ def auto_id_lines(robot: Robot, name: str, lines: Sequence[str]) -> tuple[str, .
         values = [*own[:3], *(turn if turned else ()), *own[6:]]
         found.append("\t".join(["tool", *map(repr, map(float, values))]))
     return tuple(found)
-
-
-def _numbers(fields: Sequence[str]) -> list[float] | None:
-    try:
-        return [float(own) for own in fields]
-    except ValueError:
-        return None

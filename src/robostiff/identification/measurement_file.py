@@ -18,13 +18,8 @@ from robostiff.identification.instrument_files import (
     tracker_points,
     with_headings,
 )
-from robostiff.identification.measurement_kinds import (
-    LoadAxes,
-    Reading,
-    act_at_hooks,
-    coordinates_of,
-)
-from robostiff.io.csv_table import CsvTable, posture_columns, postures_of, table_of
+from robostiff.identification.measurements import LoadAxes, Reading, act_at_hooks, coordinates_of
+from robostiff.io.csv_table import posture_columns, postures_of, table_of
 from robostiff.kinematics import JointCoordinates
 from robostiff.model import Robot
 from robostiff.model.mass import gravity_vector
@@ -126,16 +121,16 @@ def read_measurements(
                 expected="a file with a line for each point",
                 hint='write joints="joints.csv", or --postures joints.csv',
             )
-        table = _Table.read(robot, str(joints), lines_of(joints), hooks, known, given=points.si)
-        if len(table.lines) != len(points.kept):
+        si, kept, places = points
+        table = _Table.read(robot, str(joints), lines_of(joints), hooks, known, given=si)
+        if len(table.lines) != len(kept):
             raise FileError(
                 Location(str(joints)),
                 "postures",
                 got=f"{len(table.lines)} lines",
-                expected=f"{len(points.kept)}, one for each point of {path}",
+                expected=f"{len(kept)}, one for each point of {path}",
             )
-        rows = np.flatnonzero(points.kept).tolist()
-        return table.measurements(rows, points.lines, str(path))
+        return table.measurements(np.flatnonzero(kept).tolist(), places, str(path))
     if joints is not None:
         expected = "a tracker export, with X [mm], Y [mm], Z [mm] and U(95) in its first line"
         raise FileError(Location(str(path), 1), "points of a tracker", expected=expected)
@@ -178,7 +173,13 @@ class _Table:
         """Of lines from `first` on; where readings are `given`, with postures and loads alone."""
         units = coordinate_units(robot) | {f"pose_{name}": u for name, u in POSE_UNITS.items()}
         units |= _LOADS | (_UNITS if given is None else {})
-        several = _markers_in(lines) if given is None else {}
+        several: dict[str, list[str]] = {}  # columns of markers in a line, by their names
+        header = next((own for own in lines if own.strip() and own.lstrip()[0] != "#"), "")
+        for heading in re.split("[\t;,]", header) if given is None else ():
+            match = _OF_MARKER.match(heading)
+            if match:
+                name = match["name"].strip()
+                several.setdefault(name, []).append(f"{name}.{match['axis']}")
         units |= dict.fromkeys((name for own in several.values() for name in own), "m")
         table = table_of(
             path,
@@ -201,7 +202,15 @@ class _Table:
                 expected="what was read: x, y, z; dx, dy, dz; along; distance; torque; or angle, "
                 "with units",
             )
-        si, words = _by_marker(table, several)
+        si, words = dict(table.si), table.words
+        if several:  # a row for each marker of a line
+            si = {name: np.repeat(own, len(several)) for name, own in si.items()}
+            words = {name: tuple(x for x in own for _ in several) for name, own in words.items()}
+            none = np.full(len(table.rows), np.nan)
+            for a in _AXES:
+                each = [table.si.get(f"{name}.{a}", none) for name in several]
+                si[a] = np.array(each).T.ravel()
+            words["marker"] = (*several,) * len(table.rows)
         rows = (np.repeat(table.rows, max(len(several), 1)) + first).tolist()
         default = {name: np.full(len(rows), own) for name, own in known.items()}
         si = {**default, **si, **(given or {})}
@@ -305,6 +314,13 @@ class _Table:
                     expected="another one",
                     hint="remove one of them: it would count twice",
                 )
+        labels, references = self.words.get("row", ()), []  # -1 where there is none
+        for row in range(count):
+            name = self.word("reference", row)
+            if name and name not in labels:
+                expected = "the name of a line in the column row"
+                raise FileError(self.at(row), "reference", got=name, expected=expected)
+            references.append(labels.index(name) if name else -1)
         by_name = {own.value: own for own in LoadAxes} | {"": LoadAxes.WORLD}
         fields = {
             "postures": postures,
@@ -316,7 +332,7 @@ class _Table:
             "sigma": sigma if np.isfinite(sigma).any() else None,
             "kinds": kinds,
             "toward": toward,
-            "references": self._references(),
+            "references": references,
             "drives": drives,
             "axes": [self._one_of(by_name, "axes", row) for row in range(count)],
             "sigma_wrench": self.columns(("sigma_F",) * 3 + ("sigma_M",) * 3, 0.0),
@@ -365,43 +381,3 @@ class _Table:
             expected = ", ".join(filter(None, known))
             raise FileError(self.at(row), name, got=word, expected=expected)
         return known[word]
-
-    def _references(self) -> list[int]:
-        """Rows of references; -1 where there is none."""
-        labels = self.words.get("row", ())
-        found = []
-        for row in range(len(self.lines)):
-            name = self.word("reference", row)
-            if name and name not in labels:
-                expected = "the name of a line in the column row"
-                raise FileError(self.at(row), "reference", got=name, expected=expected)
-            found.append(labels.index(name) if name else -1)
-        return found
-
-
-def _markers_in(lines: Sequence[str]) -> dict[str, list[str]]:
-    """Columns of several markers in a line, by their names."""
-    header = next((own for own in lines if own.strip() and own.lstrip()[0] != "#"), "")
-    found: dict[str, list[str]] = {}
-    for heading in re.split("[\t;,]", header):
-        match = _OF_MARKER.match(heading)
-        if match:
-            name = match["name"].strip()
-            found.setdefault(name, []).append(f"{name}.{match['axis']}")
-    return found
-
-
-def _by_marker(
-    table: CsvTable, several: Mapping[str, list[str]]
-) -> tuple[dict[str, np.ndarray], dict[str, tuple[str, ...]]]:
-    """Columns and words of a table with a row for each marker of a line."""
-    if not several:
-        return dict(table.si), table.words
-    many = len(several)
-    si = {name: np.repeat(own, many) for name, own in table.si.items()}
-    words = {name: tuple(x for x in own for _ in several) for name, own in table.words.items()}
-    none = np.full(len(table.rows), np.nan)
-    for a in _AXES:
-        each = [table.si.get(f"{name}.{a}", none) for name in several]
-        si[a] = np.array(each).T.ravel()
-    return si, words | {"marker": (*several,) * len(table.rows)}

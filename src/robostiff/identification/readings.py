@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.identification.measurement_kinds import Reading
-from robostiff.identification.measurements import Measurements
+from robostiff.identification.measurements import Measurements, Reading
 from robostiff.identification.states import MOTIONS, FiniteLoads, PlacesInStates, SmallLoads, States
 from robostiff.identification.unknowns import Unknown, UnknownKind
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector
@@ -41,25 +40,19 @@ class ReadingModel:
     @cached_property
     def unknowns(self) -> tuple[Unknown, ...]:
         """All of them, by name."""
-        found = list(self.parameters)
+        of, frames = "the instrument", []  # names, what has these coordinates, and their units
         if self.instrument is None:
-            names = [f"instrument {turn}{a}" for turn in ("", "turn ") for a in "xyz"]
-            units = ("m",) * 3 + ("rad",) * 3
-            found += [
-                Unknown(n, UnknownKind.FRAME, 0.0, u) for n, u in zip(names, units, strict=True)
-            ]
+            frames += [("instrument", ("place", of), "m"), ("instrument turn", ("turn", of), "rad")]
         if self.markers is None:
-            found += [
-                Unknown(f"{name} {a}", UnknownKind.FRAME, 0.0, "m")
-                for name in self.names
-                for a in "xyz"
-            ]
-        found += [
-            Unknown(f"{self.names[k]} turn {a}", UnknownKind.FRAME, 0.0, "rad")
-            for k in self.turned
+            frames += [(name, ("place", name), "m") for name in self.names]
+        turned = (self.names[k] for k in self.turned)
+        frames += [(f"{name} turn", ("turn", name), "rad") for name in turned]
+        found = [
+            Unknown(f"{name} {a}", UnknownKind.FRAME, 0.0, unit, frame=frame)
+            for name, frame, unit in frames
             for a in "xyz"
         ]
-        return tuple(found)
+        return (*self.parameters, *found)
 
     def of(self, measured: Measurements, x: np.ndarray) -> ReadingModel:
         """Other readings of the same markers, by the kernel that is compiled already, near x."""

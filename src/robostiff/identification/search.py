@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.identification.measurement_kinds import LoadAxes
+from robostiff.identification.measurements import LoadAxes
 from robostiff.identification.readings import ReadingModel
 from robostiff.identification.words import Identifiability, identifiability
 
@@ -69,7 +69,7 @@ def fitted(
             f"{read} numbers were read, for {len(start)} unknowns{more}: {names}; read more, or "
             "fix some of them"
         )
-        told = Identifiability(tuple(range(len(start))), (), (), (), 1.0)
+        told = Identifiability(tuple(range(len(start))), (), (), ())
         known = np.ones(read, dtype=bool)
         return model, Fit(start, start, bounds, loss, told, False, known, too_few)
     model, fit = _fitted(model, start, bounds, loss)

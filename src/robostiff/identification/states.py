@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.compiled import Backend
 from robostiff.errors import InputError
-from robostiff.identification.measurement_kinds import LoadAxes, Reading
-from robostiff.identification.measurements import Measurements
+from robostiff.identification.measurements import LoadAxes, Measurements, Reading
 from robostiff.identification.unknowns import Unknown
 from robostiff.kinematics import JointCoordinates, find_posture
 from robostiff.kinematics.machine_pose import actuator_places
@@ -85,7 +84,13 @@ class States:
                     got="a pose out of reach",
                     expected="a pose that the robot reaches",
                 )
-        turn = axes_of_loads(robot, measured, to_instrument)
+        # axes (N, 3, 3) of the loads in the world, those of platforms as commanded
+        turn = np.tile(np.eye(3), (len(measured), 1, 1))
+        turn[[own is LoadAxes.INSTRUMENT for own in measured.axes]] = to_instrument.T
+        on_platform = np.array([own is LoadAxes.PLATFORM for own in measured.axes])
+        if on_platform.any():
+            pose = find_posture(robot.numeric, measured.postures).pose.reshape(-1, 6)
+            turn[on_platform] = turn_by_vector(pose[on_platform, 3:])
         forces = np.einsum("nij,nj->ni", turn, measured.forces)
         hooks = np.nan_to_num(measured.hooks)
         each = [(body, tuple(at)) for body, at in zip(measured.bodies, hooks.tolist(), strict=True)]
@@ -130,17 +135,6 @@ class States:
             place[: len(q)],
             references,
         )
-
-
-def axes_of_loads(robot: Robot, measured: Measurements, to_instrument: np.ndarray) -> np.ndarray:
-    """Axes (N, 3, 3) of the loads of readings in the world, those of platforms as commanded."""
-    found = np.tile(np.eye(3), (len(measured), 1, 1))
-    found[[own is LoadAxes.INSTRUMENT for own in measured.axes]] = to_instrument.T
-    turned = np.array([own is LoadAxes.PLATFORM for own in measured.axes])
-    if turned.any():
-        pose = find_posture(robot.numeric, measured.postures).pose.reshape(-1, 6)
-        found[turned] = turn_by_vector(pose[turned, 3:])
-    return found
 
 
 @dataclass(frozen=True, eq=False)

@@ -62,6 +62,8 @@ class Unknown:
         That of the model file whose reciprocal it is, or it itself; empty of a part.
     plays : str
         The joint whose play it is, ``leg/joint``.
+    frame : (str, str)
+        Of a coordinate of an instrument or a marker: ``place`` or ``turn``, and of what.
     """
 
     name: str
@@ -71,6 +73,7 @@ class Unknown:
     least: float = -np.inf
     parameter: str = ""
     plays: str = ""
+    frame: tuple[str, str] = ("", "")
 
 
 @dataclass(frozen=True)
@@ -111,21 +114,42 @@ def with_unknowns(
     if isinstance(patterns, str):
         hint = f"write [{patterns!r}]"
         raise InputError("parameters to identify", got=patterns, expected="a list", hint=hint)
-    return _with_unknowns(robot, tuple(patterns), tuple(fixed), shared=shared, by_joints=by_joints)
+    found, unknowns = _with_unknowns(robot, tuple(patterns), tuple(fixed), shared=shared)
+    for own in unknowns:
+        if own.kind is UnknownKind.GEOMETRY and not by_joints:
+            raise InputError(
+                f"{own.name!r} of {robot.name!r}",
+                got="a length or an angle, with poses as postures",
+                expected="postures in joints: what the drives are commanded to",
+                hint="give joints of an arm; of legs, identify compliances",
+            )
+    return found, unknowns
 
 
 @kept
 def _with_unknowns(
-    robot: Robot,
-    patterns: tuple[str, ...],
-    fixed: tuple[str, ...],
-    *,
-    shared: bool,
-    by_joints: bool,
+    robot: Robot, patterns: tuple[str, ...], fixed: tuple[str, ...], *, shared: bool
 ) -> tuple[Robot, tuple[Unknown, ...]]:
     candidates = dict(_candidates(robot.numeric))
     symbols = {str(symbol): symbol for symbol in robot.symbols}
-    groups = _asked(robot.name, [*symbols, *candidates], patterns, fixed, shared=shared)
+    # known names by the name of the unknown that is one number for them
+    names, groups = [*symbols, *candidates], {}
+    for pattern in patterns:
+        fits = [name for name in names if _fits(name, pattern)]
+        if not fits:
+            raise InputError(
+                f"parameter of {robot.name!r} to identify",
+                got=pattern,
+                expected="one of " + ", ".join(names[:40]),
+                hint='parameters of a file are symbols of rs.load(file, symbols=("upper",))',
+            )
+        taken = {name for own in groups.values() for name in own}
+        fits = [
+            name
+            for name in fits
+            if name not in taken and not any(_fits(name, own) for own in fixed)
+        ]
+        groups |= {pattern: fits} if shared and fits else {name: [name] for name in fits}
     if not any(groups.values()):
         got = "none that is not fixed" if patterns else "none"
         raise InputError("parameters to identify", got=got, expected='names, such as "arm/joint*"')
@@ -165,38 +189,7 @@ def _with_unknowns(
         for leg in robot.legs
     )
     nominal = {name: value for name, value in nominal.items() if name not in others}
-    found = replace(robot, legs=legs, nominal=nominal)
-    if not by_joints:
-        for own in unknowns:
-            if own.kind is UnknownKind.GEOMETRY:
-                raise InputError(
-                    f"{own.name!r} of {robot.name!r}",
-                    got="a length or an angle, with poses as postures",
-                    expected="postures in joints: what the drives are commanded to",
-                    hint="give joints of an arm; of legs, identify compliances",
-                )
-    return found, tuple(unknowns)
-
-
-def _asked(
-    robot: str, known: Sequence[str], patterns: Sequence[str], fixed: Sequence[str], *, shared: bool
-) -> dict[str, list[str]]:
-    """Known names by the name of the unknown that is one number for them."""
-    groups: dict[str, list[str]] = {}
-    for pattern in patterns:
-        fits = [name for name in known if _fits(name, pattern)]
-        if not fits:
-            raise InputError(
-                f"parameter of {robot!r} to identify",
-                got=pattern,
-                expected="one of " + ", ".join(known[:40]),
-                hint='parameters of a file are symbols of rs.load(file, symbols=("upper",))',
-            )
-        fits = [name for name in fits if not any(_fits(name, own) for own in fixed)]
-        taken = {name for names in groups.values() for name in names}
-        fits = [name for name in fits if name not in taken]
-        groups |= {pattern: fits} if shared and fits else {name: [name] for name in fits}
-    return groups
+    return replace(robot, legs=legs, nominal=nominal), tuple(unknowns)
 
 
 def _fits(name: str, pattern: str) -> bool:

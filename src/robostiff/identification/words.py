@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robostiff.identification.unknowns import Unknown, UnknownKind
+from robostiff.markup import number
 
 # Of the largest column of its kind, and of the largest singular value: what is nothing.
 _NO_COLUMN, _NO_VALUE = 1e-9, 1e-8
@@ -35,15 +36,12 @@ class Identifiability:
         Unknowns that have to keep their values.
     not_identified, weak, correlated : tuple of str
         Sentences; the last ones of correlations from 0.9 to 0.98, which are not weak yet.
-    condition : float
-        Of the columns at length 1, without those that are fixed.
     """
 
     fixed: tuple[int, ...]
     not_identified: tuple[str, ...]
     weak: tuple[str, ...]
     correlated: tuple[str, ...]
-    condition: float
 
 
 def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiability:
@@ -62,13 +60,26 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
     ----------
     Golub, Van Loan: Matrix Computations, 4th edition, section 5.4.
     """
-    n = len(unknowns)
-    length = np.linalg.norm(J, axis=0)
-    zero = _without_effect(length, unknowns)
-    sentences = [_no_effect(unknowns[k]) for k in zero]
-    left = [k for k in range(n) if k not in zero]
-    fixed = list(zero)
-    condition = 1.0
+    n, length = len(unknowns), np.linalg.norm(J, axis=0)
+    # columns that are nothing beside those of their kind
+    springs = (UnknownKind.COMPLIANCE, UnknownKind.FACTOR)
+    scaled = length * [abs(own.nominal) if own.kind in springs else 1.0 for own in unknowns]
+    kinds = [(own.kind, own.unit) for own in unknowns]
+    largest = {kind: max(scaled[[own == kind for own in kinds]]) for kind in kinds}
+    fixed = [k for k in range(n) if scaled[k] <= _NO_COLUMN * largest[kinds[k]]]
+    without = [unknowns[k] for k in fixed]
+    sentences = [
+        f"no measurement depends on {own.name}: no load strains it (a force does not that is "
+        "parallel to its axis or meets it); add a load in another direction or at another point"
+        for own in without
+        if own.kind in springs
+    ]
+    sentences += [
+        f"no measurement depends on {name}; add other postures or markers"
+        for name in names_in_words([own for own in without if own.kind not in springs])
+    ]
+    left = [k for k in range(n) if k not in fixed]
+    weak, correlated = [], []
     if left:
         S = J[:, left] / length[left]
         R: np.ndarray = np.asarray(np.linalg.qr(S, mode="r"))
@@ -77,107 +88,44 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
         null = Vt[s <= _NO_VALUE * s[0]].T
         order = np.array([_ORDER.index(unknowns[k].kind) for k in left])
         effect = length[left] * [abs(unknowns[k].nominal) or 1.0 for k in left]
-        pivots, null = _sparse(null, order, effect)
-        for pivot, vector in zip(pivots, null.T, strict=True):
+        # one member is fixed for each null vector: of those that are clearly a part of what is
+        # left, the first in order, and among them that of least effect
+        pivots, rest = [], null.copy()
+        for _ in range(null.shape[1]):
+            size = np.linalg.norm(rest, axis=1)
+            size[pivots] = 0.0
+            able = np.flatnonzero(size > 0.1 * size.max())
+            pivots.append(int(able[np.lexsort((effect[able], order[able]))[0]]))
+            direction = rest[pivots[-1]] / np.linalg.norm(rest[pivots[-1]])
+            rest = rest - np.outer(rest @ direction, direction)
+        # null vectors, each with one member that no other has
+        vectors = null @ np.linalg.inv(null[pivots])
+        for pivot, vector in zip(pivots, vectors.T, strict=True):
             size = np.abs(vector)
-            members = [i for i in np.argsort(-size) if size[i] > _PART * size.max()]
-            natural = {left[i]: vector[i] / length[left[i]] for i in members}
-            sentences.append(_alias(left[pivot], natural, unknowns))
+            members = [i for i in np.argsort(-size) if size[i] > _PART * size.max() and i != pivot]
+            own, others = unknowns[left[pivot]], [unknowns[left[i]] for i in members]
+            words = f"{_listed([own, *others])} cannot be told apart"
+            if len(others) == 1 and own.kind is others[0].kind is UnknownKind.COMPLIANCE:
+                ratio = vector[members[0]] / vector[pivot]
+                if abs(ratio * length[left[pivot]] / length[left[members[0]]] + 1) < 1e-3:
+                    words = f"only the sum of {own.name} and {others[0].name} is determined"
+            sentences.append(f"{words}: {own.name} keeps its value")
             fixed.append(left[pivot])
-        rest = [i for i in range(len(left)) if left[i] not in fixed]
-        weak, correlated = [], []
-        if rest:
-            _, s, Vt = np.linalg.svd(R[:, rest], full_matrices=False)
-            condition = float(s[0] / s[-1])
+        several = [unknowns[k] for k in left if k not in fixed]
+        if several:
+            R = R[:, [k not in fixed for k in left]]
+            _, s, Vt = np.linalg.svd(R, full_matrices=False)
             for value, vector in zip(s, Vt, strict=True):
                 if value < _WEAK * s[0]:
-                    names = [
-                        unknowns[left[rest[i]]].name
-                        for i in np.argsort(-np.abs(vector))
-                        if abs(vector[i]) > 0.1
-                    ]
+                    size = np.abs(vector)
+                    own = [several[i] for i in np.argsort(-size) if size[i] > 0.1]
                     weak.append(
-                        f"{_listed(names)} {'are' if len(names) > 1 else 'is'} hardly determined: "
-                        f"errors grow {1 / (value / s[0]):.0e} times in this direction"
+                        f"{_listed(own)} {'are' if len(own) > 1 else 'is'} hardly determined: "
+                        f"errors grow {number(s[0] / value, 1)} times in this direction"
                     )
-            several = [unknowns[left[i]] for i in rest]
-            weak += _correlated(R[:, rest], several, _CORRELATED, np.inf)
-            correlated = _correlated(R[:, rest], several, _TOLD, _CORRELATED)
-    else:
-        weak, correlated = [], []
-    return Identifiability(
-        tuple(fixed), tuple(sentences), tuple(weak), tuple(correlated), condition
-    )
-
-
-def _without_effect(length: np.ndarray, unknowns: Sequence[Unknown]) -> list[int]:
-    """Unknowns that no reading depends on: their columns are nothing beside those of their kind."""
-    scaled = np.array(
-        [
-            size * abs(own.nominal)
-            if own.kind in (UnknownKind.COMPLIANCE, UnknownKind.FACTOR)
-            else size
-            for size, own in zip(length, unknowns, strict=True)
-        ]
-    )
-    found = []
-    for k, own in enumerate(unknowns):
-        alike = [
-            scaled[i] for i, other in enumerate(unknowns) if (other.kind, other.unit) == (
-                own.kind, own.unit)
-        ]  # fmt: skip
-        if scaled[k] <= _NO_COLUMN * max(alike):
-            found.append(k)
-    return found
-
-
-def _no_effect(own: Unknown) -> str:
-    if own.kind in (UnknownKind.COMPLIANCE, UnknownKind.FACTOR):
-        return (
-            f"no measurement depends on {own.name}: no load strains it (a force does not that is "
-            "parallel to its axis or meets it); add a load in another direction or at another point"
-        )
-    return f"no measurement depends on {own.name}; add other postures or markers"
-
-
-def _sparse(
-    null: np.ndarray, order: np.ndarray, effect: np.ndarray
-) -> tuple[list[int], np.ndarray]:
-    """Null vectors (n, k), each with one member that no other has, and these members.
-
-    Of those that are clearly a part of what is left, members are the first in order (n,), and among
-    them that of least effect (n,).
-    """
-    pivots: list[int] = []
-    left = null.copy()
-    for _ in range(null.shape[1]):
-        size = np.linalg.norm(left, axis=1)
-        size[pivots] = 0.0
-        able = np.flatnonzero(size > 0.1 * size.max())
-        pivot = int(able[np.lexsort((effect[able], order[able]))[0]])
-        pivots.append(pivot)
-        direction = left[pivot] / np.linalg.norm(left[pivot])
-        left = left - np.outer(left @ direction, direction)
-    if not pivots:
-        return [], null
-    return pivots, null @ np.linalg.inv(null[pivots])
-
-
-def _alias(pivot: int, natural: dict[int, float], unknowns: Sequence[Unknown]) -> str:
-    """What cannot be told apart, and what is kept of it."""
-    own = unknowns[pivot]
-    others = [k for k in natural if k != pivot]
-    if len(others) == 1:
-        (k,) = others
-        ratio = natural[k] / natural[pivot]
-        alike = own.kind is unknowns[k].kind is UnknownKind.COMPLIANCE
-        if alike and abs(ratio + 1) < 1e-3:
-            return (
-                f"only the sum of {own.name} and {unknowns[k].name} is determined: "
-                f"{own.name} keeps its value"
-            )
-    names = [own.name, *(unknowns[k].name for k in others)]
-    return f"{_listed(names)} cannot be told apart: {own.name} keeps its value"
+            weak += _correlated(R, several, _CORRELATED, np.inf)
+            correlated = _correlated(R, several, _TOLD, _CORRELATED)
+    return Identifiability(tuple(fixed), tuple(sentences), tuple(weak), tuple(correlated))
 
 
 def _correlated(R: np.ndarray, unknowns: Sequence[Unknown], least: float, most: float) -> list[str]:
@@ -189,7 +137,7 @@ def _correlated(R: np.ndarray, unknowns: Sequence[Unknown], least: float, most: 
     together = (size > least) & (size <= most)
     found = []
     for i, one in enumerate(unknowns):
-        others = [unknowns[j].name for j in range(i + 1, len(unknowns)) if together[i, j]]
+        others = [unknowns[j] for j in range(i + 1, len(unknowns)) if together[i, j]]
         if others and one.kind is not UnknownKind.FRAME:
             found.append(
                 f"errors of {one.name} go together with those of {_listed(others)}, correlations "
@@ -198,9 +146,30 @@ def _correlated(R: np.ndarray, unknowns: Sequence[Unknown], least: float, most: 
     return found
 
 
-def _listed(names: Sequence[str]) -> str:
+def _listed(unknowns: Sequence[Unknown]) -> str:
     """Names in a sentence; of many the first ones."""
+    names = names_in_words(unknowns)
     shown = [*names[:6], *([f"{len(names) - 6} more"] if len(names) > 6 else [])]
     if len(shown) == 1:
         return shown[0]
     return f"{', '.join(shown[:-1])} and {shown[-1]}"
+
+
+def names_in_words(unknowns: Sequence[Unknown]) -> list[str]:
+    """Names of unknowns; several coordinates of an instrument or a marker are its place or turn.
+
+    Examples
+    --------
+    >>> place = ("place", "m1")
+    >>> several = [Unknown(f"m1 {a}", UnknownKind.FRAME, 0.0, frame=place) for a in "xyz"]
+    >>> names_in_words(several), names_in_words(several[:1])
+    (['the place of m1'], ['m1 x'])
+    """
+    frames = [own.frame for own in unknowns]
+    whole = {frame for frame in frames if frame[0] and frames.count(frame) > 1}
+    names = []
+    for own in unknowns:
+        of = own.frame[1]
+        words = " and ".join(what for what in ("place", "turn") if (what, of) in whole)
+        names.append(f"the {words} of {of}" if own.frame in whole else own.name)
+    return list(dict.fromkeys(names))

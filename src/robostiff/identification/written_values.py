@@ -58,16 +58,19 @@ def write_values(
     """
     is_document = Path(source).suffix.lower() in _DOCUMENTS
     document = read_document(source) if is_document else read_side(source)
-    source = document.file
-    is_side = "legs" not in document.data
+    source, is_side = document.file, "legs" not in document.data
     lines = Path(source).read_text(encoding="utf-8").splitlines()
     comments: dict[int, list[str]] = {}
     edits: list[tuple[int, int, int, str]] = []
     entries: list[str] = []
     data = deepcopy(document.data)
     for own, (value, comment) in found.items():
-        text = _written(own, value)
-        place = (_place_in_side if is_side else _place)(document, own)
+        text = f"{value:.12g} {own.unit}".strip()
+        if own.kind is UnknownKind.COMPLIANCE and own.name != own.parameter:
+            # a stiffness where one is written
+            unit = "N m/rad" if own.unit.startswith("rad") else "N/m"
+            text = f"{1 / value:.12g} {unit}"
+        place = _place(document, own)
         if place is not None:
             at = document.location(place)
             line, column = (at.line or 1) - 1, (at.column or 1) - 1
@@ -89,15 +92,14 @@ def write_values(
         lines[line] += ("  # " if "#" not in lines[line] else "; ") + "; ".join(words)
     if entries:
         first = document.key_location(["joints", next(iter(document.data["joints"]))])
-        at = (first.line or 1) - 1, (first.column or 1) - 1
-        lines[at[0] : at[0]] = [" " * at[1] + entry for entry in entries]
+        top, indent = (first.line or 1) - 1, (first.column or 1) - 1
+        lines[top:top] = [" " * indent + entry for entry in entries]
     with whole_file(path) as begun:
         begun.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        if is_side:
-            if read_document(begun).data != data:
-                raise _shared(source, "a value")
-        else:
+        if not is_side:
             _check(found, robot, begun, source)
+        elif read_document(begun).data != data:
+            raise _shared(source, "a value")
 
 
 def _check(
@@ -109,8 +111,7 @@ def _check(
     """Raise unless a written file has the values that were found, and all others as before."""
     names = [own.parameter for own in found if own.parameter]
     again = model_from_document(read_document(written), symbols=names)
-    values = spring_values(again.numeric)
-    expected = spring_values(robot)
+    values, expected = spring_values(again.numeric), spring_values(robot)
     for own, (value, _) in found.items():
         if own.parameter:
             expected[own.name], values[own.name] = value, again.nominal[own.parameter]
@@ -143,10 +144,14 @@ def _place(document: Document, own: Unknown) -> list[Any] | None:
     """Path of what an unknown is written in; None where there is none."""
     data = document.data
     if own.parameter:
-        return ["parameters", own.parameter] if own.parameter in data["parameters"] else None
+        named = own.parameter in data.get("parameters", {})
+        return ["parameters", own.parameter] if named else None
     if own.kind is not UnknownKind.COMPLIANCE:
         return None
     leg, _, part = own.name.partition("/")
+    if "legs" not in data:  # a side file, of one joint by its name
+        entry = data.get("joints", {}).get(part, {})
+        return ["joints", part, "stiffness"] if "stiffness" in entry else None
     legs = data["legs"]
     several = enumerate(legs) if isinstance(legs, list) else [(None, legs)]
     for i, one in several:
@@ -159,16 +164,6 @@ def _place(document: Document, own: Unknown) -> list[Any] | None:
     return None
 
 
-def _place_in_side(document: Document, own: Unknown) -> list[Any] | None:
-    """As `_place`, in a side file: a parameter, or the stiffness of one joint by its name."""
-    if own.parameter:
-        named = own.parameter in document.data.get("parameters", {})
-        return ["parameters", own.parameter] if named else None
-    joint = own.name.partition("/")[2]
-    entry = document.data.get("joints", {}).get(joint, {})
-    return ["joints", joint, "stiffness"] if "stiffness" in entry else None
-
-
 def _pattern(document: Document, own: Unknown) -> str | None:
     """The pattern of a side file that gives a joint its stiffness; it has a line of its own."""
     if own.parameter or own.kind is not UnknownKind.COMPLIANCE:
@@ -179,11 +174,3 @@ def _pattern(document: Document, own: Unknown) -> str | None:
         return None
     begins = [document.key_location(["joints", *own]).line for own in ([], [next(iter(entries))])]
     return found if begins[0] != begins[1] else None
-
-
-def _written(own: Unknown, value: float) -> str:
-    """The value as a file has it: stiffnesses where these are written, with units."""
-    if own.kind is UnknownKind.COMPLIANCE and own.name != own.parameter:
-        unit = "N m/rad" if own.unit.startswith("rad") else "N/m"
-        return f"{1 / value:.12g} {unit}"
-    return f"{value:.12g} {own.unit}".strip()

@@ -1,6 +1,7 @@
 """Pages of results, and their blocks: numbers, tables and matrices as text, HTML and Typst.
 
-``blocks`` defines them; ``in_text``, ``in_html`` and ``in_typst`` write them.
+``blocks`` defines them; ``in_text``, ``in_html`` and ``in_typst`` write them, their numbers as
+``numbers`` decides.
 """
 
 from robostiff.markup.blocks import (
@@ -22,9 +23,6 @@ from robostiff.markup.blocks import (
     Tone,
     Verbatim,
     inner_blocks,
-    number,
-    number_html,
-    row,
 )
 from robostiff.markup.in_html import (
     InNotebooks,
@@ -42,6 +40,7 @@ from robostiff.markup.in_typst import (
     typst_string,
     typst_text,
 )
+from robostiff.markup.numbers import number, number_html, percent, prefixed, quantity, row, short
 
 __all__ = [
     "COMPLIANCE_UNITS",
@@ -74,7 +73,11 @@ __all__ = [
     "number_html",
     "page_html",
     "page_text",
+    "percent",
+    "prefixed",
+    "quantity",
     "row",
+    "short",
     "text_of",
     "typst_string",
     "typst_text",

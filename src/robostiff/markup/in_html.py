@@ -26,9 +26,8 @@ from robostiff.markup.blocks import (
     Table,
     Tone,
     Verbatim,
-    number_html,
-    shown_matrix,
 )
+from robostiff.markup.numbers import number_html, shown_matrix
 
 
 def escaped(text: object) -> str:
@@ -218,16 +217,12 @@ class InNotebooks:
 
     def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, str]:
         del include, exclude  # IPython selects by itself
-        if not _shows_html():
+        # the running IPython, if there is one, may show no HTML
+        ipython: Any = sys.modules.get("IPython")
+        shell = None if ipython is None else ipython.get_ipython()
+        if shell is not None and "text/html" not in shell.display_formatter.active_types:
             return {}
         picture = ""
         if find_spec("matplotlib") is not None:
             picture = import_module(_PICTURES).picture_html(self)
         return {"text/html": self._repr_html_() + picture}
-
-
-def _shows_html() -> bool:
-    """Whether the running IPython shows HTML; True without IPython."""
-    ipython: Any = sys.modules.get("IPython")
-    shell = None if ipython is None else ipython.get_ipython()
-    return shell is None or "text/html" in shell.display_formatter.active_types

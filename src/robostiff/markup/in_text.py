@@ -19,9 +19,8 @@ from robostiff.markup.blocks import (
     Table,
     Verbatim,
     inner_blocks,
-    number,
-    shown_matrix,
 )
+from robostiff.markup.numbers import number, shown_matrix
 
 
 def text_of(lines: Iterable[str]) -> str:
@@ -53,17 +52,13 @@ def page_text(page: Page) -> str:
     stood_alone = False
     for block in page.blocks:
         if block is not None:
-            alone = _stands_alone(block)
+            alone = isinstance(block, LabelledMatrix)
+            if isinstance(block, Table):
+                alone = bool(block.title or not block.lines)
             lines += [""] if alone or stood_alone else []
             lines += _lines(block)
             stood_alone = alone
     return text_of([*lines, *(f"advice: {advice}" for advice in page.advice)])
-
-
-def _stands_alone(block: Block) -> bool:
-    if isinstance(block, Table):
-        return bool(block.title or not block.lines)
-    return isinstance(block, LabelledMatrix)
 
 
 def _lines(block: Block) -> list[str]:  # noqa: PLR0911
@@ -92,13 +87,15 @@ def _columns(block: Table) -> Iterator[str]:
     """Rows of a table in columns as wide as their cells; numbers at the right."""
     sides = block.of_numbers
     rows = [block.header] if any(block.header) else []
-    rows += [[_cell(cell) for cell in row] for row in block.rows]
+    rows += [
+        [
+            f"{number(own.value)} {own.unit}".rstrip() if isinstance(own, Number) else own
+            for own in row
+        ]
+        for row in block.rows
+    ]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         cells = zip(row, widths, sides, strict=True)
         padded = (cell.rjust(width) if right else cell.ljust(width) for cell, width, right in cells)
         yield "  ".join(padded).rstrip()
-
-
-def _cell(cell: str | Number) -> str:
-    return f"{number(cell.value)} {cell.unit}".rstrip() if isinstance(cell, Number) else cell

@@ -23,9 +23,8 @@ from robostiff.markup.blocks import (
     Table,
     Tone,
     Verbatim,
-    number,
-    shown_matrix,
 )
+from robostiff.markup.numbers import number_typst, shown_matrix
 
 _SPECIAL = re.compile(r"([\\#*_`$<>@\[\]~=/\"'+.-])")
 
@@ -63,18 +62,6 @@ def typst_text(text: str) -> str:
     return _SPECIAL.sub(r"\\\1", printable(" ".join(text.split())))
 
 
-def typst_number(value: float) -> str:
-    """A number with five digits, powers of ten raised.
-
-    Examples
-    --------
-    >>> typst_number(-1234567.0), typst_number(0.25)
-    ('$-1.2346 dot 10^(6)$', '$0.25$')
-    """
-    digits, _, exponent = number(value).partition("e")
-    return f"${digits} dot 10^({int(exponent)})$" if exponent else f"${digits}$"
-
-
 def block_typst(block: Block) -> str:  # noqa: PLR0911
     """A block in Typst; documents begin with `TYPST_BLOCKS`.
 
@@ -99,7 +86,10 @@ def block_typst(block: Block) -> str:  # noqa: PLR0911
             start = "#table(columns: (auto, 1fr), stroke: none, inset: (x: 3pt, y: 2.5pt),"
             return "\n".join([start, *cells, ")"])
         case Table():
-            return _table(block)
+            title = [f"{typst_text(block.title)}\n"] if block.title else []
+            parts = _halves(block.rows) if block.is_long else (block.rows,)
+            rows = [_rows(block, own) for own in parts]
+            return "\n".join([*title, _beside(rows) if block.is_long else rows[0]])
         case LabelledMatrix():
             return _matrix(block)
         case Verbatim(text):
@@ -167,38 +157,29 @@ def _in_tone(text: str, tone: Tone) -> str:
             return f"#advice[\n{text}\n]"
 
 
-def _table(block: Table) -> str:
-    title = [f"{typst_text(block.title)}\n"] if block.title else []
-    if block.is_long:
-        return "\n".join([*title, _beside(_rows(block, own) for own in _halves(block.rows))])
-    return "\n".join([*title, _rows(block, block.rows)])
-
-
 def _rows(block: Table, rows: Sequence[Sequence[Cell]]) -> str:
     head = ", ".join(f"[{typst_text(name)}]" for name in block.header)
-    lines = ["  " + ", ".join(f"[{_cell(cell)}]" for cell in row) + "," for row in rows]
-    sides = ", ".join("right" if own else "left" for own in block.of_numbers)
-    start = f"#rows({_columns(block)}, ({sides},), table.header({head}),"
-    return "\n".join([start, *lines, ")"])
-
-
-def _columns(block: Table) -> str:
-    """Widths of columns: automatic, except for columns that hold sentences."""
+    lines = []
+    for row in rows:
+        cells = [
+            number_typst(float(own.value)) + (f" {typst_text(own.unit)}" if own.unit else "")
+            if isinstance(own, Number)
+            else typst_text(own)
+            for own in row
+        ]
+        lines.append("  " + ", ".join(f"[{cell}]" for cell in cells) + ",")
+    # automatic widths, except for a column that holds sentences
     longest = [
         max((len(cell) for cell in column if isinstance(cell, str)), default=0)
         for column in zip(*block.rows, strict=True)
     ]
-    if max(longest, default=0) < 60:
-        return str(len(block.header))
-    wide = longest.index(max(longest))
-    return f"({', '.join('1fr' if i == wide else 'auto' for i in range(len(longest)))})"
-
-
-def _cell(cell: Cell) -> str:
-    if not isinstance(cell, Number):
-        return typst_text(cell)
-    unit = f" {typst_text(cell.unit)}" if cell.unit else ""
-    return typst_number(float(cell.value)) + unit
+    columns = str(len(block.header))
+    if max(longest, default=0) >= 60:
+        wide = longest.index(max(longest))
+        columns = f"({', '.join('1fr' if i == wide else 'auto' for i in range(len(longest)))})"
+    sides = ", ".join("right" if own else "left" for own in block.of_numbers)
+    start = f"#rows({columns}, ({sides},), table.header({head}),"
+    return "\n".join([start, *lines, ")"])
 
 
 def _matrix(block: LabelledMatrix) -> str:
@@ -207,6 +188,6 @@ def _matrix(block: LabelledMatrix) -> str:
     start = f"#entries([{symbol}], [{units}], {len(block.rows)}, {block.first_rotation},"
     lines = [start, f"  {head}"]
     for name, values in zip(block.rows, shown_matrix(block.values), strict=True):
-        cells = ", ".join(f"[{typst_number(float(value))}]" for value in values)
+        cells = ", ".join(f"[{number_typst(float(value))}]" for value in values)
         lines.append(f"  strong[{typst_text(name)}], {cells},")
     return "\n".join([*lines, ")"])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -13,8 +13,8 @@ from robostiff.analysis.parts_at_home import mobility_at_home, part_in_words, pa
 from robostiff.elastostatics import Status
 from robostiff.kinematics import find_posture, with_body_springs, with_masses
 from robostiff.linkage import Linkage, network_at
-from robostiff.markup import STIFFNESS_UNITS, Block, Bullets, Facts, Page, Table, row
-from robostiff.model import Actuated, Joint, Passive, PlacedLeg, PlacedMass, Robot
+from robostiff.markup import STIFFNESS_UNITS, Block, Bullets, Facts, Page, Table, number, row
+from robostiff.model import Actuated, Joint, Passive, PlacedLeg, Robot
 from robostiff.network import Network
 
 #: Of the parts of those that have no legs.
@@ -64,12 +64,21 @@ def facts_page(facts: Mapping[str, Any]) -> Page:
         are known.
     """
     blocks: list[Block] = [Bullets(tuple(_fact_lines(facts)))]
+    home, mobility, lines = facts["home"], facts.get("mobility"), []
+    if mobility and mobility["freedoms"] != len(facts["coordinates"]):
+        count, free = mobility["freedoms"], " ".join(mobility["coordinates"])
+        words = f"this platform has {count} freedoms at home: {free}"
+        lines.append(f"{words}; poses outside are unreachable")
+    rank = f"rank {home['rank']}, " if home["rank"] >= 0 else ""
+    lines.append(f"at home: {rank}status {home['status']}")
+    lines += [f"free: {motion}" for motion in home["free_motions"]]
+    lines += [f"picture: {facts['picture']}"] if "picture" in facts else []
     for leg, parts in facts.get("parts", {}).items():
         head = _HEADS.get(facts["kind"], f"{leg} at home, from base to platform")
         blocks.append(Bullets((head, *(f"  {part_in_words(part)}" for part in parts))))
-    blocks.append(Bullets(tuple(_home_lines(facts))))
+    blocks.append(Bullets(tuple(lines)))
     place = f": {facts['kind']}, {facts['space']}"
-    return Page(facts["name"], place, None, blocks, facts["home"]["advice"], facts)
+    return Page(facts["name"], place, None, blocks, home["advice"], facts)
 
 
 def facts_of(robot: Any, with_parts: bool = False) -> dict[str, Any]:
@@ -163,11 +172,20 @@ def masses_at_home(machine: Any) -> dict[str, Any]:
         machine = network_at(machine, {})
     posture = find_posture(machine) if isinstance(machine, Robot) else None
     placed: Any = machine if posture is None else with_masses(posture).one(0)
-    masses = (
-        (owner if mass.name == owner else f"{owner}/{mass.name}", mass)
-        for owner, mass in getattr(placed, "named_masses", ())
-    )
-    facts = {"kind": _kind_of(machine), **_mass_facts(masses, getattr(placed, "gravity", None))}
+    facts: dict[str, Any] = {"kind": _kind_of(machine)}
+    parts: dict[str, float] = {}
+    moment = np.zeros(3)
+    for owner, mass in getattr(placed, "named_masses", ()):
+        name = owner if mass.name == owner else f"{owner}/{mass.name}"
+        parts[name] = parts.get(name, 0.0) + float(mass.value)
+        moment = moment + mass.value * mass.centre
+    if parts:
+        total = sum(parts.values())
+        facts["masses"] = {"total": total, "parts": parts}
+        if total > 0:
+            facts["masses"]["centre"] = (moment / total).tolist()
+    if getattr(placed, "gravity", None) is not None:
+        facts["gravity"] = placed.gravity.tolist()
     if posture is not None and machine.springs:
         facts["springs"] = [
             {
@@ -187,26 +205,6 @@ def _kind_of(machine: Any) -> str:
     """In words; a robot is called by its file."""
     kind: str = machine.kind
     return {"robot": "model"}.get(kind, kind)
-
-
-def _mass_facts(
-    masses: Iterable[tuple[str, PlacedMass]], gravity: np.ndarray | None
-) -> dict[str, Any]:
-    """Masses by names, their sum and centre, and gravity."""
-    facts: dict[str, Any] = {}
-    parts: dict[str, float] = {}
-    moment = np.zeros(3)
-    for name, mass in masses:
-        parts[name] = parts.get(name, 0.0) + float(mass.value)
-        moment = moment + mass.value * mass.centre
-    if parts:
-        total = sum(parts.values())
-        facts["masses"] = {"total": total, "parts": parts}
-        if total > 0:
-            facts["masses"]["centre"] = (moment / total).tolist()
-    if gravity is not None:
-        facts["gravity"] = gravity.tolist()
-    return facts
 
 
 def _fact_lines(facts: Mapping[str, Any]) -> Iterator[str]:
@@ -233,8 +231,8 @@ def _fact_lines(facts: Mapping[str, Any]) -> Iterator[str]:
     for own in facts.get("springs", ()) if facts["kind"] == "model" else ():
         yield (
             f"spring {own['name']} between {' and '.join(own['bodies'])}: "
-            f"{own['stiffness']:.4g} N/m, {own['length']:.4g} m long at home, "
-            f"tension {own['tension']:.4g} N; under finite loads alone"
+            f"{number(own['stiffness'])} N/m, {number(own['length'])} m long at home, "
+            f"tension {number(own['tension'])} N; under finite loads alone"
         )
 
 
@@ -243,19 +241,6 @@ def _counted(facts: Mapping[str, Any]) -> str:
     counted = ("bodies", "beams", "springs", "joints", "passive_freedoms", "elastic_freedoms")
     words = [(facts[key], key.replace("_", " ")) for key in counted if facts[key]]
     return ", ".join(f"{n} {_ONE.get(own, own[:-1]) if n == 1 else own}" for n, own in words)
-
-
-def _home_lines(facts: Mapping[str, Any]) -> Iterator[str]:
-    mobility = facts.get("mobility")
-    if mobility and mobility["freedoms"] != len(facts["coordinates"]):
-        count, free = mobility["freedoms"], " ".join(mobility["coordinates"])
-        yield f"this platform has {count} freedoms at home: {free}; poses outside are unreachable"
-    home = facts["home"]
-    rank = f"rank {home['rank']}, " if home["rank"] >= 0 else ""
-    yield f"at home: {rank}status {home['status']}"
-    yield from (f"free: {motion}" for motion in home["free_motions"])
-    if "picture" in facts:
-        yield f"picture: {facts['picture']}"
 
 
 def masses_in_words(facts: Mapping[str, Any], label: str = "masses") -> list[str]:
@@ -267,7 +252,7 @@ def masses_in_words(facts: Mapping[str, Any], label: str = "masses") -> list[str
     for name, value in masses["parts"].items():
         leg, _, part = name.partition("/")
         called = name if leg == "platform" or facts["kind"] == "network" else part
-        values.setdefault(called, {})[name] = f"{value:.4g} kg"
+        values.setdefault(called, {})[name] = f"{number(value)} kg"
     parts = []
     for called, own in values.items():
         if len(own) > 1 and len(set(own.values())) == 1:
@@ -276,4 +261,4 @@ def masses_in_words(facts: Mapping[str, Any], label: str = "masses") -> list[str
             names = [called] if len(own) == 1 else own
             parts += [f"{n} {v}" for n, v in zip(names, own.values(), strict=True)]
     centre = f", centre of mass ({row(np.array(masses['centre']))}) m" if "centre" in masses else ""
-    return [f"{label}: {', '.join(parts)}; {masses['total']:.4g} kg in all{centre}"]
+    return [f"{label}: {', '.join(parts)}; {number(masses['total'])} kg in all{centre}"]

@@ -11,13 +11,12 @@ from robostiff.analysis.free_motion import FreeMotion, direction_in_words
 from robostiff.analysis.indices import (
     Centre,
     CollinearStiffness,
-    Eigenwrench,
     PrincipalStiffnesses,
     StiffnessIndices,
 )
 from robostiff.elastostatics import Status
 from robostiff.markup import Block, Bullets, Cell, Number, Page, Table, number, row
-from robostiff.page.data import order
+from robostiff.page.of_result import order
 from robostiff.page.stiffness import posed_page, stiffness_page
 
 _SMALL = 1e-9
@@ -47,7 +46,15 @@ def indices_page(asked: StiffnessIndices | Stiffness) -> Page:
 def _blocks(found: StiffnessIndices) -> list[Block | None]:
     condition, work, status = found.condition, found.virtual_work, found.status
     screws = found.eigenscrews
-    wrenches = [_entry(w.stiffness, "N/m", _wrench(w)) for w in screws.wrenches]
+    wrenches = []
+    for own in screws.wrenches:
+        screw, words = own.screw, f"translation along {direction_in_words(own.direction)}"
+        if screw is not None and screw.point is not None:
+            line = f"along {direction_in_words(screw.axis)} through ({_place(screw.point)}) m"
+            pitch = f", {number(1e3 * (screw.pitch or 0.0))} N mm per N"
+            # of a wrench a rotation is a pitch of zero
+            words = f"force {line}" if screw.is_rotation else f"wrench {line}{pitch}"
+        wrenches.append(_entry(own.stiffness, "N/m", words))
     motions = [FreeMotion(np.zeros(6), own.screw) for own in screws.twists]
     twists = [
         _entry(own.stiffness, "N m/rad", str(motion))
@@ -164,16 +171,6 @@ def _worst(value: float | None, unit: str, words: str, status: Status) -> _Entry
     if value is None:
         return "infinite", unit, f"{words}, a free motion"
     return Number(float(value), unit), unit, words
-
-
-def _wrench(found: Eigenwrench) -> str:
-    screw = found.screw
-    if screw is None or screw.point is None:
-        return f"translation along {direction_in_words(found.direction)}"
-    line = f"along {direction_in_words(screw.axis)} through ({_place(screw.point)}) m"
-    if screw.is_rotation:  # of a wrench: a pitch of zero
-        return f"force {line}"
-    return f"wrench {line}, {1e3 * (screw.pitch or 0.0):.4g} N mm per N"
 
 
 def _centre(centre: Centre) -> str:

@@ -22,18 +22,20 @@ from robostiff.markup import (
     Table,
     Tone,
     number,
+    percent,
     row,
 )
 from robostiff.network import NetworkResponse
-from robostiff.page.data import UNDER_LOAD, order, picked
+from robostiff.page.of_result import UNDER_LOAD, order, picked
 from robostiff.page.stiffness import drive_line, energy_table, load_table, named
 from robostiff.statics import CriticalLoad, Equilibrium, Modes
 
 if TYPE_CHECKING:
     import xarray
 
-    from robostiff.statics.equations.problem import EquilibriumProblem
+    from robostiff.statics.equations.newton import FoundEquilibrium
 
+_OF_PATH = ("factor", "displacement", "stable")
 KNOWN = 1e-9  # of the largest: what is smaller is rounding
 _CANCELLED = 1e-15  # of the largest entry, rotations in lengths of the robot
 _COORDINATES = 1e-15  # of the size: so far apart may be what rests in one place
@@ -67,8 +69,24 @@ def equilibrium_page(
         blocks += page.blocks
         data["critical_load"] = {"status": critical.status, **page.data}
     if curve is not None:
-        table, data["load_path"] = _of_curve(curve)
-        blocks.append(table)
+        # null in its data where there is no equilibrium
+        columns = [curve[name].values for name in ("factor", "displacement", "status_code")]
+        rows: list[list[Cell]] = []
+        lines = []
+        for factor, moved, code in zip(*columns, strict=True):
+            status = Status(int(code))
+            words = "none" if np.isnan(moved).any() else row(moved)
+            rows.append([Number(float(factor)), words, str(status)])
+            lines.append(f"{number(factor):>10}  {words}" + (f"  {status}" if status else ""))
+        title = f"{'factor':>10}  displacement ({' '.join(result.space.twist_order)}) [m, rad]"
+        blocks.append(Table(("", "", ""), rows, title, lines))
+        data["load_path"] = {
+            "factors": columns[0],
+            "displacement": [None if np.isnan(own).any() else own for own in columns[1]],
+            "stable": curve["stable"].values,
+            "status": [Status(int(code)) for code in columns[2]],
+            **{f"path_{name}": curve[f"path_{name}"].values for name in _OF_PATH},
+        }
     return Page(
         result.name,
         f" under load, about ({row(result.point)}) m, world axes" if known else " under load",
@@ -83,8 +101,8 @@ def _equilibrium_blocks(result: Equilibrium) -> list[Block | None]:
     """Displacement, stability, K under load, energy, springs and drives."""
     space = result.space
     moved, least, is_strained = result.displacement, 0.0, True
-    if result.problem is not None and result.status.has_stiffness:  # beyond rounding
-        length, d = result.problem.length, space.translations
+    if result.found is not None and result.status.has_stiffness:  # beyond rounding
+        length, d = result.found.problem.length, space.translations
         least = _COORDINATES * min(length, 1.0)
         of_rounding = np.abs(result.K[:d, :d]).max() * (_COORDINATES * length) ** 2
         is_strained = bool(result.energy > of_rounding)
@@ -118,8 +136,8 @@ def _equilibrium_blocks(result: Equilibrium) -> list[Block | None]:
                 ],
                 "cables:" if are_cables else "springs between bodies:",
                 [
-                    f"  {own.name}: tension {own.tension:.5g} N, length {own.length:.5g} m, "
-                    f"energy {own.energy:.4g} J"
+                    f"  {own.name}: tension {number(own.tension)} N, "
+                    f"length {number(own.length)} m, energy {number(own.energy)} J"
                     for own in result.springs
                 ],
             )
@@ -146,7 +164,7 @@ def _equilibrium_blocks(result: Equilibrium) -> list[Block | None]:
 def stability_in_words(result: Equilibrium) -> str:
     """Whether the robot stays where it is, and its margin."""
     words = "stable" if result.stable else "not stable"
-    return f"{words}, margin {result.margin:.4g} of 1 without load"
+    return f"{words}, margin {number(result.margin)} of 1 without load"
 
 
 def matrix_under_load(result: Equilibrium) -> LabelledMatrix | None:
@@ -154,7 +172,7 @@ def matrix_under_load(result: Equilibrium) -> LabelledMatrix | None:
     F, t = result.space.wrench_order, result.space.twist_order
     if result.status.has_stiffness:
         # zero where terms of the size of the largest entry cancel up to rounding
-        K, scale = result.K, cast("EquilibriumProblem", result.problem).scale
+        K, scale = result.K, cast("FoundEquilibrium", result.found).problem.scale
         sizes = np.abs(K) / np.outer(scale, scale)
         K = np.where(sizes > _CANCELLED * sizes.max(initial=0.0), K, 0.0)
         return LabelledMatrix("K under load", K, F, t, STIFFNESS_UNITS)
@@ -167,9 +185,10 @@ def critical_page(critical: CriticalLoad) -> Page:
     """The factor of the wrench at which a robot loses its stability, and how."""
     found = ("factor", "mode", "leg", "is_limit")
     if critical.is_found:
-        lines = [f"critical load: {critical.factor:.6g} times the wrench", f"there {critical.mode}"]
+        factor = number(critical.factor)
+        lines = [f"critical load: {factor} times the wrench", f"there {critical.mode}"]
     elif critical.searched_to > 0:
-        lines = [f"no critical load up to {critical.searched_to:g} times the wrench"]
+        lines = [f"no critical load up to {number(critical.searched_to)} times the wrench"]
     elif critical.status & Status.FREE_MOTIONS:
         lines = ["no critical load is determined: hold the free motions of the platform"]
     else:
@@ -187,29 +206,6 @@ def critical_page(critical: CriticalLoad) -> Page:
     )
 
 
-def _of_curve(curve: xarray.Dataset) -> tuple[Table, dict[str, Any]]:
-    """A force-deflection curve; null in its data where there is no equilibrium."""
-    names = " ".join(map(str, curve.twist.values))
-    title = f"{'factor':>10}  displacement ({names}) [m, rad]"
-    rows: list[list[Cell]] = []
-    lines = []
-    columns = (curve.factor, curve.displacement, curve.status_code)
-    for factor, moved, code in zip(*(own.values for own in columns), strict=True):
-        status = Status(int(code))
-        words = "none" if np.isnan(moved).any() else row(moved)
-        rows.append([Number(float(factor)), words, str(status)])
-        lines.append(f"{factor:10.5g}  {words}" + (f"  {status}" if status else ""))
-    path = ("path_factor", "path_displacement", "path_stable")
-    data = {
-        "factors": curve["factor"].values,
-        "displacement": [None if np.isnan(own).any() else own for own in columns[1].values],
-        "stable": curve["stable"].values,
-        "status": [Status(int(code)) for code in columns[2].values],
-        **{name: curve[name].values for name in path},
-    }
-    return Table(("", "", ""), rows, title, lines), data
-
-
 _MOST = 10  # modes, or parts of a network, in a list
 _SHARES = 3  # parts with the most energy, of each mode
 
@@ -217,11 +213,27 @@ _SHARES = 3  # parts with the most energy, of each mode
 def modes_page(found: Modes, masses: Any = None, in_words: tuple[str, ...] = ()) -> Page:
     """Natural vibrations, slowest first, and the masses of the model as `check` has them."""
     pairs = zip(picked(found, "frequency growth twist words"), found, strict=True)
+    rows: list[list[Cell]] = []
+    lines: list[str] = []
+    for i, mode in enumerate(found.each[:_MOST], start=1):
+        most = [own for own in mode.shares[:_SHARES] if own.share >= 0.005]
+        shares = [f"{own.name} {percent(own.share, 0)}" for own in most]
+        lines.append(f"{i:3}. {mode}")
+        if most:
+            lines.append(f"     elastic energy: {', '.join(shares)}")
+        part = f"{most[0].name}, {percent(most[0].share, 0)}" if most else "none"
+        rate: Cell = Number(mode.frequency, "Hz")
+        if mode.growth != 0:
+            rate = f"grows by {number(mode.growth)} /s"
+        rows.append([str(i), rate, mode.words, part])
+    table = Table(["mode", "frequency", "motion", "most energy in"], rows, lines=lines)
+    more = len(found) - _MOST
+    rest = Paragraph(f"{more} more at higher frequencies", Tone.QUIET) if more > 0 else None
     return Page(
         found.name,
         "",
         found.status,
-        [mode_table(found), other_modes(found), Bullets(in_words)] if found.each else [],
+        [table, rest, Bullets(in_words)] if found.each else [],
         found.status.advice,
         {
             "order": order(found.space),
@@ -233,30 +245,6 @@ def modes_page(found: Modes, masses: Any = None, in_words: tuple[str, ...] = ())
         },
         before="natural vibrations of ",
     )
-
-
-def mode_table(found: Modes) -> Table:
-    """The slowest modes."""
-    rows: list[list[Cell]] = []
-    lines: list[str] = []
-    for i, mode in enumerate(found.each[:_MOST], start=1):
-        most = [own for own in mode.shares[:_SHARES] if own.share >= 0.005]
-        lines.append(f"{i:3}. {mode}")
-        if most:
-            shares = ", ".join(f"{own.name} {own.share:.0%}" for own in most)
-            lines.append(f"     elastic energy: {shares}")
-        part = f"{most[0].name}, {most[0].share:.0%}" if most else "none"
-        rate: Cell = Number(mode.frequency, "Hz")
-        if mode.growth != 0:
-            rate = f"grows by {mode.growth:.4g} /s"
-        rows.append([str(i), rate, mode.words, part])
-    return Table(["mode", "frequency", "motion", "most energy in"], rows, lines=lines)
-
-
-def other_modes(found: Modes) -> Paragraph | None:
-    """How many modes the table leaves out; None where it has all."""
-    more = len(found) - _MOST
-    return Paragraph(f"{more} more at higher frequencies", Tone.QUIET) if more > 0 else None
 
 
 _SECTION = ("N", "Vy", "Vz", "T", "My", "Mz")

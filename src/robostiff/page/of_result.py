@@ -1,10 +1,18 @@
-"""The page of a robot or of a result of any kind."""
+"""The page of a robot or of a result of any kind, and pages as plain data for JSON."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, fields, is_dataclass
+from enum import Flag
 from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-from robostiff.markup import Page
+from robostiff.markup import Page, Table
+from robostiff.version import __version__
+
+if TYPE_CHECKING:
+    from robostiff.spatial import Space
 
 # The module and function of this package that write the page of a kind of result. They are imported
 # with the first page of that kind, as they import the questions that it answers.
@@ -14,16 +22,16 @@ _WRITERS = {
     "Deflection": ("stiffness", "deflection_page"),
     "Verification": ("stiffness", "verification_page"),
     "StiffnessIndices": ("indices", "indices_page"),
-    "CableStiffness": ("cables", "cable_stiffness_page"),
-    "CableResponse": ("cables", "cable_response_page"),
+    "CableStiffness": ("stiffness", "cable_stiffness_page"),
+    "CableResponse": ("stiffness", "cable_response_page"),
     "Equilibrium": ("loads", "equilibrium_page"),
     "CriticalLoad": ("loads", "critical_page"),
     "Modes": ("loads", "modes_page"),
     "NetworkResponse": ("loads", "response_page"),
-    "Compensation": ("compensation", "compensation_page"),
-    "Identified": ("identification", "identification_page"),
-    "Optimum": ("design", "optimum_page"),
-    "Tolerances": ("design", "tolerances_page"),
+    "Compensation": ("calibration_and_design", "compensation_page"),
+    "Identified": ("calibration_and_design", "identification_page"),
+    "Optimum": ("calibration_and_design", "optimum_page"),
+    "Tolerances": ("calibration_and_design", "tolerances_page"),
     "Dataset": ("maps", "map_page"),
 }
 
@@ -43,3 +51,73 @@ def page_of(result: object) -> Page:
         return Page(repr(result))
     module, function = next(_WRITERS[kind] for kind in kinds if kind in _WRITERS)
     return getattr(import_module(f"robostiff.page.{module}"), function)(result)
+
+
+def robots_page(listed: Sequence[Any]) -> Page:
+    """Shipped robots by what `robostiff.robots.describe` says of each; sources not as text.
+
+    Examples
+    --------
+    >>> from robostiff.robots import describe
+    >>> robots_page([describe("3-upu")]).blocks[0].lines
+    ['3-upu  Translational 3-UPU']
+    """
+    width = max((len(own.name) for own in listed), default=0)
+    table = Table(
+        ("robot", "what it is", "source"),
+        [(own.name, own.title, own.source) for own in listed],
+        lines=[f"{own.name:<{width}}  {own.title}" for own in listed],
+    )
+    data = {"robots": list(map(asdict, listed))}
+    return Page("", f"{len(listed)} robots come with robostiff:", blocks=[table], data=data)
+
+
+#: Units of displacements under loads.
+UNDER_LOAD = {"length": "m", "angle": "rad", "force": "N", "moment": "N m", "energy": "J"}
+
+
+def page_data(page: Page) -> dict[str, Any]:
+    """A page as plain data: the version, the robot, what happened, advice, and all values.
+
+    JSON-ready; what there is none of is null. ``status`` joins what happened with ``+``, and is
+    ``ok`` for a plain answer.
+    """
+    own = {"robot": page.name} if page.name else {}
+    own |= {} if page.status is None else {"status": str(page.status)}
+    return {
+        "robostiff": __version__,
+        **own,
+        "advice": list(page.advice),
+        **{name: plain(value) for name, value in page.data.items()},
+    }
+
+
+def plain(value: Any) -> Any:
+    """A result or a part of it: arrays and tuples as lists, statuses in words."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if isinstance(value, Flag):
+        return str(value)
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if is_dataclass(value):
+        from robostiff.analysis.free_motion import FreeMotion
+
+        if isinstance(value, FreeMotion):
+            return {"description": str(value), "twist": value.twist.tolist()}
+        names = [field.name for field in fields(value)]
+        names += [own for own in ("about", "unit", "units") if hasattr(type(value), own)]
+        value = {name: getattr(value, name) for name in names}
+    if isinstance(value, dict):
+        return {name: plain(item) for name, item in value.items()}
+    return value
+
+
+def picked(parts: Iterable[Any], names: str) -> list[dict[str, Any]]:
+    """Attributes of some parts, by their names with blanks between them."""
+    return [{name: getattr(own, name) for name in names.split()} for own in parts]
+
+
+def order(space: Space) -> dict[str, tuple[str, ...]]:
+    """Names of the coordinates of twists and wrenches, in order."""
+    return {"twist": space.twist_order, "wrench": space.wrench_order}

@@ -1,4 +1,4 @@
-"""Stiffness, deflection and verification of robots."""
+"""Stiffness, deflection and verification of robots and of cable robots."""
 
 from __future__ import annotations
 
@@ -14,23 +14,28 @@ from robostiff.markup import (
     COMPLIANCE_UNITS,
     STIFFNESS_UNITS,
     Block,
+    Cell,
     Facts,
     LabelledMatrix,
     Number,
     Page,
     Paragraph,
     Table,
+    number,
+    percent,
     row,
 )
-from robostiff.page.data import UNDER_LOAD, order, picked
+from robostiff.page.of_result import UNDER_LOAD, order, page_data, picked
 from robostiff.spatial import Space
 
 if TYPE_CHECKING:
-    from robostiff.analysis import CableStiffness, Deflection, PartShare
+    from robostiff.analysis import CableResponse, CableStiffness, Deflection, PartShare
     from robostiff.analysis.verification import Verification
+
 
 MOST_PARTS = 10
 _NAMED = 5e-5  # of the energy: a smaller part would read 0.00 %
+_NOTHING = 1e-12  # of the energy: rounding
 
 
 def stiffness_page(result: Stiffness) -> Page:
@@ -43,7 +48,14 @@ def stiffness_page(result: Stiffness) -> Page:
         rank = int(result.rank)
         found += [Paragraph(f"rank {rank} of {result.space.size}"), free_motion_table(result)]
         facts += [("redundant passive joint", name) for name in result.redundant_joints]
-        facts += [("rigid direction", _unit_load(w, result)) for w in result.rigid_directions]
+        for wrench in result.rigid_directions:  # a unit force, or a moment where there is no force
+            force, moment = np.split(wrench, [result.space.translations])
+            size = np.linalg.norm(force)
+            pulls = size * float(result.length) > 1e-9 * np.linalg.norm(moment)
+            unit = wrench / (size if pulls else np.linalg.norm(moment))
+            unit = np.round(unit * np.sign(unit[np.argmax(np.abs(unit))]), 9) + 0.0
+            words = named(result.space.wrench_order, unit, "N", "N m")
+            facts.append(("rigid direction", words))
         facts.append(("decided by", str(result.decision)))
     facts.append(("method", f"{result.method.name}, {result.method.equation}"))
     return posed_page(
@@ -111,7 +123,7 @@ def verification_page(result: Verification) -> Page:
     rank, size, form = int(reference.rank), reference.space.size, reference.method
     rows, lines = [], [f"{'method':<14}{'distance':>10}  outcome"]
     for own in result.comparisons:
-        distance = "-" if own.distance is None else f"{own.distance:.1e}"
+        distance = "-" if own.distance is None else number(own.distance, 2)
         reason = f": {own.reason}" if own.reason else ""
         lines.append(f"{own.method:<14}{distance:>10}  {own.outcome.value}{reason}")
         far = "" if own.distance is None else Number(own.distance)
@@ -125,7 +137,7 @@ def verification_page(result: Verification) -> Page:
         [
             Facts((("compared with", f"{form.name}, {form.equation}"),)),
             Table(["method", "distance", "outcome", ""], rows, lines=["", *lines, ""]),
-            Paragraph(f"methods {verdict} (largest distance allowed {result.agreement:g})"),
+            Paragraph(f"methods {verdict} (largest distance allowed {number(result.agreement)})"),
         ],
         data={
             "pose": reference.pose,
@@ -169,7 +181,7 @@ def _posture(result: Stiffness) -> str:
     ((leg, q),) = result.joint_coordinates.items()
     names = result.details().joint_names.get(leg, [leg] * len(q))
     drives = [
-        f"{name}={value:.5g}"
+        f"{name}={number(value)}"
         for name, value in zip(names, q, strict=True)
         if f"{leg}/{name}" not in result.details().passive_joint_names
     ]
@@ -203,16 +215,6 @@ def free_motion_table(result: Stiffness | CableStiffness, label: str = "free: ")
     rows = [[str(motion), f"({row(motion.twist)})"] for motion in motions]
     header = ["free motion", f"twist ({', '.join(result.space.twist_order)})"]
     return Table(header, rows, lines=[f"{label}{motion}" for motion in motions])
-
-
-def _unit_load(wrench: np.ndarray, result: Stiffness) -> str:
-    """A wrench (n,) with a unit force, or a unit moment where it has no force."""
-    force, moment = np.split(wrench, [result.space.translations])
-    size = np.linalg.norm(force)
-    pulls = size * float(result.length) > 1e-9 * np.linalg.norm(moment)
-    unit = wrench / (size if pulls else np.linalg.norm(moment))
-    unit = unit * np.sign(unit[np.argmax(np.abs(unit))])
-    return named(result.space.wrench_order, np.round(unit, 9) + 0.0, "N", "N m")
 
 
 def shown_twist(result: Deflection) -> np.ndarray:
@@ -253,9 +255,9 @@ def energy_table(parts: Sequence[PartShare], energy: float, most: int | None = M
         shown.append((f"{len(rest)} more parts", sum(part.share for part in rest)))
     return Table(
         ["part", "share of the elastic energy"],
-        [[name, Number(100 * share, "%")] for name, share in shown],
-        f"elastic energy {energy:.4g} J, by part:",
-        [f"{100 * share:7.2f} %  {name}" for name, share in shown],
+        [[name, Number(100 * share if share > _NOTHING else 0.0, "%")] for name, share in shown],
+        f"elastic energy {number(energy)} J, by part:",
+        [f"{percent(share, 2):>9}  {name}" for name, share in shown],
     )
 
 
@@ -282,14 +284,149 @@ def actuator_table(result: Deflection) -> Table | None:
 
 def drive_line(load: float, unit: str, name: str) -> str:
     """A load with its unit and the drive that it is on."""
-    return f"{load:12.5g} {unit:<4} {name}"
+    return f"{number(load):>12} {unit:<4} {name}"
 
 
 def named(names: Sequence[str], values: np.ndarray, unit: str, angular: str) -> str:
     """Values with their names and units, zeros left out."""
     parts = [
-        f"{name} {value:.5g} {angular if name[0] in 'Mr' else unit}"
+        f"{name} {number(value)} {angular if name[0] in 'Mr' else unit}"
         for name, value in zip(names, values, strict=True)
         if value != 0
     ]
     return ", ".join(parts) or "none"
+
+
+def cable_stiffness_page(result: CableStiffness) -> Page:
+    """Tensions and stiffness of a cable robot at a single pose."""
+    answered = bool(np.all(result.answered))
+    blocks = _balanced(result)
+    if answered:
+        blocks += [tension_table(result), Facts((("tensions", result.rule),))]
+        blocks += [stiffness_matrix(result), *_rank_and_motions(result)]
+    known = ("elastic", "geometric", "of_forces", "missing_wrench")
+    return posed_page(
+        result,
+        blocks,
+        {
+            "pose": result.pose,
+            "reference_point": result.reference_point,
+            "order": order(result.space),
+            "units": {
+                "length": "m",
+                "angle": "rad",
+                "tension": "N",
+                "stiffness": asdict(STIFFNESS_UNITS),
+            },
+            "wrench": result.wrench,
+            "cables": [
+                {
+                    "name": name,
+                    "length": float(result.placed.lengths[i]),
+                    "tension": float(result.tensions[i]) if answered else None,
+                    "stiffness": float(result.axial[i]) if answered else None,
+                }
+                for i, name in enumerate(result.cable_names)
+            ],
+            "tensions_by": result.rule,
+            "stiffness": result.K if answered else None,
+            "rank": int(result.rank) if answered else None,
+            "rank_of_structure_matrix": int(result.held_rank) if answered else None,
+            "free_motions": [str(motion) for motion in result.free_motions],
+            "unstable_motions": [str(motion) for motion in result.unstable_motions],
+            **{name: getattr(result, name) if answered else None for name in known},
+        },
+    )
+
+
+def cable_response_page(found: CableResponse) -> Page:
+    """A cable robot under a load: where it rests, tensions, and stiffness there."""
+    before, after, event = found.before, found.after, found.first_slack
+    load = named(before.space.wrench_order, found.load, "N", "N m")
+    blocks = _balanced(before)
+    if found.has_answer:
+        blocks += cable_load_blocks(found)
+    else:
+        blocks.append(Facts((("load", load),)))
+        if np.all(before.answered):
+            carried = f"{number(found.carried)} of the load"
+            facts = (("tensions", before.rule), ("carried", carried), *_first_slack(found))
+            blocks += [tension_table(before), Facts(facts)]
+    return posed_page(
+        before,
+        blocks,
+        {
+            "order": order(before.space),
+            "units": UNDER_LOAD,
+            "load": found.load,
+            "carried": found.carried,
+            "displacement": found.displacement,
+            "slack": found.slack if found.has_answer else None,
+            "first_slack": None if event is None else asdict(event),
+            "before": page_data(cable_stiffness_page(before)),
+            "after": None if after is None else page_data(cable_stiffness_page(after)),
+        },
+        found,
+    )
+
+
+def cable_load_blocks(found: CableResponse) -> list[Block]:
+    """A load that cables carry: displacement, tensions, the first slack cable, K of taut cables."""
+    before, after = found.before, found.after
+    if after is None or found.displacement is None:
+        return []
+    length = float(before.placed.characteristic_length)
+    moved = before.space.without_rounding(found.displacement, length)
+    table = load_table(before.space, found.load, moved)
+    load = named(before.space.wrench_order, found.load, "N", "N m")
+    lines = [f"load:       {load}", table.lines[0].replace("deflection:", "moved by:  ")]
+    return [
+        replace(table, lines=lines),
+        tension_table(before, after),
+        Facts(
+            (
+                ("tensions", before.rule),
+                ("slack", ", ".join(found.slack) or "none"),
+                *_first_slack(found),
+            )
+        ),
+        replace(stiffness_matrix(after), symbol="K under the load, of the taut cables"),
+        *_rank_and_motions(after),
+    ]
+
+
+def tension_table(result: CableStiffness, after: CableStiffness | None = None) -> Table:
+    """Length, stiffness and tension of every cable, and its tension under a load."""
+    header = ["cable", "length [m]", "stiffness [N/m]", "tension [N]"]
+    columns = [result.placed.lengths, result.axial, result.tensions]
+    if after is not None:
+        header.append("under load [N]")
+        columns.append(after.tensions)
+    rows: list[list[Cell]] = [
+        [name, *(Number(float(column[i])) for column in columns)]
+        for i, name in enumerate(result.cable_names)
+    ]
+    return Table(header, rows)
+
+
+def _balanced(result: CableStiffness) -> list[Block | None]:
+    """The wrench beside the weight that the cables balance."""
+    words = named(result.space.wrench_order, result.wrench, "N", "N m")
+    return [Facts((("balanced", words),))] if np.any(result.wrench) else []
+
+
+def _first_slack(found: CableResponse) -> tuple[tuple[str, str], ...]:
+    event = found.first_slack
+    if event is None:
+        return ()
+    return (("first slack", f"{event.cable}, at {number(event.factor)} times the load"),)
+
+
+def _rank_and_motions(result: CableStiffness) -> list[Block]:
+    rank = f"rank {int(result.rank)} of {result.space.size}"
+    motions = [
+        *(("free", str(motion)) for motion in result.free_motions),
+        *(("unstable", str(motion)) for motion in result.unstable_motions),
+    ]
+    words = Paragraph(f"{rank}, {int(result.held_rank)} by stretching of cables")
+    return [words, Facts(tuple(motions))] if motions else [words]

@@ -1,18 +1,16 @@
 """Plots of results: on paper with Matplotlib, scenes in the browser with Plotly.
 
-Every function takes results, draws a picture on a backend, and returns what the backend makes of
-it: Matplotlib's axes or a figure of Plotly. Nothing is shown, and no setting of either is changed.
-Pictures are computed without them as data, in ``picture``; ``geometry`` finds the
-lines of legs, bent or not, of screws, ellipsoids and isosurfaces. `layers_of` gives the items of a
-picture to programs that draw them by themselves.
+Every function takes results, draws a picture on a backend, and returns the axes of Matplotlib or a
+figure of Plotly. Nothing is shown, and no setting of either is changed. Pictures are computed as
+data, in ``picture``; ``geometry`` has the lines of legs, bent or not, of screws, ellipsoids and
+isosurfaces. `layers_of` gives the items of a picture to programs that draw them by themselves.
 """
 
 from robostiff.plot.backend import Matplotlib, PictureData, PlotBackend, Plotly, Width
-from robostiff.plot.curves import load_curve
-from robostiff.plot.energy_bars import Measure, comparison, energy_shares
-from robostiff.plot.geometry.ellipsoid import Quality
+from robostiff.plot.bars_and_curves import Measure, comparison, energy_shares, load_curve
+from robostiff.plot.ellipsoid import Quality
 from robostiff.plot.layers import LAYERS, Layers, layers_of
-from robostiff.plot.maps.pictures import map_bands, map_isosurface, map_overview, map_slice
+from robostiff.plot.map_pictures import map_bands, map_isosurface, map_overview, map_slice
 from robostiff.plot.picture import (
     Arrow,
     Category,

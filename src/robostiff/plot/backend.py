@@ -1,11 +1,15 @@
-"""Backends: programs that draw pictures, with their options."""
+"""Backends: programs that draw pictures, with their options; pages with a figure that swings."""
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from enum import Enum
+from importlib.resources import files
 from io import StringIO
 from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
 
 from robostiff.errors import InputError, needs_extra
 from robostiff.plot.picture import Bands, Bars, Curves, Field, Matrix, Picture, Scene, with_words
@@ -158,7 +162,7 @@ def plotly_figure(picture: Picture, palette: Palette) -> Figure:
     with needs_extra("plots", "plot"):
         import plotly.graph_objects  # noqa: F401
 
-    from robostiff.plot.on_plotly.scene import draw_scene
+    from robostiff.plot.plotly_scene import draw_scene
 
     # Plotly interprets text as HTML.
     shown = with_words(picture, lambda text: text.replace("&", "&amp;").replace("<", "&lt;"))
@@ -183,3 +187,29 @@ def drawn_by(backend: PlotBackend[Drawn], picture: Picture) -> Drawn:
             hint="write backend=rs.plot.Matplotlib()",
         )
     return backend.draw(picture)
+
+
+def swinging_script() -> str:
+    """The script with ``swing(place, other)``, which moves a figure to other traces and back."""
+    return files("robostiff.plot").joinpath("swinging.js").read_text(encoding="utf-8")
+
+
+def places(figure: Any) -> list[dict[str, list[float | None]]]:
+    """Coordinates x, y, z of each trace of a figure; None for those between lines."""
+    found = []
+    for trace in figure.data:
+        own = {}
+        for axis in "xyz":
+            values = getattr(trace, axis, None)
+            if values is not None:
+                numbers = np.asarray(values, dtype=float)
+                own[axis] = [float(x) if np.isfinite(x) else None for x in numbers]
+        found.append(own)
+    return found
+
+
+def swinging_page(one: Any, other: Any) -> str:
+    """A page with a figure of Plotly that moves to another one, of the same traces, and back."""
+    data = json.dumps(places(other))
+    start = f'swing(document.getElementById("{{plot_id}}"), {data});'
+    return one.to_html(post_script=swinging_script() + start)

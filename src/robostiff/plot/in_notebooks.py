@@ -15,7 +15,7 @@ from robostiff.identification.identified import Identified
 from robostiff.markup import escaped
 from robostiff.model.subject import Subject
 from robostiff.plot.backend import DATA, Matplotlib
-from robostiff.plot.curves import compensation_picture, residuals_picture
+from robostiff.plot.bars_and_curves import compensation_picture, residuals_picture
 from robostiff.plot.picture import Picture
 from robostiff.plot.posed_robot import equilibrium, mode, picture_of_posed, robot
 from robostiff.plot.stiffness_pictures import ellipsoid

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,12 +11,12 @@ import numpy as np
 from robostiff.analysis import CableResponse, Deflection
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
-from robostiff.plot.geometry.displacement import motion_under, spatial
-from robostiff.plot.geometry.ellipsoid import AnyStiffness, Quality, principal_axes
+from robostiff.markup import prefixed, quantity, short
+from robostiff.plot.displacement import motion_under, spatial
+from robostiff.plot.ellipsoid import Quality, principal_axes
 from robostiff.plot.outline import outline_of
 from robostiff.plot.picture import Item, Paint, PlainColour
 from robostiff.plot.posed_robot import moved_cables
-from robostiff.plot.prefix import prefixed, short
 from robostiff.plot.sketch import Sketch, colours_of_parts
 from robostiff.plot.stiffness_pictures import ellipsoid_items, free_motion_items
 from robostiff.spatial import Space
@@ -137,31 +138,20 @@ def layers_of(
     notes += [f"free: {motion}" for motion in result.free_motions]
     kept = dict(scales or {})
     for name in (own for own in _QUALITIES if own in chosen):
-        items[name], words = _ellipsoid(result, _QUALITIES[name], sketch.size, kept)
-        notes += words
+        quality, items[name] = _QUALITIES[name], []
+        with suppress(NoAnswerError):
+            axes = principal_axes(result, quality)
+            longest = float(axes.lengths[~axes.is_free].max(initial=0.0))
+            if longest == 0:
+                continue
+            scale = kept.setdefault(quality, _IN_ROBOT * sketch.size / longest)
+            scale = min(scale, _LARGEST * sketch.size / longest)
+            shown = prefixed(longest, quality.unit)
+            point = result.reference_point
+            items[name] = ellipsoid_items(axes, quality, point, scale, shown)
+            free = int(np.count_nonzero(axes.is_free))
+            rest = f"; {free} direction{'s' if free > 1 else ''} unlimited" if free else ""
+            size = f"{quantity(longest, quality.unit)}, drawn {short(1e3 * scale * longest)} mm"
+            notes.append(f"{quality.value}: longest axis {size} long{rest}")
     box = points.min(axis=0), points.max(axis=0)
     return Layers(items, tuple(notes), colours, sketch.size, box, kept)
-
-
-def _ellipsoid(
-    result: AnyStiffness, quality: Quality, extent: float, scales: dict[Quality, float]
-) -> tuple[list[Item], list[str]]:
-    """Items of an ellipsoid and what its size means; nothing where there is none.
-
-    Its scale is added to `scales` unless it is there.
-    """
-    try:
-        axes = principal_axes(result, quality)
-    except NoAnswerError:
-        return [], []
-    longest = float(axes.lengths[~axes.is_free].max(initial=0.0))
-    if longest == 0:
-        return [], []
-    scale = scales.setdefault(quality, _IN_ROBOT * extent / longest)
-    scale = min(scale, _LARGEST * extent / longest)
-    times, unit = prefixed(longest, quality.unit)
-    items = ellipsoid_items(axes, quality, result.reference_point, scale, (times, unit))
-    free = int(np.count_nonzero(axes.is_free))
-    rest = f"; {free} direction{'s' if free > 1 else ''} unlimited" if free else ""
-    size = f"{short(times * longest)} {unit}, drawn {short(1e3 * scale * longest)} mm long"
-    return items, [f"{quality.value}: longest axis {size}{rest}"]

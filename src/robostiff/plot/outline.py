@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 
 from robostiff.kept import kept
+from robostiff.markup import quantity
 from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Role, Snapshot
 from robostiff.network import Network, SpringElement
-from robostiff.plot.geometry.displacement import PLATFORM, end_key, node_key
-from robostiff.plot.geometry.surfaces import plate
+from robostiff.plot.displacement import PLATFORM, end_key, node_key
 from robostiff.plot.picture import LineWeight, PlainColour, Shape
+from robostiff.plot.surfaces import plate
 from robostiff.spatial import Space
 
 _IN_PLANE = 1e-3  # of the machine
@@ -164,7 +165,18 @@ def _of_snapshot(snapshot: Snapshot) -> Outline:
     joints = [list(_joints(leg, f"{leg.name}/", _GROUND, leg.name)) for leg in snapshot.legs]
     # of legs whose joints have the same names, those of the first
     named = {tuple(joint.name for joint in own): own for own in reversed(joints)}
-    plates, lines = _platform_plate([leg.end for leg in snapshot.legs], at)
+    # the face between the ends of the legs; a point away from it, or from one leg, is tied
+    ends = np.array([leg.end for leg in snapshot.legs])
+    top, weight, tied = plate(ends), LineWeight.THIN, ends.mean(axis=0)[None]
+    if top is None:
+        away = np.linalg.norm(ends - at, axis=1)
+        weight, tied = LineWeight.LINE, ends[: len(ends) if away.max() > _SAME else 0]
+    plates = [] if top is None else [Plate(top, PLATFORM, PlainColour.PLATE, "platform")]
+    to, muted = PointOfBody(at, PLATFORM), PlainColour.MUTED
+    lines = [
+        Line(PointOfBody(p, PLATFORM), to, weight=weight, paint=muted, has_ghost=False)
+        for p in tied
+    ]
     base = plate(np.array(feet))
     names = [
         part.name
@@ -201,23 +213,6 @@ def _of_snapshot(snapshot: Snapshot) -> Outline:
         part_names=tuple(names),
         is_named=len(snapshot.legs) == 1,
     )
-
-
-def _platform_plate(ends: list[np.ndarray], point: np.ndarray) -> tuple[list[Plate], list[Line]]:
-    """The face between the ends of the legs; a point away from it, or from one leg, is tied."""
-    top = plate(np.array(ends))
-    if top is not None:
-        middle = np.array(ends).mean(axis=0)
-        tied, weight = [middle], LineWeight.THIN
-    else:
-        away = np.linalg.norm(np.array(ends) - point, axis=1)
-        tied, weight = (ends if away.max() > _SAME else []), LineWeight.LINE
-    to = PointOfBody(point, PLATFORM)
-    ties = [
-        Line(PointOfBody(p, PLATFORM), to, weight=weight, paint=PlainColour.MUTED, has_ghost=False)
-        for p in tied
-    ]
-    return ([] if top is None else [Plate(top, PLATFORM, PlainColour.PLATE, "platform")]), ties
 
 
 def _along(
@@ -298,7 +293,18 @@ def clamped_end(spring: PlacedSpring | SpringElement) -> np.ndarray:
 @kept
 def _of_network(network: Network) -> Outline:
     """The outline of bodies, beams, springs and joints in any arrangement."""
-    bodies = _bodies(network)
+    # points of attachment of each body that has some, each point once
+    bodies, attached = {}, defaultdict(list)
+    for place, point in zip(*network.attachments, strict=True):
+        attached[network.nodes[place].name].append(point)
+    for name, each in attached.items():
+        whole = [*each, *([network.reference_point] if name == network.platform else [])]
+        extent = float(np.max(np.ptp(np.array(whole), axis=0)))
+        apart: list[np.ndarray] = []
+        for point in whole:
+            if all(np.linalg.norm(point - other) > _SAME * extent for other in apart):
+                apart.append(point)
+        bodies[name] = np.array(apart)
     points = np.concatenate([network.reference_point[None], *bodies.values()])
     size = size_of(points)
     lines: list[Line] = []
@@ -358,22 +364,6 @@ def _of_network(network: Network) -> Outline:
     )
 
 
-def _bodies(network: Network) -> dict[str, np.ndarray]:
-    """Points of attachment (n, 3) of each body that has some, each point once."""
-    bodies, attached = {}, defaultdict(list)
-    for number, point in zip(*network.attachments, strict=True):
-        attached[network.nodes[number].name].append(point)
-    for name, points in attached.items():
-        own = [*points, *([network.reference_point] if name == network.platform else [])]
-        size = float(np.max(np.ptp(np.array(own), axis=0)))
-        apart: list[np.ndarray] = []
-        for point in own:
-            if all(np.linalg.norm(point - other) > _SAME * size for other in apart):
-                apart.append(point)
-        bodies[name] = np.array(apart)
-    return bodies
-
-
 def of_cables(
     names: Sequence[str],
     ends: tuple[np.ndarray, np.ndarray],
@@ -408,7 +398,7 @@ def of_cables(
     lines, label = [], "slack cable"
     for i, (name, a, b) in enumerate(zip(names, feet, holds, strict=True)):
         T = None if tensions is None else float(tensions[i])
-        about = name if T is None else f"{name}: {T:.4g} N"
+        about = name if T is None else f"{name}: {quantity(T, 'N', 4)}"
         is_slack = T == 0
         weight = LineWeight.THIN if is_slack else LineWeight.LINE
         own = label if is_slack else ""

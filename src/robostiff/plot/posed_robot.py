@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from enum import Enum
 from typing import TYPE_CHECKING, Any, cast
@@ -13,11 +13,12 @@ from robostiff.analysis import CableResponse, CableStiffness, Deflection, PartSh
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
 from robostiff.linkage import Linkage
+from robostiff.markup import quantity, short
 from robostiff.model import Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.geometry.displacement import (
+from robostiff.plot.displacement import (
     PLATFORM,
     BodyMotion,
     Motions,
@@ -25,17 +26,23 @@ from robostiff.plot.geometry.displacement import (
     motion_under,
     spatial,
 )
-from robostiff.plot.geometry.surfaces import perpendicular
 from robostiff.plot.outline import Outline, of_cables, outline_of
 from robostiff.plot.picture import Category, Item, LineWeight, Path, PlainColour, Scene
-from robostiff.plot.posture import Machine, Posed, placed
-from robostiff.plot.prefix import short
-from robostiff.plot.sketch import Sketch, colours_of_parts, exaggeration_note
+from robostiff.plot.sketch import (
+    Machine,
+    Posed,
+    Sketch,
+    colours_of_parts,
+    exaggeration_note,
+    placed,
+)
+from robostiff.plot.surfaces import perpendicular
 from robostiff.spatial import Space
 from robostiff.spatial.rotation import matrix_of_rotation
 from robostiff.statics import BodyPlaces, Equilibrium, Modes
 
 if TYPE_CHECKING:
+    from robostiff.statics.equations.newton import FoundEquilibrium
     from robostiff.statics.equations.problem import EquilibriumProblem
 
 _MISSED = 1e-4  # of the machine: an anchor that another pose has moved
@@ -90,11 +97,6 @@ def robot(
         Factor of all displacements; 0 leaves the robot as it is. When left out, a round number that
         draws the largest displacement as a tenth of the robot, or less.
     backend : Matplotlib or Plotly
-
-    Returns
-    -------
-    Axes or Figure
-        Of the backend.
 
     Raises
     ------
@@ -244,11 +246,6 @@ def equilibrium(
         that draws the largest displacement as a tenth of the robot.
     backend : Matplotlib or Plotly
 
-    Returns
-    -------
-    Axes or Figure
-        Of the backend.
-
     Raises
     ------
     InputError
@@ -270,14 +267,22 @@ def equilibrium(
             expected="a result of rs.equilibrium(robot, pose, wrench), one of a batch",
         )
     _ = result.displacement  # raises with the reason when there is none
-    posed, problem = result.posed, cast("EquilibriumProblem", result.problem)
+    posed, problem = result.posed, cast("FoundEquilibrium", result.found).problem
     tensions = np.array([own.tension for own in result.springs])
     sketch = _sketch(posed, problem, result.places, result.shares, colouring, tensions)
     sketch = sketch.exaggerated(exaggeration, is_finite=True)
     notes = exaggeration_note(sketch.scale)
     notes += () if result.stable else ("the robot does not stay there",)
     load = problem.point, spatial(result.wrench, result.space.rows)
-    more = tuple(_springs(result, sketch)) if isinstance(posed, Snapshot) else ()
+    more: list[Item] = []  # springs between bodies as coils, their ends displaced as the bodies are
+    springs = posed.springs if isinstance(posed, Snapshot) else ()
+    for unloaded, own in zip(springs, result.springs if springs else (), strict=True):
+        pairs = zip(unloaded.points, own.points, strict=True)
+        a, b = (p + sketch.scale * (now - p) for p, now in pairs)
+        points = sketch.in_unit().factor * _coil(a, b, _WIDE * sketch.size)
+        about = f"{own.name}: {quantity(own.tension, 'N', 4)}"
+        label = "" if more else "spring"
+        more.append(Path(points, Category(2), LineWeight.LINE, label=label, about=about))
     scene = sketch.scene(f"{result.name} under load", load, notes=notes, more=more)
     return drawn_by(backend, scene)
 
@@ -316,11 +321,6 @@ def mode(
         -1 for the other end of the vibration.
     backend : Matplotlib or Plotly
 
-    Returns
-    -------
-    Axes or Figure
-        Of the backend.
-
     Raises
     ------
     InputError
@@ -341,7 +341,8 @@ def mode(
             "number of a mode", got=number, expected=f"1 to {len(modes)}, the slowest first"
         )
     own = modes[number - 1]
-    rate = f"{own.frequency:.4g} Hz" if own.growth == 0 else f"grows by {own.growth:.4g} /s"
+    rate = f"{short(own.frequency, 4)} Hz"
+    rate = rate if own.growth == 0 else f"grows by {short(own.growth, 4)} /s"
     title = f"{modes.name}, mode {number}: {rate}"
     problem = cast("EquilibriumProblem", modes.problem)
     sketch = _sketch(modes.posed, problem, own.motion, own.shares, Colouring.PARTS)
@@ -351,18 +352,6 @@ def mode(
     margin = 0.1 * sketch.in_unit().factor * sketch.size
     low, high = scene.box
     return drawn_by(backend, replace(scene, frame=np.array([low - margin, high + margin])))
-
-
-def _springs(result: Equilibrium, sketch: Sketch) -> Iterator[Item]:
-    """Springs between bodies as coils, their ends displaced as the bodies are."""
-    label, posed = "spring", cast("Snapshot", result.posed)
-    for unloaded, own in zip(posed.springs, result.springs, strict=True):
-        pairs = zip(unloaded.points, own.points, strict=True)
-        a, b = (p + sketch.scale * (now - p) for p, now in pairs)
-        about = f"{own.name}: {own.tension:.4g} N"
-        points = sketch.in_unit().factor * _coil(a, b, _WIDE * sketch.size)
-        yield Path(points, Category(2), LineWeight.LINE, label=label, about=about)
-        label = ""
 
 
 def _coil(a: np.ndarray, b: np.ndarray, wide: float) -> np.ndarray:

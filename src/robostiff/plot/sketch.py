@@ -1,18 +1,26 @@
-"""A machine of any kind as it is drawn: at rest, or beside that with its bodies displaced."""
+"""A machine of any kind as it is drawn: placed at a pose, at rest or with its bodies displaced."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any, cast
 
 import numpy as np
 
-from robostiff.errors import InputError
-from robostiff.model import Actuated, Locked, Passive
-from robostiff.plot.geometry.displacement import STILL, BodyMotion, Motions
-from robostiff.plot.geometry.ellipsoid import screw_line
-from robostiff.plot.outline import JointPoint, Line, Outline, PointOfBody
+from robostiff.analysis import CableStiffness, stiffness
+from robostiff.elastostatics import Status
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.kinematics import Near
+from robostiff.linkage import Linkage
+from robostiff.markup import percent, quantity, short
+from robostiff.model import Actuated, Locked, Passive, Robot, Snapshot
+from robostiff.model.cable import CableRobot
+from robostiff.network import Network
+from robostiff.plot.displacement import STILL, BodyMotion, Motions
+from robostiff.plot.ellipsoid import AnyStiffness, screw_line
+from robostiff.plot.outline import JointPoint, Line, Outline, PointOfBody, outline_of
 from robostiff.plot.picture import (
     Arrow,
     Category,
@@ -28,7 +36,6 @@ from robostiff.plot.picture import (
     Shape,
     Text,
 )
-from robostiff.plot.prefix import prefixed, short
 from robostiff.spatial import Screw
 
 _ARROW = 0.2  # of the robot
@@ -117,19 +124,6 @@ class Sketch:
             paint, about = self._paint("", spots.part)
             names = (about,) if spots.part else spots.names
             items.append(Marks(points, paint, spots.shape, spots.label, names))
-        items += self._joints()
-        at = self.moved(self.outline.point)[None]
-        return [*items, Marks(at, PlainColour.INK, Shape.CROSS, "reference point")]
-
-    def _paint(self, leg: str, part: str) -> tuple[Paint, str]:
-        """The colour of a part, and its description."""
-        share = self.shares.get((leg, part), self.shares.get((leg, "")))
-        about = "/".join(filter(None, (leg, part)))
-        if share is None:
-            return self.colours.get(part, self.plain), about
-        return share, f"{about}: {share:.1f} %"
-
-    def _joints(self) -> Iterator[Item]:
         for kind, (label, shape) in _KINDS.items():
             alike = [own for own in self.outline.joints if isinstance(own.role, kind)]
             by_paint: dict[Paint, list[JointPoint]] = {}
@@ -139,12 +133,23 @@ class Sketch:
             for paint, own in by_paint.items():
                 points = np.array([self.moved(joint.at) for joint in own])
                 names = tuple(f"{joint.owner}/{joint.name}" for joint in own)
-                yield Marks(points, paint, shape, label, names)
+                items.append(Marks(points, paint, shape, label, names))
             for joint in alike:
                 share = self.shares.get((joint.owner, joint.name))
                 if share is not None:
-                    about = f"{joint.owner}/{joint.name}: {share:.1f} %"
-                    yield Marks(self.moved(joint.at)[None], share, shape, about=(about,))
+                    about = f"{joint.owner}/{joint.name}: {percent(share / 100, 1)}"
+                    point = self.moved(joint.at)[None]
+                    items.append(Marks(point, share, shape, about=(about,)))
+        at = self.moved(self.outline.point)[None]
+        return [*items, Marks(at, PlainColour.INK, Shape.CROSS, "reference point")]
+
+    def _paint(self, leg: str, part: str) -> tuple[Paint, str]:
+        """The colour of a part, and its description."""
+        share = self.shares.get((leg, part), self.shares.get((leg, "")))
+        about = "/".join(filter(None, (leg, part)))
+        if share is None:
+            return self.colours.get(part, self.plain), about
+        return share, f"{about}: {percent(share / 100, 1)}"
 
     def ghost(self, label: str = "without load") -> list[Item]:
         """Its lines at rest, dashed."""
@@ -336,8 +341,7 @@ def wrench_items(point: np.ndarray, size: float, F: np.ndarray, is_flat: bool) -
     for name, unit, row, vector in (("force", "N", 1, F[:3]), ("moment", "N m", 4, F[3:])):
         size = float(np.linalg.norm(vector))
         if size > 0:
-            times, shown = prefixed(size, unit)
-            label = f"{name} {short(times * size)} {shown}"
+            label = f"{name} {quantity(size, unit)}"
             arrow = length * vector / size
             if name == "force":
                 items.append(Arrow(point - arrow, point, Category(row), label))
@@ -355,3 +359,68 @@ def turning_arrow(way: np.ndarray, paint: Paint, label: str) -> list[Item]:
     """The way (n, 3) of a point around an axis, with an arrow head."""
     line = Path(way[:-4], paint, LineWeight.LINE, label=label, about=label)
     return [line, Arrow(way[-5], way[-1], paint)]
+
+
+Posed = Snapshot | Network | CableStiffness
+Machine = Robot | Snapshot | Network | Linkage | CableRobot | CableStiffness
+
+
+def placed(machine: Machine, pose: Any = None, near: Near = None) -> Posed:
+    """A machine at a single pose, in the posture nearest to some joint coordinates.
+
+    Raises
+    ------
+    InputError
+        When it is no machine, or the pose does not fit it.
+    NoAnswerError
+        When the pose is out of reach.
+    """
+    if isinstance(machine, CableStiffness):
+        return machine
+    if not isinstance(machine, Machine):
+        raise InputError(
+            "robot of a plot",
+            got=machine,
+            expected="a Robot, Snapshot, Network, Linkage or CableRobot",
+            hint='write rs.load("hexapod")',
+        )
+    result: Any = stiffness(cast("Robot", machine), pose, near=near)
+    if result.batch_shape:
+        raise InputError(
+            "pose of a plot", got=f"poses of shape {result.batch_shape}", expected="a single pose"
+        )
+    if isinstance(result, CableStiffness):
+        return result
+    if Status.UNREACHABLE in result.status:
+        raise NoAnswerError(f"no picture of {machine.name!r}: {'; '.join(result.advice)}")
+    return result.placed()
+
+
+def surroundings(machine: Machine | None, result: AnyStiffness) -> Sketch | None:
+    """The robot around a result, at its pose, in the unit of the axes; of cables always.
+
+    Raises InputError when it is none that can be drawn at the pose of the result.
+    """
+    if machine is None and not isinstance(result, CableStiffness):
+        return None
+    if machine is None or machine.name == result.name:
+        posed = result if isinstance(result, CableStiffness) else result.placed()
+    else:
+        posed = placed(machine, result.pose)
+    return Sketch(outline=outline_of(posed)).in_unit()
+
+
+def single_stiffness(result: object, what: str) -> AnyStiffness:
+    """The stiffness at one pose; other values and several poses are an `InputError`."""
+    if not isinstance(result, AnyStiffness):
+        raise InputError(
+            f"stiffness for {what}", got=result, expected="a result of rs.stiffness(robot, pose)"
+        )
+    if result.batch_shape:
+        raise InputError(
+            f"stiffness for {what}",
+            got=f"poses of shape {result.batch_shape}",
+            expected="a single pose",
+            hint="write result[0]",
+        )
+    return result

@@ -9,8 +9,9 @@ import numpy as np
 from robostiff.analysis import Stiffness
 from robostiff.elastostatics import Status, scaling
 from robostiff.errors import NoAnswerError
+from robostiff.markup import prefixed, short
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.geometry.ellipsoid import (
+from robostiff.plot.ellipsoid import (
     AnyStiffness,
     PrincipalAxes,
     Quality,
@@ -18,7 +19,6 @@ from robostiff.plot.geometry.ellipsoid import (
     principal_axes,
     screw_line,
 )
-from robostiff.plot.geometry.surfaces import ellipsoid_mesh
 from robostiff.plot.picture import (
     Arrow,
     Category,
@@ -35,9 +35,15 @@ from robostiff.plot.picture import (
     Ramp,
     Shape,
 )
-from robostiff.plot.posture import Machine, single_stiffness, surroundings
-from robostiff.plot.prefix import prefixed, short
-from robostiff.plot.sketch import robot_scene, turning_arrow, unit_of
+from robostiff.plot.sketch import (
+    Machine,
+    robot_scene,
+    single_stiffness,
+    surroundings,
+    turning_arrow,
+    unit_of,
+)
+from robostiff.plot.surfaces import ellipsoid_mesh
 
 _MEANINGS = {
     Quality.COMPLIANCE: "displacement per force, free to turn",
@@ -71,11 +77,6 @@ def ellipsoid(
     within : Robot, Snapshot, Network, Linkage or CableRobot, optional
         Draws it at the reference point of this robot, at the pose of the result.
     backend : Matplotlib or Plotly
-
-    Returns
-    -------
-    Axes or Figure
-        Of the backend.
 
     Raises
     ------
@@ -168,11 +169,6 @@ def free_motions(
     within : Robot, Snapshot, Network, Linkage or CableRobot, optional
         Draws them in this robot, at the pose of the result.
     backend : Matplotlib or Plotly
-
-    Returns
-    -------
-    Axes or Figure
-        Of the backend.
 
     Raises
     ------
@@ -272,10 +268,6 @@ def matrix(
     kind : Kind
     shade : Shade
     backend : Matplotlib
-
-    Returns
-    -------
-    Axes
 
     Raises
     ------

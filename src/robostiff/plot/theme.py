@@ -164,12 +164,9 @@ class NamedColours(Palette):
 
     def along(self, stops: tuple[str, ...], where: float) -> str:
         """Name of the colours at a place from 0 to 1 along some stops."""
-        parts = zip(*map(self._colours, stops), strict=True)
+        parts = zip(*(self.every[int(name[4:-7])] for name in stops), strict=True)
         own = (t.palette.along(stop, where) for t, stop in zip(Theme, parts, strict=True))
         return _name(self.every, tuple(own))
-
-    def _colours(self, name: str) -> tuple[str, ...]:
-        return self.every[int(name[4:-7])]
 
 
 def named_colours() -> NamedColours:

@@ -4,8 +4,14 @@ A page of HTML holds everything that it shows, so that it opens years later and 
 ``contents`` computes, ``sections`` describes, ``write`` makes HTML, and Typst for PDF.
 """
 
-from robostiff.report.contents import ReportContents, report_contents
-from robostiff.report.origin import NO_TITLE_BLOCK, DescribedBy, TitleBlock, described_by
+from robostiff.report.contents import (
+    NO_TITLE_BLOCK,
+    DescribedBy,
+    ReportContents,
+    TitleBlock,
+    described_by,
+    report_contents,
+)
 from robostiff.report.write import (
     report_html,
     report_page,

@@ -16,8 +16,7 @@ from robostiff.analytic.export import derivation_html
 from robostiff.analytic.export.documents import derivation_in_typst, wants_wide_page
 from robostiff.markup import Block, element, escaped, inner_blocks, typst_string, typst_text
 from robostiff.plot import Matplotlib, Theme, Width
-from robostiff.plot.backend import plotly_figure
-from robostiff.plot.on_plotly.swinging import places
+from robostiff.plot.backend import places, plotly_figure
 from robostiff.plot.picture import Picture, Scene
 from robostiff.plot.theme import Palette, named_colours
 
@@ -56,7 +55,6 @@ class Figure:
     caption: str  # what it shows, in a sentence
     levels: tuple[Level, ...]  # one for a figure without a slider
     start: int = 0  # which level is shown first
-    is_wide: bool = False  # whether it is as wide as a page of paper, and not half of that
 
     def data(self, palette: Palette) -> dict[str, Any]:
         """Data for the script: the name, and each level with its label."""
@@ -89,10 +87,9 @@ class Figure:
         """The picture that a page shows first."""
         level = self.levels[self.start]
         caption = self.caption + (f" Here {level.label}." if level.label else "")
-        # as wide as its place, so that its letters stay 8 points high
-        width = Width.FULL if self.is_wide else Width.HALF
-        source = typst_string(Matplotlib(width=width).svg(level.picture))
-        image = f'image(bytes({source}), format: "svg", width: 100%)'
+        # half as wide as a page, alone or beside another, so that its letters stay 8 points high
+        source = typst_string(Matplotlib(width=Width.HALF).svg(level.picture))
+        image = f'image(bytes({source}), format: "svg", width: 82mm)'
         return f"#figure({image}, caption: [{typst_text(caption)}])"
 
 

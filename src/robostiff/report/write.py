@@ -39,21 +39,27 @@ from robostiff.markup import (
 )
 from robostiff.model import Robot, Snapshot
 from robostiff.network import Network
-from robostiff.plot.on_plotly.swinging import swinging_script
-from robostiff.report.contents import ReportContents, Reported, report_contents
+from robostiff.plot.backend import swinging_script
+from robostiff.report.contents import (
+    NO_TITLE_BLOCK,
+    DescribedBy,
+    ReportContents,
+    Reported,
+    TitleBlock,
+    report_contents,
+)
 from robostiff.report.figures import figures_in, figures_json
-from robostiff.report.origin import NO_TITLE_BLOCK, DescribedBy, TitleBlock
-from robostiff.report.sections.findings import findings_section
-from robostiff.report.sections.map_slices import map_section
-from robostiff.report.sections.results import (
+from robostiff.report.map_slices import map_section
+from robostiff.report.results import (
     bending_section,
     comparison_section,
+    findings_section,
     finite_load_section,
     matrices_section,
     vibrations_section,
     weakest_section,
 )
-from robostiff.report.sections.the_robot import (
+from robostiff.report.the_robot import (
     formula_section,
     inputs_section,
     method_section,
@@ -104,7 +110,7 @@ def report_html(contents: ReportContents) -> str:
     InputError
         When Plotly or Matplotlib is missing.
     """
-    plotly, page = _packed_plotly(), report_page(contents)
+    page = report_page(contents)
     lines, status = contents.title_block.lines, contents.status
     block = element("div", block_html(Facts(lines)), class_="title-block") if lines else ""
     kind = "bad" if status.is_bad else "note" if status else "ok"
@@ -124,7 +130,7 @@ def report_html(contents: ReportContents) -> str:
         figures=packed(figures_json(figures_in(page.blocks))),
         style=_resource("page.css"),
         script=swinging_script() + _resource("page.js"),
-        plotly=plotly,
+        plotly=_packed_plotly(),
     )
 
 

@@ -228,14 +228,13 @@ def reader_of(value: Any) -> Reader | None:
         name = f"{package}.{kind.__name__}"
         if name == "yourdfpy.URDF":
             from robostiff.io.rigid_tree import Reader
+            from robostiff.io.urdf import read_urdf
 
-            return Reader("a URDF of yourdfpy", _of_yourdfpy)
+            def read(urdf: Any) -> RigidTree:
+                name = f"URDF of yourdfpy {urdf.robot.name!r}"
+                return read_urdf(name, urdf.write_xml_string())
+
+            return Reader("a URDF of yourdfpy", read)
         if is_offered(READERS, name):
             return loaded(READERS, name)
     return None
-
-
-def _of_yourdfpy(value: Any) -> RigidTree:
-    from robostiff.io.urdf import read_urdf
-
-    return read_urdf(f"URDF of yourdfpy {value.robot.name!r}", value.write_xml_string())

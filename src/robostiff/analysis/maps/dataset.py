@@ -98,11 +98,11 @@ def map_attributes(job: MapJob) -> dict[str, Any]:
         "reference_point_comment": "in the platform frame [m]",
         "pose_coordinates": " ".join(columns.names),
         "home_pose": list(columns.home),
+        "wrench_order": " ".join(robot.space.wrench_order),
         "characteristic_length": asked.length,
     }
     if asked.wrench:
         attributes["wrench"] = list(asked.wrench)
-        attributes["wrench_order"] = " ".join(robot.space.wrench_order)
     if asked.near:
         attributes["near"] = list(asked.near)
     return attributes

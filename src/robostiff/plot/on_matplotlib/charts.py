@@ -10,6 +10,7 @@ from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
+from robostiff.markup import number, short
 from robostiff.plot.on_matplotlib.canvas import (
     SMALL,
     Canvas,
@@ -19,7 +20,6 @@ from robostiff.plot.on_matplotlib.canvas import (
     norm,
 )
 from robostiff.plot.picture import Bands, Bars, Curves, Field, Matrix, Panel, RegionStyle, colour_of
-from robostiff.plot.prefix import short
 
 _NAMES, _LINE = 0.5, 0.17  # inches: beside bars, and a line of the legend
 _ROOM = 0.32  # of the longest bar, for what is written behind it
@@ -165,7 +165,9 @@ def draw_bands(picture: Bands, canvas: Canvas) -> Axes:
         low, high = picture.percentiles[i], picture.percentiles[-1 - i]
         fill = palette.along((palette.ground, colour), 0.22 + 0.4 * i / max(middle, 1))
         handles.append(ax.fill_between(x, low.values, high.values, color=fill, linewidth=0))
-        labels.append(f"{low.percent:g} to {high.percent:g} % of the poses with a value")
+        labels.append(
+            f"{number(low.percent)} to {number(high.percent)} % of the poses with a value"
+        )
     if picture.percentiles:
         median = picture.percentiles[middle].values
         marker = "." if np.isfinite(median).sum() < 20 else ""

@@ -16,7 +16,6 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from robostiff.plot.geometry.surfaces import perpendicular
 from robostiff.plot.on_matplotlib.canvas import Canvas, colour_bar, colour_map, legend_below, norm
 from robostiff.plot.picture import (
     Arrow,
@@ -30,6 +29,7 @@ from robostiff.plot.picture import (
     Text,
     colour_of,
 )
+from robostiff.plot.surfaces import perpendicular
 
 _MARKERS = {
     Shape.RING: ("o", 3.4),
@@ -78,7 +78,19 @@ class _MatplotlibPencil:
         if isinstance(item, Path):
             handle = self._line(item.points, colour, item.weight, item.dashed)
         elif isinstance(item, Marks):
-            handle = self._marks(item, colour)
+            marker, size = _MARKERS[item.shape]
+            inside, edge = self.palette.ground if item.shape is Shape.RING else colour, colour
+            if isinstance(item.paint, float):  # a value, as wide as the line of a part
+                size, inside, edge = 1.8 * size, colour, self.palette.ink
+            (handle,) = self.ax.plot(
+                *self._places(item.points),
+                linestyle="none",
+                marker=marker,
+                markersize=size,
+                markeredgecolor=edge,
+                markerfacecolor=inside,
+                markeredgewidth=1.2 if item.shape is Shape.CROSS else 0.8,
+            )
         elif isinstance(item, Arrow):
             ends = np.stack([item.start, item.tip])
             handle = self._line(ends, colour, LineWeight.LINE, False)
@@ -107,21 +119,6 @@ class _MatplotlibPencil:
         look = {"color": colour, "linewidth": weight.value, "solid_capstyle": "round"}
         style = (0, (4, 2.5)) if dashed else "-"
         return self.ax.plot(*self._places(points), linestyle=style, **look)[0]
-
-    def _marks(self, item: Marks, colour: str) -> Line2D:
-        marker, size = _MARKERS[item.shape]
-        inside = self.palette.ground if item.shape is Shape.RING else colour
-        if isinstance(item.paint, float):  # a value, as wide as the line of a part
-            size, inside, colour = 1.8 * size, colour, self.palette.ink
-        return self.ax.plot(
-            *self._places(item.points),
-            linestyle="none",
-            marker=marker,
-            markersize=size,
-            markeredgecolor=colour,
-            markerfacecolor=inside,
-            markeredgewidth=1.2 if item.shape is Shape.CROSS else 0.8,
-        )[0]
 
     def _head(self, tip: np.ndarray, along: np.ndarray, colour: str) -> None:
         """A cross of two flat arrow heads, visible from every side."""

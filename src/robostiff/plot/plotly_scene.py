@@ -9,10 +9,8 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
-from robostiff.plot.geometry.surfaces import perpendicular
 from robostiff.plot.picture import (
     Arrow,
-    ColourScale,
     Face,
     Item,
     Marks,
@@ -23,6 +21,7 @@ from robostiff.plot.picture import (
     Text,
     colour_of,
 )
+from robostiff.plot.surfaces import perpendicular
 from robostiff.plot.theme import Palette
 
 _SYMBOLS = {
@@ -52,7 +51,26 @@ def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
     pencil = _PlotlyPencil(picture, palette, size)
     traces = [trace for item in picture.items for trace in pencil.traces(item)]
     if picture.scale is not None:
-        traces.append(_scale_alone(picture.scale, palette, picture.is_flat))
+        # the scale of values, attached to an invisible mark
+        scale, stops = picture.scale, picture.scale.ramp.stops(palette)
+        title = {"text": scale.label, "side": "right"}
+        bar: dict[str, Any] = {"title": title, "thickness": 14, "outlinewidth": 0, "len": 0.7}
+        if scale.ticks:
+            bar["tickvals"], bar["ticktext"] = map(list, zip(*scale.ticks, strict=True))
+        marker = {
+            "color": [scale.low],
+            "cmin": scale.low,
+            "cmax": scale.high if scale.high > scale.low else scale.low + 1,
+            "colorscale": [[i / (len(stops) - 1), colour] for i, colour in enumerate(stops)],
+            "colorbar": bar,
+            "showscale": True,
+            "size": 0.1,
+        }
+        look = {"mode": "markers", "marker": marker, "hoverinfo": "skip", "showlegend": False}
+        place: dict[str, Any] = {"type": "scatter", "x": [None], "y": [None]}
+        if not picture.is_flat:
+            place |= {"type": "scatter3d", "z": [None]}
+        traces.append(place | look)
     if picture.is_flat:
         across, up = {"title": picture.axes[0]}, {"title": picture.axes[1], "scaleanchor": "x"}
         return _figure(palette, picture, traces, _BELOW_CHART, 64, xaxis=across, yaxis=up)
@@ -62,7 +80,14 @@ def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
         low, high = low - margin, high + margin
     ratio = high - low if picture.is_equal else np.ones(3)
     ratio = ratio * np.sqrt(3) / np.linalg.norm(ratio)
-    eye = _distance(ratio) * _TOWARDS_EYE
+    # the eye is so far from the middle of the box that all its corners are seen
+    right = np.cross([0, 0, 1], _TOWARDS_EYE)
+    right /= np.linalg.norm(right)
+    corners = np.array(list(product((-0.5, 0.5), repeat=3))) * ratio
+    above = corners @ np.cross(_TOWARDS_EYE, right) + _BELOW_MIDDLE
+    upward = np.maximum(above + _ABOVE, 2 * _TEXT - above) / _HALF_VIEW["up"]
+    across = np.maximum(upward, (np.abs(corners @ right) + _TEXT) / _HALF_VIEW["right"])
+    eye = np.max(across + corners @ _TOWARDS_EYE) * _TOWARDS_EYE
     scene = {
         "camera": {
             "eye": dict(zip("xyz", eye.tolist(), strict=True)),
@@ -83,20 +108,6 @@ def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
         },
     }
     return _figure(palette, picture, traces, _BELOW, 16, scene=scene)
-
-
-def _distance(ratio: np.ndarray) -> float:
-    """Of the eye from the middle of a box, from which all its corners are seen."""
-    right = np.cross([0, 0, 1], _TOWARDS_EYE)
-    right /= np.linalg.norm(right)
-    up = np.cross(_TOWARDS_EYE, right)
-    corners = np.array(list(product((-0.5, 0.5), repeat=3))) * ratio
-    above = corners @ up + _BELOW_MIDDLE
-    across = np.maximum(
-        np.maximum(above + _ABOVE, 2 * _TEXT - above) / _HALF_VIEW["up"],
-        (np.abs(corners @ right) + _TEXT) / _HALF_VIEW["right"],
-    )
-    return float(np.max(across + corners @ _TOWARDS_EYE))
 
 
 class _PlotlyPencil:
@@ -168,50 +179,6 @@ class _PlotlyPencil:
         return {"type": "scatter3d", "x": x, "y": y, "z": z, **look}
 
 
-def _scale_alone(scale: ColourScale, palette: Palette, is_flat: bool) -> Any:
-    """The scale of values, attached to an invisible mark."""
-    stops = scale.ramp.stops(palette)
-    title = {"text": scale.label, "side": "right"}
-    bar: dict[str, Any] = {"title": title, "thickness": 14, "outlinewidth": 0, "len": 0.7}
-    if scale.ticks:
-        bar["tickvals"], bar["ticktext"] = map(list, zip(*scale.ticks, strict=True))
-    marker = {
-        "color": [scale.low],
-        "cmin": scale.low,
-        "cmax": scale.high if scale.high > scale.low else scale.low + 1,
-        "colorscale": [[i / (len(stops) - 1), colour] for i, colour in enumerate(stops)],
-        "colorbar": bar,
-        "showscale": True,
-        "size": 0.1,
-    }
-    look = {"mode": "markers", "marker": marker, "hoverinfo": "skip", "showlegend": False}
-    if is_flat:
-        return {"type": "scatter", "x": [None], "y": [None], **look}
-    return {"type": "scatter3d", "x": [None], "y": [None], "z": [None], **look}
-
-
-def _template(palette: Palette) -> dict[str, Any]:
-    """A template in the colours of a theme; it is not registered anywhere."""
-    common = {"gridcolor": palette.faint, "linecolor": palette.muted, "zeroline": False}
-    ticks = {"ticks": "outside", "tickcolor": palette.muted}
-    axis = {**common, **ticks, "showline": True, "automargin": True}
-    space = {**common, "showbackground": False}
-    return {
-        "layout": {
-            "paper_bgcolor": palette.ground,
-            "plot_bgcolor": palette.ground,
-            "font": {"color": palette.ink, "size": 12, "family": "Open Sans, Arial, sans-serif"},
-            "title": {"font": {"size": 15}, "x": 0.02, "xanchor": "left"},
-            "colorway": list(palette.categories),
-            "xaxis": axis,
-            "yaxis": axis,
-            "scene": {"xaxis": space, "yaxis": space, "zaxis": space},
-            "legend": {"bgcolor": "rgba(0,0,0,0)"},
-            "hoverlabel": {"bgcolor": palette.ground, "font": {"color": palette.ink}},
-        }
-    }
-
-
 def _figure(
     palette: Palette, picture: Scene, traces: Sequence[Any], below: int, left: int, **layout: Any
 ) -> go.Figure:
@@ -221,13 +188,30 @@ def _figure(
     """
     named = sum(1 for trace in traces if trace["showlegend"] and trace["name"])
     below += _LINE * named
+    # a template in the colours of the theme; it is not registered anywhere
+    lines = {"gridcolor": palette.faint, "linecolor": palette.muted, "zeroline": False}
+    ticks = {"ticks": "outside", "tickcolor": palette.muted}
+    axis = {**lines, **ticks, "showline": True, "automargin": True}
+    space = {**lines, "showbackground": False}
+    template = {
+        "paper_bgcolor": palette.ground,
+        "plot_bgcolor": palette.ground,
+        "font": {"color": palette.ink, "size": 12, "family": "Open Sans, Arial, sans-serif"},
+        "title": {"font": {"size": 15}, "x": 0.02, "xanchor": "left"},
+        "colorway": list(palette.categories),
+        "xaxis": axis,
+        "yaxis": axis,
+        "scene": {"xaxis": space, "yaxis": space, "zaxis": space},
+        "legend": {"bgcolor": "rgba(0,0,0,0)"},
+        "hoverlabel": {"bgcolor": palette.ground, "font": {"color": palette.ink}},
+    }
     heading = picture.title
     if picture.notes:
         notes = "; ".join(picture.notes)
         heading += f"<br><span style='font-size:12px;color:{palette.muted}'>{notes}</span>"
     title_place = {"y": 1, "yref": "container", "yanchor": "top", "pad": {"t": 14}}
     common = {
-        "template": _template(palette),
+        "template": {"layout": template},
         "title": {"text": heading, **title_place},
         "height": _ABOVE_PLOT + _SCENE + below,
         "margin": {"l": left, "r": 16, "t": _ABOVE_PLOT, "b": below},

@@ -93,7 +93,11 @@ def motion_under(posed: Snapshot | Network, bent: Deflection) -> Motions:
     behind |= {f"{j.name}/{own.name}": j.b for j in network.joints for own in j.freedoms}
     parts = (pair for leg in posed.legs for pair in _parts(leg, leg.name, leg.name))
     known = {key: nodes[behind[path]] for key, path in parts if path in behind}
-    return _of_legs(posed, known, {PLATFORM: nodes[network.platform], **_of_nodes(posed, nodes)})
+    moved, flexible = {PLATFORM: nodes[network.platform]}, posed.platform
+    if flexible is not None:
+        for own in flexible.platform.nodes:
+            moved[node_key(own.name)] = nodes[platform_node(flexible, own.name)]
+    return _of_legs(posed, known, moved)
 
 
 def _parts(leg: PlacedLeg, owner: str, path: str) -> Iterator[tuple[str, str]]:
@@ -103,15 +107,6 @@ def _parts(leg: PlacedLeg, owner: str, path: str) -> Iterator[tuple[str, str]]:
         yield f"{owner}/{element.name}", own
         for branch in element.branches if isinstance(element, PlacedBlock) else ():
             yield from _parts(branch, owner, f"{own}/{branch.name}")
-
-
-def _of_nodes(posed: Snapshot, nodes: Motions) -> dict[str, BodyMotion]:
-    """Motions of the nodes of a flexible platform."""
-    placed = posed.platform
-    if placed is None:
-        return {}
-    names = (own.name for own in placed.platform.nodes)
-    return {node_key(name): nodes[platform_node(placed, name)] for name in names}
 
 
 def finite_motions(posed: Any, places: BodyPlaces) -> Motions:

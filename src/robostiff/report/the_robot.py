@@ -23,7 +23,7 @@ from robostiff.markup import (
     number,
     row,
 )
-from robostiff.model import Actuated, Robot
+from robostiff.model import Actuated
 from robostiff.page.facts import leg_table
 from robostiff.report.contents import ReportContents
 from robostiff.report.figures import TypesetFormula
@@ -126,7 +126,22 @@ def inputs_section(contents: ReportContents) -> Section:
         if heads:
             tables.append(Table(heads, [[own[name] for name in heads] for own in rows]))
     if not robot.is_frozen and getattr(numeric, "is_coupled", False):
-        tables.append(_couplings(numeric))
+        rows = []  # sums of joint coordinates
+        for leg in numeric.legs:
+            own = leg.chain.transmission
+            for i, one in () if own is None else own.sums.items():
+                place = leg.chain.own_places[i]
+                turns, k = leg.chain.freedoms[place].turns, one.role.stiffness
+                rows.append(
+                    [
+                        f"{leg.name}/{one.name}",
+                        one.in_words,
+                        Number(float(leg.chain.home[place]), "rad" if turns else "m"),
+                        "actuated" if isinstance(one.role, Actuated) else "locked",
+                        "rigid" if k is None else Number(float(k), _UNITS[bool(turns)]),
+                    ]
+                )
+        tables.append(Table(["coupling", "sum", "at home", "role", "stiffness"], rows))
     if hasattr(numeric, "cables"):
         blocks += tables
         if numeric.weight is not None:
@@ -142,27 +157,6 @@ def inputs_section(contents: ReportContents) -> Section:
     return Section("inputs", "What was given", blocks)
 
 
-def _couplings(robot: Robot) -> Table:
-    """Sums of joint coordinates, what they are at home, and what holds them."""
-    rows: list[list[Cell]] = []
-    for leg in robot.legs:
-        own = leg.chain.transmission
-        for i, one in () if own is None else own.sums.items():
-            place = leg.chain.own_places[i]
-            turns = leg.chain.freedoms[place].turns
-            k = one.role.stiffness
-            rows.append(
-                [
-                    f"{leg.name}/{one.name}",
-                    one.in_words,
-                    Number(float(leg.chain.home[place]), "rad" if turns else "m"),
-                    "actuated" if isinstance(one.role, Actuated) else "locked",
-                    "rigid" if k is None else Number(float(k), _UNITS[bool(turns)]),
-                ]
-            )
-    return Table(["coupling", "sum", "at home", "role", "stiffness"], rows)
-
-
 def _joint(part: dict[str, Any]) -> dict[str, Cell]:
     stiffness: Cell = "" if part["role"] == "passive" else "rigid"
     if part["stiffness"] is not None:
@@ -175,7 +169,7 @@ def _joint(part: dict[str, Any]) -> dict[str, Cell]:
         "point": f"({row(part['point'])})",
         "axis": f"({row(part['axis'])})",
         "stiffness": stiffness,
-        "limits": "" if limits is None else f"{limits[0]:.6g} to {limits[1]:.6g} {part['unit']}",
+        "limits": "" if limits is None else f"{' to '.join(map(number, limits))} {part['unit']}",
     }
 
 
@@ -208,4 +202,4 @@ _CELLS = {"joint": _joint, "elastic": _elastic, "cable": _cable}
 
 def _alone(values: list[float | None]) -> str:
     """Load over displacement in each direction alone."""
-    return ", ".join("rigid" if v is None else "free" if v == 0 else f"{v:.5g}" for v in values)
+    return ", ".join("rigid" if v is None else "free" if v == 0 else number(v) for v in values)

@@ -11,8 +11,8 @@ import numpy as np
 
 from robostiff.analysis.maps.variables import status_flags, status_words
 from robostiff.errors import InputError, needs_extra
+from robostiff.markup import number, prefixed, short
 from robostiff.plot.picture import Category, Cover, PlotAxis, Region
-from robostiff.plot.prefix import prefixed, short
 
 if TYPE_CHECKING:
     import xarray
@@ -155,7 +155,14 @@ def select(
     if variable in CLASSES:
         parts, values = classes(own, variable), np.full(values.shape, np.nan)
     else:
-        parts = regions(own, values, matrix_size(found) if full_rank is None else full_rank)
+        if full_rank is None and "wrench_order" not in found.attrs:
+            raise InputError(
+                "rank of a regular pose",
+                got="a map that does not say whether its robot is planar",
+                expected="full_rank=3 for a planar robot, full_rank=6 for others",
+            )
+        full = len(str(found.attrs.get("wrench_order", "")).split())
+        parts = regions(own, values, full if full_rank is None else full_rank)
     hidden = [part.where for part in parts if part.cover is Cover.INSTEAD]
     shown = np.where(np.any([np.zeros(values.shape, bool), *hidden], axis=0), np.nan, values)
     largest = float(np.nanmax(np.abs(shown))) if np.any(np.isfinite(shown)) else 0.0
@@ -232,27 +239,6 @@ def _choices(found: xarray.Dataset, array: xarray.DataArray, name: str) -> str:
     if name in found.coords:
         values = found[name].values
         if values.dtype.kind in "fiu":
-            return f"values from {values.min():.4g} to {values.max():.4g}"
+            return f"values from {number(values.min())} to {number(values.max())}"
         return " or ".join(map(str, values))
     return f"0 to {array.sizes[name] - 1}"
-
-
-def matrix_size(found: xarray.Dataset) -> int:
-    """Rows of the stiffness matrix whose ranks a map holds.
-
-    Raises InputError when the map does not determine it.
-    """
-    for dim, planar in (("row", 3), ("principal_rotation", 1), ("rotation_axis", 1)):
-        if dim in found.sizes:
-            return 3 if found.sizes[dim] == planar else 6
-    if "wrench_order" in found.attrs:
-        return len(str(found.attrs["wrench_order"]).split())
-    coordinates = set(str(found.attrs.get("pose_coordinates", "")).split())
-    if coordinates != {"x", "y", "rz"} or int(found["rank"].max()) > 3:
-        return 6
-    raise InputError(
-        "rank of a regular pose",
-        got="a map over x, y and rz without K and principal stiffnesses",
-        expected="full_rank, since the robot may be planar",
-        hint="write full_rank=3 for a planar robot, or full_rank=6",
-    )

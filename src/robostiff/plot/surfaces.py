@@ -87,6 +87,8 @@ def plate(points: np.ndarray) -> np.ndarray | None:
 
 
 _CORNERS = np.array(list(product((0, 1), repeat=3)))
+# corners of six tetrahedra: ways along the edges from one end of a diagonal to the other
+_TETRAHEDRA = [[0, a, a + b, 7] for a, b, _ in permutations((4, 2, 1))]
 
 
 def isosurface(
@@ -114,22 +116,9 @@ def isosurface(
     v, p = np.stack(corner_values, axis=1), np.stack(corner_points, axis=1)
     crossed = np.isfinite(v).all(axis=1) & (v.min(axis=1) < level) & (v.max(axis=1) >= level)
     v, p = v[crossed], p[crossed]
-    triangles = [_crossing(v[:, corners], p[:, corners], level) for corners in _tetrahedra()]
+    triangles = [_crossing(v[:, corners], p[:, corners], level) for corners in _TETRAHEDRA]
     vertices = np.concatenate([np.zeros((0, 3)), *(t.reshape(-1, 3) for t in triangles)])
     return vertices, np.arange(len(vertices)).reshape(-1, 3)
-
-
-def _tetrahedra() -> list[list[int]]:
-    """Corners of six tetrahedra: ways along the edges from one end of the diagonal to the other."""
-    ways = []
-    for order in permutations(range(3)):
-        corner = np.zeros(3, dtype=int)
-        way = [0]
-        for axis in order:
-            corner[axis] = 1
-            way.append(int(corner @ (4, 2, 1)))
-        ways.append(way)
-    return ways
 
 
 def _crossing(v: np.ndarray, p: np.ndarray, level: float) -> np.ndarray:

@@ -10,14 +10,15 @@ import numpy as np
 
 from robostiff.markup import Paragraph, Section, number
 from robostiff.plot.backend import DATA
-from robostiff.plot.maps.pictures import OVERVIEW, map_slice
-from robostiff.plot.maps.selection import CLASSES
+from robostiff.plot.map_pictures import OVERVIEW, map_slice
+from robostiff.plot.map_selection import CLASSES
 from robostiff.plot.picture import Field
 from robostiff.report.contents import ReportContents
 from robostiff.report.figures import Figure, Level
 
 if TYPE_CHECKING:
     import xarray
+
 
 _MOST_LEVELS = 25
 _MOST_VALUES = 40_000  # of all figures, by which a page stays below 2 MB
@@ -38,7 +39,15 @@ def map_section(contents: ReportContents) -> Section | None:
     names = [name for name in (*OVERVIEW, *several) if name in found]
     poses = int(np.prod([found.sizes[name] for name in axes]))
     words = [f"{poses} poses over {', '.join(axes)}."]
-    shown = _thinned(found, axes, len(names))
+    # so few values of the first coordinates that slices of all stay small
+    kept = {name: found.sizes[name] for name in axes[:3]}
+    for name in axes[2:3]:
+        kept[name] = min(kept[name], _MOST_LEVELS)
+    while len(names) * math.prod(kept.values()) > _MOST_VALUES:
+        longest = max(axes[:2], key=lambda name: kept[name])
+        kept[longest] = math.ceil(0.9 * kept[longest])
+    chosen = {name: np.linspace(0, found.sizes[name] - 1, n) for name, n in kept.items()}
+    shown = found.isel({name: np.round(own).astype(int) for name, own in chosen.items()})
     thin = [
         f"{shown.sizes[name]} of {found.sizes[name]} values of {name}"
         for name in axes[:3]
@@ -50,21 +59,6 @@ def map_section(contents: ReportContents) -> Section | None:
     return Section("map", title, [Paragraph(" ".join(words)), *figures])
 
 
-def _thinned(found: xarray.Dataset, axes: list[str], figures: int) -> xarray.Dataset:
-    """A map with so few values of its first coordinates that slices of all stay small."""
-    kept = {name: found.sizes[name] for name in axes[:3]}
-    for name in axes[2:3]:
-        kept[name] = min(kept[name], _MOST_LEVELS)
-    while figures * math.prod(kept.values()) > _MOST_VALUES:
-        longest = max(axes[:2], key=lambda name: kept[name])
-        kept[longest] = math.ceil(0.9 * kept[longest])
-    chosen = {
-        name: np.round(np.linspace(0, found.sizes[name] - 1, n)).astype(int)
-        for name, n in kept.items()
-    }
-    return found.isel(chosen)
-
-
 def _slices(
     contents: ReportContents, found: xarray.Dataset, variable: str, axes: list[str]
 ) -> Figure:
@@ -72,7 +66,7 @@ def _slices(
     fixed: dict[str, Any] = {name: _near(contents, found, name) for name in others[1:]}
     levels = [float(value) for value in found[others[0]].values] if others else [None]
     rank = contents.stiffness.space.size
-    pictures = []
+    pictures: list[Field] = []
     for value in levels:
         at = dict(OVERVIEW.get(variable, {})) | fixed
         if value is not None:
@@ -92,8 +86,14 @@ def _slices(
     units = {name: found[name].attrs["units"] for name in fixed}
     places = ", ".join(f"{n} = {number(value)} {units[n]}" for n, value in fixed.items())
     caption = f"{caption[0].upper()}{caption[1:]}{f', at {places}' if places else ''}."
-    shown = map(Level, labels, _on_one_scale(pictures))
-    return Figure(variable.replace("_", "-"), caption, tuple(shown), start)
+    # the same colours for the same values at all levels
+    scales = [own.scale for own in pictures if own.scale and np.isfinite(own.values).any()]
+    low, high = min((s.low for s in scales), default=0), max((s.high for s in scales), default=0)
+    shown = [
+        replace(own, scale=replace(own.scale, low=low, high=high)) if own.scale and scales else own
+        for own in pictures
+    ]
+    return Figure(variable.replace("_", "-"), caption, tuple(map(Level, labels, shown)), start)
 
 
 def _near(contents: ReportContents, found: xarray.Dataset, name: str) -> float:
@@ -102,14 +102,3 @@ def _near(contents: ReportContents, found: xarray.Dataset, name: str) -> float:
     pose, names = contents.stiffness.pose, ("x", "y", "z", "rx", "ry", "rz")
     wanted = values.mean() if pose is None or name not in names else pose[names.index(name)]
     return float(values[np.argmin(np.abs(values - wanted))])
-
-
-def _on_one_scale(pictures: list[Field]) -> list[Field]:
-    """The same colours for the same values at all levels."""
-    scales = [own.scale for own in pictures if np.isfinite(own.values).any()]
-    known = [own for own in scales if own is not None]
-    low, high = min((s.low for s in known), default=0), max((s.high for s in known), default=0)
-    return [
-        replace(own, scale=replace(own.scale, low=low, high=high)) if own.scale and known else own
-        for own in pictures
-    ]

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.markup import number, percent, short
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.geometry.surfaces import isosurface
-from robostiff.plot.maps.selection import CLASSES, At, checked_map, select
+from robostiff.plot.map_selection import CLASSES, At, checked_map, select
 from robostiff.plot.picture import (
     Bands,
     Category,
@@ -24,7 +24,7 @@ from robostiff.plot.picture import (
     Scene,
     Shape,
 )
-from robostiff.plot.prefix import short
+from robostiff.plot.surfaces import isosurface
 
 if TYPE_CHECKING:
     import xarray
@@ -65,10 +65,6 @@ def map_slice(
         Rows of the stiffness matrix when left out.
     backend : Matplotlib
 
-    Returns
-    -------
-    Axes
-
     Raises
     ------
     InputError
@@ -95,7 +91,7 @@ def map_slice(
     finite = part.values[np.isfinite(part.values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
     answered = len(finite) / part.values.size
-    notes = () if answered == 1 else (f"{100 * answered:.0f} % of the poses have a value",)
+    notes = () if answered == 1 else (f"{percent(answered, 0)} of the poses have a value",)
     picture = Field(
         part.title,
         columns,
@@ -144,10 +140,6 @@ def map_overview(
     full_rank : int, optional
         As for `map_slice`.
     backend : Matplotlib
-
-    Returns
-    -------
-    Axes
 
     Raises
     ------
@@ -245,10 +237,6 @@ def map_bands(
         As for `map_slice`.
     backend : Matplotlib
 
-    Returns
-    -------
-    Axes
-
     Raises
     ------
     InputError
@@ -334,11 +322,6 @@ def map_isosurface(
         As for `map_slice`.
     backend : Matplotlib or Plotly
 
-    Returns
-    -------
-    Axes or Figure
-        Of the backend.
-
     Raises
     ------
     InputError
@@ -369,7 +352,7 @@ def map_isosurface(
             raise InputError(
                 f"level of {variable!r}",
                 got=level / part.factor,
-                expected=f"above {low / part.factor:.4g} and up to {high / part.factor:.4g}"
+                expected=f"above {number(low / part.factor)} and up to {number(high / part.factor)}"
                 if len(finite)
                 else "a map with values: no pose has one",
             )

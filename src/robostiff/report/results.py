@@ -1,4 +1,4 @@
-"""Stiffness, the deflection under the load, finite loads, vibrations, and another design."""
+"""Findings, stiffness, the deflection under the load, finite loads, vibrations, another design."""
 
 from __future__ import annotations
 
@@ -9,13 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis import CableResponse, Deflection
+from robostiff.analysis import CableResponse, CableStiffness, Deflection
+from robostiff.analysis.free_motion import direction_in_words
 from robostiff.errors import NoAnswerError
 from robostiff.markup import (
     COMPLIANCE_UNITS,
     Block,
     Bullets,
     Cell,
+    Facts,
     Folded,
     LabelledMatrix,
     Number,
@@ -24,19 +26,101 @@ from robostiff.markup import (
     SideBySide,
     Table,
     Tone,
+    number,
+    percent,
+    quantity,
 )
 from robostiff.page.indices import centres, principal_table, ratios, worst_table
 from robostiff.page.loads import KNOWN, matrix_under_load, stability_in_words
 from robostiff.page.of_result import page_of
 from robostiff.page.stiffness import energy_table, shown_twist, small_motion, stiffness_matrix
 from robostiff.plot.backend import DATA
-from robostiff.plot.curves import load_curve
-from robostiff.plot.energy_bars import comparison, energy_shares
+from robostiff.plot.bars_and_curves import comparison, energy_shares, load_curve
 from robostiff.plot.picture import Bars
-from robostiff.plot.posed_robot import equilibrium, mode, picture_of_posed
+from robostiff.plot.posed_robot import Colouring, equilibrium, mode, picture_of_posed
 from robostiff.plot.stiffness_pictures import ellipsoid, free_motions
-from robostiff.report.contents import AnswersUnderLoad, ReportContents
+from robostiff.report.contents import ReportContents
 from robostiff.report.figures import Figure, Level, one_figure
+from robostiff.spatial import Space
+
+Row = tuple[str, str]  # what it is, and its value with where or of what it is
+
+
+def findings_section(contents: ReportContents) -> Section | None:
+    """The findings beside a picture of the robot; nothing where there is neither."""
+    result, rows = contents.stiffness, []
+    if int(result.rank) >= 0:
+        count = len(result.free_motions)
+        free = "free in one way" if count == 1 else f"free in {count} ways"
+        words = free if count else "held in every direction"
+        rows.append(("rank", f"{int(result.rank)} of {result.space.size}: {words}"))
+    if isinstance(result, CableStiffness) and np.all(result.answered):
+        for word, i in (("least", np.argmin), ("greatest", np.argmax)):
+            at = int(i(result.tensions))
+            tension = quantity(float(result.tensions[at]), "N", 4)
+            rows.append((f"{word} tension", f"{tension}, {result.cable_names[at]}"))
+    if contents.indices is not None:
+        worst = contents.indices.worst_deflection
+        along = f"along {direction_in_words(worst.translational_direction)}"
+        about = f"about {direction_in_words(worst.rotational_direction)}"
+        most = (
+            ("softest for a force", worst.translational, "m/N", along),
+            ("softest for a moment", worst.rotational, "rad/(N m)", about),
+        )
+        rows += [(name, f"{quantity(v, unit, 4)} {at}") for name, v, unit, at in most if v]
+    rows += _of_load(contents)
+    for slowest in contents.modes.each[:1] if contents.modes is not None else ():
+        rows.append(("slowest vibration", str(slowest)))
+    if contents.found is not None:
+        reached, poses = (contents.found.attrs[own] for own in ("poses_reachable", "poses"))
+        part = f"{percent(int(reached) / int(poses))} of {poses}"
+        rows.append(("poses of the map within reach", part))
+    table = Facts(tuple(rows))
+    if contents.posed is None:
+        return Section("findings", "Findings", [table]) if rows else None
+    picture = picture_of_posed(contents.posed, colouring=Colouring.NAMES)
+    figure = one_figure("robot", "The robot at this pose.", picture)
+    return Section("findings", "Findings", [SideBySide((table, figure)) if rows else figure])
+
+
+def _of_load(contents: ReportContents) -> Iterator[Row]:
+    bent = contents.deflection
+    if bent is not None and not bent.has_answer:
+        yield "under the load", str(bent.status)
+    elif isinstance(bent, CableResponse):
+        space, length = bent.before.space, float(bent.before.placed.characteristic_length)
+        if bent.displacement is not None:
+            yield from _moved(space, space.without_rounding(bent.displacement, length))
+        yield "slack cables", ", ".join(bent.slack) or "none"
+    elif bent is not None:
+        yield from _moved(bent.stiffness.space, shown_twist(bent))
+        for part in bent.parts[:1] if bent.energy > 0 else ():
+            yield "most elastic energy", f"{percent(part.share)} in {part.name}"
+        of_force = [own for own in bent.actuators if own.unit == "N"] or list(bent.actuators)
+        if of_force:
+            drive = max(of_force, key=lambda own: abs(own.load))
+            load = quantity(float(drive.load), drive.unit, 4)
+            yield "most loaded drive", f"{load}, {drive.name}"
+    if contents.under_load is not None:
+        at_rest, critical = contents.under_load.equilibrium, contents.under_load.critical
+        if at_rest.has_answer:
+            yield "under the finite load", stability_in_words(at_rest)
+        words = f"none up to {number(critical.searched_to)} times the load"
+        if critical.is_found:
+            words = f"{number(critical.factor)} times the load: {critical.mode}"
+        if critical.is_found or critical.searched_to > 0:
+            yield "critical load", words
+
+
+def _moved(space: Space, twist: np.ndarray) -> Iterator[Row]:
+    """Magnitudes of displacement and rotation, and their directions."""
+    for word, at, own, unit in (
+        ("displacement", "along", twist[: space.translations], "m"),
+        ("rotation", "about", twist[space.translations :], "rad"),
+    ):
+        size = float(np.linalg.norm(own))
+        where = f" {at} {direction_in_words(own / size)}" if size else ""
+        yield f"{word} under the load", f"{quantity(size, unit, 4)}{where}"
 
 
 def matrices_section(contents: ReportContents) -> Section:
@@ -99,7 +183,7 @@ def bending_section(contents: ReportContents) -> Section | None:
     if not bent.has_answer:
         words = f"There is no deflection: status {bent.status}."
         if isinstance(bent, CableResponse):
-            part = f"{100 * bent.carried:.4g} % of it are carried"
+            part = f"{percent(bent.carried)} of it are carried"
             words = f"The load is not carried: status {bent.status}; {part}."
         blocks += [Paragraph(words), Bullets(tuple(bent.advice), Tone.WARNING)]
     elif isinstance(bent, CableResponse):
@@ -139,18 +223,32 @@ def finite_load_section(contents: ReportContents) -> Section | None:
             small = shown_twist(bent)
         moved = result.space.without_rounding(result.displacement)
         heads = ["displacement", "under the load", "proportional to the load"]
-        rows = [
+        rows: list[list[Cell]] = [
             [name, small_motion(name, own), "none" if x is None else small_motion(name, x)]
             for name, own, x in zip(result.space.twist_order, moved, small, strict=True)
         ]
-        tables = (Table(heads, rows), *_changes(known, contents))
+        tables = [Table(heads, rows)]
+        # what the load changes of the diagonal of K, where there is one without load
+        if np.all(contents.stiffness.answered) and result.status.has_stiffness:
+            K, space = contents.stiffness.K, result.space
+            rows = []
+            names = zip(space.wrench_order, space.twist_order, strict=True)
+            for i, (force, motion) in enumerate(names):
+                alike = slice(space.translations)
+                if i >= space.translations:
+                    alike = slice(space.translations, None)
+                part: Cell = "from none"
+                if K[i, i] > KNOWN * np.max(np.diagonal(K)[alike]):
+                    part = Number(100 * float(result.K[i, i] / K[i, i] - 1), "%")
+                rows.append([f"{force}/{motion}", part])
+            tables.append(Table(["diagonal of K", "change by the load"], rows))
         words = (
             "K under load is the rate of the wrench that the legs carry; K total, less the rate of "
             "loads that turn with the platform, is what more load meets."
         )
         caption = "Where the robot comes to rest, without load in dashed lines."
         blocks += [
-            SideBySide(tables),
+            SideBySide(tuple(tables)),
             matrix_under_load(result),
             Paragraph(words, Tone.QUIET),
             one_figure("loaded-shape", caption, equilibrium(result, backend=DATA)),
@@ -160,31 +258,14 @@ def finite_load_section(contents: ReportContents) -> Section | None:
         blocks.append(one_figure("load-curve", caption, load_curve(known.curve, backend=DATA)))
     critical = known.critical
     if critical.is_found:
-        words = f"Critical load: {critical.factor:.4g} times the load. There {critical.mode}."
+        factor = number(critical.factor)
+        words = f"Critical load: {factor} times the load. There {critical.mode}."
     else:
-        found = f"No critical load was found up to {critical.searched_to:g} times the load"
+        factor = number(critical.searched_to)
+        found = f"No critical load was found up to {factor} times the load"
         words = f"{found}: {'; '.join(critical.advice)}." if critical.advice else f"{found}."
     blocks.append(Paragraph(words))
     return Section("finite-load", "Under finite load", blocks)
-
-
-def _changes(known: AnswersUnderLoad, contents: ReportContents) -> Iterator[Table]:
-    """How the load changes the diagonal of K; nothing where there is no K without it."""
-    result, space = known.equilibrium, known.equilibrium.space
-    if not (np.all(contents.stiffness.answered) and result.status.has_stiffness):
-        return
-    change = result.K - contents.stiffness.K
-    diagonal = np.diagonal(contents.stiffness.K)
-    rows: list[list[Cell]] = []
-    names = zip(space.wrench_order, space.twist_order, strict=True)
-    for i, (force, motion) in enumerate(names):
-        shifts = np.arange(space.size) < space.translations
-        alike = diagonal[shifts == shifts[i]]
-        part: Cell = "from none"
-        if diagonal[i] > KNOWN * np.max(alike):
-            part = Number(100 * float(change[i, i] / diagonal[i]), "%")
-        rows.append([f"{force}/{motion}", part])
-    yield Table(["diagonal of K", "change by the load"], rows)
 
 
 _DRAWN = 4
@@ -201,14 +282,14 @@ def vibrations_section(contents: ReportContents) -> Section | None:
     )
     levels = tuple(
         Level(
-            f"mode {i}: {one.frequency:.4g} Hz",
+            f"mode {i}: {number(one.frequency, 4)} Hz",
             mode(found, i, backend=DATA),
             mode(found, i, -1.0, backend=DATA),
         )
         for i, one in enumerate(found.each[:_DRAWN], start=1)
     )
     caption = "The slowest modes, displacements exaggerated."
-    figure = Figure("modes", caption, levels, is_wide=True)
+    figure = Figure("modes", caption, levels)
     return Section(
         "vibrations", "Natural frequencies", [Paragraph(words), *page_of(found).blocks, figure]
     )

@@ -1,0 +1,140 @@
+"""Numbers as they are shown: digits, exponents, and SI prefixes of units, decided here alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+
+_ROUNDING = 1e-12
+_PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
+
+
+def number(value: float, digits: int = 5) -> str:
+    """A number with a few digits; zero without a sign.
+
+    Examples
+    --------
+    >>> number(1234567.0), number(-0.0), number(0.123456, 2)
+    ('1.2346e+06', '0', '0.12')
+    """
+    return f"{value:.{digits}g}" if value else "0"
+
+
+def number_html(value: float) -> str:
+    """A number in HTML, powers of ten raised.
+
+    Examples
+    --------
+    >>> number_html(-1234567.0), number_html(0.25)
+    ('−1.2346·10<sup>6</sup>', '0.25')
+    """
+    digits, _, exponent = number(value).partition("e")
+    power = f"·10<sup>{int(exponent)}</sup>" if exponent else ""
+    return f"{digits}{power}".replace("-", "−")
+
+
+def number_typst(value: float) -> str:
+    """A number in Typst, powers of ten raised.
+
+    Examples
+    --------
+    >>> number_typst(-1234567.0), number_typst(0.25)
+    ('$-1.2346 dot 10^(6)$', '$0.25$')
+    """
+    digits, _, exponent = number(value).partition("e")
+    return f"${digits} dot 10^({int(exponent)})$" if exponent else f"${digits}$"
+
+
+def short(value: float, digits: int = 3) -> str:
+    """A number in a picture: fewer digits, a true minus sign, thousands without an exponent.
+
+    Examples
+    --------
+    >>> short(-12.345), short(1.2345e-5), short(12345.0), short(0.0)
+    ('−12.3', '1.23e−5', '12300', '0')
+    """
+    text = number(value, digits)
+    mantissa, e, exponent = text.partition("e")
+    if e and 0 <= int(exponent) < 6:
+        text = f"{float(text):.0f}"
+    elif e:
+        text = f"{mantissa}e{int(exponent)}"
+    return text.replace("-", "−")
+
+
+def prefixed(largest: float, unit: str) -> tuple[float, str]:
+    """Factor and unit that bring a number below 1000, and to 1 or more where a prefix can.
+
+    The unit is in SI base units, such as ``N/m``; a plain number, empty or ``1``, gets no prefix.
+
+    Examples
+    --------
+    >>> prefixed(3.2e7, "N/m")
+    (1e-06, 'MN/m')
+    >>> prefixed(0.0, "rad")
+    (1.0, 'rad')
+    """
+    if unit in {"", "1"}:
+        return 1.0, ""
+    if not (math.isfinite(largest) and largest > 0):
+        return 1.0, unit
+    exponent = 3 * math.floor(math.log10(largest * (1 + 1e-9)) / 3)
+    exponent = min(max(exponent, min(_PREFIXES)), max(_PREFIXES))
+    first = f"({unit})" if unit.startswith("1/") else unit
+    return 10.0**-exponent, f"{_PREFIXES[exponent]}{first}" if exponent else unit
+
+
+def quantity(value: float, unit: str, digits: int = 3) -> str:
+    """A number with its unit, whose prefix suits it.
+
+    Examples
+    --------
+    >>> quantity(-12345.0, "N"), quantity(1.5e-5, "m")
+    ('−12.3 kN', '15 µm')
+    """
+    times, shown = prefixed(abs(value), unit)
+    return f"{short(times * value, digits)} {shown}"
+
+
+def percent(part: float, decimals: int | None = None) -> str:
+    """A part of a whole with four digits, or with as many decimals, as in a column.
+
+    Examples
+    --------
+    >>> percent(1.0), percent(0.46569), percent(0.46569, 0)
+    ('100 %', '46.57 %', '47 %')
+    """
+    return f"{number(100 * part, 4) if decimals is None else f'{100 * part:.{decimals}f}'} %"
+
+
+def row(values: Iterable[float]) -> str:
+    """Numbers of a short vector; rounding errors beside metres and radians are shown as zero.
+
+    Examples
+    --------
+    >>> row([0.5, 1e-17, -2.0])
+    '0.5, 0, -2'
+    """
+    return ", ".join(number(value if abs(value) > _ROUNDING else 0.0) for value in values)
+
+
+def shown_matrix(K: np.ndarray) -> np.ndarray:
+    """A semidefinite matrix; rounding errors beside row and column are shown as zero.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> shown_matrix(np.array([[4e6, 1e-9], [1e-9, 1.0]]))
+    array([[4.e+06, 0.e+00],
+           [0.e+00, 1.e+00]])
+    """
+    import numpy as np
+
+    size = np.sqrt(np.maximum(np.abs(np.diag(K)), np.finfo(float).tiny))
+    # A zero diagonal means a zero row: its entries are rounding beside the whole block.
+    size = np.maximum(size, 1e-9 * size.max())
+    return np.where(np.abs(K) < 1e-10 * np.outer(size, size), 0.0, K)

@@ -1,1 +1,0 @@
-"""Geometry of drawings: legs, displaced bodies, ellipsoids, screws, surfaces."""

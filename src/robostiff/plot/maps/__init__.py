@@ -1,1 +1,0 @@
-"""Plots of maps: slices, isosurfaces, percentiles."""
