@@ -6,7 +6,8 @@
 # PYTHON names the interpreter that creates .venv; PYTEST_ARGS is handed to pytest.
 
 PYTHON ?= python3
-PYTEST_ARGS ?= -n 2 --dist loadfile
+# Neighbours run in one process, where formulas are derived once; who ends first takes over the rest.
+PYTEST_ARGS ?= -n 2 --dist worksteal
 VENV := .venv
 ifeq ($(OS),Windows_NT)
 SHELL := bash

@@ -191,8 +191,7 @@ def test_what_else_a_result_holds_is_that_of_the_direct_form(name, recorded_at_o
         _ = some.stiffnesses
 
 
-@pytest.mark.parametrize("name", ROBOTS)
-@pytest.mark.parametrize("spread", [0.05, 0.6])
+@pytest.mark.parametrize(("name", "spread"), [("hexapod", 0.05), *((name, 0.6) for name in ROBOTS)])
 def test_questions_by_the_record_say_what_the_direct_form_says(name, spread, recorded_at_once):
     """Compliance, deflection and indices, at regular poses and at those near singular ones."""
     robot: Any = rs.load(name)
