@@ -138,7 +138,9 @@ class _AnnotationNames(dict[str, Any]):
             if not module.__name__.startswith("robostiff"):
                 continue
             for node in ast.walk(ast.parse(inspect.getsource(module))):
-                for own in node.names if isinstance(node, ast.Import | ast.ImportFrom) else ():
+                if not isinstance(node, ast.Import | ast.ImportFrom):
+                    continue
+                for own in node.names:
                     if name == (own.asname or own.name):
                         with suppress(ImportError):  # Any where it is not installed
                             if isinstance(node, ast.Import):

@@ -9,6 +9,7 @@ import pytest
 import robostiff as rs
 from robostiff.analysis import CableStiffness
 from robostiff.markup import (
+    Facts,
     Folded,
     LabelledMatrix,
     Number,
@@ -50,6 +51,19 @@ def test_a_cable_robot():
     assert isinstance(found.stiffness, CableStiffness)
     assert [row[0] for row in tables[1].rows] == list(found.stiffness.cable_names)
     np.testing.assert_array_equal(found.stiffness.K, rs.stiffness(rs.load("cable-8")).K)
+
+
+def test_rounding_is_shown_as_zero():
+    down = [0, 0, -500, 0, 0, 0]
+    _, sections = sections_of(rs.load("cable-8"), down)
+    (facts,) = (part for part in sections["findings"] if isinstance(part, Facts))
+    assert dict(facts.rows)["rotation under the load"] == "0 rad"
+    _, sections = sections_of(rs.load("six-joint-arm"), down)
+    *_, every_part = (part for part in sections["load"] if isinstance(part, Table))
+    shares = [cell.value for row in every_part.rows for cell in row if isinstance(cell, Number)]
+    assert len(shares) == 10
+    assert shares.count(0) == 2
+    assert sum(shares) == pytest.approx(100)
 
 
 def test_cable_robots_are_not_compared():

@@ -239,7 +239,8 @@ def choose_poses(
             hint="the others are near singular, or move by less than 5 sigma: hang loads on them",
         )
     M = np.swapaxes(J, 1, 2) @ J
-    before, every = np.zeros(M.shape[1:]), [np.linalg.qr(J.reshape(-1, len(x)), mode="r")]
+    before = np.zeros(M.shape[1:])
+    every = [np.asarray(np.linalg.qr(J.reshape(-1, len(x)), mode="r"))]
     if existing is not None:
         own = model.of(existing, x)
         every.append(own.predicted(x)[1] * scale / own.sigma[:, None])
@@ -262,8 +263,9 @@ def choose_poses(
     def drawn() -> np.ndarray:
         return random.choice(len(rows), count, replace=len(rows) < count)
 
-    found = (_exchanged(M, judge, drawn(), repeats) for _ in range(starts))
-    best, chosen = min(found, key=lambda own: own[0])
+    best, chosen = min(
+        (_exchanged(M, judge, drawn(), repeats) for _ in range(starts)), key=lambda own: own[0]
+    )
     others = [judge.of(M[drawn()].sum(axis=0)[None])[0] for _ in range(_RANDOM)]
     std = np.sqrt(np.diag(judge.covariance(M[chosen].sum(axis=0)[None])[0])) * scale[:p]
     return ChosenPoses(

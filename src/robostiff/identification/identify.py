@@ -317,8 +317,9 @@ def _model_of(
             expected=f"a posture that {robot.name!r} reaches, within its limits, and holds",
             hint="remove the line, or look at units and order of the joints",
         )
-    for name in statics.plays if isinstance(statics, FiniteLoads) else ():
-        signs = statics.factors[:, statics.names.index(name)]
+    loaded = statics if isinstance(statics, FiniteLoads) else None
+    for name in () if loaded is None else loaded.plays:
+        signs = loaded.factors[:, loaded.names.index(name)]
         if not (signs.min() < 0 < signs.max()):
             raise InputError(
                 f"loads for {name}",

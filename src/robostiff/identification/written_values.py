@@ -70,7 +70,7 @@ def write_values(
             # a stiffness where one is written
             unit = "N m/rad" if own.unit.startswith("rad") else "N/m"
             text = f"{1 / value:.12g} {unit}"
-        place = (_place_in_side if is_side else _place)(document, own)
+        place = _place(document, own)
         if place is not None:
             at = document.location(place)
             line, column = (at.line or 1) - 1, (at.column or 1) - 1
@@ -144,10 +144,14 @@ def _place(document: Document, own: Unknown) -> list[Any] | None:
     """Path of what an unknown is written in; None where there is none."""
     data = document.data
     if own.parameter:
-        return ["parameters", own.parameter] if own.parameter in data["parameters"] else None
+        named = own.parameter in data.get("parameters", {})
+        return ["parameters", own.parameter] if named else None
     if own.kind is not UnknownKind.COMPLIANCE:
         return None
     leg, _, part = own.name.partition("/")
+    if "legs" not in data:  # a side file, of one joint by its name
+        entry = data.get("joints", {}).get(part, {})
+        return ["joints", part, "stiffness"] if "stiffness" in entry else None
     legs = data["legs"]
     several = enumerate(legs) if isinstance(legs, list) else [(None, legs)]
     for i, one in several:
@@ -158,16 +162,6 @@ def _place(document: Document, own: Unknown) -> list[Any] | None:
             if element.get("name") == part and "stiffness" in element:
                 return ["legs", *([] if i is None else [i]), "chain", j, "stiffness"]
     return None
-
-
-def _place_in_side(document: Document, own: Unknown) -> list[Any] | None:
-    """As `_place`, in a side file: a parameter, or the stiffness of one joint by its name."""
-    if own.parameter:
-        named = own.parameter in document.data.get("parameters", {})
-        return ["parameters", own.parameter] if named else None
-    joint = own.name.partition("/")[2]
-    entry = document.data.get("joints", {}).get(joint, {})
-    return ["joints", joint, "stiffness"] if "stiffness" in entry else None
 
 
 def _pattern(document: Document, own: Unknown) -> str | None:

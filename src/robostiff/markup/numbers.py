@@ -100,15 +100,15 @@ def quantity(value: float, unit: str, digits: int = 3) -> str:
     return f"{short(times * value, digits)} {shown}"
 
 
-def percent(part: float, decimals: int = 2) -> str:
-    """A part of a whole, with as many decimals in a column.
+def percent(part: float, decimals: int | None = None) -> str:
+    """A part of a whole with four digits, or with as many decimals, as in a column.
 
     Examples
     --------
-    >>> percent(0.46569), percent(0.46569, 0)
-    ('46.57 %', '47 %')
+    >>> percent(1.0), percent(0.46569), percent(0.46569, 0)
+    ('100 %', '46.57 %', '47 %')
     """
-    return f"{100 * part:.{decimals}f} %"
+    return f"{number(100 * part, 4) if decimals is None else f'{100 * part:.{decimals}f}'} %"
 
 
 def row(values: Iterable[float]) -> str:

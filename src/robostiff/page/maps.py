@@ -51,7 +51,9 @@ def map_page(found: xarray.Dataset) -> Page:
             # a row for each label of the first dimension, all entries of the variable beside it
             rows = [
                 [label if isinstance(label, str) else number(label), *map(Number, entries)]
-                for label, entries in zip(labels[0], values.reshape(len(values), -1), strict=True)
+                for label, entries in zip(
+                    labels[0] or (), values.reshape(len(values), -1), strict=True
+                )
             ]
             head = (str(own.dims[0]), *[""] * (len(rows[0]) - 1))
             blocks.append(Table(head, rows, str(name) + ("" if unit == "1" else f" [{unit}]")))

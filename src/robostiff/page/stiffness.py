@@ -257,7 +257,7 @@ def energy_table(parts: Sequence[PartShare], energy: float, most: int | None = M
         ["part", "share of the elastic energy"],
         [[name, Number(100 * share if share > _NOTHING else 0.0, "%")] for name, share in shown],
         f"elastic energy {number(energy)} J, by part:",
-        [f"{percent(share):>9}  {name}" for name, share in shown],
+        [f"{percent(share, 2):>9}  {name}" for name, share in shown],
     )
 
 

@@ -37,10 +37,6 @@ def energy_shares(deflection: Deflection, *, backend: PlotBackend[Drawn] = PAPER
     deflection : Deflection
     backend : Matplotlib
 
-    Returns
-    -------
-    Axes
-
     Raises
     ------
     InputError
@@ -138,10 +134,6 @@ def comparison(
         What to call them; the names of the robots when left out.
     backend : Matplotlib
 
-    Returns
-    -------
-    Axes
-
     Raises
     ------
     InputError
@@ -224,10 +216,6 @@ def load_curve(
     twist : str, optional
         Which displacement, such as ``dz``; the largest one when left out.
     backend : Matplotlib
-
-    Returns
-    -------
-    Axes
 
     Raises
     ------

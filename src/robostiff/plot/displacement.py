@@ -94,8 +94,9 @@ def motion_under(posed: Snapshot | Network, bent: Deflection) -> Motions:
     parts = (pair for leg in posed.legs for pair in _parts(leg, leg.name, leg.name))
     known = {key: nodes[behind[path]] for key, path in parts if path in behind}
     moved, flexible = {PLATFORM: nodes[network.platform]}, posed.platform
-    for own in () if flexible is None else flexible.platform.nodes:
-        moved[node_key(own.name)] = nodes[platform_node(flexible, own.name)]
+    if flexible is not None:
+        for own in flexible.platform.nodes:
+            moved[node_key(own.name)] = nodes[platform_node(flexible, own.name)]
     return _of_legs(posed, known, moved)
 
 

@@ -65,10 +65,6 @@ def map_slice(
         Rows of the stiffness matrix when left out.
     backend : Matplotlib
 
-    Returns
-    -------
-    Axes
-
     Raises
     ------
     InputError
@@ -144,10 +140,6 @@ def map_overview(
     full_rank : int, optional
         As for `map_slice`.
     backend : Matplotlib
-
-    Returns
-    -------
-    Axes
 
     Raises
     ------
@@ -245,10 +237,6 @@ def map_bands(
         As for `map_slice`.
     backend : Matplotlib
 
-    Returns
-    -------
-    Axes
-
     Raises
     ------
     InputError
@@ -333,11 +321,6 @@ def map_isosurface(
     full_rank : int, optional
         As for `map_slice`.
     backend : Matplotlib or Plotly
-
-    Returns
-    -------
-    Axes or Figure
-        Of the backend.
 
     Raises
     ------

@@ -98,11 +98,6 @@ def robot(
         draws the largest displacement as a tenth of the robot, or less.
     backend : Matplotlib or Plotly
 
-    Returns
-    -------
-    Axes or Figure
-        Of the backend.
-
     Raises
     ------
     InputError
@@ -251,11 +246,6 @@ def equilibrium(
         that draws the largest displacement as a tenth of the robot.
     backend : Matplotlib or Plotly
 
-    Returns
-    -------
-    Axes or Figure
-        Of the backend.
-
     Raises
     ------
     InputError
@@ -330,11 +320,6 @@ def mode(
     side : float
         -1 for the other end of the vibration.
     backend : Matplotlib or Plotly
-
-    Returns
-    -------
-    Axes or Figure
-        Of the backend.
 
     Raises
     ------

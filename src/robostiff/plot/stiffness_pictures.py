@@ -78,11 +78,6 @@ def ellipsoid(
         Draws it at the reference point of this robot, at the pose of the result.
     backend : Matplotlib or Plotly
 
-    Returns
-    -------
-    Axes or Figure
-        Of the backend.
-
     Raises
     ------
     InputError
@@ -174,11 +169,6 @@ def free_motions(
     within : Robot, Snapshot, Network, Linkage or CableRobot, optional
         Draws them in this robot, at the pose of the result.
     backend : Matplotlib or Plotly
-
-    Returns
-    -------
-    Axes or Figure
-        Of the backend.
 
     Raises
     ------
@@ -278,10 +268,6 @@ def matrix(
     kind : Kind
     shade : Shade
     backend : Matplotlib
-
-    Returns
-    -------
-    Axes
 
     Raises
     ------

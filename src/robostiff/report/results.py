@@ -48,27 +48,17 @@ Row = tuple[str, str]  # what it is, and its value with where or of what it is
 
 def findings_section(contents: ReportContents) -> Section | None:
     """The findings beside a picture of the robot; nothing where there is neither."""
-    rows = list(_findings(contents))
-    table = Facts(tuple(rows))
-    if contents.posed is None:
-        return Section("findings", "Findings", [table]) if rows else None
-    picture = picture_of_posed(contents.posed, colouring=Colouring.NAMES)
-    figure = one_figure("robot", "The robot at this pose.", picture)
-    return Section("findings", "Findings", [SideBySide((table, figure)) if rows else figure])
-
-
-def _findings(contents: ReportContents) -> Iterator[Row]:
-    result = contents.stiffness
+    result, rows = contents.stiffness, []
     if int(result.rank) >= 0:
         count = len(result.free_motions)
         free = "free in one way" if count == 1 else f"free in {count} ways"
         words = free if count else "held in every direction"
-        yield "rank", f"{int(result.rank)} of {result.space.size}: {words}"
+        rows.append(("rank", f"{int(result.rank)} of {result.space.size}: {words}"))
     if isinstance(result, CableStiffness) and np.all(result.answered):
         for word, i in (("least", np.argmin), ("greatest", np.argmax)):
             at = int(i(result.tensions))
             tension = quantity(float(result.tensions[at]), "N", 4)
-            yield f"{word} tension", f"{tension}, {result.cable_names[at]}"
+            rows.append((f"{word} tension", f"{tension}, {result.cable_names[at]}"))
     if contents.indices is not None:
         worst = contents.indices.worst_deflection
         along = f"along {direction_in_words(worst.translational_direction)}"
@@ -77,14 +67,20 @@ def _findings(contents: ReportContents) -> Iterator[Row]:
             ("softest for a force", worst.translational, "m/N", along),
             ("softest for a moment", worst.rotational, "rad/(N m)", about),
         )
-        yield from ((name, f"{quantity(v, unit, 4)} {at}") for name, v, unit, at in most if v)
-    yield from _of_load(contents)
+        rows += [(name, f"{quantity(v, unit, 4)} {at}") for name, v, unit, at in most if v]
+    rows += _of_load(contents)
     for slowest in contents.modes.each[:1] if contents.modes is not None else ():
-        yield "slowest vibration", str(slowest)
+        rows.append(("slowest vibration", str(slowest)))
     if contents.found is not None:
         reached, poses = (contents.found.attrs[own] for own in ("poses_reachable", "poses"))
         part = f"{percent(int(reached) / int(poses))} of {poses}"
-        yield "poses of the map within reach", part
+        rows.append(("poses of the map within reach", part))
+    table = Facts(tuple(rows))
+    if contents.posed is None:
+        return Section("findings", "Findings", [table]) if rows else None
+    picture = picture_of_posed(contents.posed, colouring=Colouring.NAMES)
+    figure = one_figure("robot", "The robot at this pose.", picture)
+    return Section("findings", "Findings", [SideBySide((table, figure)) if rows else figure])
 
 
 def _of_load(contents: ReportContents) -> Iterator[Row]:
@@ -92,8 +88,9 @@ def _of_load(contents: ReportContents) -> Iterator[Row]:
     if bent is not None and not bent.has_answer:
         yield "under the load", str(bent.status)
     elif isinstance(bent, CableResponse):
-        moved = np.zeros(0) if bent.displacement is None else bent.displacement
-        yield from _moved(bent.before.space, moved)
+        space, length = bent.before.space, float(bent.before.placed.characteristic_length)
+        if bent.displacement is not None:
+            yield from _moved(space, space.without_rounding(bent.displacement, length))
         yield "slack cables", ", ".join(bent.slack) or "none"
     elif bent is not None:
         yield from _moved(bent.stiffness.space, shown_twist(bent))
