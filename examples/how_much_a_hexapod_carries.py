@@ -56,4 +56,4 @@ for share in (0.0, 0.5, 0.9, 0.99):
 
 # %%
 # **Answer:** 29 kN straight down, and 18 kN if a fifth of the load comes from the side. The
-# deflection does not announce the buckling, but the vibrations of the tubes do.
+# deflection does not announce it, but the vibrations of the tubes do.

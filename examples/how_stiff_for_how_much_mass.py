@@ -54,5 +54,5 @@ axes.legend()
 
 # %%
 # **Answer:** on each front the deflection times the mass is the same, because legs between ball
-# joints stretch and do not bend: with 50 % more mass the deflection is a third less. A base of
-# 800 mm in place of 500 mm reduces it by 28 %, at the same mass of the legs.
+# joints stretch and do not bend: with 50 % more mass the deflection is a third less. With a base of
+# 800 mm in place of 500 mm it is 28 % less, at the same mass of the legs.

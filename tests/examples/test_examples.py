@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy as sp
 
 from tests.project.shown_output import ROOT
 
@@ -172,10 +173,10 @@ def test_inverse_is_wrong_wherever_it_answers(page: Page):
 
 @of("closed_form_of_a_new_robot")
 def test_closed_form_is_that_of_the_page(page: Page):
-    R, r, a, k = (page.names["sp"].Symbol(name, positive=True) for name in "Rrak")
+    R, r, a, k = (sp.Symbol(name, positive=True) for name in "Rrak")
     K = page.names["derivation"].K
-    expected = page.names["sp"].diag(*[3 * k / 2 * (1 + (R - r) ** 2 / a**2)] * 2, 3 * k * r**2)
-    assert (K - expected).applyfunc(page.names["sp"].simplify).is_zero_matrix
+    expected = sp.diag(*[3 * k / 2 * (1 + (R - r) ** 2 / a**2)] * 2, 3 * k * r**2)
+    assert (K - expected).applyfunc(sp.simplify).is_zero_matrix
     assert page.claims(r"\frac{3k}{2}\left(1 + \frac{(R - r)^2}{a^2}\right)")
     assert page.claims("1.5 k (1 + (R - r)²/a²) for horizontal forces, and 3 k r² for rotation")
     np.testing.assert_allclose(page.names["formula"], page.names["numbers"], rtol=1e-9, atol=1e-3)
