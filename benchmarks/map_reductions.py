@@ -7,9 +7,10 @@ python benchmarks/map_reductions.py [poses]
 
 from __future__ import annotations
 
-import resource
 import sys
 import time
+
+from timed_rows import largest_memory
 
 import robostiff as rs
 
@@ -35,7 +36,7 @@ def main() -> None:
         start = time.perf_counter()
         rs.stiffness_map(robot, rs.RandomPoses(count, ranges), reduce=reductions)
         seconds = time.perf_counter() - start
-        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        memory = largest_memory()
         print(
             f"{words:34}{seconds:9.1f} s{1e6 * seconds / count:8.3f} us a pose{memory:8.0f} MiB"
             f"   10^9 poses would take {1e9 * seconds / count / 3600:.2f} h"

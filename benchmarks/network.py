@@ -5,10 +5,10 @@ python benchmarks/network.py
 
 from __future__ import annotations
 
-import resource
 import time
 
 import numpy as np
+from timed_rows import largest_memory
 
 from robostiff.elasticity import circle, material
 from robostiff.model import Passive, PlacedFreedom
@@ -66,7 +66,7 @@ def main() -> None:
             end = time.process_time()
             now = len(network.beams), end - start
             growth = before and np.log(now[1] / before[1]) / np.log(now[0] / before[0])
-            largest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+            largest = largest_memory()
             print(
                 f"{kind:<8}{now[0]:>7}{built - start:>8.2f}{end - built:>8.2f}{largest:>7.0f}"
                 f"{(growth and round(growth, 2)) or '':>10}  {result.status}"

@@ -1,10 +1,12 @@
-"""Rows of a table of times: run in turns, and the fastest run of each counts."""
+"""Rows of a table of times: run in turns, and the fastest run of each counts; and memory."""
 
 from __future__ import annotations
 
+import resource
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -45,3 +47,15 @@ def timed(rows: list[Row], turns: int) -> None:
 def kernel_run(kernel: Kernel, inputs: np.ndarray) -> Callable[[], np.ndarray]:
     out = room_for(kernel.rows, inputs.shape[1])
     return lambda: kernel.evaluate(inputs, out, threads=1)
+
+
+def largest_memory() -> float:
+    """The most that this process has had until now [MiB].
+
+    What `getrusage` says begins with what the process had that started it.
+    """
+    status = Path("/proc/self/status")
+    if not status.exists():
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    words = dict(line.split(":") for line in status.read_text().splitlines())
+    return int(words["VmHWM"].split()[0]) / 1024

@@ -35,7 +35,7 @@ VERBS = (
 )
 
 HEAD = """\
-# One language of arguments
+# Arguments, the same in all functions
 
 An argument has one name and one meaning in every function that takes it. The machine comes first,
 then the pose, then the wrench; all others are given by name.
@@ -51,8 +51,8 @@ stand without its name.
 """
 
 FOOT = """
-Results speak the same language: `K` and `C` (stiffness and compliance), `rank`, `status`, `advice`,
-`pose`, `reference_point`, `space`, and `name` of the machine.
+Results have their values under the same names, as far as they have them: `K`, `compliance`,
+`rank`, `status`, `advice`, `pose`, `reference_point`, `space`, and `name` of the machine.
 
 This page is written by `docs/make_arguments_page.py` from the signatures.
 """

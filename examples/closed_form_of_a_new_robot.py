@@ -14,7 +14,6 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import sympy as sp
 from matplotlib import pyplot as plt
 
 import robostiff as rs
@@ -45,8 +44,7 @@ print(text[text.index("K_C = 3") : text.index("Nomenclature")].rstrip())
 
 offsets = np.linspace(0.02, 0.2, 10)  # m
 numbers = [rs.stiffness(rs.load(model, {"a": float(a)})).K for a in offsets]
-function = sp.lambdify(derivation.symbols, derivation.K)
-formula = [function(R=0.3, a=a, k=2e7, r=0.1) for a in offsets]
+formula = derivation.lambdify("R", "a", "k", "r")(0.3, offsets, 2e7, 0.1)
 print(f"largest difference: {np.max(np.abs(np.subtract(formula, numbers)) / np.max(numbers)):.0e}")
 
 # %%

@@ -36,7 +36,7 @@ sooner = rs.critical_load(robot, wrench=aside)
 print(f"critical load: {sooner.factor:.1f} kN, {sooner.factor / found.factor - 1:.0%}")
 
 # %%
-# The platform deflects along a line that is all but straight, up to the critical point:
+# Up to the critical point, the force-deflection curve is almost a straight line:
 
 curve = rs.load_path(robot, wrench=aside, factors=np.linspace(0, 1.2 * sooner.factor, 7))
 axes = rs.plot.load_curve(curve)
@@ -47,8 +47,8 @@ change = np.diag(loaded.K) / np.diag(unloaded) - 1
 print(f"stiffness at 99 % of the critical load: {change.min():+.1%} to {change.max():+.1%}")
 
 # %%
-# Natural frequencies show what is coming. The slowest vibration is that of the tubes; compression
-# slows it down by the root of what is left of the critical load:
+# Natural frequencies announce the buckling. The slowest vibration is that of the tubes. Its
+# frequency falls with the square root of the remaining part of the critical load:
 
 for share in (0.0, 0.5, 0.9, 0.99):
     vibrating = rs.modes(robot, wrench=share * found.factor * down)
@@ -56,4 +56,4 @@ for share in (0.0, 0.5, 0.9, 0.99):
 
 # %%
 # **Answer:** 29 kN straight down, and 18 kN if a fifth of the load comes from the side. The
-# deflection does not announce it, but the vibrations of the tubes do.
+# deflection does not announce the buckling, but the vibrations of the tubes do.

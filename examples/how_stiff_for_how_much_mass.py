@@ -2,9 +2,9 @@
 How stiff for how much mass
 ===========================
 
-**What does another kilogram buy?** A Stewart-Gough platform has legs of steel tubes. Its circles
-and tubes are chosen anew for each mass of the legs, on a small and on a large base: the best
-designs form two Pareto fronts of mass and stiffness.
+**How much stiffer is a robot with another kilogram?** A Stewart-Gough platform has legs of steel
+tubes. Its circles and tubes are chosen anew for each mass of the legs, on a small and on a large
+base: the best designs form two Pareto fronts of mass and stiffness.
 """
 
 import matplotlib.pyplot as plt
@@ -17,7 +17,7 @@ poses = np.array([[0, 0, 0.8, 0, 0, 0], [0.1, 0, 0.8, 0, 0.1, 0], [-0.05, 0.1, 0
 
 # %%
 # The objective is the worst deflection under one newton in any direction, at the worst of the three
-# poses. The limit is on the mass at each pose, as legs are as long as the pose makes them.
+# poses. The limit is on the mass at each pose, because the length of the legs depends on the pose.
 
 
 def front(widest, masses):
@@ -53,6 +53,6 @@ axes.set_ylabel("worst deflection [nm/N]")
 axes.legend()
 
 # %%
-# **Answer:** on each front the deflection times the mass is the same, since legs between ball
-# joints stretch and do not bend: 50 % more mass deflects a third less. A base of 800 mm in place of
-# 500 mm buys as much, 28 % less, for no mass of the legs at all.
+# **Answer:** on each front the deflection times the mass is the same, because legs between ball
+# joints stretch and do not bend: with 50 % more mass the deflection is a third less. A base of
+# 800 mm in place of 500 mm reduces it by 28 %, at the same mass of the legs.

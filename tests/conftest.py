@@ -2,11 +2,15 @@
 
 import gc
 import os
+import sys
+import weakref
 from collections import Counter
 from collections.abc import Iterator
 from copy import copy
 from dataclasses import fields
+from functools import wraps
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import jaxtyping
@@ -19,8 +23,10 @@ from tests.other_programs import PEERS, is_there
 # wait for one another busily.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-# Records are made anew, and those of the user stay as they are.
+# Records are made anew, but where many tests need those of the same robots and none is about them;
+# those of the user stay as they are.
 os.environ["ROBOSTIFF_CACHE"] = "off"
+_RECORDS = TemporaryDirectory(prefix="robostiff-records-")
 
 _UNTIMED = [HealthCheck.too_slow, HealthCheck.data_too_large]
 
@@ -99,6 +105,37 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
         terminalreporter.write_line(f"tests left out, as this is not installed: {', '.join(parts)}")
 
 
+#: Shipped robots as they were built, by their identity, and what they were built of.
+_BUILT: dict[int, tuple[weakref.ref[Any], Any]] = {}
+#: Whether a test changes functions of the library, so that formulas are derived anew.
+_IS_CHANGED = False
+
+
+def _shipped_robots_are_derived_once() -> None:
+    """Formulas of shipped robots are those of all tests that ask for them."""
+    import robostiff as rs
+
+    derive, names = rs.derive, set(rs.shipped_robots())
+    known: dict[Any, Any] = {}
+
+    @wraps(derive)
+    def derive_once(robot: Any, **how: Any) -> Any:
+        built, own = _BUILT.get(id(robot), (lambda: None, None))
+        key = (own if built() is robot else robot, *sorted(how.items()))
+        try:
+            hash(key)
+        except TypeError:  # lists, values of coordinates
+            return derive(robot, **how)
+        if _IS_CHANGED or not (built() is robot or robot in names):
+            return derive(robot, **how)
+        if key not in known:
+            known[key] = derive(robot, **how)
+        return known[key]
+
+    for module in (rs, sys.modules[derive.__module__]):
+        vars(module)["derive"] = derive_once
+
+
 def _shipped_robots_are_built_once() -> None:
     """A quarter of the time of commands goes into models that were read a hundred times before.
 
@@ -134,6 +171,7 @@ def _shipped_robots_are_built_once() -> None:
         own = copy(built[key])
         for name in set(vars(own)) - {field.name for field in fields(own)}:
             del vars(own)[name]
+        _BUILT[id(own)] = weakref.ref(own), key
         return own
 
     document.read_document, model_file.model_from_document = read_once, build_once
@@ -142,20 +180,27 @@ def _shipped_robots_are_built_once() -> None:
 def pytest_collection_finish() -> None:
     """Look for garbage in what the tests leave alone."""
     _shipped_robots_are_built_once()
+    _shipped_robots_are_derived_once()
     gc.collect()
     gc.freeze()
     gc.enable()
 
 
-# Where formulas and robots are tested by themselves; what is built on them calls them with the
-# same shapes thousands of times, at a third of the time of its tests. All slow tests check them.
-_SHAPES_CHECKED = {"cases", "compiled", "elastostatics", "kinematics", "laws"}
-_SHAPES_CHECKED |= {"network", "paper", "project", "recorded", "robots"}
+# Where formulas are tested by themselves; what is built on them calls them with the same shapes
+# thousands of times, at a third of the time of its tests. All slow tests check them.
+_SHAPES_CHECKED = {"cases", "elastostatics", "laws", "paper", "recorded"}
+#: Calls of all functions with any arguments, of which formulas are the least part.
+_UNCHECKED = "tests/laws/test_odd_arguments.py"
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Check the shapes in the signatures of the formulas in some folders alone."""
+    """Choose what is checked, recorded and derived anew."""
+    global _IS_CHANGED  # noqa: PLW0603
     folder = item.nodeid.split("/")[1]
-    is_checked = folder in _SHAPES_CHECKED or item.get_closest_marker("slow") is not None
+    is_checked = folder in _SHAPES_CHECKED and not item.nodeid.startswith(_UNCHECKED)
+    is_checked = is_checked or item.get_closest_marker("slow") is not None
     jaxtyping.config.update("jaxtyping_disable", not is_checked)
+    is_recorded_once = folder == "identification" or item.nodeid.startswith(_UNCHECKED)
+    os.environ["ROBOSTIFF_CACHE"] = _RECORDS.name if is_recorded_once else "off"
+    _IS_CHANGED = "monkeypatch" in getattr(item, "fixturenames", ())

@@ -183,7 +183,7 @@ def test_what_is_written_of_a_derivative():
     assert r"\frac{\partial \mu_{1}}{\partial L} &=" in latex
     assert r"\frac{\partial \mu_{1}}{\partial L} &=" in derivation_markdown(found)
     assert "frac(partial mu_(1), partial L)" in derivation_typst(found)
-    assert "Stiffness matrix K_C with its derivative by L" in python_function(found)
+    assert "Cartesian stiffness matrix K_C with its derivative by L" in python_function(found)
 
 
 @pytest.mark.parametrize("name", [n for n in ALL if n not in TOO_MUCH])

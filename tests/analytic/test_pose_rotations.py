@@ -85,8 +85,11 @@ def test_the_nomenclature_says_what_the_angles_are(name, words, leg):
 def test_functions_say_what_coordinates_are():
     robot = rs.load("3-rrr", symbols=("k",))
     source = python_function(rs.derive(robot, pose=rs.AtSymbols()))
-    assert "gamma: rotation of the platform, Rz(gamma)\n" in source
-    assert "x: place of the platform's origin [m]\n" in source
+    assert "    gamma : array_like\n        rotation of the platform, Rz(gamma)\n" in source
+    assert "    x : array_like\n        place of the platform's origin [m]\n" in source
+    assert source.index("Parameters\n    -----") < source.index(
+        "Raises\n    ------\n    ValueError"
+    )
     joint = rs.AtCoordinates({"q1": sp.Symbol("theta")})
     words = rs.derive("two-link-arm", symbols=(), pose=joint).meanings
     assert words["theta"] == "joint coordinate, in the order of the arm [rad, or m of a slide]"

@@ -231,7 +231,7 @@ def test_checks_of_robots_chains_and_snapshots_see_a_difference(monkeypatch):
     chain = derive_chain(FULL, joints, Steps())
     with pytest.raises(DisagreementError):
         check_chain(replace(chain, K=chain.K + sp.eye(6) / 1000), FULL.flat(), joints)
-    module = sys.modules["robostiff.analytic.snapshot_formula"]
+    module = sys.modules["robostiff.analytic.robot_formula"]
     whole = module.closed_sum
     monkeypatch.setattr(
         module, "closed_sum", lambda *own: replace(whole(*own), K=whole(*own).K * 2)
@@ -251,7 +251,7 @@ def test_a_python_function_raises_where_it_does_not_hold():
     derivation, _, _ = singular()
     function = function_of(derivation)
     assert function(2.0, 1.0)[0, 0] == 1.0
-    assert "a ValueError where the formula does not hold" in " ".join(function.__doc__.split())
+    assert "ValueError Where the formula does not hold" in " ".join(function.__doc__.split())
     for a, b in [(1.0, 1.0), (1.0, 1.0 + 1e-9), (-1.0, 1.0), (np.nan, 1.0)]:
         with pytest.raises(ValueError, match="does not hold at 1 of 1"):
             function(a, b)

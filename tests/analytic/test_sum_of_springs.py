@@ -23,9 +23,8 @@ from robostiff.analytic.export import (
     derivation_text,
     python_function,
 )
-from robostiff.analytic.springs.sampled_leg import SampledLeg
 from robostiff.analytic.springs.sum_of_springs import different_entries, operations_of
-from robostiff.analytic.springs.unit_wrenches import _least_couplings
+from robostiff.analytic.springs.unit_wrenches import SampledLeg, _least_couplings
 from tests.analytic.test_right_or_refused import distance, function_of, values_for
 
 DATA = Path(__file__).parent / "data"

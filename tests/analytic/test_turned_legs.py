@@ -12,8 +12,7 @@ from robostiff.analytic.placement import agreement
 from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.analytic.placement.turned_legs import images_of_legs
-from robostiff.analytic.springs.sampled_leg import SampledLeg
-from robostiff.analytic.springs.unit_wrenches import WrenchSearch
+from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
 from robostiff.record import Entry
 from robostiff.recorded import assembled
 from robostiff.robots import robot_file

@@ -10,8 +10,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robostiff.elasticity import CrossSection, box, circle, i_section, rectangle, tube
-from robostiff.elasticity.arbitrary_section import section_from_sectionproperties
+from robostiff.elasticity import (
+    CrossSection,
+    box,
+    circle,
+    i_section,
+    rectangle,
+    section_from_sectionproperties,
+    tube,
+)
 from robostiff.errors import InputError
 
 side = st.floats(1e-3, 1.0)

@@ -6,7 +6,7 @@ import pytest
 import robostiff as rs
 from robostiff import InputError
 from robostiff.elastostatics import aggregate, aggregate_matrices, eliminate_index
-from robostiff.spatial import Space, screw_of_twist, twist_transport
+from robostiff.spatial import Space, screw_of_twist, skew, twist_transport
 
 E6 = np.eye(6)
 NO_JOINTS = np.zeros((6, 0))
@@ -88,3 +88,9 @@ def test_forms_are_objects_with_names():
     assert rs.IndexRules().name == "index-rules"
     assert rs.Recursive() == rs.Recursive(groups=None)
     assert hash(rs.Recursive(groups=((1, 0),))) is not None
+
+
+def test_shapes_are_checked_while_testing():
+    jaxtyping = pytest.importorskip("jaxtyping")
+    with pytest.raises(jaxtyping.TypeCheckError, match="parameter 'v'"):
+        skew(np.zeros(4))

@@ -1,5 +1,6 @@
 """What is installed with robostiff, and what works with that alone."""
 
+import json
 import os
 import re
 import shlex
@@ -8,10 +9,10 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Iterable
+from functools import cache
 from importlib.metadata import packages_distributions, requires
 from pathlib import Path
 
-import numpy as np
 import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
@@ -151,6 +152,7 @@ def needed_by(requirements: Iterable[str]) -> set[str]:
     return found
 
 
+@cache
 def beyond_what_is_needed() -> list[str]:
     """Packages that happen to be installed here, and robostiff does not ask for."""
     needed = needed_by([*PROJECT["dependencies"], "robostiff"])
@@ -181,47 +183,56 @@ def test_pictures_and_reports_load_no_stores_of_maps(package: str):
     assert not stores & set(loaded)
 
 
-@pytest.mark.parametrize(
-    ("words", "what", "extra"),
-    [
-        ("map hexapod --x '0 0.1 3' -o map.nc", "maps", "maps"),
-        ("map hexapod --x '0 0.1 3' -o map.zarr", "maps", "maps"),
-        ("plot hexapod -o picture.png", "plots", "plot"),
-        ("report hexapod -o report.html", "plots", "plot"),
-        ("modes hexapod --plot mode.png", "plots", "plot"),
-        ("view hexapod", "views", "robostiff-view"),
-        ("check examples/two-ur5.urdf.xacro", "xacro files", "urdf"),
-        ("check examples/four-bar.xml", "MJCF files", "robostiff-interop"),
-        ("convert hexapod --to opensees", "models for OpenSees", "robostiff-interop"),
-        ("derive planar-link -o K.pdf", "PDF files", "pdf"),
-    ],
-)
-def test_a_command_says_in_one_line_which_extra_it_needs(words, what, extra, tmp_path):
-    command = [str(ROOT / word) if "examples/" in word else word for word in shlex.split(words)]
-    hide = f"import sys; sys.modules.update(dict.fromkeys({beyond_what_is_needed()}))\n"
-    hide += "import importlib.metadata; importlib.metadata.entry_points = lambda group: ()\n"
-    code = f"{hide}sys.argv = ['robostiff', *{command}]\n"
-    code += "from robostiff.cli.main import main; main()"
+#: What is missing for a command, and the extra that has it.
+NEEDED = {
+    "map hexapod --x '0 0.1 3' -o map.nc": ("maps", "maps"),
+    "map hexapod --x '0 0.1 3' -o map.zarr": ("maps", "maps"),
+    "plot hexapod -o picture.png": ("plots", "plot"),
+    "report hexapod -o report.html": ("plots", "plot"),
+    "modes hexapod --plot mode.png": ("plots", "plot"),
+    "view hexapod": ("views", "robostiff-view"),
+    f"check {ROOT}/examples/two-ur5.urdf.xacro": ("xacro files", "urdf"),
+    f"check {ROOT}/examples/four-bar.xml": ("MJCF files", "robostiff-interop"),
+    "convert hexapod --to opensees": ("models for OpenSees", "robostiff-interop"),
+    "derive planar-link -o K.pdf": ("PDF files", "pdf"),
+}
+#: All in one process, which imports what they need once.
+COMMANDS = """
+import contextlib, importlib.metadata, io, json, sys
+
+sys.modules.update(dict.fromkeys({names}))  # None: cannot be imported
+importlib.metadata.entry_points = lambda group: ()
+from robostiff.cli.main import main
+
+found = []
+for words in {commands}:
+    sys.argv, out, err, code = ["robostiff", *words], io.StringIO(), io.StringIO(), None
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            main()
+        except SystemExit as ended:
+            code = ended.code
+    found.append((code, out.getvalue(), err.getvalue()))
+print(json.dumps(found))
+"""
+
+
+def test_a_command_says_in_one_line_which_extra_it_needs(tmp_path):
+    commands = [shlex.split(words) for words in NEEDED]
+    code = COMMANDS.format(names=beyond_what_is_needed(), commands=commands)
     done = subprocess.run(
-        [sys.executable, "-c", code], check=False, capture_output=True, text=True, cwd=tmp_path
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True, cwd=tmp_path
     )
-    assert done.returncode == 2
-    assert re.fullmatch(
-        rf"robostiff: error: {what} need '[\w-]+', which is not installed; write pip install "
-        rf"('robostiff\[{extra}\]'|\./extras/{extra} in a checkout of robostiff)\n",
-        done.stderr,
-    )
-    assert not done.stdout
+    for (what, extra), (code, out, error) in zip(
+        NEEDED.values(), json.loads(done.stdout), strict=True
+    ):
+        assert (code, out) == (2, "")
+        assert re.fullmatch(
+            rf"robostiff: error: {what} need '[\w-]+', which is not installed; write pip install "
+            rf"('robostiff\[{extra}\]'|\./extras/{extra} in a checkout of robostiff)\n",
+            error,
+        )
     assert not list(tmp_path.iterdir())
-
-
-def test_shapes_are_checked_while_testing():
-    from jaxtyping import TypeCheckError
-
-    from robostiff.spatial.transport import skew
-
-    with pytest.raises(TypeCheckError, match="parameter 'v'"):
-        skew(np.zeros(4))
 
 
 @pytest.fixture(scope="module")

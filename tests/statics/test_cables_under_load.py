@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 import robostiff as rs
 from robostiff.model.cable import Cable, CableRobot, Weight
 from robostiff.spatial import Frame, Space
+from robostiff.statics.equations.problem import EquilibriumProblem
 from tests.cables.machines import answered, cable_robot, random_robot
 
 ALONG = "robostiff.statics.equations.newton.PathStep.along"
@@ -272,3 +273,30 @@ def test_batches_say_where_there_are_no_tensions():
 def test_what_cables_do_not_have_is_refused(given: dict[str, Any], words: str):
     with pytest.raises(rs.InputError, match=words):
         rs.equilibrium(cable_robot("cable-8"), **given)
+
+
+def test_a_load_that_is_not_carried_is_refused_in_few_solves(monkeypatch: pytest.MonkeyPatch):
+    """By its path alone; the cable that becomes slack before is met on it."""
+    robot, solves = cable_robot("cable-8-suspended"), 0
+    real = EquilibriumProblem.linearised
+
+    def counted(*given: Any) -> Any:
+        nonlocal solves
+        solves += 1
+        return real(*given)
+
+    assert robot.weight is not None
+    load = np.array([0, 0, -1.5 * robot.weight.force[2], 0, 0, 0])
+    with monkeypatch.context() as patch:
+        patch.setattr(EquilibriumProblem, "linearised", counted)
+        response = rs.cable_response(robot, wrench=load)
+    assert not response.has_answer
+    assert solves < 500
+    event = response.first_slack
+    assert event is not None
+    assert event.factor < response.carried
+    before, after = (
+        rs.cable_response(robot, wrench=part * event.factor * load) for part in (0.9999, 1.0001)
+    )
+    assert not before.slack
+    assert after.slack == (event.cable,)

@@ -169,38 +169,32 @@ def cable_tensions(
         )
     # A pose is read the same way for robots of legs and of cables.
     request = requested_pose(cast(Any, robot), pose)
-    placed = place_cables(robot, request.R, request.coordinates[:, :3])
-    n = robot.space.size
-    wrench = np.zeros(n) if wrench is None else wrench
-    F = given_wrenches(wrench, robot.space, request.batch).reshape(-1, n)
+    batch, n, m = request.batch, robot.space.size, len(robot.cables)
+    pose = request.coordinates.reshape(*batch, 6)
+    placed = place_cables(robot, request.R.reshape(*batch, 3, 3), pose[..., :3])
+    F = given_wrenches(np.zeros(n) if wrench is None else wrench, robot.space, batch)
     length = placed.characteristic_length
     s = scaling(length, robot.space)
     least, greatest = robot.tension_limits
     problem = TensionProblem(
-        W=structure_matrix(placed) / s[:, :, None],
-        F=(F + weight_wrench(placed)) / s,
+        W=(structure_matrix(placed) / s[..., :, None]).reshape(-1, n, m),
+        F=((F + weight_wrench(placed)) / s).reshape(-1, n),
         least=least,
         greatest=greatest,
         level=level,
     )
     values, status = rule.choose(problem)
-    no_length = (placed.lengths <= _NO_LENGTH * length[:, None]).any(axis=-1)
+    no_length = (placed.lengths <= _NO_LENGTH * length[..., None]).any(axis=-1).reshape(-1)
     status = np.where(no_length, np.uint16(Status.UNREACHABLE), status)
     feasible = (status & _WITHOUT_TENSIONS) == 0
     status = status | (feasible & ~problem.within(values)) * np.uint16(Status.BEYOND_LIMITS)
-    batch, cables = request.batch, len(robot.cables)
     return CableTensions(
         name=robot.name,
         cable_names=tuple(robot.cable_names),
-        pose=request.coordinates.reshape(*batch, 6),
-        placed=replace(
-            placed,
-            attachments=placed.attachments.reshape(*batch, cables, 3),
-            reference_point=placed.reference_point.reshape(*batch, 3),
-            weight_point=placed.weight_point.reshape(*batch, 3),
-        ),
-        wrench=F.reshape(*batch, n),
-        values=np.where(feasible[:, None], values, 0.0).reshape(*batch, cables),
+        pose=pose,
+        placed=placed,
+        wrench=F,
+        values=np.where(feasible[:, None], values, 0.0).reshape(*batch, m),
         status_codes=np.asarray(status, dtype=np.uint16).reshape(batch),
         rule=rule.name,
     )

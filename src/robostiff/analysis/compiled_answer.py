@@ -110,7 +110,13 @@ class RecordedRanks:
         wrenches = self.kernel.evaluate(inputs).T.reshape(count, sum(self.counts), n) / s
         clear = np.isfinite(wrenches).all(axis=(1, 2))
         wrenches[~clear] = 0.0
-        unit = self._unit(wrenches)
+        ends, bases = np.cumsum(self.counts).tolist(), []
+        for own in set(self.counts) - {0}:  # of legs with as many wrenches at once
+            sizes = zip(self.counts, ends, strict=True)
+            columns = [range(end - m, end) for m, end in sizes if m == own]
+            Q = np.linalg.qr(np.swapaxes(wrenches[:, np.array(columns)], -1, -2))[0]
+            bases.append(np.moveaxis(Q, 1, 2).reshape(count, n, -1))
+        unit = np.concatenate(bases, axis=-1)  # an orthonormal basis for each leg (N, n, m)
         values = np.linalg.svd(unit, compute_uv=False)
         rank = np.count_nonzero(values > tolerance.independence, axis=-1)
         kept = values > _CLEARLY * tolerance.near_independence
@@ -123,18 +129,6 @@ class RecordedRanks:
         clear &= np.all(idle | shown, axis=-1)
         smallest = smallest_held_stiffness(K, rank)
         return rank, clear & (smallest > _CLEARLY * tolerance.near_rigidity)
-
-    def _unit(self, wrenches: np.ndarray) -> np.ndarray:
-        """An orthonormal basis for each leg, side by side (N, n, m)."""
-        ends = np.cumsum(self.counts).tolist()
-        found = []
-        for own in set(self.counts) - {0}:  # legs with as many wrenches at once
-            columns = [
-                range(end - m, end) for m, end in zip(self.counts, ends, strict=True) if m == own
-            ]
-            Q = np.linalg.qr(np.swapaxes(wrenches[:, np.array(columns)], -1, -2))[0]
-            found.append(np.moveaxis(Q, 1, 2).reshape(len(Q), self.space.size, -1))
-        return np.concatenate(found, axis=-1)
 
 
 @dataclass(frozen=True)

@@ -101,9 +101,21 @@ def free_motions_in_words(
     if f == 0:
         return ()
     rows = list(Space.of_size(n).rows)
-    twists = np.zeros((f, 6))
-    twists[:, rows] = basis
-    translations, rotations = _taken_apart(twists, length)
+    scaled = np.zeros((f, 6))
+    scaled[:, rows] = basis
+    scaled[:, 3:] *= length
+    scaled = np.linalg.svd(scaled, full_matrices=False)[2]
+    # Unit translations of the space, and twists whose rotations are independent.
+    U, values, _ = np.linalg.svd(scaled[:, 3:])
+    turning = np.concatenate([values, np.zeros(len(U) - len(values))]) > _SMALL
+    translations, rotations = (U.T @ scaled)[~turning, :3], (U.T @ scaled)[turning]
+    if len(translations):  # as near to the world axes as the span allows
+        translations = _echelon(translations, range(3))
+        translations /= np.linalg.norm(translations, axis=-1, keepdims=True)
+        T = np.linalg.qr(translations.T)[0]
+        rotations[:, :3] -= rotations[:, :3] @ T @ T.T
+    rotations[:, 3:] /= length
+    rotations = _echelon(rotations, range(3, 6))
     rotations, common = _about_common_point(rotations, translations, length)
     motions = [np.concatenate([v, np.zeros(3)]) for v in translations]
     readable = []
@@ -116,25 +128,6 @@ def free_motions_in_words(
         own[np.abs(own) < _ROUNDING * np.max(np.abs(own))] = 0.0
         readable.append(FreeMotion(own, screw))
     return tuple(readable)
-
-
-def _taken_apart(twists: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray]:
-    """Unit translations of the space, and twists whose rotations are independent."""
-    scaled = np.concatenate([twists[:, :3], length * twists[:, 3:]], axis=-1)
-    scaled = np.linalg.svd(scaled, full_matrices=False)[2]
-    U, values, _ = np.linalg.svd(scaled[:, 3:])
-    values = np.concatenate([values, np.zeros(len(U) - len(values))])
-    turning = values > _SMALL
-    translations = (U.T @ scaled)[~turning, :3]
-    if len(translations):  # as near to the world axes as the span allows
-        translations = _echelon(translations, range(3))
-        translations /= np.linalg.norm(translations, axis=-1, keepdims=True)
-    rotations = (U.T @ scaled)[turning]
-    if len(translations):
-        T = np.linalg.qr(translations.T)[0]
-        rotations[:, :3] -= rotations[:, :3] @ T @ T.T
-    rotations[:, 3:] /= length
-    return translations, _echelon(rotations, range(3, 6))
 
 
 def _echelon(rows: np.ndarray, columns: range) -> np.ndarray:

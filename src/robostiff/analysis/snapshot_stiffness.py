@@ -140,7 +140,29 @@ def leg_matrices(
         J_q = J_q[..., list(space.rows), :]
     if not leg.blocks:
         return LegMatrices(leg, at, space, length, J_q, names)
-    blocks = tuple(_block(block, at, space, length, tolerance) for block in leg.blocks)
+    blocks = []
+    for block in leg.blocks:
+        if space is Space.PLANAR or any(branch.blocks for branch in block.branches):
+            together = legs_alone(block.branches)
+        else:
+            together = legs_together(block.branches, at.shape[:-1])
+        solved = [
+            leg_matrices(own.leg, own.each(at), space, own.each(length), tolerance)
+            for own in together
+        ]
+        wrenches = in_order(together, [one.wrenches(one.length, tolerance) for one in solved])
+        matrices: dict[int, LegMatrices] = {}
+        for own, one in zip(together, solved, strict=True):
+            several = len(own.places) > 1  # those have no blocks inside
+            for k, i in enumerate(own.places):
+                matrices[i] = one
+                if several:
+                    part = block.branches[i], at, space, length, one.J_q[k], one.names
+                    matrices[i] = LegMatrices(*part)
+        branches = tuple(matrices[i] for i in range(len(matrices)))
+        inner = tuple(tuple(own.whole for own in one.blocks) for one in branches)
+        whole = replace(block_of(wrenches, length, tolerance), inner=inner)
+        blocks.append(SolvedBlock(block, whole, branches))
     columns, there = [J_q], [np.ones((*J_q.shape[:-2], len(names)), dtype=bool)]
     for block in blocks:
         columns.append(block.whole.J_q)
@@ -149,30 +171,7 @@ def leg_matrices(
     present = np.concatenate(there, axis=-1)
     J_q = np.concatenate(columns, axis=-1)
     there_all = None if np.all(present) else present
-    return LegMatrices(leg, at, space, length, J_q, names, there_all, blocks)
-
-
-def _block(
-    block: PlacedBlock, at: np.ndarray, space: Space, length: np.ndarray, tolerance: Tolerance
-) -> SolvedBlock:
-    if space is Space.PLANAR or any(branch.blocks for branch in block.branches):
-        together = legs_alone(block.branches)
-    else:
-        together = legs_together(block.branches, at.shape[:-1])
-    solved = [
-        leg_matrices(own.leg, own.each(at), space, own.each(length), tolerance) for own in together
-    ]
-    wrenches = in_order(together, [one.wrenches(one.length, tolerance) for one in solved])
-    matrices: dict[int, LegMatrices] = {}
-    for own, one in zip(together, solved, strict=True):
-        several = len(own.places) > 1  # those have no blocks inside
-        for k, i in enumerate(own.places):
-            placed, J_q = block.branches[i], one.J_q[k] if several else one.J_q
-            matrices[i] = LegMatrices(placed, at, space, length, J_q, one.names) if several else one
-    branches = tuple(matrices[i] for i in range(len(matrices)))
-    inner = tuple(tuple(own.whole for own in one.blocks) for one in branches)
-    whole = replace(block_of(wrenches, length, tolerance), inner=inner)
-    return SolvedBlock(block, whole, branches)
+    return LegMatrices(leg, at, space, length, J_q, names, there_all, tuple(blocks))
 
 
 DEFAULT_METHOD = WrenchBasis()

@@ -5,6 +5,8 @@ defining relations; results in closed form or as named steps. Matrices of SymPy 
 and go out.
 """
 
+from functools import partialmethod
+
 from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.calculus import (
     ComplianceSteps,
@@ -15,11 +17,18 @@ from robostiff.analytic.calculus import (
     differentiate,
 )
 from robostiff.analytic.chain import Closed, Steps, derive_chain
-from robostiff.analytic.derivation import Derivation, Formula, LegDerivation, RobotDerivation, Stage
+from robostiff.analytic.derivation import (
+    Derivation,
+    Formula,
+    LegDerivation,
+    RobotDerivation,
+    SnapshotFormula,
+    Stage,
+)
 from robostiff.analytic.exact.closed import canonical, sum_of_legs
 from robostiff.analytic.exact.definition import Condition, Definition
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.export.documents import fragment_of_notebook, latex_snippet
+from robostiff.analytic.export.documents import derivation_html, latex_snippet
 from robostiff.analytic.formula_function import FormulaFunction, formula_function
 from robostiff.analytic.legs import LegElimination, derive_leg
 from robostiff.analytic.placement.robot_pose import (
@@ -38,12 +47,11 @@ from robostiff.analytic.questions.motions import (
 )
 from robostiff.analytic.questions.rank import RankFormula, rank_formula
 from robostiff.analytic.reading.combinations import NamedCombinations, name_combinations
-from robostiff.analytic.robot_formula import derive_robot
-from robostiff.analytic.snapshot_formula import SnapshotFormula, snapshot_formula
+from robostiff.analytic.robot_formula import derive_robot, snapshot_formula
 
 # Methods of formulas that write them, or make functions of them: of modules above theirs.
 Formula.lambdify, Formula.latex = formula_function, latex_snippet
-Formula._repr_html_ = fragment_of_notebook
+Formula._repr_html_ = partialmethod(derivation_html, first_heading=3)  # below those of a notebook
 
 __all__ = [
     "AtCoordinates",

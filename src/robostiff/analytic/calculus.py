@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Self
 
@@ -13,7 +13,6 @@ from robostiff.analytic.budget import BUDGET, within
 from robostiff.analytic.derivation import Formula
 from robostiff.analytic.exact.closed import canonical
 from robostiff.analytic.exact.definition import (
-    Condition,
     Definition,
     Unwritten,
     WrittenField,
@@ -47,12 +46,16 @@ class FormulaDerivative(Formula):
     derivation: Formula
     symbol: sp.Symbol
     dK: WrittenField = WrittenField()
-    definitions: tuple[Definition, ...] = ()
+    definitions: tuple[Definition, ...] = ()  # pyright: ignore[reportIncompatibleMethodOverride]
 
-    @property
-    def name(self) -> str:
-        """Name of the derivative, such as dK_C_dR."""
-        return derivative_name(self.derivation.name, self.symbol)
+    @classmethod
+    def of(
+        cls, whole: Formula, symbol: sp.Symbol, dK: Any, definitions: tuple[Definition, ...] = ()
+    ) -> Self:
+        """Of a formula, under its conditions."""
+        name, conditions = derivative_name(whole.name, symbol), Unwritten(lambda: whole.conditions)
+        about: Any = {"name": name, "conditions": conditions, "meanings": whole.meanings}
+        return cls(whole, symbol, dK, definitions, **about)
 
     @property
     def K(self) -> sp.ImmutableMatrix:
@@ -77,23 +80,13 @@ class FormulaDerivative(Formula):
     def _at_values(self, put_in: Substitution) -> Self:
         derivation = self.derivation._at_values(put_in)
         definitions, dK = at_values((self.definitions, self.dK), put_in)
-        return replace(self, derivation=derivation, dK=dK, definitions=definitions)
+        return self.of(derivation, self.symbol, dK, definitions)
 
     @cached_property
     def in_names(self) -> FormulaDerivative:
         """The same in the names of a robot's formula, by the chain rule; itself without names."""
         named = self.derivation.named
         return self if named is None else _by_steps(named, self.symbol)
-
-    @property
-    def conditions(self) -> tuple[Any, ...]:
-        """What must hold besides regular denominators and roots."""
-        return self.derivation.conditions
-
-    @property
-    def meanings(self) -> Mapping[str, str]:
-        """Of given symbols, in words."""
-        return self.derivation.meanings
 
 
 def differentiate(derivation: Formula, symbol: sp.Symbol | str) -> FormulaDerivative:
@@ -145,15 +138,14 @@ def differentiate(derivation: Formula, symbol: sp.Symbol | str) -> FormulaDeriva
     if not derivation.is_closed:
         return _by_steps(derivation, symbol)
     if derivation.named is None:
-        return FormulaDerivative(
-            derivation, symbol, derivative_formula(derivation.matrices[0], symbol)
-        )
+        dK = derivative_formula(derivation.matrices[0], symbol)
+        return FormulaDerivative.of(derivation, symbol, dK)
 
     def write() -> Any:
         names = in_given_symbols(found.in_names.definitions)
         return found.in_names.dK.xreplace(names)
 
-    found = FormulaDerivative(derivation, symbol, Unwritten(write))
+    found = FormulaDerivative.of(derivation, symbol, Unwritten(write))
     return found
 
 
@@ -199,7 +191,7 @@ def _by_steps(derivation: Formula, symbol: sp.Symbol) -> FormulaDerivative:
         rates[definition.symbol] = sp.Symbol(name)
         definitions.append(Definition(rates[definition.symbol], change))
     dK = _rates(derivation.matrices[0], rates)
-    return FormulaDerivative(derivation, symbol, dK, tuple(definitions))
+    return FormulaDerivative.of(derivation, symbol, dK, tuple(definitions))
 
 
 def _rates(K: Any, rates: dict[Any, Any]) -> sp.ImmutableMatrix:
@@ -264,7 +256,24 @@ def compliance_formula(K: Any, budget: float | None = BUDGET) -> sp.ImmutableMat
     Matrix([[0, F*L**3/(3*EI), F*L**2/(2*EI)]])
     """
     matrix = closed_matrix(K, "compliance")
-    return within(budget, lambda: _inverse(matrix), "compliance")
+    n = matrix.rows
+
+    def inverse() -> sp.ImmutableMatrix:
+        field = ExactField(matrix.flat())
+        one, zero = field.one, field.zero
+        units = [[one if i == j else zero for j in range(n)] for i in range(n)]
+        rows = [[*map(field.element, matrix.row(i)), *units[i]] for i in range(n)]
+        reduced, pivots = echelon(field, rows)
+        if pivots != list(range(n)):
+            raise InputError(
+                "compliance",
+                got=f"a matrix of rank {sum(pivot < n for pivot in pivots)} of {n}",
+                expected="one with an inverse",
+                hint="free_motion_formulas(...) gives its free motions",
+            )
+        return sp.ImmutableMatrix(n, n, lambda i, j: field.expression(reduced[i][n + j]))
+
+    return within(budget, inverse, "compliance")
 
 
 @dataclass(frozen=True)
@@ -273,22 +282,14 @@ class ComplianceSteps(Formula):
 
     Attributes
     ----------
-    name : str
     C : sympy.ImmutableMatrix
         (n, n), about the reference point, in symbols given or defined.
     definitions : tuple of Definition
         What names stand for, in the order in which they can be computed.
-    conditions : tuple of Condition
-        Under which the stiffness holds.
-    meanings : mapping of str to str
-        Of given symbols.
     """
 
-    name: str
     C: sp.ImmutableMatrix
-    definitions: tuple[Definition, ...]
-    conditions: tuple[Condition, ...] = ()
-    meanings: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
+    definitions: tuple[Definition, ...] = ()  # pyright: ignore[reportIncompatibleMethodOverride]
 
     is_stiffness = False
 
@@ -374,24 +375,5 @@ def compliance_steps(derivation: Formula) -> ComplianceSteps:
 
     C = inverse_in_steps(K, named)
     used = used_definitions(steps, [C])
-    name = f"compliance of {derivation.name}"
-    return ComplianceSteps(name, C, used, derivation.conditions, derivation.meanings)
-
-
-def _inverse(K: Any) -> sp.ImmutableMatrix:
-    n = K.rows
-    field = ExactField(K.flat())
-    one, zero = field.one, field.zero
-    rows = [
-        [*(field.element(K[i, j]) for j in range(n)), *(one if i == j else zero for j in range(n))]
-        for i in range(n)
-    ]
-    reduced, pivots = echelon(field, rows)
-    if pivots != list(range(n)):
-        raise InputError(
-            "compliance",
-            got=f"a matrix of rank {sum(pivot < n for pivot in pivots)} of {n}",
-            expected="one with an inverse",
-            hint="free_motion_formulas(...) gives its free motions",
-        )
-    return sp.ImmutableMatrix(n, n, lambda i, j: field.expression(reduced[i][n + j]))
+    about: Any = {"conditions": derivation.conditions, "meanings": derivation.meanings}
+    return ComplianceSteps(C, used, name=f"compliance of {derivation.name}", **about)

@@ -121,7 +121,6 @@ class Steps:
 
 
 _CLOSED = Closed()
-_Column = tuple[Any, ...]  # entries of the twist of a joint
 
 
 def derive_chain(
@@ -184,10 +183,31 @@ def derive_chain(
     start, entries = _checked_stiffness(K0 if C is None else C)
     if C is not None:
         start, entries = _checked_stiffness(compliance_formula(start))
-    columns = {joint: _checked_column(joint, J, start.rows) for joint, J in joints.items()}
+    columns: dict[str, tuple[Any, ...]] = {}  # entries of the twist of each joint
+    for joint, J in joints.items():
+        if isinstance(J, list | tuple) and not any(isinstance(x, list | tuple) for x in J):
+            column, shape = tuple(sp.sympify(x, strict=True) for x in J), (len(J), 1)
+        else:
+            matrix = _immutable(J)
+            column, shape = tuple(matrix.flat()), matrix.shape
+        if shape not in ((start.rows, 1), (1, start.rows)):
+            expected = f"{start.rows} entries"
+            raise InputError(f"twist of joint {joint!r}", got=shape, expected=expected)
+        if all(entry == 0 for entry in column):
+            raise InputError(f"twist of joint {joint!r}", got="zero", expected="a motion")
+        columns[joint] = column
     exact = None
     if isinstance(form, Steps):
-        derivation = _by_steps(start, columns, name)
+        K, stages = start, list[Stage]()
+        redundant = redundant_joints(start, tuple(columns.values()))
+        for number, (joint, J) in enumerate(columns.items(), start=1):
+            rule, own = rule_in_words(J, redundant=redundant[number - 1]), ()
+            u, mu = sp.ImmutableMatrix(sp.zeros(start.rows, 1)), sp.S.Zero
+            if not redundant[number - 1]:
+                u, mu, K, own = eliminate_by_name(K, J, number)
+            stages.append(Stage(joint, sp.ImmutableMatrix(J), rule, u, mu, K, own))
+        definitions = tuple(d for stage in stages for d in stage.definitions)
+        derivation = Derivation(name, start, tuple(stages), K, definitions)
     else:
         derivation, exact = _in_closed_form(start, entries, columns, name, form.limit)
     check_chain(derivation, entries, columns, exact)
@@ -195,7 +215,7 @@ def derive_chain(
 
 
 def _in_closed_form(
-    start: Any, entries: list[Any], columns: Mapping[str, _Column], name: str, limit: int
+    start: Any, entries: list[Any], columns: Mapping[str, tuple[Any, ...]], name: str, limit: int
 ) -> tuple[Derivation, ExactMatrix]:
     field = ExactField({*entries, *(entry for J in columns.values() for entry in J)})
     K = ExactMatrix.of(field, entries)
@@ -212,20 +232,6 @@ def _in_closed_form(
         column = Unwritten(lambda J=J: sp.ImmutableMatrix(J))
         stages.append(Stage(joint, column, rule, u, mu, written))
     return Derivation(name, start, tuple(stages), written), K
-
-
-def _by_steps(start: Any, columns: Mapping[str, _Column], name: str) -> Derivation:
-    K = start
-    stages = []
-    redundant = redundant_joints(start, tuple(columns.values()))
-    for number, (joint, J) in enumerate(columns.items(), start=1):
-        rule, own = rule_in_words(J, redundant=redundant[number - 1]), ()
-        u, mu = sp.ImmutableMatrix(sp.zeros(start.rows, 1)), sp.S.Zero
-        if not redundant[number - 1]:
-            u, mu, K, own = eliminate_by_name(K, J, number)
-        stages.append(Stage(joint, sp.ImmutableMatrix(J), rule, u, mu, K, own))
-    definitions = tuple(d for stage in stages for d in stage.definitions)
-    return Derivation(name, start, tuple(stages), K, definitions)
 
 
 def _checked_stiffness(K0: Any) -> tuple[Any, list[Any]]:
@@ -253,19 +259,6 @@ def _checked_stiffness(K0: Any) -> tuple[Any, list[Any]]:
 def _immutable(M: Any) -> sp.ImmutableMatrix:
     # Several times as fast as making it of its entries.
     return M.as_immutable() if isinstance(M, sp.Matrix) else sp.ImmutableMatrix(M)
-
-
-def _checked_column(joint: str, J: Any, n: int) -> _Column:
-    if isinstance(J, list | tuple) and not any(isinstance(x, list | tuple) for x in J):
-        column, shape = tuple(sp.sympify(x, strict=True) for x in J), (len(J), 1)
-    else:
-        matrix = _immutable(J)
-        column, shape = tuple(matrix.flat()), matrix.shape
-    if shape not in ((n, 1), (1, n)):
-        raise InputError(f"twist of joint {joint!r}", got=shape, expected=f"{n} entries")
-    if all(entry == 0 for entry in column):
-        raise InputError(f"twist of joint {joint!r}", got="zero", expected="a motion")
-    return column
 
 
 _SETS = 2
@@ -340,7 +333,20 @@ def check_chain(
             steps, whole = derivation.definitions, derivation.K + K0 * sp.Rational(1, 1000)
             check_value(whole, steps, values, expected, AGREED, where, length_of(K))
             return
-        found = _exact_value(exact, values) + _FLOOR * K
+        # Polynomials at rational numbers, so that cancellation loses no digits.
+        known = {x: flint.fmpq(*value.as_integer_ratio()) for x, value in values.items()}
+        if others := [x for x in exact.field.generators if x not in known]:
+            with flint.ctx.workprec(BITS):
+                for x, ball in zip(others, balls_of(others, values), strict=True):
+                    mantissa, exponent = ball.mid().man_exp()
+                    known[x] = flint.fmpq(int(mantissa)) * flint.fmpq(2) ** int(exponent)
+        rational = [known[x] for x in exact.field.generators]
+        below, found = exact.denominator(*rational), _FLOOR * K
+        for i, j in np.ndindex(n, n):
+            entry = exact.entries[i][j]
+            if not entry.is_zero():
+                quotient = entry(*rational) / below
+                found[i, j] += int(quotient.p) / int(quotient.q)
         distance = matrix_distance(found, expected, length_of(K))
         if distance <= AGREED:
             return
@@ -363,24 +369,3 @@ def _block_form(K: np.ndarray, J: np.ndarray) -> np.ndarray | None:
         return None
     inverse = (Vt[kept].T / s[kept]) @ U[:, kept].T
     return K - KJ @ inverse @ KJ.T
-
-
-def _exact_value(K: ExactMatrix, values: Mapping[Any, float]) -> np.ndarray:
-    """Polynomials at rational numbers, so that cancellation loses no digits."""
-    known = {x: flint.fmpq(*value.as_integer_ratio()) for x, value in values.items()}
-    if others := [x for x in K.field.generators if x not in known]:
-        with flint.ctx.workprec(BITS):
-            for x, ball in zip(others, balls_of(others, values), strict=True):
-                mantissa, exponent = ball.mid().man_exp()
-                known[x] = flint.fmpq(int(mantissa)) * flint.fmpq(2) ** int(exponent)
-    rational = [known[x] for x in K.field.generators]
-    n = len(K.entries)
-    below = K.denominator(*rational)
-    found = np.zeros((n, n))
-    for i in range(n):
-        for j in range(i, n):
-            entry = K.entries[i][j]
-            if not entry.is_zero():
-                quotient = entry(*rational) / below
-                found[i, j] = found[j, i] = int(quotient.p) / int(quotient.q)
-    return found

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from abc import ABC
 from collections.abc import Iterator, Mapping
 from dataclasses import KW_ONLY, dataclass, field, replace
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import sympy as sp
 
@@ -22,43 +21,68 @@ from robostiff.analytic.substitution import (
 from robostiff.errors import InputError
 
 
-class Formula(WrittenWhole, ABC):
-    """A stiffness, or what follows from one, in given symbols, perhaps by named steps."""
+@dataclass(frozen=True)
+class Formula(WrittenWhole):
+    """A stiffness, or what follows from one, in given symbols, perhaps by named steps.
 
-    # Of each kind of formula: its named steps, in order, and under which conditions it holds.
-    name: Any
-    K: Any
-    definitions: Any = ()
-    conditions: Any = ()
-    meanings: Any
-    #: Symbols that the legs decide, and that are not free to choose.
-    following: Any = ()
+    Attributes
+    ----------
+    name : str
+    conditions : tuple of Condition
+        What must hold besides regular denominators and roots.
+    meanings : mapping of str to str
+        Of given symbols, such as "length, 0.35 m in the model".
+    following : tuple of str
+        Names of the symbols that the legs decide: coordinates of the platform or of joints, which
+        are those at which the legs close, and not free to choose.
+    named : InNames or None
+        The same in names, where every leg holds by unit wrenches that share no energy.
+    at_vector_level : VectorForm, InSeries or None
+        The same at vector level, found when it is first looked at.
+    general_rank : int or None
+        Rank of K in numbers, at the random parameters and poses at which the formula was compared
+        with them; None after `subs`.
+    steps_asked : bool
+        Whether named steps were asked for by `Steps()`; exports write them beside the vectors then.
+    """
+
+    _: KW_ONLY
+    name: str = "K_C"
+    conditions: WrittenField = WrittenField(())
+    meanings: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
+    following: tuple[str, ...] = ()
+    named: InNames | None = field(default=None, compare=False)
+    at_vector_level: WrittenField = WrittenField(None)
+    general_rank: int | None = field(default=None, compare=False)
+    steps_asked: bool = field(default=False, compare=False)
+
     #: Whether it gives the wrench of a twist; a compliance gives the twist of a wrench.
-    is_stiffness = True
+    is_stiffness: ClassVar[bool] = True
     #: Whether names stay that were those of numbers, where values are put in.
-    keeps_numbers = False
+    keeps_numbers: ClassVar[bool] = False
     #: Whether a negative stiffness says that the legs do not reach.
-    is_of_legs = False
-    #: Of a robot: the levels beside the matrix itself, its rank in numbers, and whether named steps
-    #: were asked for.
-    named: Any = None
-    at_vector_level: Any = None
-    general_rank: int | None = None
-    steps_asked: bool = False
+    is_of_legs: ClassVar[bool] = False
     #: Methods that the face of the package gives to all formulas; they are written above this one.
-    lambdify: Any
-    latex: Any
-    _repr_html_: Any
+    lambdify: ClassVar[Any]
+    latex: ClassVar[Any]
+    _repr_html_: ClassVar[Any]
+
+    @property
+    def definitions(self) -> tuple[Definition, ...]:
+        """Named intermediates in the order in which they can be computed; none in closed form."""
+        return ()
 
     @property
     def matrices(self) -> tuple[Any, ...]:
         """What it gives: K, of which a derivative has two matrices, and a compliance another."""
-        return (self.K,)
+        own: Any = self
+        return (own.K,)
 
     @property
     def as_printed(self) -> tuple[tuple[Any, ...], tuple[Definition, ...]]:
         """Its matrices and steps as they are printed and computed: in names, where it has some."""
-        return self.matrices, self.definitions
+        own = self.named or self
+        return own.matrices, own.definitions
 
     @property
     def is_closed(self) -> bool:
@@ -163,16 +187,6 @@ class Formula(WrittenWhole, ABC):
         >>> Derivation("K_C", K, (), K).substituted({"k": 2.0}).diagonal()
         Matrix([[0.666666666666667, 2.82842712474619, 0]])
         """
-        put_in, where = self._at(values), f"formula {self.name!r}"
-        refuse_failing(self.conditions, put_in, where)
-        found = [put_in.matrix(M) for M in self.matrices]
-        refuse_undefined((x for M in found for x in M), where)
-        if self.is_of_legs:
-            refuse_negative(found[0], where)
-        return tuple(found) if len(found) > 1 else found[0]
-
-    def _at(self, values: Mapping[Any, Any]) -> Substitution:
-        """All values and steps, for the expressions of the formula."""
         own = self.symbols
         names, known = {str(key) for key in values}, {s.name for s in own}
         if names - known and known - names:
@@ -183,10 +197,16 @@ class Formula(WrittenWhole, ABC):
             )
         own = [s for s in own if s.name in names]
         given = {str(key): value for key, value in values.items() if str(key) in known}
-        put_in = Substitution(values_of_symbols(own, given, f"formula {self.name!r}"))
+        where = f"formula {self.name!r}"
+        put_in = Substitution(values_of_symbols(own, given, where))
         for definition in self.definitions:
             put_in.value_of(definition.symbol, definition.expression)
-        return put_in
+        refuse_failing(self.conditions, put_in, where)
+        found = [put_in.matrix(M) for M in self.matrices]
+        refuse_undefined((x for M in found for x in M), where)
+        if self.is_of_legs:
+            refuse_negative(found[0], where)
+        return tuple(found) if len(found) > 1 else found[0]
 
     def evalf(self, n: int = 15, subs: Mapping[Any, Any] | None = None) -> Any:
         """The same in n digits, at values of all or some of the symbols.
@@ -257,7 +277,6 @@ class Derivation(Formula):
 
     Attributes
     ----------
-    name : str
     K0 : sympy.ImmutableMatrix
         Stiffness without passive joints (n x n).
     stages : tuple of Stage
@@ -266,19 +285,13 @@ class Derivation(Formula):
         The result (n x n), in symbols given or defined.
     definitions : tuple of Definition
         All named intermediates in the order in which they can be computed; empty in closed form.
-    conditions : tuple of Condition
-        What must hold besides regular denominators and roots.
-    meanings : mapping of str to str
-        Of given symbols, such as "length, 0.35 m in the model".
     """
 
-    name: str
+    name: str = field()  # the first argument, without a default
     K0: WrittenField = WrittenField()
     stages: tuple[Stage, ...]  # pyright: ignore[reportGeneralTypeIssues]
     K: WrittenField = WrittenField()
-    definitions: tuple[Definition, ...] = ()
-    conditions: WrittenField = WrittenField(())
-    meanings: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
+    definitions: tuple[Definition, ...] = ()  # pyright: ignore[reportIncompatibleMethodOverride]
 
     @property
     def _known(self) -> set[sp.Symbol]:
@@ -341,13 +354,8 @@ class InNames(Formula):
 
     K: sp.ImmutableMatrix
     legs: tuple[LegDerivation, ...]
-    definitions: tuple[Definition, ...]
+    definitions: tuple[Definition, ...] = ()  # pyright: ignore[reportIncompatibleMethodOverride]
     in_lengths: tuple[Any, ...] = field(default=(), compare=False, repr=False)
-    _: KW_ONLY
-    name: str = "K_C"
-    conditions: WrittenField = WrittenField(())
-    meanings: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
-    following: tuple[str, ...] = ()
 
     keeps_numbers = is_of_legs = True
 
@@ -363,38 +371,16 @@ class RobotDerivation(Derivation):
         The pose, in words.
     coordinates : tuple of str
         Names of the symbols of the pose.
-    following : tuple of str
-        Names of the symbols that the legs decide: coordinates of the platform or of joints, which
-        are those at which the legs close, and not free to choose.
     remark : str
         Why it is in steps where a closed form was to be expected; empty otherwise.
-    named : InNames or None
-        The same in names, where every leg holds by unit wrenches that share no energy.
-    at_vector_level : VectorForm, InSeries or None
-        The same at vector level, found when it is first looked at; see `vectors`.
-    general_rank : int or None
-        Rank of K in numbers, at the random parameters and poses at which the formula was compared
-        with them; None after `subs`.
-    steps_asked : bool
-        Whether named steps were asked for by `Steps()`; exports write them beside `vectors` then.
     """
 
     legs: tuple[LegDerivation, ...] = ()
     where: str = ""
     coordinates: tuple[str, ...] = ()
-    following: tuple[str, ...] = ()
     remark: str = ""
-    named: InNames | None = field(default=None, compare=False)
-    at_vector_level: WrittenField = WrittenField(None)
-    general_rank: int | None = field(default=None, compare=False)
-    steps_asked: bool = field(default=False, compare=False)
 
     is_of_legs = True
-
-    @property
-    def as_printed(self) -> tuple[tuple[Any, ...], tuple[Definition, ...]]:
-        """K in names, where it has some, and what these stand for."""
-        return super().as_printed if self.named is None else self.named.as_printed
 
     @property
     def vectors(self) -> Any:
@@ -413,8 +399,7 @@ class RobotDerivation(Derivation):
         """The compliance of a serial arm, a sum over its springs; None of others.
 
         Entry by entry, an `InSeries`, or in vectors where these would be long. Found when first
-        looked at, and
-        compared with the numerical form.
+        looked at, and compared with the numerical form.
         """
         form = self.at_vector_level
         return form if form is not None and form.is_arm else None
@@ -444,3 +429,21 @@ class RobotDerivation(Derivation):
             named=at_level(self.named),
             at_vector_level=Unwritten(lambda: at_level(self.at_vector_level)),
         )
+
+
+@dataclass(frozen=True)
+class SnapshotFormula(Formula):
+    """Stiffness of a robot and of its legs about the reference point, world axes.
+
+    Attributes
+    ----------
+    K : sympy.ImmutableMatrix
+        (n x n), every entry a sum of canonical fractions, those over one denominator added.
+    legs : tuple of sympy.ImmutableMatrix
+        Stiffness of each leg; they add up to K.
+    """
+
+    K: sp.ImmutableMatrix
+    legs: tuple[sp.ImmutableMatrix, ...]
+
+    is_of_legs = True

@@ -13,7 +13,7 @@ import sympy as sp
 from robostiff.analytic.derivation import Formula
 from robostiff.analytic.exact.definition import WrittenWhole
 from robostiff.analytic.export.languages_of_code import source_of_values
-from robostiff.analytic.export.program import plain_program
+from robostiff.analytic.export.program import program
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.spatial.quantities import as_floats, is_pint, si_number
 
@@ -89,7 +89,22 @@ class FormulaFunction(WrittenWhole):
         *found, finite, margins = self._run(*given)
         holds = self._holds(finite, margins)
         if not np.all(holds):
-            raise NoAnswerError(self._failure(holds, given, margins))
+            place = tuple(int(i) for i in np.argwhere(~holds)[0])
+            at = [np.broadcast_to(array, holds.shape)[place] for array in given]
+            listed = ", ".join(f"{n} = {x:.6g}" for n, x in zip(self.arguments, at, strict=True))
+            where = f", first at {list(place)}" if place else ""
+            words = (
+                f"the formula {self.name} does not hold at {np.sum(~holds)} of {holds.size} points"
+            )
+            reason = _NOT_FINITE
+            for (condition, sign), margin in zip(self.conditions, margins, strict=True):
+                value = np.broadcast_to(margin, holds.shape)[place]
+                if value < 0 or (value == 0 and sign == ">"):
+                    reason = f"it holds where {condition}, and {value:.3g} should be {sign} 0 there"
+            advice = "; holds(...) says where" if place else ""
+            raise NoAnswerError(
+                f"{words}{where}{f': {listed}' if listed else ''}; {reason}{advice}"
+            )
         return found[0] if self.count == 1 else tuple(found)
 
     def holds(self, *values: Any, **named: Any) -> np.ndarray:
@@ -122,7 +137,14 @@ class FormulaFunction(WrittenWhole):
                 expected=", ".join(self.arguments) or "none",
             )
         given |= named
-        arrays = [_number(name, given[name]) for name in self.arguments]
+        arrays = [
+            as_floats(
+                f"value of {name}",
+                si_number(f"value of {name}", value) if is_pint(value) else value,
+                "a number, or an array of numbers",
+            )
+            for name, value in ((name, given[name]) for name in self.arguments)
+        ]
         try:
             np.broadcast_shapes(*(array.shape for array in arrays))
         except ValueError:
@@ -133,28 +155,6 @@ class FormulaFunction(WrittenWhole):
                 expected="shapes that broadcast",
             ) from None
         return arrays
-
-    def _failure(
-        self, holds: np.ndarray, given: Sequence[np.ndarray], margins: Sequence[Any]
-    ) -> str:
-        place = tuple(int(i) for i in np.argwhere(~holds)[0])
-        at = [np.broadcast_to(array, holds.shape)[place] for array in given]
-        values = ", ".join(f"{n} = {x:.6g}" for n, x in zip(self.arguments, at, strict=True))
-        where = f", first at {list(place)}" if place else ""
-        words = f"the formula {self.name} does not hold at {np.sum(~holds)} of {holds.size} points"
-        reason = _NOT_FINITE
-        for (condition, sign), margin in zip(self.conditions, margins, strict=True):
-            value = np.broadcast_to(margin, holds.shape)[place]
-            if value < 0 or (value == 0 and sign == ">"):
-                reason = f"it holds where {condition}, and {value:.3g} should be {sign} 0 there"
-        advice = "; holds(...) says where" if place else ""
-        return f"{words}{where}{f': {values}' if values else ''}; {reason}{advice}"
-
-
-def _number(name: str, value: Any) -> np.ndarray:
-    if is_pint(value):
-        value = si_number(f"value of {name}", value)
-    return as_floats(f"value of {name}", value, "a number, or an array of numbers")
 
 
 def formula_function(derivation: Formula, *arguments: Any) -> FormulaFunction:
@@ -184,7 +184,7 @@ def formula_function(derivation: Formula, *arguments: Any) -> FormulaFunction:
     >>> Derivation("K_C", K, (), K).lambdify("k")([1.0, 2.0])[:, 1, 1]
     array([1. , 0.5])
     """
-    compute = plain_program(derivation)
+    compute = program(derivation, plain=True)
     names = [symbol.name for symbol in compute.arguments]
     order = [x.name if isinstance(x, sp.Symbol) else str(x) for x in arguments] or names
     if sorted(order) != sorted(names):

@@ -28,9 +28,8 @@ from robostiff.analytic.placement.robot_pose import AtHome, PoseFormula
 from robostiff.analytic.questions.rank import matrix_by_entries
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import StepReading
-from robostiff.analytic.springs.contributions import ContributionReader, recognised_beam, summed
-from robostiff.analytic.springs.sampled_leg import SampledLeg
-from robostiff.analytic.springs.unit_wrenches import WrenchSearch
+from robostiff.analytic.springs.leg_springs import LegReader, recognised_beam, summed
+from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
 from robostiff.analytic.vectors.forms import inverse_in_steps, transport
 from robostiff.errors import InputError
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Robot
@@ -63,10 +62,41 @@ class LegGeometry:
     @classmethod
     def of(cls, own: PlacedLeg, placed: PlacedRobot) -> LegGeometry:
         """In the axes of one of its parts in which compliance and joints have fewest entries."""
-        record, length = placed.record, placed.length
-        frame, local = _simplest(own, placed)
-        local = replace(local, springs=[_unturned(x, record.count) for x in local.springs])
-        units = [[int(k == row) for k in range(6)] for row in placed.entries.space.rows]
+        record, length, space = placed.record, placed.length, placed.entries.space
+        rows, count = space.rows, record.count
+        scale = np.array([1.0 if row < 3 else length for row in rows])
+        world = WorkingFrame(np.eye(3, dtype=int).astype(object), placed.reference)
+        best: tuple[Any, WorkingFrame, LocalLeg] | None = None
+        for number, one in enumerate(working_frames(own, world)):
+            frame = one
+            if space is Space.PLANAR:
+                if record.simplified(one.R[2, 2]) != 1:
+                    continue
+                in_plane = np.array([*one.p[:2], placed.reference[2]], dtype=object)
+                frame = WorkingFrame(one.R, in_plane)
+            local = local_leg(own, frame, record, length)
+            # J_q and C at the samples; rotations at the characteristic length.
+            J = at_samples([[t[i] for i in rows] for t in local.twists], count)
+            J = J.reshape(count, len(local.twists), len(rows)) * scale
+            energy = energy_of(local, np.eye(len(rows), dtype=int).tolist(), rows)
+            C = at_samples(energy, count) / scale[:, None] / scale
+            entries = int(np.sum(np.max(np.abs(J), axis=0) > _NOTHING)) if J.size else 0
+            entries += int(np.sum(np.max(np.abs(C), axis=0) > _NOTHING * np.max(np.abs(C))))
+            cost = (local.entries + entries, -number)
+            if best is None or cost < best[0]:  # near the platform if alike
+                best = cost, frame, local
+        if best is None:
+            raise InputError(f"leg {own.name!r}", expected="axes in the plane of the robot")
+        _, frame, local = best
+        springs: list[LocalSpring] = []
+        for spring in local.springs:
+            # One that is alike in all directions is in the axes of the leg.
+            C = at_samples(spring.compliance, count)
+            each = np.repeat(C[:, [0, 3], [0, 3]], 3, axis=1)
+            is_alike = np.max(np.abs(C - each[:, :, None] * np.eye(6))) <= _NOTHING * np.max(abs(C))
+            springs.append(replace(spring, R=world.R) if is_alike else spring)
+        local = replace(local, springs=springs)
+        units = [[int(k == row) for k in range(6)] for row in rows]
         loads = [
             [[record.simplified(x, length) for x in spring.wrench(w)] for w in units]
             for spring in local.springs
@@ -89,20 +119,11 @@ class LegGeometry:
             found += [beam[0], *beam[1].values()] if beam else [*spring.compliance.flat]
         return [*found, *self.frame.R.flat, *self.arm]
 
-    def check_elastic(self) -> None:
-        """Raise `InputError` where the leg is rigid in a direction."""
-        placed, n = self.placed, self.placed.entries.space.size
-        around = WrenchSearch(placed.record, placed.reference, placed.entries.space, placed.length)
-        sample = SampledLeg.of(self.own, around)
-        rank = n if sample is None else sample.elastic_directions
-        if rank < n:
-            raise InputError(
-                f"K^0 of leg {self.own.name!r}",
-                got=f"springs that yield in {rank} of {n} directions with the passive joints held",
-                expected="elastic parts in all directions: K^0 is the inverse of their compliance",
-                hint="write derive(robot), which needs no inverse; "
-                "or give the links as beams, as gough-stewart-b-beams has them",
-            )
+    @property
+    def elastic_directions(self) -> int:
+        """In how many directions it yields with its passive joints held."""
+        sample = SampledLeg.of(self.own, WrenchSearch.of(self.placed))
+        return self.placed.entries.space.size if sample is None else sample.elastic_directions
 
     def compliance(self, read: Any, most: int | None = None) -> list[list[Any]]:
         """C in names: for each entry what each spring and drive contributes, nothing combined.
@@ -114,8 +135,7 @@ class LegGeometry:
         """
         rows = self.placed.entries.space.rows
         n = len(rows)
-        record, length = self.placed.record, self.placed.length
-        reader = ContributionReader(record, length, read)
+        reader = LegReader(WrenchSearch.of(self.placed), read)
         for beam in filter(None, self.beams):
             read.length(beam[0])  # named before anything is written with it
         C: list[list[Any]] = [[sp.Integer(0)] * n for _ in range(n)]
@@ -142,71 +162,6 @@ class LegGeometry:
                 if most is not None and sum(operations.values()) > most:
                     raise FormulaTooLargeError.beyond(most)
         return C
-
-
-class LegInSteps:
-    """Reads the entries of a leg in named steps, which are never long."""
-
-    def __init__(self, geometry: LegGeometry) -> None:
-        placed = geometry.placed
-        self._read = StepReading(placed.record, placed.symbols, geometry.entries)
-        self.definitions: list[Definition] = [*placed.springs, *self._read.definitions]
-
-    def __call__(self, value: Any) -> Any:
-        """The expression of an entry."""
-        return self._read(value)
-
-    def fraction(self, expression: Any) -> Any:
-        """An expression of what was read, as it is."""
-        return expression
-
-    def length(self, value: Any) -> Any:
-        """A length; it has a name where it is used twice."""
-        return self._read(value)
-
-
-def _simplest(own: PlacedLeg, placed: PlacedRobot) -> tuple[WorkingFrame, LocalLeg]:
-    """The axes in which compliance and joints have fewest entries, near the platform if alike."""
-    space, record = placed.entries.space, placed.record
-    world = WorkingFrame(np.eye(3, dtype=int).astype(object), placed.reference)
-    best: tuple[Any, WorkingFrame, LocalLeg] | None = None
-    for number, one in enumerate(working_frames(own, world)):
-        frame = one
-        if space is Space.PLANAR:
-            if record.simplified(one.R[2, 2]) != 1:
-                continue
-            in_plane = np.array([*one.p[:2], placed.reference[2]], dtype=object)
-            frame = WorkingFrame(one.R, in_plane)
-        local = local_leg(own, frame, record, placed.length)
-        J, C = _sampled_leg(local, placed)
-        entries = int(np.sum(np.max(np.abs(J), axis=0) > _NOTHING)) if J.size else 0
-        entries += int(np.sum(np.max(np.abs(C), axis=0) > _NOTHING * np.max(np.abs(C))))
-        cost = (local.entries + entries, -number)
-        if best is None or cost < best[0]:
-            best = cost, frame, local
-    if best is None:
-        raise InputError(f"leg {own.name!r}", expected="axes in the plane of the robot")
-    return best[1], best[2]
-
-
-def _unturned(spring: LocalSpring, count: int) -> LocalSpring:
-    """A spring that is alike in all directions, in the axes of the leg."""
-    C = at_samples(spring.compliance, count)
-    each = np.repeat(C[:, [0, 3], [0, 3]], 3, axis=1)
-    if np.max(np.abs(C - each[:, :, None] * np.eye(6))) > _NOTHING * np.max(np.abs(C)):
-        return spring
-    return replace(spring, R=np.eye(3, dtype=int).astype(object))
-
-
-def _sampled_leg(local: LocalLeg, placed: PlacedRobot) -> tuple[np.ndarray, np.ndarray]:
-    """J_q and C in the leg's axes at the samples; rotations at the characteristic length."""
-    rows = placed.entries.space.rows
-    count = placed.record.count
-    scale = np.array([1.0 if row < 3 else placed.length for row in rows])
-    J = at_samples([[t[i] for i in rows] for t in local.twists], count)
-    J = J.reshape(count, len(local.twists), len(rows)) * scale
-    energy = energy_of(local, np.eye(len(rows), dtype=int).tolist(), rows)
-    return J, at_samples(energy, count) / scale[:, None] / scale
 
 
 def passive_freedoms(leg: PlacedLeg) -> tuple[str, ...]:
@@ -353,32 +308,37 @@ def derive_leg(
             hint="write derive(robot), which supports blocks",
         )
     geometry = LegGeometry.of(own, placed)
-    geometry.check_elastic()
-    found = _shortest(geometry, form, budget)
-    check_leg(found, placed)
-    return found
-
-
-def _shortest(
-    geometry: LegGeometry, form: Closed | Steps | None, budget: float | None
-) -> LegElimination:
-    """The first form that ends: names for lengths, then steps for the geometry, then for all."""
-    own, closed = geometry.placed, Closed(_READABLE) if form is None else form
-    share = None if budget is None else _SHARE * budget
+    n, found = placed.entries.space.size, geometry.elastic_directions
+    if found < n:
+        raise InputError(
+            f"K^0 of leg {leg!r}",
+            got=f"springs that yield in {found} of {n} directions with the passive joints held",
+            expected="elastic parts in all directions: K^0 is the inverse of their compliance",
+            hint="write derive(robot), which needs no inverse; "
+            "or give the links as beams, as gough-stewart-b-beams has them",
+        )
+    closed, share = Closed(_READABLE) if form is None else form, budget and _SHARE * budget
 
     def in_names() -> LegElimination:
-        return _derived(geometry, NamedReading(own.record, own.symbols, own.springs), closed)
+        read = NamedReading(placed.record, placed.symbols, placed.springs)
+        return _derived(geometry, read, closed)
 
-    def in_steps() -> LegElimination:
-        return _derived(geometry, LegInSteps(geometry), closed)
+    def in_steps(closed: Closed | Steps = closed) -> LegElimination:
+        read = StepReading(placed.record, placed.symbols, geometry.entries, placed.springs)
+        return _derived(geometry, read, closed)
 
+    # The first form that ends: names for lengths, then steps for the geometry, then for all.
+    found = None
     for derive in () if isinstance(form, Steps) else (in_names, in_steps):
         try:
-            return within(share, derive, _QUESTION)
+            found = within(share, derive, _QUESTION)
+            break
         except (FormulaTooLargeError, OutOfTimeError):
             if form is not None and derive is in_steps:
                 raise
-    return _derived(geometry, LegInSteps(geometry), Steps())
+    found = found or in_steps(Steps())
+    check_leg(found, placed)
+    return found
 
 
 def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimination:

@@ -1,16 +1,18 @@
-"""The stiffness of a robot with symbols as a formula: closure, legs and sum."""
+"""The stiffness of a robot, or of a snapshot, as a formula: closure, legs and sum."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
 from typing import Any
 
+import numpy as np
 import sympy as sp
 
+from robostiff.analysis import stiffness
 from robostiff.analytic.budget import (
     BUDGET,
     FormulaTooLargeError,
@@ -19,12 +21,17 @@ from robostiff.analytic.budget import (
     within,
 )
 from robostiff.analytic.chain import Closed, Steps
-from robostiff.analytic.derivation import InNames, LegDerivation, RobotDerivation
+from robostiff.analytic.derivation import InNames, LegDerivation, RobotDerivation, SnapshotFormula
 from robostiff.analytic.exact.atoms import OutsideFieldError
 from robostiff.analytic.exact.closed import closed_sum
 from robostiff.analytic.exact.definition import Condition, Definition, Unwritten, used_definitions
 from robostiff.analytic.legs import elastic_parts, passive_freedoms
-from robostiff.analytic.placement.agreement import RobotInNumbers
+from robostiff.analytic.placement.agreement import (
+    AGREED,
+    RobotInNumbers,
+    check_value,
+    random_values,
+)
 from robostiff.analytic.placement.conditions import conditions_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot, place_robot
 from robostiff.analytic.placement.robot_pose import (
@@ -38,22 +45,20 @@ from robostiff.analytic.placement.robot_pose import (
 from robostiff.analytic.placement.turned_legs import Image, images_of_legs
 from robostiff.analytic.reading.record_reading import ClosedReading, StepReading, written_size
 from robostiff.analytic.series_form import is_arm, series_form
-from robostiff.analytic.springs.sampled_leg import SampledLeg
-from robostiff.analytic.springs.sum_of_springs import SpringLeg, sum_of_springs
-from robostiff.analytic.springs.unit_wrenches import WrenchSearch
+from robostiff.analytic.springs.sum_of_springs import sum_of_springs
+from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
 from robostiff.analytic.vectors.forms import InSeries, VectorForm
 from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import InputError
-from robostiff.model import CoupledFreedom, PlacedLeg, Robot
-from robostiff.record import Entry, is_zero
-from robostiff.recorded import RecordedLeg, RecordedRobot
+from robostiff.model import CoupledFreedom, PlacedLeg, Robot, Snapshot, with_entries
+from robostiff.model.entries import formulas
+from robostiff.record import Entry, Record, is_zero
+from robostiff.recorded import LegRecorder, RecordedRobot, entry_reader
+from robostiff.spatial import exact_number
 
-# Most terms of an entry by default: found in a second.
-_READABLE = 500
+_READABLE = 500  # most terms of an entry by default: found in a second
 _ENTRIES = 10  # all entries of all legs have as many terms as so many: nobody reads more
-
-# Operations of a written-out formula for each allowed term, before like terms are added.
-_OPERATIONS_A_TERM = 200
+_OPERATIONS_A_TERM = 200  # of a formula written out, for each allowed term, before it is simplified
 
 
 def derive_robot(
@@ -119,7 +124,14 @@ def derive_robot(
         raise InputError("form of a formula", got=form, expected="Closed() or Steps()")
     if budget is not None:
         checked_budget(budget)
-    _check_platform(robot)
+    for part in () if robot.platform is None else robot.platform.parts:
+        if part.elasticity.freedoms.size:
+            raise InputError(
+                f"formula of {robot.name!r}",
+                got=f"part {part.name!r} of the platform, which leaves motions free",
+                expected="parts of platforms that hold in all directions",
+                hint="use stiffness(robot, poses)",
+            )
     robot.check_has_no_springs("formula")
     # Steps have no budget, but numbers with many roots may grow without end on the way to them.
     enough = None if budget is None else max(budget, BUDGET)
@@ -189,8 +201,7 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
         turned, _ = {}, placed.legs
     # Neither sees steps of the other, of the same values, only longer.
     with placed.record.tentative():
-        space = placed.entries.space
-        search = WrenchSearch(placed.record, placed.reference, space, placed.length)
+        search = WrenchSearch.of(placed)
         each = ((i, SampledLeg.of(own, search)) for i, own in legs.items() if in_series)
         sampled = {i: own for i, own in each if own is not None}
         found = sum_of_springs(placed, turned)
@@ -206,10 +217,9 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
         replace(_bare_leg(placed.place(first).leg, lost), name=leg.name)
         for leg, lost, (first, _) in each
     ]
-    of_legs = [found.leg(first, way) for first, way in ways]
-    named = tuple(_with_springs(own, leg) for own, leg in zip(bare, of_legs, strict=True))
-    of_legs = list(map(found.without_names, of_legs))
-    legs = [_with_springs(own, leg, found.K.rows) for own, leg in zip(bare, of_legs, strict=True)]
+    each = zip(bare, (found.leg(first, way) for first, way in ways), strict=True)
+    named = tuple(replace(leg, wrenches=w, compliances=c) for leg, (w, c) in each)
+    legs = [_in_given_symbols(own, found.written_out, found.K.rows) for own in named]
     plain = found.before or found
     in_names = InNames(found.K, named, found.definitions, (plain.definitions, plain.K))
     parts = placed, found.K, legs, found.definitions, in_names, found.written_out
@@ -224,16 +234,20 @@ def _turned(placed: PlacedRobot, numbers: RobotInNumbers) -> dict[int, tuple[int
     return images_of_legs(placed.robot, numbers.leg_stiffness, placed.length)
 
 
-def _with_springs(bare: LegDerivation, leg: SpringLeg, n: int = 0) -> LegDerivation:
-    """With its wrenches and compliances; with K (n x n) where n is given."""
+def _in_given_symbols(leg: LegDerivation, write: Callable[[Any], Any], n: int) -> LegDerivation:
+    """A leg without names, and with K (n x n); written when it is first looked at."""
 
     def stiffness() -> sp.ImmutableMatrix:
-        products = (w * w.T / c for w, c in zip(leg.wrenches, leg.compliances, strict=True))
-        return sp.ImmutableMatrix(sum(products, sp.zeros(n)))
+        both = zip(found.wrenches, found.compliances, strict=True)
+        return sp.ImmutableMatrix(sum((w * w.T / c for w, c in both), sp.zeros(n)))
 
-    wrenches, compliances = Unwritten(lambda: leg.wrenches), Unwritten(lambda: leg.compliances)
-    K = Unwritten(stiffness) if n else None
-    return replace(bare, wrenches=wrenches, compliances=compliances, K=K)
+    found = replace(
+        leg,
+        wrenches=Unwritten(lambda: tuple(map(write, leg.wrenches))),
+        compliances=Unwritten(lambda: tuple(map(write, leg.compliances))),
+        K=Unwritten(stiffness),
+    )
+    return found
 
 
 def _in_steps(
@@ -242,11 +256,29 @@ def _in_steps(
     """The record itself, its steps named."""
     recorded = placed.recorded
     for number, leg in enumerate(recorded.legs, start=1):
-        _give_names(leg, number)
+        for k, (w, mu) in enumerate(zip(leg.wrenches, leg.mu, strict=True), start=1):
+            own = f"{number}_{k}" if len(leg.wrenches) > 1 else f"{number}"
+            if isinstance(mu, Entry):
+                mu.named(f"c_{own}")
+            for i, x in enumerate(w, start=1):
+                if isinstance(x, Entry):
+                    x.named(f"w_{own}_{i}")
     n = recorded.space.size
-    K_entries = _added(recorded)
+    # The upper triangle of K; many wrenches that meet one compliance are divided by it as a sum.
+    groups: dict[Any, tuple[Any, list[Any]]] = {}
+    for leg in recorded.legs:
+        for w, mu in zip(leg.wrenches, leg.mu, strict=True):
+            key = mu.step if isinstance(mu, Entry) else ("number", mu)
+            groups.setdefault(key, (mu, []))[1].append(w)
+    upper: dict[tuple[int, int], Any] = dict.fromkeys(recorded.K, 0)
+    for mu, wrenches in groups.values():
+        at_last = len(upper) < sum(not is_zero(x) for w in wrenches for x in w)
+        first = [w if at_last else [x / mu for x in w] for w in wrenches]
+        for (i, j), so_far in upper.items():
+            total = sum((a[i] * b[j] for a, b in zip(first, wrenches, strict=True)), 0)
+            upper[i, j] = so_far + (total / mu if at_last else total)
     of_legs = [[*(x for w in leg.wrenches for x in w), *leg.mu] for leg in recorded.legs]
-    results = [*K_entries.values(), *(x for leg in of_legs for x in leg)]
+    results = [*upper.values(), *(x for leg in of_legs for x in leg)]
     reading = StepReading(
         placed.record,
         placed.symbols,
@@ -254,34 +286,21 @@ def _in_steps(
         placed.springs,
         at_closed_postures=placed.follows.any,
     )
-    K = sp.ImmutableMatrix(n, n, lambda i, j: reading(K_entries[min(i, j), max(i, j)]))
+    K = sp.ImmutableMatrix(n, n, lambda i, j: reading(upper[min(i, j), max(i, j)]))
     of_legs = [[reading(x) for x in leg] for leg in of_legs]
     legs = []
     each = _bare_legs(placed, recorded)
-    for i, own in enumerate(_shared_out(reading.definitions, of_legs)):
+    named: set[Any] = set()
+    for i, own in enumerate(of_legs):
+        used = used_definitions(reading.definitions, own)
+        new = tuple(d for d in used if d.symbol not in named)  # that the leg is the first to need
+        named |= {d.symbol for d in new}
         w = tuple(sp.ImmutableMatrix([reading(x) for x in w]) for w in recorded.legs[i].wrenches)
         c = tuple(reading(mu) for mu in recorded.legs[i].mu)
-        legs.append(replace(each[i], wrenches=w, compliances=c, definitions=own))
+        legs.append(replace(each[i], wrenches=w, compliances=c, definitions=new))
     return _derivation(
         placed, K, legs, reading.definitions, remark=remark, level=level, steps_asked=asked
     )
-
-
-def _added(recorded: RecordedRobot) -> dict[tuple[int, int], Any]:
-    """Upper triangle of K; many wrenches that meet one compliance are divided by it as a sum."""
-    groups: dict[Any, tuple[Any, list[Any]]] = {}
-    for leg in recorded.legs:
-        for w, mu in zip(leg.wrenches, leg.mu, strict=True):
-            key = mu.step if isinstance(mu, Entry) else ("number", mu)
-            groups.setdefault(key, (mu, []))[1].append(w)
-    K: dict[tuple[int, int], Any] = dict.fromkeys(recorded.K, 0)
-    for mu, wrenches in groups.values():
-        at_last = len(K) < sum(not is_zero(x) for w in wrenches for x in w)
-        first = [w if at_last else [x / mu for x in w] for w in wrenches]
-        for (i, j), so_far in K.items():
-            total = sum((a[i] * b[j] for a, b in zip(first, wrenches, strict=True)), 0)
-            K[i, j] = so_far + (total / mu if at_last else total)
-    return K
 
 
 def _closed(placed: PlacedRobot, limit: int, of_all: float) -> RobotDerivation:
@@ -291,16 +310,18 @@ def _closed(placed: PlacedRobot, limit: int, of_all: float) -> RobotDerivation:
     if written_size(placed.record, wanted) > _OPERATIONS_A_TERM * limit:
         raise FormulaTooLargeError.beyond(limit)
     read = ClosedReading(placed.record, placed.written_out)
-    written = [
-        ([[read(x) for x in w] for w in leg.basis], [[read(x) for x in row] for row in leg.energy])
-        for leg in recorded.legs
-    ]
-    found = closed_sum(written, recorded.space.size, limit, of_all)
+    found = closed_sum(_in_formulas(recorded.legs, read), recorded.space.size, limit, of_all)
     each = zip(
         _bare_legs(placed, recorded), found.wrenches, found.compliances, found.legs, strict=True
     )
     legs = [replace(leg, wrenches=w, compliances=c, K=K) for leg, w, c, K in each]
     return _derivation(placed, found.K, legs)
+
+
+def _in_formulas(legs: Sequence[Any], read: ClosedReading) -> list[Any]:
+    """Of each leg the wrenches that it transmits, and what they meet."""
+    both = ((leg.basis, leg.energy) for leg in legs)
+    return [[[[read(x) for x in row] for row in rows] for rows in own] for own in both]
 
 
 def _derivation(
@@ -369,50 +390,6 @@ def _at_vector_level(placed: PlacedRobot) -> VectorForm | InSeries | None:
     return vector_form(placed) or series_form(placed)
 
 
-def _check_platform(robot: Robot) -> None:
-    """Raise where the parts of a flexible platform leave motions free."""
-    for part in () if robot.platform is None else robot.platform.parts:
-        if part.elasticity.freedoms.size:
-            raise InputError(
-                f"formula of {robot.name!r}",
-                got=f"part {part.name!r} of the platform, which leaves motions free",
-                expected="parts of platforms that hold in all directions",
-                hint="use stiffness(robot, poses)",
-            )
-
-
-def _shared_out(
-    definitions: Sequence[Definition], parts: Sequence[Iterable[sp.Expr]]
-) -> list[tuple[Definition, ...]]:
-    """For each part the definitions that it is the first to need, in order.
-
-    Examples
-    --------
-    >>> a, b, c = sp.symbols("a b c")
-    >>> definitions = (Definition(b, a + 1), Definition(c, b**2))
-    >>> [[str(d.symbol) for d in own] for own in _shared_out(definitions, [[b], [c], [a]])]
-    [['b'], ['c'], []]
-    """
-    shared: list[tuple[Definition, ...]] = []
-    for results in parts:
-        before = {d.symbol for own in shared for d in own}
-        own = used_definitions(definitions, results)
-        shared.append(tuple(d for d in own if d.symbol not in before))
-    return shared
-
-
-def _give_names(leg: RecordedLeg, number: int) -> None:
-    """Names for wrenches w and compliances c."""
-    several = len(leg.wrenches) > 1
-    for k, (w, mu) in enumerate(zip(leg.wrenches, leg.mu, strict=True), start=1):
-        own = f"{number}_{k}" if several else f"{number}"
-        if isinstance(mu, Entry):
-            mu.named(f"c_{own}")
-        for i, x in enumerate(w, start=1):
-            if isinstance(x, Entry):
-                x.named(f"w_{own}_{i}")
-
-
 def _bare_leg(placed: PlacedLeg, redundant: Sequence[bool]) -> LegDerivation:
     """A leg by its passive freedoms, those that are redundant, and its elastic parts."""
     joints = passive_freedoms(placed)
@@ -430,3 +407,94 @@ def _bare_legs(placed: PlacedRobot, recorded: RecordedRobot) -> list[LegDerivati
     elastic = [f"{leg.name}/{part}" for leg in legs for part in elastic_parts(leg)]
     elastic += [f"platform/{part.name}" for part in placed.robot.platform.parts]
     return [LegDerivation("all legs, on the flexible platform", joints, lost, tuple(elastic))]
+
+
+_LIMIT = 1_000_000  # terms that an entry may have on the way
+_SAMPLES = 5
+_SEED = 11
+
+
+def snapshot_formula(snapshot: Snapshot) -> SnapshotFormula:
+    """Stiffness of a robot whose points, axes and springs are formulas, K = W (W^T C W)^-1 W^T.
+
+    Recorded as a robot is, and written out in exact arithmetic.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+        One pose; its arrays hold SymPy expressions, numbers or both. Axes are unit vectors, and
+        square roots in them are kept with their relation.
+
+    Returns
+    -------
+    SnapshotFormula
+
+    Raises
+    ------
+    DisagreementError
+        When formula and numerical form differ at random values of the symbols.
+    InputError
+        When a transmitted wrench meets no compliance, so that no matrix exists, or the platform
+        is flexible.
+
+    Examples
+    --------
+    A spring along x between two ball joints a length L apart, seen from its end:
+
+    >>> from robostiff.model import Actuated, Passive, PlacedFreedom, PlacedLeg
+    >>> k, L = sp.symbols("k L", positive=True)
+    >>> tip, x = np.array([L, 0, 0], dtype=object), np.array([1, 0, 0], dtype=object)
+    >>> balls = [PlacedFreedom(e, p, 0, "ball", Passive())
+    ...          for p in (0 * tip, tip) for e in np.eye(3, dtype=int).astype(object)]
+    >>> slide = PlacedFreedom(x, 0 * tip, None, "slide", Actuated(k))
+    >>> rod = Snapshot("rod", (PlacedLeg("rod", (slide, *balls), tip),), tip)
+    >>> snapshot_formula(rod).K[0, 0]
+    k
+    """
+    if snapshot.platform is not None:
+        raise InputError(
+            f"formula of snapshot {snapshot.name!r}",
+            got="a flexible platform",
+            expected="a rigid one",
+            hint="use stiffness(snapshot), or derive(robot) of a model file",
+        )
+    given = list(formulas(snapshot))
+    drawn = list(random_values(given, _SEED))
+    if len(drawn) < _SAMPLES:
+        raise _without_values(snapshot, "entries without a real value")
+    symbols = {str(x): x for x in drawn[0][0]}
+    samples = drawn[:_SAMPLES]
+    record = Record({name: np.array([at[x] for at, _ in samples]) for name, x in symbols.items()})
+    twin = _in_numbers(snapshot, given, drawn[0][1])
+    exact = with_entries(snapshot, exact_number)
+    entries = with_entries(exact, entry_reader(record, exact=True))
+    length = float(twin.characteristic_length) or 1.0
+    recorder = LegRecorder(record, entries.reference_point, snapshot.space, length)
+    read = ClosedReading(record, symbols)
+    legs = [recorder.leg(leg) for leg in entries.legs]
+    found = closed_sum(_in_formulas(legs, read), snapshot.space.size, _LIMIT)
+    # Compared with the numerical form at random values of the symbols.
+    for values, numbers in random_values(given, _SEED + 1):
+        try:
+            twin = _in_numbers(snapshot, given, numbers)
+            result = stiffness(twin)
+        except InputError:  # such as a compliance that is not positive at these values
+            continue
+        if result.answered:
+            where, length = f"snapshot {snapshot.name!r}", float(twin.characteristic_length) or 1.0
+            check_value(found.K, (), values, result.K, AGREED, where, length)
+            return SnapshotFormula(found.K, found.legs, name=snapshot.name)
+    raise _without_values(snapshot, "no stiffness to compare with")
+
+
+def _in_numbers(snapshot: Snapshot, entries: list[Any], values: np.ndarray) -> Snapshot:
+    known = dict(zip(entries, values.tolist(), strict=True))
+    return with_entries(snapshot, lambda x: known.get(x, x))
+
+
+def _without_values(snapshot: Snapshot, got: str) -> InputError:
+    return InputError(
+        f"formula of snapshot {snapshot.name!r}",
+        got=f"{got} at random values of its symbols between 0.1 and 1.5",
+        expected="formulas that hold there: scale lengths to metres near 1",
+    )

@@ -21,8 +21,7 @@ from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import ClosedReading
-from robostiff.analytic.springs.sampled_leg import SampledLeg
-from robostiff.analytic.springs.unit_wrenches import WrenchSearch
+from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
 from robostiff.analytic.vectors.forms import InSeries, VectorForm
 from robostiff.analytic.vectors.leg_table import LegTable
 from robostiff.analytic.vectors.vector_expressions import (
@@ -48,7 +47,6 @@ from robostiff.analytic.vectors.walk import (
     turning_angles,
     turns_of,
 )
-from robostiff.errors import InputError
 from robostiff.model import Telescope
 from robostiff.model.entries import are_equal
 from robostiff.recorded.leg import at_samples as sampled
@@ -66,7 +64,13 @@ def series_form(placed: PlacedRobot) -> InSeries | VectorForm | None:
         When it differs from the numerical form at random parameters and poses.
     """
     try:
-        found = _arm(placed) if is_arm(placed) else _legs(placed)
+        if is_arm(placed):
+            geometry = LegGeometry.of(placed.legs[0].leg, placed)
+            if geometry.elastic_directions < placed.entries.space.size:
+                return None
+            found = _in_entries(geometry) or _in_vectors(placed)
+        else:
+            found = _legs(placed)
     except (UnusualPartError, FormulaTooLargeError):
         return None
     if found is not None:
@@ -81,15 +85,6 @@ def is_arm(placed: PlacedRobot, links: int = 0) -> bool:
     own = placed.legs[0].leg
     passive = any(f.is_passive for f in own.freedoms)
     return not (passive or own.blocks) and len([*own.springs]) >= links
-
-
-def _arm(placed: PlacedRobot) -> InSeries | VectorForm | None:
-    geometry = LegGeometry.of(placed.legs[0].leg, placed)
-    try:
-        geometry.check_elastic()
-    except InputError:
-        return None
-    return _in_entries(geometry) or _in_vectors(placed)
 
 
 def _in_entries(geometry: LegGeometry) -> InSeries | None:
@@ -167,8 +162,8 @@ def _legs(placed: PlacedRobot) -> VectorForm | None:
 def _kind_of_leg(placed: PlacedRobot, numbers: list[int], read: NamedReading) -> VectorForm | None:
     """Legs of the same chain, by their numbers."""
     chain, own = placed.robot.legs[numbers[0]].chain, placed.legs[numbers[0]].leg
-    around = WrenchSearch(placed.record, placed.reference, placed.entries.space, placed.length)
-    sample = None if chain.couplings or chain.has_blocks else SampledLeg.of(own, around)
+    is_plain = not (chain.couplings or chain.has_blocks)
+    sample = SampledLeg.of(own, WrenchSearch.of(placed)) if is_plain else None
     if sample is None or any(s.elasticity.freedoms.shape[1] for s in own.springs):
         return None
     if sample.elastic_directions < sample.C.shape[1]:

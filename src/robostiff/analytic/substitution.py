@@ -46,8 +46,8 @@ def values_of_symbols(
     for symbol in symbols:
         by_name.setdefault(symbol.name, []).append(symbol)
     own = {name: same[0] for name, same in by_name.items()}
-    found = {}
-    for key, value in values.items():
+    chosen = {}
+    for key, given in values.items():
         if str(key) not in by_name:
             raise InputError(
                 f"symbol of {subject}",
@@ -55,35 +55,31 @@ def values_of_symbols(
                 expected=", ".join(by_name) or "none, as it has no symbols",
             )
         for symbol in by_name[str(key)]:
-            one = _value(symbol, value)
-            found[symbol] = one.xreplace({s: own.get(s.name, s) for s in one.free_symbols})
-    return found
-
-
-def _value(symbol: sp.Symbol, value: Any) -> Any:
-    if is_pint(value):
-        value = si_number(f"value of {symbol}", value)
-    try:
-        found: Any = exact_number(value)
-    except InputError as error:
-        raise InputError(
-            f"value of {symbol}", got=value, expected="a finite real number or a formula"
-        ) from error
-    if isinstance(value, sp.Float):
-        found = value
-    elif not (is_formula(value) or isinstance(value, int | np.integer)):
-        found = sp.Float(float(value))
-    if found.has(*_UNDEFINED) or found.is_real is False:
-        raise InputError(f"value of {symbol}", got=str(value), expected="a finite real number")
-    for sign, word in ((1, "positive"), (-1, "negative")):
-        if (sign * symbol).is_nonnegative and (sign * found).is_negative:
-            raise InputError(
-                f"value of {symbol}",
-                got=str(value),
-                expected=f"a {word} number",
-                hint=f"the formula was made for a {word} symbol",
-            )
-    return found
+            value = si_number(f"value of {symbol}", given) if is_pint(given) else given
+            try:
+                found: Any = exact_number(value)
+            except InputError as error:
+                raise InputError(
+                    f"value of {symbol}", got=value, expected="a finite real number or a formula"
+                ) from error
+            if isinstance(value, sp.Float):
+                found = value
+            elif not (is_formula(value) or isinstance(value, int | np.integer)):
+                found = sp.Float(float(value))
+            if found.has(*_UNDEFINED) or found.is_real is False:
+                raise InputError(
+                    f"value of {symbol}", got=str(value), expected="a finite real number"
+                )
+            for sign, word in ((1, "positive"), (-1, "negative")):
+                if (sign * symbol).is_nonnegative and (sign * found).is_negative:
+                    raise InputError(
+                        f"value of {symbol}",
+                        got=str(value),
+                        expected=f"a {word} number",
+                        hint=f"the formula was made for a {word} symbol",
+                    )
+            chosen[symbol] = found.xreplace({s: own.get(s.name, s) for s in found.free_symbols})
+    return chosen
 
 
 def refuse_names_of_steps(values: Mapping[Any, Any], definitions: Iterable[Any]) -> None:

@@ -55,7 +55,8 @@ def show(answer: str | Mapping[str, Any]) -> None:
         lines = []
         for line in map(shown, answer.split("\n")):
             styles = (own for start, own in _STYLES.items() if f"{line}\n".startswith(start))
-            lines.append(click.style(line, **next(styles, {})) if line else line)
+            style = next(styles, None)
+            lines.append(line if style is None else click.style(line, **style))
         click.echo("\n".join(lines))
         return
     form = {"schema": f"robostiff {running.get()} {JSON_VERSION}"}

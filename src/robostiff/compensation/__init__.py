@@ -1,1 +1,1 @@
-"""Compensation: commands by which a loaded robot is where it is wanted."""
+"""Compensation: commands that bring a loaded robot to the wanted path."""

@@ -14,8 +14,7 @@ import numpy as np
 from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.codes import POSES_A_CHUNK, ArrayCode, MachineCode, room_for
 from robostiff.compiled.machine_code import machine_code_is_available
-from robostiff.compiled.outputs import Output
-from robostiff.compiled.rates import Rates
+from robostiff.compiled.outputs import Output, Rates
 from robostiff.errors import InputError
 from robostiff.record import Program
 from robostiff.spatial import Space

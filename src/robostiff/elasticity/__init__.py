@@ -4,7 +4,6 @@ Wrenches are (Fx, Fy, Fz, Mx, My, Mz), twists (dx, dy, dz, rx, ry, rz), units SI
 at its base, its local x along it, y and z the principal axes of its cross-section.
 """
 
-from robostiff.elasticity.arbitrary_section import section_from_sectionproperties
 from robostiff.elasticity.beam import (
     BeamSegment,
     BeamTheory,
@@ -22,7 +21,15 @@ from robostiff.elasticity.cantilever import (
     uniform_beam,
 )
 from robostiff.elasticity.material import MATERIALS, Material, material
-from robostiff.elasticity.shapes import CrossSection, box, circle, i_section, rectangle, tube
+from robostiff.elasticity.shapes import (
+    CrossSection,
+    box,
+    circle,
+    i_section,
+    rectangle,
+    section_from_sectionproperties,
+    tube,
+)
 from robostiff.elasticity.spring import Elasticity, rotational_spring, translational_spring
 from robostiff.elasticity.spring_from_matrix import (
     elasticity_from_compliance,

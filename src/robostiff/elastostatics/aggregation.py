@@ -16,7 +16,7 @@ from robostiff.elastostatics.tolerance import (
 )
 from robostiff.errors import InputError
 from robostiff.spatial import move_stiffness
-from robostiff.spatial.batch import Float, empty_batch
+from robostiff.spatial.batch import Float, poses_side_by_side
 
 
 def aggregate_matrices(
@@ -80,7 +80,10 @@ def aggregate(legs: Sequence[CartesianStiffness]) -> CartesianStiffness:
             expected="one space and one batch of poses",
         )
     n = first.space.size
-    held = _beside([leg.held for leg in legs])
+    held, rigid = (
+        poses_side_by_side(np.concatenate(own, axis=-1), 2)
+        for own in ([leg.held for leg in legs], [leg.rigid for leg in legs])
+    )
     margin = smallest_singular_value(held)
     tolerance = first.tolerance
     full = np.asarray(margin > tolerance.independence)
@@ -94,7 +97,6 @@ def aggregate(legs: Sequence[CartesianStiffness]) -> CartesianStiffness:
     status = status & ~np.uint16(Status.FREE_MOTIONS)
     status = status | (rank < n) * np.uint16(Status.FREE_MOTIONS)
     K = np.sum([leg.matrix for leg in legs], axis=0)
-    rigid = _beside([leg.rigid for leg in legs])
     if len(legs) > 1 and np.any(rigid):
         # Rigid wrenches of two legs that are almost one: how they differ is known to few digits.
         values = np.linalg.svd(rigid, compute_uv=False)
@@ -117,15 +119,3 @@ def aggregate(legs: Sequence[CartesianStiffness]) -> CartesianStiffness:
         reason="; ".join(dict.fromkeys(leg.reason for leg in legs if leg.reason)),
         carried=ConjugateWrenches.beside(known) if len(known) == len(legs) else None,
     )
-
-
-def _beside(stacks: Sequence[np.ndarray]) -> np.ndarray:
-    """Columns of all legs beside one another, poses side by side in memory."""
-    *batch, n, _ = stacks[0].shape
-    beside = empty_batch(tuple(batch), (n, sum(stack.shape[-1] for stack in stacks)))
-    start = 0
-    for stack in stacks:
-        stop = start + stack.shape[-1]
-        beside[..., start:stop] = stack
-        start = stop
-    return beside

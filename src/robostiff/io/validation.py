@@ -111,12 +111,6 @@ def _child(annotation: Any, step: Step) -> tuple[bool, tuple[Any, tuple[Any, ...
     return False, unknown
 
 
-def _has(data: Any, step: Step) -> bool:
-    if isinstance(data, dict):
-        return step in data
-    return isinstance(data, list) and isinstance(step, int) and 0 <= step < len(data)
-
-
 class Rank(IntEnum):
     """Kinds of mistake, the most specific first."""
 
@@ -147,14 +141,17 @@ def _problem(details: Mapping[str, Any], model: type[BaseModel], data: Any) -> P
     by which pydantic distinguishes the members of a union are no part of the path.
     """
     annotation, metadata = plain(model)
-    container, here = None, data
+    container: Any = None
+    here: Any = data
     path: tuple[Step, ...] = ()
     for step in details["loc"]:
         if _is_union(annotation):
             annotation, metadata = _member(annotation, step)
             continue
         known, child = _child(annotation, step)
-        is_there = _has(here, step)
+        is_there = isinstance(here, dict) and step in here
+        if isinstance(here, list) and isinstance(step, int):
+            is_there = 0 <= step < len(here)
         if known or is_there:
             path, container = (*path, step), annotation
             here = here[step] if is_there else None

@@ -80,7 +80,7 @@ def coordinates_of_drives(
     """
     if not isinstance(given, Mapping):
         n = len(inputs)
-        words = f"an array (N, {n}): {' '.join(inputs)}, one pose a row"
+        words = f"{n} finite numbers in the last axis: {' '.join(inputs)}, one pose a row"
         rows = as_floats(subject, given, words, units)
         if rows.shape[-1:] != (n,):
             raise InputError(subject, got=f"shape {rows.shape}", expected=words)

@@ -70,12 +70,12 @@ class Cable:
                 hint="without them the cable is infinitely stiff",
             )
         for attribute in ("EA", "winch_stiffness", "guide_length", "least_tension", "tension"):
-            value = getattr(self, attribute)
-            positive = attribute in ("EA", "winch_stiffness")
-            if value is None and (positive or attribute == "tension"):
-                continue
-            right = isinstance(value, int | float | np.number) and not isinstance(value, bool)
-            if not (right and np.isfinite(value) and (value > 0 if positive else value >= 0)):
+            value, positive = getattr(self, attribute), attribute in ("EA", "winch_stiffness")
+            if isinstance(value, int | float | np.number) and not isinstance(value, bool):
+                fits = np.isfinite(value) and (value > 0 if positive else value >= 0)
+            else:
+                fits = value is None and attribute not in ("guide_length", "least_tension")
+            if not fits:
                 raise InputError(
                     f"{attribute.replace('_', ' ')} of cable {self.name!r}",
                     got=value,

@@ -339,7 +339,8 @@ class Chain:
                 insides = {branch.name: branch.chain.in_words for branch in own.branches}
                 words.append(block_in_words(own.name, insides))
             else:
-                role = f" ({type(own.role).__name__.lower()})" if hasattr(own, "role") else ""
+                moves = isinstance(own, Joint | Telescope)
+                role = f" ({type(own.role).__name__.lower()})" if moves else ""
                 words.append(f"{own.name}{role}")
         of_sums = (f"{own.in_words} ({type(own.role).__name__.lower()})" for own in self.couplings)
         return [*words, *of_sums]

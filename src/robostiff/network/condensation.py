@@ -204,7 +204,13 @@ def compliance_between(
     >>> float(round(C[7, 7] / C[1, 1], 9)), float(round(C[1, 7] / C[1, 1], 9))
     (8.0, 2.5)
     """
-    places = [_checked(network, node, point) for node, point in points]
+    places, names = [], [known.name for known in network.nodes]
+    for node, point in points:
+        if node not in names:
+            expected = f"the name of a node: {', '.join(names[:12])}"
+            raise InputError("node of a point", got=node, expected=expected)
+        subject = f"point of node {node!r}"
+        places.append((node, as_floats(subject, point, "three numbers x y z [m]", "m", (3,))))
     if not places:
         raise InputError("points", got=points, expected="at least one (node, [x, y, z])")
     equations = equations_of(network, tolerance)
@@ -233,13 +239,3 @@ def compliance_between(
     C = right.T @ x / equations.stiffness
     C = 0.5 * (C + C.T)
     return C / np.outer(scale, scale) if loads is None else C
-
-
-def _checked(network: Network, node: str, point: ArrayLike) -> tuple[str, np.ndarray]:
-    names = [known.name for known in network.nodes]
-    if node not in names:
-        raise InputError(
-            "node of a point", got=node, expected=f"the name of a node: {', '.join(names[:12])}"
-        )
-    subject = f"point of node {node!r}"
-    return node, as_floats(subject, point, "three numbers x y z [m]", "m", (3,))

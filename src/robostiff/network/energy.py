@@ -100,13 +100,17 @@ def energy_stiffness(network: Network, tolerance: Tolerance = _DEFAULT_TOLERANCE
 
 def _condensed(E: np.ndarray, G: np.ndarray, platform: slice, equations: Equations) -> np.ndarray:
     """Least energy for unit displacements of the platform, subject to G z = 0."""
+    from scipy.linalg import qr, solve_triangular
+
     n = equations.size
     others = np.delete(np.arange(E.shape[1]), np.arange(platform.start, platform.stop))
     Z = np.zeros((E.shape[1], n))
     Z[platform] = np.eye(n)
-    start, N = _solutions(G[:, others], -G[:, platform], equations.tolerance)
-    Z[others] = start
-    N = _elastic(E[:, others], N, equations.tolerance)
+    Z[others], N = _solutions(G[:, others], -G[:, platform], equations.tolerance)
+    # The motions that deflect some spring, without those of passive joints only.
+    size = np.linalg.norm(E[:, others], axis=1, keepdims=True)
+    values, Vt = np.linalg.svd(E[:, others] / np.where(size > 0, size, 1.0) @ N)[1:]
+    N = N @ Vt[: np.count_nonzero(values > equations.tolerance.independence)].T
     before = np.linalg.norm(E @ Z)
     if N.shape[1]:
         A = E[:, others] @ N
@@ -119,7 +123,13 @@ def _condensed(E: np.ndarray, G: np.ndarray, platform: slice, equations: Equatio
                 f"no stiffness by least energy: springs differ by {(largest / smallest) ** 2:.0e}, "
                 "which leaves the energy fewer than nine digits"
             )
-        Z[others] -= N @ _least_squares(A, E @ Z)
+        # Least squares, each row to its own digits: Householder QR is that accurate where large
+        # rows come first and columns are pivoted.
+        order = np.argsort(-np.linalg.norm(A, axis=1), kind="stable")
+        Q, R, columns = (np.asarray(p) for p in qr(A[order], mode="economic", pivoting=True))
+        x = np.zeros((A.shape[1], n))
+        x[columns] = solve_triangular(R, Q.T @ (E @ Z)[order])
+        Z[others] -= N @ x
     if np.linalg.norm(E @ Z) <= _ROUNDING * before:
         return np.zeros((n, n))  # every motion of the platform is free
     to_reference = equations.transport(
@@ -128,27 +138,6 @@ def _condensed(E: np.ndarray, G: np.ndarray, platform: slice, equations: Equatio
     Z = Z @ np.linalg.inv(to_reference)
     stored = E @ Z
     return stored.T @ stored * np.outer(equations.scale, equations.scale) * equations.stiffness
-
-
-def _least_squares(A: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Solution x of least |A x - b| for A of full rank, each row to its own digits.
-
-    Householder QR is that accurate where large rows come first and columns are pivoted.
-    """
-    from scipy.linalg import qr, solve_triangular
-
-    order = np.argsort(-np.linalg.norm(A, axis=1), kind="stable")
-    Q, R, columns = (np.asarray(p) for p in qr(A[order], mode="economic", pivoting=True))
-    x = np.zeros((A.shape[1], b.shape[1]))
-    x[columns] = solve_triangular(R, Q.T @ b[order])
-    return x
-
-
-def _elastic(E: np.ndarray, N: np.ndarray, tolerance: Tolerance) -> np.ndarray:
-    """The motions of N that deflect some spring, without those of passive joints only."""
-    size = np.linalg.norm(E, axis=1, keepdims=True)
-    values, Vt = np.linalg.svd(E / np.where(size > 0, size, 1.0) @ N)[1:]
-    return N @ Vt[: np.count_nonzero(values > tolerance.independence)].T
 
 
 def _solutions(

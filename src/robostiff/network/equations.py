@@ -213,29 +213,21 @@ def _springs(
             modes = own.elasticity.modes
         else:
             modes = compliance_modes(C[k])
-        W[k], S[k] = _by_size(modes * scale[:, None], W[k], S[k], tolerance)
+        # Wrenches by which the soft, the stiff and the rigid directions of a part are apart. Those
+        # that load the spring are found by its unit modes: a stiff direction is not rigid.
+        modes = (modes * scale[:, None])[:, np.any(modes != 0, axis=0)]
+        loads = modes.T @ W[k]
+        values, Vt = np.linalg.svd(loads / np.linalg.norm(modes, axis=0)[:, None])[1:]
+        rank = int(np.count_nonzero(values > tolerance.independence))
+        unit = np.sqrt(np.where(np.diagonal(S[k]) > 0, np.diagonal(S[k]), 1.0))
+        # Otherwise unchanged: a new basis would cost digits of stiff directions, unless these lie
+        # across all axes.
+        if rank == len(S[k]) and np.linalg.cond(S[k] / np.outer(unit, unit)) <= _DENSE:
+            continue
+        _, roots, by_size = np.linalg.svd(loads @ Vt[:rank].T, full_matrices=False)
+        W[k] = W[k] @ np.vstack([by_size @ Vt[:rank], Vt[rank:]]).T
+        S[k] = np.diag(np.append(roots**2, np.zeros(len(S[k]) - rank)))
     return W, S
-
-
-def _by_size(
-    modes: np.ndarray, W: np.ndarray, S: np.ndarray, tolerance: Tolerance
-) -> tuple[np.ndarray, np.ndarray]:
-    """Wrenches by which the soft, the stiff and the rigid directions of a part are apart.
-
-    Wrenches that load the spring are found by its unit modes: a stiff direction is not rigid.
-    """
-    modes = modes[:, np.any(modes != 0, axis=0)]
-    loads = modes.T @ W
-    values, Vt = np.linalg.svd(loads / np.linalg.norm(modes, axis=0)[:, None])[1:]
-    rank = int(np.count_nonzero(values > tolerance.independence))
-    unit = np.sqrt(np.where(np.diagonal(S) > 0, np.diagonal(S), 1.0))
-    # Otherwise unchanged: a new basis would cost digits of stiff directions, unless these lie
-    # across all axes.
-    if rank == len(S) and np.linalg.cond(S / np.outer(unit, unit)) <= _DENSE:
-        return W, S
-    _, roots, by_size = np.linalg.svd(loads @ Vt[:rank].T, full_matrices=False)
-    W = W @ np.vstack([by_size @ Vt[:rank], Vt[rank:]]).T
-    return W, np.diag(np.append(roots**2, np.zeros(len(S) - rank)))
 
 
 def check_fits(element: Element, space: Space) -> None:
@@ -335,8 +327,17 @@ def equations_of(network: Network, tolerance: Tolerance) -> Equations:
         raise InputError(
             f"network {network.name!r}", got="no element", expected="beams, springs or joints"
         )
-    points = _points(network)
-    length = network.characteristic_length
+    # The middle of the attachments of each body; for the platform the reference point, if near.
+    numbers, attached = network.attachments
+    count, total = np.zeros(len(network.nodes)), np.zeros((len(network.nodes), 3))
+    np.add.at(count, numbers, 1.0)
+    np.add.at(total, numbers, attached)
+    middles = total / np.maximum(count, 1.0)[:, None]
+    each = zip(network.nodes, middles, count.tolist(), strict=True)
+    points = {node.name: middle if own else node.point for node, middle, own in each}
+    length, reference = network.characteristic_length, network.reference_point
+    if np.linalg.norm(reference - points[network.platform]) <= _FAR * length:
+        points[network.platform] = reference
     groups, couplings = _scaled(network, points, length or 1.0, tolerance)
     # The largest length that the springs have, as a part of the one that scales them.
     of_elements = max((own.longest for own in groups), default=0.0) * (length or 1.0)
@@ -344,11 +345,11 @@ def equations_of(network: Network, tolerance: Tolerance) -> Equations:
         length = of_elements or 1.0
         groups, couplings = _scaled(network, points, length, tolerance)
     soft = np.zeros(0)
-    each = [
+    parts = [
         *((own.S, own.rigid) for own in groups),
         *((own.S[None], own.rigid[None]) for own in couplings),
     ]
-    for S, rigid in each:
+    for S, rigid in parts:
         trace, count = np.trace(S, axis1=1, axis2=2), np.count_nonzero(~rigid, axis=1)
         soft = np.append(soft, trace[count > 0] / count[count > 0])
     stiffness = 1.0 / float(np.exp(np.mean(np.log(soft)))) if soft.size else 1.0
@@ -371,19 +372,3 @@ def _scaled(
     of_nodes = np.array([points[element.a] for element in elements]).reshape(-1, 3)
     groups = [*groups_of(elements, of_nodes, scale, network.space, tolerance)]
     return groups, [coupled_motion(own, points, scale, network.space) for own in network.couplings]
-
-
-def _points(network: Network) -> dict[str, np.ndarray]:
-    """The middle of the attachments of each body; for the platform the reference point, if near."""
-    numbers, attached = network.attachments
-    count, total = np.zeros(len(network.nodes)), np.zeros((len(network.nodes), 3))
-    np.add.at(count, numbers, 1.0)
-    np.add.at(total, numbers, attached)
-    middles = total / np.maximum(count, 1.0)[:, None]
-    each = zip(network.nodes, middles, count.tolist(), strict=True)
-    points = {node.name: middle if own else node.point for node, middle, own in each}
-    reference = network.reference_point
-    distance = np.linalg.norm(reference - points[network.platform])
-    if distance <= _FAR * network.characteristic_length:
-        points[network.platform] = reference
-    return points

@@ -10,7 +10,7 @@ import numpy as np
 from robostiff.elastostatics import Tolerance
 from robostiff.kept import kept
 from robostiff.kinematics.spanning_tree import connected_parts, independent_parts
-from robostiff.network.equations import Equations, Motion
+from robostiff.network.equations import Equations
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -182,15 +182,6 @@ class Mobility:
     doubtful: bool  # whether a rank is close to another
 
 
-@dataclass(frozen=True)
-class _Clusters:
-    """Clusters of bodies without relative motion."""
-
-    label_of: dict[str, str]  # the first body of each cluster
-    members: dict[str, list[str]]
-    points: dict[str, np.ndarray]
-
-
 @kept
 def mobility(equations: Equations, *, platform_fixed: bool) -> Mobility:
     """Mechanisms of a network, with its platform free or fixed beside the fixed nodes.
@@ -199,14 +190,24 @@ def mobility(equations: Equations, *, platform_fixed: bool) -> Mobility:
     such clusters is the null space of the unit wrenches of the other connections.
     """
     network, n = equations.network, equations.size
-    clusters = _clusters(equations)
-    ground = clusters.label_of[network.fixed[0]]
-    platform = clusters.label_of[network.platform]
+    # Clusters of bodies without relative motion, by the first body of each
+    pairs = [c.nodes for c in equations.connections if c.is_full]
+    names = [node.name for node in network.nodes]
+    label_of = connected_parts(names, [*pairs, network.fixed])
+    members: dict[str, list[str]] = {}
+    for name, label in label_of.items():
+        members.setdefault(label, []).append(name)
+    points = {
+        label: np.mean([equations.points[name] for name in own], axis=0)
+        for label, own in members.items()
+    }
+    ground, platform = label_of[network.fixed[0]], label_of[network.platform]
+    points[platform] = equations.points[network.platform]
     still = {ground, platform} if platform_fixed else {ground}
-    free = [label for label in clusters.members if label not in still]
-    open_ = [c for c in equations.connections if len(_ends(c, clusters)) > 1]
+    free = [label for label in members if label not in still]
+    open_ = [c for c in equations.connections if len({label_of[name] for name in c.nodes}) > 1]
     mechanisms, held, doubtful = [], [], False
-    ends = [_ends(c, clusters) & set(free) for c in open_]
+    ends = [{label_of[name] for name in c.nodes} - still for c in open_]
     for labels, numbers in independent_parts(free, ends):
         connections = [open_[k] for k in numbers]
         # Wrenches of connections on free clusters, and on a fixed platform, as rows.
@@ -216,72 +217,41 @@ def mobility(equations: Equations, *, platform_fixed: bool) -> Mobility:
         for c in connections:
             rows = np.arange(row, row := row + len(c.S))
             for node, point, part in c.ends:
-                label = clusters.label_of[node]
-                wrenches = part @ equations.between(clusters.points[label], point)
+                label = label_of[node]
+                wrenches = part @ equations.between(points[label], point)
                 if label in column:
                     blocks.add(wrenches, rows, column[label])
                 elif label == platform and platform in still:
                     G_p[rows] += wrenches
         G = blocks.matrix((row, n * len(labels)))
-        if max(len(G_p), equations.size * len(labels)) <= _DENSE:
+        if max(len(G_p), n * len(labels)) <= _DENSE:
             spaces = null_spaces(G.toarray(), equations.tolerance)
             motions, doubt = spaces.right, spaces.doubtful
             held.append(G_p.T @ spaces.left)
         else:
-            motions, wrenches, doubt = _large(G, G_p, equations.tolerance)
-            held.append(wrenches)
+            from scipy.sparse import csc_array, hstack
+
+            # What is free with the platform free is split into what moves it and what does not.
+            both = csc_array(hstack([G, csc_array(G_p)]))
+            motions, doubt = sparse_null_space(both, equations.tolerance)
+            U, values, Vt = np.linalg.svd(motions[-n:])
+            moved = int(np.count_nonzero(values > equations.tolerance.independence))
+            motions = motions[:-n] @ Vt[moved:].T
+            held.append(np.eye(n) - U[:, :moved] @ U[:, :moved].T)
         doubtful |= doubt
         if motions.shape[1]:
             nodes, stack = [], []  # the bodies of these clusters, and how they move
             for label in labels:
-                for name in clusters.members[label]:
-                    D = equations.between(clusters.points[label], equations.points[name])
+                for name in members[label]:
+                    D = equations.between(points[label], equations.points[name])
                     nodes.append(name)
                     stack.append(D @ motions[column[label]])
-            moved = np.array(stack)
-            pins = pinning_coordinates(moved.reshape(-1, moved.shape[-1]))
-            mechanisms.append(Mechanism(tuple(nodes), moved, pins))
+            all_moved = np.array(stack)
+            pins = pinning_coordinates(all_moved.reshape(-1, all_moved.shape[-1]))
+            mechanisms.append(Mechanism(tuple(nodes), all_moved, pins))
     by_ground = platform == ground
     wrenches = np.eye(n) if by_ground else np.hstack([np.zeros((n, 0)), *held])
     return Mobility(tuple(mechanisms), wrenches, doubtful)
-
-
-def _large(
-    G: csc_array, G_p: np.ndarray, tolerance: Tolerance
-) -> tuple[np.ndarray, np.ndarray, bool]:
-    """Mechanisms with the platform at rest, and wrenches that hold it, without a dense matrix.
-
-    What is free with the platform free is split into what moves it and what does not.
-    """
-    from scipy.sparse import csc_array, hstack
-
-    n = G_p.shape[1]
-    both = csc_array(hstack([G, csc_array(G_p)]))
-    motions, doubtful = sparse_null_space(both, tolerance)
-    U, values, Vt = np.linalg.svd(motions[-n:])
-    moved = int(np.count_nonzero(values > tolerance.independence))
-    free = U[:, :moved]
-    return motions[:-n] @ Vt[moved:].T, np.eye(n) - free @ free.T, doubtful
-
-
-def _ends(connection: Motion, clusters: _Clusters) -> set[str]:
-    return {clusters.label_of[name] for name in connection.nodes}
-
-
-def _clusters(equations: Equations) -> _Clusters:
-    network = equations.network
-    pairs = [c.nodes for c in equations.connections if c.is_full]
-    names = [node.name for node in network.nodes]
-    label_of = connected_parts(names, [*pairs, network.fixed])
-    members: dict[str, list[str]] = {}
-    for name, label in label_of.items():
-        members.setdefault(label, []).append(name)
-    points = {
-        label: np.mean([equations.points[name] for name in names], axis=0)
-        for label, names in members.items()
-    }
-    points[label_of[network.platform]] = equations.points[network.platform]
-    return _Clusters(label_of, members, points)
 
 
 def held_coordinates(equations: Equations) -> set[tuple[str, int]]:

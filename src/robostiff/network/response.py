@@ -13,9 +13,8 @@ from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.markup import InNotebooks
 from robostiff.network.elements import BeamLoad, DistributedForce, ForceOnBeam, beam_load
-from robostiff.network.equations import Equations, equations_of
+from robostiff.network.equations import equations_of
 from robostiff.network.loaded_network import InternalLoads, LoadedNetwork, reactions
-from robostiff.network.mobility import Mobility
 from robostiff.network.network import Network
 from robostiff.network.saddle_point import system_of
 from robostiff.spatial import as_float, as_floats, block_rotation, move_wrench
@@ -146,9 +145,22 @@ def network_response(
     """
     equations = equations_of(network, tolerance)
     at_nodes, on_beams = _sorted_loads(network, {} if loads is None else loads)
-    moved = {name: _settlement(network, name, t) for name, t in (settlements or {}).items()}
+    space = network.space
+    units = ("m",) * space.translations + ("rad",) * (space.size - space.translations)
+    expected = f"{space.size} numbers {' '.join(space.twist_order)} [m, rad]"
+    moved: dict[str, np.ndarray] = {}
+    for name, value in (settlements or {}).items():
+        if name not in network.fixed:
+            raise InputError(
+                "node that settles",
+                got=name,
+                expected=f"a fixed node: {', '.join(network.fixed[:12])}",
+                hint="a node that is not fixed moves under the loads",
+            )
+        subject = f"displacement of node {name!r}"
+        moved[name] = as_floats(subject, value, expected, units, (space.size,))
     points = {node.name: node.point for node in network.nodes}
-    system, rows, d = system_of(equations)[0], list(network.space.rows), network.space.translations
+    system, rows, d = system_of(equations)[0], list(space.rows), space.translations
     right = system.forces(equations, ((name, F, points[name]) for name, F in at_nodes.items()))
     for k, (_, load) in on_beams.items():
         beam, W_T = network.beams[k], equations.connections[k].ends[-1][2]
@@ -174,7 +186,13 @@ def network_response(
     undetermined = {end for own in each for end, _, _ in own.ends}
     free = {name for mechanism in found.mobility.mechanisms for name in mechanism.moving}
     twists = {name: found.twist(name, own) for name, own in points.items()}
-    shifting = _shifting(equations, found.mobility, points)
+    shifting = set[str]()  # nodes whose point moves in some mechanism; others spin about it
+    for mechanism in found.mobility.mechanisms:
+        least = _GAP * np.abs(mechanism.motions).max(initial=0.0)
+        for name, motions in zip(mechanism.nodes, mechanism.motions, strict=True):
+            shift = (equations.transport(name, points[name]) @ motions)[:d]
+            if np.abs(shift).max(initial=0.0) > least:
+                shifting.add(name)
     return NetworkResponse(
         network,
         {name: own for name, own in twists.items() if name not in free},
@@ -213,18 +231,6 @@ def _check_holds(found: LoadedNetwork) -> None:
         )
 
 
-def _shifting(equations: Equations, mobile: Mobility, points: Mapping[str, np.ndarray]) -> set[str]:
-    """Nodes whose point moves in some mechanism; others spin about it, or keep still."""
-    found, d = set(), equations.network.space.translations
-    for mechanism in mobile.mechanisms:
-        largest = np.abs(mechanism.motions).max(initial=0.0)
-        for name, motions in zip(mechanism.nodes, mechanism.motions, strict=True):
-            shift = (equations.transport(name, points[name]) @ motions)[:d]
-            if np.abs(shift).max(initial=0.0) > _GAP * largest:
-                found.add(name)
-    return found
-
-
 def _sorted_loads(
     network: Network, loads: Loads
 ) -> tuple[dict[str, np.ndarray], dict[int, tuple[str, BeamLoad]]]:
@@ -233,6 +239,9 @@ def _sorted_loads(
         raise InputError("loads", got=loads, expected='loads by names: {"tip": [0, 0, -80]}')
     nodes = {node.name for node in network.nodes}
     numbers = {beam.name: k for k, beam in enumerate(network.beams)}
+    space, n = network.space, network.space.size
+    shapes = f"{n} numbers {' '.join(space.wrench_order)} [N, N m]"
+    shapes = f"3 numbers [N], or {shapes}" if n == 6 else shapes
     wrenches: dict[str, np.ndarray] = {}
     on_beams: dict[int, tuple[str, BeamLoad]] = {}
     for name, value in loads.items():
@@ -245,7 +254,11 @@ def _sorted_loads(
         else:
             if name not in nodes:
                 raise _unknown("node of a load", name, nodes)
-            wrenches[name] = _wrench(network, name, value)
+            subject = f"load at node {name!r}"
+            F = as_floats(subject, value, shapes, {3: ("N",) * 3, n: space.wrench_units})
+            if F.shape not in ((n,), (3,)):
+                raise InputError(subject, got=value, expected=shapes)
+            wrenches[name] = np.concatenate([F, np.zeros(n - len(F))])
     return wrenches, on_beams
 
 
@@ -259,33 +272,6 @@ def _unknown(subject: str, name: str, names: Any) -> InputError:
     known = ", ".join(sorted(names)[:12]) or "none: the network has no beams"
     hint = "loads on beams are DistributedForce or ForceOnBeam, those at nodes are numbers"
     return InputError(subject, got=name, expected=f"one of {known}", hint=hint)
-
-
-def _wrench(network: Network, name: str, value: Any) -> np.ndarray:
-    space = network.space
-    n = space.size
-    shapes = f"{n} numbers {' '.join(space.wrench_order)} [N, N m]"
-    units: dict[int, Sequence[str]] = {3: ("N",) * 3, n: space.wrench_units}
-    if n == 6:
-        shapes = f"3 numbers [N], or {shapes}"
-    F = as_floats(f"load at node {name!r}", value, shapes, units)
-    if F.shape not in ((n,), (3,)):
-        raise InputError(f"load at node {name!r}", got=value, expected=shapes)
-    return np.concatenate([F, np.zeros(n - len(F))])
-
-
-def _settlement(network: Network, name: str, value: Any) -> np.ndarray:
-    if name not in network.fixed:
-        raise InputError(
-            "node that settles",
-            got=name,
-            expected=f"a fixed node: {', '.join(network.fixed[:12])}",
-            hint="a node that is not fixed moves under the loads",
-        )
-    space = network.space
-    units = ("m",) * space.translations + ("rad",) * (space.size - space.translations)
-    expected = f"{space.size} numbers {' '.join(space.twist_order)} [m, rad]"
-    return as_floats(f"displacement of node {name!r}", value, expected, units, (space.size,))
 
 
 def _wrenches_of(

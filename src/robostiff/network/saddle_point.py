@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -157,23 +157,6 @@ _LARGE = 3000
 _SYMMETRIC: dict[str, Any] = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
 
 
-def _order_of_elimination(A: csc_array, bodies: np.ndarray) -> np.ndarray:
-    """Displacements (m,), body after body, in the order of minimum degree of the bodies.
-
-    That of single displacements, which zeros in their blocks mislead, fills in twice as much.
-    """
-    from scipy.sparse import csc_array, eye_array
-    from scipy.sparse.linalg import splu
-
-    wrenches, m = cast("tuple[int, int]", A.shape)
-    count, ones = int(bodies.max()) + 1, np.ones(m)
-    loads = csc_array((np.ones(A.nnz), A.indices, A.indptr), shape=(wrenches, m))
-    loads = loads @ csc_array((ones, (np.arange(m), bodies)), shape=(m, count))
-    graph = csc_array(loads.T @ loads + m * eye_array(count))
-    order = splu(graph, permc_spec="MMD_AT_PLUS_A", **_SYMMETRIC).perm_c
-    return np.argsort(order[bodies], kind="stable")
-
-
 @dataclass(frozen=True)
 class CondensedSystem:
     """A saddle-point system without its wrenches, factorised.
@@ -200,7 +183,7 @@ class CondensedSystem:
 
         None where rounding makes the rest singular.
         """
-        from scipy.sparse import csc_array
+        from scipy.sparse import csc_array, eye_array
         from scipy.sparse.linalg import splu
 
         blocks = BlockEntries()
@@ -213,7 +196,14 @@ class CondensedSystem:
             wrenches = np.concatenate([places.ravel() for places, _ in parts])
             stiffness = blocks.matrix((size, size))[wrenches][:, wrenches]
             A = regular[wrenches][:, : len(bodies)].tocsc()
-            others = _order_of_elimination(A, bodies)
+            # Body after body by minimum degree: that of single displacements, which zeros in their
+            # blocks mislead, fills in twice as much.
+            m, count = len(bodies), int(bodies.max()) + 1
+            loads = csc_array((np.ones(A.nnz), A.indices, A.indptr), shape=(len(wrenches), m))
+            loads = loads @ csc_array((np.ones(m), (np.arange(m), bodies)), shape=(m, count))
+            graph = csc_array(loads.T @ loads + m * eye_array(count))
+            order = splu(graph, permc_spec="MMD_AT_PLUS_A", **_SYMMETRIC).perm_c
+            others = np.argsort(order[bodies], kind="stable")
             A = A[:, others]
             lu = splu(csc_array(A.T @ stiffness @ A), permc_spec="NATURAL", **_SYMMETRIC)
         except (RuntimeError, np.linalg.LinAlgError):

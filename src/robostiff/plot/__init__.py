@@ -1,10 +1,9 @@
 """Plots of results: on paper with Matplotlib, scenes in the browser with Plotly.
 
-Every function takes results, draws a picture on a backend, and returns what the backend makes of
-it: Matplotlib's axes or a figure of Plotly. Nothing is shown, and no setting of either is changed.
-Pictures are computed without them as data, in ``picture``; ``geometry`` finds the
-lines of legs, bent or not, of screws, ellipsoids and isosurfaces. `layers_of` gives the items of a
-picture to programs that draw them by themselves.
+Every function takes results, draws a picture on a backend, and returns the axes of Matplotlib or a
+figure of Plotly. Nothing is shown, and no setting of either is changed. Pictures are computed as
+data, in ``picture``; ``geometry`` has the lines of legs, bent or not, of screws, ellipsoids and
+isosurfaces. `layers_of` gives the items of a picture to programs that draw them by themselves.
 """
 
 from robostiff.plot.backend import Matplotlib, PictureData, PlotBackend, Plotly, Width

@@ -5,8 +5,6 @@ The formulas of the library work on arrays of any entries. Filled with `Entry` t
 poses, compiled, differentiated, or read as named steps.
 """
 
-from robostiff.record.checks import CLOSED as CLOSED
-from robostiff.record.checks import Flag as Flag
 from robostiff.record.exact import shortened as shortened
 from robostiff.record.functions import ENTRY_FUNCTIONS as ENTRY_FUNCTIONS
 from robostiff.record.functions import angle_of as angle_of
@@ -26,6 +24,8 @@ from robostiff.record.functions import sine as sine
 from robostiff.record.functions import square_root as square_root
 from robostiff.record.functions import usual_size as usual_size
 from robostiff.record.functions import with_turn as with_turn
+from robostiff.record.program import CLOSED as CLOSED
+from robostiff.record.program import Flag as Flag
 from robostiff.record.program import Program as Program
 from robostiff.record.program import Step as Step
 from robostiff.record.record import NUMPY_FUNCTIONS as NUMPY_FUNCTIONS

@@ -16,9 +16,16 @@ from robostiff.record.record import OPERATORS, Entry, Operation, Record, is_zero
 @entry_by_entry
 def square_root(x: Any) -> Any:
     """Square root of an entry, a number, or each entry of an array."""
-    if isinstance(x, Entry):
-        return _root_of_product(x)
-    return exact_root(x) if is_exact(x) else math.sqrt(x)
+    if not isinstance(x, Entry):
+        return exact_root(x) if is_exact(x) else math.sqrt(x)
+    operation, a, b = x.record.operations[x.step]
+    if operation is Operation.MULTIPLY and a == b:  # known where its sign is, at all samples alike
+        root = Entry(x.record, a)
+        if np.all(root.sample > 0):
+            return root
+        if np.all(root.sample < 0):
+            return -root
+    return x.apply(Operation.SQUARE_ROOT)
 
 
 @entry_by_entry
@@ -115,18 +122,6 @@ def _of_two(operation: Operation, a: Any, b: Any, of_numbers: Callable[[Any, Any
     return Entry(record, record.step(operation, step_of(record, a), step_of(record, b)))
 
 
-def _root_of_product(x: Entry) -> Any:
-    """sqrt(x); the root of a square is known where its sign is, at all samples alike."""
-    operation, a, b = x.record.operations[x.step]
-    if operation is Operation.MULTIPLY and a == b:
-        root = Entry(x.record, a)
-        if np.all(root.sample > 0):
-            return root
-        if np.all(root.sample < 0):
-            return -root
-    return x.apply(Operation.SQUARE_ROOT)
-
-
 def plain_root(x: Any) -> Any:
     """sqrt(x) whatever stands below it: the sign of a root at few samples says too little."""
     return x.apply(Operation.SQUARE_ROOT) if isinstance(x, Entry) else math.sqrt(x)
@@ -182,8 +177,19 @@ def derivatives_along(
     rates: dict[int, Any] = {record.input(name).step: rate for name, rate in direction.items()}
     steps = [x.step for x in outputs if isinstance(x, Entry)]
     for step in record.needed(steps):
-        if step not in rates:
-            rates[step] = _rate(record, step, rates)
+        operation, first, second = record.operations[step]
+        if step in rates:
+            continue
+        if operation not in _OF_ONE and operation not in _OF_TWO:
+            rates[step] = 0  # a number; or a comparison, which jumps and is flat elsewhere
+        elif second is not None:
+            a, b = record.at(first), record.at(second)
+            rates[step] = _OF_TWO[operation](a, rates[first], b, rates[second])
+        elif is_zero(rates[first]):
+            rates[step] = 0
+        else:
+            slope = _OF_ONE[operation](record.at(first), Entry(record, step))
+            rates[step] = slope * rates[first]
     return [rates[x.step] if isinstance(x, Entry) else 0 for x in outputs]
 
 
@@ -223,17 +229,6 @@ def gradient(record: Record, output: Any, names: Sequence[str]) -> list[Any]:
         for argument, part in found:
             rates[argument] = rates[argument] + part if argument in rates else part
     return [rates.get(record.input(name).step, 0) for name in names]
-
-
-def _rate(record: Record, step: int, rates: dict[int, Any]) -> Any:
-    operation, first, second = record.operations[step]
-    if operation not in _OF_ONE and operation not in _OF_TWO:
-        return 0  # a number; or a comparison, which jumps and is flat elsewhere
-    a, da = record.at(first), rates[first]
-    if second is None:
-        return 0 if is_zero(da) else _OF_ONE[operation](a, Entry(record, step)) * da
-    b, db = record.at(second), rates[second]
-    return _OF_TWO[operation](a, da, b, db)
 
 
 #: Slope of a function of a, whose value is y.

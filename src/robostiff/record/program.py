@@ -1,15 +1,29 @@
-"""A program: the part of a record that some results need."""
+"""A program: the part of a record that some results need, and what its checks mean."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import IntFlag
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from robostiff.record.record import NUMPY_FUNCTIONS, Operation, Record, step_of
+
+#: Square of the gap, as a part of the length and radians, at which legs meet to the last digits.
+CLOSED = 1e-12**2
+
+
+class Flag(IntFlag):
+    """What holds at a pose; 0 where the answer of the record is right as it is."""
+
+    BEYOND_LIMITS = 1
+    OUT_OF_REACH = 2
+    DOUBTFUL = 4  # an assumption is close to failing
+    RANK_DOUBTFUL = 8  # the pivots of K do not decide its rank
+    MEETING = 16  # eigenvalues meet, which have no derivatives there
 
 
 class Step(NamedTuple):

@@ -211,28 +211,14 @@ class Record:
         for number, near in ((0, _SAME * scale), (1, _SAME), (-1, _SAME)):
             if abs(first - number) <= near and np.all(np.abs(own - number) <= near):
                 return number
-        alike = self._first_alike(value.step)
-        if alike is None:
-            return value
-        simpler = self.at(alike)
-        return simpler if self._samples[alike, 0] * own[0] > 0 else -simpler
-
-    def _first_alike(self, step: int) -> int | None:
-        """The first step with the same values up to one sign, before this one."""
-        own = self._samples[step]
         exponent, digits = _leading_digits(own[0])
-        found = [
-            earlier
-            for k in (digits - 1, digits, digits + 1)
-            for earlier in self._by_value.get((exponent, k), ())
-            if earlier < step
-        ]
-        for earlier in sorted(found):
-            other = self._samples[earlier]
+        near = [self._by_value.get((exponent, digits + k), ()) for k in (-1, 0, 1)]
+        for earlier in sorted(step for steps in near for step in steps if step < value.step):
+            other = self._samples[earlier]  # the same up to one sign
             sign = 1.0 if other[0] * own[0] > 0 else -1.0
             if np.all(np.abs(other - sign * own) <= _SAME * np.abs(own)):
-                return earlier
-        return None
+                return self.at(earlier) if sign > 0 else -self.at(earlier)
+        return value
 
     def at(self, step: int) -> Any:
         """The entry of a step; a number stays a number."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from robostiff.kinematics.formula import FormulaPose, PlacedFormula
 from robostiff.kinematics.spanning_tree import spanning_tree
-from robostiff.model import FlexiblePlatform, PlacedLeg, PlacedSpring, PlatformPart, Robot
+from robostiff.model import FlexiblePlatform, PlacedLeg, PlacedSpring, Robot
 from robostiff.record import Entry, most_size
 from robostiff.recorded.elimination import (
     Carried,
@@ -132,7 +132,13 @@ def circulating(
         sums = [[dot(own, row) for row in zip(*over[chain], strict=True)] for own in shares]
         each = zip(energy, energy_of(local, sums, rows), strict=True)
         energy = [[x + y for x, y in zip(*pair, strict=True)] for pair in each]
-    ways = [_without_rounding(way, scale, n) for way in found.wrenches]
+    # What they hold the platform by; what vanishes at all samples is 0, as closed loops have it.
+    # Free motions are no stiffness then, and internal stress holds nothing.
+    sizes = [_ROUNDING * wrench_size(way, scale) for way in found.wrenches]
+    ways = [
+        [0 if most_size(x) <= size * s else x for x, s in zip(way[:n], scale[:n], strict=True)]
+        for way, size in zip(found.wrenches, sizes, strict=True)
+    ]
     conjugate = made_conjugate(ways, energy, name)
     return RecordedLeg(
         name=name,
@@ -170,18 +176,6 @@ def _flow(chain: BodyChain, recorder: LegRecorder, frame: WorkingFrame) -> _Flow
     return _Flow(wrenches, [from_world(w, frame, about, rows) for w in wrenches], carried)
 
 
-def _without_rounding(way: Column, scale: Sequence[float], n: int) -> Column:
-    """What a way holds the platform by; what vanishes at all samples is 0, as closed loops have it.
-
-    Free motions are no stiffness then, and internal stress holds nothing.
-    """
-    size = wrench_size(way, scale)
-    return [
-        0 if most_size(x) <= _ROUNDING * size * s else x
-        for x, s in zip(way[:n], scale[:n], strict=True)
-    ]
-
-
 _BASE = "base"
 
 
@@ -200,10 +194,13 @@ def legs_on_platform(
 
     Raises InputError when a transmitted wrench meets no compliance.
     """
-    parts = (
-        BodyChain(f"part {part.name}", _node(part.a), _node(part.b), _local(part, recorder))
-        for part in platform.parts
-    )
+    origin = WorkingFrame(np.eye(3, dtype=int).astype(object), np.zeros(3, dtype=int))
+    parts = []
+    for part in platform.parts:  # about the origin of the platform
+        spring = PlacedSpring(part.name, part.point, part.axes, part.elasticity)
+        leg = PlacedLeg(part.name, (spring,), part.point)
+        local = local_leg(leg, origin, recorder.record, recorder.length)
+        parts.append(BodyChain(f"part {part.name}", _node(part.a), _node(part.b), local))
     legs = (
         BodyChain(f"leg {leg.name}", _BASE, _node(name), own.leg)
         for leg, name, own in zip(robot.legs, robot.holds, placed, strict=True)
@@ -211,14 +208,6 @@ def legs_on_platform(
     frame = WorkingFrame(pose.R, pose.p)
     tool = _node(platform.tool)
     return circulating(robot.name, (*parts, *legs), _BASE, tool, recorder, frame)
-
-
-def _local(part: PlatformPart, recorder: LegRecorder) -> LocalLeg:
-    """A part in platform axes, about the platform's origin."""
-    origin = WorkingFrame(np.eye(3, dtype=int).astype(object), np.zeros(3, dtype=int))
-    spring = PlacedSpring(part.name, part.point, part.axes, part.elasticity)
-    leg = PlacedLeg(part.name, (spring,), part.point)
-    return local_leg(leg, origin, recorder.record, recorder.length)
 
 
 def _node(name: str) -> str:

@@ -336,7 +336,12 @@ def steps_from_home(
     before = {name: record.add_input(name, 1.0) for name in (*BEFORE_FIRST, _MODE)}
     moved = {name: record.input(name) + step.steps.get(name, 0) for name in start}
     for name in angles:
-        moved |= _turned(record, name, step.steps.get(name, 0))
+        # It turns by 2 atan(x/2), which is the step x up to its third power and needs no sine.
+        x, (cosine, sine) = step.steps.get(name, 0), turn_names(name)
+        c, s = record.input(cosine), record.input(sine)
+        part = 1 / (1 + x * x * 0.25)
+        c_step, s_step = 2 * part - 1, x * part
+        moved |= {cosine: c * c_step - s * s_step, sine: s * c_step + c * s_step}
     after = [moved[name] for name in start]
     # That of the last step will do: where nothing stays open, it was as short as its square.
     arrived = reduce(least, turns, least(least(before[_MODE], last), contraction(before)))
@@ -349,18 +354,6 @@ def steps_from_home(
         joints=tuple(q),
         angles=tuple(angles),
     )
-
-
-def _turned(record: Record, angle: str, step: Any) -> dict[str, Any]:
-    """Cosine and sine of an angle after a step.
-
-    It turns by 2 atan(step/2), which is the step up to its third power and needs no sine.
-    """
-    cosine, sine = turn_names(angle)
-    c, s = record.input(cosine), record.input(sine)
-    part = 1 / (1 + step * step * 0.25)
-    c_step, s_step = 2 * part - 1, step * part
-    return {cosine: c * c_step - s * s_step, sine: s * c_step + c * s_step}
 
 
 def _mode(determinants: Sequence[Entry]) -> Any:

@@ -15,6 +15,8 @@ from robostiff.recorded.working_frame import Column, LocalLeg, dot, energy_of
 
 _LOST = 1e-9  # a joint nearer than this to those before is redundant, as in `Tolerance`
 _FEW_DIGITS = 0.01  # a pivot of drives loses but half as many digits as its square says
+_SAFE = 0.2  # of a drive: where it is larger at all samples, shorter wrenches are preferred
+_LITTLE = 1e-4  # of a pivot of energies: what is left of it has few digits
 _RIGID = 1e-13  # of a compliance: what is left of it is rounding
 
 
@@ -76,7 +78,11 @@ def transmitted_by(
         alone.append(drives[active[0]] * drives[active[0]] if len(active) == 1 else 1)
         if not active:
             continue
-        pivot = min(active, key=lambda i: _awkwardness(drives[i], safety[i], wrenches[i]))
+
+        # Numbers come before entries, short wrenches before long ones, then the safest.
+        entries = {i: sum(isinstance(x, Entry) for x in wrenches[i]) for i in active}
+        kind = {i: int(not is_number(drives[i])) + 2 * (safety[i] <= _SAFE) for i in active}
+        pivot = min(active, key=lambda i: (kind[i], entries[i], -safety[i]))
         taken, drive = wrenches[pivot], drives[pivot]
         if isinstance(drive, Entry) and len(active) == 2:
             # Of two wrenches one combination is left, which needs no division: it holds wherever
@@ -123,7 +129,11 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
     open_ = list(range(n))
     while open_:
         part = {i: least_size(M[i][i]) / first[i] if first[i] > 0 else 0.0 for i in open_}
-        pivot = min(open_, key=lambda i: _coupling(M[i], left[i], i, part[i]))
+
+        # Pivots that keep their digits and internal stress come first, then what is alone.
+        holds = {i: not all(map(is_zero, left[i])) for i in open_}
+        coupled = {i: sum(not is_zero(M[i][j]) for j in range(n) if j != i) for i in open_}
+        pivot = min(open_, key=lambda i: (part[i] < _LITTLE, holds[i], coupled[i], -part[i]))
         if part[pivot] <= _RIGID:
             if all(most_size(x) <= _RIGID for i in open_ for x in left[i]):
                 break  # internal stress between rigid branches
@@ -155,23 +165,6 @@ def _norm(column: Sequence[Any]) -> float:
     """Norm of a column, the mean over the samples."""
     squares = sum(np.mean(x.sample**2) if isinstance(x, Entry) else float(x) ** 2 for x in column)
     return float(np.sqrt(squares))
-
-
-def _awkwardness(drive: Any, safety: float, wrench: Column) -> tuple[int, int, float]:
-    """Order of pivots: numbers before entries, short wrenches before long ones, then safety."""
-    safe = safety > 0.2
-    kind = (0 if safe else 2) if is_number(drive) else (1 if safe else 3)
-    entries = sum(isinstance(x, Entry) for x in wrench)
-    return kind, entries, -safety
-
-
-def _coupling(
-    row: Sequence[Any], wrench: Column, i: int, part: float
-) -> tuple[bool, bool, int, float]:
-    """Order of pivots: keeping their digits, internal stress first, coupled to few others."""
-    holds = not all(map(is_zero, wrench))
-    coupled = sum(not is_zero(x) for j, x in enumerate(row) if j != i)
-    return part < 1e-4, holds, coupled, -part
 
 
 def _loss(square: Any, safety: float) -> Any:
@@ -221,7 +214,11 @@ def carried_by(leg: LocalLeg, rows: Sequence[int], length: float) -> Carried:
             end = w if number == 0 else [0] * n
             columns.append([*end, *(int(j == first + k) for j in range(inner))])
         if number:
-            conditions += _alike(own, first, n, inner)
+            # It carries the same wrench as the first block does: F - A x = 0.
+            for row in range(n):
+                condition: Column = [int(row == i) for i in range(n)] + [0] * inner
+                condition[n + first : n + first + len(own)] = [-w[row] for w in own]
+                conditions.append(condition)
     scale += [1.0 / wrench_size(w, scale) for own in ways for w in own]
     idle = [0] * inner
     found = transmitted_by([*conditions, *([*t, *idle] for t in twists)], columns, scale)
@@ -244,17 +241,6 @@ def carried_by(leg: LocalLeg, rows: Sequence[int], length: float) -> Carried:
             *(1 for _ in range(0, len(conditions), n)),
         ),
     )
-
-
-def _alike(ways: list[Column], first: int, n: int, inner: int) -> list[Column]:
-    """Equations that a further block carries the same wrench as the first: F - A x = 0."""
-    conditions = []
-    for row in range(n):
-        condition: Column = [int(row == i) for i in range(n)] + [0] * inner
-        for k, w in enumerate(ways):
-            condition[n + first + k] = -w[row]
-        conditions.append(condition)
-    return conditions
 
 
 def add_energy_in_shares(

@@ -137,7 +137,12 @@ class LegRecorder:
         if frame is not None and frame < len(frames := self._frames(leg)):
             local = local_leg(leg, frames[frame], self.record, self.length)
             return self._in_frame(leg, frame, frames[frame], local)
-        return min((self._in_frame(leg, *own) for own in self.promising(leg)), key=self._cost)
+
+        def cost(leg: RecordedLeg) -> int:
+            K = stiffness_entries([leg], len(self.space.rows)).values()
+            return self.record.cost(x.step for x in (*K, *leg.losses) if isinstance(x, Entry))
+
+        return min((self._in_frame(leg, *own) for own in self.promising(leg)), key=cost)
 
     def promising(self, leg: PlacedLeg) -> list[tuple[int, WorkingFrame, LocalLeg]]:
         """The working frames from which a leg looks simplest, with their numbers."""
@@ -185,10 +190,6 @@ class LegRecorder:
                 if self.record.simplified(own.R[2, 2]) == 1  # it keeps the plane
             ]
         return frames
-
-    def _cost(self, leg: RecordedLeg) -> int:
-        K = stiffness_entries([leg], len(self.space.rows)).values()
-        return self.record.cost(x.step for x in (*K, *leg.losses) if isinstance(x, Entry))
 
 
 def stiffness_entries(legs: Sequence[RecordedLeg], size: int) -> dict[tuple[int, int], Any]:

@@ -342,7 +342,12 @@ def step_of_groups(
             continue
         turn = [found.get(name, 0) for name in names]
         if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
-            turn = list(_vector_rate(q) @ np.array(turn, dtype=object))
+            # dr/dt = J_l^-1(r) w, J_l^-1 = I - (r x)/2 + (1 - (a/2) cot(a/2))/a^2 (r x)^2, regular
+            # for a = |r| below a full turn; by 1/a and sin(a/2)/a, as the rotation has them.
+            a, X = square_root(q @ q + _TINY), skew(q)
+            cot = cosine(a * 0.5) / (sine(a * 0.5) / a)
+            J = np.eye(3, dtype=int) - X * 0.5 + X @ X * ((1 - cot * 0.5) / a / a)
+            turn = list(J @ np.array(turn, dtype=object))
         each = zip(names, turn, freedoms, strict=True)
         steps |= {name: x if screw.turns else x * length for name, x, screw in each}
     return NewtonStep(
@@ -372,39 +377,11 @@ def _openings(
     for opening in found:
         if opening.outer == 0:
             arm_now = arm + (opening.center - placed.p[0])
-            for name, twist in _rates_of_pose(leg, arm_now, open_, turning, length).items():
-                opening.add(name, twist)
+            for k, name in open_.items():  # by which open pose coordinates close it
+                w = R_base[k] * 0 if turning is None or k < 3 else R_base.T @ turning[:, k - 3]
+                v = R_base[k] * length if k < 3 else cross(w, arm_now)
+                opening.add(name, np.array([*v, *w], dtype=object) * -1)
     turns = {
         i: placed.axes[i : i + 3] @ own.turned[i] for i in (x.ball for x in found) if i is not None
     }
     return found, turns
-
-
-def _rates_of_pose(
-    leg: Leg, arm: np.ndarray, open_: dict[int, str], turning: np.ndarray | None, length: float
-) -> dict[str, np.ndarray]:
-    """Twists by which open pose coordinates close the gap at the end of an arm of the platform."""
-    R_base = tidied(leg.base.R)
-    rates = {}
-    for k, name in open_.items():
-        twist = np.zeros(6, dtype=int).astype(object)
-        if k < 3:
-            twist[:3] = R_base[k] * length
-        elif turning is not None:
-            w = R_base.T @ turning[:, k - 3]
-            twist[:3], twist[3:] = cross(w, arm), w
-        rates[name] = twist * -1
-    return rates
-
-
-def _vector_rate(r: np.ndarray) -> np.ndarray:
-    """Inverse of J_l: dr/dt = J_l^-1(r) w, J_l^-1 = I - (r x)/2 + (1 - (a/2) cot(a/2))/a^2 (r x)^2.
-
-    It is regular for a = |r| below a full turn.
-    """
-    a = square_root(r @ r + _TINY)
-    half = a * 0.5
-    X = skew(r)
-    # By 1/a and sin(a/2)/a, as the rotation itself has them.
-    cot = cosine(half) / (sine(half) / a)
-    return np.eye(3, dtype=int) - X * 0.5 + X @ X * ((1 - cot * 0.5) / a / a)

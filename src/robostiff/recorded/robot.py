@@ -228,7 +228,10 @@ def assembled(
         frames: dict[Any, int] = {}
         legs = []
         for model, own in zip(robot.legs, placed, strict=True):
-            shape = _shape(model)
+            chain = model.chain
+            joints = zip(chain.freedoms, chain.roles, strict=True)
+            moved = ((screw.turns, screw.slides, type(role)) for screw, role in joints)
+            shape = tuple(map(type, chain.elements)), tuple(moved)
             leg = recorder.leg(own.leg, frames.get(shape))
             frames[shape] = leg.frame
             legs.append(leg)
@@ -236,6 +239,12 @@ def assembled(
     softest = [e.stiffness for own in placed for e in own.leg.freedoms if e.coordinate is not None]
     positive = (*softest, *(x for own in placed for x in own.lengths))
     lengths = [_as_part(x) for x in positive if isinstance(x, Entry)]
+    limits: list[Any] = []  # distances from them, as parts of their range
+    for leg, own in zip(robot.legs, placed, strict=True):
+        for i, (low, high) in enumerate(leg.chain.limits.T.tolist()):
+            if np.isfinite(low):
+                q, by_range = own.coordinate(i), 1 / (high - low)
+                limits += [(q - low) * by_range, (high - q) * by_range]
     K = stiffness_entries(legs, robot.space.size)
     radicands, losses = _assumed(record, K)
     return RecordedRobot(
@@ -247,7 +256,7 @@ def assembled(
         K=K,
         reach=(*lengths, *gaps, *radicands),
         closure_losses=(*losses, *(loss for own in placed for loss in own.losses)),
-        limits=tuple(_limits(robot, placed)),
+        limits=tuple(limits),
         mass=_mass(robot, placed),
     )
 
@@ -278,17 +287,6 @@ def _mass(robot: Robot, placed: Sequence[PlacedFormula]) -> Any:
     return sum(known, 0)
 
 
-def _limits(robot: Robot, placed: Sequence[PlacedFormula]) -> list[Any]:
-    """Distance of every limited actuator from its limits, as a part of their range."""
-    found = []
-    for leg, own in zip(robot.legs, placed, strict=True):
-        for i, (low, high) in enumerate(leg.chain.limits.T.tolist()):
-            if np.isfinite(low):
-                q = own.coordinate(i)
-                found += [(q - low) * (1 / (high - low)), (high - q) * (1 / (high - low))]
-    return found
-
-
 def _assumed(record: Record, K: dict[tuple[int, int], Any]) -> tuple[list[Any], list[Any]]:
     """Radicands that can become negative, as parts of what they are at the samples; and losses.
 
@@ -304,14 +302,6 @@ def _assumed(record: Record, K: dict[tuple[int, int], Any]) -> tuple[list[Any], 
             by = apart.reciprocal()
             losses.append(by * by * (_CHOSEN * float(np.mean(apart.sample**2))))
     return [*radicands.values()], losses
-
-
-def _shape(leg: Any) -> tuple[Any, ...]:
-    """Key of equal legs: the kinds of their elements and the motions of their joints."""
-    chain = leg.chain
-    kinds = tuple(type(element).__name__ for element in chain.elements)
-    joints = zip(chain.freedoms, chain.roles, strict=True)
-    return kinds, tuple((screw.turns, screw.slides, type(role)) for screw, role in joints)
 
 
 def _as_part(value: Entry) -> Any:

@@ -103,7 +103,12 @@ def working_frames(leg: PlacedLeg, world: WorkingFrame) -> Iterator[WorkingFrame
     along the leg.
     """
     yield world
-    rotations = [e.rotation for e in leg.springs] or list(_frames_of_joints(leg)) or [world.R]
+    rotations = [e.rotation for e in leg.springs]
+    for first, second in pairwise(() if rotations else leg.freedoms):
+        if most_size(dot(first.axis, second.axis)) < _SQUARE:
+            columns = [first.axis, second.axis, cross(first.axis, second.axis)]
+            rotations.append(np.array(columns, dtype=object).T)
+    rotations = rotations or [world.R]
     points = [e.point for e in leg.parts if isinstance(e, PlacedSpring) or e.turns]
     pairs = [(R, p) for R in rotations for p in points]
     if len(pairs) > _MOST_FRAMES:
@@ -116,15 +121,6 @@ def working_frames(leg: PlacedLeg, world: WorkingFrame) -> Iterator[WorkingFrame
         if key not in tried:
             tried.add(key)
             yield WorkingFrame(R, p)
-
-
-def _frames_of_joints(leg: PlacedLeg) -> Iterator[np.ndarray]:
-    """Axes of joints that are square to the one before, with their cross product (columns)."""
-    freedoms = list(leg.freedoms)
-    for first, second in pairwise(freedoms):
-        if most_size(dot(first.axis, second.axis)) < _SQUARE:
-            columns = [first.axis, second.axis, cross(first.axis, second.axis)]
-            yield np.array(columns, dtype=object).T
 
 
 def energy_of(leg: LocalLeg, wrenches: Sequence[Column], rows: Sequence[int]) -> list[list[Any]]:

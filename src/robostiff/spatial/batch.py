@@ -1,8 +1,8 @@
-"""Memory order of batches, leading axes by name and trailing axes in memory; shapes in signatures.
+"""Memory order of batches, equal entries of all poses side by side; shapes in signatures.
 
 All arrays are indexed ``(..., 6, 6)``. Work on many poses is several times faster when equal
 entries of all poses lie side by side in memory. NumPy keeps that order through elementwise
-arithmetic; where an array is made anew, it is made by the functions here.
+arithmetic; new arrays are made by the functions of this module.
 
 Shapes, as in ``Float[np.ndarray, "*batch 6 6"]``, are those of jaxtyping where a program has
 imported it before, as the tests do, which check them. Elsewhere they are words for readers.

@@ -1,4 +1,4 @@
-"""The modes of an elastic part: twists that are a factor of its compliance."""
+"""Modes of an elastic part: twists F whose products are its compliance, C = F F^T."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Formulas in place of numbers, with exact numbers beside them."""
+"""Arrays of formulas: SymPy expressions and exact numbers in place of floats."""
 
 from __future__ import annotations
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis import CableResponse, CableStiffness, SlackEvent, cable_stiffness
+from robostiff.analysis import CableResponse, SlackEvent, cable_stiffness
 from robostiff.analysis.cable_stiffness import beyond_limits, judged, status_of_cables
 from robostiff.analysis.result import given_wrenches, require_one_pose
 from robostiff.cables import TensionRule, place_cables
@@ -16,16 +17,18 @@ from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.kinematics import Pose
 from robostiff.model.cable import CableRobot
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
-from robostiff.statics.equations.equilibrium_path import first_critical, least_margin
+from robostiff.statics.equations.equilibrium_path import first_critical, path
 from robostiff.statics.equations.newton import FoundEquilibrium, equilibrium_at
 from robostiff.statics.equations.problem import EquilibriumProblem, LoadCase
+from robostiff.statics.equations.stability import least_margin
 from robostiff.statics.loading.given_loads import Acting
 from robostiff.statics.loading.loaded_posture import Postures
 
 _FURTHEST = 100.0  # times the load, up to which slack is searched for
-# Of the load, a step; of the length of the robot, or [rad], how far one may move it; and steps of
-# Newton's method, before there is no equilibrium near by.
-_SHORTEST, _NEAR, _STEPS = 1e-4, 0.1, 12
+# Times the load: steps up to it before the path is followed, and beyond it, at least; of the length
+# of the robot, or [rad], how far one may move it; and steps of Newton's method, before there is no
+# equilibrium near by.
+_SHORTEST, _BEYOND, _NEAR, _STEPS = 0.3, 0.01, 0.1, 12
 _TAUT = 1e-10
 
 
@@ -82,7 +85,23 @@ def cable_response(
     if found is None:
         status = before.status | Status.NO_EQUILIBRIUM
         return CableResponse(F, before, status, carried, first_slack=slack)
-    after = _after(robot, before, found, F)
+    turn, pulls = found.state.R, _pulls(found)
+    R = turn @ matrix_of_rotation(before.pose[3:])
+    position = found.state.p + turn @ (before.pose[:3] - before.reference_point)
+    placed = place_cables(robot, R, position)
+    after = judged(
+        replace(
+            before,
+            pose=np.concatenate([position, vector_of_rotation(R)]),
+            placed=placed,
+            tensions=np.maximum(pulls, 0.0),
+            axial=np.where(pulls > 0, before.axial, 0.0),
+            wrench=F,
+            load_point=placed.reference_point,
+            status_codes=np.asarray(np.uint16(before.status & Status.UNBALANCED)),
+            rule="locked winches",
+        )
+    )
     status = after.status | status_of_cables(robot, after.tensions)
     moved = found.displacement
     beyond = tuple(beyond_limits(robot, after.tensions))
@@ -94,21 +113,31 @@ def _followed(
 ) -> tuple[tuple[float, int] | None, FoundEquilibrium | None, float]:
     """The first slack cable, the whole load's equilibrium, and the part that is carried.
 
-    In long steps from one stable equilibrium to the next; on the path itself where these end.
+    In long steps from one stable equilibrium to the next; where these end, on the path itself from
+    the beginning on: they may have left it.
     """
-    here = equilibrium_at(problem, loading, 0.0, problem.unloaded)
+    here = start = equilibrium_at(problem, loading, 0.0, problem.unloaded)
     if not np.any(loading.wrench_rate):
         return None, here if here.converged else None, 1.0
     event, whole = None, None
-    for last in (1.0, _FURTHEST):
-        for found in _walk(here, last):
+    for last, shortest in ((1.0, _SHORTEST), (_FURTHEST, _BEYOND)):
+        for found in _walk(here, last, shortest):
             event = event or _first_slack(here, found)
             here = found
             if whole is not None and event is not None:
                 return event, whole, 1.0
         if whole is None and here.factor < last:
-            ended, critical, carried = first_critical(problem, loading, last)
+            steps, seen = [], [start]
+            for own in path(problem, loading):
+                steps.append(own)
+                seen += [own.found] if own.is_stable else []
+                if own.critical or own.found.factor >= last:
+                    seen += [point.found for point in own.critical[:1]]
+                    break
+            ended, critical, carried = first_critical(steps, last)
             is_carried = critical is None and carried == last
+            pairs = itertools.pairwise(seen) if event is None else ()
+            event = event or next(filter(None, itertools.starmap(_first_slack, pairs)), None)
             return event, ended if is_carried else None, carried
         whole = whole or here
         if event is not None:
@@ -116,10 +145,10 @@ def _followed(
     return event, whole, 1.0
 
 
-def _walk(here: FoundEquilibrium, last: float) -> Iterator[FoundEquilibrium]:
+def _walk(here: FoundEquilibrium, last: float, shortest: float) -> Iterator[FoundEquilibrium]:
     """Stable equilibria near by each other under the growing load, after one up to a factor."""
     problem, loading, step = here.problem, here.loading, min(1.0, last - here.factor)
-    while here.converged and here.factor < last and step > _SHORTEST * last:
+    while here.converged and here.factor < last and step > shortest:
         factor = min(here.factor + step, last)
         found = equilibrium_at(problem, loading, factor, here.state, steps=_STEPS)
         moved = problem.size_of(found.displacement - here.displacement)
@@ -165,25 +194,3 @@ def _first_slack(before: FoundEquilibrium, after: FoundEquilibrium) -> tuple[flo
         factor = float(found.root)
         pulls = _pulls(known.get(factor, after))
     return factor, int(np.argmin(np.where(taut, pulls, np.inf)))
-
-
-def _after(
-    robot: CableRobot, before: CableStiffness, found: FoundEquilibrium, F: np.ndarray
-) -> CableStiffness:
-    turn = found.state.R
-    R = turn @ matrix_of_rotation(before.pose[3:])
-    position = found.state.p + turn @ (before.pose[:3] - before.reference_point)
-    placed, pulls = place_cables(robot, R, position), _pulls(found)
-    return judged(
-        replace(
-            before,
-            pose=np.concatenate([position, vector_of_rotation(R)]),
-            placed=placed,
-            tensions=np.maximum(pulls, 0.0),
-            axial=np.where(pulls > 0, before.axial, 0.0),
-            wrench=F,
-            load_point=placed.reference_point,
-            status_codes=np.asarray(np.uint16(before.status & Status.UNBALANCED)),
-            rule="locked winches",
-        )
-    )

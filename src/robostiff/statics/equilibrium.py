@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, overload
 
 import numpy as np
@@ -186,6 +186,7 @@ class EquilibriaOnDemand(Sequence[Equilibrium]):
     postures: Postures
     acting: Acting
     wrenches: np.ndarray
+    found: dict[int, Equilibrium] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.wrenches)
@@ -198,5 +199,7 @@ class EquilibriaOnDemand(Sequence[Equilibrium]):
         if isinstance(i, slice):
             return tuple(self[k] for k in range(len(self))[i])
         k = range(len(self))[i]
-        loaded = self.postures.loaded(k if self.postures.batch else 0, self.acting)
-        return solved(loaded, self.wrenches[k])
+        if k not in self.found:
+            loaded = self.postures.loaded(k if self.postures.batch else 0, self.acting)
+            self.found[k] = solved(loaded, self.wrenches[k])
+        return self.found[k]

@@ -19,15 +19,9 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import as_float, as_floats
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
-from robostiff.statics.equations.equilibrium_path import (
-    CriticalPoint,
-    OnPath,
-    first_critical,
-    least_margin,
-    path,
-)
+from robostiff.statics.equations.equilibrium_path import OnPath, first_critical, path
 from robostiff.statics.equations.problem import LoadCase
-from robostiff.statics.equations.stability import meets_stiffness
+from robostiff.statics.equations.stability import CriticalPoint, least_margin, meets_stiffness
 from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads
 from robostiff.statics.loading.loaded_posture import LoadedPosture, one_loaded_posture
 from robostiff.statics.result import Equilibria, solved
@@ -179,7 +173,7 @@ def critical_load(
     if problem.at_rest.rigid:
         status |= Status.RIGID_DIRECTION
     loading = LoadCase(nothing, F, share=1.0, share_rate=0.0)
-    _, point, searched_to = first_critical(problem, loading, up_to)
+    _, point, searched_to = first_critical(path(problem, loading), up_to)
     is_free = not meets_stiffness(problem.at_rest)
     if is_free:
         status |= Status.FREE_MOTIONS

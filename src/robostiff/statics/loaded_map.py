@@ -131,7 +131,11 @@ def _variables(
     space, codes = like.robot.space, found.status_codes
     K, K_total, moved = map(np.ma.getdata, (found.K, found.K_total, found.displacement))
     symmetric, d = 0.5 * (K + np.swapaxes(K, -1, -2)), space.translations
-    rank = _ranks(symmetric, space.rows, like.length)
+    rank = np.full(len(K), NO_RANK, dtype=np.int8)
+    known, scale = np.isfinite(symmetric).all(axis=(1, 2)), np.ones(space.size)
+    scale[d:] = 1.0 / like.length
+    sizes = np.abs(np.linalg.eigvalsh(symmetric[known] * np.outer(scale, scale)))
+    rank[known] = np.sum(sizes > _FREE * sizes.max(axis=-1, keepdims=True), axis=-1)
 
     def worst() -> np.ndarray:
         values = np.full(len(rank), np.nan)
@@ -146,13 +150,3 @@ def _variables(
 
 
 _NO_COMPLIANCE = WITHOUT_STIFFNESS | Status.FREE_MOTIONS
-
-
-def _ranks(K: np.ndarray, rows: Any, length: float) -> np.ndarray:
-    """Of symmetric matrices (N, r, r), rotations by a length; -1 where there is none."""
-    ranks = np.full(len(K), NO_RANK, dtype=np.int8)
-    known = np.isfinite(K).all(axis=(1, 2))
-    scale = np.where(np.array(rows) < 3, 1.0, 1.0 / length)
-    sizes = np.abs(np.linalg.eigvalsh(K[known] * np.outer(scale, scale)))
-    ranks[known] = np.sum(sizes > _FREE * sizes.max(axis=-1, keepdims=True), axis=-1)
-    return ranks

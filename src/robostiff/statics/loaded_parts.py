@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from robostiff.analysis import PartShare
 from robostiff.spatial import cross, move_wrench, skew
-from robostiff.statics.chains.elements import (
-    BodyLoad,
-    BodyPlace,
-    FiniteChain,
-    FiniteJoint,
-    Owner,
-    wrench_at,
-)
+from robostiff.statics.chains.elements import BodyLoad, BodyPlace, FiniteJoint, Owner, wrench_at
 from robostiff.statics.equations.problem import EquilibriumProblem, State
 
 # Of loads and reactions: what they lack for equilibrium that is no rounding.
@@ -146,52 +139,49 @@ class CarriedLoads:
         """Every joint and elastic part, leg by leg from base to platform."""
         found: list[tuple[Owner, LoadedPart]] = []
         legs, state = self.problem.legs, self.state
-        energies, sums = legs.energies(state.legs), self._sums()
+        energies, pushing = legs.energies(state.legs), iter(state.legs.held)
+        sums: defaultdict[tuple[int, int], list[tuple[str, np.ndarray, float, float]]]
+        sums = defaultdict(list)
+        for coupling, s in zip(legs.couplings, legs.sums(state.legs), strict=True):
+            drive = coupling.drive
+            load = -next(pushing) if coupling.is_rigid else drive.force(s)
+            load = float(load - self.share * drive.preload)
+            sums[coupling.place].append((drive.name, np.array([s]), load, drive.energy(s)))
         for c, (chain, motion) in enumerate(zip(legs.chains, self._moved, strict=True)):
             W = np.zeros(6)
             W[list(legs.rows)] = state.legs.W[c]
             P = motion[-1].of(legs.end_points[c])
             names = [e.name for e in chain.elements]
-            for k, (wrench, point) in enumerate(_carried(chain, motion, W, P, self._acting[c])):
-                element, x = chain.elements[k], state.legs.x[legs.places[c, k]]
-                load, moved, unit = None, x, ""
+            for k, element in enumerate(chain.elements):
+                x = state.legs.x[legs.places[c, k]]
                 if isinstance(element, FiniteJoint):
+                    C, moved, unit = motion[k].of(element.point), x, "N m" if element.turns else "N"
                     load = element.force(float(x[0])) - self.share * float(element.preload)
-                    unit = "N m" if element.turns else "N"
                 else:
-                    moved = element.modes @ x
+                    C, moved, unit = motion[k + 1].of(element.point), element.modes @ x, ""
+                    load = None
+                f, m = W[:3], W[3:] + cross(P - C, W[:3])
+                for own in self._acting[c]:
+                    if own.after > k:
+                        f = f + own.force
+                        m = m + cross(motion[own.after].of(own.point) - C, own.force)
                 part = LoadedPart(
                     leg=chain.owner.name,
                     part=element.name,
                     number=1 + names[:k].count(element.name),
                     of=names.count(element.name),
-                    wrench=wrench,
-                    point=point,
+                    wrench=np.concatenate([f, m]),
+                    point=C,
                     motion=moved,
                     load=load,
                     energy=energies[c][k],
                     unit=unit,
                 )
                 found.append((chain.owner, part))
-                driven = (values for at, values in sums if at == (c, k))
-                found += [(chain.owner, replace(part, number=1, of=1, **own)) for own in driven]
+                for name, s, load, energy in sums[c, k]:
+                    moved = {"motion": s, "load": load, "energy": energy}
+                    found.append((chain.owner, replace(part, part=name, number=1, of=1, **moved)))
         return tuple(part for _, part in sorted(found, key=lambda item: item[0]))
-
-    def _sums(self) -> list[tuple[tuple[int, int], dict[str, Any]]]:
-        """Of every coupling, its name, motion, load and energy, by the place of what follows."""
-        legs, state, found = self.problem.legs, self.state.legs, []
-        pushing = iter(state.held)
-        for coupling, s in zip(legs.couplings, legs.sums(state), strict=True):
-            drive = coupling.drive
-            load = -next(pushing) if coupling.is_rigid else drive.force(s)
-            values = {
-                "part": drive.name,
-                "motion": np.array([s]),
-                "load": float(load - self.share * drive.preload),
-                "energy": drive.energy(s),
-            }
-            found.append((coupling.place, values))
-        return found
 
     def reactions(self) -> tuple[np.ndarray, ...]:
         """What every leg exerts on the base about the point of the platform (6,) [N, N m]."""
@@ -299,28 +289,6 @@ def shares(each: Iterable[tuple[str, str, float]]) -> tuple[PartShare, ...]:
         for (leg, part), energy in energies.items()
     ]
     return tuple(sorted(found, key=lambda share: -round(share.share, 9)))
-
-
-def _carried(
-    chain: FiniteChain,
-    motion: Sequence[BodyPlace],
-    W: np.ndarray,
-    P: np.ndarray,
-    acting: Sequence[BodyLoad],
-) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Wrench (6,) of every element about its own point, and that point (3,)."""
-    for k, element in enumerate(chain.elements):
-        behind = motion[k + 1]
-        C = behind.of(element.point)
-        if isinstance(element, FiniteJoint):
-            C = motion[k].of(element.point)
-        f = W[:3]
-        m = W[3:] + cross(P - C, f)
-        for load in acting:
-            if load.after > k:
-                f = f + load.force
-                m = m + cross(motion[load.after].of(load.point) - C, load.force)
-        yield np.concatenate([f, m], axis=-1), C
 
 
 @dataclass(frozen=True)

@@ -20,10 +20,11 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.spatial.rotation import vector_of_rotation
-from robostiff.statics.equations.equilibrium_path import SAFE, CriticalPoint, first_critical
+from robostiff.statics.equations.equilibrium_path import SAFE, first_critical, path
 from robostiff.statics.equations.newton import FoundEquilibrium, equilibrium_at
-from robostiff.statics.equations.problem import Linearised, LoadCase
+from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
 from robostiff.statics.equations.stability import (
+    CriticalPoint,
     Regular,
     may_be_singular,
     meets_stiffness,
@@ -80,6 +81,11 @@ class Equilibrium(InNotebooks):
     found: FoundEquilibrium | None = None
     frame: tuple[np.ndarray, np.ndarray] | None = None
     posed: Snapshot | Network | CableRobot | None = None
+
+    @property
+    def problem(self) -> EquilibriumProblem | None:
+        """What was solved."""
+        return self.found and self.found.problem
 
     @property
     def snapshot(self) -> Snapshot | None:
@@ -347,7 +353,7 @@ def solved(
     # what nothing elastic holds leaves the unloaded posture at once: no path leads on
     may_follow = target is None and meets_stiffness(problem.at_rest)
     if may_follow and doubtful:
-        ended, critical, searched_to = first_critical(problem, loading, 1.0)
+        ended, critical, searched_to = first_critical(path(problem, loading), 1.0)
         if critical is not None:
             status |= Status.BEYOND_CRITICAL_LOAD
         elif ended is None or searched_to < 1.0:

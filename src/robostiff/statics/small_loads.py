@@ -245,7 +245,8 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     loaded = CarriedLoads(problem, state, small=True, forces=forces)
     if not loaded.are_balanced(F):
         return none(Status.ILL_CONDITIONED)
-    parts = loaded.parts()
+    parts, rates = loaded.parts(), known.equations.r_factor
+    on_platform, _ = problem.dead.acting(np.eye(3))  # the wrench left out
     wrenches: Sequence[np.ndarray] = problem.by_leg(state.legs.W)
     if has_flexible_platform:  # nodes are where they are without load
         wrenches = loaded.about_the_tool(known.by_twist)[0]
@@ -267,7 +268,7 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
             if (part.leg, part.part) in driven
         ),
         leg_wrenches=tuple(move_wrench(W, to_origin) for W in wrenches),
-        work_of_loads=_work(problem, known, step, t),
+        work_of_loads=float(on_platform[list(problem.rows)] @ t - rates @ step[: len(rates)]),
     )
 
 
@@ -282,13 +283,6 @@ def _with_springs(problem: EquilibriumProblem, known: Linearised) -> tuple[np.nd
         return None
     t = V @ np.where(free, 0.0, along / np.where(free, 1.0, values)) / scale
     return t, bool(np.any(free))
-
-
-def _work(problem: EquilibriumProblem, known: Linearised, step: np.ndarray, t: np.ndarray) -> float:
-    """Of the loads at bodies of legs and on the platform, the wrench left out [J]."""
-    rates = known.equations.r_factor
-    on_platform, _ = problem.dead.acting(np.eye(3))
-    return float(on_platform[list(problem.rows)] @ t - rates @ step[: len(rates)])
 
 
 def _drives_legs(problem: EquilibriumProblem, known: Linearised) -> bool:

@@ -240,6 +240,6 @@ def test_no_room_is_asked_for():
         rs.stiffness_map(*question)
     with pytest.raises(Interruption):
         rs.stiffness_map(
-            *question, reduce=[rs.Extremes()], method=rs.Batched(),
+            *question, reduce=[rs.Extremes()], method=rs.Compiled(rs.Backend.ARRAYS),
             scheduler=Threads(1), progress=interrupted_after(1),
         )  # fmt: skip

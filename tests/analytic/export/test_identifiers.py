@@ -3,7 +3,7 @@ import keyword
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robostiff.analytic.export.vocabulary import C_WORDS, Identifiers
+from robostiff.analytic.export.code import C_WORDS, Identifiers
 
 
 @given(st.lists(st.text(max_size=8), max_size=12))

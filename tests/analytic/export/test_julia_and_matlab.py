@@ -7,8 +7,8 @@ import sympy as sp
 import robostiff as rs
 from robostiff.analytic import Condition, Derivation, RobotDerivation, differentiate
 from robostiff.analytic.export import julia_function, matlab_function
+from robostiff.analytic.export.code import JULIA_WORDS, MATLAB_WORDS
 from robostiff.analytic.export.program import program
-from robostiff.analytic.export.vocabulary import JULIA_WORDS, MATLAB_WORDS
 from robostiff.analytic.placement.agreement import closed_places
 from robostiff.analytic.placement.robot_placement import place_robot
 from tests.analytic.export import small_readers

@@ -59,8 +59,9 @@ def test_meanings_of_parameters_stand_in_all_languages():
     for own in (derivation, copy.deepcopy(derivation)):
         for write in (derivation_text, derivation_markdown, derivation_latex, derivation_typst):
             assert words in " ".join(write(own).replace("\\", "").split())
-        for write in (c_function, julia_function, matlab_function, python_function):
+        for write in (c_function, julia_function, matlab_function):
             assert f"k: {words}" in write(own)
+        assert f"    k : array_like\n        {words}\n" in python_function(own)
     assert "l1: length, 0.2 m in the model\n" in derivation_text(derivation.subs("R", 0.3))
     assert "k: rotational stiffness" in derivation_text(rs.derive("3-rrr", leg="leg1"))
 

@@ -119,15 +119,13 @@ def eigenstiffness(
         inverse_root = np.linalg.inv(np.linalg.cholesky(checked_metric(metric, n)))
     found = eigenparts(inverse_root @ parts.K @ inverse_root.T, parts.rank)
     twists = found.directions @ inverse_root
-    motions = tuple(_in_words(result, twist) for twist in twists)
-    return Eigenstiffness(found.values, twists, motions, L, parts.status)
-
-
-def _in_words(result: Stiffness, twist: np.ndarray) -> FreeMotion:
-    spatial = np.zeros(6)
-    spatial[list(result.space.rows)] = twist
-    own_length = float(result.length)
-    return FreeMotion(twist, screw_of_twist(spatial, result.reference_point, own_length))
+    motions = []
+    for twist in twists:
+        spatial = np.zeros(6)
+        spatial[list(result.space.rows)] = twist
+        screw = screw_of_twist(spatial, result.reference_point, float(result.length))
+        motions.append(FreeMotion(twist, screw))
+    return Eigenstiffness(found.values, twists, tuple(motions), L, parts.status)
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 from typing import ClassVar
 
 import numpy as np
@@ -135,16 +136,17 @@ def eigenscrews(result: Stiffness) -> Eigenscrews:
         turn = _spatial_turn(w)
         screw = _screw(parts, np.concatenate([_spatial_shift(shift), turn]))
         twists.append(Eigentwist(float(k), turn, screw))
-    axes = tuple(
-        CompliantAxis(twist.direction, twist.screw.point, wrench.stiffness, twist.stiffness)
-        for wrench in wrenches
-        for twist in twists
-        if wrench.screw is not None
-        and twist.screw.point is not None
-        and twist.stiffness > 0
-        and _same_line(wrench.screw, twist.screw, length)
-    )
-    return Eigenscrews(tuple(wrenches), tuple(twists), axes, parts.status)
+    axes = []
+    for wrench, twist in product(wrenches, twists):
+        one, other = wrench.screw, twist.screw
+        if one is None or one.point is None or other.point is None or not twist.stiffness > 0:
+            continue
+        parallel = np.linalg.norm(np.cross(one.axis, other.axis)) < _SMALL
+        apart = np.linalg.norm(np.cross(other.point - one.point, one.axis)) >= _SMALL * length
+        if one.is_rotation and other.is_rotation and parallel and not apart:  # on the same line
+            stiffness = wrench.stiffness, twist.stiffness
+            axes.append(CompliantAxis(twist.direction, other.point, *stiffness))
+    return Eigenscrews(tuple(wrenches), tuple(twists), tuple(axes), parts.status)
 
 
 def _screw(parts: StiffnessParts, twist: np.ndarray) -> Screw:
@@ -158,14 +160,6 @@ def _spatial_shift(u: np.ndarray) -> np.ndarray:
 
 def _spatial_turn(w: np.ndarray) -> np.ndarray:
     return w if len(w) == 3 else np.array([0.0, 0.0, w[0]])
-
-
-def _same_line(one: Screw, other: Screw, length: float) -> bool:
-    if not (one.is_rotation and other.is_rotation) or one.point is None or other.point is None:
-        return False
-    parallel = np.linalg.norm(np.cross(one.axis, other.axis)) < _SMALL
-    apart = np.linalg.norm(np.cross(other.point - one.point, one.axis))
-    return bool(parallel and apart < _SMALL * length)
 
 
 _ROUNDING = 1e-10  # of coupling: what moving to the point may leave of nothing

@@ -20,7 +20,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from robostiff.analysis.result import Stiffness
-from robostiff.elastostatics import CartesianStiffness, Status, scaling
+from robostiff.elastostatics import Status, scaling
 from robostiff.errors import InputError
 from robostiff.kept import kept
 from robostiff.spatial import Space, move_wrench
@@ -171,9 +171,21 @@ def stiffness_parts(result: Stiffness) -> StiffnessParts:
 
 @kept
 def _parts_of(result: Stiffness) -> StiffnessParts:
-    K = result.K
-    forces, moments = _ranks(result.details(), result)
-    return StiffnessParts(result, K, result.compliance, forces, moments)
+    # Ranks of the force rows and of the moment rows of the wrenches that hold the platform
+    answer = result.details()
+    tolerance, space = answer.tolerance.independence, answer.space
+    U, values, _ = np.linalg.svd(answer.held)
+    held = U[:, : int(np.count_nonzero(values > tolerance))]
+    d = space.translations
+    forces = np.linalg.svd(held[:d], compute_uv=False)
+    v = result.reference_point - result.origin
+    if np.any(v):
+        s = scaling(answer.length, space)
+        v = v[:d]
+        held = np.linalg.qr(move_wrench((s[:, None] * held).T, v).T / s[:, None])[0]
+    moments = np.linalg.svd(held[d:], compute_uv=False)
+    ranks = (int(np.count_nonzero(own > tolerance)) for own in (forces, moments))
+    return StiffnessParts(result, result.K, result.compliance, *ranks)
 
 
 def eigenparts(matrix: np.ndarray, rank: int) -> EigenPart:
@@ -233,19 +245,3 @@ def _along_axes(basis: np.ndarray) -> list[np.ndarray]:
         without = rest - np.outer(rest @ e, e)
         rest = np.linalg.svd(without)[2][: len(rest) - 1]
     return sorted(found, key=lambda e: int(np.argmax(np.abs(e))))
-
-
-def _ranks(answer: CartesianStiffness, result: Stiffness) -> tuple[int, int]:
-    """Of the force rows and of the moment rows of the wrenches that hold the platform."""
-    tolerance, space = answer.tolerance.independence, answer.space
-    U, values, _ = np.linalg.svd(answer.held)
-    held = U[:, : int(np.count_nonzero(values > tolerance))]
-    d = space.translations
-    forces = np.linalg.svd(held[:d], compute_uv=False)
-    v = result.reference_point - result.origin
-    if np.any(v):
-        s = scaling(answer.length, space)
-        v = v[:d]
-        held = np.linalg.qr(move_wrench((s[:, None] * held).T, v).T / s[:, None])[0]
-    moments = np.linalg.svd(held[d:], compute_uv=False)
-    return int(np.count_nonzero(forces > tolerance)), int(np.count_nonzero(moments > tolerance))

@@ -267,27 +267,20 @@ class MapJob:
 
 def identity(job: MapJob) -> dict[str, Any]:
     """Everything on which a map depends, part by part."""
-    own = job.evaluator
+    own, selected = job.evaluator, None
+    if job.where is not None:
+        # Functions cannot be compared: the poses that it selects in some blocks
+        count, selected = len(job.partition), []
+        for k in np.unique(np.linspace(0, count - 1, min(count, _SAMPLED_BLOCKS)).astype(int)):
+            answer = job.selected(job.poses(job.partition.slices(int(k))))
+            selected.append(np.packbits(np.asarray(answer, dtype=bool)))
     names = ("quantities", "wrench", "length", "dtype", "near")
     asked = {**{name: getattr(own, name) for name in names}, "method": own.direct.about}
     return {
         "robot": plain(own.robot),
         "poses": plain([job.source.description(), job.partition.block]),
         "quantities": plain(asked),
-        "selection": plain(_sampled_selection(job)),
+        "selection": plain(selected),
         "method": own.method,
         "version of robostiff": __version__,
     }
-
-
-def _sampled_selection(job: MapJob) -> list[np.ndarray] | None:
-    """Poses that `where` selects in some blocks, since functions cannot be compared."""
-    if job.where is None:
-        return None
-    count = len(job.partition)
-    chosen = np.unique(np.linspace(0, count - 1, min(count, _SAMPLED_BLOCKS)).astype(int))
-    found = []
-    for index in chosen:
-        answer = job.selected(job.poses(job.partition.slices(int(index))))
-        found.append(np.packbits(np.asarray(answer, dtype=bool)))
-    return found

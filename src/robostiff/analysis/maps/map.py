@@ -228,7 +228,11 @@ def checked_job(
         expected = "Compiled(), Batched() or UnderLoad()"
         raise InputError("method of a map", got=method, expected=expected)
     has_loads = method is not None and method.has_loads
-    wanted = _quantities(quantities)
+    given = [quantities] if isinstance(quantities, Quantity | str) else list(quantities)
+    if strange := [own for own in given if not isinstance(own, Quantity)]:
+        expected = ", ".join(f"Quantity.{member.name}" for member in Quantity)
+        raise InputError("quantity of a map", got=strange[0], expected=expected)
+    wanted = tuple(quantity for quantity in Quantity if quantity in given)
     F = _wrench(robot, wanted, wrench, has_loads)
     if has_loads and isinstance(robot, Linkage):
         raise InputError(
@@ -242,14 +246,30 @@ def checked_job(
         method = Batched()  # a kernel has the posture of home
     columns = pose_columns(robot, poses.names, F if has_loads else None)
     poses.check_units(dict(zip(columns.names, columns.units, strict=True)))
-    numbers = F, _length(robot, length), own, _float_type(dtype)
-    evaluator = MapEvaluator(robot, columns, wanted, *numbers)
+    if length is not None:
+        expected = "a length above 0 [m]"
+        size = as_float("length", length, expected, "m")
+        if not size > 0:
+            raise InputError("length", got=length, expected=expected)
+    elif isinstance(robot, CableRobot):
+        size = float(cable_tensions(robot).placed.characteristic_length)
+    else:
+        size = float(direct_stiffness(robot).length)
+    float_type = ""
+    with suppress(TypeError):
+        float_type = np.dtype(dtype).name
+    if float_type not in ("float64", "float32"):
+        raise InputError("dtype of a map", got=dtype, expected="float64 or float32")
+    evaluator = MapEvaluator(robot, columns, wanted, F, size, own, float_type)
     if check_room is not None:  # before a kernel is made
         check_room(MapJob(evaluator, poses, where))
     count = math.prod(poses.shape)
+    elements = [own for leg in getattr(robot, "legs", ()) for own in leg.chain.elements]
+    bends = any(is_elastic(own) for own in elements if not isinstance(own, Joint))
+    pays = _LINKAGE_PAYS if isinstance(robot, Linkage) else _PAYS if bends else _RIGID_PAYS
     if method is not None:
         evaluator = method.evaluator(evaluator, count)
-    elif count >= _pays_from(robot):
+    elif count >= pays:  # the same in every run, whose last digits stay so
         # without a kernel: a rigid robot, cables, free motions everywhere, other quantities
         with suppress(InputError, NoAnswerError):
             evaluator = evaluator.with_kernel(Backend.BEST)
@@ -313,37 +333,6 @@ def check_room(job: MapJob, path: Path | None) -> None:
         )
 
 
-def _pays_from(robot: Mapped) -> int:
-    """Poses from which a kernel saves time; the same in every run, whose last digits stay so."""
-    if isinstance(robot, Linkage):
-        return _LINKAGE_PAYS
-    elements = [own for leg in getattr(robot, "legs", ()) for own in leg.chain.elements]
-    bends = any(is_elastic(own) for own in elements if not isinstance(own, Joint))
-    return _PAYS if bends else _RIGID_PAYS
-
-
-def _float_type(dtype: DTypeLike) -> str:
-    try:
-        name = np.dtype(dtype).name
-    except TypeError:
-        name = ""
-    if name not in ("float64", "float32"):
-        raise InputError("dtype of a map", got=dtype, expected="float64 or float32")
-    return name
-
-
-def _quantities(quantities: Iterable[Quantity]) -> tuple[Quantity, ...]:
-    given = [quantities] if isinstance(quantities, Quantity | str) else list(quantities)
-    for quantity in given:
-        if not isinstance(quantity, Quantity):
-            raise InputError(
-                "quantity of a map",
-                got=quantity,
-                expected=", ".join(f"Quantity.{member.name}" for member in Quantity),
-            )
-    return tuple(quantity for quantity in Quantity if quantity in given)
-
-
 def _wrench(
     robot: Mapped, quantities: tuple[Quantity, ...], wrench: ArrayLike | None, acts: bool
 ) -> tuple[float, ...]:
@@ -386,14 +375,3 @@ def _near(robot: Mapped, near: Near, method: MapMethod | None) -> tuple[float, .
             expected="Batched(), or none: kernels have the posture of home",
         )
     return tuple(float(x) for x in np.concatenate(given))
-
-
-def _length(robot: Mapped, given: float | None) -> float:
-    if given is None:
-        if isinstance(robot, CableRobot):
-            return float(cable_tensions(robot).placed.characteristic_length)
-        return float(direct_stiffness(robot).length)
-    length = as_float("length", given, "a length above 0 [m]", "m")
-    if not length > 0:
-        raise InputError("length", got=given, expected="a length above 0 [m]")
-    return length

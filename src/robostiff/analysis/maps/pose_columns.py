@@ -104,7 +104,20 @@ def pose_columns(
     ('x', 'y', 'rz', 'Fx', 'Fy', 'Mz', 'factor')
     """
     if isinstance(robot, Linkage):
-        return _of_drives(robot, used)
+        every = {name: c.name for c in robot.connections for name in c.coordinate_names}
+        subject = f"coordinate of linkage {robot.name!r}"
+        strange = [name for name in used if name not in every]
+        if strange or not used:
+            expected = f"some of its joints: {', '.join(every)}"
+            raise InputError(subject, got=strange[0] if strange else "none", expected=expected)
+        joints = tuple(dict.fromkeys(every[name] for name in used))
+        driven = driven_by(robot.in_floats, joints)
+        if missing := [name for name in joints if name not in driven.drives]:
+            expected = "joints between base and platform: this one changes nothing"
+            raise InputError(subject, got=missing[0], expected=expected)
+        sizes = tuple((name, driven.home.coordinates[name].size) for name in driven.drives)
+        home = tuple(driven.at_home.tolist())
+        return PoseColumns(driven.inputs, driven.units, home, of_joints=True, drives=sizes)
     loads = () if wrench is None else (*robot.space.wrench_order, FACTOR)
     own = [name for name in used if name not in loads]
     columns = _of_robot(robot, own, may_be_none=bool(used and loads))
@@ -146,23 +159,6 @@ def _of_robot(robot: Robot | CableRobot, used: Sequence[str], may_be_none: bool)
         got=", ".join(used) or "none",
         expected="pose coordinates or joints, not both" if used else "at least one",
     )
-
-
-def _of_drives(linkage: Linkage, used: Sequence[str]) -> PoseColumns:
-    every = {name: c.name for c in linkage.connections for name in c.coordinate_names}
-    subject = f"coordinate of linkage {linkage.name!r}"
-    strange = [name for name in used if name not in every]
-    if strange or not used:
-        expected = f"some of its joints: {', '.join(every)}"
-        raise InputError(subject, got=strange[0] if strange else "none", expected=expected)
-    joints = tuple(dict.fromkeys(every[name] for name in used))
-    driven = driven_by(linkage.in_floats, joints)
-    if missing := [name for name in joints if name not in driven.drives]:
-        expected = "joints between base and platform: this one changes nothing"
-        raise InputError(subject, got=missing[0], expected=expected)
-    sizes = tuple((name, driven.home.coordinates[name].size) for name in driven.drives)
-    home = tuple(driven.at_home.tolist())
-    return PoseColumns(driven.inputs, driven.units, home, of_joints=True, drives=sizes)
 
 
 def coordinate_units(robot: Mapped) -> dict[str, str]:

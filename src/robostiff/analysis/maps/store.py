@@ -17,7 +17,7 @@ import shutil
 import sys
 import uuid
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -214,9 +214,18 @@ class MapStore:
 
     def compute(self, index: int) -> MapSummary:
         """Compute a block and put it on disk, unless it is there, and sum it up."""
-        if (stored := self._stored(index)) is not None:
-            return stored
         job, part = self.job, self.job.partition.slices(index)
+        with suppress(Exception):  # damaged in any way: computed again
+            if mark := int(self._arrays[_DONE][index]):
+                place = job.partition.place(index)
+                stored = {
+                    v.name: _chunk(self.path, v.name, (*[0] * len(v.stored_shape), *place))
+                    for v in job.variables
+                }
+                count = stored["status"].size
+                flat = {name: values.reshape(-1, count) for name, values in stored.items()}
+                found = summarize(flat | {"status": flat["status"][0]}, job.answers, mark - 1)
+                return replace(found, resumed=found.poses)
         shape = tuple(where.stop - where.start for where in part)
         block = job.room(math.prod(shape), job.variables)
         summary = job.compute(index, block)
@@ -229,23 +238,6 @@ class MapStore:
                 raise damaged(self.path, f"a folder for a chunk of {v.name}") from None
         self._arrays[_DONE][index] = summary.guarded + 1
         return summary
-
-    def _stored(self, index: int) -> MapSummary | None:
-        """Summary of a block that was done before, and can be read."""
-        done = self._arrays[_DONE]
-        try:
-            if not (mark := int(done[index])):
-                return None
-            place = self.job.partition.place(index)
-            block = {
-                v.name: _chunk(self.path, v.name, (*[0] * len(v.stored_shape), *place))
-                for v in self.job.variables
-            }
-        except Exception:  # damaged in any way: computed again
-            return None
-        flat = {name: values.reshape(-1, block["status"].size) for name, values in block.items()}
-        found = summarize(flat | {"status": flat["status"][0]}, self.job.answers, mark - 1)
-        return replace(found, resumed=found.poses)
 
     def finish(self, summary: MapSummary) -> None:
         """Write the summary, which makes the map complete."""

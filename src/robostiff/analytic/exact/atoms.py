@@ -198,10 +198,10 @@ class Roots:
         plain = [r for r in radicands if r.factors and r.sign == 1]
         split = not _are_independent({r.product: r.factors for r in plain})
         for r in radicands:
-            self.values[r.root] = self._split(r) if split and r in plain else self._whole(r)
-
-    def _whole(self, radicand: Radicand) -> RootValue:
-        return RootValue(1 / radicand.below, (self._generator(radicand.product, radicand),))
+            if split and r in plain:
+                self.values[r.root] = self._split(r)
+            else:
+                self.values[r.root] = RootValue(1 / r.below, (self._generator(r.product, r),))
 
     def _split(self, radicand: Radicand) -> RootValue:
         """Known positive factors apart, those of unknown sign together."""

@@ -95,7 +95,16 @@ def eliminate_exactly(K: ExactMatrix, J: Sequence[Any], limit: int) -> ClosedSta
             if not (v[i].is_zero() or v[j].is_zero()):
                 entry = entry - product(v[i], v[j], limit)
             upper[i, j] = field.reduced(entry)
-    return ClosedStage(tuple(u), mu, below, _divided(field, n, upper, D, nu))
+    # Numerators over D nu, without common factors.
+    divided = upper if D.is_one() else {x: quotient(entry, D) for x, entry in upper.items()}
+    denominator = nu
+    if None in divided.values():
+        common = denominator = field.reduced(D * nu)
+        for entry in upper.values():
+            common = common.gcd(entry)
+        divided = {place: entry / common for place, entry in upper.items()}
+        denominator = denominator / common
+    return ClosedStage(tuple(u), mu, below, ExactMatrix.of_upper(field, n, divided, denominator))
 
 
 def canonical(M: Any, extra: Sequence[sp.Expr] = ()) -> sp.ImmutableMatrix:
@@ -152,27 +161,10 @@ def _sum(field: ExactField, pairs: list[tuple[Any, Any]], limit: int) -> Any:
     return total
 
 
-def _divided(
-    field: ExactField, n: int, upper: dict[tuple[int, int], Any], D: Any, mu: Any
-) -> ExactMatrix:
-    """Numerators over D mu, without common factors."""
-    divided = {}
-    for place, entry in upper.items():
-        divided[place] = entry if D.is_one() else quotient(entry, D)
-        if divided[place] is None:
-            break
-    else:
-        return ExactMatrix.of_upper(field, n, divided, mu)
-    denominator = field.reduced(D * mu)
-    common = denominator
-    for entry in upper.values():
-        common = common.gcd(entry)
-    upper = {place: entry / common for place, entry in upper.items()}
-    return ExactMatrix.of_upper(field, n, upper, denominator / common)
-
-
 # Terms of a compliance that is multiplied out, to free its wrench of a common factor.
 _MULTIPLIED_OUT = 1000
+# Of all numbers of an entry, for each allowed term: ten digits. Long ones count as several terms.
+_BITS_A_TERM = 33
 
 #: Entries (i, j) of a symmetric matrix, i <= j.
 Upper = dict[tuple[int, int], Element]
@@ -216,7 +208,9 @@ def exact_leg(
     left = list(range(m))
     # The remaining wrenches without energy are internal stresses between rigid branches.
     while left := [i for i in left if not M.entries[i][i].is_zero()]:
-        pivot = min(left, key=lambda i: _awkwardness(M, left, i))
+        # Coupled to few others first, then short ones.
+        among = {i: sum(not M.entries[i][j].is_zero() for j in left if j != i) for i in left}
+        pivot = min(left, key=lambda i: (among[i], len(M.entries[i][i]) if among[i] else 0))
         left.remove(pivot)
         before = M.denominator
         unit = [int(i == pivot) for i in range(m + n)]
@@ -226,32 +220,21 @@ def exact_leg(
         factors = [field.fraction(stage.mu, D), field.fraction(before, field.one.num)]
         if all(x.is_zero for x in w):
             continue  # an internal stress of a loop, which does not act on the platform
-        w, own = _conjugate(field, w, factors)
+        if factors[0].terms * factors[1].terms <= _MULTIPLIED_OUT:
+            w, factor = _without_roots(field, w)
+            factors = [factors[0] * factors[1] * factor * factor]
         wrenches.append(w)
-        met.append(own)
+        met.append(tuple(factors))
     K = {}
     for i in range(n):
         for j in range(i, n):
-            K[i, j] = no_longer_than(
-                field.fraction(-M.entries[m + i][m + j] * D, M.denominator), limit
-            )
+            entry = field.fraction(-M.entries[m + i][m + j] * D, M.denominator)
+            coefficients = (*entry.num.coeffs(), *entry.den.coeffs())
+            bits = sum(int(x).bit_length() for c in coefficients for x in (c.p, c.q))
+            if entry.terms > limit or bits > _BITS_A_TERM * limit:
+                raise FormulaTooLargeError.beyond(limit)
+            K[i, j] = entry
     return ExactLeg(K, wrenches, met)
-
-
-def _awkwardness(M: ExactMatrix, left: list[int], i: int) -> tuple[int, int]:
-    """Sort key of pivots: coupled to few others first, then short ones."""
-    coupled = sum(not M.entries[i][j].is_zero() for j in left if j != i)
-    return coupled, len(M.entries[i][i]) if coupled else 0
-
-
-def _conjugate(
-    field: ExactField, w: list[Element], factors: list[Element]
-) -> tuple[list[Element], tuple[Element, ...]]:
-    """A wrench without a common factor, where its compliance can be multiplied out."""
-    if factors[0].terms * factors[1].terms > _MULTIPLIED_OUT:
-        return w, tuple(factors)
-    w, factor = _without_roots(field, w)
-    return w, (factors[0] * factors[1] * factor * factor,)
 
 
 def _without_roots(field: ExactField, w: list[Element]) -> tuple[list[Element], Element]:
@@ -275,17 +258,6 @@ def _without_roots(field: ExactField, w: list[Element]) -> tuple[list[Element], 
     return plain, field.fraction(field.reduced(common), shared)
 
 
-def no_longer_than(element: Element, limit: int) -> Element:
-    """An entry that is no longer than allowed; long numbers count as several terms."""
-    coefficients = (*element.num.coeffs(), *element.den.coeffs())
-    bits = sum(int(x).bit_length() for c in coefficients for x in (c.p, c.q))
-    if element.terms > limit or bits > _BITS_A_TERM * limit:
-        raise FormulaTooLargeError.beyond(limit)
-    return element
-
-
-# Of all numbers of an entry, for each allowed term: ten digits.
-_BITS_A_TERM = 33
 # Terms of a fraction that is factored: longer ones would take long, and would not be read.
 _FACTORED = 100
 
@@ -343,7 +315,12 @@ def closed_sum(
         if terms > of_all:
             raise FormulaTooLargeError.beyond(limit)
         for place, entry in leg.K.items():
-            total[place] = _added(total.get(place, []), entry)
+            # Fractions of one denominator are added.
+            fractions = total.setdefault(place, [])
+            summed = sum((f for f in fractions if f.den == entry.den), entry)
+            if not entry.is_zero:
+                others = (f for f in fractions if f.den != entry.den)
+                total[place] = [*others, *[summed] * (not summed.is_zero)]
         written.append(_matrix(field, {place: [entry] for place, entry in leg.K.items()}, n))
         wrenches.append(
             tuple(
@@ -386,16 +363,6 @@ def sum_of_legs(
     return canonical(sp.Matrix(sum(moved[1:], moved[0])), extra)
 
 
-def _added(fractions: list[Element], entry: Element) -> list[Element]:
-    """Fractions of different denominators, with one more."""
-    if entry.is_zero:
-        return fractions
-    alike = [f for f in fractions if f.den == entry.den]
-    others = [f for f in fractions if f.den != entry.den]
-    summed = sum(alike, entry)
-    return others if summed.is_zero else [*others, summed]
-
-
 def _matrix(
     field: ExactField, upper: dict[tuple[int, int], list[Element]], n: int
 ) -> sp.ImmutableMatrix:
@@ -415,22 +382,17 @@ def factored_fraction(expression: Any) -> Any:
     >>> factored_fraction(1 / R - r / R**2)
     (R - r)/R**2
     """
-    parts = expression.args if expression.is_Mul else (expression,)
-    if all(x.is_Rational or _is_factor(*x.as_base_exp()) for x in parts):
-        return expression  # nothing cancels
+    for x in expression.args if expression.is_Mul else (expression,):
+        base, exponent = x.as_base_exp()
+        terms = [y.args if y.is_Mul else (sp.S.One, y) for y in base.args if base.is_Add]
+        is_plain = all(len(y) == 2 and abs(y[0]) is sp.S.One and y[1].is_Symbol for y in terms)
+        is_power = exponent.is_Integer and (base.is_Symbol or (bool(terms) and is_plain))
+        if not x.is_Rational and (not is_power or starts_with_minus(base)):
+            break
+    else:  # powers of symbols, of a - b and of a + b: nothing cancels
+        return expression
     field = shared_field(expression)
     return fraction_in_factors(field, field.element(expression))
-
-
-def _is_factor(base: Any, exponent: Any) -> bool:
-    """Whether a power is irreducible as it stands: of a symbol, or of a plain a - b or a + b."""
-    if not exponent.is_Integer:
-        return False
-    if base.is_Add:
-        terms = (x.args if x.is_Mul else (sp.S.One, x) for x in base.args)
-        is_plain = all(len(x) == 2 and abs(x[0]) is sp.S.One and x[1].is_Symbol for x in terms)
-        return is_plain and not starts_with_minus(base)
-    return base.is_Symbol
 
 
 def fraction_in_factors(field: ExactField, element: Element) -> sp.Expr:

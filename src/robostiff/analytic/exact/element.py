@@ -125,8 +125,35 @@ class PolynomialWriter:
 
     def expressions(self, polynomials: Sequence[Any]) -> list[Any]:
         """Several of them as canonical sums of products; their factors are ranked together."""
-        texts = [_terms_of(polynomial) for polynomial in polynomials]
-        self._rank({factor for terms in texts for term in terms for factor in term})
+        # Factors of the terms as text, ["-2", "g0", "g1^3"].
+        each = (str(x).replace(" - ", " + -").replace("-g", "-1*g") for x in polynomials)
+        texts = [[term.split("*") for term in text.split(" + ")] for text in each]
+        factors = {factor for terms in texts for term in terms for factor in term}
+        ordered, ranks = self._ranked
+        missing = factors - ranks.keys()
+        if missing:
+            written = {factor: ordered[rank] for factor, rank in ranks.items()}
+            for factor in missing:
+                name, _, power = factor.partition("^")
+                if name.startswith("g"):
+                    own = self._generators[int(name[1:])]
+                    is_plain = own.is_Symbol
+                    written[factor] = (
+                        sp.Pow(own, int(power), evaluate=not is_plain) if power else own
+                    )
+                else:
+                    written[factor] = sp.Rational(*map(int, name.split("/")))
+
+            def order(factor: str) -> Any:  # as SymPy compares factors
+                if self._symbols is None:
+                    return _IN_ORDER(written[factor])
+                if factor.startswith("g"):
+                    name, _, power = factor.partition("^")
+                    return (2, bool(power), self._symbols[int(name[1:])], int(power or 1))
+                return (3,) if factor == _A_PRODUCT else (1, _IN_ORDER(written[factor]))
+
+            names = sorted(written, key=order)
+            self._ranked = [written[x] for x in names], {x: rank for rank, x in enumerate(names)}
         return list(map(self._sum, texts))
 
     def _sum(self, terms: list[list[str]]) -> Any:
@@ -150,25 +177,6 @@ class PolynomialWriter:
         whole: Any = sp.Add._from_args(tuple([term for _, term in written]), True)
         return whole
 
-    def _rank(self, factors: set[str]) -> None:
-        """Write and rank factors that are new."""
-        ordered, ranks = self._ranked
-        missing = factors - ranks.keys()
-        if missing:
-            written = {factor: ordered[rank] for factor, rank in ranks.items()}
-            written |= {factor: self._written(factor) for factor in missing}
-            names = sorted(written, key=lambda factor: self._order(factor, written[factor]))
-            self._ranked = [written[x] for x in names], {x: rank for rank, x in enumerate(names)}
-
-    def _order(self, factor: str, written: Any) -> Any:
-        """Where a factor stands among others, as SymPy compares them."""
-        if self._symbols is None:
-            return _IN_ORDER(written)
-        if factor.startswith("g"):
-            name, _, power = factor.partition("^")
-            return (2, bool(power), self._symbols[int(name[1:])], int(power or 1))
-        return (3,) if factor == _A_PRODUCT else (1, _IN_ORDER(written))
-
     @cached_property
     def _symbols(self) -> list[Any] | None:
         """What SymPy compares of the generators; None where others than symbols are among them."""
@@ -176,21 +184,6 @@ class PolynomialWriter:
             return None
         contents = [g._hashable_content() for g in self._generators]
         return [(len(own), own) for own in contents]
-
-    def _written(self, factor: str) -> Any:
-        name, _, power = factor.partition("^")
-        if not name.startswith("g"):
-            return sp.Rational(*map(int, name.split("/")))
-        generator = self._generators[int(name[1:])]
-        if not power:
-            return generator
-        return sp.Pow(generator, int(power), evaluate=not generator.is_Symbol)
-
-
-def _terms_of(polynomial: Any) -> list[list[str]]:
-    """Factors of the terms of a polynomial as text, ["-2", "g0", "g1^3"]."""
-    text = str(polynomial).replace(" - ", " + -").replace("-g", "-1*g")
-    return [term.split("*") for term in text.split(" + ")]
 
 
 def quotient_of(above: Any, below: Any) -> Any:

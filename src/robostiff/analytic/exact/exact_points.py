@@ -89,12 +89,17 @@ class ExactPoints:
         found = {}
         for step in steps:
             values = self.values(step)
-            number = _number(values)
-            if number is not None and self.record.operations[step][0] is not Operation.INPUT:
-                found[step] = Same(None, number)
+            negative, key = bool(values[0] < 0), None
+            with flint.ctx.workprec(BITS):
+                halves = (0 if abs(x) < _NOTHING else (2 * x).unique_fmpz() for x in values)
+                twice, *others = dict.fromkeys(halves)
+                if all(x.is_finite() and x.rel_accuracy_bits() >= _ACCURATE for x in values):
+                    sized = (-x if negative else x for x in values)
+                    key = tuple(x.str(_DIGITS, radius=False) for x in sized)
+            is_other = others or self.record.operations[step][0] is Operation.INPUT
+            if not is_other and twice is not None and abs(int(twice)) <= 2 * _LARGEST:
+                found[step] = Same(None, sp.Rational(int(twice), 2))
                 continue
-            negative = bool(values[0] < 0)
-            key = _key(values, negative)
             earlier = step if key is None else first.setdefault(key, step)
             sign = bool(self.values(earlier)[0] < 0) == negative
             found[step] = Same(earlier, sp.Integer(1 if sign else -1))
@@ -138,25 +143,6 @@ def chooses_greater(record: Record, step: int) -> bool:
     """The branch of a formula: that of the samples, which lie around the nominal values."""
     a, b = map(record.sample, record.arguments(step))
     return bool(np.mean(a - b) > 0)
-
-
-def _number(values: tuple[Any, ...]) -> Any:
-    """A whole number or half that all values are."""
-    with flint.ctx.workprec(BITS):
-        if all(bool(abs(x) < _NOTHING) for x in values):
-            return sp.Integer(0)
-        twice = [(2 * x).unique_fmpz() for x in values]
-    if twice[0] is None or len(set(twice)) > 1 or abs(int(twice[0])) > 2 * _LARGEST:
-        return None
-    return sp.Rational(int(twice[0]), 2)
-
-
-def _key(values: Iterable[Any], negative: bool) -> tuple[str, ...] | None:
-    """Digits of values or their negatives; None where they are not known well."""
-    if any(not x.is_finite() or x.rel_accuracy_bits() < _ACCURATE for x in values):
-        return None
-    with flint.ctx.workprec(BITS):
-        return tuple((-x if negative else x).str(_DIGITS, radius=False) for x in values)
 
 
 def exact(number: Any) -> sp.Expr:

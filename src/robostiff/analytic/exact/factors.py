@@ -60,7 +60,13 @@ def factored(field: ExactField, above: Any, below: Any = None) -> Any:
         below_constant, parts = below.factor()
         constant = constant / below_constant
         powers += [(base, -int(exponent)) for base, exponent in parts]
-    minus = [_starts_with_minus(field, base) for base, _ in powers]
+    # Whether one would be printed with a minus in front, 1 - 2 x, not -(2 x - 1); None if unknown.
+    minus: list[bool | None] = []
+    for base, _ in powers:
+        used = (g for g, degree in zip(field.generators, base.degrees(), strict=True) if degree)
+        is_plain = all(x.is_Symbol for x in used) and (len(base) != 2 or any(base.monomial(1)))
+        is_minus = len(base) > 1 and bool(base.leading_coefficient() < 0)
+        minus.append(is_minus if is_plain else None)
     bases = [-base if own else base for (base, _), own in zip(powers, minus, strict=True)]
     written = field.polynomial_expressions(bases)
     factors = []
@@ -76,18 +82,6 @@ def factored(field: ExactField, above: Any, below: Any = None) -> Any:
         return product_in_order(number, written)
     product = sp.Mul(*(base**exponent for base, exponent in factors))
     return sp.Mul(number, product, evaluate=not (product.is_Add and number != 1))
-
-
-def _starts_with_minus(field: ExactField, polynomial: Any) -> bool | None:
-    """Whether a polynomial would be printed with a minus sign in front; None where unknown.
-
-    1 - 2 x, not -(2 x - 1).
-    """
-    degrees = zip(field.generators, polynomial.degrees(), strict=True)
-    is_plain = all(generator.is_Symbol for generator, degree in degrees if degree)
-    if is_plain and (len(polynomial) != 2 or any(polynomial.monomial(1))):
-        return len(polynomial) > 1 and bool(polynomial.leading_coefficient() < 0)
-    return None
 
 
 @cacheit

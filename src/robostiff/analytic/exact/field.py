@@ -239,41 +239,36 @@ class ExactField:
 
     def _read(self, expression: Any) -> Element:
         found = self._known.get(expression)
-        if found is None:
-            found = self._known[expression] = self._read_first(expression)
-        return found
-
-    def _read_first(self, expression: Any) -> Element:
+        if found is not None:
+            return found
         spend()
-        place = self._place.get(expression)
-        if place is not None:
-            return Element(self, self._gens[place], self.one.den)
-        if expression.is_Rational:
+        if (place := self._place.get(expression)) is not None:
+            found = Element(self, self._gens[place], self.one.den)
+        elif expression.is_Rational:
             number = flint.fmpq(int(expression.p), int(expression.q))
-            return Element(self, self.ring.constant(number), self.one.den)
-        if expression.is_Add:
+            found = Element(self, self.ring.constant(number), self.one.den)
+        elif expression.is_Add:
             terms = list(map(self._read, expression.args))
             whole = sum((x.num for x in terms if x.has_unit_denominator), self.zero.num)
             fractions = (x for x in terms if not x.has_unit_denominator)
-            return sum(fractions, Element(self, whole, self.one.den))
-        if expression.is_Mul:
+            found = sum(fractions, Element(self, whole, self.one.den))
+        elif expression.is_Mul:
             num = den = self.one.num
             for factor in map(self._read, expression.args):
                 num, den = num * factor.num, den * factor.den
-            return self.fraction(num, den)
-        if is_root(expression) or (expression.is_Pow and expression.exp.is_Integer):
-            return self._read_power(expression)
-        expanded = self._angles.expanded(expression)
-        if expanded is None:
+            found = self.fraction(num, den)
+        elif expression.is_Pow and expression.exp.is_Integer:
+            found = self._read(expression.base) ** int(expression.exp)
+        elif is_root(expression):
+            root: Any = sp.Pow(expression.base, sp.Rational(1, expression.exp.q))
+            read = self._read_root(root) if is_root(root) else self._read(root)
+            found = read ** int(expression.exp.p)
+        elif (expanded := self._angles.expanded(expression)) is not None:
+            found = self._read(expanded)
+        else:
             raise self._unknown(expression)
-        return self._read(expanded)
-
-    def _read_power(self, power: Any) -> Element:
-        if power.exp.is_Integer:
-            return self._read(power.base) ** int(power.exp)
-        root: Any = sp.Pow(power.base, sp.Rational(1, power.exp.q))
-        read = self._read_root(root) if is_root(root) else self._read(root)
-        return read ** int(power.exp.p)
+        self._known[expression] = found
+        return found
 
     def _read_root(self, root: Any) -> Element:
         value = self._roots.get(root)

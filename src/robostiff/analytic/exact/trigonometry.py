@@ -99,7 +99,13 @@ def _in_harmonics(expression: Any, x: sp.Symbol) -> Iterator[Any]:
     plain = expression.xreplace({sp.sin(x): _SINE, sp.cos(x): _COSINE})
     if plain.has(x) or not plain.is_polynomial(_SINE, _COSINE):
         return
-    terms = _terms_of(plain)
+    # For each power of sine and cosine the numbers before the products of symbols.
+    terms: dict[tuple[int, int], _Numbers] = {}
+    for powers, before in sp.Poly(plain, _SINE, _COSINE).terms():
+        own = terms.setdefault((powers[0], powers[1]), {})
+        for term in sp.Add.make_args(sp.expand(before)):
+            numbers, symbols = term.as_independent(*term.free_symbols, as_Add=False)
+            own[symbols] = own.get(symbols, 0) + numbers
     turning = {powers for powers in terms if any(powers)}
     if max(map(sum, terms), default=0) > _DEGREE:
         return
@@ -125,23 +131,6 @@ def _in_harmonics(expression: Any, x: sp.Symbol) -> Iterator[Any]:
 
 
 _Numbers = dict[Any, Any]  # for each product of symbols the number before it
-
-
-def _terms_of(polynomial: Any) -> dict[tuple[int, int], _Numbers]:
-    """For each power of sine and cosine the products of symbols before it."""
-    found: dict[tuple[int, int], _Numbers] = {}
-    for term in sp.Add.make_args(sp.expand(polynomial)):
-        powers, numbers, symbols = [0, 0], [], []
-        for factor in sp.Mul.make_args(term):
-            base, exponent = factor.as_base_exp()
-            if base is _SINE or base is _COSINE:
-                powers[base is _COSINE] = int(exponent)
-            else:
-                (symbols if factor.free_symbols else numbers).append(factor)
-        own = found.setdefault((powers[0], powers[1]), {})
-        product = sp.Mul(*symbols)
-        own[product] = own.get(product, 0) + sp.Mul(*numbers)
-    return found
 
 
 @cache
@@ -173,13 +162,9 @@ def _with_phases(cosines: _Numbers, sines: _Numbers, angle: Any) -> Iterator[tup
             yield sp.sin(angle), a * term
             yield sp.cos(angle), b * term
             continue
+        # The sine with a phase, by the function and sign whose phase is smallest.
         size = sp.sqrtdenest(sp.sqrt(sp.expand(a * a + b * b)))
-        yield from _nearest(parts, angle, size * term)
-
-
-def _nearest(parts: int, angle: Any, amplitude: Any) -> Iterator[tuple[Any, Any]]:
-    """``sin(angle + parts pi/12)``, by the function and sign whose phase is smallest."""
-    forms = [(sp.sin, 1, parts), (sp.sin, -1, parts - _PARTS), (sp.sin, -1, parts + _PARTS)]
-    forms += [(sp.cos, 1, parts - _PARTS // 2), (sp.cos, -1, parts + _PARTS // 2)]
-    function, sign, own = min(forms, key=lambda form: abs(form[2]))
-    yield function(angle + sp.Rational(own, _PARTS) * sp.pi), sign * amplitude
+        forms = [(sp.sin, 1, parts), (sp.sin, -1, parts - _PARTS), (sp.sin, -1, parts + _PARTS)]
+        forms += [(sp.cos, 1, parts - _PARTS // 2), (sp.cos, -1, parts + _PARTS // 2)]
+        function, sign, own = min(forms, key=lambda form: abs(form[2]))
+        yield function(angle + sp.Rational(own, _PARTS) * sp.pi), sign * size * term

@@ -64,10 +64,6 @@ class MatrixEquation:
         """Whether it is a column, written as a row."""
         return self.whole.rows == 1
 
-    def entry_name(self, i: int, j: int) -> str:
-        """Name for the entry in row i and column j, from 0, where it needs one."""
-        return f"{self.name}_{'' if self.is_vector else i + 1}{j + 1}"
-
 
 @dataclass(frozen=True)
 class FormulaTable:

@@ -2,28 +2,108 @@
 
 from __future__ import annotations
 
+import keyword
+import re
+import unicodedata
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from string import Template
 from typing import Any, ClassVar
 
 import numpy as np
 import sympy as sp
+from sympy.printing.c import get_math_macros, known_functions_C99, reserved_words
 from sympy.printing.codeprinter import CodePrinter
 from sympy.printing.precedence import PRECEDENCE
 
 from robostiff.analytic.calculus import FormulaDerivative
-from robostiff.analytic.export.language import wrapped_formula, wrapped_words
-from robostiff.analytic.export.program import LARGE, FormulaProgram, program
-from robostiff.analytic.export.vocabulary import (
-    Identifiers,
-    ascii_identifier,
+from robostiff.analytic.export.entries import (
+    FUNCTIONS,
     constant_name,
     function_name,
+    spelled,
+    title_of,
     unknown,
 )
+from robostiff.analytic.export.language import wrapped_formula, wrapped_words
+from robostiff.analytic.export.program import LARGE, FormulaProgram, program
 from robostiff.errors import InputError
 from robostiff.spatial import Space
+
+_NUMBERS = 8  # letters for a number behind an identifier
+
+# Of C, beside those that SymPy knows: functions and macros of mathematics.
+_C_OTHER = """
+    abs labs cbrt ceil copysign fdim fmax fmin fmod frexp ilogb ldexp lgamma llrint llround logb
+    lrint lround modf nan nearbyint nextafter nexttoward remainder remquo rint round scalbln scalbn
+    tgamma trunc
+    inline restrict main fabs pow gamma j0 j1 jn y0 y1 yn isfinite isinf isnan isnormal signbit NULL
+    HUGE_VAL HUGE_VALF HUGE_VALL INFINITY NAN FP_INFINITE FP_NAN FP_NORMAL FP_SUBNORMAL FP_ZERO
+    FP_FAST_FMA FP_FAST_FMAF FP_FAST_FMAL FP_ILOGB0 FP_ILOGBNAN MATH_ERRNO MATH_ERREXCEPT
+    math_errhandling M_LOG10E linux unix i386
+"""
+_JULIA_KEYWORDS = """
+    abstract baremodule begin break catch const continue do else elseif end export false finally for
+    function global if import in isa let local macro module mutable primitive quote return struct
+    true try type using where while
+    sqrt pi zeros all isfinite throw DomainError float typeof Float64 Inf NaN im missing nothing
+"""
+_MATLAB_KEYWORDS = """
+    break case catch classdef continue do else elseif end endfunction endif endwhile endfor
+    end_try_catch end_unwind_protect for function global if otherwise parfor persistent return spmd
+    switch try until unwind_protect unwind_protect_cleanup while
+    sqrt pi zeros all isfinite error NaN eps
+"""
+
+#: Identifiers that generated functions must not define.
+C_WORDS: frozenset[str] = frozenset(
+    [*reserved_words, *known_functions_C99, *get_math_macros().values(), *_C_OTHER.split()]
+)
+PYTHON_WORDS: frozenset[str] = frozenset([*keyword.kwlist, *keyword.softkwlist, "np", "float"])
+JULIA_WORDS: frozenset[str] = frozenset([*_JULIA_KEYWORDS.split(), *FUNCTIONS])
+MATLAB_WORDS: frozenset[str] = frozenset([*_MATLAB_KEYWORDS.split(), *FUNCTIONS])
+
+
+class Identifiers:
+    """Unique identifiers that are not reserved in the language.
+
+    `reserved`: keywords and names that are not to be hidden; `longest`: most letters of an
+    identifier.
+
+    Examples
+    --------
+    >>> names = Identifiers({"lambda"})
+    >>> [names.take(name) for name in ("lambda", "K_C,1", "K_C_1", "φ", "2a", "λ")]
+    ['lambda_', 'K_C_1', 'K_C_1_2', 'phi', 'v2a', 'lambda_2']
+    """
+
+    def __init__(self, reserved: Iterable[str], longest: int | None = None) -> None:
+        self._reserved = frozenset(reserved)
+        self._longest = longest
+        self._taken: set[str] = set()
+
+    def take(self, name: str) -> str:
+        """An identifier like a name."""
+        plain = ascii_identifier(name)
+        if self._longest is not None:
+            plain = plain[: self._longest - _NUMBERS]
+        if plain in self._reserved:
+            plain = f"{plain}_"
+        identifier, number = plain, 2
+        while identifier in self._taken or identifier in self._reserved:
+            identifier = f"{plain.rstrip('_')}_{number}"
+            number += 1
+        self._taken.add(identifier)
+        return identifier
+
+
+def ascii_identifier(name: str) -> str:
+    """Letters, digits and underscores, a letter first; Greek letters by their names."""
+    each = (c if c.isascii() else spelled(c) for c in unicodedata.normalize("NFKD", name))
+    kept = "".join(c for c in each if not unicodedata.combining(c[0]))
+    plain = re.sub(r"[^A-Za-z0-9_]", "_", kept)
+    return plain if plain[:1].isalpha() else f"v{plain}"
+
 
 NO_ANSWER = "the formula does not hold at these values"
 _LARGEST = sp.Integer(10) ** 300
@@ -77,11 +157,12 @@ class Code(CodePrinter):
             expected = f"an identifier of {self.language}"
             raise InputError("name of the function", got=name, expected=expected)
         self.name = name
-        self.title: str = getattr(derivation, "name", "")
-        if isinstance(derivation, FormulaDerivative):
-            whole, symbol = derivation.derivation.name, derivation.symbol.name
-            self.title = f"{whole} with its derivative by {symbol}"
         self.is_stiffness: bool = getattr(derivation, "is_stiffness", True)
+        title, by = getattr(derivation, "name", ""), ""
+        if isinstance(derivation, FormulaDerivative):
+            title, by = derivation.derivation.name, derivation.symbol.name
+        self.title: str = title_of(title) if self.is_stiffness else f"Cartesian {title}"
+        self.title += f" with its derivative by {by}" * bool(by)
         is_program = isinstance(derivation, FormulaProgram)
         self.compute: FormulaProgram = derivation if is_program else program(derivation)
         self.identifiers: Identifiers = Identifiers({*self.reserved, name}, self.longest)
@@ -96,8 +177,9 @@ class Code(CodePrinter):
 
     def source(self) -> str:
         """All lines of the function as one text."""
+        n, holds = self.n, self.fields["holds"]
         fields = {
-            **{"name": self.name, "n": self.n, "no_answer": NO_ANSWER},
+            **{"name": self.name, "n": n, "no_answer": NO_ANSWER},
             **{"results": ", ".join(self.results), "comment": self.comment()},
             **self.fields,
             **self.parts(),
@@ -107,7 +189,18 @@ class Code(CodePrinter):
             for a in self.compute.assignments
             for line in self.assigned(self.steps.format(self._names[a.symbol]), a.expression)
         ]
-        fields |= {"matrices": [*self._matrices()], "tests": [*self._tests()]}
+        matrices: list[str] = []
+        for K, matrix in zip(self.results, self.compute.results, strict=True):
+            matrices.append(self.zeros.format(K, n=n, nn=n**2, **self.fields))
+            for i, j in np.ndindex(n, n):
+                if matrix[i, j] != 0:
+                    is_copy = j < i and matrix[i, j] == matrix[j, i]
+                    own = self._entry(K, j, i) if is_copy else matrix[i, j]
+                    matrices += self.assigned(self._entry(K, i, j), own)
+        tests = [f"{size} > {least}" for size, least in self.guarded()]
+        tests += [f"{self._print(x)} {sign} {self.zero}" for _, x, sign in self.compute.conditions]
+        each = (self.assigned(holds, self.both.format(holds, test)) for test in tests)
+        fields |= {"matrices": matrices, "tests": [line for own in each for line in own]}
         lines: list[str] = []
         for line in self.template.splitlines():
             before, _, name = line.rpartition("$")
@@ -146,7 +239,7 @@ class Code(CodePrinter):
     def _print_Rational(self, expr: Any) -> str:
         if abs(expr.p) > LARGE or expr.q > LARGE:
             return self._print_Float(expr)
-        return "/".join(self._print_Integer(sp.Integer(x)) for x in (expr.p, expr.q))
+        return "/".join(self._print(sp.Integer(x)) for x in (expr.p, expr.q))
 
     def _print_Float(self, expr: Any) -> str:
         """The double that is nearest to a number."""
@@ -193,25 +286,8 @@ class Code(CodePrinter):
             return self.broken(start, written + self.end)
         return [f"{start}(", *wrapped_formula(written, self.width, "    "), ")"]
 
-    def _matrices(self) -> Iterator[str]:
-        for K, matrix in zip(self.results, self.compute.results, strict=True):
-            yield self.zeros.format(K, n=self.n, nn=self.n**2, **self.fields)
-            for i, j in np.ndindex(self.n, self.n):
-                if matrix[i, j] != 0:
-                    is_copy = j < i and matrix[i, j] == matrix[j, i]
-                    own = self._entry(K, j, i) if is_copy else matrix[i, j]
-                    yield from self.assigned(self._entry(K, i, j), own)
-
     def _entry(self, K: str, i: int, j: int) -> str:
         return self.entry.format(K, i=i, j=j, I=i + 1, J=j + 1, n=self.n * i + j)
-
-    def _tests(self) -> Iterator[str]:
-        """Lines that say where the formula holds."""
-        holds: str = self.fields["holds"]
-        tests = [f"{size} > {least}" for size, least in self.guarded()]
-        tests += [f"{self._print(x)} {sign} {self.zero}" for _, x, sign in self.compute.conditions]
-        for test in tests:
-            yield from self.assigned(holds, self.both.format(holds, test))
 
     def guarded(self) -> Iterator[tuple[str, str]]:
         """Sizes of sums that must not cancel, and the least that they may be."""
@@ -229,29 +305,31 @@ class Code(CodePrinter):
             f"the wrench ({', '.join(space.wrench_order)}) about the reference point",
         )
         given, found = both if self.is_stiffness else both[::-1]
-        matrix, law = "Stiffness matrix", "F = K t"
-        if not self.is_stiffness:
-            matrix, law = "Cartesian", "t = K F"
+        law = "F = K t" if self.is_stiffness else "t = K F"
         shape, subject = (x.format(n=self.n, **self.fields) for x in (self.shape, self.subject))
         beside = dict.fromkeys(f"; unless {words}" for words, *_ in self.compute.conditions)
-        start = f"{matrix} {plain_text(self.title)} about the reference point, {shape}."
+        start = f"{plain_text(self.title)} about the reference point, {shape}."
         convention = (
             f"{subject} relates {given} to {found}, {law}: translation before rotation, force "
             "before moment, SI units."
         )
-        fails = f"{self.fails} {plain_text(_FAILS + ''.join(beside))}."
-        start, convention, fails = (
-            wrapped_words(x, self.width - 4) for x in (start, convention, fails)
-        )
+        fails = self.failing(f"{plain_text(_FAILS + ''.join(beside))}.")
+        start, convention = (wrapped_words(x, self.width - 4) for x in (start, convention))
         values = self.values()
         return [*start, "", *convention, "", *values, *[""] * bool(values), *fails]
 
+    def failing(self, where: str) -> list[str]:
+        """Lines on where there is no answer."""
+        return wrapped_words(f"{self.fails} {where}", self.width - 4)
+
     def values(self) -> list[str]:
         """Lines on the arguments: what they are in the formula, where there is something to say."""
-        lines = []
+        lines = [f"  {x}: {words}" for x, words in self.described() if words]
+        return ["Values:", *lines] if lines else []
+
+    def described(self) -> Iterator[tuple[str, str]]:
+        """The arguments, and what they are in the formula, with their units."""
         for written, symbol in zip(self.arguments, self.compute.arguments, strict=True):
             own = [] if written == symbol.name else [f"{plain_text(symbol.name)} of the formula"]
             meaning = self.compute.meanings.get(symbol.name)
-            own += [plain_text(meaning)] if meaning else []
-            lines += [f"  {written}: {', '.join(own)}"] if own else []
-        return ["Values:", *lines] if lines else []
+            yield written, ", ".join([*own, *([plain_text(meaning)] if meaning else [])])

@@ -10,7 +10,7 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivation import Derivation, RobotDerivation
 from robostiff.analytic.export.blocks import (
     EquationRows,
     FormulaTable,
@@ -165,11 +165,6 @@ def derivation_html(derivation: Any, *, first_heading: int = 1) -> str:
     return "\n".join(MATHML.at(first=first_heading).document(outline_of(derivation)))
 
 
-def fragment_of_notebook(derivation: Any) -> str:
-    """A derivation below the headings of a notebook."""
-    return derivation_html(derivation, first_heading=3)
-
-
 def derivation_page(derivation: Any) -> str:
     """A derivation as a whole page of HTML."""
     head = (
@@ -296,6 +291,7 @@ def _plain(part: Any) -> Any:
     if isinstance(part, tuple):
         return [_plain(x) for x in part]
     if is_dataclass(part):
-        names = [x.name for x in fields(part) if x.name not in _LEFT_OUT]
+        left_out = _LEFT_OUT | ({"named"} if not isinstance(part, RobotDerivation) else set())
+        names = [x.name for x in fields(part) if x.name not in left_out]
         return {name: _plain(getattr(part, name)) for name in names}
     return dict(part) if isinstance(part, Mapping) else part

@@ -17,6 +17,35 @@ from robostiff.analytic.exact.factors import bound_of_terms, factored
 from robostiff.analytic.exact.field import ExactField
 from robostiff.errors import InputError
 
+_FUNCTIONS = "acos asin atan atan2 cos cosh exp log sin sinh tan tanh"
+#: Functions by the name under which they are written.
+FUNCTIONS: dict[str, Any] = {
+    "abs": sp.Abs,
+    **{name: getattr(sp, name) for name in _FUNCTIONS.split()},
+}
+
+#: Numbers that have a name.
+CONSTANTS: dict[str, Any] = {"pi": sp.pi, "e": sp.E}
+
+_FUNCTION_NAMES = {function: name for name, function in FUNCTIONS.items()}
+_CONSTANT_NAMES = {constant: name for name, constant in CONSTANTS.items()}
+
+
+def function_name(expression: sp.Basic) -> str | None:
+    """Name of the outermost function of an expression; None for other expressions."""
+    return _FUNCTION_NAMES.get(expression.func)
+
+
+def constant_name(expression: sp.Basic) -> str | None:
+    """Name of a constant; None for other expressions."""
+    return _CONSTANT_NAMES.get(expression)
+
+
+def unknown(part: sp.Basic) -> InputError:
+    """The error for a part of a formula that is not in the vocabulary."""
+    allowed = ", ".join(("sums, products, rational powers", *sorted(CONSTANTS, reverse=True)))
+    return InputError("formula", got=str(part), expected=f"{allowed}, {', '.join(FUNCTIONS)}")
+
 
 class PrintedProduct(NamedTuple):
     """A product or quotient, its factors without signs in the order of printing; empty for 1."""
@@ -173,6 +202,15 @@ def operations(matrix: Any) -> int:
     return sum(count_of(entry) for entry in matrix.flat())
 
 
+_SYMBOL = re.compile(r"K(_?[A-Za-z]\w*)?")
+
+
+def title_of(name: str) -> str:
+    """The title of a stiffness: of a robot, or of a matrix K_C."""
+    of = "" if _SYMBOL.fullmatch(name) or not name else "of "
+    return f"Cartesian stiffness matrix {of}{name}".strip()
+
+
 class EntryNames:
     """Names for matrices, vectors and their entries that differ from all given symbols.
 
@@ -201,10 +239,8 @@ class EntryNames:
         )
         self._stages = len(stages)
         words = " ".join(derivation.name.split())
-        is_symbol = re.fullmatch(r"K(_?[A-Za-z]\w*)?", words)
-        of = "" if is_symbol or not words else "of "
-        self.title: str = f"Cartesian stiffness matrix {of}{words}".strip()
-        result = words if is_symbol else "K_C"
+        self.title: str = title_of(words)
+        result = words if _SYMBOL.fullmatch(words) else "K_C"
         while any(name == result or name.startswith(f"{result}_") for name in self.given):
             result = f"{result[0]}'{result[1:]}"
         self.result = result
@@ -272,7 +308,8 @@ def readable(expression: Any) -> Any:
     """The same expression, factored where that is shorter."""
     expression = in_decimals(expression)
     before = count_of(expression)
-    if not 1 < before <= _MOST_OPERATIONS_OF_AN_ENTRY or not _is_manageable([expression]):
+    is_short = 1 < before <= _MOST_OPERATIONS_OF_AN_ENTRY and not expression.has(sp.Float)
+    if not is_short or bound_of_terms(expression, _MOST_TERMS) > _MOST_TERMS:
         return expression
     try:
         field = ExactField([expression])
@@ -362,10 +399,3 @@ class _Product:
         """The entry divided by a number and a product of symbols; a sum is not multiplied out."""
         left, rest = self.number / number, self.product / symbols
         return sp.Mul(left, rest, evaluate=False) if rest.is_Add and left != 1 else left * rest
-
-
-def _is_manageable(expressions: list[Any]) -> bool:
-    """Whether expressions are short when multiplied out, and exact."""
-    return all(
-        not e.has(sp.Float) and bound_of_terms(e, _MOST_TERMS) <= _MOST_TERMS for e in expressions
-    )

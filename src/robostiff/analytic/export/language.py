@@ -209,7 +209,8 @@ def fitted(
         if (entry.is_Atom and not entry.is_Float) or entry in names:
             continue
         if max(measure(x) for x in (entry, -entry) if x in all_entries) > limit:
-            name = block.entry_name(*divmod(place, whole.cols))
+            i, j = divmod(place, whole.cols)
+            name = f"{block.name}_{'' if block.is_vector else i + 1}{j + 1}"
             names[entry] = sp.Symbol(name)
             names.setdefault(-entry, -names[entry])
             equations.append(Equation(name, entry, is_vector=False))
@@ -233,19 +234,8 @@ def wrapped_formula(text: str, width: int, first: str = "", rest: str = "    ") 
     >>> wrapped_formula("alpha + beta*gamma - delta", 16, "x = ")
     ['x = alpha', '    + beta*gamma', '    - delta']
     """
-    tokens = _tokens(text, width - max(len(first), len(rest)))
-    lines: list[str] = []
-    line, started = first, False
-    for token in tokens:
-        if started and len((line + token).rstrip()) > width:
-            lines.append(line.rstrip())
-            line = rest
-        line, started = line + token, True
-    return [*lines, line.rstrip()]
-
-
-def _tokens(text: str, room: int) -> list[str]:
-    """Pieces that stay together: sums are broken between brackets before they are broken inside."""
+    # Sums are broken between brackets before they are broken inside.
+    room = width - max(len(first), len(rest))
     depths = [0, *accumulate((x == "(") - (x == ")") for x in text)]  # of brackets
     places = [m.start() for m in _BEFORE_SIGN_OR_AFTER_COMMA.finditer(text)]
     cuts = [0, len(text)]
@@ -254,7 +244,14 @@ def _tokens(text: str, room: int) -> list[str]:
         cuts = _cut_where_long(cuts, at_depth, room)
     at_factors = [m.start() for m in _AFTER_TIMES_OR_OVER.finditer(text)]
     cuts = _cut_where_long(cuts, at_factors, room)
-    return [text[start:stop] for start, stop in pairwise(cuts)]
+    lines: list[str] = []
+    line, started = first, False
+    for token in (text[start:stop] for start, stop in pairwise(cuts)):
+        if started and len((line + token).rstrip()) > width:
+            lines.append(line.rstrip())
+            line = rest
+        line, started = line + token, True
+    return [*lines, line.rstrip()]
 
 
 def _cut_where_long(cuts: list[int], places: list[int], room: int) -> list[int]:

@@ -5,11 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from robostiff.analytic.export.code import NO_ANSWER, Code, plain_text
+from robostiff.analytic.export.code import (
+    C_WORDS,
+    JULIA_WORDS,
+    MATLAB_WORDS,
+    NO_ANSWER,
+    PYTHON_WORDS,
+    Code,
+    plain_text,
+)
 from robostiff.analytic.export.entries import symbols_of
 from robostiff.analytic.export.language import wrapped_words
 from robostiff.analytic.export.program import FormulaProgram
-from robostiff.analytic.export.vocabulary import C_WORDS, JULIA_WORDS, MATLAB_WORDS, PYTHON_WORDS
 
 
 def c_function(derivation: Any, name: str = "stiffness") -> str:
@@ -218,7 +225,21 @@ class _Python(Code):
     size, pi, e, text, in_brackets = "np.abs", "np.pi", "np.e", _PYTHON_TEXT, True
     entry, both = "{}[..., {i}, {j}]", "{} & ({})"
     zeros, shape = "{} = np.zeros((*{shape}, {n}, {n}))", "(..., {n}, {n})"
-    fails, subject = "Raises a ValueError", "It"
+
+    def values(self) -> list[str]:
+        """A section of all arguments."""
+        lines = []
+        for name, words in self.described():
+            lines += [
+                f"{name} : array_like",
+                *wrapped_words(f"    {words}", self.width - 4, "    "),
+            ]
+        return ["Parameters", "----------", *lines] if lines else []
+
+    def failing(self, where: str) -> list[str]:
+        """A section of errors."""
+        words = wrapped_words(f"    W{where[1:]}", self.width - 4, "    ")
+        return ["Raises", "------", "ValueError", *words]
 
     def parts(self) -> Mapping[str, str | list[str]]:
         holds = self.fields["holds"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import sympy as sp
@@ -24,14 +24,7 @@ from robostiff.analytic.export.blocks import (
 )
 from robostiff.analytic.export.entries import EntryNames, differential_parts
 from robostiff.analytic.vectors.forms import VectorForm
-from robostiff.analytic.vectors.vector_expressions import (
-    Coordinates,
-    Cross,
-    Dot,
-    Equation,
-    Norm,
-    Vector,
-)
+from robostiff.analytic.vectors.vector_expressions import Coordinates, Cross, Dot, Norm, Vector
 from robostiff.spatial import Space
 
 OF_T = "turns it to world axes and moves it to the reference point"
@@ -233,22 +226,9 @@ def _meanings_of_vectors(found: VectorForm) -> list[Meaning]:
     of_carrier = (_OF_LINKS if of_slides else _OF_CRANKS) if "v_i" in names else of_slides
     names |= {"W_i": True, "C_i": True} if found.coupled else {}
     listed = {**_MEANINGS, **of_carrier}
-    listed |= _of_angles(all_legs, listed, "rod" if of_carrier else "leg")
-    shown = [(name, text) for name, text in listed.items() if name in names]
-    rows: list[Meaning] = [((Vector(x) if names[x] else x,), text) for x, text in shown]
-    coordinates: dict[str, list[str]] = {}
-    for name in dict.fromkeys(name for name, _ in columns):
-        if matched := re.fullmatch(r"(\w_i)[xyz]", name):
-            coordinates.setdefault(matched[1], []).append(name)
-    return [*rows, *((tuple(own), f"coordinates of {x}") for x, own in coordinates.items())]
-
-
-def _of_angles(
-    equations: Sequence[Equation], meanings: Mapping[str, str], along: str
-) -> dict[str, str]:
-    """Meanings of the cosine a . u and the sine |a x u| of the angle of a vector and a leg."""
-    found = {}
-    for equation in (e for e in equations if e.name in ("s_i", "t_i")):
+    along = "rod" if of_carrier else "leg"
+    for equation in (e for e in all_legs if e.name in ("s_i", "t_i")):
+        # The cosine a . u and the sine |a x u| of the angle of a vector and a leg.
         match equation.expression:
             case Dot(Vector(name), _):
                 function = "cosine"
@@ -256,9 +236,15 @@ def _of_angles(
                 function = "sine"
             case _:
                 continue
-        other = f"the {meanings[name]}" if name in meanings else name
-        found[equation.name] = f"{function} of the angle between the {along} and {other}"
-    return found
+        other = f"the {listed[name]}" if name in listed else name
+        listed[equation.name] = f"{function} of the angle between the {along} and {other}"
+    shown = [(name, text) for name, text in listed.items() if name in names]
+    rows: list[Meaning] = [((Vector(x) if names[x] else x,), text) for x, text in shown]
+    coordinates: dict[str, list[str]] = {}
+    for name in dict.fromkeys(name for name, _ in columns):
+        if matched := re.fullmatch(r"(\w_i)[xyz]", name):
+            coordinates.setdefault(matched[1], []).append(name)
+    return [*rows, *((tuple(own), f"coordinates of {x}") for x, own in coordinates.items())]
 
 
 def _meanings_of_springs(found: VectorForm, given: EntryNames) -> list[Meaning]:
@@ -289,7 +275,18 @@ def with_springs(blocks: Sequence[Block]) -> tuple[Block, ...]:
         return tuple(blocks)
     equations = [b for b in others if isinstance(b, EquationRows)]
     named = {d.symbol.name: d for b in equations for d in b.springs}
-    rows = [*last.rows, *_recurring(equations, last.rows)]
+    # Scalars that have an equation and that no row has.
+    listed = {getattr(name, "name", name) for names, _ in last.rows for name in names}
+    recurring: dict[str, list[str]] = {}
+    for name in dict.fromkeys(e.name for b in equations for e in b.rows if not e.is_vector):
+        letter = name.partition("_")[0].rstrip("'0123456789")
+        rate = differential_parts(name)
+        meaning = f"derivative of a name above by {rate[1]}" if rate else _OF_RECURRING.get(letter)
+        if meaning and not {name, letter, f"{letter}_1"} & listed:
+            recurring.setdefault(meaning, []).append(name)
+    rows = list(last.rows)
+    for words, own in recurring.items():
+        rows.append((tuple(own if len(own) < 4 else [*own[:2], "...", own[-1]]), words))
     parts: dict[str, tuple[str, int]] = {}
     for name in named:
         letter, _, number = name.rpartition("_")
@@ -306,20 +303,6 @@ def with_springs(blocks: Sequence[Block]) -> tuple[Block, ...]:
     each = zip(shown, after, strict=True)  # a heading with nothing below it goes
     kept = [b for b, level in each if not (isinstance(b, Title) and b.level >= level)]
     return (*kept, Nomenclature(tuple(rows)))
-
-
-def _recurring(blocks: Sequence[EquationRows], rows: Sequence[Meaning]) -> list[Meaning]:
-    """Meanings of scalars that have an equation and that no row has."""
-    listed = {getattr(name, "name", name) for names, _ in rows for name in names}
-    found: dict[str, dict[Any, None]] = {}
-    for name in (e.name for b in blocks for e in b.rows if not e.is_vector):
-        letter = name.partition("_")[0].rstrip("'0123456789")
-        rate = differential_parts(name)
-        meaning = f"derivative of a name above by {rate[1]}" if rate else _OF_RECURRING.get(letter)
-        if meaning and not {name, letter, f"{letter}_1"} & listed:
-            found.setdefault(meaning, {})[name] = None
-    each = ((list(names), meaning) for meaning, names in found.items())
-    return [(tuple(x if len(x) < 4 else [*x[:2], "...", x[-1]]), words) for x, words in each]
 
 
 _LONG = 20  # operations: such a condition is in words, and only programs have it in full
@@ -383,13 +366,11 @@ def _words(conditions: Sequence[Condition], legs: Sequence[str]) -> str:
     groups: dict[str, dict[str, None]] = {}
     for c in conditions:
         groups.setdefault(_of_any_leg(c), {})[c.leg] = None
-    return "; ".join(words.replace(_LEGS, _named(list(own), legs)) for words, own in groups.items())
-
-
-def _named(own: Sequence[str], legs: Sequence[str]) -> str:
-    if len(own) == 1:
-        return f"leg {own[0]!r}"
-    return "each leg" if set(own) == set(legs) else f"each of {', '.join(map(repr, own))}"
+    found = []
+    for words, own in groups.items():
+        named = "each leg" if {*own} == {*legs} else f"each of {', '.join(map(repr, own))}"
+        found.append(words.replace(_LEGS, f"leg {next(iter(own))!r}" if len(own) == 1 else named))
+    return "; ".join(found)
 
 
 def _of_any_leg(condition: Condition) -> str:

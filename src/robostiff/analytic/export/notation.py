@@ -11,8 +11,10 @@ import sympy as sp
 from sympy.printing.printer import Printer
 
 from robostiff.analytic.export.entries import (
+    constant_name,
     decimal,
     differential_parts,
+    function_name,
     is_word,
     joined_terms,
     name_parts,
@@ -20,7 +22,6 @@ from robostiff.analytic.export.entries import (
     ordered_terms,
     printed_product,
 )
-from robostiff.analytic.export.vocabulary import constant_name, function_name
 from robostiff.analytic.vectors.vector_expressions import (
     Columns,
     Coordinates,
@@ -193,7 +194,12 @@ class Notation(Printer):
                     factors.append(self.in_brackets(self._sum(tokens)))
                     tokens.popleft()
                 case "[":
-                    factors.append(self.matrix(self._rows(tokens)))
+                    rows, sign = [[self._sum(tokens)]], tokens.popleft()
+                    while sign != "]":
+                        rows += [[]] * (sign == ";")
+                        rows[-1] = [*rows[-1], self._sum(tokens)]
+                        sign = tokens.popleft()
+                    factors.append(self.matrix(rows))
                 case "0":
                     factors.append(self.zero)
                 case "×":
@@ -205,14 +211,6 @@ class Notation(Printer):
                 case name:
                     factors.append(self.name(name.strip("$"), bold=name[0] != "$"))
         return " ".join(factors)
-
-    def _rows(self, tokens: deque[str]) -> list[list[str]]:
-        rows, sign = [[self._sum(tokens)]], tokens.popleft()
-        while sign != "]":
-            rows += [[]] * (sign == ";")
-            rows[-1] = [*rows[-1], self._sum(tokens)]
-            sign = tokens.popleft()
-        return rows
 
     def _factor(self, part: Any) -> str:
         is_bare = not isinstance(part, Sum | Turned | Times | Cross)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -28,7 +28,10 @@ def scaled(expression: Any, scales: Mapping[Any, Any]) -> tuple[Any, Any]:
     Symbols are to be multiplied by ten to the power of their `scales`, if they have one.
     """
     if expression.is_Rational:
-        power = _even_power(expression)
+        power = sp.S.Zero
+        if expression and not 1 / LARGE <= abs(expression) <= LARGE:
+            bits = int(abs(expression.p)).bit_length() - int(expression.q).bit_length()
+            power = sp.Integer(2 * (3 * bits // 20))  # even; a bit is 3/10 of a digit
         return power, expression / sp.Integer(10) ** power
     if not expression.args:
         return scales.get(expression, 0), expression
@@ -47,14 +50,6 @@ def scaled(expression: Any, scales: Mapping[Any, Any]) -> tuple[Any, Any]:
 
 def _product(power: Any, rest: Any) -> Any:
     return rest if power == 0 else sp.Integer(10) ** power * rest
-
-
-def _even_power(number: Any) -> Any:
-    """An even exponent of a power of ten near a number; 0 for a number of usual size."""
-    if not number or 1 / LARGE <= abs(number) <= LARGE:
-        return sp.S.Zero
-    bits = int(abs(number.p)).bit_length() - int(number.q).bit_length()
-    return sp.Integer(2 * (3 * bits // 20))  # a bit is 3/10 of a digit
 
 
 #: Smallest ratio of a denominator to its terms: below it, the digits of K are lost.
@@ -159,10 +154,11 @@ class FormulaProgram:
         return guards_of(found, {a.symbol: a.expression for a in self.assignments})
 
 
-def program(derivation: Formula) -> FormulaProgram:
+def program(derivation: Formula, *, plain: bool = False) -> FormulaProgram:
     """Put a derivation, or its derivative with it, in the order of computation.
 
-    A robot in named steps is computed by its vectors, where these take fewer operations.
+    A robot in named steps is computed by its vectors, where these take fewer operations. A `plain`
+    program shares equal subexpressions alone: it is found quickly, and less readable.
 
     Raises
     ------
@@ -182,6 +178,8 @@ def program(derivation: Formula) -> FormulaProgram:
     """
     matrices, definitions = derivation.as_printed
     matrix = sp.ImmutableMatrix.vstack(*matrices)
+    if plain:
+        return _in_order(derivation, matrix, definitions, tree_cse)
     if not definitions:
         named = name_combinations(matrix, (symbol.name for symbol in derivation.symbols))
         matrix, definitions = named.matrix, named.definitions
@@ -191,12 +189,6 @@ def program(derivation: Formula) -> FormulaProgram:
         return found
     in_vectors = _in_order(derivation, form.K, form.definitions, sp.cse)
     return min(found, in_vectors, key=lambda own: own.operations)
-
-
-def plain_program(derivation: Formula) -> FormulaProgram:
-    """The same without looking for more than equal subexpressions: quick, and less readable."""
-    matrices, definitions = derivation.as_printed
-    return _in_order(derivation, sp.ImmutableMatrix.vstack(*matrices), definitions, tree_cse)
 
 
 def _in_order(
@@ -229,47 +221,33 @@ def _in_order(
     placed = used_definitions([*in_order(every)], results)
     temporary = [d.symbol for d in placed if d.symbol not in defined]
     put: dict[Any, Any] = dict(zip(temporary, _temporaries(set(names)), strict=False))
-    n = matrix.cols
-    assignments = tuple(
+    steps = [
         Definition(put.get(d.symbol, d.symbol), assigned[d.symbol].xreplace(put)) for d in placed
-    )
-    assignments, renamed = _in_range(assignments, [x.xreplace(put) for x in results])
-    written: Any = sp.ImmutableMatrix(matrix.rows, n, renamed[: matrix.rows * n])
-    beside = renamed[matrix.rows * n :]
-    return FormulaProgram(
-        arguments,
-        assignments,
-        tuple(written[i : i + n, :] for i in range(0, matrix.rows, n)),
-        (
-            *_signs(arguments),
-            *((words, x, ">") for (words, _), x in zip(conditions, beside, strict=True)),
-        ),
-        derivation.meanings,
-    )
-
-
-def _signs(arguments: Sequence[Any]) -> Iterator[tuple[str, Any, str]]:
-    """Conditions that arguments have the signs of their symbols: sqrt(k**2) was written as k."""
+    ]
+    results = [x.xreplace(put) for x in results]
+    numbers = (x for e in (*(d.expression for d in steps), *results) for x in e.atoms(sp.Rational))
+    if any(abs(x.p) > LARGE or x.q > LARGE for x in numbers):  # beyond the range of doubles
+        scales: dict[Any, Any] = {}
+        for i, d in enumerate(steps):
+            scales[d.symbol], rest = scaled(d.expression, scales)
+            steps[i] = Definition(d.symbol, rest)
+        results = [_product(*scaled(result, scales)) for result in results]
+    n = matrix.cols
+    written: Any = sp.ImmutableMatrix(matrix.rows, n, results[: matrix.rows * n])
+    beside = zip(conditions, results[matrix.rows * n :], strict=True)
+    # Arguments have the signs of their symbols: sqrt(k**2) was written as k.
+    signs: list[tuple[str, Any, str]] = []
     for sign, words in ((1, "positive"), (-1, "negative")):
         symbols = [x for x in arguments if (sign * x).is_nonnegative]
-        names, verb = ", ".join(x.name for x in symbols), "are" if len(symbols) > 1 else "is"
-        yield from ((f"{names} {verb} {words} or zero", sign * x, ">=") for x in symbols)
-
-
-def _in_range(
-    assignments: tuple[Definition, ...], results: list[Any]
-) -> tuple[tuple[Definition, ...], list[Any]]:
-    """The program with numbers in the range of doubles: large sums are scaled."""
-    expressions = [*(a.expression for a in assignments), *results]
-    numbers = [x for e in expressions for x in e.atoms(sp.Rational)]
-    if all(abs(x.p) <= LARGE and x.q <= LARGE for x in numbers):
-        return assignments, results
-    scales: dict[Any, Any] = {}
-    found = []
-    for a in assignments:
-        scales[a.symbol], rest = scaled(a.expression, scales)
-        found.append(Definition(a.symbol, rest))
-    return tuple(found), [_product(*scaled(result, scales)) for result in results]
+        listed, verb = ", ".join(x.name for x in symbols), "are" if len(symbols) > 1 else "is"
+        signs += ((f"{listed} {verb} {words} or zero", sign * x, ">=") for x in symbols)
+    return FormulaProgram(
+        arguments,
+        tuple(steps),
+        tuple(written[i : i + n, :] for i in range(0, matrix.rows, n)),
+        (*signs, *((words, x, ">") for (words, _), x in beside)),
+        derivation.meanings,
+    )
 
 
 def _temporaries(taken: set[str]) -> Iterator[sp.Symbol]:

@@ -203,7 +203,20 @@ def _leg_by_leg(
     """Wrenches and compliances of each leg, and the beginning of their sum."""
     blocks = _legs_in_words(derivation)
     alike = len(derivation.legs) > 1 and len({*map(_in_words, derivation.legs)}) == 1
-    of_others = _turned_legs(derivation, in_names)
+    # By the number of a leg: those that are turns of it, and the turns in words.
+    of_others: dict[int, dict[int, str]] = {}
+    words = [*map(_in_words, derivation.legs)]
+    for j, leg in enumerate(in_names):
+        if leg.definitions:
+            continue
+        for i in (i for i in range(j) if not any(i + 1 in own for own in of_others.values())):
+            first = in_names[i]
+            if words[i] != words[j] or [*leg.compliances] != [*first.compliances]:
+                continue
+            turn = turn_in_words(leg.wrenches, first.wrenches)
+            if turn is not None:
+                of_others.setdefault(i + 1, {})[j + 1] = turn
+                break
     for number, leg in enumerate(in_names, start=1):
         if any(number in own for own in of_others.values()):
             continue
@@ -229,26 +242,6 @@ def _leg_by_leg(
     w, c = map(names.generic, "wc")
     total = equation(names.result, f"sum of {w} {w}^T / {c}")
     return [*blocks, Title("Sum of the legs"), total, equations(rest)]
-
-
-def _turned_legs(
-    derivation: RobotDerivation, legs: Sequence[LegDerivation]
-) -> dict[int, dict[int, str]]:
-    """By the number of a leg: those that are turns of it, and the turns in words."""
-    found: dict[int, dict[int, str]] = {}
-    words = [*map(_in_words, derivation.legs)]
-    for j, leg in enumerate(legs):
-        if leg.definitions:
-            continue
-        for i in (i for i in range(j) if not any(i + 1 in own for own in found.values())):
-            first = legs[i]
-            if words[i] != words[j] or [*leg.compliances] != [*first.compliances]:
-                continue
-            turn = turn_in_words(leg.wrenches, first.wrenches)
-            if turn is not None:
-                found.setdefault(i + 1, {})[j + 1] = turn
-                break
-    return found
 
 
 def _vector_level(
@@ -295,7 +288,19 @@ def _vector_level(
         written |= {d.symbol for d in names}
     blocks += [Title("All legs", level=3)] * several
     if found.passive:
-        blocks += _sum_of_legs(found, result, taken)
+        whole: Any = "W_i (W_i^T C_i W_i)^-1 W_i^T"
+        words = (
+            "The columns of {} are wrenches that do no work on the twists {} of the passive "
+            "joints, as many as there are."
+        )
+        closing = " Legs close where they hold the platform alike: {} and {} are those of all legs."
+        own = [Vector(x) for x in ("p_i", "R_i") if x in {e.name for e in found.leg}]
+        listed = [Vector("W_i"), Vector("J_i"), *(own if len(own) > 1 else ())]
+        blocks += [
+            *_compliance_of_springs(found, "C_i", taken, Equation("K_i", whole)),
+            Sentences(words + closing * (len(listed) > 2), tuple(listed)),
+            equation(result, "sum over i of K_i"),
+        ]
     elif several:
         blocks.append(equation(result, " + ".join(parts)))
     if found.average is not None:
@@ -376,23 +381,6 @@ def _kind_of_leg(
     K = "sum over i of W_i C_i^-1 W_i^T"
     each: Any = (("W_i", W), ("C_i", f"[{C}]"), (result, K))
     return [*blocks, EquationRows(tuple(Equation(*own) for own in each))]
-
-
-def _sum_of_legs(found: VectorForm, result: str, taken: set[str]) -> list[Block]:
-    """The stiffness of a leg by its springs and passive joints, and the sum over all legs."""
-    held: Any = "W_i (W_i^T C_i W_i)^-1 W_i^T"
-    words = (
-        "The columns of {} are wrenches that do no work on the twists {} of the passive joints, as "
-        "many as there are."
-    )
-    closing = " Legs close where they hold the platform alike: {} and {} are those of all legs."
-    own = [Vector(x) for x in ("p_i", "R_i") if x in {e.name for e in found.leg}]
-    names = [Vector("W_i"), Vector("J_i"), *(own if len(own) > 1 else ())]
-    return [
-        *_compliance_of_springs(found, "C_i", taken, Equation("K_i", held)),
-        Sentences(words + closing * (len(names) > 2), tuple(names)),
-        equation(result, "sum over i of K_i"),
-    ]
 
 
 def _series(found: Any, result: str, taken: set[str]) -> list[Block]:

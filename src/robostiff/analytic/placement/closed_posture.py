@@ -8,7 +8,7 @@ known, and the rest are further symbols of the formula.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -79,7 +79,21 @@ class Following:
             return cls(robot, {}, {}, ())
         if isinstance(pose, AtJoints):
             for i, leg in enumerate(robot.legs):
-                legs[i] = _joint_names(leg, i + 1, taken)
+                for element, _ in leg.chain.moving:
+                    if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
+                        raise InputError(
+                            f"joint coordinates of leg {leg.name!r}",
+                            got=f"the spherical joint {element.name!r}, whose coordinates are no "
+                            "angles",
+                            expected="joints that turn or slide about axes",
+                            hint="give it as a universal and a revolute joint through one point; "
+                            "or write pose=AtSymbols(), where all legs are struts, or rods on "
+                            "slides or cranks",
+                        )
+                legs[i] = tuple(
+                    free_name(f"{'theta' if screw.turns else 's'}_{i + 1}_{j}", taken)
+                    for j, screw in enumerate(leg.chain.freedoms, start=1)
+                )
             return cls(robot, legs, {}, (), at_joints=True)
         for i, (leg, solver) in enumerate(zip(robot.legs, finder.solvers, strict=True)):
             # Away from home, joint coordinates of loops would be many more than those of the pose.
@@ -206,19 +220,14 @@ def leg_coordinates(
         if np.all(np.abs(closed - of_model) <= near):
             q[j] = home
         elif np.ptp(closed) <= near:
-            q[j] = _number(float(np.mean(closed)), near, turns=screw.turns)
+            plain = float(f"{np.mean(closed):.14g}")
+            q[j] = exact_angle(plain) if screw.turns else exact_number(plain)
+            q[j] = exact_number(0) if abs(np.mean(closed)) <= near else q[j]
         else:
             q[j] = record.simplified(entry)
             if isinstance(q[j], Entry) and q[j].step == entry.step:
                 left.append(name)
     return q, tuple(left)
-
-
-def _number(value: float, near: float, *, turns: bool) -> Any:
-    if abs(value) <= near:
-        return exact_number(0)
-    plain = float(f"{value:.14g}")
-    return exact_angle(plain) if turns else exact_number(plain)
 
 
 def _moved_by_legs(robot: Robot, finder: PostureFinder) -> tuple[int, ...]:
@@ -257,26 +266,3 @@ def gap_of(leg: Leg, q: np.ndarray, R: np.ndarray, p: np.ndarray, length: float)
         turn = (gap.R_wanted - gap.R).ravel()
         squares += [shift @ shift, turn @ turn]
     return squares
-
-
-def _joint_names(leg: Leg, number: int, taken: Collection[str]) -> tuple[str, ...]:
-    """Names for the coordinates of a leg, theta of angles and s of slides.
-
-    Raises
-    ------
-    InputError
-        When it has a spherical joint, of which no coordinate is an angle about an axis.
-    """
-    for element, _ in leg.chain.moving:
-        if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
-            raise InputError(
-                f"joint coordinates of leg {leg.name!r}",
-                got=f"the spherical joint {element.name!r}, whose coordinates are no angles",
-                expected="joints that turn or slide about axes",
-                hint="give it as a universal and a revolute joint through one point; or write "
-                "pose=AtSymbols(), where all legs are struts, or rods on slides or cranks",
-            )
-    return tuple(
-        free_name(f"{'theta' if screw.turns else 's'}_{number}_{j}", taken)
-        for j, screw in enumerate(leg.chain.freedoms, start=1)
-    )

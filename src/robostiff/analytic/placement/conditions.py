@@ -22,11 +22,11 @@ from robostiff.analytic.placement.robot_pose import platform_pose
 from robostiff.analytic.reading.record_reading import ClosedReading
 from robostiff.elastostatics.tolerance import DEFAULT_TOLERANCE
 from robostiff.errors import OpenAtHomeError
-from robostiff.kinematics import FormulaPose, PostureFinder, place_leg, posture_finder
+from robostiff.kinematics import FormulaPose, place_leg, posture_finder
 from robostiff.kinematics.closure.body import tidied
 from robostiff.kinematics.formula import PlacedFormula, place_leg_at_joints
 from robostiff.kinematics.formula_modes import other_modes
-from robostiff.model import CoupledFreedom, Leg, PlacedFreedom, PlacedLeg, Robot, with_entries
+from robostiff.model import CoupledFreedom, PlacedFreedom, PlacedLeg, with_entries
 from robostiff.model.entries import bounds_of
 from robostiff.record import Entry, Operation, Record, is_zero
 from robostiff.recorded import RecordedRobot, entry_reader
@@ -63,8 +63,24 @@ def conditions_of(
     read = ClosedReading(placed.record, placed.written_out)
     legs = [leg for leg in placed.legs if only in (None, leg.leg.name)]
     part = placed.robot if only is None else next(x for x in placed.robot.legs if x.name == only)
-    found = list(_existing(part))
-    divisors = [] if recorded is None else _divisors(recorded, placed.record)
+    found: list[Condition] = []
+    known: set[Any] = set()
+    # That parts exist: a wall leaves a hollow, a stiffness is positive. Once of legs alike.
+    for name, own in bounds_of(part, part.name):
+        is_open = own.is_open and own.subject != "mass"  # K has no mass
+        for words, difference in own.differences.items() if is_open else ():
+            expression: Any = difference + _ROUNDING if own.or_at else difference
+            if not expression.is_positive and expression not in known:
+                known.add(expression)
+                subject = f"{own.subject} of {name!r}"
+                found.append(Condition(f"{subject} is {words}", _decisive(expression)))
+    # What K is divided by and does not vanish, at the samples, and the squares of it.
+    divisors, record = list[np.ndarray](), placed.record
+    K = [] if recorded is None else [x.step for x in recorded.K.values() if isinstance(x, Entry)]
+    for step in record.needed(K):
+        if record.operations[step][0] is Operation.RECIPROCAL:
+            at = record.sample(record.arguments(step)[0])
+            divisors += [at, at**2]
     # Those on a flexible platform are eliminated as one.
     eliminated = None if recorded is None or placed.robot.platform is not None else recorded.legs
     of_firsts: dict[Any, list[Condition]] = {}  # a leg that is turned has those of the first
@@ -97,7 +113,14 @@ def _of_leg(
     for length in leg.lengths:
         if isinstance(length, Entry) and lower_bound(placed.record, length.step) < 0:
             words = f"a beam of a telescope of leg {name!r} has a positive length"
-            yield Condition(words, _in_short_roots(sp.sympify(read(length))), leg=name)
+            # Squares of lengths are multiplied out where that is shorter.
+            expression: Any = read(length)
+            short: dict[Any, Any] = {}
+            for root in expression.atoms(sp.Pow):
+                if root.exp == sp.S.Half and count_of(root.base) <= _SHORT:
+                    found = shortest_trigonometry(factored_fraction(root.base))
+                    short[root] = min(root, sp.sqrt(found), key=count_of)
+            yield Condition(words, expression.xreplace(short), leg=name)
     if not placed.following:
         yield from _closing(name, leg.gap, read)
     stretched = list(_stretched(leg.leg, read))
@@ -132,7 +155,13 @@ def _nearest_to_home(
             close = dict(zip(*near.that_close(finder.home_pose), strict=True))
             modes[i] = {x: close[x] for x in solver.modes if x in close}
     postures = [[*at[:i], q, *at[i + 1 :]] for i, own in modes.items() for q in own.values()]
-    matrices = iter(_stiffness(finder, postures) if postures else ())
+    matrices: Iterator[np.ndarray] = iter(())
+    if postures:  # at home (m, n, n); no numbers where it has none
+        request: Any = finder.request(np.tile(finder.home_pose, (len(postures), 1)))
+        rows = [poses_side_by_side(np.array(own), 1) for own in zip(*postures, strict=True)]
+        posture = finder.placed((len(postures),), request.coordinates, request.R, rows)
+        answer = solve_snapshot(posture.snapshot, DEFAULT_METHOD, DEFAULT_TOLERANCE)
+        matrices = iter(np.where(answer.answered[:, None, None], answer.matrix, np.nan))
     for i, close in modes.items():
         leg, solver, _ = every[i]
         form, K = solver.recorded_form, dict(zip(close, matrices, strict=False))
@@ -158,15 +187,6 @@ def _nearest_to_home(
         yield from (Condition(words, _decisive(x), leg=leg.name) for x in open_ones)
 
 
-def _stiffness(finder: PostureFinder, postures: list[list[np.ndarray]]) -> np.ndarray:
-    """At home, in postures of given coordinates (m, n, n); no numbers where it has none."""
-    request: Any = finder.request(np.tile(finder.home_pose, (len(postures), 1)))
-    rows = [poses_side_by_side(np.array(own), 1) for own in zip(*postures, strict=True)]
-    posture = finder.placed((len(postures),), request.coordinates, request.R, rows)
-    found = solve_snapshot(posture.snapshot, DEFAULT_METHOD, DEFAULT_TOLERANCE)
-    return np.where(found.answered[:, None, None], found.matrix, np.nan)
-
-
 def _any_of(values: Iterable[Any]) -> Any:
     """What is positive where one of them is."""
     values = list(values)
@@ -179,27 +199,6 @@ def _any_of(values: Iterable[Any]) -> Any:
 def _all_of(values: Iterable[Any]) -> Any:
     """What is positive where all of them are."""
     return -_any_of([-x for x in values])
-
-
-def _existing(part: Robot | Leg) -> Iterator[Condition]:
-    """That parts exist: a wall leaves a hollow, a stiffness is positive. Once of legs alike."""
-    known: set[Any] = set()
-    for name, own in bounds_of(part, part.name):
-        if own.subject == "mass":  # K has none
-            continue
-        for words, difference in own.differences.items() if own.is_open else ():
-            expression: Any = difference + _ROUNDING if own.or_at else difference
-            if not expression.is_positive and expression not in known:
-                known.add(expression)
-                yield Condition(f"{own.subject} of {name!r} is {words}", _decisive(expression))
-
-
-def _divisors(recorded: RecordedRobot, record: Record) -> list[np.ndarray]:
-    """What K is divided by and does not vanish, at the samples, and the squares of it."""
-    K = [x.step for x in recorded.K.values() if isinstance(x, Entry)]
-    inverses = [x for x in record.needed(K) if record.operations[x][0] is Operation.RECIPROCAL]
-    values = [record.sample(record.arguments(step)[0]) for step in inverses]
-    return [x for at in values for x in (at, at**2)]
 
 
 def _independent(
@@ -256,10 +255,11 @@ def _stretched(leg: PlacedLeg, read: ClosedReading) -> Iterator[tuple[Condition,
     own = (x for x in leg.own_parts if isinstance(x, PlacedFreedom) and x.is_passive)
     single = [x for x in own if not isinstance(x, CoupledFreedom) and not (x.turns and x.slides)]
     for some in (*combinations(single, 2), *combinations(single, 3)):
-        sides = _about_a_point(some) or (_in_a_plane(some) if len(some) == 3 else None)
+        sides = _sides_of(some)
         if sides is None:
             continue
-        squares = tidied(np.array(sides, dtype=object))
+        a, b = sides
+        squares = tidied(np.array([a @ a, b @ b, (a - b) @ (a - b)], dtype=object))
         aa, bb, ab = at_samples(squares, read.record.count).T
         area = aa * bb - ((aa + bb - ab) / 2) ** 2
         if np.ptp((aa + bb - ab) ** 2 / (aa * bb)) <= _SAME:
@@ -282,16 +282,6 @@ def _stretched(leg: PlacedLeg, read: ClosedReading) -> Iterator[tuple[Condition,
                 yield Condition(words, x.as_base_exp()[0], leg=leg.name), area
 
 
-def _in_short_roots(expression: Any) -> Any:
-    """The expression with squares of lengths multiplied out where that is shorter."""
-    short = {}
-    for root in expression.atoms(sp.Pow):
-        if root.exp == sp.S.Half and count_of(root.base) <= _SHORT:
-            found = shortest_trigonometry(factored_fraction(root.base))
-            short[root] = min(root, sp.sqrt(found), key=count_of)
-    return expression.xreplace(short)
-
-
 def _decisive(expression: Any) -> Any:
     """The factors of an expression that decide whether it is positive; of a root its square."""
     number, rest = expression.as_independent(*expression.free_symbols, as_Add=False)
@@ -306,33 +296,26 @@ def _decisive(expression: Any) -> Any:
     return sign * sp.Mul(*unknown).primitive()[1]
 
 
-def _in_a_plane(three: Sequence[PlacedFreedom]) -> tuple[Any, Any, Any] | None:
-    """Squares of the sides of a triangle without area where three joints in a plane depend.
+def _sides_of(some: Sequence[PlacedFreedom]) -> tuple[Any, Any] | None:
+    """Two sides of a triangle without area where two or three joints depend; None of others.
 
-    None where they do not move in a plane. The sides are motions of the axis of one turn by the
-    two others.
+    Of turns about one point they are axes: two that coincide, or three in a plane. Of three joints
+    in a plane they are motions of the axis of one turn by the two others.
     """
-    turning = [x for x in three if x.turns]
-    if not turning:
+    if all(x.turns and all(is_zero(y) for y in tidied(x.point - some[0].point)) for x in some):
+        a, b = some[0].axis, some[-1].axis
+        return (cross(some[1].axis, a), cross(some[1].axis, b)) if len(some) == 3 else (a, b)
+    turning = [x for x in some if x.turns]
+    if not turning or len(some) < 3:
         return None
     middle = turning[len(turning) // 2]
-    others = [x for x in three if x is not middle]
+    others = [x for x in some if x is not middle]
     across = [cross(middle.axis, x.axis) if x.turns else [middle.axis @ x.axis] for x in others]
     if not all(is_zero(x) for x in tidied(np.concatenate(across))):
         return None
     arms = (x.point - middle.point if x.turns else cross(middle.axis, x.axis) for x in others)
     a, b = (cross(middle.axis, x) for x in arms)
-    return a @ a, b @ b, (a - b) @ (a - b)
-
-
-def _about_a_point(some: Sequence[PlacedFreedom]) -> tuple[Any, Any, Any] | None:
-    """The same of turns about one point: two that coincide, or three in a plane."""
-    if not all(x.turns and all(is_zero(y) for y in tidied(x.point - some[0].point)) for x in some):
-        return None
-    a, b = some[0].axis, some[-1].axis
-    if len(some) == 3:
-        a, b = cross(some[1].axis, a), cross(some[1].axis, b)
-    return a @ a, b @ b, (a - b) @ (a - b)
+    return a, b
 
 
 def _closing(name: str, gap: Sequence[Any], read: ClosedReading) -> list[Condition]:
@@ -366,12 +349,13 @@ def _following(placed: PlacedRobot, read: ClosedReading) -> list[Condition]:
     else:
         home = FormulaPose(*home_frame(robot))
         platform = platform_pose(home, coordinates, placed.rotation)
-    found = []
+    found, following = [], {placed.record.input(name).step for name in placed.following}
     for i, leg in enumerate(robot.legs):
         if i in placed.closed:
             q = each[i]
             of_first = i == 0 and placed.follows.at_joints
-            if of_first or not any(_names(x, placed) for x in placed.closed[i]):
+            steps = [x.step for x in placed.closed[i] if isinstance(x, Entry)]
+            if of_first or following.isdisjoint(placed.record.needed(steps)):
                 continue
             gap = gap_of(leg, q, platform.R, platform.p, placed.length)
             if placed.follows.at_joints:
@@ -396,12 +380,3 @@ def _differences(a: FormulaPose, b: FormulaPose, read: ClosedReading) -> tuple[A
         if difference.free_symbols and not {difference, -difference} & set(found):
             found.append(difference)
     return tuple(found)
-
-
-def _names(coordinate: Any, placed: PlacedRobot) -> bool:
-    """Whether a coordinate follows from the legs."""
-    if not isinstance(coordinate, Entry):
-        return False
-    record = placed.record
-    own = {record.input(name).step for name in placed.following}
-    return bool(own & set(record.needed([coordinate.step])))

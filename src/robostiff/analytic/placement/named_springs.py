@@ -92,32 +92,30 @@ class NamedSprings:
 
     def put_into(self, robot: Robot, read: Callable[[Any], Any]) -> Robot:
         """The robot with names in place of its springs; compliances are those of what is read."""
-        if not self._definitions:
-            return robot
-        return _replaced(robot, {id(x.own): self._in_names(x, read) for x in _parts_of(robot)})
-
-    def _in_names(self, part: _Part, read: Callable[[Any], Any]) -> Any:
-        """A part with names for its springs."""
-        new: dict[str, Any] = {}
-        elasticity, of_telescope = part.elasticity, getattr(part.own, "beams", ())
-        if elasticity is not None and elasticity.beam is not None:
-            found = self._beams[elasticity.beam]
-            L, *products = map(read, (exact_number(elasticity.beam.length), *found.values()))
-            compliance = cantilever_compliance(L, 1, 1, *products)
-            new["elasticity"] = replace(elasticity, compliance=compliance, beam=None)
-        if of_telescope:
-            # Products in place of a section, and moduli of 1.
-            new["beams"] = tuple(
-                x
-                if (own := self._beams.get(_slender(x))) is None
-                else replace(
-                    x, material=Material(x.material.name, 1, 1), section=CrossSection(*own.values())
-                )
-                for x in of_telescope
-            )
-        if part.drive is not None:
-            new["role"] = replace(part.own.role, stiffness=self._drives[part.drive])
-        return replace(part.own, **new) if new else part.own
+        changed: dict[int, Any] = {}
+        for part in _parts_of(robot) if self._definitions else ():
+            new: dict[str, Any] = {}
+            elasticity, of_telescope = part.elasticity, getattr(part.own, "beams", ())
+            if elasticity is not None and elasticity.beam is not None:
+                found = self._beams[elasticity.beam]
+                L, *products = map(read, (exact_number(elasticity.beam.length), *found.values()))
+                compliance = cantilever_compliance(L, 1, 1, *products)
+                new["elasticity"] = replace(elasticity, compliance=compliance, beam=None)
+            if of_telescope:
+                beams = list(of_telescope)
+                for i, x in enumerate(beams):
+                    if (own := self._beams.get(_slender(x))) is not None:
+                        # Products in place of a section, and moduli of 1.
+                        plain, section = (
+                            Material(x.material.name, 1, 1),
+                            CrossSection(*own.values()),
+                        )
+                        beams[i] = replace(x, material=plain, section=section)
+                new["beams"] = tuple(beams)
+            if part.drive is not None:
+                new["role"] = replace(part.own.role, stiffness=self._drives[part.drive])
+            changed[id(part.own)] = replace(part.own, **new) if new else part.own
+        return _replaced(robot, changed) if changed else robot
 
     @property
     def definitions(self) -> tuple[Definition, ...]:
@@ -165,25 +163,21 @@ class NamedSprings:
         written = {"EA": EA, "EI_y": EI_y, "EI_z": EI_z, "GJ": product("G", G, J)}
         key = tuple(written.values())
         if key not in self._sets:
-            self._sets[key] = self._named(written)
+            number, named = self._number(_LETTERS), dict[str, Any]()
+            for letter, expression in written.items():
+                alike = letter in ("EI_z", "EI_y") and written["EI_y"] == written["EI_z"]
+                own = "EI" if alike else letter
+                if count_of(expression) <= _SHORT and expression.free_symbols:
+                    named[letter] = expression
+                    continue
+                # A stiffness that another beam has, too, keeps its name.
+                if (own, expression) not in self._products:
+                    self._products[own, expression] = self._define(f"{own}_{number}", expression)
+                named[letter] = self._products[own, expression]
+            self._sets[key] = named
         self._beams[beam] = found = self._sets[key]
         for symbol in found.values():
             self._of_part(symbol, name)
-
-    def _named(self, written: dict[str, Any]) -> _Stiffnesses:
-        """A short formula as it is, a name for any other; one of equal stiffnesses."""
-        number, named = self._number(_LETTERS), dict[str, Any]()
-        for letter, expression in written.items():
-            alike = letter in ("EI_z", "EI_y") and written["EI_y"] == written["EI_z"]
-            own = "EI" if alike else letter
-            if count_of(expression) <= _SHORT and expression.free_symbols:
-                named[letter] = expression
-                continue
-            # A stiffness that another beam has, too, keeps its name.
-            if (own, expression) not in self._products:
-                self._products[own, expression] = self._define(f"{own}_{number}", expression)
-            named[letter] = self._products[own, expression]
-        return named
 
     def _define(self, name: str, expression: Any, unit: str = "") -> Any:
         symbol = sp.Symbol(name, positive=True)

@@ -146,7 +146,14 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     at_joints: dict[int, np.ndarray] = {}
 
     if robot.is_posed_by_joints:
-        q = _joint_coordinates(entries.legs[0], coordinates, record)
+        # The given coordinates, the others at home.
+        chain = entries.legs[0].chain
+        q = np.array(chain.home, dtype=object)
+        for i, screw in enumerate(chain.freedoms):
+            value = (coordinates or {}).get(f"q{i + 1}", q[i])
+            if screw.turns and not isinstance(value, Entry):
+                value = _as_step(exact_angle(value), record)
+            q[i] = value
         at_joints[0] = q
         platform = place_leg_at_joints(entries.legs[0], q).platform
     else:
@@ -260,20 +267,6 @@ def pose_at(
     home = FormulaPose(Rotation.from_rotvec(six[3:]).as_matrix(), six[:3])
     pose = platform_pose(home, numbers, rotation)
     return six_coordinates(pose.R.astype(float), pose.p.astype(float))
-
-
-def _joint_coordinates(
-    leg: Leg, coordinates: Mapping[str, Any] | None, record: Record
-) -> np.ndarray:
-    """Coordinates of a serial arm: the given ones, the others at home."""
-    given = coordinates or {}
-    q = np.array(leg.chain.home, dtype=object)
-    for i, screw in enumerate(leg.chain.freedoms):
-        value = given.get(f"q{i + 1}", q[i])
-        if screw.turns and not isinstance(value, Entry):
-            value = _as_step(exact_angle(value), record)
-        q[i] = value
-    return q
 
 
 def _as_step(value: Any, record: Record) -> Any:

@@ -106,7 +106,10 @@ class EulerAngles:
         """The rotation (3, 3), of numbers or entries."""
         R = np.eye(3, dtype=int).astype(object)
         for axis, angle in reversed(self.factors(values)):
-            R = _turn("xyz".index(axis), angle) @ R
+            c, s, turn = cosine(angle), sine(angle), np.eye(3, dtype=int).astype(object)
+            i, j = (("xyz".index(axis) + k) % 3 for k in (1, 2))
+            turn[i, i], turn[i, j], turn[j, i], turn[j, j] = c, -s, s, c
+            R = turn @ R
         return R
 
     def of_rotation(self, R: np.ndarray) -> dict[str, float]:
@@ -217,14 +220,6 @@ def rotation_by_name(name: str) -> PoseRotation:
     return UnitQuaternion() if name == "quaternion" else EulerAngles(name)
 
 
-def _turn(axis: int, angle: Any) -> np.ndarray:
-    c, s = cosine(angle), sine(angle)
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    R = np.eye(3, dtype=int).astype(object)
-    R[i, i], R[i, j], R[j, i], R[j, j] = c, -s, s, c
-    return R
-
-
 @dataclass(frozen=True)
 class AtHome:
     """The home configuration."""
@@ -299,8 +294,14 @@ def coordinate_expressions(robot: Robot, pose: PoseFormula) -> dict[str, Any] | 
     for name in pose.values:
         if name not in names:
             raise InputError(f"coordinate of {robot.name!r}", got=name, expected=", ".join(names))
-    quaternion = isinstance(pose.rotation, UnitQuaternion)
-    return {n: _exact(robot, n, x, quaternion=quaternion) for n, x in pose.values.items()}
+    found: dict[str, Any] = {}
+    for name, value in pose.values.items():
+        turns = name not in ("x", "y", "z") and not isinstance(pose.rotation, UnitQuaternion)
+        if robot.is_posed_by_joints:
+            turns = robot.legs[0].chain.freedoms[int(name.removeprefix("q")) - 1].turns
+        plain = exact_angle(value) if turns else sp.nsimplify(exact_number(value), rational=True)
+        found[name] = plain
+    return found
 
 
 def exact_angle(angle: Any) -> Any:
@@ -345,13 +346,6 @@ def coordinate_names(robot: Robot, rotation: PoseRotation = ABOUT_WORLD_AXES) ->
 def all_names(rotation: PoseRotation) -> tuple[str, ...]:
     """Names of all six coordinates."""
     return (*_POINT.values(), *rotation.names)
-
-
-def _exact(robot: Robot, name: str, value: Any, *, quaternion: bool) -> Any:
-    turns = name not in ("x", "y", "z") and not quaternion
-    if robot.is_posed_by_joints:
-        turns = robot.legs[0].chain.freedoms[int(name.removeprefix("q")) - 1].turns
-    return exact_angle(value) if turns else sp.nsimplify(exact_number(value), rational=True)
 
 
 def free_name(name: str, taken: Collection[str]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
@@ -188,17 +188,6 @@ def averages(
 _TURNS = tuple(Fraction(k, n) for n in range(2, 7) for k in range(1, n) if math.gcd(k, n) == 1)
 
 
-def _turns_of_a_cube() -> Iterator[tuple[str, np.ndarray]]:
-    """Its turns in words and as matrices (3, 3), those about its diagonals first."""
-    axes = [x for x in product((1, 0, -1), repeat=3) if x > (0, 0, 0)]
-    for axis in sorted(axes, key=lambda x: (-abs(np.array(x)).sum(), -sum(x))):
-        size = sum(map(abs, axis))
-        about = str(axis) if size > 1 else "xyz"[axis.index(1)]
-        for degrees in {3: (120, 240), 2: (180,), 1: (90, 180, 270)}[size]:
-            turn = Rotation.from_rotvec(np.array(axis) * degrees / math.sqrt(size), degrees=True)
-            yield f"about {about} by {degrees} degrees", np.rint(turn.as_matrix()).astype(int)
-
-
 def turn_in_words(wrenches: Sequence[Any], others: Sequence[Any]) -> str | None:
     """The turn that makes wrenches of formulas from others, one by one, up to signs; None of none.
 
@@ -228,7 +217,14 @@ def turn_in_words(wrenches: Sequence[Any], others: Sequence[Any]) -> str | None:
     for part in _TURNS:
         if is_made_by(Image(part).made_from):
             return f"about z by {360 * part} degrees"
-    for words, R in _turns_of_a_cube() if len(rows) == 6 else ():
-        if is_made_by(lambda w, R=R: [*(R @ np.array(w[:3])), *(R @ np.array(w[3:]))]):
-            return words
+    # Turns of a cube, those about its diagonals first.
+    axes = [x for x in product((1, 0, -1), repeat=3) if x > (0, 0, 0) and len(rows) == 6]
+    for axis in sorted(axes, key=lambda x: (-abs(np.array(x)).sum(), -sum(x))):
+        size = sum(map(abs, axis))
+        about = str(axis) if size > 1 else "xyz"[axis.index(1)]
+        for degrees in {3: (120, 240), 2: (180,), 1: (90, 180, 270)}[size]:
+            turn = Rotation.from_rotvec(np.array(axis) * degrees / math.sqrt(size), degrees=True)
+            R = np.rint(turn.as_matrix()).astype(int)
+            if is_made_by(lambda w, R=R: [*(R @ np.array(w[:3])), *(R @ np.array(w[3:]))]):
+                return f"about {about} by {degrees} degrees"
     return None

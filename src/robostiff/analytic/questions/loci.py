@@ -8,7 +8,7 @@ are sought. Lengths and other roots stay names, so that all is a polynomial.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, reduce
@@ -35,28 +35,19 @@ _RANK = 1e-8  # of the largest singular value
 _SEED = 11
 
 
-@dataclass(frozen=True)
-class WrittenSteps:
-    """Steps of a derivation written out, except roots, and what is too long, which keep a name."""
+def written_steps(derivation: Derivation, longest: int = _LONGEST[0]) -> Callable[[Any], Any]:
+    """Writes expressions in given symbols and in names of roots, and of steps that are too long.
 
-    derivation: Derivation
-    longest: int = _LONGEST[0]  # terms of a step that is written out
-
-    @cached_property
-    def _full(self) -> dict[Any, Any]:
-        full: dict[Any, Any] = {}
-        most = self.longest
-        for d in self.derivation.definitions:
-            expression: Any = d.expression.xreplace(full)
-            powers = expression.atoms(sp.Pow)
-            has_root = any(not p.exp.is_Integer and p.free_symbols for p in powers)
-            if not has_root and bound_of_terms(expression, most) <= most:
-                full[d.symbol] = expression
-        return full
-
-    def __call__(self, expression: Any) -> Any:
-        """An expression or matrix in given symbols and in names of roots."""
-        return expression.xreplace(self._full)
+    `longest`: terms of a step that is written out.
+    """
+    full: dict[Any, Any] = {}
+    for d in derivation.definitions:
+        expression: Any = d.expression.xreplace(full)
+        powers = expression.atoms(sp.Pow)
+        has_root = any(not p.exp.is_Integer and p.free_symbols for p in powers)
+        if not has_root and bound_of_terms(expression, longest) <= longest:
+            full[d.symbol] = expression
+    return lambda x: x.xreplace(full)
 
 
 @dataclass(frozen=True)
@@ -93,7 +84,7 @@ def rank_locus(derivation: RobotDerivation, rank: int) -> Locus:
 
 
 def _locus(derivation: RobotDerivation, longest: int, rank: int) -> Locus:
-    written, legs = WrittenSteps(derivation, longest), derivation.legs
+    written, legs = written_steps(derivation, longest), derivation.legs
     W = [written(w) for leg in legs for w in leg.wrenches]
     c = [written(x) for leg in legs for x in leg.compliances]
     if _rank_in_numbers(W) != rank:

@@ -13,10 +13,10 @@ from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.exact.factors import null_space
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.questions.loci import (
-    WrittenSteps,
     coupling_of,
     decoupling_in_steps,
     shared_zeros,
+    written_steps,
 )
 from robostiff.analytic.questions.rank import (
     SHORT,
@@ -72,7 +72,7 @@ def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
 
 def _free_motions_in_steps(derivation: Any, rank: int) -> tuple[sp.ImmutableMatrix, ...]:
     """Motions against which no wrench of a leg does work."""
-    written = WrittenSteps(derivation)
+    written = written_steps(derivation)
     W = sp.Matrix([list(written(w)) for leg in derivation.legs for w in leg.wrenches])
     try:
         found = within(SHORT, lambda: _null_space(W), "free motions")

@@ -56,7 +56,15 @@ class RankFormula:
     @classmethod
     def of(cls, K: Any, rank: int, powers: Mapping[Any, int], remark: str = "") -> RankFormula:
         """Of a matrix or derivation; `powers`: the factors with their exponents in the minors."""
-        powers = dict(_short_zero(x, n) for x, n in powers.items())
+        powers = dict(powers)
+        for factor in [x for x in powers if count_of(x) <= _LONG]:
+            # cos(x/2) with twice the exponent for 1 + cos(x), as a person writes.
+            rest: Any = sp.factor_terms(shortest_trigonometry(factor)).as_coeff_Mul()[1]
+            for turn in rest.atoms(sp.cos, sp.sin):
+                x: Any = turn.args[0] - (sp.pi / 2 if isinstance(turn, sp.sin) else 0)
+                for sign, half in ((1, sp.cos(x / 2)), (-1, sp.sin(x / 2))):
+                    if rest in (sign * turn + 1, -sign * turn - 1):
+                        powers[half] = 2 * powers.pop(factor)
         kept = independent_zeros(sorted(powers, key=sp.default_sort_key))
         long = [x for x in kept if count_of(x) > _LONGEST]
         kept = tuple(x for x in kept if x not in long)
@@ -80,19 +88,6 @@ class RankFormula:
         possible = (x for x in self.exceptions if not x.is_nonzero)
         conditions = () if self.of_formula is None else self.of_formula.conditions
         return tuple(x for x in possible if x.is_Symbol or may_vanish(x, conditions))
-
-
-def _short_zero(factor: Any, power: int) -> tuple[Any, int]:
-    """A factor and its exponent; cos(x/2) with twice of it for 1 + cos(x), as a person writes."""
-    if count_of(factor) > _LONG:
-        return factor, power
-    rest: Any = sp.factor_terms(shortest_trigonometry(factor)).as_coeff_Mul()[1]
-    for turn in rest.atoms(sp.cos, sp.sin):
-        x: Any = turn.args[0] - (sp.pi / 2 if isinstance(turn, sp.sin) else 0)
-        for sign, half in ((1, sp.cos(x / 2)), (-1, sp.sin(x / 2))):
-            if rest in (sign * turn + 1, -sign * turn - 1):
-                return half, 2 * power
-    return factor, power
 
 
 def closed_matrix(formula: Any, question: str) -> sp.Matrix:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import sympy as sp
@@ -99,30 +100,22 @@ class CombinationNames:
         by_squares = sp.Add(*parts, self._plain(rest))
         # The remainder after multiples of named polynomials are taken out, one after the other
         rest, parts = polynomial, []
-        for known, written in self._named:
-            for power in (2, 1):
-                if known.total_degree() * power <= polynomial.total_degree():
-                    rest, part = _without(rest, known**power, written**power)
-                    parts += part
+        for (base, own), power in product(self._named, (2, 1)):
+            if base.total_degree() * power > polynomial.total_degree():
+                continue
+            known, counts = base**power, dict(rest.terms())
+            leading, coefficient = next(iter(known.terms()))
+            if leading in counts:
+                number = counts[leading] / coefficient
+                left = rest - known * number
+                if len(left) + 1 < len(rest):
+                    rest, parts = left, [*parts, rational(number) * own**power]
         by_names = sp.Add(*parts, self._plain(rest))
         # Squares first: of two of equal length, (x + y)**2 is easier to read than L_a**2 + 4*x*y.
         return min(by_squares, by_names, key=count_of)
 
     def _plain(self, polynomial: Any) -> Any:
         return self._field.polynomial_expression(polynomial).xreplace(self._roots)
-
-
-def _without(polynomial: Any, known: Any, written: Any) -> tuple[Any, list[Any]]:
-    """Take out the multiple of a known polynomial that leaves the fewest terms."""
-    counts = dict(polynomial.terms())
-    leading, coefficient = next(iter(known.terms()))
-    if leading not in counts:
-        return polynomial, []
-    number = counts[leading] / coefficient
-    rest = polynomial - known * number
-    if len(rest) + 1 >= len(polynomial):
-        return polynomial, []
-    return rest, [rational(number) * written]
 
 
 # Matrices beyond this would take seconds to factor.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any, cast
 
 import sympy as sp
@@ -261,7 +261,14 @@ class NamedReading:
 def _fraction(expression: Any) -> Any:
     """A factored fraction of an expression that is short enough."""
     _check_terms(expression)
-    fraction = _in_sines(factored_fraction(expression))
+    fraction = factored_fraction(expression)
+    # -sin^2 x in place of (cos x - 1) (cos x + 1)
+    for turn in (x for x in parts_of(fraction) if isinstance(x, sp.cos)):
+        powers = fraction.as_powers_dict()
+        each = [powers.get(turn + x, 0) for x in (-1, 1)]
+        if each[0] * each[1] > 0:
+            k = min(each, key=abs)
+            fraction *= ((-(sp.sin(turn.args[0]) ** 2)) / ((turn - 1) * (turn + 1))) ** k
     if count_of(fraction) > 2 * _PRINTED:
         raise FormulaTooLargeError.beyond(_PRINTED)
     return fraction
@@ -290,17 +297,6 @@ def _without_powers(fraction: Any, symbol: Any, square: Any) -> Any:
     return fraction_in_factors(field, total)
 
 
-def _in_sines(product: Any) -> Any:
-    """A product with -sin^2 x in place of (cos x - 1) (cos x + 1)."""
-    for turn in (x for x in parts_of(product) if isinstance(x, sp.cos)):
-        powers = product.as_powers_dict()
-        each = [powers.get(turn + x, 0) for x in (-1, 1)]
-        if each[0] * each[1] > 0:
-            k = min(each, key=abs)
-            product *= ((-(sp.sin(turn.args[0]) ** 2)) / ((turn - 1) * (turn + 1))) ** k
-    return product
-
-
 def _in_squares(radicand: Any) -> Any:
     """A quadratic form as a sum of squares where that is shorter: (R - r)^2 + h^2."""
     field = shared_field(radicand)
@@ -313,17 +309,17 @@ def _in_squares(radicand: Any) -> Any:
     turning = sorted((x for x in parts_of(radicand) if isinstance(x, sp.sin | sp.cos)), key=str)
     found = [radicand, other]
     if turning:
+        # What stands before each product of sines and cosines in factors.
         by_angles = sp.expand_mul(shortest_trigonometry(radicand), deep=False)
-        found += [_by_turning(radicand, turning), by_angles]
+        names = {x: sp.Dummy(str(x)) for x in turning}
+        plain = radicand.xreplace(names)
+        field = ExactField([plain])
+        num = field.element(plain).num
+        parts = by_powers(num, [field.generators.index(name) for name in names.values()])
+        factors = {own: map(sp.Pow, turning, own) for own in parts}
+        found += [
+            sp.Add(*(sp.Mul(factored(field, x), *factors[own]) for own, x in parts.items())),
+            by_angles,
+        ]
     # A product under a root is one of roots.
     return min(found, key=lambda x: 2 + count_of(x) if x.is_Add else count_of(root_of(x)))
-
-
-def _by_turning(radicand: Any, turning: Sequence[Any]) -> Any:
-    """A polynomial with what stands before each product of sines and cosines in factors."""
-    names = {x: sp.Dummy(str(x)) for x in turning}
-    field = ExactField([radicand.xreplace(names)])
-    num = field.element(radicand.xreplace(names)).num
-    parts = by_powers(num, [field.generators.index(name) for name in names.values()])
-    factors = {own: map(sp.Pow, turning, own) for own in parts}
-    return sp.Add(*(sp.Mul(factored(field, x), *factors[own]) for own, x in parts.items()))

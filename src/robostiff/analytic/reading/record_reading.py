@@ -91,7 +91,13 @@ class ClosedReading:
             return known[b if is_greater else a]
         arguments = [known[argument] for argument in self.record.arguments(step)]
         if operation is Operation.SQUARE_ROOT:
-            return sp.sqrt(_shorter(arguments[0]))
+            (radicand,) = arguments
+            if count_of(radicand) <= _MULTIPLIED_OUT and not radicand.has(sp.sin, sp.cos):
+                # Multiplied out where that is not longer.
+                field = shared_field(radicand)
+                plain = field.expression(field.element(radicand))
+                radicand = plain if count_of(plain) <= count_of(radicand) else radicand
+            return sp.sqrt(radicand)
         return _FUNCTIONS[operation](*arguments)
 
 
@@ -152,7 +158,12 @@ class StepReading:
             is_minus = is_shorter_negated(expression)
             # A negative sum is used with its sign, and so is a product without a name.
             own = None if is_minus and expression.is_Add else record.names.get(step)
-            name = _identifier(own, taken, given)
+            name = None
+            if own is not None:  # without blanks and the like, given once
+                name = re.sub(r"\W", "_", own)
+                while name in given or (name != own and name in taken):
+                    name += "_"
+                given.add(name)
             if name is None and uses[step] > 1 and not _is_trivial(expression):
                 name = next(free)
             if name is not None and not _is_trivial(expression):
@@ -172,6 +183,13 @@ class StepReading:
         """The expression of a number, or of an entry among the results or made from them."""
         return self._of_step(value.step) if isinstance(value, Entry) else exact(value)
 
+    #: A length; it has a name where it is used twice.
+    length = __call__
+
+    def fraction(self, expression: Any) -> Any:
+        """An expression of what was read, as it is."""
+        return expression
+
     def _needed(self, record: Record, wanted: list[int]) -> tuple[list[int], Counter[int | None]]:
         """The first of all steps that are alike, in order, and how often each is used."""
         waiting = [self._same[step].step for step in wanted]
@@ -186,17 +204,7 @@ class StepReading:
             arguments = {self._same[x].step for x in record.arguments(step)}
             uses.update(arguments)
             waiting.extend(arguments)
-        in_order = self._in_order(record, steps)
-        for step in reversed(in_order):
-            # Dividing by something twice is as short as a name for its reciprocal.
-            if record.operations[step][0] is Operation.RECIPROCAL and step not in record.names:
-                (below,) = (self._same[x].step for x in record.arguments(step))
-                uses[below] += uses[step] - 1
-                uses[step] = 1
-        return in_order, uses
-
-    def _in_order(self, record: Record, steps: set[int]) -> list[int]:
-        """Steps after those on which they work; some were added behind all others."""
+        # Steps after those on which they work; some were added behind all others.
         found: dict[int, None] = {}
         waiting = sorted(steps, reverse=True)
         while waiting:
@@ -207,7 +215,13 @@ class StepReading:
                 waiting += sorted(before, reverse=True)
             else:
                 found[waiting.pop()] = None
-        return list(found)
+        for step in reversed(found):
+            # Dividing by something twice is as short as a name for its reciprocal.
+            if record.operations[step][0] is Operation.RECIPROCAL and step not in record.names:
+                (below,) = (self._same[x].step for x in record.arguments(step))
+                uses[below] += uses[step] - 1
+                uses[step] = 1
+        return list(found), uses
 
     def _close(self, record: Record) -> None:
         """Sums that are zero where the legs close, and steps that are others there."""
@@ -332,15 +346,6 @@ class _Products:
         return None
 
 
-def _shorter(radicand: sp.Expr) -> sp.Expr:
-    """A radicand, multiplied out where that is not longer."""
-    if count_of(radicand) > _MULTIPLIED_OUT or radicand.has(sp.sin, sp.cos):
-        return radicand
-    field = shared_field(radicand)
-    plain = field.expression(field.element(radicand))
-    return plain if count_of(plain) <= count_of(radicand) else radicand
-
-
 def written_size(record: Record, results: Iterable[Any]) -> int:
     """Operations of the longest result, written out without names."""
     wanted = [value.step for value in results if isinstance(value, Entry)]
@@ -348,17 +353,6 @@ def written_size(record: Record, results: Iterable[Any]) -> int:
     for step in record.needed(wanted):
         sizes[step] = 1 + sum(sizes[argument] for argument in record.arguments(step))
     return max((sizes[step] for step in wanted), default=0)
-
-
-def _identifier(name: str | None, taken: set[str], given: set[str]) -> str | None:
-    """The name of a step without blanks and the like, given once."""
-    if name is None:
-        return None
-    plain = re.sub(r"\W", "_", name)
-    while plain in given or (plain != name and plain in taken):
-        plain += "_"
-    given.add(plain)
-    return plain
 
 
 def _number_and_rest(expression: Any) -> tuple[Any, Any]:

@@ -18,14 +18,58 @@ import sympy as sp
 from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.exact.definition import count_of
 from robostiff.analytic.reading.named_reading import NamedReading
-from robostiff.analytic.springs.contributions import ContributionReader, summed
-from robostiff.analytic.springs.sampled_leg import SampledLeg
-from robostiff.analytic.springs.unit_wrenches import IDLE, UnitWrench, WrenchSearch
-from robostiff.model import PlacedBlock, PlacedLeg
-from robostiff.record import Entry, is_zero
+from robostiff.analytic.springs.unit_wrenches import IDLE, SampledLeg, UnitWrench, WrenchSearch
+from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.record import Entry, Record, is_zero
 from robostiff.recorded.elimination import least_size
 from robostiff.recorded.leg import at_samples
 from robostiff.recorded.working_frame import WorkingFrame, dot
+
+_ROUNDING, _CLOSE = 1e-11, 1e-9
+
+
+#: The square of a spring's load under a wrench, of two wrenches the product of its loads, and its
+#: compliance, with the lengths of the part, over a named stiffness.
+Contribution = tuple[Any, Any]
+
+
+def summed(contributions: Sequence[Contribution]) -> Any:
+    """The sum of contributions; springs that feel the same stand in one bracket."""
+    of_load: dict[Any, Any] = {}
+    for square, compliance in contributions:
+        of_load[square] = of_load.get(square, sp.Integer(0)) + compliance
+    return sp.Add(*(square * compliance for square, compliance in of_load.items()))
+
+
+def _bent(L: Any, across: Any, lever: Any, turning: Any) -> tuple[Any, Any]:
+    """Integral of the squared bending moment over a beam: f x + m, by its end's f and m."""
+    terms = (across, 3), (lever, 2), (turning, 1)
+    present = [(square, L**n / n) for square, n in terms if square != 0]
+    if len(present) == 1:
+        return present[0]
+    return sp.Add(*(square * along for square, along in present)), sp.Integer(1)
+
+
+def recognised_beam(spring: PlacedSpring, record: Record) -> tuple[Any, dict[str, Any]] | None:
+    """Length and products of a uniform slender beam, recognised by its compliance."""
+    C: Any = spring.elasticity.compliance
+    at = at_samples(C, record.count)
+    c = {i: at[:, i, i] for i in range(6)}
+    if min(np.min(np.abs(x)) for x in c.values()) <= 0 or np.min(np.abs(at[:, 1, 5])) <= 0:
+        return None
+    L = 2 * at[:, 1, 5] / c[5]
+    expected = np.zeros_like(at)
+    for i in (0, 3, 4, 5):
+        expected[:, i, i] = c[i]
+    expected[:, 1, 1], expected[:, 2, 2] = L**2 / 3 * c[5], L**2 / 3 * c[4]
+    expected[:, 1, 5] = expected[:, 5, 1] = L / 2 * c[5]
+    expected[:, 2, 4] = expected[:, 4, 2] = -L / 2 * c[4]
+    if np.any(np.abs(at - expected) > _ROUNDING * np.abs(expected)):
+        return None
+    along = record.simplified(C[1, 5] * 2 / C[5, 5])
+    places = {"EA": 0, "EI_z": 5, "EI_y": 4, "GJ": 3}
+    return along, {letter: record.simplified(along / C[i, i]) for letter, i in places.items()}
+
 
 _SAME = 1e-10
 _SHORT = 12  # operations of the compliance of one spring that needs no name, such as l/EA
@@ -80,11 +124,100 @@ class LegReader:
     _shifts: list[tuple[np.ndarray, Any]] = field(default_factory=list)
     _blocks: dict[int, BlockSprings] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
-        search = self.search
-        self.contributions: ContributionReader = ContributionReader(
-            search.record, search.length, self.read, self.block
-        )
+    def contributions(
+        self, leg: PlacedLeg, a: UnitWrench, b: UnitWrench
+    ) -> tuple[Contribution, ...]:
+        """What the springs and drives of a leg add to a^T C b, base to platform."""
+        found, record, length = list[Contribution](), self.search.record, self.search.length
+        beams = {id(x): recognised_beam(x, record) for x in leg.springs}
+        for beam in filter(None, beams.values()):
+            self.read.length(beam[0])  # named before anything is written with it
+        for part in leg.elements:
+            if isinstance(part, PlacedSpring):
+                load = a.load_on(part, record, length)
+                both = load, load if b is a else b.load_on(part, record, length)
+                beam = beams[id(part)]
+                found += self.of_spring(both, beam, part.elasticity.compliance)
+            elif isinstance(part, PlacedBlock):
+                block = self.block(part)
+                shares = [block.shares(w) for w in (a, b)]
+                for x, y, c in zip(*shares, block.compliances, strict=True):
+                    found.append((self._sum((x, y)), c))
+            elif isinstance(part, PlacedFreedom) and part.stiffness is not None:
+                work = [w.work_on(part, record, length) for w in (a, b)]
+                found.append(self.of_drive(work, part.stiffness))
+        return tuple(x for x in found if x[0] != 0)
+
+    def of_spring(
+        self, both: Sequence[list[Any]], beam: Any, compliance: Any
+    ) -> list[Contribution]:
+        """What an elastic part adds by what it feels of two wrenches."""
+        if beam:
+            return self._of_beam(both, *beam)
+        (w, v), C, read = both, compliance, self.read
+        at = at_samples(C, self.search.record.count)
+        found, groups = list[Contribution](), list[set[int]]()
+        for i in (i for i in range(6) if not is_zero(C[i, i])):  # what the compliance couples
+            own = {i} | {j for j in range(6) if not is_zero(C[i, j])}
+            for other in [g for g in groups if g & own]:
+                own |= other
+                groups.remove(other)
+            groups.append(own)
+        for block in ([0, 1, 2], [3, 4, 5]):
+            others = [j for j in range(6) if j not in block]
+            own = at[:, block][:, :, block]
+            off, size = own - own[:, :1, :1] * np.eye(3), np.abs(own[:, 0, 0])[:, None, None]
+            if np.all(np.abs(off) <= _ROUNDING * size) and np.all(at[:, block][:, :, others] == 0):
+                square = self._sum(*((w[i], v[i]) for i in block))  # alike in all directions
+                found.append((square, read(C[block[0], block[0]])))
+                continue
+            for group in (sorted(g) for g in groups if min(g) in block):
+                terms = (read(w[i]) * read(v[j]) * read(C[i, j]) for i in group for j in group)
+                found.append((sp.Add(*terms), sp.Integer(1)))
+        return found
+
+    def of_drive(self, work: Sequence[Any], stiffness: Any) -> Contribution:
+        """What a drive adds by the work of two wrenches on it."""
+        return self._sum((work[0], work[1])), 1 / self.read(stiffness)
+
+    def _of_beam(
+        self, both: Sequence[list[Any]], along: Any, products: dict[str, Any]
+    ) -> list[Contribution]:
+        (fx, fy, fz, mx, my, mz), (gx, gy, gz, nx, ny, nz) = both
+        L = self.read.length(along)
+        of_beam = {letter: self.read(x) for letter, x in products.items()}
+        total = self._sum
+        found = [(total((fx, gx)), L, "EA")]
+        if of_beam["EI_z"] == of_beam["EI_y"]:
+            levers = [(fy, nz), (mz, gy), (-fz, ny), (-my, gz)]
+            turning = total((my, ny), (mz, nz))
+            if both[0] is both[1] and all(is_zero(f) for f in both[0][:3]):
+                # A unit couple, of which the rest bends.
+                turning = min(turning, 1 - total((mx, nx)), key=count_of)
+            bent = total((fy, gy), (fz, gz)), total(*levers), turning
+            found.append((*_bent(L, *bent), "EI_z"))
+        else:
+            for f, g, m, n, letter in ((fy, gy, mz, nz, "EI_z"), (fz, gz, -my, -ny, "EI_y")):
+                bent = total((f, g)), total((f, n), (m, g)), total((m, n))
+                found.append((*_bent(L, *bent), letter))
+        found.append((total((mx, nx)), L, "GJ"))
+        return [(square, x / of_beam[letter]) for square, x, letter in found if square != 0]
+
+    def _sum(self, *pairs: tuple[Any, Any]) -> Any:
+        """A sum of products, simplified as a whole or left as it is, whichever is shorter."""
+        pairs = tuple((x, y) for x, y in pairs if not (is_zero(x) or is_zero(y)))
+        total: Any = sum((x * y for x, y in pairs), sp.Integer(0))
+        simpler = self.search.record.simplified(total, self.search.length)
+        if not isinstance(simpler, Entry):
+            return self.read(simpler)
+        for other, name in getattr(self.read, "known", ()):  # scalars of a generic leg
+            if np.max(np.abs(simpler.sample - other**2)) <= _CLOSE * np.max(np.abs(other)) ** 2:
+                return name**2
+        apart = sp.Add(*(self.read(x) * self.read(y) for x, y in pairs))
+        found = [apart] if len(pairs) == 1 else [apart, self.read.fraction(apart)]
+        if simpler.step != total.step:
+            found.append(self.read(simpler))
+        return min(found, key=count_of)
 
     def of(self, leg: PlacedLeg) -> tuple[HeldWrench, ...]:
         """The wrenches by which a leg holds the platform, forces first.
@@ -103,19 +236,26 @@ class LegReader:
             raise FormulaTooLargeError.beyond(len(units))
 
         def shared(i: int, j: int) -> Any:
-            return summed(self.contributions.of(leg, units[i], units[j]))
+            return summed(self.contributions(leg, units[i], units[j]))
 
         shifts, met, compliances = self._conjugate(basis.compliance, shared)
-        held = [
-            HeldWrench(
-                tuple(
-                    (self._factor(x), w) for x, w in zip(row, units, strict=True) if not is_zero(x)
-                ),
-                compliances[i],
-                met[:, i],
-            )
-            for i, row in enumerate(_inverse(shifts))
+        # Rows of L^-1, a lower triangle with ones on its diagonal.
+        rows: list[list[Any]] = [
+            [int(i == j) for j in range(len(units))] for i in range(len(units))
         ]
+        held = []
+        for i, row in enumerate(rows):
+            for j in (j for j in range(i) if not is_zero(shifts[i][j])):
+                for k in range(j + 1):
+                    row[k] = row[k] - dot([shifts[i][j]], [rows[j][k]])
+            parts = []
+            for x, w in zip(row, units, strict=True):
+                if isinstance(x, Entry) and x.record.cost([x.step]) > 1:
+                    # What several shifts make together, as one.
+                    parts.append((self._shift(x.sample, lambda x=x: self.read(x)), w))
+                elif not is_zero(x):
+                    parts.append((x, w))
+            held.append(HeldWrench(tuple(parts), compliances[i], met[:, i]))
         return tuple(sorted(held, key=lambda one: all(w.point is None for _, w in one.parts)))
 
     def _conjugate(
@@ -179,20 +319,10 @@ class LegReader:
         self._shifts.append((values, entry))
         return entry
 
-    def _factor(self, value: Any) -> Any:
-        """What several shifts make together, as one."""
-        if not isinstance(value, Entry) or value.record.cost([value.step]) <= 1:
-            return value
-        return self._shift(value.sample, lambda: self.read(value))
-
     def block(self, block: PlacedBlock) -> BlockSprings:
-        """Parallel branches as a spring."""
-        if id(block) not in self._blocks:
-            self._blocks[id(block)] = self._of_block(block)
-        return self._blocks[id(block)]
-
-    def _of_block(self, block: PlacedBlock) -> BlockSprings:
-        """Wrenches of parallel branches, their stiffnesses added: sum of u u^T / c."""
+        """Parallel branches as a spring, their stiffnesses added: sum of u u^T / c."""
+        if id(block) in self._blocks:
+            return self._blocks[id(block)]
         search, record = self.search, self.search.record
         as_leg = PlacedLeg(block.name, (block,), block.branches[0].end)
         held = [w for branch in block.branches for w in self.of(branch)]
@@ -201,7 +331,9 @@ class LegReader:
             # All of them together are a basis, and share no energy.
             frame = self._frame(block, [u for w in held for _, u in w.parts])
             columns = tuple(w.seen_from(frame, search) for w in held)
-            return BlockSprings(frame, columns, tuple(w.compliance for w in held), search)
+            found = BlockSprings(frame, columns, tuple(w.compliance for w in held), search)
+            self._blocks[id(block)] = found
+            return found
         basis = search.basis(as_leg, few_couplings=False)
         if basis is None:
             raise NotHeldByUnitWrenchesError
@@ -229,7 +361,9 @@ class LegReader:
             moved = [dot(later, [c[r] for c in columns[i + 1 :]]) for r in range(6)]
             whole = (x if is_zero(y) else x + y for x, y in zip(column, moved, strict=True))
             own.append([*map(record.simplified, whole, search.scale)])
-        return BlockSprings(frame, tuple(own), tuple(1 / k for k in stiffnesses), search)
+        found = BlockSprings(frame, tuple(own), tuple(1 / k for k in stiffnesses), search)
+        self._blocks[id(block)] = found
+        return found
 
     def _frame(self, block: PlacedBlock, units: Sequence[UnitWrench]) -> WorkingFrame:
         """A frame in which wrenches look simple: that of a spring, or the world's."""
@@ -262,7 +396,12 @@ def shares_of(columns: Sequence[list[Any]], w: list[Any], search: WrenchSearch) 
         left = [r for r in range(6) if r not in taken and not is_zero(rows[r][k])]
         if not left:
             raise NotHeldByUnitWrenchesError
-        pivot = min(left, key=lambda r: _awkwardness(rows[r], k, scale[r]))
+
+        def awkwardness(r: int, k: int = k) -> tuple[int, int, float]:
+            used = sum(isinstance(x, Entry) for x in rows[r])
+            return isinstance(rows[r][k], Entry), used, -least_size(rows[r][k]) / scale[r]
+
+        pivot = min(left, key=awkwardness)
         taken.append(pivot)
         own = rows[pivot][k]
         rows[pivot] = [record.simplified(x / own) for x in rows[pivot]]
@@ -276,29 +415,11 @@ def shares_of(columns: Sequence[list[Any]], w: list[Any], search: WrenchSearch) 
     return [rows[r][m] for r in taken]
 
 
-def _awkwardness(row: list[Any], k: int, scale: float) -> tuple[int, int, float]:
-    used = sum(isinstance(x, Entry) for x in row)
-    return isinstance(row[k], Entry), used, -least_size(row[k]) / scale
-
-
 def _combined(terms: Sequence[tuple[Any, list[Any]]], search: WrenchSearch) -> list[Any]:
     scale, factors = search.scale, [f for f, _ in terms]
     return [
         search.record.simplified(dot(factors, [w[i] for _, w in terms]), scale[i]) for i in range(6)
     ]
-
-
-def _inverse(shifts: list[list[Any]]) -> list[list[Any]]:
-    """L^-1 of a lower triangle with ones on its diagonal."""
-    m = len(shifts)
-    inverse: list[list[Any]] = [[int(i == j) for j in range(m)] for i in range(m)]
-    for i in range(m):
-        for j in range(i):
-            if is_zero(shifts[i][j]):
-                continue
-            for k in range(j + 1):
-                inverse[i][k] = inverse[i][k] - dot([shifts[i][j]], [inverse[j][k]])
-    return inverse
 
 
 def _less(

@@ -19,7 +19,6 @@ from robostiff.analytic.exact.closed import factored_fraction
 from robostiff.analytic.exact.definition import (
     Definition,
     Unwritten,
-    WrittenField,
     count_of,
     different_entries,
     in_given_symbols,
@@ -43,7 +42,7 @@ from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import written_size
 from robostiff.analytic.reading.rewriting import Written
 from robostiff.analytic.reading.short_writing import shortest
-from robostiff.analytic.springs.leg_springs import HeldWrench, LegReader, NotHeldByUnitWrenchesError
+from robostiff.analytic.springs.leg_springs import LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.record import Entry, is_zero
 from robostiff.recorded.leg import at_samples
@@ -52,14 +51,9 @@ from robostiff.recorded.working_frame import cross
 _SAME = 1e-10
 
 
-@dataclass(frozen=True)
-class SpringLeg:
-    """How a leg holds the platform, by its springs."""
-
-    # unit wrenches about the reference point, in names
-    wrenches: WrittenField = WrittenField()
-    # what each meets: a name, or a short formula
-    compliances: WrittenField = WrittenField()
+#: How a leg holds the platform: unit wrenches about the reference point, in names, and what each
+#: meets, a name or a short formula.
+LegInNames = tuple[Any, tuple[Any, ...]]
 
 
 @dataclass(frozen=True)
@@ -67,43 +61,33 @@ class SumOfSprings:
     """Stiffness of a robot in names, and what the names stand for."""
 
     K: sp.ImmutableMatrix
-    legs: Mapping[int, SpringLeg]  # by leg number: those that are no images of others
+    legs: Mapping[int, LegInNames]  # by leg number: those that are no images of others
     # lengths L, products EA of beams, compliances c; in the order in which they can be computed
     definitions: tuple[Definition, ...]
     before: SumOfSprings | None = None  # the same without names for components of unit vectors
 
-    def leg(self, first: int, way: Image | None = None) -> SpringLeg:
-        """One of these legs, or its image."""
-        own = self.legs[first]
+    def leg(self, first: int, way: Image | None = None) -> LegInNames:
+        """One of these legs, or its image, of which the wrenches are not yet written."""
+        own, compliances = self.legs[first]
         if way is None:
-            return own
+            return own, compliances
         rows = [*ROWS[self.K.rows]]
 
         def shortest(x: Any) -> Any:
             return min(x, _in_names(factored_fraction(x), self.definitions), key=count_of)
 
         def turned() -> tuple[sp.ImmutableMatrix, ...]:
-            wrenches = [dict(zip(rows, w, strict=True)) for w in own.wrenches]
+            wrenches = [dict(zip(rows, w, strict=True)) for w in own]
             images = (way.made_from([w.get(i, 0) for i in range(6)]) for w in wrenches)
             return tuple(sp.ImmutableMatrix([shortest(w[i]) for i in rows]) for w in images)
 
-        return SpringLeg(Unwritten(turned), own.compliances)
-
-    def without_names(self, leg: SpringLeg) -> SpringLeg:
-        """A leg in given symbols."""
-        return SpringLeg(
-            Unwritten(lambda: tuple(map(self.written_out, leg.wrenches))),
-            Unwritten(lambda: tuple(map(self.written_out, leg.compliances))),
-        )
-
-    def written_out(self, expression: Any) -> Any:
-        """An expression or matrix with what the names stand for."""
-        return expression.xreplace(self._full)
+        return Unwritten(turned), compliances
 
     @cached_property
-    def _full(self) -> dict[sp.Symbol, Any]:
-        """What each name stands for, in given symbols."""
-        return in_given_symbols(self.definitions)
+    def written_out(self) -> Callable[[Any], Any]:
+        """Writes an expression or matrix in given symbols."""
+        full = in_given_symbols(self.definitions)
+        return lambda x: x.xreplace(full)
 
 
 def sum_of_springs(
@@ -118,10 +102,8 @@ def sum_of_springs(
     FormulaTooLargeError
         When a person would not print it.
     """
-    record, length = placed.record, placed.length
-    space, reference = placed.entries.space, placed.reference
-    search = WrenchSearch(record, reference, space, length)
-    read = NamedReading(record, placed.symbols, placed.springs)
+    search = WrenchSearch.of(placed)
+    read = NamedReading(placed.record, placed.symbols, placed.springs)
     reader = LegReader(search, read)
     grouped = _grouped(placed, turned or {}, search, reader)
     if grouped is None:
@@ -148,19 +130,25 @@ def sum_of_springs(
         [replace(d, expression=shortest_trigonometry(d.expression)) for d in own]
         for own in (first, last)
     )
-    definitions, numbers = _without_numbers([*first, *lengths, *last])
+    definitions, numbers = list[Definition](), dict[Any, Any]()
+    for d in (*first, *lengths, *last):  # without numbers before sums
+        expression: Any = d.expression.xreplace(numbers)
+        number, rest = expression.as_coeff_Mul(rational=True)
+        if rest.is_Add and number != 1:
+            numbers[d.symbol], expression = number * d.symbol, rest
+        definitions.append(replace(d, expression=expression))
     plain, shorter = (
         K.xreplace({s: _in_names(both[i], first) for s, both in squares.items()}).xreplace(numbers)
         for i in (0, 1)
     )
     in_names = {
-        number: SpringLeg(
+        number: (
             tuple(_in_names(g.written(i, search, read), first).xreplace(numbers) for g, i in leg),
             tuple(_in_names(g.compliance, first).xreplace(numbers) for g, _ in leg),
         )
         for number, leg in legs.items()
     }
-    results = [plain, *(x for leg in in_names.values() for x in (*leg.wrenches, *leg.compliances))]
+    results = [plain, *(x for leg in in_names.values() for own in leg for x in own)]
     before = SumOfSprings(plain, in_names, used_definitions(definitions, results))
     found = _with_components(before, shorter, placed)
     formulas = *different_entries(found.K.flat()), *(d.expression for d in found.definitions)
@@ -199,23 +187,16 @@ def _grouped(
             legs[i].append((group, len(group.wrenches)))
             if len(one.parts) > 1:
                 group.shifted.add(len(group.wrenches))
-            about = _about_reference(one, i, placed, search)
+            about = one.about(placed.reference, search)
+            if placed.follows.at_joints:  # in its own joint coordinates by way of its end
+                own, leg = placed.place(i), placed.entries.legs[i]
+                w = one.about(own.leg.end, search)
+                away = np.array(leg.attachment.p, dtype=object) - placed.entries.reference_point
+                moved = zip(w[3:], cross(own.platform.R @ away, w[:3]), strict=True)
+                about = [*w[:3], *(b if is_zero(a) else a + b for a, b in moved)]
             at = at_samples(about, search.record.count)
             group.wrenches.append(WrenchOfLeg(at, lambda about=about: about))
     return list(groups.values()), legs
-
-
-def _about_reference(
-    one: HeldWrench, number: int, placed: PlacedRobot, search: WrenchSearch
-) -> list[Any]:
-    """The entries of a wrench of a leg; in its own joint coordinates by way of its end."""
-    if not placed.follows.at_joints:
-        return one.about(placed.reference, search)
-    own, leg = placed.place(number), placed.entries.legs[number]
-    w = one.about(own.leg.end, search)
-    away = np.array(leg.attachment.p, dtype=object) - placed.entries.reference_point
-    moved = cross(own.platform.R @ away, w[:3])
-    return [*w[:3], *(b if is_zero(a) else a + b for a, b in zip(w[3:], moved, strict=True))]
 
 
 def _with_components(
@@ -229,7 +210,7 @@ def _with_components(
     others = [
         tuple(x)
         for leg in found.legs.values()
-        for x in (*(w.flat() for w in leg.wrenches), *((c,) for c in leg.compliances))
+        for x in (*(w.flat() for w in leg[0]), *((c,) for c in leg[1]))
     ]
     for d in found.definitions:
         if d.expression.is_Add:
@@ -243,9 +224,9 @@ def _with_components(
     put |= {-entry: -x for entry, x in put.items()}
     left = iter(written.others)
     legs = {
-        i: SpringLeg(
-            tuple(sp.ImmutableMatrix(next(left)) for _ in leg.wrenches),
-            tuple(next(left)[0] for _ in leg.compliances),
+        i: (
+            tuple(sp.ImmutableMatrix(next(left)) for _ in leg[0]),
+            tuple(next(left)[0] for _ in leg[1]),
         )
         for i, leg in found.legs.items()
     }
@@ -261,20 +242,6 @@ def _in_names(expression: Any, definitions: Sequence[Definition]) -> Any:
         if d.expression.is_Add:
             expression = expression.xreplace({d.expression: d.symbol, -d.expression: -d.symbol})
     return shortest_trigonometry(expression)
-
-
-def _without_numbers(
-    definitions: Sequence[Definition],
-) -> tuple[list[Definition], dict[sp.Symbol, Any]]:
-    """Definitions without numbers before sums, and what their names stood for."""
-    found, numbers = [], {}
-    for d in definitions:
-        expression: Any = d.expression.xreplace(numbers)
-        number, rest = expression.as_coeff_Mul(rational=True)
-        if rest.is_Add and number != 1:
-            numbers[d.symbol], expression = number * d.symbol, rest
-        found.append(replace(d, expression=expression))
-    return found, numbers
 
 
 #: Operations of all of K, beyond which it is not read at a glance.

@@ -16,13 +16,99 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.springs.sampled_leg import SampledLeg, Surroundings
-from robostiff.kinematics.jacobians import freedom_twist
-from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.analytic.placement.robot_placement import PlacedRobot
+from robostiff.elasticity import Elasticity
+from robostiff.elastostatics.parallel_block import block_compliance
+from robostiff.elastostatics.tolerance import Tolerance
+from robostiff.kinematics.jacobians import freedom_twist, spring_compliance
+from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, square_root
 from robostiff.recorded.leg import at_samples
 from robostiff.recorded.working_frame import WorkingFrame, cross, turned_back
 from robostiff.spatial import Space
+
+_RANK = 1e-7
+_ELASTIC = 1e-9  # of the largest compliance
+
+
+@dataclass(frozen=True)
+class SampledLeg:
+    """A leg at the samples: passive twists and compliance about the reference, scaled.
+
+    Rotations count by the length, and so do moments, so that all entries compare. A parallel block
+    inside the leg leaves free what no branch holds; its compliance is the inverse of the sum of
+    its branches, where they hold anything.
+    """
+
+    J: np.ndarray  # (count, n, p): unit twists that meet no resistance
+    C: np.ndarray  # (count, n, n): compliance under the wrenches that do no work on them
+    # number of independent such wrenches; None where it differs from sample to sample
+    transmitted: int | None
+
+    @property
+    def elastic_directions(self) -> int:
+        """In how many independent directions it yields with its passive joints held."""
+        tolerance = _ELASTIC * np.max(np.abs(self.C))
+        return int(np.min(np.linalg.matrix_rank(self.C, tol=tolerance, hermitian=True)))
+
+    @property
+    def redundant(self) -> tuple[bool, ...]:
+        """Which of its passive joints add no freedom to those before."""
+        count = self.J.shape[2]
+        ranks = [np.linalg.matrix_rank(self.J[:, :, :k], tol=_RANK) for k in range(1, count + 1)]
+        pairs = pairwise([np.zeros(len(self.J)), *ranks])
+        return tuple(bool(np.all(after == before)) for before, after in pairs)
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """W (W^T C W)^-1 W^T over the wrenches that it transmits (count, n, n)."""
+        W = np.linalg.svd(self.J)[0][:, :, self.C.shape[1] - (self.transmitted or 0) :]
+        return W @ np.linalg.pinv(W.mT @ self.C @ W, hermitian=True) @ W.mT
+
+    @classmethod
+    def of(cls, leg: PlacedLeg, around: WrenchSearch) -> SampledLeg | None:
+        """A leg in numbers; None where a block holds different motions at different samples."""
+        record, rows, scale = around.record, list(around.space.rows), around.scale
+        reference = at_samples(around.reference, record.count)
+        at = np.asarray(around.reference, dtype=object)
+        n = len(rows)
+        C = np.zeros((record.count, n, n))
+        columns: list[np.ndarray] = []
+        for part in leg.elements:
+            if isinstance(part, PlacedBlock):
+                branches = [SampledLeg.of(branch, around) for branch in part.branches]
+                each = [(x.C, x.J) for x in branches if x and x.transmitted is not None]
+                if len(each) < len(branches):
+                    return None
+                block = block_compliance(each, np.ones(record.count), Tolerance())
+                if not np.all(np.linalg.norm(block.J_q, axis=1)):
+                    return None
+                C += block.C
+                columns += list(np.moveaxis(block.J_q, 2, 0))
+                continue
+            if isinstance(part, PlacedSpring):
+                R, p = at_samples(part.rotation, record.count), at_samples(part.point, record.count)
+                own = Elasticity(at_samples(part.elasticity.compliance, record.count))
+                own = spring_compliance(PlacedSpring("", p, R, own), reference)
+            else:
+                twist = at_samples(freedom_twist(part, at), record.count)
+                if part.is_passive:
+                    # Twists by shifts over the length, wrenches by moments: their work stays.
+                    twist = twist * np.where(np.arange(6) < 3, 1 / around.length, 1.0)
+                    columns.append(twist[:, rows])
+                    continue
+                if part.stiffness is None:
+                    continue
+                k = at_samples([part.stiffness], record.count)
+                own = twist[:, :, None] * twist[:, None, :] / k[:, :, None]
+            C += (own * scale[:, None] * scale)[:, rows][:, :, rows]
+        J = np.zeros((record.count, n, 0))
+        if columns:
+            J = np.stack(columns, axis=2)
+            J = J / np.linalg.norm(J, axis=1)[:, None, :]
+        ranks = {int(r) for r in np.linalg.matrix_rank(J, tol=_RANK)} if columns else {0}
+        return cls(J, C, n - ranks.pop() if len(ranks) == 1 else None)
+
 
 _SAME = 1e-10  # of a unit vector, or of the length
 IDLE = 1e-9  # work on a passive joint, and coupling of two wrenches
@@ -98,8 +184,24 @@ class Basis:
         return int(np.sum(np.triu(self.coupled, 1)))
 
 
-class WrenchSearch(Surroundings):
+@dataclass(frozen=True)
+class WrenchSearch:
     """Finds a basis of unit wrenches of which few or none share energy."""
+
+    record: Record
+    reference: np.ndarray  # (3,): reference point, entries or numbers
+    space: Space
+    length: float  # characteristic length [m]
+
+    @classmethod
+    def of(cls, placed: PlacedRobot) -> WrenchSearch:
+        """For the legs of a robot."""
+        return cls(placed.record, placed.reference, placed.entries.space, placed.length)
+
+    @property
+    def scale(self) -> np.ndarray:
+        """1 for forces and shifts, the length for moments: by it all entries compare (6,)."""
+        return np.array([1.0] * 3 + [self.length] * 3)
 
     def basis(self, leg: PlacedLeg, *, few_couplings: bool = True) -> Basis | None:
         """The simplest basis of what the passive joints transmit; None where none is found.
@@ -117,20 +219,26 @@ class WrenchSearch(Surroundings):
         places = self._transmitted(leg, own)
         if len(places) < own.transmitted:
             return None
-        if (
-            few_couplings
-            and _least_couplings([one[0].scaled for one in places], own) > own.transmitted
-        ):
+        m = own.transmitted
+        if few_couplings and _least_couplings([one[0].scaled for one in places], own) > m:
             return None
-        found = [
-            min(
-                (replace(one, cost=self._cost(leg, one.wrench)) for one in alike),
-                key=lambda one: one.cost,
-            )
-            for alike in places
-        ]
-        count = own.transmitted
-        while count < len(found) and comb(count + 1, own.transmitted) <= _MOST:
+        found, record, length = list[_PlacedWrench](), self.record, self.length
+        for alike in places:
+            each = []
+            for one in alike:
+                entries = one.wrench.about(self.reference, record, length)
+                for part in leg.parts:
+                    if isinstance(part, PlacedSpring):
+                        entries += one.wrench.load_on(part, record, length)
+                    elif part.stiffness is not None:
+                        entries.append(one.wrench.work_on(part, record, length))
+                used = [x for x in entries if isinstance(x, Entry)]
+                numbers = sum(not isinstance(x, Entry) and x != 0 for x in entries)
+                steps = record.cost(x.step for x in used)
+                each.append(replace(one, cost=10 * steps + 10 * len(used) + numbers))
+            found.append(min(each, key=lambda one: one.cost))
+        count = m
+        while count < len(found) and comb(count + 1, m) <= _MOST:
             count += 1
         return _combined(sorted(found, key=lambda one: one.cost)[:count], own)
 
@@ -180,18 +288,6 @@ class WrenchSearch(Surroundings):
         ]
         alike = _alike(scaled[fits], _SAME, up_to_sign=True)
         return [[each[k] for k in group] for group in alike]
-
-    def _cost(self, leg: PlacedLeg, wrench: UnitWrench) -> int:
-        record, length = self.record, self.length
-        entries = wrench.about(self.reference, record, length)
-        for part in leg.parts:
-            if isinstance(part, PlacedSpring):
-                entries += wrench.load_on(part, record, length)
-            elif part.stiffness is not None:
-                entries.append(wrench.work_on(part, record, length))
-        used = [x for x in entries if isinstance(x, Entry)]
-        plain = sum(not isinstance(x, Entry) and x != 0 for x in entries)
-        return 10 * record.cost(x.step for x in used) + 10 * len(used) + plain
 
     def _different(
         self, vectors: Iterator[_Vector], scale: float, *, up_to_sign: bool
@@ -283,7 +379,32 @@ def _unit(a: _Vector) -> _Vector | None:
     size = np.linalg.norm(a[0], axis=1)
     if np.min(size) <= _SAME:
         return None
-    return a[0] / size[:, None], cache(lambda: _unit_entries(a[1]()))
+
+    @cache
+    def write() -> np.ndarray | None:
+        between = a[1]()
+        if between is None:
+            return None
+        square = between @ between
+        if not isinstance(square, Entry):
+            return between / square_root(square) if float(square) > 0 else None
+        record = square.record
+        at = at_samples(between, record.count)
+        least = np.min(np.abs(at), axis=0)
+        first = int(np.argmax(least))
+        if least[first] > 0 and np.max(np.ptp(at / at[:, [first]], axis=0)) < _SAME:
+            ratios = [record.simplified(x / between[first]) for x in between]
+            ratios = np.array(ratios, dtype=object)
+            if not any(isinstance(x, Entry) for x in ratios):
+                return ratios * int(np.sign(at[0, first])) / sp.sqrt(sp.sympify(ratios @ ratios))
+        length = record.simplified(square_root(square))
+        if not isinstance(length, Entry):
+            return between if length == 1 else None
+        if np.min(length.sample) <= _SAME:
+            return None
+        return np.array([x / length for x in between], dtype=object)
+
+    return a[0] / size[:, None], write
 
 
 def _are_square(a: _Vector, b: _Vector) -> bool:
@@ -362,26 +483,3 @@ def _points(leg: PlacedLeg, count: int) -> Iterator[_Vector]:
 def _middle(points: Sequence[_Vector]) -> _Vector:
     at = np.mean([p for p, _ in points], axis=0)
     return at, lambda: np.sum([write() for _, write in points], axis=0) / sp.Integer(len(points))
-
-
-def _unit_entries(between: np.ndarray | None) -> np.ndarray | None:
-    """Unit vector between two points; None where they meet."""
-    if between is None:
-        return None
-    square = between @ between
-    if not isinstance(square, Entry):
-        return between / square_root(square) if float(square) > 0 else None
-    record = square.record
-    at = at_samples(between, record.count)
-    least = np.min(np.abs(at), axis=0)
-    first = int(np.argmax(least))
-    if least[first] > 0 and np.max(np.ptp(at / at[:, [first]], axis=0)) < _SAME:
-        ratios = np.array([record.simplified(x / between[first]) for x in between], dtype=object)
-        if not any(isinstance(x, Entry) for x in ratios):
-            return ratios * int(np.sign(at[0, first])) / sp.sqrt(sp.sympify(ratios @ ratios))
-    length = record.simplified(square_root(square))
-    if not isinstance(length, Entry):
-        return between if length == 1 else None
-    if np.min(length.sample) <= _SAME:
-        return None
-    return np.array([x / length for x in between], dtype=object)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass, field, fields
+from dataclasses import dataclass, field, fields
 from functools import cached_property, reduce
 from itertools import product
 from typing import Any
@@ -17,7 +17,7 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.derivation import Formula
-from robostiff.analytic.exact.definition import Definition, WrittenField, used_definitions
+from robostiff.analytic.exact.definition import Definition, used_definitions
 from robostiff.analytic.exact.exact_points import matrix_value
 from robostiff.analytic.vectors.vector_expressions import (
     Columns,
@@ -201,19 +201,10 @@ class FormulaInVectors(Formula):
     names : tuple of Definition
         Products of beams and the like.
     space : Space
-    name : str
-    conditions : tuple of Condition
-    meanings : mapping of str to str
-        Of given symbols.
     """
 
     names: tuple[Definition, ...]
     space: Space
-    _: KW_ONLY
-    name: str = "K_C"
-    conditions: WrittenField = WrittenField(())
-    meanings: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
-    following: tuple[str, ...] = ()
 
     keeps_numbers = is_of_legs = True
 
@@ -233,7 +224,7 @@ class FormulaInVectors(Formula):
         return self._in_components[0]
 
     @property
-    def definitions(self) -> tuple[Definition, ...]:  # pyright: ignore
+    def definitions(self) -> tuple[Definition, ...]:
         """Components of all vectors, one leg after the other."""
         return self._in_components[1]
 
@@ -249,11 +240,8 @@ class FormulaInVectors(Formula):
 
     def components(self) -> Components:
         """None yet, but for names; no name is that of a given symbol."""
-        own = (getattr(self, f.name) for f in fields(self) if f.name not in _WORDS)
+        own = (getattr(self, f.name) for f in fields(self) if not f.kw_only and f.name != "space")
         return Components(names_in(tuple(own)), self.names)
-
-
-_WORDS = {"name", "conditions", "meanings", "following", "space"}  # fields without formulas
 
 
 @dataclass(frozen=True)

@@ -64,8 +64,10 @@ class LegTable:
         first = tuple(map(sp.sympify, each[0]))
         if all(_are_same(first, v) for v in each[1:]):
             return first
-        polar = self._on_a_circle(each)
-        if polar is None:
+        # Points that are as far from the z axis, and as high, have a radius and angles.
+        polar = [self.polar(*map(sp.sympify, v[:2])) for v in each if _are_same(first[2:], v[2:])]
+        known = [x for x in polar if x and polar[0] and _are_same(polar[0][:1], x[:1])]
+        if len(known) < len(each):
             differ = (any(not _are_same((v[k],), (first[k],)) for v in each[1:]) for k in range(3))
             if as_whole and all(differ):
                 own = (tuple(map(sp.sympify, v)) for v in each)
@@ -75,8 +77,7 @@ class LegTable:
                 self.scalar(f"{letter}_i{axis}", [v[k] for v in each])
                 for k, axis in enumerate("xyz")
             )
-        radius, angles = polar
-        turned = self.angle(angle, angles)
+        radius, turned = known[0][0], self.angle(angle, [x for _, x in known])
         return radius * sp.cos(turned), radius * sp.sin(turned), first[2]
 
     def keep(self, used: Container[str]) -> None:
@@ -115,20 +116,6 @@ class LegTable:
             return sp.sympify(each[0])
         self.columns[name] = [sp.sympify(x) for x in each]
         return sp.Symbol(name, real=True)
-
-    def _on_a_circle(self, each: Sequence[Sequence[Any]]) -> tuple[Any, list[Any]] | None:
-        """Radius and angles of points that are as far from the z axis, and as high."""
-        if not all(_are_same((each[0][2],), (v[2],)) for v in each[1:]):
-            return None
-        angles = []
-        radius = None
-        for x, y, _ in each:
-            found = self.polar(sp.sympify(x), sp.sympify(y))
-            if found is None or (radius is not None and not _are_same((radius,), (found[0],))):
-                return None
-            radius = found[0]
-            angles.append(found[1])
-        return radius, angles
 
     def polar(self, x: Any, y: Any) -> tuple[Any, Any] | None:
         """Radius and angle of a point in the plane; None where they are no short formulas."""

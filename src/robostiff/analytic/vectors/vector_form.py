@@ -20,8 +20,7 @@ from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.placement.turned_legs import COMPONENTS, averages, orbits_of
 from robostiff.analytic.reading.record_reading import ClosedReading
-from robostiff.analytic.springs.contributions import summed
-from robostiff.analytic.springs.leg_springs import LegReader, NotHeldByUnitWrenchesError
+from robostiff.analytic.springs.leg_springs import LegReader, NotHeldByUnitWrenchesError, summed
 from robostiff.analytic.springs.unit_wrenches import UnitWrench, WrenchSearch
 from robostiff.analytic.vectors.forms import VectorForm
 from robostiff.analytic.vectors.leg_table import LegTable
@@ -139,8 +138,7 @@ class _Recognition:
         self.placed = placed
         self.plain = ClosedReading(placed.record, placed.symbols)
         self.read = KnownReading(placed.record, placed.symbols, placed.springs)
-        search = WrenchSearch(placed.record, placed.reference, placed.entries.space, placed.length)
-        self.springs = LegReader(search, self.read)
+        self.springs = LegReader(WrenchSearch.of(placed), self.read)
         name, point = "Q" if "R" in placed.symbols else "R", placed.entries.reference_point
         each = {"p": placed.platform.p, name: placed.platform.R, "r_0": point}
         at = {own: sampled(x, placed.record.count) for own, x in each.items()}
@@ -185,7 +183,7 @@ class _Recognition:
         """
         legs: list[LegInVectors | None] = []
         arms: list[tuple[int, str, tuple[Any, ...]]] = []
-        of_rods, contributions = set[Any](), self.springs.contributions.of
+        of_rods, contributions = set[Any](), self.springs.contributions
         wrench = Stacked(U, Cross(self.platform.turned(B), U))
         for number, rod in enumerate(rods):
             own, middle = self.placed.legs[number].leg, ends_of(self.placed.legs[number].leg)

@@ -7,7 +7,7 @@ couple; where more of them do, the leg has a small matrix of compliances.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
@@ -20,18 +20,9 @@ from robostiff.analytic.exact.definition import Definition, count_of
 from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.named_reading import NamedReading
-from robostiff.analytic.springs.contributions import recognised_beam, summed
-from robostiff.analytic.springs.leg_springs import LegReader
-from robostiff.analytic.springs.sampled_leg import SampledLeg
-from robostiff.analytic.springs.unit_wrenches import Basis, UnitWrench
-from robostiff.analytic.vectors.vector_expressions import (
-    Cross,
-    Norm,
-    Stacked,
-    Sum,
-    Times,
-    VectorExpression,
-)
+from robostiff.analytic.springs.leg_springs import LegReader, recognised_beam, summed
+from robostiff.analytic.springs.unit_wrenches import Basis, SampledLeg, UnitWrench
+from robostiff.analytic.vectors.vector_expressions import Cross, Norm, Stacked, Sum, Times
 from robostiff.analytic.vectors.vector_rods import (
     COSINE,
     LENGTH,
@@ -145,20 +136,14 @@ class WrenchWriter:
         if wrench.point is None:
             return place, wrench, Stacked(None, vector)
         away = sampled(wrench.point - self.placed.reference, rod.at.count)
-        for arm in self._arms(rod):
+        # From the reference point to places of a rod.
+        end, is_strut = self.platform.end, rod.carrier is Carrier.NOTHING
+        back = Times(LENGTH / 2 if is_strut else rod.length, U)
+        for arm in (end, *[self.platform.base] * is_strut, Sum(((1, end), (-1, back)))):
             apart = np.cross(rod.at.of(arm) - away, named)
             if np.max(np.abs(apart)) < SAME * self.placed.length:
                 return place, wrench, Stacked(vector, Cross(arm, vector))
         return None
-
-    def _arms(self, rod: Bar) -> Iterator[VectorExpression]:
-        """From the reference point to places of a rod."""
-        end = self.platform.end
-        yield end
-        if rod.carrier is Carrier.NOTHING:
-            yield self.platform.base
-        back = LENGTH / 2 if rod.carrier is Carrier.NOTHING else rod.length
-        yield Sum(((1, end), (-1, Times(back, U))))
 
     def is_stiffness(self, own: PlacedLeg, leg: LegInVectors, rod: Bar) -> bool:
         """Whether a leg as it is written has its stiffness at the samples."""
@@ -192,8 +177,15 @@ class WrenchWriter:
         if len(coupled()) == 1:
             found.append(found.pop(coupled()[0][1]))
         alone, units = [(k, k) for k in range(len(found))], [unit for _, unit, _ in found]
-        met = {(i, j): self._shared(own, units[i], units[j], bars) for i, j in [*alone, *coupled()]}
-        return LegInVectors(tuple(w for *_, w in found), dict(sorted(met.items())))
+        without, shared = own if bars is None else own.without_blocks, dict[tuple[int, int], Any]()
+        for i, j in sorted([*alone, *coupled()]):
+            met = self.springs.contributions(without, units[i], units[j])
+            if bars is not None and i == j:
+                met = [*met, (sp.Integer(1), bars(units[i]))]
+            shared[i, j] = self.of_leg(summed(met))
+            if count_of(shared[i, j]) > _LONGEST:
+                raise FormulaTooLargeError.beyond(_LONGEST)
+        return LegInVectors(tuple(w for *_, w in found), shared)
 
     def _with_couples(self, own: PlacedLeg, basis: Basis, rod: Bar) -> Basis:
         """Of forces along parallel lines across a bar, one at an end of it, and couples.
@@ -225,16 +217,6 @@ class WrenchWriter:
             found = self.springs.search.of_wrenches(own, chosen)
             return basis if found is None or found.couplings > basis.couplings else found
         return basis
-
-    def _shared(self, own: PlacedLeg, a: UnitWrench, b: UnitWrench, bars: _OfBars | None) -> Any:
-        without = own if bars is None else own.without_blocks
-        met = self.springs.contributions.of(without, a, b)
-        if bars is not None and a is b:
-            met = [*met, (sp.Integer(1), bars(a))]
-        shared = self.of_leg(summed(met))
-        if count_of(shared) > _LONGEST:
-            raise FormulaTooLargeError.beyond(_LONGEST)
-        return shared
 
     def of_leg(self, compliance: Any) -> Any:
         """A compliance without names that stand for scalars of the leg."""
@@ -298,18 +280,16 @@ class KnownReading(NamedReading):
     def _of_step(self, step: int) -> Any:
         """A step from its known parts: what lies before these is not read."""
         if step not in self._raw:
-            found = self._recognised(step)
+            found, at = None, self.record.sample(step)
+            for other, symbol in self.known:
+                size = SAME * np.max(np.abs(other))
+                signs = (s for s in (1, -1) if np.max(np.abs(at - s * other)) <= size)
+                if (sign := next(signs, None)) is not None:
+                    found = sign * symbol
+                    break
             if found is None:
                 for argument in self.record.arguments(step):
                     self._of_step(argument)
                 found = self._written(step)
             self._raw[step] = found
         return self._raw[step]
-
-    def _recognised(self, step: int) -> Any:
-        at = self.record.sample(step)
-        for other, symbol in self.known:
-            for sign in (1, -1):
-                if np.max(np.abs(at - sign * other)) <= SAME * np.max(np.abs(other)):
-                    return sign * symbol
-        return None

@@ -15,7 +15,7 @@ import sympy as sp
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.placement.robot_pose import exact_angle
 from robostiff.analytic.reading.named_reading import NamedReading
-from robostiff.analytic.springs.contributions import recognised_beam
+from robostiff.analytic.springs.leg_springs import recognised_beam
 from robostiff.analytic.vectors.vector_expressions import (
     Columns,
     Coordinates,

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from annotated_types import MaxLen, MinLen
-from pydantic import Field, Tag
+from pydantic import Field
 
 from robostiff.elasticity import (
     MATERIALS,
@@ -43,10 +43,10 @@ from robostiff.io.model_file.place import (
     SecondMoment,
     Value,
     Vector,
+    WordOr,
     WrittenMapping,
     WrittenMass,
     WrittenRotation,
-    either,
     read_mass,
 )
 from robostiff.io.suggest import values
@@ -166,15 +166,9 @@ class WrittenSection(WrittenMapping):
             return _SHAPES[kind](**numbers, poisson_ratio=nu)
 
 
-MaterialChoice = Annotated[
-    Annotated[str, Tag("name")] | Annotated[WrittenMaterial, Tag("mapping")],
-    either(str, "name", "mapping"),
-]
+MaterialChoice = WordOr[WrittenMaterial]
 
-SectionChoice = Annotated[
-    Annotated[str, Tag("name")] | Annotated[WrittenSection, Tag("mapping")],
-    either(str, "name", "mapping"),
-]
+SectionChoice = WordOr[WrittenSection]
 
 Theory = Literal["euler-bernoulli", "timoshenko"]
 

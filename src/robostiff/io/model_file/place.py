@@ -254,6 +254,8 @@ _WAYS = ("turn", "rotation_vector", "matrix", "axes")
 def turned_axes(vector: np.ndarray, *, exact: bool) -> np.ndarray:
     """Columns (3, 3): the axes turned about a vector (3,) by its length [rad].
 
+    In exact arithmetic after Rodrigues.
+
     Examples
     --------
     >>> import sympy as sp
@@ -266,15 +268,20 @@ def turned_axes(vector: np.ndarray, *, exact: bool) -> np.ndarray:
         return matrix_of_rotation(np.asarray(vector, dtype=float))
     import sympy as sp
 
-    from robostiff.kinematics.turn import turn_by_cosine
-
-    vector = exact_array(vector)
-    turned = [i for i in range(3) if vector[i] != 0] or [2]
-    angle, axis = vector[turned[0]], exact_array(np.eye(3))[turned[0]]
-    if len(turned) > 1:  # otherwise about an axis of the frame, either way: no absolute value
+    vector, unturned = exact_array(vector), exact_array(np.eye(3))
+    turned = [i for i in range(3) if vector[i] != 0]
+    if not turned:
+        return unturned
+    if len(turned) == 1:  # about an axis of the frame, either way: no absolute value
+        angle, axis = vector[turned[0]], unturned[turned[0]]
+    else:
         angle = length_of(vector)
         axis = vector / angle
-    return exact_array(turn_by_cosine(axis, sp.cos(angle), sp.sin(angle)))
+    sine, cosine = sp.sin(angle), sp.cos(angle)
+    x, y, z = axis
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]], dtype=object)
+    matrix: Any = cosine * unturned + sine * cross + (1 - cosine) * np.outer(axis, axis)
+    return matrix
 
 
 class WrittenTurn(WrittenMapping):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -64,7 +63,9 @@ class Arm(LegForm):
             constant_cosine(e1, e2),
             quotient(to_e2, size) if abs(to_e2) > self.skeleton.rounding else 0,
         )
-        shoulder = body_turned(base, self._shoulder, hub, e1, e2, aimed.way(self.mode.root))
+        rest, _ = rest_of_directions(self.first.point, e1, e2)
+        rest = Rest(rest.R.astype(float), rest.p)
+        shoulder = body_turned(base, rest, hub, e1, e2, aimed.way(self.mode.root))
         mode = RootSigns(self.mode.first, 1, self.mode.second)
         found = self.rod.in_mode(mode).closed(shoulder, platform)
         return replace(found, bodies={**found.bodies, 0: base, self.leading + 1: shoulder})
@@ -106,12 +107,6 @@ class Arm(LegForm):
         """Those of the first and the second joint."""
         crank, *_ = self.rod.turning
         return self.first.axes[0], crank.axes[0]
-
-    @cached_property
-    def _shoulder(self) -> Rest:
-        """Frame at zero coordinates of what the first joint carries."""
-        rest, _ = rest_of_directions(self.first.point, *self._axes)
-        return Rest(rest.R.astype(float), rest.p)
 
 
 def arm_of(skeleton: Skeleton) -> Arm | None:

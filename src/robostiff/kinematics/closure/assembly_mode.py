@@ -146,12 +146,13 @@ def follow(
     if key not in loops.modes:
         loops.modes.clear()
         loops.modes[key] = AssemblyMode(loops, home)
+    mode: AssemblyMode = loops.modes[key]
     away = np.any(given != home[loops.given], axis=-1)
-    if away.all():
-        return loops.modes[key].at(given)
+    if away.all() or not mode.is_closed:
+        return mode.at(given)
     x, closed, elsewhere = np.tile(home, (len(given), 1)), ~away, np.zeros(len(given), dtype=bool)
     if away.any():
-        found = loops.modes[key].at(given[away])
+        found = mode.at(given[away])
         x[away], closed[away], elsewhere[away] = found.x, found.closed, found.elsewhere
     return Followed(x, closed, elsewhere, loops.ends)
 
@@ -176,6 +177,11 @@ class AssemblyMode:
 
     loops: Loops
     home: np.ndarray  # (size,): the closed posture
+
+    @cached_property
+    def is_closed(self) -> bool:
+        """Whether home closes as well as any posture that is found; dimensions may lack digits."""
+        return bool(_size(self.loops.gaps(self.home[None]))[0] <= _STANDSTILL)
 
     def at(self, given: np.ndarray) -> Followed:
         """Postures at prescribed coordinates (N, g), in the order of ``loops.given``."""

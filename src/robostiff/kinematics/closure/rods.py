@@ -55,9 +55,6 @@ class RodForm(LegForm):
     spin: int | None  # place of a turn about the rod itself
     # Whether the turn about itself matters of a rod between two spherical joints
     spin_matters: bool = field(default=True, kw_only=True)
-    _rests: dict[tuple[bytes, bytes], Rest] = field(
-        default_factory=dict, compare=False, repr=False, kw_only=True
-    )
 
     @property
     def turned_by_second(self) -> bool:
@@ -72,14 +69,6 @@ class RodForm(LegForm):
         if all(map(is_zero, home)):
             return np.eye(3, dtype=int)
         return axes @ turn_by_vector_of_entries(home) @ axes.T
-
-    def rest(self, axis: np.ndarray, target: np.ndarray) -> Rest:
-        """Frame of a body that an axis turns, its direction beside the axis, of numbers."""
-        key = axis.tobytes(), target.tobytes()
-        if key not in self._rests:
-            found, _ = rest_of_directions(np.zeros(3), axis, target)
-            self._rests[key] = Rest(found.R.astype(float), found.p)
-        return self._rests[key]
 
 
 @dataclass(frozen=True)
@@ -351,8 +340,9 @@ class _RodNow:
         """
         x, p = point or (self.form.A.point, self.A_now)
         if before.is_at_poses:
-            rest = self.form.rest(axis[0], target[0])
-            return body_turned(before, Rest(rest.R, x), p, axis[0], *target)
+            rest, _ = rest_of_directions(x, axis[0], target[0])
+            rest = Rest(rest.R.astype(float), x)
+            return body_turned(before, rest, p, axis[0], *target)
         (u0, u), (v0, v) = (target, axis) if target_first else (axis, target)
         return body_of_directions((x, u0, v0), (p, u, v))
 

@@ -200,7 +200,20 @@ class LegNumbers:
         )
         self.on_platform: np.ndarray = np.flatnonzero(self.ends < 0)
         self.inner_chains: np.ndarray = np.flatnonzero(self.ends >= 0)
-        self.components: list[Component] = _components(kind)
+        meeting: list[list[Hashable]] = [
+            [c, *((b,) for b in (own.start, own.end) if b is not None)]
+            for c, own in enumerate(chains)
+        ]
+        meeting += [[*own] for own in kind.meeting if own]
+        nodes = [*range(len(chains)), *((b,) for b in range(kind.bodies))]
+        first, found = connected_parts(nodes, meeting), dict[Hashable, Component]()
+        for c in range(len(chains)):
+            found.setdefault(first[c], Component([], [], [])).chains.append(c)
+        for b in range(kind.bodies):
+            found[first[b,]].bodies.append(b)
+        for i, (c, _) in enumerate(kind.rigid):
+            found[first[c]].rigid.append(i)
+        self.components: list[Component] = list(found.values())
         #: Coordinates (U,); of rigid couplings; twists of bodies (bodies, r); wrenches (C, r).
         self.x, self.held = (np.zeros(n, dtype=int) for n in (sum(counts), len(kind.rigid)))
         self.bodies, self.W = (np.zeros((n, r), dtype=int) for n in (kind.bodies, len(chains)))
@@ -297,24 +310,6 @@ def numbers_of(kind: LegsKind) -> LegNumbers:
         if isinstance(own, np.ndarray):  # robots share them
             own.setflags(write=False)
     return found
-
-
-def _components(kind: LegsKind) -> list[Component]:
-    chains, bodies = range(len(kind.chains)), range(kind.bodies)
-    meeting: list[list[Hashable]] = [
-        [c, *((b,) for b in (own.start, own.end) if b is not None)]
-        for c, own in enumerate(kind.chains)
-    ]
-    held: list[list[Hashable]] = [[*own] for own in kind.meeting if own]
-    first = connected_parts([*chains, *((b,) for b in bodies)], meeting + held)
-    found: dict[Hashable, Component] = {}
-    for c in chains:
-        found.setdefault(first[c], Component([], [], [])).chains.append(c)
-    for b in bodies:
-        found[first[b,]].bodies.append(b)
-    for i, (c, _) in enumerate(kind.rigid):
-        found[first[c]].rigid.append(i)
-    return list(found.values())
 
 
 def _slices(sizes: Sequence[int]) -> list[slice]:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from robostiff.analysis.free_motion import free_motions_in_words
-from robostiff.kept import kept
 from robostiff.statics.equations.newton import (
     CAP,
     SHARP,
@@ -20,15 +18,12 @@ from robostiff.statics.equations.newton import (
 )
 from robostiff.statics.equations.problem import EquilibriumProblem, LoadCase, solve_least
 from robostiff.statics.equations.stability import (
-    Margin,
+    CriticalPoint,
     Regular,
-    energies_of,
-    leg_margins,
+    least_margin,
     may_be_singular,
     meets_stiffness,
-    platform_margin,
-    whole_motion,
-    with_modes,
+    point_at,
 )
 
 # Of the margins around a critical point: where interpolation begins, and how many are tried before
@@ -46,42 +41,9 @@ _TORN, _SAME = 10.0, 1e-6
 # Of the arc to where none are: how far they are followed. Small margins up to which there may be
 # none, equations being singular.
 _TOWARDS, _NEARLY = 0.9, 100.0
-# Of load times mode: below this the load does no work on the mode, and equilibria branch.
-_BRANCHES = 1e-4
 # Of a step: where equilibria around a singular posture are looked for, and how near to it, of the
 # determinant of closures before it, they are none.
 _AROUND, _BESIDE = 1.5 * (0.5 - 0.5 * np.cos(np.pi * (np.arange(12) + 0.5) / 12)), 0.1
-# Difference of margins by which legs buckle together.
-_TOGETHER = 1e-7
-
-
-@dataclass(frozen=True)
-class CriticalPoint:
-    """The first equilibrium along a growing load that is not stable, or a singular posture.
-
-    Attributes
-    ----------
-    factor : float
-        Of the load.
-    words : str
-        How the robot leaves it.
-    leg : str or None
-        The leg that buckles while the platform is held; None where the platform moves.
-    twist : (r,) array
-        Of the platform, per metre or radian; zero of a leg that buckles by itself, and of
-        singular postures.
-    is_limit : bool
-        Whether the load cannot grow further; it can, on an unstable branch, where equilibria
-        branch.
-    found : FoundEquilibrium
-    """
-
-    factor: float
-    words: str
-    leg: str | None
-    twist: np.ndarray
-    is_limit: bool
-    found: FoundEquilibrium
 
 
 def refined(step: PathStep) -> CriticalPoint | float:
@@ -235,63 +197,6 @@ def _at_zero(met: dict[float, float]) -> float:
     return total
 
 
-@kept
-def least_margin(found: FoundEquilibrium) -> Margin:
-    """The least margin, of the platform or of a leg."""
-    every = platform_margin(found.known), *leg_margins(found.known).values()
-    return min(every, key=lambda own: own.value)
-
-
-def point_at(found: FoundEquilibrium, least: Margin | None = None) -> CriticalPoint:
-    """What happens at a critical equilibrium, by its least margin."""
-    problem, least = found.problem, least or least_margin(found)
-    if least.leg is not None:
-        # Of legs that buckle together, rounding must not choose the one that is named.
-        margins = leg_margins(found.known)
-        leg = min(key for key in margins if margins[key].value <= least.value + _TOGETHER)
-        least = margins[leg]
-        g, i = least.at
-        parts = energies_of(
-            problem.legs, *whole_motion(problem.legs, problem.blocks[g], i, least.mode)
-        )
-        name, part, _ = max(parts, key=lambda own: own[2])
-        words = f"leg {name!r} buckles while the platform stays: most in {part!r}"
-        return CriticalPoint(found.factor, words, name, np.zeros(problem.size), False, found)
-    mode = least.mode
-    size = np.linalg.norm(mode * problem.scale)
-    twist = mode / (size if size > 0 else 1.0)
-    motion = free_motions_in_words(twist[None], found.state.p, problem.length)[0]
-    load = found.known.by_factor
-    work = abs(float(load @ twist))
-    # rigid parts may carry the load, and leave rounding of it
-    whole = float(
-        np.linalg.norm(np.append(load, found.loading.wrench_rate) / np.tile(problem.scale, 2))
-    )
-    is_limit = work > _BRANCHES * whole
-    how = "snaps through" if is_limit else "buckles"
-    words = f"the platform {how}: {motion}{_bent_beam(found, twist)}"
-    return CriticalPoint(found.factor, words, None, motion.twist, is_limit, found)
-
-
-def _bent_beam(found: FoundEquilibrium, twist: np.ndarray) -> str:
-    """The beam that bends most between its ends in a motion of the platform, if most bends so."""
-    known, problem, legs = found.known, found.problem, found.problem.legs
-    moved = known.by_twist[: legs.numbers.total] @ twist
-    bent = np.zeros(legs.inner_modes.shape)
-    for g, block in enumerate(problem.blocks):
-        m, Q = block.free, with_modes(legs, known.equations, g)
-        motion = moved[block.coordinates]
-        bends = -np.linalg.pinv(Q[:, m:, m:]) @ Q[:, m:, :m] @ motion[..., None]
-        for i, own in enumerate(bends[..., 0]):
-            bent += whole_motion(legs, block, i, np.append(motion[i], own))[1]
-    parts = energies_of(legs, moved, bent)
-    inner = parts[: len(bent)]
-    if not sum(own[2] for own in inner) > 0.5 * sum(own[2] for own in parts):
-        return ""
-    leg, part, _ = max(inner, key=lambda own: own[2])
-    return f"; {part!r} of leg {leg!r} bends between its ends"
-
-
 #: A margin above which Newton's method has not passed a critical load, if its steps were direct.
 SAFE = 0.3
 # Steps at most, and how far one of them shifts the platform, by the robot's length.
@@ -401,7 +306,12 @@ def path(problem: EquilibriumProblem, loading: LoadCase, largest: float = 0.25) 
         point = refined(step) if remains != is_stable else None
         # On a stable branch the load grows: so the determinant of K and of this arc has its sign.
         leapt = isinstance(point, float | int)
-        falls = following[-1] < -_BACK if remains else _is_below(point, here)
+        falls = (
+            following[-1] < -_BACK
+            if remains
+            else isinstance(point, CriticalPoint)
+            and point.factor < here.factor - _BACK * (1.0 + abs(here.factor))
+        )
         if remains and margin + slope * h < 0 and h > _LEAST * before:
             falls = falls or _is_lost_between(step)
         if leapt or (is_stable and falls):
@@ -434,12 +344,6 @@ def _is_lost_between(step: PathStep) -> bool:
     return middle.converged and least_margin(middle).value < 0
 
 
-def _is_below(point: CriticalPoint | float | None, here: FoundEquilibrium) -> bool:
-    """Whether a critical point lies at less of the load than the equilibrium before it."""
-    back = here.factor - _BACK * (1.0 + abs(here.factor))
-    return isinstance(point, CriticalPoint) and point.factor < back
-
-
 def _start(
     problem: EquilibriumProblem, loading: LoadCase
 ) -> tuple[FoundEquilibrium, CriticalPoint | None]:
@@ -453,7 +357,7 @@ def _start(
     if here.converged and here.direct and least_margin(here).value >= SAFE:
         return here, None
     growing = LoadCase(np.zeros(problem.size), loading.wrench, 0.0, loading.share)
-    ended, critical, searched_to = first_critical(problem, growing, 1.0)
+    ended, critical, searched_to = first_critical(path(problem, growing), 1.0)
     if critical is not None or ended is None or searched_to < 1.0:
         return here, critical
     return equilibrium_at(problem, loading, 0.0, ended.state), None
@@ -504,16 +408,16 @@ def _lost_at_corner(
 
 
 def first_critical(
-    problem: EquilibriumProblem, loading: LoadCase, up_to: float
+    steps: Iterable[OnPath], up_to: float
 ) -> tuple[FoundEquilibrium | None, CriticalPoint | None, float]:
-    """The first critical point from factor 0 up to a factor.
+    """The first critical point on a path from factor 0 up to a factor.
 
     Returns the last stable equilibrium, at most at `up_to`, None where there is none from which to
     start; the critical point, None where none was met; and the factor up to which equilibria were
     found to be stable: `up_to`, unless the path ended before or a critical point was met.
     """
     here, furthest = None, 0.0
-    for own in path(problem, loading):
+    for own in steps:
         if own.found.factor < 0:
             break
         furthest = max(furthest, own.found.factor)

@@ -1,4 +1,4 @@
-"""Stability: the energy of a loaded robot beside that of the unloaded one; singular postures.
+"""Stability: the energy of a loaded robot beside that of the unloaded one; where it is lost.
 
 Assembly modes of rigid linkages meet in these, as in a parallelogram laid flat. On a smooth path of
 configurations the closure ``G dx = 0`` of the whole robot, platform included, keeps its rank. With
@@ -14,9 +14,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robostiff.analysis.free_motion import free_motions_in_words
+from robostiff.kept import kept
 from robostiff.statics.chains.elements import NOBODY
 from robostiff.statics.chains.legs import LegEquations, Legs
 from robostiff.statics.chains.numbers import ComponentBlock
+from robostiff.statics.equations.newton import FoundEquilibrium
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised
 
 # Of the largest eigenvalue: below this there is no stiffness.
@@ -31,6 +34,10 @@ _CLEARLY = 1e4
 _INDEPENDENT = 1e-6
 # Of the largest singular value of a closure: a direction that is missing all along.
 _LOST = 1e-9
+# Of load times mode: below this the load does no work on the mode, and equilibria branch.
+_BRANCHES = 1e-4
+# Difference of margins by which legs buckle together.
+_TOGETHER = 1e-7
 
 
 @dataclass(frozen=True)
@@ -354,3 +361,85 @@ def unloaded_curvature(legs: Legs, block: ComponentBlock) -> np.ndarray:
         return own_curvature(legs, block)
     K = legs.pulls(legs.unloaded, 0.0).stiffness
     return own_curvature(legs, block) + np.array([K[np.ix_(u, u)] for u in block.coordinates])
+
+
+@dataclass(frozen=True)
+class CriticalPoint:
+    """The first equilibrium along a growing load that is not stable, or a singular posture.
+
+    Attributes
+    ----------
+    factor : float
+        Of the load.
+    words : str
+        How the robot leaves it.
+    leg : str or None
+        The leg that buckles while the platform is held; None where the platform moves.
+    twist : (r,) array
+        Of the platform, per metre or radian; zero of a leg that buckles by itself, and of
+        singular postures.
+    is_limit : bool
+        Whether the load cannot grow further; it can, on an unstable branch, where equilibria
+        branch.
+    found : FoundEquilibrium
+    """
+
+    factor: float
+    words: str
+    leg: str | None
+    twist: np.ndarray
+    is_limit: bool
+    found: FoundEquilibrium
+
+
+@kept
+def least_margin(found: FoundEquilibrium) -> Margin:
+    """The least margin, of the platform or of a leg."""
+    every = platform_margin(found.known), *leg_margins(found.known).values()
+    return min(every, key=lambda own: own.value)
+
+
+def point_at(found: FoundEquilibrium, least: Margin | None = None) -> CriticalPoint:
+    """What happens at a critical equilibrium, by its least margin."""
+    problem, least = found.problem, least or least_margin(found)
+    if least.leg is not None:
+        # Of legs that buckle together, rounding must not choose the one that is named.
+        margins = leg_margins(found.known)
+        leg = min(key for key in margins if margins[key].value <= least.value + _TOGETHER)
+        least = margins[leg]
+        g, i = least.at
+        parts = energies_of(
+            problem.legs, *whole_motion(problem.legs, problem.blocks[g], i, least.mode)
+        )
+        name, part, _ = max(parts, key=lambda own: own[2])
+        words = f"leg {name!r} buckles while the platform stays: most in {part!r}"
+        return CriticalPoint(found.factor, words, name, np.zeros(problem.size), False, found)
+    mode = least.mode
+    size = np.linalg.norm(mode * problem.scale)
+    twist = mode / (size if size > 0 else 1.0)
+    motion = free_motions_in_words(twist[None], found.state.p, problem.length)[0]
+    load = found.known.by_factor
+    work = abs(float(load @ twist))
+    # rigid parts may carry the load, and leave rounding of it
+    whole = float(
+        np.linalg.norm(np.append(load, found.loading.wrench_rate) / np.tile(problem.scale, 2))
+    )
+    is_limit = work > _BRANCHES * whole
+    how = "snaps through" if is_limit else "buckles"
+    # the beam that bends most between its ends, if most bends so
+    legs, known, bends = problem.legs, found.known, ""
+    moved = known.by_twist[: legs.numbers.total] @ twist
+    bent = np.zeros(legs.inner_modes.shape)
+    for g, block in enumerate(problem.blocks):
+        m, Q = block.free, with_modes(legs, known.equations, g)
+        own = moved[block.coordinates]
+        inner = -np.linalg.pinv(Q[:, m:, m:]) @ Q[:, m:, :m] @ own[..., None]
+        for i, mode in enumerate(inner[..., 0]):
+            bent += whole_motion(legs, block, i, np.append(own[i], mode))[1]
+    parts = energies_of(legs, moved, bent)
+    beams = parts[: len(bent)]
+    if sum(one[2] for one in beams) > 0.5 * sum(one[2] for one in parts):
+        leg, part, _ = max(beams, key=lambda one: one[2])
+        bends = f"; {part!r} of leg {leg!r} bends between its ends"
+    words = f"the platform {how}: {motion}{bends}"
+    return CriticalPoint(found.factor, words, None, motion.twist, is_limit, found)

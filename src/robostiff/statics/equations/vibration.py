@@ -316,7 +316,14 @@ def mass_rows(problem: EquilibriumProblem, masses: CarriedMasses, state: State) 
     Velocities of points times roots of masses.
     """
     r, legs, rows, free = problem.size, problem.legs, list(problem.rows), len(problem.free)
-    each = [_rates_of_drives(problem)]
+    pairs = [(own.drive, a) for own, a in zip(legs.couplings, legs.sum_rows, strict=True)]
+    for (c, k), at in legs.places.items():
+        element, unit = legs.chains[c].elements[k], np.zeros(legs.numbers.total)
+        if isinstance(element, FiniteJoint) and element.inertia:
+            unit[legs.numbers.x[at]] = 1.0
+            pairs.append((element, unit))
+    moving = [np.sqrt(drive.inertia) * a[problem.free] for drive, a in pairs if drive.inertia]
+    each = [np.array(moving).reshape(-1, free)]
     if masses.on_legs:
         each.append(velocities(legs, state.legs, state.p, masses.on_legs)[:, problem.free])
     found = [np.pad(np.concatenate(each), [(0, 0), (0, r)])]
@@ -325,16 +332,3 @@ def mass_rows(problem: EquilibriumProblem, masses: CarriedMasses, state: State) 
         rate = np.concatenate([np.eye(3), -skew(b)], axis=1)[:, rows]
         found.append(np.pad(np.sqrt(float(mass.value)) * rate, [(0, 0), (free, 0)]))
     return np.concatenate(found)
-
-
-def _rates_of_drives(problem: EquilibriumProblem) -> np.ndarray:
-    """Rates of coordinates and sums times roots of the inertia of their drives (k, m)."""
-    legs = problem.legs
-    pairs = [(own.drive, a) for own, a in zip(legs.couplings, legs.sum_rows, strict=True)]
-    for (c, k), at in legs.places.items():
-        element, unit = legs.chains[c].elements[k], np.zeros(legs.numbers.total)
-        if isinstance(element, FiniteJoint) and element.inertia:
-            unit[legs.numbers.x[at]] = 1.0
-            pairs.append((element, unit))
-    moving = [np.sqrt(drive.inertia) * a[problem.free] for drive, a in pairs if drive.inertia]
-    return np.array(moving).reshape(-1, len(problem.free))

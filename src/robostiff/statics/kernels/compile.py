@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import reduce
-from operator import or_
 from typing import Any
 
 import numpy as np
@@ -22,11 +20,12 @@ from robostiff.kinematics import JointCoordinates, PostureFinder, posture_finder
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.record import Program, Record
 from robostiff.recorded import parameter_samples, record_robot, sample_postures
+from robostiff.spatial import is_formula
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.kernels.compiled_loading import CompiledLoading
 from robostiff.statics.kernels.elimination import RigidLegError
-from robostiff.statics.kernels.forces_on_bodies import Site, has_symbols
+from robostiff.statics.kernels.leg import Site
 from robostiff.statics.kernels.loaded_robot import record_loading
 from robostiff.statics.loading.given_loads import Acting, Gravity, Loads, StandingLoads
 from robostiff.statics.loading.loaded_posture import LoadedPosture, Postures, postures_of
@@ -127,7 +126,17 @@ def compile_loaded(
         )
     robot.check_platform_is_rigid("kernel under load")
     with_laws = robot.drives_with_laws
-    with_symbols = parameters and any(map(has_symbols, robot.springs))
+    values = (
+        x
+        for own in robot.springs
+        for x in (
+            own.stiffness,
+            own.free_length,
+            own.preload,
+            *(y for b in own.between for y in b.at),
+        )
+    )
+    with_symbols = parameters and any(map(is_formula, values))
     laws = f"laws of force or stiffness: {', '.join(with_laws)}"
     for refused, got, expected in (
         (with_symbols, "springs between bodies with symbols, beside parameters", "numbers"),
@@ -270,59 +279,34 @@ def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> C
     DisagreementError
         When it gives something else.
     """
-    robot = found.robot
-    posture = sample_postures(finder, 1873)
+    robot, posture, status = found.robot, sample_postures(finder, 1873), None
+    values, acting = parameter_samples(robot, 1873), Acting(**found.standing.given)
     poses: list[JointCoordinates | np.ndarray] = []
     if robot.coordinates or not robot.is_posed_by_joints:
         poses.append(posture.pose[:, robot.coordinate_places])
     if robot.is_posed_by_joints:
         poses.append(JointCoordinates(posture.coordinates[0]))
+    for pose in poses:
+        given, random = np.asarray(getattr(pose, "values", pose)), np.random.default_rng(5)
+        scale = force * np.where(np.array(robot.space.rows) < 3, 1.0, finder.length)
+        F = scale * random.uniform(-1, 1, (len(given), robot.space.size))
+        F[0] = 0.0
+        answer = found.in_arrays.evaluate(pose, F, parameters=values)
+        rows = np.reshape(list(values.values()), (len(values), len(given)))
+        for other, own in ParameterValues(robot, rows).groups(~answer.guarded):
+            part = given[own] if pose is given else JointCoordinates(given[own])
+            postures = postures_of(other, part, None)
+            for i, k in enumerate(own):
+                one = solved(postures.loaded(i, acting), F[k])
+                where = f"{robot.name!r} at {given[k].tolist()} under {F[k].tolist()}"
+                if not one.has_answer:
+                    raise DisagreementError(_SUBJECT, f"({one.status} against an answer)", where)
+                size = np.sqrt(np.diag(one.K))
+                off = float(np.max(np.abs(answer.K[k] - one.K) / np.outer(size, size)))
+                if not off <= _AGREES:
+                    raise DisagreementError(_SUBJECT, off, where)
+                status = one.status & ~Status.BEYOND_LIMITS | (status or Status.OK)
     # Poses alone may leave all of them open: of an arm with more than six joints.
-    each = (_status_at(found, finder, force, pose) for pose in poses)
-    status = [own for own in each if own is not None]
-    if not status:
+    if status is None:
         return replace(found, general=replace(found.general, verified=False))
-    return replace(found, status=reduce(or_, status))
-
-
-def _status_at(
-    found: CompiledLoading, finder: PostureFinder, force: float, pose: JointCoordinates | np.ndarray
-) -> Status | None:
-    """Status at generic poses (N, n) where equilibria confirm the record; None where it has none.
-
-    Raises
-    ------
-    DisagreementError
-        When it gives something else.
-    """
-    robot, given = found.robot, np.asarray(getattr(pose, "values", pose))
-    random = np.random.default_rng(5)
-    rows = np.array(robot.space.rows)
-    F = (
-        force
-        * np.where(rows < 3, 1.0, finder.length)
-        * random.uniform(-1, 1, (len(given), len(rows)))
-    )
-    F[0] = 0.0
-    values = parameter_samples(robot, 1873)
-    answer = found.in_arrays.evaluate(pose, F, parameters=values)
-    if np.all(answer.guarded):
-        return None
-    parameter_rows = ParameterValues(
-        robot, np.reshape(list(values.values()), (len(values), len(given)))
-    )
-    status = Status.OK
-    for other, own in parameter_rows.groups(~answer.guarded):
-        part = given[own] if pose is given else JointCoordinates(given[own])
-        postures, acting = postures_of(other, part, None), Acting(**found.standing.given)
-        for i, k in enumerate(own):
-            one = solved(postures.loaded(i, acting), F[k])
-            where = f"{robot.name!r} at {given[k].tolist()} under {F[k].tolist()}"
-            if not one.has_answer:
-                raise DisagreementError(_SUBJECT, f"({one.status} against an answer)", where)
-            size = np.sqrt(np.diag(one.K))
-            off = float(np.max(np.abs(answer.K[k] - one.K) / np.outer(size, size)))
-            if not off <= _AGREES:
-                raise DisagreementError(_SUBJECT, off, where)
-            status = one.status & ~Status.BEYOND_LIMITS
-    return status
+    return replace(found, status=status)

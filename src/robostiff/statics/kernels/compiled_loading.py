@@ -24,7 +24,7 @@ from robostiff.model.cable import Weight
 from robostiff.record import CLOSED
 from robostiff.spatial import as_floats
 from robostiff.spatial.rotation import vector_of_quaternion
-from robostiff.statics.kernels.forces_on_bodies import Site
+from robostiff.statics.kernels.leg import Site
 from robostiff.statics.loading.given_loads import Acting, StandingLoads, each_load
 from robostiff.statics.loading.loaded_posture import postures_of, wrenches_of
 from robostiff.statics.result import Equilibria, solved
@@ -228,7 +228,12 @@ class CompiledLoading:
         """
         threads = whole_threads(threads)
         robot, space = self.robot, self.robot.space
-        inputs = self._inputs
+        # poses are closed before the record, or by it; or they are coordinates of legs
+        names, joints = self.kernel.inputs, 0
+        if self.closure is None and names[0] not in {own.value for own in ALL_COORDINATES}:
+            others = len(robot.symbols) + space.size + 9 * self.has_platforms
+            joints = len(names) - others - 3 * len(self.sites)
+        inputs = KernelInputs(robot, joints)
         pose = inputs.read(pose)
         by_joints = isinstance(pose, JointCoordinates)
         given = inputs.checked(pose)
@@ -289,16 +294,6 @@ class CompiledLoading:
                 answer.stable[part] = False
                 answer.status_codes[part] = int(Status.UNREACHABLE)
         return answer
-
-    @property
-    def _inputs(self) -> KernelInputs:
-        """What poses become before the record closes them, or takes the coordinates of legs."""
-        inputs, robot = self.kernel.inputs, self.robot
-        others = len(robot.symbols) + robot.space.size + 9 * self.has_platforms
-        joints = len(inputs) - others - 3 * len(self.sites)
-        if self.closure is not None or inputs[0] in {own.value for own in ALL_COORDINATES}:
-            joints = 0
-        return KernelInputs(robot, joints)
 
     def _fill(self, given: InputRows, F: np.ndarray, where: slice, answer: LoadedAnswer) -> None:
         """Results of the kernel at a chunk of poses."""
@@ -378,34 +373,21 @@ class CompiledLoading:
         K = found.K.filled(np.nan)
         answer.K_sym[rows] = 0.5 * (K + np.swapaxes(K, -1, -2))
         displacement = found.displacement.filled(np.nan)
-        if answer.platforms is not None:
-            self._place_again(robot, pose, displacement, rows, answer.platforms, answer)
+        if answer.platforms is not None:  # rates where the kernel had the same displacements
+            platforms, finder = answer.platforms, posture_finder(robot)
+            unloaded, moved = finder.find(pose).pose.reshape(-1, 6), np.zeros((len(rows), 6))
+            moved[:, list(robot.space.rows)] = displacement
+            size = np.array([finder.length] * 3 + [1.0] * 3)[list(robot.space.rows)]
+            off = np.max(np.abs(answer.displacement[rows] - displacement) / size, axis=1)
+            most = np.max(np.abs(displacement) / size, axis=1)
+            wrong = rows[~(off <= _SAME * most + _ROUNDING)]
+            for rates in (platforms.rates, platforms.drives, platforms.drive_rates):
+                rates[wrong] = np.nan
+            R = turn_by_vector(unloaded[:, 3:])
+            platforms.points[rows] = unloaded[:, :3] + R @ robot.reference_point + moved[:, :3]
+            platforms.axes[rows] = turn_by_vector(moved[:, 3:]) @ R
         answer.displacement[rows] = displacement
         answer.stable[rows], answer.status_codes[rows] = found.stable, found.status_codes
         for row, one in zip(rows, found, strict=True):
             if one.found is not None:
                 answer.arms[row] = one.found.state.R @ one.found.problem.dead.levers
-
-    def _place_again(
-        self,
-        robot: Robot,
-        pose: Pose,
-        displacement: np.ndarray,
-        rows: np.ndarray,
-        platforms: Platforms,
-        answer: LoadedAnswer,
-    ) -> None:
-        """Places of platforms from their displacements; rates where the kernel had these too."""
-        finder = posture_finder(robot)
-        unloaded = finder.find(pose).pose.reshape(-1, 6)
-        moved = np.zeros((len(rows), 6))
-        moved[:, list(robot.space.rows)] = displacement
-        size = np.array([finder.length] * 3 + [1.0] * 3)[list(robot.space.rows)]
-        off = np.max(np.abs(answer.displacement[rows] - displacement) / size, axis=1)
-        most = np.max(np.abs(displacement) / size, axis=1)
-        R = turn_by_vector(unloaded[:, 3:])
-        wrong = rows[~(off <= _SAME * most + _ROUNDING)]
-        for each in (platforms.rates, platforms.drives, platforms.drive_rates):
-            each[wrong] = np.nan
-        platforms.points[rows] = unloaded[:, :3] + R @ robot.reference_point + moved[:, :3]
-        platforms.axes[rows] = turn_by_vector(moved[:, 3:]) @ R

@@ -102,8 +102,15 @@ class SymmetricElimination:
             pivot = self.A[own].get(own, 0)
             self.pivots.append(_as_part(pivot))
             self._one(own)
-        for name in free_left:
-            self._drop(name, by_loads)
+        for name in free_left:  # left at zero, where nothing drives it and loads do not push it
+            row, right = self.A.pop(name), self.right.pop(name)
+            for other in row:
+                if other != name:
+                    del self.A[other][name]
+            held = row.get(name, 0) * (1 / by_loads) + _NOTHING
+            driven = right * (1 / by_loads)
+            self.still += [held, _NOTHING**2 - driven * driven]
+            self._solved.append(({name: {}}, {name: 0}))
         # in units of the robot's length: what carries a force is a spring of some compliance
         sizes = {name: self._size(name, name)[1] * self._scale[name] ** 2 for name in left}
         softest = max(sizes.values(), default=0.0)
@@ -126,17 +133,6 @@ class SymmetricElimination:
                         value = value - rate * found[other]
                 found[name] = value
         return found
-
-    def _drop(self, name: int, by_loads: float) -> None:
-        """Leave a coordinate at zero, where nothing drives it, and loads do not push it away."""
-        row, right = self.A.pop(name), self.right.pop(name)
-        for other in row:
-            if other != name:
-                del self.A[other][name]
-        held = row.get(name, 0) * (1 / by_loads) + _NOTHING
-        driven = right * (1 / by_loads)
-        self.still += [held, _NOTHING**2 - driven * driven]
-        self._solved.append(({name: {}}, {name: 0}))
 
     def _one(self, own: int) -> None:
         row = self.A.pop(own)

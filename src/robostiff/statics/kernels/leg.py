@@ -1,16 +1,34 @@
-"""Legs under load on recorded entries: their elements, equations, eliminated, and steps."""
+"""Legs under load on recorded entries: elements, equations, steps, and what acts on bodies."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from robostiff.model import PlacedFreedom, PlacedSpring
+from robostiff.elasticity import Elasticity
+from robostiff.model import (
+    Chain,
+    Joint,
+    Leg,
+    Link,
+    ParallelBlock,
+    PlacedBlock,
+    PlacedBodySpring,
+    PlacedElement,
+    PlacedFreedom,
+    PlacedLeg,
+    PlacedMass,
+    PlacedSpring,
+    Rigid,
+    Telescope,
+)
+from robostiff.model.body_spring import BodySpring
 from robostiff.record import Entry, is_zero, reciprocal, square_root, usual_size
+from robostiff.recorded.robot import RobotOnEntries
 from robostiff.spatial import Space
 from robostiff.statics.chains.beam_bowing import elastic_element, in_series
 from robostiff.statics.chains.elements import NOBODY, Element, FiniteJoint, FiniteSpring, Share
@@ -72,7 +90,19 @@ class RecordedElements:
         return in_series(own, spring, 0 if beam is None else beam, parts)
 
     def _modes_of(self, C: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        modes = _modes(C)
+        """Twists F with ``sum F F^T = C``, rotations first, as in bending; and freedoms."""
+        left, modes = C.copy(), []
+        for i in reversed(range(len(C))):
+            pivot = left[i, i]
+            if usual_size(pivot) <= _LOST**0.5 * usual_size(C[i, i]):
+                continue
+            column = left[:, i] * reciprocal(square_root(pivot))
+            modes.append(column)
+            for a, b in np.ndindex(i + 1, i + 1):
+                if not (is_zero(column[a]) or is_zero(column[b])):
+                    rest = left[a, b] - column[a] * column[b]
+                    size = usual_size(C[a, a]) * usual_size(C[b, b])
+                    left[a, b] = 0 if usual_size(rest) ** 2 <= _LOST * size else rest
         V, stiffness = [], []
         for i, column in enumerate([*modes, *free.T]):
             shifts = np.arange(len(column)) < self.space.translations
@@ -91,25 +121,6 @@ def unit(element: Element, length: float) -> float:
     Coordinates of elastic parts on entries are of about this size themselves.
     """
     return length if isinstance(element, FiniteJoint) and not element.turns else 1.0
-
-
-def _modes(C: np.ndarray) -> list[np.ndarray]:
-    """Twists F in columns with ``sum F F^T = C``; rotations come first, as in bending."""
-    left, found = C.copy(), []
-    for i in reversed(range(len(C))):
-        pivot = left[i, i]
-        if usual_size(pivot) <= _LOST**0.5 * usual_size(C[i, i]):
-            continue
-        column = left[:, i] * reciprocal(square_root(pivot))
-        found.append(column)
-        for a in range(i + 1):
-            for b in range(i + 1):
-                if is_zero(column[a]) or is_zero(column[b]):
-                    continue
-                rest = left[a, b] - column[a] * column[b]
-                lost = usual_size(rest) ** 2 <= _LOST * usual_size(C[a, a]) * usual_size(C[b, b])
-                left[a, b] = 0 if lost else rest
-    return found
 
 
 class MovingBody(NamedTuple):
@@ -331,3 +342,147 @@ class RecordedLegs:
 def _entries(values: Sequence[Any]) -> np.ndarray:
     """Entries and numbers (n,)."""
     return np.array([*values, None], dtype=object)[:-1]
+
+
+# Names a rigid part without extent, which shows where the frame of a body is.
+_MARK = "\0frame"
+
+Frames = Mapping[str, tuple[np.ndarray, np.ndarray]]
+#: A body, and a point in its frame [m].
+Site = tuple[str, tuple[float, float, float]]
+
+
+def marked(leg: Leg, bodies: Collection[str], *, weigh: bool) -> Leg:
+    """A leg with a rigid part without extent in the frames of bodies, by ``leg/part``.
+
+    And, to `weigh` them, in those in which masses are given. Their names begin with a mark and go
+    on with those of the parts.
+    """
+
+    def along(chain: Chain, prefix: str) -> Chain:
+        elements: list[Any] = []
+        for element in chain.elements:
+            pair: list[Any] = [element]
+            if isinstance(element, ParallelBlock):
+                inner = f"{prefix}{element.name}/"
+                branches = (
+                    replace(one, chain=along(one.chain, f"{inner}{one.name}/"))
+                    for one in element.branches
+                )
+                pair = [replace(element, branches=tuple(branches))]
+            carries = weigh and isinstance(element, Rigid | Link) and bool(element.masses)
+            if carries or prefix + element.name in bodies:
+                name = _MARK + element.name
+                own = Link(np.zeros(3), Elasticity(np.zeros((6, 6))), np.eye(3), name)
+                # behind a joint its body begins; a link is given in the frame before it
+                pair.insert(1 if isinstance(element, Joint | ParallelBlock) else 0, own)
+            elements += pair
+        return replace(chain, elements=tuple(elements))
+
+    return replace(leg, chain=along(leg.chain, f"{leg.name}/"))
+
+
+def marked_bodies(springs: Sequence[BodySpring], loaded: Iterable[str]) -> set[str]:
+    """Bodies whose frames are asked for: those that hold springs, or are loaded."""
+    bodies = {end.body for spring in springs for end in spring.between}
+    return bodies | {_part_of(name) for name in loaded}
+
+
+def unmarked(
+    here: RobotOnEntries, mark: Callable[[Leg], Leg], *, weigh: bool
+) -> tuple[RobotOnEntries, Frames]:
+    """A robot whose legs were placed with marks, without them; and the frames of the bodies.
+
+    To `weigh` them its masses are in place, as `with_masses` has them in numbers.
+    """
+    frames: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    placed = []
+    for leg, own in zip(here.robot.legs, here.placed, strict=True):
+        without = _unmarked(mark(leg).chain, own.leg, f"{own.leg.name}/", frames, weigh)
+        placed.append(replace(own, leg=without))
+    return replace(here, placed=tuple(placed)), frames
+
+
+def _unmarked(
+    chain: Chain,
+    placed: PlacedLeg,
+    prefix: str,
+    frames: dict[str, tuple[np.ndarray, np.ndarray]],
+    weigh: bool,
+) -> PlacedLeg:
+    left = iter(placed.elements)
+    kept: list[PlacedElement] = []
+    masses: list[PlacedMass] = []
+    R, p = np.eye(3), np.zeros(3)
+    for element in chain.elements:
+        if isinstance(element, Rigid):
+            for mass in element.masses:
+                centre = element.transform.p * 0.5 if mass.centre is None else mass.centre
+                masses.append(PlacedMass(element.name, mass.value, p + R @ centre, len(kept)))
+            continue
+        own = next(left)
+        if isinstance(own, PlacedSpring) and element.name.startswith(_MARK):
+            R, p = own.rotation, own.point
+            frames[prefix + own.name.replace(_MARK, "")] = R, p
+            continue
+        if isinstance(own, PlacedBlock) and isinstance(element, ParallelBlock):
+            pairs = zip(element.branches, own.branches, strict=True)
+            each = (_unmarked(b.chain, leg, prefix, frames, weigh) for b, leg in pairs)
+            own = replace(own, branches=tuple(each))
+        kept.append(own)
+        if isinstance(element, Joint):
+            kept += [next(left) for _ in range(element.size - 1)]
+        elif isinstance(element, Link):
+            masses += _along(element, own, R, p, len(kept))
+        elif isinstance(element, Telescope):
+            for beam in element.beams:
+                start, own = own, next(left)
+                kept.append(own)
+                length = (own.point - start.point) @ own.rotation[:, 0]
+                value = beam.mass_at(np.asarray(length, dtype=object))
+                if value is not None:
+                    mass = np.asarray(value, dtype=object).item()
+                    masses.append(_spread(mass, own, start.point, (0.0, 1.0), len(kept)))
+    return replace(placed, elements=tuple(kept), masses=tuple(masses) if weigh else ())
+
+
+def _along(link: Link, own: Any, R: np.ndarray, p: np.ndarray, after: int) -> Iterator[PlacedMass]:
+    """Masses of an elastic part that begins in the frame (R, p)."""
+    for mass in link.masses:
+        if mass.is_spread and np.any(link.to):
+            yield _spread(mass.value, own, p, mass.span or (0.0, 1.0), after)
+        else:  # where it turns does not matter to its weight
+            centre = p + R @ (link.to * 0.5 if mass.centre is None else mass.centre)
+            start = p if np.any(link.to) else None
+            yield PlacedMass(own.name, mass.value, centre, after, start)
+
+
+def _spread(
+    value: Any, own: PlacedSpring, start: np.ndarray, span: tuple[float, float], after: int
+) -> PlacedMass:
+    centre = start + (own.point - start) * (0.5 * (span[0] + span[1]))
+    return PlacedMass(own.name, value, centre, after, start, span)
+
+
+def _part_of(name: str) -> str:
+    """The part whose frame a body has, by the name of one of its freedoms or beams."""
+    return name.partition("[")[0].partition(".beam")[0]
+
+
+def placed_springs(
+    springs: Sequence[BodySpring], placed: Sequence[PlacedBodySpring], frames: Frames
+) -> tuple[PlacedBodySpring, ...]:
+    """Springs between bodies of a robot, as they are `placed` in numbers, with ends on entries."""
+    found = []
+    for spring, own in zip(springs, placed, strict=True):
+        points = []
+        for end in spring.between:
+            R, p = frames[end.body]
+            points.append(np.array(p, dtype=object) + np.array(R, dtype=object) @ end.at)
+        found.append(replace(own, points=(points[0], points[1])))
+    return tuple(found)
+
+
+def frame_of(frames: Frames, name: str) -> tuple[np.ndarray, np.ndarray] | None:
+    """Axes and origin of a body by its name."""
+    return frames.get(name) or frames.get(_part_of(name))

@@ -12,7 +12,7 @@ import numpy as np
 
 from robostiff.elastostatics import Status
 from robostiff.kinematics import PostureFinder
-from robostiff.model import Robot
+from robostiff.model import PlacedMass, Robot
 from robostiff.model.body_spring import BASE, PLATFORM
 from robostiff.record import (
     Entry,
@@ -32,18 +32,17 @@ from robostiff.statics.chains.moving_chain import FURTHEST_TURN
 from robostiff.statics.equations.newton import FALLS, HALF, LITTLE
 from robostiff.statics.equations.problem import DeadForces
 from robostiff.statics.kernels.elimination import Factored, SymmetricElimination
-from robostiff.statics.kernels.forces_on_bodies import (
-    Frames,
+from robostiff.statics.kernels.leg import (
+    MovedBody,
+    RecordedElements,
+    RecordedLegs,
     Site,
-    force_inputs,
     frame_of,
     marked,
     marked_bodies,
-    masses_of_platform,
     placed_springs,
     unmarked,
 )
-from robostiff.statics.kernels.leg import MovedBody, RecordedElements, RecordedLegs
 from robostiff.statics.kernels.strut import (
     Buckling,
     RecordedStrut,
@@ -189,7 +188,16 @@ class LoadedRobot:
         if not struts:
             return self.step(values, at, twist, falls=False)
         forces = [own.first_force(np.array(twist, dtype=object)) for own in struts]
-        factored = self._stretched(K, forces)
+        # with forces in the struts, which turn, and stretch them alike
+        s = [f * reciprocal(own.length) for own, f in zip(struts, forces, strict=True)]
+        softer = reduce(add, s) * reciprocal(reduce(add, (own.stiffness for own in struts)))
+        of_forces, moment = turning_forces(struts, self.platform.moved(self.start), s)
+        rows = self.space.rows
+        stretched = {
+            (i, j): own - own * softer + of_forces.get((rows[i], rows[j]), 0)
+            for (i, j), own in K.items()
+        }
+        factored = Factored.of(stretched, _antisymmetric(moment)[np.ix_(rows, rows)])
         twist = factored.solved(right)
         forces = [own.first_force(np.array(twist, dtype=object)) for own in struts]
         after = self.step(values, at, twist, falls=False, checks=factored.pivots)
@@ -201,19 +209,6 @@ class LoadedRobot:
             after = self.step(values, at, twist, falls=False)
             forces = at.struts.forces_after(np.array(twist, dtype=object)) if at.struts else []
         return after
-
-    def _stretched(self, K: Mapping[tuple[int, int], Any], forces: Sequence[Any]) -> Factored:
-        """The unloaded posture with forces in the struts, which turn, and stretch them alike."""
-        struts, rows = [*self.struts.values()], self.space.rows
-        body = self.platform.moved(self.start)
-        s = [f * reciprocal(own.length) for own, f in zip(struts, forces, strict=True)]
-        softer = reduce(add, s) * reciprocal(reduce(add, (own.stiffness for own in struts)))
-        of_forces, moment = turning_forces(struts, body, s)
-        found = {
-            (i, j): own - own * softer + of_forces.get((rows[i], rows[j]), 0)
-            for (i, j), own in K.items()
-        }
-        return Factored.of(found, _antisymmetric(moment)[np.ix_(rows, rows)])
 
     def sizes(self, twist: Sequence[Any]) -> list[Any]:
         """A twist in radians, shifts by the length."""
@@ -359,19 +354,6 @@ class RecordedLoading(RecordedSteps):
         return self.start | HANDED
 
 
-def _add_forces(
-    forces: dict[str, tuple[DeadForce, ...]],
-    sites: Sequence[Site],
-    given: Sequence[Any],
-    frames: Frames,
-) -> None:
-    """Add those at sites, of which three entries each are `given`, to forces on bodies."""
-    for k, (body, point) in enumerate(sites):
-        R, p = frame_of(frames, body) or (np.eye(3), np.zeros(3))  # no body is refused later
-        own = DeadForce(np.array(given[3 * k : 3 * k + 3], dtype=object), p + R @ point)
-        forces[body] = (*forces.get(body, ()), own)
-
-
 def record_loading(
     robot: Robot,
     finder: PostureFinder,
@@ -413,17 +395,25 @@ def record_loading(
     if platforms:
         levers = [record.add_input(name, small(force * finder.length)) for name in HOOKS]
         hooks = here.pose.R @ np.reshape(np.array(levers, dtype=object), (3, 3))
-    given = [record.add_input(name, small(force)) for name in force_inputs(sites)]
+    names_of_forces = (f"force{k}_{a}" for k in range(len(sites)) for a in "xyz")  # world axes [N]
+    given = [record.add_input(name, small(force)) for name in names_of_forces]
     inputs, L, reference = record.inputs, finder.length, here.reference
     frames = {PLATFORM: (here.pose.R, here.pose.p), BASE: (np.eye(3), np.zeros(3)), **frames}
     forces = given_forces(standing.loads, gravity, robot.space, partial(frame_of, frames))
-    _add_forces(forces, sites, given, frames)
+    for k, (body, at) in enumerate(sites):
+        R, p = frame_of(frames, body) or (np.eye(3), np.zeros(3))  # no body is refused later
+        own = DeadForce(np.array(given[3 * k : 3 * k + 3], dtype=object), p + R @ at)
+        forces[body] = (*forces.get(body, ()), own)
     acting = [*forces.pop(PLATFORM, ())]
     snapshot = loaded_postures[0].snapshot
     assembly = of_legs(
         [own.leg for own in here.placed],
         None,
-        masses_of_platform(here) if weigh else (),
+        [
+            PlacedMass(PLATFORM, own.value, here.pose.p + here.pose.R @ at)
+            for own in (here.robot.platform_masses if weigh else ())
+            for at in (np.zeros(3) if own.centre is None else own.centre,)
+        ],
         () if snapshot is None else placed_springs(springs, snapshot.springs, frames),
     )
     elements = RecordedElements.of(loaded_postures[0].problem.legs, robot.space, L)

@@ -289,21 +289,18 @@ def buckling_of(
                     rates.get(c, []).append(max(0.0, lost) / force)
         for c, (pull, push) in rates.items():
             seen[legs.chains[c].owner.leg].append((lengths[c], pull, push))
-    return {index: _bounds(np.array(rows)) for index, rows in seen.items()}
-
-
-def _bounds(rows: np.ndarray) -> Buckling:
-    length = rows[:, 0]
-    spread = np.ptp(length) > 1e-6 * length.max()
-    found = []
-    for rates in (rows[:, 1], rows[:, 2]):
-        fit = np.zeros(_DEGREE + 1)
-        if np.any(rates > _NONE * rows[:, 1:].max()):
-            degree = min(_DEGREE, len(np.unique(length.round(9))) - 1) if spread else 0
-            own = np.polyfit(length, rates, degree)
-            off = float(np.max(np.abs(np.polyval(own, length) - rates)))
-            fit[-len(own) :] = own * _PART
-            fit[-1] += _MISSED * off
-        found.append(fit)
-    edge = 0.0 if spread else 1e-6 * float(length.max())
-    return Buckling(float(length.min()) - edge, float(length.max()) + edge, *found)
+    bounds = {}
+    for index, rows in seen.items():
+        of_length = np.array(rows)
+        length = of_length[:, 0]
+        spread = np.ptp(length) > 1e-6 * length.max()
+        found = np.zeros((2, _DEGREE + 1))
+        for fit, own in zip(found, of_length.T[1:], strict=True):
+            if np.any(own > _NONE * of_length[:, 1:].max()):
+                degree = min(_DEGREE, len(np.unique(length.round(9))) - 1) if spread else 0
+                line = np.polyfit(length, own, degree)
+                fit[-len(line) :] = line * _PART
+                fit[-1] += _MISSED * float(np.max(np.abs(np.polyval(line, length) - own)))
+        edge = 0.0 if spread else 1e-6 * float(length.max())
+        bounds[index] = Buckling(float(length.min()) - edge, float(length.max()) + edge, *found)
+    return bounds

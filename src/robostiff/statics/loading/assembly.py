@@ -32,7 +32,6 @@ from robostiff.model import (
 )
 from robostiff.model.body_spring import BASE, PLATFORM
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
-from robostiff.network.elements import Element as NetworkElement
 from robostiff.statics.chains.beam_bowing import is_rigid, moves
 from robostiff.statics.loading.given_loads import DeadForce
 
@@ -143,8 +142,25 @@ def of_legs(
         found.legs.append(leg.name)
         _Leg(found, f"{leg.name}/", len(found.legs) - 1).whole(leg, end)
     found.masses += [(mass, NamedBody(PLATFORM)) for mass in masses]
-    if platform is not None:
-        _add_platform(found, platform)
+    if platform is None:
+        return found
+    # the parts between its nodes, one more leg
+    model, number = platform.platform, len(found.legs)
+    found.legs.append(PLATFORM)
+    for node in model.nodes:
+        body, at = platform_body(platform, node.name), platform.in_world(model.point_of(node.name))
+        found.points[body], found.nodes[node.name] = at, body
+        found.names[f"{PLATFORM}/{node.name}"] = NamedBody(body, leg=number), at
+        found.frames[f"{PLATFORM}/{node.name}"] = platform.rotation, at
+    for part in model.parts:
+        a, b = (platform_body(platform, node) for node in (part.a, part.b))
+        axes = platform.rotation @ part.axes
+        spring = PlacedSpring(part.name, platform.in_world(part.point), axes, part.elasticity)
+        own = () if is_rigid(spring) else (spring,)
+        place = NamedBody(b, len(found.members), len(own), number)
+        found.masses += [(mass, place) for mass in platform.masses[part.name]]
+        found.members.append(Member(a, b, own, number))
+    found.nodes.setdefault(model.tool, PLATFORM)
     return found
 
 
@@ -256,27 +272,6 @@ def platform_body(placed: PlacedPlatform, node: str) -> Body:
     return PLATFORM if node == placed.platform.tool else f"{PLATFORM}/{node}"
 
 
-def _add_platform(found: Assembly, placed: PlacedPlatform) -> None:
-    """The parts of a flexible platform between its nodes, one more leg."""
-    platform, number = placed.platform, len(found.legs)
-    found.legs.append(PLATFORM)
-    for node in platform.nodes:
-        body, at = platform_body(placed, node.name), placed.in_world(platform.point_of(node.name))
-        found.points[body] = at
-        found.nodes[node.name] = body
-        found.names[f"{PLATFORM}/{node.name}"] = NamedBody(body, leg=number), at
-        found.frames[f"{PLATFORM}/{node.name}"] = placed.rotation, at
-    for part in platform.parts:
-        a, b = (platform_body(placed, node) for node in (part.a, part.b))
-        axes = placed.rotation @ part.axes
-        spring = PlacedSpring(part.name, placed.in_world(part.point), axes, part.elasticity)
-        own = () if is_rigid(spring) else (spring,)
-        place = NamedBody(b, len(found.members), len(own), number)
-        found.masses += [(mass, place) for mass in placed.masses[part.name]]
-        found.members.append(Member(a, b, own, number))
-    found.nodes.setdefault(platform.tool, PLATFORM)
-
-
 @assembly_of.register
 def _of_cables(before: CableStiffness) -> Assembly:
     """A platform in its cables, as they are without the loads.
@@ -321,7 +316,16 @@ def _of_network(network: Network) -> Assembly:
         found.masses += [(mass, NamedBody(node.name)) for mass in node.masses]
     places: dict[tuple[str, str, str, int], tuple[int, int]] = {}
     for number, e in enumerate(network.elements):
-        parts = tuple(_parts(e))
+        parts: tuple[Part, ...]
+        if isinstance(e, BeamElement):
+            parts = (PlacedSpring(e.name, e.end, e.rotation, Elasticity(e.tip_compliance)),)
+        elif isinstance(e, SpringElement):
+            parts = (PlacedSpring(e.name, e.point, e.rotation, e.elasticity),)
+        else:
+            several = len(e.freedoms) > 1
+            names = [f"{e.name}[{i}]" if several else e.name for i in range(len(e.freedoms))]
+            named = (replace(own, name=n) for own, n in zip(e.freedoms, names, strict=True))
+            parts = tuple(filter(moves, named))
         if all(map(is_rigid, parts)):
             parts = ()
         found.members.append(Member(e.a, e.b, parts, 0))
@@ -366,18 +370,3 @@ def _of_network(network: Network) -> Assembly:
             every = tuple((at, factor) for at, _, factor in terms)
             found.couplings.append(SumOfJoints(one.name, drive, follows, every))
     return found
-
-
-def _parts(element: NetworkElement) -> list[Part]:
-    """An element as parts from its first node to its second."""
-    if isinstance(element, BeamElement):
-        elasticity = Elasticity(element.tip_compliance)
-        return [PlacedSpring(element.name, element.end, element.rotation, elasticity)]
-    if isinstance(element, SpringElement):
-        return [PlacedSpring(element.name, element.point, element.rotation, element.elasticity)]
-    several = len(element.freedoms) > 1
-    return [
-        replace(freedom, name=f"{element.name}[{i}]" if several else element.name)
-        for i, freedom in enumerate(element.freedoms)
-        if moves(freedom)
-    ]

@@ -157,10 +157,18 @@ def given_forces(
     down = gravity
     if not np.any(gravity):
         down = gravity_vector("gravity", "-y" if space is Space.PLANAR else "-z")
-    return {
-        name: tuple(_force(name, own, down, frame_of) for own in each_load(name, value))
-        for name, value in (loads or {}).items()
-    }
+    found: dict[str, tuple[DeadForce, ...]] = {}
+    for name, value in (loads or {}).items():
+        for own in each_load(name, value):
+            if isinstance(own, Mass):
+                force, at = down * own.value, _place(name, own, frame_of)
+            elif isinstance(own, DeadForce):
+                at = None if own.point is None else load_vector("point", name, own.point)
+                force = load_vector("force", name, own.force)
+            else:
+                force, at = own.force, _in_frame(name, own.point, frame_of)
+            found[name] = (*found.get(name, ()), DeadForce(force, at))
+    return found
 
 
 def each_load(name: str, value: Any) -> tuple[DeadForce | Mass | Weight, ...]:
@@ -181,17 +189,6 @@ def on_platform(forces: Sequence[DeadForce], point: np.ndarray) -> DeadForces:
         if own.point is not None:
             levers = levers + np.outer(own.point - point, own.force)
     return DeadForces(force, levers)
-
-
-def _force(
-    name: str, value: DeadForce | Mass | Weight, down: np.ndarray, frame_of: FrameOf
-) -> DeadForce:
-    if isinstance(value, Mass):
-        return DeadForce(down * value.value, _place(name, value, frame_of))
-    if isinstance(value, DeadForce):
-        at = None if value.point is None else load_vector("point", name, value.point)
-        return DeadForce(load_vector("force", name, value.force), at)
-    return DeadForce(value.force, _in_frame(name, value.point, frame_of))
 
 
 def _place(name: str, mass: Mass, frame_of: FrameOf) -> np.ndarray | None:

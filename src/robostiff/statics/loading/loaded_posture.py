@@ -180,6 +180,7 @@ class Postures:
             steady,
             found.nodes,
         )
+        # what was given has to act with its moments: forces, and the masses of the robot, by points
         wanted = [
             (usual[name] if own.point is None else own.point, own.force)
             for name, several in forces.items()
@@ -187,7 +188,17 @@ class Postures:
         ]
         if np.any(pull) and assembly.masses:
             wanted += [(m.centre, m.value * pull) for m in posed.moving_masses(problem.nodes)]
-        _check_all_act(problem, wanted, posed.name)
+        wanted += [(load.point, -load.force) for c in found.legs.chains for load in c.loads]
+        each = np.array(
+            [
+                -problem.dead.acting(np.eye(3))[0],
+                *(wrench_at(point, np.asarray(at), np.asarray(f)) for at, f in wanted),
+            ]
+        ) / np.repeat([1.0, problem.length], 3)
+        if np.linalg.norm(each.sum(axis=0)) > _MISSED * np.sum(np.linalg.norm(each, axis=1)):
+            raise NoAnswerError(
+                f"no answer of {posed.name!r}: its loads are not those that are given"
+            )
         machine = posed if self.cables is None else self.robot
         return LoadedPosture(posed.name, problem, posed.space, frame, status, machine, carried)
 
@@ -223,25 +234,6 @@ class Postures:
         if own.undetermined[k]:
             status |= Status.ILL_CONDITIONED
         return snapshot, (turn_by_vector(own.pose[k, 3:]), own.pose[k, :3]), status
-
-
-def _check_all_act(
-    problem: EquilibriumProblem, wanted: list[tuple[np.ndarray, np.ndarray]], name: str
-) -> None:
-    """Raise unless all forces and weights of what moves act, with their moments.
-
-    `wanted` are the forces as they are given, and the masses as the robot has them, by their
-    points.
-    """
-    wanted = wanted + [(load.point, -load.force) for c in problem.legs.chains for load in c.loads]
-    each = np.array(
-        [
-            -problem.dead.acting(np.eye(3))[0],
-            *(wrench_at(problem.point, np.asarray(at), np.asarray(f)) for at, f in wanted),
-        ]
-    ) / np.repeat([1.0, problem.length], 3)
-    if np.linalg.norm(each.sum(axis=0)) > _MISSED * np.sum(np.linalg.norm(each, axis=1)):
-        raise NoAnswerError(f"no answer of {name!r}: its loads are not those that are given")
 
 
 @singledispatch
