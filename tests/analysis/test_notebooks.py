@@ -113,7 +113,7 @@ def loaded():
 
 def test_equilibria_show_where_they_are_and_their_matrix(loaded):
     html = loaded._repr_html_()
-    assert f"stable, margin {loaded.margin:.4g} of 1" in text_of(html)
+    assert f"stable, margin {loaded.margin:.5g} of 1" in text_of(html)
     kept = {float(value) for value in re.findall('<data value="(.*?)">', html)}
     assert set(loaded.K.ravel()) | {1e6 * loaded.displacement[0]} <= kept
     far: Any = rs.equilibrium(shipped("3-rrr"), [2.0, 0, 0], [1.0, 0, 0])

@@ -239,7 +239,7 @@ def test_masses_of_a_network(tmp_path):
     shown = "masses: top/motor 2.5 kg, left post 2.1917 kg; 4.6917 kg in all"
     assert shown in run(str(file)).stdout
     words = run(str(EXAMPLES / "exechon.yaml")).stdout
-    assert "masses: upr1/telescope1.beam 56.87 kg, upr2/telescope1.beam 56.87 kg, spr/" in words
+    assert "masses: upr1/telescope1.beam 56.871 kg, upr2/telescope1.beam 56.871 kg, spr/" in words
 
 
 def test_small_loads_in_words():
