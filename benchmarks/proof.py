@@ -260,7 +260,7 @@ ROWS: tuple[tuple[str, str, Callable[[], str], Kind], ...] = (
     ),
     ("tests on kinds of machines: mechanics / `src`", "10 / 60", tests_on_kinds, Kind.SIZE),
     ("classes of results that carry K", "1", results_with_K, Kind.SIZE),
-    ("circles of imports, those in functions and for types counted", "0", circles, Kind.SIZE),
+    ("circles of imports, those in functions and for types counted", "0", circles, Kind.COUNT),
     ("private functions called once", "400", called_once, Kind.SIZE),
     (
         "`rs.stiffness(hexapod, pose).K`, second call: functions / files",

@@ -10,7 +10,7 @@ from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 import numpy as np
@@ -50,11 +50,8 @@ from robostiff.io.units import Dimension, parse_quantities
 from robostiff.model import Robot
 from robostiff.page.of_result import page_of
 
-if TYPE_CHECKING:
-    from robostiff.cli.pictures import MakeMap
 
-
-def read_asked_poses(robot: Mapped, asked: MakeMap) -> PoseSource:
+def read_asked_poses(robot: Mapped, asked: Any) -> PoseSource:
     """Grid, list or random poses, as given on the command line."""
     if asked.poses is not None:
         if asked.axes or asked.joints or asked.random is not None or asked.factors:
@@ -170,7 +167,7 @@ _QUANTITIES = {quantity.value: quantity for quantity in Quantity}
 _IN_MEMORY = 100_000  # poses of a NetCDF file; more are computed into a store beside it
 
 
-def make_map(asked: MakeMap) -> int:
+def make_map(asked: Any) -> int:
     """Compute a map, write it, and print a summary."""
     output = _checked_output(asked)
     picture = picture_beside(asked.plot, asked.answer, is_scene=False)
@@ -244,7 +241,7 @@ def make_map(asked: MakeMap) -> int:
     return 0 if found.attrs["poses_reachable"] else BAD_STATUS
 
 
-def _checked_output(run: MakeMap) -> Path | None:
+def _checked_output(run: Any) -> Path | None:
     """Where to write; None where only the summary is printed."""
     with needs_extra("maps", "maps"):
         import xarray  # noqa: F401
@@ -279,6 +276,6 @@ def _checked_output(run: MakeMap) -> Path | None:
     return output
 
 
-def _endings(run: MakeMap) -> tuple[str, ...]:
+def _endings(run: Any) -> tuple[str, ...]:
     """Of outputs, first that of one that can be resumed."""
     return (".npz",) if run.reductions else (".zarr", ".nc")

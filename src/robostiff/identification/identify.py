@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.identification.identified import Identified
-from robostiff.identification.measurements import Measurements, Reading
+from robostiff.identification.measurement_kinds import Reading
+from robostiff.identification.measurements import Measurements
 from robostiff.identification.readings import ReadingModel
 from robostiff.identification.search import Robust, Squares, fitted
 from robostiff.identification.states import MOTIONS, FiniteLoads, PlacesInStates, SmallLoads, States

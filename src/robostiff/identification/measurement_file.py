@@ -18,7 +18,12 @@ from robostiff.identification.instrument_files import (
     tracker_points,
     with_headings,
 )
-from robostiff.identification.measurements import LoadAxes, Reading, act_at_hooks, coordinates_of
+from robostiff.identification.measurement_kinds import (
+    LoadAxes,
+    Reading,
+    act_at_hooks,
+    coordinates_of,
+)
 from robostiff.io.csv_table import posture_columns, postures_of, table_of
 from robostiff.kinematics import JointCoordinates
 from robostiff.model import Robot

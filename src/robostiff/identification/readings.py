@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.identification.measurements import Measurements, Reading
+from robostiff.identification.measurement_kinds import Reading
+from robostiff.identification.measurements import Measurements
 from robostiff.identification.states import MOTIONS, FiniteLoads, PlacesInStates, SmallLoads, States
 from robostiff.identification.unknowns import Unknown, UnknownKind
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from robostiff.compiled import Backend
 from robostiff.errors import InputError
-from robostiff.identification.measurements import LoadAxes, Measurements, Reading
+from robostiff.identification.measurement_kinds import LoadAxes, Reading
+from robostiff.identification.measurements import Measurements
 from robostiff.identification.unknowns import Unknown
 from robostiff.kinematics import JointCoordinates, find_posture
 from robostiff.kinematics.machine_pose import actuator_places
