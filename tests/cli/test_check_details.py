@@ -236,9 +236,8 @@ def test_masses_of_a_network(tmp_path):
     post = 7850 * 3.49e-4 * 0.8
     assert masses["parts"] == pytest.approx({"top/motor": 2.5, "left post": post})
     assert masses["centre"][2] == pytest.approx((2.5 * 0.8 + post * 0.4) / (2.5 + post))
-    assert (
-        "masses: top/motor 2.5 kg, left post 2.1917 kg; 4.6917 kg in all" in run(str(file)).stdout
-    )
+    shown = "masses: top/motor 2.5 kg, left post 2.1917 kg; 4.6917 kg in all"
+    assert shown in run(str(file)).stdout
     words = run(str(EXAMPLES / "exechon.yaml")).stdout
     assert "masses: upr1/telescope1.beam 56.871 kg, upr2/telescope1.beam 56.871 kg, spr/" in words
 

@@ -318,15 +318,15 @@ def _model_of(
             expected=f"a posture that {robot.name!r} reaches, within its limits, and holds",
             hint="remove the line, or look at units and order of the joints",
         )
-    loaded = statics if isinstance(statics, FiniteLoads) else None
-    for name in () if loaded is None else loaded.plays:
-        signs = loaded.factors[:, loaded.names.index(name)]
-        if not (signs.min() < 0 < signs.max()):
-            raise InputError(
-                f"loads for {name}",
-                got="torques of one sign: play and zero are the same",
-                expected="readings with torques of both signs at this joint",
-            )
+    if isinstance(statics, FiniteLoads):
+        for name in statics.plays:
+            signs = statics.factors[:, statics.names.index(name)]
+            if not (signs.min() < 0 < signs.max()):
+                raise InputError(
+                    f"loads for {name}",
+                    got="torques of one sign: play and zero are the same",
+                    expected="readings with torques of both signs at this joint",
+                )
     places = statics.at(p)
     b, m = instrument, markers
     if instrument is None or markers is None:

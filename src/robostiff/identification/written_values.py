@@ -57,7 +57,7 @@ def write_values(
         When a value has no place of its own in the file.
     """
     is_document = Path(source).suffix.lower() in _DOCUMENTS
-    document = read_document(source) if is_document else read_side(source)
+    document = read_document(source) if is_document else read_side(Path(source))
     source, is_side = document.file, "legs" not in document.data
     lines = Path(source).read_text(encoding="utf-8").splitlines()
     comments: dict[int, list[str]] = {}
