@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.io.document import read_document
 from robostiff.kinematics import with_masses
+from robostiff.robots import robot_file
 from tests.identification.campaigns import hexapod_campaign, hexapod_frames
 
 POSES = np.array([[0, 0, 0.8, 0, 0, 0], [0.1, 0, 0.8, 0, 0.1, 0], [0, 0.1, 0.75, 0.1, 0, 0.2]])
@@ -162,11 +166,118 @@ def test_an_optimum_needs_a_start_with_an_answer(platform):
         rs.optimise(robot, rs.WorstDeflection(), {"R": (0.1, 1)}, poses=far[:, :3])
 
 
+def test_a_range_without_the_nominal_value_and_without_an_answer_is_said(platform):
+    """Such as one in millimetres, at whose start the record is not to be trusted."""
+    ranges = {"R": (400.0, 800.0)}
+    expected = (
+        r"range of R: got \(400.0, 800.0\), .* nominal one \(length, 0.5 m in the model\): pose 1"
+    )
+    with pytest.raises(rs.InputError, match=expected):
+        rs.optimise(platform, rs.WorstDeflection(), ranges, poses=POSES)
+    with pytest.raises(rs.NoAnswerError, match="pose 1 has no answer at the start"):
+        rs.optimise(platform, rs.WorstDeflection(), ranges, poses=POSES, start={"R": 600.0})
+
+
+WIDE = [
+    ("hexapod", "R", (0.3, 300.0)),
+    ("gough-stewart-b", "R", (-0.5, 900.0)),
+    ("six-joint-arm", "height", (-0.45, 1.0)),
+]
+
+
+@pytest.mark.parametrize(("name", "variable", "ends"), WIDE)
+def test_poses_without_an_answer_on_the_way_do_not_stop_a_search(name, variable, ends):
+    """Near singular ones, and values of no robot."""
+    robot = rs.load(name, symbols=(variable,))
+    found = rs.optimise(robot, rs.WorstDeflection(), {variable: ends}, combine=rs.PNorm())
+    assert found.ending is not rs.Ending.INFEASIBLE
+    assert found.objective <= found.at_start
+    assert rs.stiffness(found.robot).answered
+
+
+def test_an_output_of_the_record_alone_is_no_number_at_guarded_poses():
+    """Nothing confirms it there, and the status says so."""
+
+    @dataclass(frozen=True)
+    class Stiffest:
+        name = "stiffest"
+
+        def shape(self, space):
+            return ()
+
+        def recorded(self, robot):
+            return [robot.K[0, 0]]
+
+    poses = [[0, 0, 0.8, 0, 1e-6, 0], [0.1, 0, 0.8, 0, 0.1, 0.5]]
+    answer = rs.compile(rs.load("gough-stewart-a"), [Stiffest()]).evaluate(poses)
+    assert answer.guarded.tolist() == [True, False]
+    assert np.isnan(answer.values["stiffest"]).tolist() == [True, False]
+    assert rs.Status.ILL_CONDITIONED in rs.Status(int(answer.status_codes[0]))
+
+
 def test_limits_that_cannot_be_kept_are_said(platform):
     tight = [rs.Within(rs.WorstDeflection(), most=1e-12)]
     found = rs.optimise(platform, rs.WorstDeflection(), RANGES, constraints=tight)
     assert found.ending is rs.Ending.INFEASIBLE
     assert "widen the ranges" in found.ending.advice
+    assert (found.status, found.advice) == (rs.Ending.INFEASIBLE, (found.ending.advice,))
+    with pytest.raises(rs.NoAnswerError, match="no best values"):
+        found.write("best.yaml", "gough-stewart-b.yaml")
+
+
+def test_best_values_are_written_into_a_copy_of_the_model_file(tmp_path):
+    """In the units of the file, also where a sum or a bare number stood; all else stays."""
+    lines = robot_file("gough-stewart-b").read_text().splitlines()
+    changed = {"  R: 500 mm ": "  R: 300 mm + w ", "  r: 300 mm ": "  w: 20 cm\n  r: 300 mm ",
+               "  k: 1e8 N/m ": "  k: '0.1 kN/um' "}  # fmt: skip
+    text = "\n".join(lines) + "\n"
+    for old, new in changed.items():
+        assert old in text
+        text = text.replace(old, new)
+    source, best = tmp_path / "my.yaml", tmp_path / "best.yaml"
+    source.write_text(text)
+    robot = rs.load(source, symbols=("R", "r", "k"))
+    ranges = {**RANGES, "k": (9e7, 1.25e8)}
+    found = rs.optimise(robot, rs.WorstDeflection(), ranges, poses=POSES)
+    found.write(best, source)
+    values = rs.load(best, symbols=("R", "r", "k")).nominal
+    assert values == pytest.approx(found.values, rel=1e-11)
+    assert source.read_text() == text
+    pairs = zip(text.splitlines(), best.read_text().splitlines(), strict=True)
+    old, new = map(list, zip(*(pair for pair in pairs if pair[0] != pair[1]), strict=True))
+    assert [line.split(":")[0].strip() for line in old] == ["R", "r", "k"]
+    assert [line.partition("#")[2] for line in old] == [line.partition("#")[2] for line in new]
+    assert [line.split("#")[0].split(maxsplit=2)[2].strip() for line in new] == [
+        "m",
+        "mm",
+        "kN/um'",
+    ]
+    assert new[2].startswith("  k: '0.125 kN/um'")
+    K = rs.stiffness(rs.load(best)).K
+    np.testing.assert_allclose(K, rs.stiffness(found.robot).K, rtol=1e-9, atol=1e-9 * K.max())
+
+
+def test_best_values_are_written_into_json(tmp_path, platform):
+    source, best = tmp_path / "my.json", tmp_path / "best.json"
+    data = read_document(robot_file("gough-stewart-b")).data
+    source.write_text(json.dumps(data, indent=1))
+    found = rs.optimise(platform, rs.WorstDeflection(), {"R": (0.3, 2.0)})
+    found.write(best, source)
+    again = json.loads(best.read_text())
+    assert {**again["parameters"], "R": 0} == {**data["parameters"], "R": 0}
+    assert rs.load(best, symbols=("R",)).nominal["R"] == pytest.approx(found.values["R"])
+
+
+def test_where_best_values_are_not_written(tmp_path, platform):
+    source = tmp_path / "my.yaml"
+    source.write_text(text := robot_file("gough-stewart-b").read_text())
+    found = rs.optimise(platform, rs.WorstDeflection(), {"R": (0.3, 2.0)})
+    with pytest.raises(rs.InputError, match=r"file to write: .* expected a new file"):
+        found.write(source, source)
+    with pytest.raises(rs.InputError, match="parameter R"):
+        found.write(tmp_path / "best.yaml", robot_file("agile-eye"))
+    assert source.read_text() == text
+    assert [own.name for own in tmp_path.iterdir()] == ["my.yaml"]
 
 
 def test_sobol_indices_are_those_of_the_closed_form():

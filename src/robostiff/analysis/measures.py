@@ -24,8 +24,8 @@ from robostiff.compiled import (
     WorstDeflection,
     machine_code_is_available,
 )
+from robostiff.elastostatics import Status
 from robostiff.elastostatics.tolerance import scaling
-from robostiff.errors import InputError
 from robostiff.record import Program, Record, greater, plain_root
 from robostiff.spatial import Space
 from robostiff.spatial.batch import empty_batch
@@ -189,9 +189,10 @@ def stiffness_where_answered(result: Stiffness | CableStiffness) -> np.ndarray:
 
 
 def values_of(output: Output, result: Stiffness) -> tuple[np.ndarray, np.ndarray]:
-    """Values (N, ...) of an output, and status (N,) of a load of its own.
+    """Values (N, ...) of an output, and status (N,) of its own.
 
-    Not a number where there are none, which the status explains.
+    Not a number where there are none, which the status explains: what a record alone has is
+    `Status.ILL_CONDITIONED`, as nothing else computes it.
     """
     of_load = np.zeros(result.batch_shape, dtype=np.uint16)
     match output:
@@ -213,7 +214,8 @@ def values_of(output: Output, result: Stiffness) -> tuple[np.ndarray, np.ndarray
             blocks = principal_stiffnesses(stiffness_where_answered(result))
             values = np.concatenate(list(blocks.values()), axis=-1)
         case _:
-            raise InputError("output", got=output.name, expected="an output with a batched form")
+            values = np.full((*result.batch_shape, *output.shape(result.space)), np.nan)
+            of_load[result.answered] = int(Status.ILL_CONDITIONED)
     return values, of_load
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -14,6 +15,7 @@ from robostiff.compiled import Output, TotalMass
 from robostiff.design.numbers import NumbersOfDesigns, Poses
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.io.edited_file import write_parameters
 from robostiff.markup import InNotebooks, number
 from robostiff.model import Robot
 from robostiff.record import least
@@ -118,6 +120,32 @@ class Optimum(InNotebooks):
     steps: int
     robot: Robot
 
+    @property
+    def status(self) -> Ending:
+        """How the search ended: `ending`, under the name that all results have."""
+        return self.ending
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """What to do, in sentences."""
+        return (self.ending.advice,)
+
+    def write(self, path: str | os.PathLike[str], source: str | os.PathLike[str]) -> None:
+        """Write the model file `source` with the values that were found, as a new file.
+
+        Comments, order and units stay.
+
+        Raises
+        ------
+        InputError
+            When the file has no such parameter, or would be written over.
+        NoAnswerError
+            When the values keep not all limits.
+        """
+        if self.ending is Ending.INFEASIBLE:
+            raise NoAnswerError(f"no best values of {self.robot.name!r}: {self.ending.advice}")
+        write_parameters(self.values, path, source)
+
     def __repr__(self) -> str:
         values = ", ".join(f"{name} = {number(value)}" for name, value in self.values.items())
         limits = f"; at limits: {', '.join(self.at_limits)}" if self.at_limits else ""
@@ -177,7 +205,8 @@ def optimise(
     Raises
     ------
     InputError
-        When a variable is no parameter, or a range is empty.
+        When a variable is no parameter, or a range is empty; when a range is without the nominal
+        value, and a pose without answer there.
     NoAnswerError
         When a pose has no answer at the start.
 
@@ -204,20 +233,21 @@ def optimise(
     numbers = NumbersOfDesigns.of(robot, [*outputs.values()], names, poses)
     x = np.array([(start or {}).get(name, robot.nominal.get(name, np.nan)) for name in names])
     x = np.clip(np.where(np.isfinite(x), x, 0.5 * (low + high)), low, high)
-    first = _at_start(robot, numbers, x)
+    first = _at_start(robot, numbers, x, {} if start is None else start, (low, high))
     size = float(np.max(np.abs(first[0]))) or 1.0
     known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
+
+    n = len(names)
 
     def at(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Numbers (outputs, N) and rates (outputs, N, n) with scaled variables."""
         key = z.tobytes()
         if key not in known:
-            values, rates, _ = numbers.at(low + z * (high - low))
+            values, rates = _on_the_way(numbers, low + z * (high - low), first.shape)
             known.clear()
             known[key] = values, rates * (high - low)
         return known[key]
 
-    n = len(names)
     is_worst = isinstance(combine, Worst)
     bounds = [(0.0, 1.0)] * n + [(None, None)] * is_worst
 
@@ -262,8 +292,10 @@ def optimise(
     )
     z = np.clip(found.x[:n], 0.0, 1.0)
     values, _ = at(z)
+    if lost := not np.isfinite(values).all():  # the search stopped where there is no answer
+        z, values = begin[:n], first
     kept = bool(np.min(room_below(np.append(z, np.max(values[0]) / size))[0]) > -_REACHED)
-    ending = Ending.OPTIMUM if found.success else Ending.NOT_CONVERGED
+    ending = Ending.OPTIMUM if found.success and not lost else Ending.NOT_CONVERGED
     best = dict(zip(names, (low + z * (high - low)).tolist(), strict=True))
     at_ends = [name for name, own in zip(names, z, strict=True) if min(own, 1 - own) < _REACHED]
     return Optimum(
@@ -277,13 +309,44 @@ def optimise(
     )
 
 
-def _at_start(robot: Robot, numbers: NumbersOfDesigns, x: np.ndarray) -> np.ndarray:
-    """Numbers (outputs, N) at a start (n,).
+def _on_the_way(
+    numbers: NumbersOfDesigns, x: np.ndarray, shape: tuple[int, ...]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of a shape (outputs, N), and rates (outputs, N, n), of variables (n,) of a search.
 
-    Raises NoAnswerError where one of them has no value, or no rates.
+    Not a number where these are values of no robot, as of a negative stiffness.
+    """
+    try:
+        return numbers.at(x)[:2]
+    except InputError:
+        return np.full(shape, np.nan), np.full((*shape, len(x)), np.nan)
+
+
+def _at_start(
+    robot: Robot,
+    numbers: NumbersOfDesigns,
+    x: np.ndarray,
+    start: Mapping[str, float],
+    ranges: tuple[np.ndarray, np.ndarray],
+) -> np.ndarray:
+    """Numbers (outputs, N) at a start (n,), some variables of which were given.
+
+    Raises NoAnswerError where one of them has no value, or no rates; InputError where that is in a
+    range without the nominal value.
     """
     values, rates, codes = numbers.at(x)
     for pose in np.flatnonzero(~np.isfinite(values).all(axis=0))[:1]:
+        for name, low, high in zip(numbers.names, *ranges, strict=True):
+            nominal = robot.nominal.get(name, low)
+            if name not in start and not low <= nominal <= high:
+                meaning = robot.meanings.get(name, f"{number(nominal)} in the model")
+                raise InputError(
+                    f"range of {name}",
+                    got=(float(low), float(high)),
+                    expected=f"values near the nominal one ({meaning}): pose {pose + 1} has no "
+                    "answer at the start",
+                    hint="ranges are in m, rad, N/m and N m/rad; start={...} begins elsewhere",
+                )
         advice = Status(int(codes[pose])).advice or ("an output is no number there",)
         raise NoAnswerError(
             f"no optimum of {robot.name!r}: pose {pose + 1} has no answer at the start: {advice[0]}"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from fnmatch import fnmatchcase
@@ -18,14 +17,12 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.identification.unknowns import Unknown, UnknownKind, spring_values
 from robostiff.io.document import Document, read_document
+from robostiff.io.edited_file import AGREES, check_is_another, edited_lines, parameter_text
 from robostiff.io.model_file import model_from_document
 from robostiff.io.rigid_tree import read_side
 from robostiff.model import Robot
 from robostiff.whole_file import whole_file
 
-_VALUE = re.compile(r"\"[^\"]*\"|'[^']*'|[^,}\]#\n]*[^,}\]#\n\s]")
-# Of a value as it is written: what digits leave.
-_AGREES = 1e-9
 _DOCUMENTS = (".yaml", ".yml", ".json")
 
 
@@ -59,9 +56,8 @@ def write_values(
     is_document = Path(source).suffix.lower() in _DOCUMENTS
     document = read_document(source) if is_document else read_side(Path(source))
     source, is_side = document.file, "legs" not in document.data
-    lines = Path(source).read_text(encoding="utf-8").splitlines()
-    comments: dict[int, list[str]] = {}
-    edits: list[tuple[int, int, int, str]] = []
+    check_is_another(path, source)
+    changes: dict[tuple[Any, ...], tuple[str, str]] = {}
     entries: list[str] = []
     data = deepcopy(document.data)
     for own, (value, comment) in found.items():
@@ -71,25 +67,18 @@ def write_values(
             unit = "N m/rad" if own.unit.startswith("rad") else "N/m"
             text = f"{1 / value:.12g} {unit}"
         place = _place(document, own)
-        if place is not None:
-            at = document.location(place)
-            line, column = (at.line or 1) - 1, (at.column or 1) - 1
-            match = _VALUE.match(lines[line], column)
-            if match is None or any(edit[:2] == (line, column) for edit in edits):
-                raise _no_place(own, source)
-            edits.append((line, column, match.end(), text))
-            comments.setdefault(line, []).append(comment)
+        if place is not None and place not in changes:
+            if own.parameter and not own.unit:
+                text = parameter_text(document, own.parameter, value)
+            changes[place] = text, comment
             reduce(getitem, place[:-1], data)[place[-1]] = text
-        elif is_side and (pattern := _pattern(document, own)) is not None:
+        elif place is None and is_side and (pattern := _pattern(document, own)) is not None:
             joint = own.name.partition("/")[2]
             entry = data["joints"][joint] = {**document.data["joints"][pattern], "stiffness": text}
             entries.append(f"{json.dumps(joint)}: {json.dumps(entry)}  # {comment}")
         else:
             raise _no_place(own, source)
-    for line, start, end, text in sorted(edits, reverse=True):
-        lines[line] = lines[line][:start] + text + lines[line][end:]
-    for line, words in comments.items():
-        lines[line] += ("  # " if "#" not in lines[line] else "; ") + "; ".join(words)
+    lines = edited_lines(document, changes)
     if entries:
         first = document.key_location(["joints", next(iter(document.data["joints"]))])
         top, indent = (first.line or 1) - 1, (first.column or 1) - 1
@@ -118,7 +107,7 @@ def _check(
             if own.name != own.parameter:
                 values[own.name] = 1 / values[own.name]
     for name, value in expected.items():
-        if not np.isclose(values.get(name, np.nan), value, rtol=_AGREES, atol=0):
+        if not np.isclose(values.get(name, np.nan), value, rtol=AGREES, atol=0):
             raise _shared(source, name)
 
 
@@ -140,18 +129,18 @@ def _no_place(own: Unknown, source: str | os.PathLike[str]) -> InputError:
     )
 
 
-def _place(document: Document, own: Unknown) -> list[Any] | None:
+def _place(document: Document, own: Unknown) -> tuple[Any, ...] | None:
     """Path of what an unknown is written in; None where there is none."""
     data = document.data
     if own.parameter:
         named = own.parameter in data.get("parameters", {})
-        return ["parameters", own.parameter] if named else None
+        return ("parameters", own.parameter) if named else None
     if own.kind is not UnknownKind.COMPLIANCE:
         return None
     leg, _, part = own.name.partition("/")
     if "legs" not in data:  # a side file, of one joint by its name
         entry = data.get("joints", {}).get(part, {})
-        return ["joints", part, "stiffness"] if "stiffness" in entry else None
+        return ("joints", part, "stiffness") if "stiffness" in entry else None
     legs = data["legs"]
     several = enumerate(legs) if isinstance(legs, list) else [(None, legs)]
     for i, one in several:
@@ -160,7 +149,7 @@ def _place(document: Document, own: Unknown) -> list[Any] | None:
         chain: Sequence[Any] = one["chain"] if isinstance(one.get("chain"), list) else ()
         for j, element in enumerate(chain):
             if element.get("name") == part and "stiffness" in element:
-                return ["legs", *([] if i is None else [i]), "chain", j, "stiffness"]
+                return ("legs", *([] if i is None else [i]), "chain", j, "stiffness")
     return None
 
 
