@@ -470,3 +470,16 @@ def test_a_mass_in_the_frame_of_a_body_of_a_leg_turns_with_it(name: str, body: s
     own = {body: rs.Mass(5)}
     other = loaded(robot, pose=pose[0], wrench=F[0], loads=own)
     assert np.abs(other.displacement - answer.displacement).max() > 1e-5 * size
+
+
+@pytest.mark.parametrize("name", ["hexapod", "3-rrr"])
+def test_one_pose_under_load_has_an_answer_without_an_axis_of_poses(name):
+    fast = rs.compile_loaded(rs.load(name), backend=rs.Backend.ARRAYS, platforms=True)
+    pose, size = postures(name)[0], fast.robot.space.size
+    wrench = np.arange(1.0, 1.0 + size)
+    one, several = (fast.evaluate(own, wrench) for own in (pose, pose[None]))
+    assert (one.batch_shape, several.batch_shape) == ((), (1,))
+    for result in ("K", "K_sym", "K_total", "displacement", "stable", "status_codes"):
+        np.testing.assert_array_equal(getattr(one, result), getattr(several, result)[0])
+    assert one.K.shape == (size, size)
+    np.testing.assert_array_equal(one.platforms.axes, several.platforms.axes[0])

@@ -65,7 +65,7 @@ class CompiledAnswer(StatusOfPoses, PoseBatch):
     def __repr__(self) -> str:
         names = ", ".join(self.values)
         share = f"{self.guarded_share:.2%} recomputed"
-        return f"<CompiledAnswer of {len(self.rank)} poses: {names}; {share}>"
+        return f"<CompiledAnswer of {self.rank.size} poses: {names}; {share}>"
 
     @property
     def matrix(self) -> np.ndarray:

@@ -151,15 +151,16 @@ class CompiledStiffness(AtGeneralPoses):
         threads: int | None = None,
         out: Mapping[str, np.ndarray] = MappingProxyType({}),
     ) -> CompiledAnswer:
-        """Outputs, status and rank at many poses.
+        """Outputs, status and rank at many poses, or at one.
 
         Parameters
         ----------
-        pose : (N, n) array, JointCoordinates, or mapping of str to (N,) arrays
+        pose : (N, n) or (n,) array, JointCoordinates, or mapping of str to (N,) arrays
             The robot's free pose coordinates, one pose a row [m, rad]; joint coordinates for a
             serial arm. Of a linkage the coordinates of its drives, in the order of `inputs` or by
             the names of the joints, (N, size) for a joint with several; those left out stay at
-            home. Fastest where equal coordinates of all poses lie side by side in memory.
+            home. Fastest where equal coordinates of all poses lie side by side in memory. Of one
+            pose alone, answers are without the axis of N.
         parameters : mapping of str to a number or (N,) array, or (n, N) array, optional
             Values of parameters, in SI units; nominal where left out. Or an array (n, N) of all, in
             the order of `parameters`, which is not copied.
@@ -175,7 +176,9 @@ class CompiledStiffness(AtGeneralPoses):
         InputError
             When the poses or the parameters do not fit the robot, or an array the output.
         """
-        kernel, inputs, values, question = self._asked(pose, parameters)
+        kernel, inputs, values, question, is_one = self._asked(pose, parameters)
+        if is_one:
+            out = {name: np.asarray(array)[None] for name, array in out.items()}
         shapes = {own.name: own.shape(kernel.space) for own in kernel.outputs}
         for name, array in out.items():
             shape = (len(inputs.missed), *shapes.get(name, ()))
@@ -192,7 +195,7 @@ class CompiledStiffness(AtGeneralPoses):
                     values_of_output[rows] = np.nan
             else:
                 _put_direct(answer, rows, result, self.kernel.outputs, self.rank)
-        return answer
+        return answer[0] if is_one else answer
 
     def at_one(self, inputs: list[float]) -> CompiledAnswer | None:
         """What a kernel of K gives at one pose by plain inputs; None where a check of it fails."""
@@ -222,8 +225,9 @@ class CompiledStiffness(AtGeneralPoses):
 
         What stands there in the answer must not be used.
         """
-        kernel, inputs, _, _ = self._asked(pose, parameters)
-        return attempted(kernel, inputs, self, threads)
+        kernel, inputs, _, _, is_one = self._asked(pose, parameters)
+        answer = attempted(kernel, inputs, self, threads)
+        return answer[0] if is_one else answer
 
     def results(
         self, pose: Any, out: Mapping[str, np.ndarray]
@@ -234,7 +238,7 @@ class CompiledStiffness(AtGeneralPoses):
 
         Raises InputError when the poses do not fit the robot.
         """
-        kernel, inputs, _, _ = self._asked(pose, None)
+        kernel, inputs, *_ = self._asked(pose, None)
         yield from decided_chunks(kernel, inputs, self, out)
 
     def source(self, language: SourceLanguage, name: str = "stiffness") -> str:
@@ -267,8 +271,11 @@ class CompiledStiffness(AtGeneralPoses):
 
     def _asked(
         self, pose: Any, parameters: Mapping[str, ArrayLike] | np.ndarray | None
-    ) -> tuple[Kernel, InputRows, ParameterValues[Any], Callable[[Any, np.ndarray], Question]]:
-        """The kernel for such poses, its inputs, values of parameters, and the direct question."""
+    ) -> tuple[Kernel, InputRows, ParameterValues[Any], Callable[..., Question], bool]:
+        """The kernel for such poses, its inputs, values of parameters, and the direct question.
+
+        Last, whether it is one pose that was given without an axis of poses.
+        """
         kernel: Kernel = self.kernel
         taken = self.taken
         pose = taken.read(pose)
@@ -288,13 +295,14 @@ class CompiledStiffness(AtGeneralPoses):
                             expected="JointCoordinates, which stay while the parameter changes",
                         )
                     rate = rate.of
-        given = taken.checked(pose)
+        numbers = taken.checked(pose)
+        given = np.atleast_2d(numbers)
         values: ParameterValues[Any] = ParameterValues.of(self.subject, parameters, len(given))
 
         def question(subject: Any, rows: np.ndarray) -> Question:
             return taken.question(subject, pose, given[rows])
 
-        return kernel, taken.rows(pose, given, values), values, question
+        return kernel, taken.rows(pose, given, values), values, question, numbers.ndim == 1
 
 
 def _put_direct(

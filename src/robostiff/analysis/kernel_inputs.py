@@ -164,7 +164,7 @@ class Recordable(ABC):
 
     @abstractmethod
     def checked(self, pose: Any) -> np.ndarray:
-        """The numbers of poses (N, n)."""
+        """The numbers of poses (N, n), or of one pose (n,)."""
 
     @abstractmethod
     def rows(self, pose: Any, given: np.ndarray, values: ParameterValues[Any]) -> InputRows:
@@ -221,7 +221,7 @@ class KernelInputs(Recordable):
         return posture.pose[:, self.subject.coordinate_places], samples
 
     def checked(self, pose: Pose) -> np.ndarray:
-        """The numbers of poses (N, n)."""
+        """The numbers of poses (N, n), or of one pose (n,)."""
         subject = f"poses of {self.subject.name!r}"
         # A chain without joints has no coordinates, (N, 0).
         takes_joints = self.joints > 0 or not self.subject.legs[0].chain.size
@@ -246,7 +246,11 @@ class KernelInputs(Recordable):
         )
         given = as_floats(subject, numbers, expected, units)
         count = self.joints if by_joints else len(self.subject.coordinates)
-        if given.ndim != 2 or given.shape[1] != count or (count == 0 and self._needs_joints):
+        if (
+            given.ndim not in (1, 2)
+            or given.shape[-1] != count
+            or (count == 0 and self._needs_joints)
+        ):
             got = f"shape {given.shape}"
             raise InputError(subject, got=got, expected=expected, hint=_OTHERWISE)
         if by_joints:

@@ -208,11 +208,11 @@ class LinkageInputs(Recordable):
         return self.driven.part
 
     def checked(self, pose: DriveValues) -> np.ndarray:
-        """Coordinates of the drives (N, n)."""
+        """Coordinates of the drives (N, n), or of one pose (n,)."""
         driven, rows = self.driven, self.driven.rows(pose)
         if rows.ndim == 3 and rows.shape[1] == 1:  # a column (N, 1) of a joint with one coordinate
             rows = rows[:, 0]
-        if rows.ndim != 2:
+        if rows.ndim not in (1, 2):
             n = len(driven.inputs)
             raise InputError(
                 f"driven joints of {driven.part.name!r}",

@@ -3,6 +3,7 @@
 import pickle
 import sys
 import warnings
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -164,7 +165,9 @@ def test_the_best_backend_is_machine_code_where_it_is_there():
 
 
 POSES = {
-    "one pose": ([0, 0, 0.9, 0, 0, 0], r"\(N, 6\): x y z rx ry rz, one pose a row"),
+    "one pose too short": ([0, 0, 0.9, 0, 0], r"\(N, 6\): x y z rx ry rz, one pose a row"),
+    "a number": (0.9, r"\(N, 6\)"),
+    "batches": (np.zeros((2, 2, 6)), r"\(N, 6\)"),
     "a short row": ([[0, 0, 0.9]], r"\(N, 6\)"),
     "not a number": ([[0, 0, np.nan, 0, 0, 0]], "got"),
     "joints": (rs.JointCoordinates(np.zeros((1, 6))), "rs.stiffness takes poses in other ways"),
@@ -177,6 +180,31 @@ POSES = {
 def test_other_poses_are_refused_with_the_way_to_go(pose, message):
     with pytest.raises(rs.InputError, match=message):
         rs.compile(model("hexapod"), backend=rs.Backend.ARRAYS).evaluate(pose)
+
+
+@pytest.mark.parametrize("name", ["hexapod", "3-prs", "six-joint-arm", "double-pantograph"])
+def test_one_pose_has_an_answer_without_an_axis_of_poses(name):
+    """As of `rs.stiffness`; also where it is computed again, and in given arrays."""
+    machine = rs.load_linkage(name) if name == "double-pantograph" else model(name)
+    fast = rs.compile(machine, backend=rs.Backend.ARRAYS)
+    row = np.full(len(fast.inputs), 0.01)
+    if isinstance(machine, rs.Robot) and not machine.is_posed_by_joints:
+        row += rs.find_posture(machine).pose[0, machine.coordinate_places]
+    poses = [row, rs.JointCoordinates(row)] if name == "six-joint-arm" else [row]
+    for pose in poses:
+        rows = (
+            rs.JointCoordinates(row[None]) if isinstance(pose, rs.JointCoordinates) else row[None]
+        )
+        for compiled in (fast, replace(fast, verified=False)):
+            one, several = compiled.evaluate(pose), compiled.evaluate(rows)
+            assert (one.batch_shape, several.batch_shape) == ((), (1,))
+            np.testing.assert_array_equal(one.values["K"], several.values["K"][0])
+            assert (one.rank, one.status) == (several.rank[0], several.status)
+            assert bool(one.guarded) is (compiled is not fast)
+        K = np.empty((6, 6))
+        np.testing.assert_array_equal(fast.evaluate(pose, out={"K": K}).values["K"], K)
+        assert fast.attempt(pose).values["K"].shape == (6, 6)
+        assert np.any(K)
 
 
 def test_all_six_coordinates_of_a_robot_with_three_are_refused():

@@ -15,7 +15,7 @@ from robostiff.compiled import Kernel
 from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.codes import chunks_of, in_shares
 from robostiff.compiled.kernel import whole_threads
-from robostiff.elastostatics.status import Status, StatusOfPoses
+from robostiff.elastostatics.status import PoseBatch, Status, StatusOfPoses
 from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kinematics import JointCoordinates, Pose, posture_finder
 from robostiff.kinematics.turn import turn_by_vector
@@ -34,7 +34,7 @@ _SAME, _ROUNDING = 1e-5, 1e-12
 
 
 @dataclass(frozen=True)
-class Platforms:
+class Platforms(PoseBatch):
     """Loaded platforms at N poses, and how they move with the n parameters of their robot.
 
     Attributes
@@ -59,8 +59,8 @@ class Platforms:
 
 
 @dataclass(frozen=True, repr=False)
-class LoadedAnswer(StatusOfPoses):
-    """Equilibria of a robot at N poses under N wrenches.
+class LoadedAnswer(StatusOfPoses, PoseBatch):
+    """Equilibria of a robot at N poses under N wrenches, or at one: without the axis of N.
 
     Attributes
     ----------
@@ -96,11 +96,11 @@ class LoadedAnswer(StatusOfPoses):
         """Rate of the wrench (N, r, r): `K_sym` and the antisymmetric part of moments."""
         K = self.K_sym.copy()
         if K.shape[-1] == 6:
-            b_f, f_b = self.arms[:, [1, 2, 0], [2, 0, 1]], self.arms[:, [2, 0, 1], [1, 2, 0]]
-            x, y, z = 0.5 * (self.wrench[:, 3:] + b_f - f_b).T
+            b_f, f_b = self.arms[..., [1, 2, 0], [2, 0, 1]], self.arms[..., [2, 0, 1], [1, 2, 0]]
+            x, y, z = 0.5 * (self.wrench[..., 3:] + b_f - f_b).T
             for (i, j), part in {(3, 4): z, (4, 5): x, (5, 3): y}.items():
-                K[:, i, j] += part
-                K[:, j, i] -= part
+                K[..., i, j] += part
+                K[..., j, i] -= part
         return K
 
     @property
@@ -108,8 +108,9 @@ class LoadedAnswer(StatusOfPoses):
         """K less what dead forces on the platform do as it turns (N, r, r)."""
         K = self.K
         turned = [2] if K.shape[-1] == 3 else [0, 1, 2]
-        turning = self.arms - np.trace(self.arms, axis1=1, axis2=2)[:, None, None] * np.eye(3)
-        K[:, -len(turned) :, -len(turned) :] -= turning[:, turned][:, :, turned]
+        trace = np.trace(self.arms, axis1=-2, axis2=-1)[..., None, None]
+        turning = self.arms - trace * np.eye(3)
+        K[..., -len(turned) :, -len(turned) :] -= turning[..., turned, :][..., turned]
         return K
 
     @property
@@ -119,7 +120,7 @@ class LoadedAnswer(StatusOfPoses):
 
     def __repr__(self) -> str:
         return (
-            f"<LoadedAnswer of {len(self.stable)} poses: {self.guarded_share:.2%} recomputed, "
+            f"<LoadedAnswer of {self.stable.size} poses: {self.guarded_share:.2%} recomputed, "
             f"status {self.status}>"
         )
 
@@ -202,12 +203,13 @@ class CompiledLoading:
         again: bool = True,
         threads: int = 1,
     ) -> LoadedAnswer:
-        """Equilibria at many poses; where a check fails, `equilibrium` computes them.
+        """Equilibria at many poses, or at one; where a check fails, `equilibrium` computes them.
 
         Parameters
         ----------
-        pose : (N, n) array, JointCoordinates, or ActuatorCoordinates of all joints of an arm
-            Unloaded postures, as `rs.compile` takes them.
+        pose : (N, n) or (n,) array, JointCoordinates, or ActuatorCoordinates of an arm
+            Unloaded postures, as `rs.compile` takes them. Of one pose alone, answers are without
+            the axis of N.
         wrench : (r,) or (N, r) array
             On the platform about its reference point, world axes [N, N m].
         hooks : (3, 3) or (N, 3, 3) array, optional
@@ -236,7 +238,8 @@ class CompiledLoading:
         inputs = KernelInputs(robot, joints)
         pose = inputs.read(pose)
         by_joints = isinstance(pose, JointCoordinates)
-        given = inputs.checked(pose)
+        numbers = inputs.checked(pose)
+        given = np.atleast_2d(numbers)
         count = len(given)
         F = wrenches_of("wrench", wrench, space)
         if F.ndim == 2 and len(F) not in (1, count):
@@ -293,7 +296,7 @@ class CompiledLoading:
                 answer.K_sym[part], answer.displacement[part] = np.nan, np.nan
                 answer.stable[part] = False
                 answer.status_codes[part] = int(Status.UNREACHABLE)
-        return answer
+        return answer[0] if numbers.ndim == 1 else answer
 
     def _fill(self, given: InputRows, F: np.ndarray, where: slice, answer: LoadedAnswer) -> None:
         """Results of the kernel at a chunk of poses."""
