@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import robostiff as rs
 from robostiff import (
     Block,
     IndexRules,
@@ -148,6 +149,32 @@ def test_singular_poses_are_never_nan():
     close = stiffness(case_b(), [0, 0, 0.6, 0, 0, np.pi / 2 - 1e-7])
     assert Status.ILL_CONDITIONED in close.status
     assert np.isfinite(close.K).all()
+
+
+FREE = {
+    "delta": ([0, 0, -0.6, 0, 0, 0.17], "x y z"),
+    "3-prs": ([0.1, 0, 0, 0.4, 0.1, 0], "z rx ry"),
+}
+
+
+@pytest.mark.parametrize(("name", "pose", "names"), [(k, *own) for k, own in FREE.items()])
+def test_a_pose_of_six_coordinates_whose_free_ones_are_reached_says_so(name, pose, names):
+    robot = rs.load(name)
+    places = robot.coordinate_places
+    advice = f"the robot has the free coordinates {names}: give these, the others follow"
+    result = rs.stiffness(robot, pose)
+    assert result.advice[0] == advice
+    assert "falls short" in result.advice[1]
+    with pytest.raises(rs.NoAnswerError, match=advice):
+        _ = result.K
+    assert rs.stiffness(robot, np.array(pose)[places]).answered
+
+
+@pytest.mark.parametrize("pose", [[0, 0, -1.6, 0, 0, 0.1], [0, 0, -1.6]])
+def test_free_coordinates_that_are_not_reached_either_are_no_advice(pose):
+    result = rs.stiffness(rs.load("delta"), pose)
+    assert "falls short" in result.advice[0]
+    assert not any("free coordinates" in own for own in result.advice)
 
 
 def test_unreachable_poses():

@@ -320,6 +320,8 @@ class PosesOfRobot(Question):
         if not rows.shape and status & _COMPLAINTS:
             posture = self._posture(flat)
             found = posture.complaints
+            if self.request.is_whole and status & Status.UNREACHABLE:
+                found = (*self.finder.free_coordinates_reach(posture, self.near), *found)
             if not by_drives and self.near is None and status & Status.UNREACHABLE:
                 found = (*found, *self.finder.in_other_modes(posture))
         if self.near is not None or by_drives:

@@ -271,6 +271,16 @@ class PostureFinder:
             for name in names
         )
 
+    def free_coordinates_reach(self, posture: Posture, near: Near = None) -> tuple[str, ...]:
+        """A sentence where one pose of six coordinates is reached once the legs decide the rest."""
+        places, robot = self.robot.coordinate_places, self.robot
+        if not 0 < len(places) < robot.space.size:
+            return ()
+        if not self.find(posture.pose[0, places], near).reached[0]:
+            return ()
+        names = " ".join(own.value for own in robot.coordinates)
+        return (f"the robot has the free coordinates {names}: give these, the others follow",)
+
     @cached_property
     def _alike(self) -> list[tuple[tuple[int, ...], LegSolver]]:
         return legs_alike(self.solvers)
