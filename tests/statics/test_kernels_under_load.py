@@ -482,4 +482,6 @@ def test_one_pose_under_load_has_an_answer_without_an_axis_of_poses(name):
     for result in ("K", "K_sym", "K_total", "displacement", "stable", "status_codes"):
         np.testing.assert_array_equal(getattr(one, result), getattr(several, result)[0])
     assert one.K.shape == (size, size)
+    assert one.platforms is not None
+    assert several.platforms is not None
     np.testing.assert_array_equal(one.platforms.axes, several.platforms.axes[0])

@@ -87,8 +87,10 @@ def write_parameters(
     document = read_document(source)
     parameters = document.data.get("parameters", {})
     expected = parameter_values(parameters, values)
-    changes = {("parameters", name): (parameter_text(document, name, value), "")
-               for name, value in values.items()}  # fmt: skip
+    changes: dict[tuple[str | int, ...], tuple[str, str]] = {
+        ("parameters", name): (parameter_text(document, name, value), "")
+        for name, value in values.items()
+    }
     with whole_file(path) as begun:
         begun.write_text("\n".join(edited_lines(document, changes)) + "\n", encoding="utf-8")
         data = read_document(begun).data
