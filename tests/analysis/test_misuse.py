@@ -106,3 +106,26 @@ def test_stiffnesses_too_far_apart_are_said_to_be():
     leg = replace(robot.legs[0], chain=replace(chain, elements=stiff))
     result = rs.stiffness(replace(robot, legs=(leg, *robot.legs[1:])))
     assert "ill-conditioned" in str(result.status)
+
+
+def test_measurements_by_the_name_of_their_file():
+    with pytest.raises(InputError) as error:
+        rs.identify(HEXAPOD, "campaign.csv", ["leg*/strut"])
+    assert str(error.value) == (
+        "measurements: got the name of a file, expected rs.Measurements(...); "
+        "write rs.Measurements.read('campaign.csv', robot)"
+    )
+
+
+@pytest.mark.parametrize(
+    ("word", "pose"),
+    [
+        ("symbolic", r"rs\.AtSymbols\(\)"),
+        ("joints", r"rs\.AtJoints\(\)"),
+        ("home", r"rs\.AtHome\(\)"),
+        ("level", r'rs\.AtCoordinates\(\{"x": 0\.1\}\)'),
+    ],
+)
+def test_the_pose_of_a_formula_in_a_word(word, pose):
+    with pytest.raises(InputError, match=rf"got '{word}', .*; write pose={pose}$"):
+        rs.derive("hexapod", pose=word)

@@ -48,7 +48,7 @@ def test_bad_status_and_bad_input():
     assert "status: beyond-limits" in nowhere.stdout
     nothing = run("gough-stewart-b")
     assert nothing.exit_code == 2
-    assert "expected what moves, by name [kg]" in nothing.stderr
+    assert "expected masses of bodies, by name [kg]" in nothing.stderr
     unknown = run("hexapod", "--mass", "leg9=1 kg")
     assert unknown.exit_code == 2
     assert "masses: got 'leg9', expected platform or leg/part" in unknown.stderr

@@ -88,7 +88,7 @@ def test_no_file_is_replaced_unasked(tmp_path):
         (("hexapod", "--quantity", "rank"), "expected --what map beside it"),
         (("hexapod", "--what", "ellipsoids", "--quality", "stif"), "rotational-stiffness"),
         (("cable-8", "--what", "energy", *LOAD), "expected a robot with legs"),
-        (("double-pantograph", "--what", "modes"), "expected what moves, by name [kg]"),
+        (("double-pantograph", "--what", "modes"), "expected masses of bodies, by name [kg]"),
         (("map.nc", "--what", "robot"), "with --what map"),
         (("map.nc",), "expected a file or store that is there"),
         (("map.nc", "--cut", "z"), "expected NAME=VALUE"),

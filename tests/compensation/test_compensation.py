@@ -134,7 +134,12 @@ def test_a_file_keeps_its_lines(tmp_path):
     file = tmp_path / "path.csv"
     file.write_text(TEXT.replace('"cut; fast"', "cut fast"))
     robot = rs.load("hexapod")
-    program = rs.read_program(robot, file)
+    with pytest.warns(rs.PlausibilityWarning, match="is not read") as warned:
+        program = rs.read_program(robot, file)
+    assert [str(own.message).removeprefix(str(file)) for own in warned] == [
+        ":2:1: column 'N' is not read",
+        ":2:41: column 'comment' is not read",
+    ]
     assert isinstance(program.poses, np.ndarray)
     np.testing.assert_allclose(program.poses[:, 0], [-0.0505, 0.0505])
     np.testing.assert_allclose(program.poses[:, 5], np.radians(3.0))
@@ -176,12 +181,24 @@ def test_joints_of_an_arm_from_a_file(tmp_path):
     robot = rs.load("six-joint-arm")
     names = robot.legs[0].chain.coordinate_names
     file = tmp_path / "path.csv"
-    file.write_text(f"{names[1]} [deg],{names[2]} [deg],Fz [N]\n20,40,-50\n25,45,-50\n")
+    heading = "".join(f"{name} [deg]," for name in names)
+    file.write_text(f"{heading}Fz [N]\n0,20,40,0,0,0,-50\n0,25,45,0,0,0,-50\n")
     program = rs.read_program(robot, file)
     assert isinstance(program.poses, rs.JointCoordinates)
     found = rs.compensate(robot, program.poses, program.wrenches, gravity="-z")
     assert np.max(np.abs(found.residual)) < 1e-11
-    assert f"{names[0]}_cmd" not in program.with_commands(found)[0].split(",")[0]
+    lines = program.with_commands(found)
+    behind = [f"{name}_cmd [deg]" for name in names]  # joints are drives, which come once
+    assert lines[0].split(",")[7:] == [*behind, "residual [um]", "residual turn [urad]", "status"]
+    written = [float(own) for own in lines[2].split(",")[7:13]]
+    np.testing.assert_allclose(written, np.degrees(found.drives[1]), rtol=1e-10)
+    file.write_text("\n".join(lines))
+    with pytest.warns(rs.PlausibilityWarning) as warned:
+        again = rs.read_program(robot, file)
+    assert len(warned) == 9
+    assert "column 'joint1_cmd' is not read" in str(warned[0].message)
+    assert isinstance(again.poses, rs.JointCoordinates)
+    np.testing.assert_array_equal(again.poses.values, program.poses.values)
 
 
 BAD = {
@@ -191,17 +208,27 @@ BAD = {
     "nan": ("x [mm],Fz [N]\nnan,1\n", r":2:1: x: value: got 'nan'"),
     "fields": ("x [mm],Fz [N]\n1,2,3\n", r"got '3 fields', expected 2"),
     "twice": ("x [mm],x [mm]\n1,2\n", r"each name once"),
+    "a slip": ("x [mm],Fz [N],MY [N m]\n1,2,3\n", r":1:15: column: got 'MY'.*did you mean My\?"),
     "nothing": ("a,b\n1,2\n", r"some of x, y, z"),
     "no point": ("x [mm],Fz [N]\n", r"a line of names, then a line a point"),
 }
 
 
+@pytest.mark.filterwarnings("ignore:.*is not read:robostiff.PlausibilityWarning")
 @pytest.mark.parametrize(("text", "message"), BAD.values(), ids=BAD.keys())
 def test_files_that_cannot_be_read(tmp_path, text, message):
     file = tmp_path / "path.csv"
     file.write_text(text)
     with pytest.raises(rs.InputError, match=message):
         rs.read_program(rs.load("hexapod"), file)
+
+
+def test_joints_that_have_no_column(tmp_path):
+    file = tmp_path / "path.csv"
+    file.write_text("joint1 [deg],joint2 [deg],Fz [N]\n20,40,-50\n")
+    message = r":1:1: joints of the arm: got no column of joint3, joint4, joint5, joint6, expected"
+    with pytest.raises(rs.FileError, match=message):
+        rs.read_program(rs.load("six-joint-arm"), file)
 
 
 def test_the_command(tmp_path):

@@ -66,6 +66,7 @@ def test_displacements_gauges_and_distances(tmp_path):
     assert not found.has_sigma
 
 
+@pytest.mark.filterwarnings("ignore:.*'(Name|Image RMS|Time Stamp)' is not read")
 def test_export_of_a_tracker(arm, tmp_path):
     joints = tmp_path / "joints.csv"
     joints.write_text(f"{JOINTS},Fz [N],marker\n" + "".join(
@@ -227,6 +228,20 @@ HEAD = f"{JOINTS},marker,x [mm],y [mm],z [mm]"
         (f"direction,{HEAD}\nup,{GOOD}\n", r"csv:2: direction: got 'up', expected loading"),
         (f"dx [mm],{HEAD}\n1,{GOOD}\n", r"csv:2: reading: got 'point and displacement'"),
         (f"{HEAD},rx [deg]\n{GOOD},1\n", r"csv:2: pose: got 'a part'"),
+        (f"{HEAD.replace('marker', 'Marker')}\n{GOOD}\n",
+         r"csv:1:79: column: got 'Marker', .*did you mean marker\?"),
+        (f"{HEAD.replace('joint3', 'joint33')}\n{GOOD}\n",
+         r"csv:1:27: column: got 'joint33', .*did you mean joint3\?"),
+        (f"{HEAD.replace('joint3 [deg]', 'joint3 [deg')}\n{GOOD}\n",
+         r"csv:1:27: column: got 'joint3 \[deg', .*did you mean joint3\?"),
+        (f"at_X [mm],{HEAD}\n5,{GOOD}\n", r"csv:1:1: column: got 'at_X', .*did you mean at_x\?"),
+        (f"{HEAD.removeprefix('joint1 [deg],')}\n{GOOD[3:]}\n",
+         r"csv:1:1: joints of the arm: got no column of joint1, expected columns of all"),
+        (f"marker,{HEAD}\nm,{GOOD}\n", r"csv:1:86: name of a column: got 'marker', expected each"),
+        (f"{JOINTS},m1.x,m1.y [mm]\n10,20,15,10,50,0,1,2\n", r"csv:1:79: unit of m1.x: got 'none'"),
+        (f"{JOINTS},m1.x [mm],m1.Y [mm]\n10,20,15,10,50,0,1,2\n",
+         r"csv:1:89: column: got 'm1.Y', .*did you mean m1.y\?"),
+        (f"{HEAD},m1.x [mm]\n{GOOD},1\n", r"csv:1:1: names of columns: got marker and m1.x, exp"),
         (f"{HEAD}\n{GOOD},7\n", r"csv:2:1: reading: got '11 fields'"),
     ],
 )  # fmt: skip
@@ -238,8 +253,40 @@ def test_mistakes_are_named_with_their_place(arm, tmp_path, text, words):
     assert re.search(words.replace("'", "'?"), str(error.value)), str(error.value)
 
 
+def test_columns_that_are_not_read_are_said(arm, tmp_path):
+    text = f"remark,{HEAD},Marker,joint1_cmd [deg],\ncold,{GOOD},q,11,\n"
+    with pytest.warns(rs.PlausibilityWarning) as warned:
+        found = read(arm, tmp_path, text)
+    assert found.markers == ("m",)
+    assert [str(own.message).rpartition("campaign.csv:")[2] for own in warned] == [
+        "1:1: column 'remark' is not read",
+        "1:114: column 'Marker' is not read",
+        "1:121: column 'joint1_cmd' is not read",
+    ]
+    with pytest.warns(rs.PlausibilityWarning, match="column '' is not read"):
+        read(arm, tmp_path, f"{HEAD},\n{GOOD},7\n")
+    many = ",".join(f"other{k}" for k in range(30))
+    with pytest.warns(rs.PlausibilityWarning) as warned:
+        read(arm, tmp_path, f"{HEAD},{many}\n{GOOD}{',1' * 30}\n")
+    assert len(warned) == 13
+    assert str(warned[-1].message).endswith(": 18 more columns not read")
+
+
+def test_columns_of_a_tracker_that_are_not_read_are_said(arm, tmp_path):
+    """Of the joints, too: there readings and their deviations are those of the tracker."""
+    joints = tmp_path / "joints.csv"
+    joints.write_text(f"{JOINTS},sigma [um],x [mm]\n" + "".join(
+        f"{k}0,20,15,10,50,0,7,8\n" for k in (1, 2, 3)))  # fmt: skip
+    with pytest.warns(rs.PlausibilityWarning) as warned:
+        rs.Measurements.read(DATA / "tracker.csv", arm, joints=joints)
+    assert [str(own.message).rpartition("column ")[2] for own in warned] == [
+        f"{name!r} is not read" for name in ("Name", "Image RMS", "Time Stamp", "sigma", "x")
+    ]
+
+
 def test_a_tracker_export_needs_joints(arm):
-    with pytest.raises(rs.FileError, match="postures and loads of a tracker export"):
+    warned = pytest.warns(rs.PlausibilityWarning, match="is not read")
+    with warned, pytest.raises(rs.FileError, match="postures and loads of a tracker export"):
         rs.Measurements.read(DATA / "tracker.csv", arm)
 
 

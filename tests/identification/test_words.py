@@ -25,6 +25,9 @@ def test_vertical_loads_do_not_strain_an_upright_axis(tmp_path):
     assert [s.partition(":")[0] for s in found.not_identified] == [
         "no measurement depends on arm/joint1"
     ]
+    assert (
+        "(a force that is parallel to its axis, or meets it, does not)" in found.not_identified[0]
+    )
     assert "arm/joint1" not in found.std
     assert found.values["arm/joint1"] == pytest.approx(2.5e-6)
     assert rs.FitStatus.NOT_IDENTIFIED in found.status

@@ -56,6 +56,8 @@ from robostiff.record import Entry, Record, is_zero
 from robostiff.recorded import LegRecorder, RecordedRobot, entry_reader
 from robostiff.spatial import exact_number
 
+# Of `pose`, what is meant by a word.
+_POSES = {"home": "AtHome()", "symbolic": "AtSymbols()", "joints": "AtJoints()"}
 _READABLE = 500  # most terms of an entry by default: found in a second
 _ENTRIES = 10  # all entries of all legs have as many terms as so many: nobody reads more
 _OPERATIONS_A_TERM = 200  # of a formula written out, for each allowed term, before it is simplified
@@ -118,7 +120,7 @@ def derive_robot(
             "pose of a formula",
             got=pose,
             expected="AtHome(), AtSymbols(), AtCoordinates({...}) or AtJoints()",
-            hint='write pose=AtCoordinates({"x": 0.1})',
+            hint="write pose=rs." + _POSES.get(str(pose), 'AtCoordinates({"x": 0.1})'),
         )
     if not (form is None or isinstance(form, Closed | Steps)):
         raise InputError("form of a formula", got=form, expected="Closed() or Steps()")

@@ -48,11 +48,12 @@ class ProgramFile:
     def with_commands(self, found: Compensation) -> list[str]:
         """The lines with commands behind: what was in the file stays as it was.
 
-        Columns ``_cmd`` are in the units of the columns that they replace; drives and coordinates
-        that the file does not have are in SI units, what is left in micrometres and microradians.
-        Points without an answer have none.
+        Columns ``_cmd`` are in the units of the columns that they replace; drives, where poses are
+        commanded, and coordinates that the file does not have are in SI units, what is left in
+        micrometres and microradians. Points without an answer have none.
         """
-        if isinstance(self.poses, JointCoordinates):
+        by_joints = isinstance(self.poses, JointCoordinates)
+        if by_joints:
             names = self.robot.legs[0].chain.coordinate_names
             commands = {name: found.coordinates[:, k] for k, name in enumerate(names)}
         else:
@@ -70,7 +71,8 @@ class ProgramFile:
             unit, factor = (si[name], 1.0) if column is None else (column.unit, column.factor)
             headings.append(f"{name}_cmd [{unit}]")
             values.append(own / factor)
-        for name, unit, own in zip(found.drive_names, units, found.drives.T, strict=True):
+        drives = zip(found.drive_names, units, found.drives.T, strict=True)
+        for name, unit, own in () if by_joints else drives:  # joints are drives
             headings.append(f"{name} [{unit}]")
             values.append(own)
         headings += ["residual [um]", "residual turn [urad]"]
@@ -112,9 +114,10 @@ def read_program(
 
     The first line has the names of the columns, with units in brackets: pose coordinates
     ``x [mm]`` to ``rz [deg]`` or joints of an arm, and the wrench ``Fx [N]`` to ``Mz [N m]``.
-    Coordinates that are left out stay at home, parts of the wrench at zero. Other columns, empty
-    lines and lines that begin with ``#`` are passed over. Tabs, semicolons or commas separate;
-    with semicolons decimals may have commas.
+    Pose coordinates that are left out stay at home, parts of the wrench at zero; of joints there
+    are all. Other columns stay in the file, with a warning that they are not read. Empty lines and
+    lines that begin with ``#`` are passed over. Tabs, semicolons or commas separate; with
+    semicolons decimals may have commas.
 
     Parameters
     ----------
@@ -134,7 +137,7 @@ def read_program(
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = f"{folder}/path.csv"
     ...     with open(path, "w") as file:
-    ...         _ = file.write("N, x [mm], z [mm], Fz [N]\n10, 50, 900, -200\n")
+    ...         _ = file.write("x [mm], z [mm], Fz [N]\n50, 900, -200\n")
     ...     program = read_program(rs.load("hexapod"), path)
     >>> program.poses.tolist(), program.wrenches.tolist()
     ([[0.05, 0.0, 0.9, 0.0, 0.0, 0.0]], [[0.0, 0.0, -200.0, 0.0, 0.0, 0.0]])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.elastostatics import Status
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.identification.identified import Identified
 from robostiff.identification.measurement_kinds import Reading
 from robostiff.identification.measurements import Measurements
@@ -256,8 +257,12 @@ def identify(
     if not isinstance(robot, Robot):
         raise InputError("robot to identify", got=type(robot).__name__, expected="a Robot")
     if not isinstance(measured, Measurements):
+        is_path = isinstance(measured, str | os.PathLike)
         raise InputError(
-            "measurements", got=type(measured).__name__, expected="rs.Measurements(...)"
+            "measurements",
+            got=Words("the name of a file") if is_path else type(measured).__name__,
+            expected="rs.Measurements(...)",
+            hint=f"write rs.Measurements.read({os.fspath(measured)!r}, robot)" if is_path else None,
         )
     by_joints = isinstance(measured.postures, JointCoordinates) or robot.is_posed_by_joints
     changed, unknowns = with_unknowns(robot, parameters, fixed, shared=shared, by_joints=by_joints)

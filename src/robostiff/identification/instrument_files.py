@@ -70,17 +70,19 @@ def with_headings(name: str, lines: Sequence[str], columns: Sequence[str]) -> tu
 
     Raises FileError for a line with another count of fields.
     """
-    found = ["\t".join(columns)]
+    named = [place for place, heading in enumerate(columns) if heading.strip()]
+    found = ["\t".join(columns[place] for place in named)]
     for k, line in enumerate(lines, 1):
         fields = re.split(r"[\t;,]|\s+", line.strip()) if line.strip() else []
-        if fields and len(fields) != len(columns) and not line.lstrip().startswith("#"):
+        is_row = bool(fields) and not line.lstrip().startswith("#")
+        if is_row and len(fields) != len(columns):
             raise FileError(
                 Location(name, k, 1),
                 "reading",
                 got=f"{len(fields)} fields",
                 expected=f"{len(columns)}, one for each of columns=",
             )
-        found.append("\t".join(fields))
+        found.append("\t".join(fields[place] for place in named) if is_row else line)
     return tuple(found)
 
 

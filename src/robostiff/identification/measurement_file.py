@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.analysis.maps.pose_columns import POSE_UNITS, coordinate_units
-from robostiff.errors import FileError, Location
+from robostiff.errors import FileError, Location, Words
 from robostiff.identification.instrument_files import (
     auto_id_lines,
     lines_of,
@@ -59,7 +59,7 @@ _LOADS = {
 _WORDS = ("posture", "marker", "row", "reference", "drive", "axes", "direction", "at")
 _DIRECTIONS = {"": 0, "loading": 1, "unloading": -1, "+": 1, "-": -1, "1": 1, "-1": -1}
 # A marker among several in a line.
-_OF_MARKER = re.compile(r"\s*'?(?P<name>[^\[\(.]+)\.(?P<axis>[xyz])\s*[\[\(]")
+_OF_MARKER = re.compile(r"\s*'?(?P<name>[^\[\(.]+)\.(?P<axis>[xyz])\s*(?:[\[\(]|\Z)")
 
 
 def read_measurements(
@@ -85,7 +85,8 @@ def read_measurements(
     [N]``, or its joint's ``angle [deg]`` or ``travel [mm]`` behind the gear. A displacement is from
     the load of the line whose ``row`` is its ``reference``, or from none. ``sigma``, or ``sigma_x,
     sigma_y, sigma_z``, ``sigma_turn``, ``sigma_torque`` and ``sigma_push`` are standard deviations.
-    Empty fields are readings that are missing, and loads of zero.
+    Empty fields are readings that are missing, and loads of zero. Of an arm all joints have
+    columns, or none; of a pose what is left out stays at home.
 
     An export of a tracker, known by ``X``, ``Y``, ``Z`` and ``U(95)`` in its first line, has points
     alone: `joints` is a file with a line for each of its points, of the columns above. Lines of an
@@ -178,13 +179,14 @@ class _Table:
         """Of lines from `first` on; where readings are `given`, with postures and loads alone."""
         units = coordinate_units(robot) | {f"pose_{name}": u for name, u in POSE_UNITS.items()}
         units |= _LOADS | (_UNITS if given is None else {})
+        not_here = () if given is None else _UNITS.keys()
         several: dict[str, list[str]] = {}  # columns of markers in a line, by their names
         header = next((own for own in lines if own.strip() and own.lstrip()[0] != "#"), "")
         for heading in re.split("[\t;,]", header) if given is None else ():
             match = _OF_MARKER.match(heading)
             if match:
                 name = match["name"].strip()
-                several.setdefault(name, []).append(f"{name}.{match['axis']}")
+                several.setdefault(name, [f"{name}.{axis}" for axis in _AXES])
         units |= dict.fromkeys((name for own in several.values() for name in own), "m")
         table = table_of(
             path,
@@ -194,6 +196,7 @@ class _Table:
             passes_others=True,
             words=_WORDS,
             may_miss=units.keys(),
+            not_here=not_here,
             first=first,
         )
         header, heading = Location(path, table.header + first, 1), table.lines[table.header]
@@ -209,6 +212,9 @@ class _Table:
             )
         si, words = dict(table.si), table.words
         if several:  # a row for each marker of a line
+            if both := {"marker", *_AXES} & (table.words.keys() | table.si.keys()):
+                got, expected = f"{min(both)} and {min(several)}.x", "markers in one of these ways"
+                raise FileError(header, "names of columns", got=Words(got), expected=expected)
             si = {name: np.repeat(own, len(several)) for name, own in si.items()}
             words = {name: tuple(x for x in own for _ in several) for name, own in words.items()}
             none = np.full(len(table.rows), np.nan)

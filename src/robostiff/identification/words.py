@@ -69,8 +69,8 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
     fixed = [k for k in range(n) if scaled[k] <= _NO_COLUMN * largest[kinds[k]]]
     without = [unknowns[k] for k in fixed]
     sentences = [
-        f"no measurement depends on {own.name}: no load strains it (a force does not that is "
-        "parallel to its axis or meets it); add a load in another direction or at another point"
+        f"no measurement depends on {own.name}: no load strains it (a force that is parallel "
+        "to its axis, or meets it, does not); add a load in another direction or at another point"
         for own in without
         if own.kind in springs
     ]

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 import os
 import re
 from array import array
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robostiff.analysis.maps.pose_columns import POSE_UNITS, coordinate_units
-from robostiff.errors import FileError, InputError, Location
+from robostiff.errors import FileError, InputError, Location, Words, warn_of_slip
 from robostiff.io.bounded_file import bounded_bytes
+from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension, parse_quantity, to_si
 from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.pose import home_coordinates
@@ -21,6 +23,8 @@ from robostiff.model import Robot
 
 _MOST_BYTES = 2_000_000_000
 _LARGEST = 1e30
+_SIMILAR = 0.81  # a name is taken for a slip: joint33 of joint3; not remark of marker
+_MOST_WARNINGS = 12
 _HEADING = re.compile(r"\s*(?P<name>[^\[\(]+?)\s*(?:[\[\(](?P<unit>[^\]\)]*)[\]\)])?\s*\Z")
 _DIMENSIONS = {
     dimension.si_unit: dimension
@@ -84,9 +88,10 @@ def read_table(
     """Read the columns with these names and SI units; a line is a `what`.
 
     Tabs, semicolons or commas separate. Empty lines and lines that begin with ``#`` are passed
-    over. With `passes_others` so are columns of other names, units must be given, and decimals
-    behind semicolons may have commas; otherwise a name that is not known is a fault. Columns of
-    `words` have no numbers; fields of columns that `may_miss` them are not a number where empty.
+    over. With `passes_others` a column of another name is not read, with a warning; but one that
+    is like a name that no column has is a fault. Units must be given, and decimals behind
+    semicolons may have commas. Otherwise any name that is not known is a fault. Columns of `words`
+    have no numbers; fields of columns that `may_miss` them are not a number where empty.
 
     Raises FileError with line and column of what cannot be read.
     """
@@ -109,9 +114,13 @@ def table_of(
     passes_others: bool = False,
     words: Collection[str] = (),
     may_miss: Collection[str] = (),
+    not_here: Collection[str] = (),
     first: int = 1,
 ) -> CsvTable:
-    """The same of the lines of a file with this name; `first` is the number of the first one."""
+    """The same of the lines of a file with this name; `first` is the number of the first one.
+
+    Names that are `not_here` are no slips: another file has them.
+    """
     numbered = [k for k, line in enumerate(lines) if line.strip() and line.lstrip()[0] != "#"]
     if len(numbered) < 2:
         raise FileError(
@@ -123,28 +132,9 @@ def table_of(
     header, rows = numbered[0], tuple(numbered[1:])
     separator = next((mark for mark in "\t;," if mark in lines[header]), ",")
     headings = lines[header].split(separator)
-    columns: list[Column] = []
-    places: dict[str, int] = {}  # of words
-    start = 0
-    for place, heading in enumerate(headings):
-        at = Location(name, header + first, start + 1 + len(heading) - len(heading.lstrip()))
-        start += len(heading) + 1
-        found = _HEADING.match(heading.strip().removeprefix("'"))  # written before = + - @
-        if found and found["name"] in words and found["name"] not in places:
-            places[found["name"]] = place
-            continue
-        if not found or found["name"] not in units:
-            if passes_others:
-                continue
-            known = ", ".join(units)
-            raise FileError(at, "name of a column", got=heading.strip(), expected=f"one of {known}")
-        own, unit = found["name"], (found["unit"] or "").strip()
-        if own in [column.name for column in columns]:
-            raise FileError(at, "name of a column", got=own, expected="each name once")
-        if passes_others and not unit and units[own]:
-            example = f"one in brackets, as {own} [{units[own]}]"
-            raise FileError(at, f"unit of {own}", got="none", expected=example)
-        columns.append(Column(own, place, unit, _factor(at, own, unit, units[own]), at))
+    columns, places, passed = _columns_of(
+        Location(name, header + first or None), headings, units, words, not_here, passes_others
+    )
     comma = passes_others and separator == ";"
     values = array("d")
     for k in rows:
@@ -170,6 +160,15 @@ def table_of(
                     "heading",
                 )
         values.extend(row)
+    said = [  # but for what a separator at the end of each line makes
+        (at, own)
+        for at, own, place in passed
+        if headings[place].strip() or any(lines[k].split(separator)[place].strip() for k in rows)
+    ]
+    for at, own in said[:_MOST_WARNINGS]:
+        warn_of_slip(f"{at}: column {own[:60]!r} is not read")
+    if more := said[_MOST_WARNINGS:]:
+        warn_of_slip(f"{more[0][0]}: {len(more)} more column{'s' * (len(more) > 1)} not read")
     table = np.array(values).reshape(len(rows), len(columns))
     si = {column.name: column.factor * table[:, k] for k, column in enumerate(columns)}
     texts = {
@@ -177,6 +176,60 @@ def table_of(
         for own, place in places.items()
     }
     return CsvTable(lines, header, rows, separator, tuple(columns), si, texts)
+
+
+def _columns_of(
+    line: Location,
+    headings: list[str],
+    units: Mapping[str, str],
+    words: Collection[str],
+    not_here: Collection[str],
+    passes_others: bool,
+) -> tuple[list[Column], dict[str, int], list[tuple[Location, str, int]]]:
+    """Columns of numbers, places of those of words, and what is not read, with its place."""
+    # "'" is written before = + - @
+    matches = [_HEADING.match(heading.strip().removeprefix("'")) for heading in headings]
+    given = {found["name"] for found in matches if found}
+    without = {own.casefold(): own for own in (*units, *words) if own not in given}
+    columns: list[Column] = []
+    places: dict[str, int] = {}  # of words
+    passed: list[tuple[Location, str, int]] = []
+    start = 0
+    for place, (heading, found) in enumerate(zip(headings, matches, strict=True)):
+        at = replace(line, column=start + 1 + len(heading) - len(heading.lstrip()))
+        start += len(heading) + 1
+        own = found["name"] if found else re.split(r"[\[\(]", heading)[0].strip()
+        if not found or (own not in units and own not in words):
+            if not passes_others:
+                raise FileError(
+                    at,
+                    "name of a column",
+                    got=heading.strip(),
+                    expected=f"one of {', '.join(units)}",
+                    hint=did_you_mean(own, units),
+                )
+            like = difflib.get_close_matches(own.casefold(), without, 1, _SIMILAR)
+            if like and own not in not_here:
+                raise FileError(
+                    at,
+                    "column",
+                    got=own if found else heading.strip(),
+                    expected="a name that is read",
+                    hint=f"did you mean {without[like[0]]}? if not, give it a name less like that",
+                )
+            passed.append((at, own, place))
+            continue
+        if own in places or own in [column.name for column in columns]:
+            raise FileError(at, "name of a column", got=own, expected="each name once")
+        if own in words:
+            places[own] = place
+            continue
+        unit = (found["unit"] or "").strip()
+        if passes_others and not unit and units[own]:
+            example = f"one in brackets, as {own} [{units[own]}]"
+            raise FileError(at, f"unit of {own}", got="none", expected=example)
+        columns.append(Column(own, place, unit, _factor(at, own, unit, units[own]), at))
+    return columns, places, passed
 
 
 def _factor(at: Location, name: str, unit: str, si_unit: str) -> float:
@@ -208,7 +261,7 @@ def posture_columns(
 ) -> list[str]:
     """Names of all coordinates of the kind that a file has, joints or, behind a prefix, a pose.
 
-    Raises FileError at a heading that has none of them, or both kinds.
+    Raises FileError at a heading that has none of them, both kinds, or some joints of an arm alone.
     """
     joints = coordinate_units(robot)
     poses = [f"{prefix}{name}" for name in POSE_UNITS]
@@ -218,13 +271,17 @@ def posture_columns(
         raise FileError(at, "names of columns", got=heading, expected=expected)
     if len(kinds) > 1:
         raise FileError(at, "postures", got="joints and poses", expected="one kind of them")
+    absent = [name for name in joints if name not in given]
+    if kinds[0] != poses and absent:
+        got = Words(f"no column of {', '.join(absent)}")
+        raise FileError(at, "joints of the arm", got=got, expected="columns of all of them")
     return kinds[0]
 
 
 def postures_of(
     robot: Robot, names: list[str], si: Mapping[str, np.ndarray], count: int
 ) -> np.ndarray | JointCoordinates:
-    """Joints (N, n) or poses (N, 6) by `posture_columns`; what is left out stays at home."""
+    """Joints (N, n) or poses (N, 6) by `posture_columns`; what a pose leaves out is at home."""
     by_joints = names[0] in coordinate_units(robot)
     own = robot.numeric
     home = own.legs[0].chain.home if by_joints else home_coordinates(own)

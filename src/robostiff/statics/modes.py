@@ -336,7 +336,7 @@ def _modes_of(loaded: LoadedPosture, wrench: np.ndarray) -> Modes:
     if not each:
         raise InputError(
             f"masses of {loaded.name!r}",
-            expected="what moves, by name [kg]",
+            expected="masses of bodies, by name [kg]",
             hint='write masses={"platform": 150}, rs.Mass(12, inertia=...) in place of a number; '
             '--mass "platform=150 kg"; or mass: in the model file',
         )
