@@ -46,6 +46,16 @@ def test_no_design_nearby_is_better(platform, combine):
         assert objective(R * (1 + 0.02 * dR), r * (1 + 0.02 * dr)) > best
 
 
+@pytest.mark.parametrize("name", ["delta", "orthoglide", "3-rrr"])
+def test_legs_that_close_exactly_have_room(name):
+    """Twice the stiffness of the drives is at an end of its range, and no limit of the legs."""
+    robot = rs.load(name, symbols=("k",))
+    k = robot.nominal["k"]
+    found = rs.optimise(robot, rs.WorstDeflection(), {"k": (0.5 * k, 2 * k)})
+    assert (found.ending, found.at_limits) == (rs.Ending.OPTIMUM, ("k",))
+    assert found.values["k"] == pytest.approx(2 * k)
+
+
 def test_legs_keep_closing_on_the_way_to_an_optimum():
     """The wider the base of a crank robot, the stiffer, until its rods no longer reach."""
     robot = rs.load("delta", symbols=("R",))

@@ -165,7 +165,9 @@ class _Room:
         return ()
 
     def recorded(self, robot: RecordedRobot) -> list[Any]:
-        return [reduce(least, [*robot.reach, *robot.limits], 1.0)]
+        # where legs miss the platform no answer is confirmed, and none is left
+        parts = [x for x in robot.reach if not any(x is gap for gap in robot.gaps)]
+        return [reduce(least, [*parts, *robot.limits], 1.0)]
 
 
 def optimise(

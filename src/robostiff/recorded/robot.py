@@ -63,6 +63,8 @@ class RecordedRobot:
         From pose coordinates to the coordinates of the legs.
     mass : entry, number or None
         Of all parts, as far as it is known [kg]; None of a linkage.
+    gaps : tuple of entries
+        Those of `reach` that say what is missed: near zero wherever the legs close.
     """
 
     name: str
@@ -77,6 +79,7 @@ class RecordedRobot:
     joints: tuple[str, ...] = ()
     closure: RecordedClosure | None = None
     mass: Any = None
+    gaps: tuple[Any, ...] = ()
 
     @cached_property
     def factors(self) -> Factors:
@@ -268,6 +271,7 @@ def assembled(
         closure_losses=(*losses, *(loss for own in placed for loss in own.losses)),
         limits=tuple(limits),
         mass=_mass(robot, placed),
+        gaps=tuple(gaps),
     )
 
 
