@@ -115,8 +115,9 @@ def test_values_of_a_robot_description_are_written_as_its_side_file(tmp_path):
     side, output = tmp_path / "ur5.stiffness.yaml", tmp_path / "identified.stiffness.yaml"
     text = (EXAMPLES / "ur5.stiffness.yaml").read_text()
     side.write_text(text.replace("{stiffness: 20 kN m/rad}", "{stiffness: 16 kN m/rad}"))
-    files = [{"side": own} for own in (EXAMPLES / "ur5.stiffness.yaml", side, output)]
-    robot, stiffer = (rs.load(EXAMPLES / "ur5.urdf", **own) for own in files[:2])
+    robot, stiffer = (
+        rs.load(EXAMPLES / "ur5.urdf", side=own) for own in (EXAMPLES / side.name, side)
+    )
     q = np.random.default_rng(3).uniform(-1.5, 1.5, (12, 6))
     wrenches = np.random.default_rng(4).uniform(-50, 50, (12, 6))
     moved = [
@@ -135,7 +136,7 @@ def test_values_of_a_robot_description_are_written_as_its_side_file(tmp_path):
     found = rs.identify(robot, measured, ["ur5/*joint"], frames=frames)
     assert found.outliers == ()  # of readings without noise residuals are rounding
     found.write(output, EXAMPLES / "ur5.urdf")
-    again = rs.load(EXAMPLES / "ur5.urdf", **files[2])
+    again = rs.load(EXAMPLES / "ur5.urdf", side=output)
     elements = again.legs[0].chain.elements
     springs = {own.name: own.role.stiffness for own in elements if hasattr(own, "role")}
     assert len(springs) == 6

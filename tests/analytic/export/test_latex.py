@@ -163,3 +163,15 @@ def test_a_snippet_has_the_formula_alone_and_all_of_its_names(name, options):
         written = LATEX.name(d.symbol.name)
         if written in right and d.expression.free_symbols:
             assert written in lefts
+
+
+def test_a_snippet_in_vectors_has_the_table_of_its_legs():
+    snippet = rs.derive("gough-stewart-b", pose=rs.AtSymbols()).latex()
+    assert r"\text{leg} & \phi_{i} & \psi_{i} \\ \hline" in snippet
+    assert r"\text{leg6} & 0 & \frac{5 \pi}{3}" + "\n\\end{array}" in snippet
+
+
+def test_a_snippet_explains_numbers_of_the_model_in_comments():
+    lines = rs.derive("hexapod").latex().splitlines()
+    assert lines[0] == "% EA_1: axial stiffness E A of strut.beam1, 527787565.803 N"
+    assert sum(line.startswith("%") for line in lines) == 2

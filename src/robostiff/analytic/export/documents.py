@@ -15,9 +15,11 @@ from robostiff.analytic.export.blocks import (
     EquationRows,
     FormulaTable,
     MatrixEquation,
+    Meaning,
     Nomenclature,
     Sentences,
     Title,
+    is_value,
 )
 from robostiff.analytic.export.entries import symbols_of
 from robostiff.analytic.export.language import fitted, math_width, room_beside
@@ -99,8 +101,10 @@ def derivation_markdown(derivation: Any) -> str:
 def latex_snippet(derivation: Any) -> str:
     r"""The matrix and the names in it in LaTeX with nothing around it, to be put into an equation.
 
-    Where K is a sum over a generic leg, the equations of this leg and the sum; of one leg its
-    stiffness after the last joint. Several equations are an ``aligned`` environment of amsmath.
+    Where K is a sum over a generic leg, the equations of this leg, the table of what differs
+    between the legs, and the sum; of one leg its stiffness after the last joint. Several equations
+    are an ``aligned`` environment of amsmath. Names that stand for numbers of the model are
+    explained in comments before the formula.
 
     Examples
     --------
@@ -111,10 +115,13 @@ def latex_snippet(derivation: Any) -> str:
     \mathbf{K}_{C} = \frac{k_{\tau}}{3} \begin{bmatrix}
     """
     sections: list[list[Any]] = [[]]
+    meanings: tuple[Meaning, ...] = ()
     for block in outline_of(derivation):
         if isinstance(block, Title):
             sections.append([])
-        elif not isinstance(block, Sentences | Nomenclature | FormulaTable):
+        elif isinstance(block, Nomenclature):
+            meanings = block.rows
+        elif not isinstance(block, Sentences):
             sections[-1].append(block)
 
     def totals(block: Any) -> list[str]:
@@ -131,7 +138,7 @@ def latex_snippet(derivation: Any) -> str:
     if isinstance(derivation, LegElimination):
         blocks = [b for b in blocks if isinstance(b, MatrixEquation) and not b.is_vector]
     if any(isinstance(b, MatrixEquation) for b in blocks):  # without its beginning w w^T / c
-        blocks = [b for b in blocks if totals(b) != [""]]
+        blocks = [b for b in blocks if totals(b) != [""] and not isinstance(b, FormulaTable)]
     before = [
         row for own in sections[:last] for b in own if isinstance(b, EquationRows) for row in b.rows
     ]
@@ -143,8 +150,32 @@ def latex_snippet(derivation: Any) -> str:
         if row.name in {x.name for x in wanted} and isinstance(row.expression, sp.Expr):
             names.insert(0, row)
             wanted |= row.expression.free_symbols
+    numbers = {str(d.symbol) for d in derivation.as_printed[1] if is_value(d)}
+    numbers &= {x.name for x in wanted}
+    comments = [
+        f"% {', '.join(map(str, own))}: {printable(words)}\n"
+        for own, words in meanings
+        if numbers & set(map(str, own))
+    ]
     written = [EquationRows(tuple(names))] * bool(names) + blocks
-    return "\n\n".join(LATEX.in_lines(x) for b in written for x in LATEX.formulas(b)) + "\n"
+    formulas: list[str] = []
+    for block in written:
+        if isinstance(block, FormulaTable):
+            formulas.append(_table_in_formula(block))
+        else:
+            formulas += map(LATEX.in_lines, LATEX.formulas(block))
+    return "".join(comments) + "\n\n".join(formulas) + "\n"
+
+
+def _table_in_formula(table: FormulaTable) -> str:
+    """A table as an ``array`` of LaTeX, which is a formula."""
+    lines = []
+    for words, formulas in ((table.of, table.head), *table.rows):
+        each = (LATEX.name(x) if isinstance(x, str) else LATEX.written(x) for x in formulas)
+        lines.append(" & ".join([f"\\text{{{LATEX.said(words)}}}", *each]))
+    columns, (head, *rows) = "l" * (1 + len(table.head)), lines
+    body = " \\\\\n".join(rows)
+    return f"\\begin{{array}}{{{columns}}}\n{head} \\\\ \\hline\n{body}\n\\end{{array}}"
 
 
 _PAGE_STYLE = """\
