@@ -1,6 +1,7 @@
 """Calls that cannot mean anything, each with the line to write instead."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -108,9 +109,10 @@ def test_stiffnesses_too_far_apart_are_said_to_be():
     assert "ill-conditioned" in str(result.status)
 
 
-def test_measurements_by_the_name_of_their_file():
+@pytest.mark.parametrize("file", ["campaign.csv", Path("campaign.csv")])
+def test_measurements_by_the_name_of_their_file(file):
     with pytest.raises(InputError) as error:
-        rs.identify(HEXAPOD, "campaign.csv", ["leg*/strut"])
+        rs.identify(HEXAPOD, file, ["leg*/strut"])
     assert str(error.value) == (
         "measurements: got the name of a file, expected rs.Measurements(...); "
         "write rs.Measurements.read('campaign.csv', robot)"

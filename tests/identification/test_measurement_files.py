@@ -272,6 +272,15 @@ def test_columns_that_are_not_read_are_said(arm, tmp_path):
     assert str(warned[-1].message).endswith(": 18 more columns not read")
 
 
+def test_coordinates_of_a_pose_that_are_not_free(tmp_path):
+    text = "pose_x [mm],pose_z [mm],pose_rx [deg],marker,x [mm],y [mm],z [mm]\n1,{z},5,m,1,2,3\n"
+    robot = rs.load("delta")
+    z = 1e3 * rs.find_posture(robot).pose[0, 2]
+    with pytest.warns(rs.PlausibilityWarning, match=r"csv:1:25: column 'pose_rx' is not read"):
+        found = read(robot, tmp_path, text.format(z=z))
+    np.testing.assert_allclose(found.coordinates, [[1e-3, 0, 1e-3 * z]])
+
+
 def test_columns_of_a_tracker_that_are_not_read_are_said(arm, tmp_path):
     """Of the joints, too: there readings and their deviations are those of the tracker."""
     joints = tmp_path / "joints.csv"

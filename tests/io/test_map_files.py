@@ -71,6 +71,7 @@ def test_a_mark_of_byte_order_is_no_name(tmp_path):
 
 BAD = {
     "x, q\n1, 2\n": (1, 4, "one of x, y, z"),
+    "x, RZ\n1, 2\n": (1, 4, "did you mean rz?"),
     "x, x\n1, 2\n": (1, 4, "each name once"),
     "x [kg]\n1\n": (1, 1, "a length"),
     "rz, x [mn]\n1, 2\n": (1, 5, "unknown unit"),

@@ -56,8 +56,7 @@ from robostiff.record import Entry, Record, is_zero
 from robostiff.recorded import LegRecorder, RecordedRobot, entry_reader
 from robostiff.spatial import exact_number
 
-# Of `pose`, what is meant by a word.
-_POSES = {"home": "AtHome()", "symbolic": "AtSymbols()", "joints": "AtJoints()"}
+_POSES = {"home": "AtHome()", "symbolic": "AtSymbols()", "joints": "AtJoints()"}  # by words
 _READABLE = 500  # most terms of an entry by default: found in a second
 _ENTRIES = 10  # all entries of all legs have as many terms as so many: nobody reads more
 _OPERATIONS_A_TERM = 200  # of a formula written out, for each allowed term, before it is simplified
@@ -104,8 +103,7 @@ def derive_robot(
     DisagreementError
         When the formula and the numerical form differ at random parameters and poses.
     FormulaTooLargeError
-        When a closed form would exceed the limit, or its budget of time; or when numbers with many
-        roots grow beyond it.
+        When a closed form would exceed its limit or budget of time, or numbers with roots a limit.
 
     Examples
     --------

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.analysis.maps.pose_columns import POSE_UNITS, coordinate_units
-from robostiff.errors import FileError, Location, Words
+from robostiff.errors import FileError, Location, Words, warn_of_slip
 from robostiff.identification.instrument_files import (
     auto_id_lines,
     lines_of,
@@ -199,8 +199,13 @@ class _Table:
             not_here=not_here,
             first=first,
         )
-        header, heading = Location(path, table.header + first, 1), table.lines[table.header]
+        header, heading = Location(path, table.header + first or None, 1), table.lines[table.header]
         names = posture_columns(robot, table.si.keys(), header, heading, "pose_")
+        bound = {*names} - {f"pose_{own.value}" for own in robot.coordinates}
+        for own in table.columns if names[0] == "pose_x" and robot.coordinates else ():
+            if own.name in bound:
+                why = "it is no free coordinate of the robot"
+                warn_of_slip(f"{own.at}: column {own.name!r} is not read: {why}")
         read = {name for own, _ in _READINGS.values() for name in own}
         if given is None and not several and not read & table.si.keys():
             raise FileError(
