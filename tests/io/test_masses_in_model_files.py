@@ -135,5 +135,5 @@ def test_check_lists_masses(tmp_path):
     assert np.isclose(masses["total"], sum(masses["parts"].values()))
     assert facts["gravity"] == [0, 0, -9.80665]
     text = printed("hexapod")
-    assert "masses: 6 x strut.beam1 13.81 kg, 6 x strut.beam2 3.53 kg; 104 kg in all" in text
+    assert "masses: 6 x strut.beam1 13.81 kg, 6 x strut.beam2 3.5297 kg; 104.04 kg in all" in text
     assert "masses" not in printed("gough-stewart-b")

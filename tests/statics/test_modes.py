@@ -274,10 +274,10 @@ def test_double_cross_of_nafems():
 
 def test_misuse():
     robot = rs.load("hexapod")
-    with pytest.raises(rs.InputError, match="expected what moves"):
+    with pytest.raises(rs.InputError, match="expected masses of bodies"):
         rs.modes(rs.load("gough-stewart-b"))
     weightless = rs.beam_link([0.5, 0, 0], rs.material("steel"), circle(0.02), mass=0.0)
-    with pytest.raises(rs.InputError, match="expected what moves"):
+    with pytest.raises(rs.InputError, match="expected masses of bodies"):
         rs.modes(model_arm(weightless))
     with pytest.raises(rs.InputError, match="masses: got 10, expected masses by names"):
         rs.modes(robot, masses=10)  # pyright: ignore[reportArgumentType, reportCallIssue]
