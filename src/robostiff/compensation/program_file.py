@@ -115,9 +115,9 @@ def read_program(
     The first line has the names of the columns, with units in brackets: pose coordinates
     ``x [mm]`` to ``rz [deg]`` or joints of an arm, and the wrench ``Fx [N]`` to ``Mz [N m]``.
     Pose coordinates that are left out stay at home, parts of the wrench at zero; of joints there
-    are all. Other columns stay in the file, with a warning that they are not read. Empty lines and
-    lines that begin with ``#`` are passed over. Tabs, semicolons or commas separate; with
-    semicolons decimals may have commas.
+    are all. Other columns stay in the file; those with units with a warning that they are not read.
+    Empty lines and lines that begin with ``#`` are passed over. Tabs, semicolons or commas
+    separate; with semicolons decimals may have commas.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def read_program(
         )
     coordinates = POSE_UNITS | coordinate_units(robot)
     forces = dict(zip(robot.space.wrench_order, robot.space.wrench_units, strict=True))
-    table = read_table(path, coordinates | forces, "point", passes_others=True)
+    table = read_table(path, coordinates | forces, "point", passes_others=True, keeps_others=True)
     place, count = Location(str(path), table.header + 1, 1), len(table.rows)
     names = posture_columns(robot, table.si.keys(), place, table.lines[table.header])
     poses = postures_of(robot, names, table.si, count)

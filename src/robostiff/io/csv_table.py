@@ -82,16 +82,18 @@ def read_table(
     what: str,
     *,
     passes_others: bool = False,
+    keeps_others: bool = False,
     words: Collection[str] = (),
     may_miss: Collection[str] = (),
 ) -> CsvTable:
     """Read the columns with these names and SI units; a line is a `what`.
 
     Tabs, semicolons or commas separate. Empty lines and lines that begin with ``#`` are passed
-    over. With `passes_others` a column of another name is not read, with a warning; but one that
-    is like a name that no column has is a fault. Units must be given, and decimals behind
-    semicolons may have commas. Otherwise any name that is not known is a fault. Columns of `words`
-    have no numbers; fields of columns that `may_miss` them are not a number where empty.
+    over. With `passes_others` a column of another name is not read, with a warning, of files that
+    keep theirs only where it has a unit; but one that is like a name that no column has is a fault.
+    Units must be given, and decimals behind semicolons may have commas. Otherwise any name that is
+    not known is a fault. Columns of `words` have no numbers; fields of columns that `may_miss` them
+    are not a number where empty.
 
     Raises FileError with line and column of what cannot be read.
     """
@@ -101,7 +103,14 @@ def read_table(
     except UnicodeDecodeError:
         raise FileError(Location(str(path)), "text", got="other bytes", expected="UTF-8") from None
     return table_of(
-        str(path), lines, units, what, passes_others=passes_others, words=words, may_miss=may_miss
+        str(path),
+        lines,
+        units,
+        what,
+        passes_others=passes_others,
+        keeps_others=keeps_others,
+        words=words,
+        may_miss=may_miss,
     )
 
 
@@ -112,6 +121,7 @@ def table_of(
     what: str,
     *,
     passes_others: bool = False,
+    keeps_others: bool = False,
     words: Collection[str] = (),
     may_miss: Collection[str] = (),
     not_here: Collection[str] = (),
@@ -163,6 +173,7 @@ def table_of(
     said = [  # but for what a separator at the end of each line makes
         (at, own)
         for at, own, place in passed
+        if not keeps_others or re.search(r"[\[(]", headings[place])
         if headings[place].strip() or any(lines[k].split(separator)[place].strip() for k in rows)
     ]
     for at, own in said[:_MOST_WARNINGS]:
