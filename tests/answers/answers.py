@@ -94,8 +94,7 @@ def _of_robot(name: str, robot: Robot) -> Iterator[tuple[str, Answers]]:
     if not len(np.atleast_1d(getattr(aside, "values", aside))):
         return
     own = _at(robot, aside) | _loaded(robot, aside)
-    pose = aside if robot.is_posed_by_joints else aside[None]
-    yield f"{name}, aside", own | _asked("kernel", lambda: _entries(_kernel(robot), pose))
+    yield f"{name}, aside", own | _asked("kernel", lambda: _entries(_kernel(robot), aside))
 
 
 _kernels: dict[int, Any] = {}
@@ -109,7 +108,7 @@ def _kernel(robot: Robot) -> rs.CompiledStiffness:
 
 
 def _entries(kernel: rs.CompiledStiffness, pose: Any) -> list[float]:
-    return _half(kernel.evaluate(pose).values["K"][0])
+    return _half(kernel.evaluate(pose).values["K"])
 
 
 def _at(machine: Any, pose: Any) -> Answers:
