@@ -167,7 +167,7 @@ def test_a_snippet_has_the_formula_alone_and_all_of_its_names(name, options):
 
 def test_a_snippet_in_vectors_has_the_table_of_its_legs():
     snippet = rs.derive("gough-stewart-b", pose=rs.AtSymbols()).latex()
-    assert r"\text{leg} & \phi_{i} & \psi_{i} \\ \hline" in snippet
+    assert r"\text{leg} & \phi_{i} & \psi_{i} \\ \hline \rule{0pt}{2.6ex}" in snippet
     assert r"\text{leg6} & 0 & \frac{5 \pi}{3}" + "\n\\end{array}" in snippet
 
 

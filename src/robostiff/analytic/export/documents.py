@@ -174,8 +174,9 @@ def _table_in_formula(table: FormulaTable) -> str:
         each = (LATEX.name(x) if isinstance(x, str) else LATEX.written(x) for x in formulas)
         lines.append(" & ".join([f"\\text{{{LATEX.said(words)}}}", *each]))
     columns, (head, *rows) = "l" * (1 + len(table.head)), lines
-    body = " \\\\\n".join(rows)
-    return f"\\begin{{array}}{{{columns}}}\n{head} \\\\ \\hline\n{body}\n\\end{{array}}"
+    body = " \\\\[4pt]\n".join(rows)  # room between fractions, and below the line
+    start = f"\\begin{{array}}{{{columns}}}\n{head} \\\\ \\hline \\rule{{0pt}}{{2.6ex}}"
+    return f"{start}\n{body}\n\\end{{array}}"
 
 
 _PAGE_STYLE = """\
