@@ -13,7 +13,7 @@ from robostiff.analysis.maps.pose_columns import POSE_UNITS, coordinate_units
 from robostiff.compensation.compensate import Compensation
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, Location
-from robostiff.io.csv_table import CsvTable, posture_columns, postures_of, read_table
+from robostiff.io.csv_table import CsvTable, OtherColumns, posture_columns, postures_of, read_table
 from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.machine_pose import actuator_places
 from robostiff.kinematics.pose import joint_units
@@ -148,7 +148,7 @@ def read_program(
         )
     coordinates = POSE_UNITS | coordinate_units(robot)
     forces = dict(zip(robot.space.wrench_order, robot.space.wrench_units, strict=True))
-    table = read_table(path, coordinates | forces, "point", passes_others=True, keeps_others=True)
+    table = read_table(path, coordinates | forces, "point", others=OtherColumns.KEPT)
     place, count = Location(str(path), table.header + 1, 1), len(table.rows)
     names = posture_columns(robot, table.si.keys(), place, table.lines[table.header])
     poses = postures_of(robot, names, table.si, count)

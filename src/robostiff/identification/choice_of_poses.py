@@ -246,11 +246,11 @@ def choose_poses(
         every.append(own.predicted(x)[1] * scale / own.sigma[:, None])
         before = every[1].T @ every[1]
     total = M.sum(axis=0) + before
-    told = identifiability(np.concatenate(every) / scale, model.unknowns)
+    report = identifiability(np.concatenate(every) / scale, model.unknowns)
     p = len(unknowns)
-    lost = [unknowns[k].name for k in told.fixed if k < p]
+    lost = [unknowns[k].name for k in report.fixed if k < p]
     if lost:
-        words = [own for own in told.not_identified if any(name in own for name in lost)]
+        words = [own for own in report.not_identified if any(name in own for name in lost)]
         raise NoAnswerError("no choice of these postures determines all: " + "; ".join(words))
     T = (
         _rates_at(criterion, statics, changed, x[:p]) * scale[:p]

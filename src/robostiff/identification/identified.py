@@ -127,7 +127,7 @@ class Identified(InNotebooks):
     def _found(self) -> list[int]:
         if self.fit.too_few:
             return []
-        return [k for k in range(len(self.unknowns)) if k not in self.fit.told.fixed]
+        return [k for k in range(len(self.unknowns)) if k not in self.fit.identifiability.fixed]
 
     @cached_property
     def _predicted(self) -> tuple[np.ndarray, np.ndarray]:
@@ -299,17 +299,17 @@ class Identified(InNotebooks):
     @property
     def not_identified(self) -> tuple[str, ...]:
         """What no reading tells, in sentences."""
-        return self.fit.told.not_identified
+        return self.fit.identifiability.not_identified
 
     @property
     def weak(self) -> tuple[str, ...]:
         """What readings hardly tell, in sentences: what the status ``weak`` is about."""
-        return self.fit.told.weak
+        return self.fit.identifiability.weak
 
     @property
     def correlated(self) -> tuple[str, ...]:
         """Whose errors go together by 0.9 to 0.98, in sentences."""
-        return self.fit.told.correlated
+        return self.fit.identifiability.correlated
 
     @cached_property
     def status(self) -> FitStatus:

@@ -141,7 +141,7 @@ def nearest_frames(
     def in_world(m: np.ndarray) -> np.ndarray:
         return P + np.einsum("nij,nj->ni", A, m[which])
 
-    def settled(Q: np.ndarray, b: np.ndarray, m: np.ndarray) -> tuple[float, Any, Any, Any]:
+    def fitted_frames(Q: np.ndarray, b: np.ndarray, m: np.ndarray) -> tuple[float, Any, Any, Any]:
         for _ in range(_ROUNDS):
             if markers is None:
                 each = np.einsum("nji,nj->ni", A, y @ Q.T + b - P)
@@ -152,9 +152,9 @@ def nearest_frames(
         return float(np.sum((y @ Q.T + b - in_world(m)) ** 2)), Q, b, m
 
     if instrument is not None:
-        _, Q, b, m = settled(turn_by_vector(instrument[3:]).T, b, m)
+        _, Q, b, m = fitted_frames(turn_by_vector(instrument[3:]).T, b, m)
         return Q.T, b, m
-    starts = [settled(*_absolute_orientation(y, P), m)]
+    starts = [fitted_frames(*_absolute_orientation(y, P), m)]
     M = np.zeros((len(y), 3, 12 + 3 * count * (markers is None)))
     for i in range(3):
         M[:, i, 3 * i : 3 * i + 3], M[:, i, 9 + i] = y, 1.0
@@ -163,7 +163,7 @@ def nearest_frames(
     found = np.linalg.lstsq(M.reshape(-1, M.shape[2]), in_world(m).ravel(), rcond=1e-9)[0]
     Q = _nearest_turn(found[:9].reshape(3, 3))
     m = found[12:].reshape(-1, 3) if markers is None else m
-    starts.append(settled(Q, np.mean(in_world(m) - y @ Q.T, axis=0), m))
+    starts.append(fitted_frames(Q, np.mean(in_world(m) - y @ Q.T, axis=0), m))
     _, Q, b, m = min(starts, key=lambda own: own[0])
     return Q.T, b, m
 

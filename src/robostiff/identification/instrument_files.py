@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.analysis.maps.pose_columns import coordinate_units
 from robostiff.errors import FileError, Location
 from robostiff.io.bounded_file import bounded_bytes
-from robostiff.io.csv_table import table_of
+from robostiff.io.csv_table import OtherColumns, table_of
 from robostiff.model import Robot
 from robostiff.spatial.rotation import vector_of_rotation
 
@@ -45,7 +45,7 @@ def tracker_points(
     plain = tuple(line.replace("U(95)", "U95").replace('"', "") for line in lines)
     units: dict[str, str] = dict.fromkeys(("X", "Y", "Z", "U95", "U95 X", "U95 Y", "U95 Z"), "m")
     table = table_of(
-        name, plain, units, "point", passes_others=True, words=("Delete",), may_miss=units
+        name, plain, units, "point", others=OtherColumns.PASSED, words=("Delete",), may_miss=units
     )
     if not {"X", "Y", "Z"} <= table.si.keys():
         at = Location(name, table.header + 1)

@@ -24,7 +24,7 @@ from robostiff.identification.measurement_kinds import (
     act_at_hooks,
     coordinates_of,
 )
-from robostiff.io.csv_table import posture_columns, postures_of, table_of
+from robostiff.io.csv_table import OtherColumns, posture_columns, postures_of, table_of
 from robostiff.kinematics import JointCoordinates
 from robostiff.model import Robot
 from robostiff.model.mass import gravity_vector
@@ -193,7 +193,7 @@ class _Table:
             lines,
             units,
             "reading",
-            passes_others=True,
+            others=OtherColumns.PASSED,
             words=_WORDS,
             may_miss=units.keys(),
             not_here=not_here,

@@ -48,7 +48,7 @@ class Fit:
     start: np.ndarray
     bounds: tuple[np.ndarray, np.ndarray]
     loss: Squares | Robust
-    told: Identifiability
+    identifiability: Identifiability
     converged: bool
     known: np.ndarray  # (M,) numbers that were used
     too_few: str = ""  # what is missing, where there are less numbers than unknowns
@@ -69,9 +69,9 @@ def fitted(
             f"{read} numbers were read, for {len(start)} unknowns{more}: {names}; read more, or "
             "fix some of them"
         )
-        told = Identifiability(tuple(range(len(start))), (), (), ())
+        report = Identifiability(tuple(range(len(start))), (), (), ())
         known = np.ones(read, dtype=bool)
-        return model, Fit(start, start, bounds, loss, told, False, known, too_few)
+        return model, Fit(start, start, bounds, loss, report, False, known, too_few)
     model, fit = _fitted(model, start, bounds, loss)
     if model.instrument is None and LoadAxes.INSTRUMENT in model.measured.axes:
         for _ in range(_TURNS):  # loads turn with the instrument
@@ -89,19 +89,19 @@ def _fitted(
     loss: Squares | Robust,
 ) -> tuple[ReadingModel, Fit]:
     known = _known(model, start)
-    told = identifiability(_rates(model, start)[known], model.unknowns)
-    x, converged = _searched(model, start, told.fixed, bounds, loss, known)
+    report = identifiability(_rates(model, start)[known], model.unknowns)
+    x, converged = _searched(model, start, report.fixed, bounds, loss, known)
     again = identifiability(_rates(model, x)[known], model.unknowns)
-    if set(again.fixed) != set(told.fixed):  # the start was in a special place, or the end is
-        told = again
-        x, converged = _searched(model, x, told.fixed, bounds, loss, known)
+    if set(again.fixed) != set(report.fixed):  # the start was in a special place, or the end is
+        report = again
+        x, converged = _searched(model, x, report.fixed, bounds, loss, known)
     statics, _ = model.statics.checked(x[: len(model.parameters)])
     there = replace(model, statics=statics)
     if not np.array_equal(_known(there, x), known):  # near singular postures it has become another
         before, known = np.count_nonzero(known), _known(there, x)
-        x, converged = _searched(there, x, told.fixed, bounds, loss, known)
+        x, converged = _searched(there, x, report.fixed, bounds, loss, known)
         converged = converged and bool(np.count_nonzero(known) >= _KEPT * before)
-    return there, Fit(x, start, bounds, loss, told, converged, known)
+    return there, Fit(x, start, bounds, loss, report, converged, known)
 
 
 def _rates(model: ReadingModel, x: np.ndarray) -> np.ndarray:

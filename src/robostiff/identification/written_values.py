@@ -6,7 +6,6 @@ import json
 import os
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
-from fnmatch import fnmatchcase
 from functools import reduce
 from operator import getitem
 from pathlib import Path
@@ -19,7 +18,7 @@ from robostiff.identification.unknowns import Unknown, UnknownKind, spring_value
 from robostiff.io.document import Document, read_document
 from robostiff.io.edited_file import AGREES, check_is_another, edited_lines, parameter_text
 from robostiff.io.model_file import model_from_document
-from robostiff.io.rigid_tree import read_side
+from robostiff.io.rigid_tree import key_of_joint, read_side
 from robostiff.model import Robot
 from robostiff.whole_file import whole_file
 
@@ -158,8 +157,8 @@ def _pattern(document: Document, own: Unknown) -> str | None:
     if own.parameter or own.kind is not UnknownKind.COMPLIANCE:
         return None
     joint, entries = own.name.partition("/")[2], document.data.get("joints", {})
-    found = next((key for key in entries if fnmatchcase(joint, key)), None)
-    if found is None or joint in entries or "stiffness" not in entries[found]:
+    found = key_of_joint(entries, joint)
+    if found is None or found == joint or "stiffness" not in entries[found]:
         return None
     begins = [document.key_location(["joints", *own]).line for own in ([], [next(iter(entries))])]
     return found if begins[0] != begins[1] else None

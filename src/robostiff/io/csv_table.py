@@ -9,6 +9,7 @@ import re
 from array import array
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
+from enum import Enum
 
 import numpy as np
 
@@ -33,6 +34,19 @@ _DIMENSIONS = {
     )
 }
 _TIMES = {"": 1.0, "s": 1.0, "ms": 1e-3, "min": 60.0}
+
+
+class OtherColumns(Enum):
+    """What columns of names that are not known are.
+
+    ``REFUSED``: a fault. ``PASSED``: not read, with a warning. ``KEPT``, in a file that is written
+    again with them: not read, with a warning of those with a unit. A name that is like one that no
+    column has is a fault in any case.
+    """
+
+    REFUSED = "refused"
+    PASSED = "passed"
+    KEPT = "kept"
 
 
 @dataclass(frozen=True)
@@ -81,19 +95,16 @@ def read_table(
     units: Mapping[str, str],
     what: str,
     *,
-    passes_others: bool = False,
-    keeps_others: bool = False,
+    others: OtherColumns = OtherColumns.REFUSED,
     words: Collection[str] = (),
     may_miss: Collection[str] = (),
 ) -> CsvTable:
     """Read the columns with these names and SI units; a line is a `what`.
 
     Tabs, semicolons or commas separate. Empty lines and lines that begin with ``#`` are passed
-    over. With `passes_others` a column of another name is not read, with a warning, of files that
-    keep theirs only where it has a unit; but one that is like a name that no column has is a fault.
-    Units must be given, and decimals behind semicolons may have commas. Otherwise any name that is
-    not known is a fault. Columns of `words` have no numbers; fields of columns that `may_miss` them
-    are not a number where empty.
+    over; `others` says what columns of other names are. Unless these are refused, units must be
+    given, and decimals behind semicolons may have commas. Columns of `words` have no numbers;
+    fields of columns that `may_miss` them are not a number where empty.
 
     Raises FileError with line and column of what cannot be read.
     """
@@ -102,16 +113,7 @@ def read_table(
         lines = tuple(content.decode("utf-8-sig").splitlines())
     except UnicodeDecodeError:
         raise FileError(Location(str(path)), "text", got="other bytes", expected="UTF-8") from None
-    return table_of(
-        str(path),
-        lines,
-        units,
-        what,
-        passes_others=passes_others,
-        keeps_others=keeps_others,
-        words=words,
-        may_miss=may_miss,
-    )
+    return table_of(str(path), lines, units, what, others=others, words=words, may_miss=may_miss)
 
 
 def table_of(
@@ -120,8 +122,7 @@ def table_of(
     units: Mapping[str, str],
     what: str,
     *,
-    passes_others: bool = False,
-    keeps_others: bool = False,
+    others: OtherColumns = OtherColumns.REFUSED,
     words: Collection[str] = (),
     may_miss: Collection[str] = (),
     not_here: Collection[str] = (),
@@ -143,9 +144,9 @@ def table_of(
     separator = next((mark for mark in "\t;," if mark in lines[header]), ",")
     headings = lines[header].split(separator)
     columns, places, passed = _columns_of(
-        Location(name, header + first or None), headings, units, words, not_here, passes_others
+        Location(name, header + first or None), headings, units, words, not_here, others
     )
-    comma = passes_others and separator == ";"
+    comma = others is not OtherColumns.REFUSED and separator == ";"
     values = array("d")
     for k in rows:
         fields = lines[k].split(separator)
@@ -173,7 +174,7 @@ def table_of(
     said = [  # but for what a separator at the end of each line makes
         (at, own)
         for at, own, place in passed
-        if not keeps_others or re.search(r"[\[(]", headings[place])
+        if others is OtherColumns.PASSED or re.search(r"[\[(]", headings[place])
         if headings[place].strip() or any(lines[k].split(separator)[place].strip() for k in rows)
     ]
     for at, own in said[:_MOST_WARNINGS]:
@@ -195,7 +196,7 @@ def _columns_of(
     units: Mapping[str, str],
     words: Collection[str],
     not_here: Collection[str],
-    passes_others: bool,
+    others: OtherColumns,
 ) -> tuple[list[Column], dict[str, int], list[tuple[Location, str, int]]]:
     """Columns of numbers, places of those of words, and what is not read, with its place."""
     # "'" is written before = + - @
@@ -211,7 +212,7 @@ def _columns_of(
         start += len(heading) + 1
         own = found["name"] if found else re.split(r"[\[\(]", heading)[0].strip()
         if not found or (own not in units and own not in words):
-            if not passes_others:
+            if others is OtherColumns.REFUSED:
                 raise FileError(
                     at,
                     "name of a column",
@@ -236,7 +237,7 @@ def _columns_of(
             places[own] = place
             continue
         unit = (found["unit"] or "").strip()
-        if passes_others and not unit and units[own]:
+        if others is not OtherColumns.REFUSED and not unit and units[own]:
             example = f"one in brackets, as {own} [{units[own]}]"
             raise FileError(at, f"unit of {own}", got="none", expected=example)
         columns.append(Column(own, place, unit, _factor(at, own, unit, units[own]), at))

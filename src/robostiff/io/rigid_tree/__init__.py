@@ -7,6 +7,7 @@ linkages and robots of both.
 """
 
 from robostiff.io.rigid_tree.build import linkage_of_tree, robot_of_tree
+from robostiff.io.rigid_tree.side_file import key_of_joint
 from robostiff.io.rigid_tree.tree import (
     JointType,
     Mimic,
@@ -32,6 +33,7 @@ __all__ = [
     "TreeLoop",
     "XmlElement",
     "XmlLimits",
+    "key_of_joint",
     "linkage_of_tree",
     "mass_of_body",
     "question_place",

@@ -179,6 +179,15 @@ _DIMENSIONS = {
 _MAKE = {JointType.REVOLUTE: revolute, JointType.PRISMATIC: prismatic, JointType.PLANAR: planar}
 _WILD = frozenset("*?[")
 
+
+def key_of_joint(keys: Collection[str], name: str) -> str | None:
+    """The key of a side file that is about a joint; None where there is none.
+
+    Its name takes precedence over a pattern; of several patterns the first in the file counts.
+    """
+    return name if name in keys else next((key for key in keys if fnmatchcase(name, key)), None)
+
+
 _SERVO = (
     "drives {} have the stiffness kp gear^2 of their position servos; write stiffness: in the side "
     "file if it is another"
@@ -229,27 +238,19 @@ class DescribedTree:
 
     @cached_property
     def _entries(self) -> dict[str, tuple[Place, WrittenTreeJoint]]:
-        """For each joint its entry, with its place; a name takes precedence over a pattern.
-
-        Of several patterns the first in the file counts.
-        """
-        place, names = self.top / "joints", [joint.name for joint in self.tree.joints]
-        found: dict[str, tuple[Place, WrittenTreeJoint]] = {}
-        for key, entry in self.written.joints.items():
-            if key in names or _WILD.isdisjoint(key):
+        """For each joint its entry, with its place, by `key_of_joint`."""
+        place, written = self.top / "joints", self.written.joints
+        names = [joint.name for joint in self.tree.joints]
+        for key in written:
+            if _WILD.isdisjoint(key):
                 check_known(place / key, key, "joint", names)
-                found[key] = place / key, entry
-        for key, entry in self.written.joints.items():
-            if key in found:
-                continue
-            fitting = [name for name in names if fnmatchcase(name, key)]
-            if not fitting:
+        for key in written:
+            if key not in names and not any(fnmatchcase(name, key) for name in names):
                 raise (place / key).error(
                     "pattern for joints", got=key, expected=f"one that fits {listing(names, 30)}"
                 )
-            for name in fitting:
-                found.setdefault(name, (place / key, entry))
-        return found
+        keys = {name: key_of_joint(written, name) for name in names}
+        return {name: (place / key, written[key]) for name, key in keys.items() if key is not None}
 
     def _entry(self, joint: TreeJoint) -> tuple[Place, WrittenTreeJoint]:
         return self._entries.get(joint.name, (self.top / "joints", WrittenTreeJoint()))
