@@ -87,7 +87,7 @@ def count_by_digits(values: np.ndarray, pages: np.ndarray, counts: np.ndarray) -
     """
     if (functions := _machine_code()) is not None:
         places = np.empty(len(values) + 1, dtype=np.int64)  # at last, how many there are
-        arrays = (own.ctypes.data for own in (pages, counts, places))
+        arrays = (array.ctypes.data for array in (pages, counts, places))
         functions["count"](values.ctypes.data, len(values), *arrays)
         return places[: places[-1]]
     bits = values.view(np.uint32)

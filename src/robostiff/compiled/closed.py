@@ -45,7 +45,7 @@ class StepCodes:
     def by(self, code: Callable[[Program], Code]) -> StepCodes:
         """The same programs, run by another code."""
         programs = (self.first, self.step, self.last, self.arrival)
-        return StepCodes(*(own and own.by(code) for own in programs))  # pyright: ignore[reportArgumentType]
+        return StepCodes(*(program and program.by(code) for program in programs))  # pyright: ignore[reportArgumentType]
 
 
 @dataclass(frozen=True)
@@ -122,10 +122,10 @@ class ClosedCode:
             self._loop(self.many, inputs, outputs, threads)
         else:
             self.whole.evaluate(inputs, outputs, threads)
-            left = ~_arrived(outputs)
-            if not left.any():
+            is_open = ~_arrived(outputs)
+            if not is_open.any():
                 return
-            again = np.flatnonzero(left & (outputs[-1] > 0))
+            again = np.flatnonzero(is_open & (outputs[-1] > 0))
             if again.size:
                 more = np.empty((self.rows, again.size))
                 codes = self.few if again.size < _MANY else self.many
@@ -150,7 +150,7 @@ class ClosedCode:
         arrival, step = codes.arrival, codes.step
         if arrival is None:
             return
-        home, start = (np.array(own)[:, None] for own in (self.home, self.state))
+        home, start = (np.array(numbers)[:, None] for numbers in (self.home, self.state))
         given, unknowns = inputs[:, far], self.unknowns
         x = np.tile(start, far.size)
         gone, part = np.zeros(far.size), np.full(far.size, 1.0 / _CUT)
@@ -200,8 +200,8 @@ class ClosedCode:
         taken = self.first_steps
         while taken < self.most_steps:
             # Those that do not contract arrive nowhere.
-            left = np.count_nonzero(~(rows[size] <= _ENOUGH) & (rows[size + 1] > 0))
-            if not left or (taken >= self.steps and left <= _LEFT * count):
+            open_poses = np.count_nonzero(~(rows[size] <= _ENOUGH) & (rows[size + 1] > 0))
+            if not open_poses or (taken >= self.steps and open_poses <= _LEFT * count):
                 break
             step.evaluate(rows, other[given:])
             rows, other, taken = other, rows, taken + 1
@@ -209,7 +209,7 @@ class ClosedCode:
         last.evaluate(rows, found)
         more = np.flatnonzero(~(found[-2] < CLOSED) & (found[-1] > 0))
         if more.size and taken < self.most_steps:
-            rows, other = (np.ascontiguousarray(own[:, more]) for own in (rows, other))
+            rows, other = (np.ascontiguousarray(state[:, more]) for state in (rows, other))
             for _ in range(self.most_steps - taken):
                 step.evaluate(rows, other[given:])
                 rows, other = other, rows
@@ -221,8 +221,8 @@ class ClosedCode:
 
 def _put(outputs: Rows, where: slice | np.ndarray, results: np.ndarray) -> None:
     """Put results at some poses into their rows."""
-    for row, own in zip(outputs, results, strict=True):
-        row[where] = own
+    for row, values in zip(outputs, results, strict=True):
+        row[where] = values
 
 
 def _arrived(results: Any) -> Any:

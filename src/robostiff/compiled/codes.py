@@ -134,15 +134,17 @@ class ArrayCode(_Code):
         rows = np.empty((count, min(_CHUNK, part.stop - part.start)))
         with np.errstate(all="ignore"):  # out of reach, roots are nan, which the guard detects
             for poses in chunks_of(part, _CHUNK):
-                held: list[Any] = [*inputs[:, poses], *rows[:, : poses.stop - poses.start]]
+                arrays: list[Any] = [*inputs[:, poses], *rows[:, : poses.stop - poses.start]]
                 for function, a, b, out in instructions:
-                    first = a if isinstance(a, float) else held[a[0]]
+                    first = a if isinstance(a, float) else arrays[a[0]]
                     if b is None:
-                        function(first, out=held[out])
+                        function(first, out=arrays[out])
                     else:
-                        function(first, b if isinstance(b, float) else held[b[0]], out=held[out])
+                        function(
+                            first, b if isinstance(b, float) else arrays[b[0]], out=arrays[out]
+                        )
                 for row, where in zip(outputs, results, strict=True):
-                    row[poses] = where if isinstance(where, float) else held[where[0]]
+                    row[poses] = where if isinstance(where, float) else arrays[where[0]]
 
     def at_one(self, inputs: list[float]) -> list[float] | None:
         """Results at one pose; None where some number has no value, as out of reach."""
@@ -187,10 +189,10 @@ class ArrayCode(_Code):
             arguments = [k for k in (step.a, step.b) if k is not None]
             places = [where[k] for k in arguments]
             for k in set(arguments):
-                own = where[k]
+                place = where[k]
                 idle = last[k] == i and k not in kept
-                if idle and isinstance(own, tuple) and own[0] >= first_row:
-                    free.append(own[0])  # the result may take the place of an argument
+                if idle and isinstance(place, tuple) and place[0] >= first_row:
+                    free.append(place[0])  # the result may take the place of an argument
             if free:
                 row = free.pop()
             else:

@@ -100,7 +100,7 @@ class VectorFunction:
         start, stop, width = part.start, part.stop, self.width
         if stop - start >= width:
             tables = _addresses(inputs), _addresses(outputs)
-            a, b = (own.ctypes.data for own in tables)
+            a, b = (table.ctypes.data for table in tables)
             whole = stop - (stop - start) % width
             self.address(a, b, start, whole)
             if whole < stop:  # the last poses, together with some of those before
@@ -110,8 +110,8 @@ class VectorFunction:
             last = np.minimum(np.arange(start, start + width), stop - 1)
             found = np.empty((len(outputs), width))
             self.fill(np.array([row[last] for row in inputs]), found, slice(0, width))
-            for row, own in zip(outputs, found, strict=True):
-                row[start:stop] = own[: stop - start]
+            for row, values in zip(outputs, found, strict=True):
+                row[start:stop] = values[: stop - start]
 
 
 def _addresses(rows: Rows) -> np.ndarray:

@@ -284,8 +284,8 @@ class TotalMass(_OfTwists):
 
 def gaps_of(output: Output, robot: RecordedRobot) -> list[Any]:
     """Relative distances between eigenvalues of which an output is made."""
-    own = getattr(output, "gaps", None)
-    return [] if own is None else own(robot)
+    gaps = getattr(output, "gaps", None)
+    return [] if gaps is None else gaps(robot)
 
 
 def _both_triangles(upper: Upper, size: int) -> list[Any]:

@@ -114,8 +114,8 @@ def text_of(program: Program, width: int) -> str:
     addresses = "\n  ".join(
         f"%{kind}_place{k} = getelementptr ptr, ptr %{kind}s, i64 {k}\n"
         f"  %{kind}{k} = load ptr, ptr %{kind}_place{k}"
-        for kind, own in (("input", program.inputs), ("output", program.outputs))
-        for k in range(len(own))
+        for kind, names in (("input", program.inputs), ("output", program.outputs))
+        for k in range(len(names))
     )
     vector, bits = f"<{width} x double>", 64 * width
     functions = (("fma", 3), ("rint", 1), ("sqrt", 1), ("fabs", 1), ("copysign", 2))
@@ -171,12 +171,12 @@ def _parts(program: Program) -> list[list[int]]:
         j for i in order if i not in second for j in ((i, partner[i]) if i in partner else (i,))
     ]
     last = {j: at for at, i in enumerate(order) for j in _read(program, i)}
-    handed = np.zeros(len(order) + 1, dtype=int)  # values, from before a place to those behind it
+    crossing = np.zeros(len(order) + 1, dtype=int)  # values, from before a place to those behind it
     for at, i in enumerate(order):
-        handed[at + 1 : last.get(i, 0) + 1] += 1
+        crossing[at + 1 : last.get(i, 0) + 1] += 1
     count, reach = max(1, round(len(order) / _LENGTH)), _LENGTH // 4
     starts = [k * len(order) // count - reach for k in range(1, count)]
-    cuts = [start + int(np.argmin(handed[start : start + 2 * reach])) for start in starts]
+    cuts = [start + int(np.argmin(crossing[start : start + 2 * reach])) for start in starts]
     return [order[a:b] for a, b in pairwise([0, *cuts, len(order)])]
 
 
