@@ -34,7 +34,7 @@ _UNTIMED = [HealthCheck.too_slow, HealthCheck.data_too_large]
 settings.register_profile(
     "repeatable",
     derandomize=True,
-    max_examples=40,
+    max_examples=25,
     deadline=None,
     database=None,
     suppress_health_check=_UNTIMED,
@@ -188,9 +188,9 @@ def pytest_collection_finish() -> None:
 
 # Where formulas are tested by themselves; what is built on them calls them with the same shapes
 # thousands of times, at a third of the time of its tests. All slow tests check them.
-_SHAPES_CHECKED = {"cases", "elastostatics", "laws", "paper", "recorded"}
-#: Calls of all functions with any arguments, of which formulas are the least part.
-_UNCHECKED = "tests/laws/test_odd_arguments.py"
+_SHAPES_CHECKED = {"cases", "elastostatics", "paper", "recorded"}
+#: Calls of all functions with any arguments.
+_ANY_ARGUMENTS = "tests/laws/test_odd_arguments.py"
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -198,9 +198,8 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     """Choose what is checked, recorded and derived anew."""
     global _IS_CHANGED  # noqa: PLW0603
     folder = item.nodeid.split("/")[1]
-    is_checked = folder in _SHAPES_CHECKED and not item.nodeid.startswith(_UNCHECKED)
-    is_checked = is_checked or item.get_closest_marker("slow") is not None
+    is_checked = folder in _SHAPES_CHECKED or item.get_closest_marker("slow") is not None
     jaxtyping.config.update("jaxtyping_disable", not is_checked)
-    is_recorded_once = folder == "identification" or item.nodeid.startswith(_UNCHECKED)
+    is_recorded_once = folder == "identification" or item.nodeid.startswith(_ANY_ARGUMENTS)
     os.environ["ROBOSTIFF_CACHE"] = _RECORDS.name if is_recorded_once else "off"
     _IS_CHANGED = "monkeypatch" in getattr(item, "fixturenames", ())

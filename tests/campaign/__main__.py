@@ -22,7 +22,6 @@ from tests.campaign.answers import Complaint
 #: where no number is given.
 PARTS = {
     "robots": ("robots", "judged_robot", "robots", 20000),
-    "coupled_joints": ("coupled_joints", "judged_robot", "robots with coupled joints", 400),
     "loads": ("loads", "loaded_machine", "machines under loads", 2000),
     "under_load": ("under_load", "loaded_robot", "robots under load", 400),
     "linkages_under_load": ("under_load", "loaded_linkage", "linkages under load", 400),

@@ -12,8 +12,9 @@ from numpy.polynomial import Polynomial
 import robostiff as rs
 from robostiff.model import Joint, JointKind, ParallelBlock, StiffnessLaw
 from robostiff.network import Network
+from robostiff.spatial import Frame
 from tests.campaign.bodies import Bodies, DeadPull, ElasticPart, PointSpring, SingleJoint, Sum
-from tests.campaign.walk import _rotation, _shift, frame_of
+from tests.campaign.reread import placed, turned
 
 _GRAVITY = 9.80665
 _NOTHING, _NEARLY = 1e-13, 1e-9  # of a compliance whose diagonal is one
@@ -100,7 +101,7 @@ class Assembly:
                 T = T @ frame_of(e.transform)
                 self.weigh(e.masses, body, before, 0.5 * (before[:3, 3] + T[:3, 3]))
             elif isinstance(e, rs.Link):
-                T = T @ _shift(np.asarray(e.to, float)[None])[0]
+                T = T @ _shift(np.asarray(e.to, float))
                 beam = rigidities(e.elasticity.beam) if e.elasticity.beam is not None else None
                 own = e.elasticity
                 start, end = before[:3, 3], T[:3, 3]
@@ -147,11 +148,11 @@ class Assembly:
         body = self.joint(body, direction, T[:3, 3].copy(), None, e.role, x, False, {}, e.name)
         self.behind[name] = body, T[:3, 3]
         if not e.beams:
-            return body, T @ _shift((e.direction * x)[None])[0]
+            return body, T @ _shift(e.direction * x)
         for i, beam in enumerate(e.beams):
             length = float(beam.fixed + beam.share * x)
             start = T[:3, 3]
-            T = T @ _shift((e.direction * length)[None])[0]
+            T = T @ _shift(e.direction * length)
             own = _rigidities(beam.material, beam.section, beam.theory)
             mass = beam.mass_at(np.array(length))
             C = beam_compliance(length, *own)
@@ -173,12 +174,12 @@ class Assembly:
             if e.size == 1 and len(self.bodies.joints) > count:
                 self.drives[name] = count
             if not is_ball:
-                along = np.asarray(screw.axis, float)[None] * float(x)
+                along = np.asarray(screw.axis, float) * float(x)
                 if screw.pitch is None:
-                    T = T @ _shift(along)[0]
+                    T = T @ _shift(along)
                 else:
-                    T = T @ _rotation(along)[0] @ _shift(float(screw.pitch) * along)[0]
-        return body, T @ _rotation(np.asarray(q, float)[None])[0] if is_ball else T
+                    T = T @ _rotation(along) @ _shift(float(screw.pitch) * along)
+        return body, T @ _rotation(np.asarray(q, float)) if is_ball else T
 
     def _merged(self, ends: Sequence[int]) -> int:
         ends = list(ends)
@@ -224,6 +225,19 @@ class Assembly:
                 x = (end - start) / L
                 rod = 0.5 * value * (0.5 * L) ** 2 / 12 * (np.eye(3) - np.outer(x, x))
                 self.bodies.masses.append((body, 0.5 * value, start + share * (end - start), rod))
+
+
+def frame_of(frame: Frame) -> np.ndarray:
+    """A frame as a 4 x 4 matrix."""
+    return placed(np.asarray(frame.R, float), np.asarray(frame.p, float))
+
+
+def _shift(v: np.ndarray) -> np.ndarray:
+    return placed(np.eye(3), v)
+
+
+def _rotation(v: np.ndarray) -> np.ndarray:
+    return placed(turned(v), np.zeros(3))
 
 
 def _check_closed(T: np.ndarray, wanted: np.ndarray) -> None:

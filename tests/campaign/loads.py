@@ -19,7 +19,7 @@ import robostiff as rs
 from robostiff.kinematics import JointCoordinates, find_posture
 from robostiff.model import Link, Rigid, Robot
 from robostiff.spatial import Space
-from tests.campaign import coupled_joints, loaded_cables, loaded_networks
+from tests.campaign import loaded_cables, loaded_networks
 from tests.campaign.answers import Complaint, Judge
 from tests.campaign.assembled import Assembly, NotAssembledError, of_robot
 from tests.campaign.bodies import (
@@ -33,7 +33,7 @@ from tests.campaign.bodies import (
 )
 from tests.campaign.minima import compare, least
 from tests.campaign.posed import KINDS, random_posed
-from tests.campaign.walk import pose_matrix
+from tests.campaign.reread import placed, turned
 
 _OF_BEAMS = 0.01  # of the displacement: beams as they are by default, and cut into four
 #: The same by the turn of a beam [rad] and by how far its flexural rigidities differ: its energy
@@ -62,7 +62,7 @@ class Case:
 
     def assembly(self, beams: int) -> Assembly:
         """Its bodies under all that acts beside the wrench."""
-        T = pose_matrix(self.six)
+        T = placed(turned(self.six[3:]), self.six[:3])
         own = of_robot(self.robot, self.coordinates, T, self.length, beams)
         if self.at is not None:
             own.bodies.centres[1] = np.array(self.at)
@@ -254,15 +254,12 @@ def _kernels(case: Case, own: Assembly, truth: Minimum) -> None:
 
 
 def _drawn(rng: np.random.Generator) -> Case | None:
-    if rng.uniform() < 0.15:
-        robot, pose = coupled_joints.random_robot(rng), None
-    else:
-        names = list(KINDS)
-        posed = random_posed(rng, names[rng.integers(len(names))], 2)
-        if posed is None:
-            return None
-        row = posed.rows[rng.integers(len(posed.rows))]
-        robot, pose = posed.robot, JointCoordinates(row) if posed.by_joints else row
+    names = list(KINDS)
+    posed = random_posed(rng, names[rng.integers(len(names))], 2)
+    if posed is None:
+        return None
+    row = posed.rows[rng.integers(len(posed.rows))]
+    robot, pose = posed.robot, JointCoordinates(row) if posed.by_joints else row
     robot = _with_masses(rng, robot)
     posture = find_posture(robot, pose)
     if not posture.reached[0]:
@@ -322,7 +319,8 @@ def _beside(rng: np.random.Generator, case: Case, force: float, point: np.ndarra
     """What acts beside the wrench, each in some robots."""
     robot, in_space = case.robot, np.isin(np.arange(3), case.robot.space.rows)
     try:
-        own = of_robot(robot, case.coordinates, pose_matrix(case.six), case.length)
+        T = placed(turned(case.six[3:]), case.six[:3])
+        own = of_robot(robot, case.coordinates, T, case.length)
     except NotAssembledError:
         return
     names = [name for name in own.behind if "coupl" not in name and "sum" not in name]

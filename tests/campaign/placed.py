@@ -11,6 +11,7 @@ import numpy as np
 from robostiff.elasticity import Elasticity, elasticity_from_stiffness
 from robostiff.model import (
     Actuated,
+    CoupledFreedom,
     Locked,
     Passive,
     PlacedBlock,
@@ -20,7 +21,7 @@ from robostiff.model import (
     PlacedSpring,
     Snapshot,
 )
-from robostiff.spatial import Space
+from robostiff.spatial import Screw, Space
 from tests.generators.chains import (
     ball,
     beam_compliance_of,
@@ -338,10 +339,19 @@ def with_parts(
         elements = tuple(
             PlacedBlock(e.name, tuple(leg_with(branch) for branch in e.branches))
             if isinstance(e, PlacedBlock)
-            else one(e)
+            else changed(e)
             for e in leg.elements
         )
         return replace(leg, elements=elements)
+
+    def changed(part: PlacedFreedom | PlacedSpring) -> PlacedFreedom | PlacedSpring:
+        if not isinstance(part, CoupledFreedom):
+            return one(part)
+        moves = []
+        for name, share, screw in part.moves:
+            own = one(PlacedFreedom(screw.axis, screw.point, screw.pitch, name, Passive()))
+            moves.append((name, share, Screw(own.axis, own.point, own.pitch)))
+        return replace(one(part), moves=tuple(moves))
 
     return replace(snapshot, legs=tuple(leg_with(leg) for leg in snapshot.legs))
 

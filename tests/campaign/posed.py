@@ -11,12 +11,13 @@ from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from robostiff.errors import InputError
-from robostiff.io.document import read_document
-from robostiff.kinematics import JointCoordinates, Pose
+from robostiff.io.document import parse_document, read_document
+from robostiff.io.model_file import model_from_document
+from robostiff.kinematics import JointCoordinates, Pose, place_chain
 from robostiff.model import ALL_COORDINATES, Element, Joint, JointKind
 from robostiff.robots import robot_file, shipped_robots
 from robostiff.spatial import Frame
-from tests.campaign.walk import end_of, frame_of
+from tests.campaign.random_files import arm, platform
 from tests.generators.elements import BAR, ROD, STEEL, random_element, random_transform
 from tests.generators.elements import KINDS as ELEMENTS
 from tests.generators.kernel_robots import HAND_MADE
@@ -39,6 +40,8 @@ class Posed:
         Coordinates of a single leg that were carried forward to the poses, near home.
     parameters : mapping of str to float
         Those of a shipped robot that differ from the file's.
+    text : str
+        The model file of one that was drawn as a file.
     """
 
     robot: rs.Robot
@@ -47,6 +50,7 @@ class Posed:
     q: np.ndarray | None = None
     shipped: str = ""
     parameters: tuple[tuple[str, float], ...] = ()
+    text: str = ""
 
     def pose(self, rows: np.ndarray | slice | int = slice(None)) -> Pose:
         """Rows as the library wants them."""
@@ -59,7 +63,7 @@ def random_posed(rng: np.random.Generator, kind: str, count: int = 4) -> Posed |
     try:
         return KINDS[kind](rng, count)
     except InputError as error:
-        if "limits of the drive" in str(error) or kind == "shipped":
+        if "limits of the drive" in str(error) or kind in ("shipped", "file"):
             return None
         raise
 
@@ -76,17 +80,15 @@ def _one_leg(rng: np.random.Generator, count: int) -> Posed:
 
 def _carried(rng: np.random.Generator, leg: rs.Leg, count: int, size: float) -> Posed:
     """Home and poses of a leg's end from its coordinates."""
-    base, end = frame_of(leg.base), np.linalg.inv(frame_of(leg.attachment))
     home_q = np.asarray(leg.chain.home, dtype=float)
     step = np.array([0.2 if f.pitch is None else 1.0 for f in leg.chain.freedoms])
     free = leg.chain.free
     shifts = size * step * free * rng.uniform(-1, 1, (count, len(home_q)))
     q = np.vstack([home_q, home_q + shifts])
-    T = end_of(leg.chain, q, base)[0] @ end
-    home = Frame(T[0, :3, :3], T[0, :3, 3])
-    robot = rs.Robot("one leg", (leg,), home=home)
-    turns = Rotation.from_matrix(T[:, :3, :3]).as_rotvec()
-    return Posed(robot, np.hstack([T[:, :3, 3], turns]), q=q)
+    placed, back = place_chain(leg.chain, q, leg.base.R, leg.base.p), leg.attachment.inverse
+    R, p = placed.R @ back.R, placed.p + placed.R @ back.p
+    robot = rs.Robot("one leg", (leg,), home=Frame(R[0], p[0]))
+    return Posed(robot, np.hstack([p, Rotation.from_matrix(R).as_rotvec()]), q=q)
 
 
 def _homes_anywhere(rng: np.random.Generator, leg: rs.Leg) -> rs.Leg:
@@ -113,14 +115,13 @@ def _homes_anywhere(rng: np.random.Generator, leg: rs.Leg) -> rs.Leg:
 def _several_legs(rng: np.random.Generator, count: int) -> Posed:
     """Two to six legs that leave all six coordinates to the drives."""
     home = random_transform(rng, 0.2)
-    platform = frame_of(home)
     legs = []
     for i in range(int(rng.integers(2, 7))):
         kind = SIX_FREEDOMS[rng.integers(len(SIX_FREEDOMS))]
         leg = random_leg(kind, int(rng.integers(2**31))).leg
         if rng.uniform() < 0.2:
             leg = _homes_anywhere(rng, leg)
-        legs.append(_on(leg, platform, f"leg{i}"))
+        legs.append(_on(leg, home, f"leg{i}"))
     robot = rs.Robot("legs", tuple(legs), home=home)
     return Posed(robot, _near(rng, robot, count, 10 ** rng.uniform(-2, -0.6)))
 
@@ -128,11 +129,10 @@ def _several_legs(rng: np.random.Generator, count: int) -> Posed:
 def _coupled(rng: np.random.Generator, count: int) -> Posed:
     """A leg of five freedoms among others: one pose coordinate follows."""
     home = random_transform(rng, 0.2)
-    platform = frame_of(home)
     kinds = [("UPU", "PUU", "RUU")[rng.integers(3)]]
     kinds += [SIX_FREEDOMS[rng.integers(len(SIX_FREEDOMS))] for _ in range(rng.integers(1, 4))]
     legs = tuple(
-        _on(random_leg(kind, int(rng.integers(2**31))).leg, platform, f"leg{i}")
+        _on(random_leg(kind, int(rng.integers(2**31))).leg, home, f"leg{i}")
         for i, kind in enumerate(kinds)
     )
     open_ = int(rng.integers(3, 6))
@@ -141,13 +141,12 @@ def _coupled(rng: np.random.Generator, count: int) -> Posed:
     return Posed(robot, _near(rng, robot, 2, 10 ** rng.uniform(-2, -0.8)))
 
 
-def _on(leg: rs.Leg, platform: np.ndarray, name: str) -> rs.Leg:
+def _on(leg: rs.Leg, home: Frame, name: str) -> rs.Leg:
     """The same leg with its base where its end meets the platform at home."""
-    q = np.asarray(leg.chain.home, dtype=float)[None]
-    end = end_of(leg.chain, q, np.eye(4))[0][0]
-    base = platform @ frame_of(leg.attachment) @ np.linalg.inv(end)
-    U, _, V = np.linalg.svd(base[:3, :3])
-    return replace(leg, name=name, base=Frame(U @ V, base[:3, 3]))
+    end = place_chain(leg.chain, np.asarray(leg.chain.home, dtype=float), np.eye(3), np.zeros(3))
+    base = home @ leg.attachment @ Frame(end.R, end.p).inverse
+    U, _, V = np.linalg.svd(base.R)
+    return replace(leg, name=name, base=Frame(U @ V, base.p))
 
 
 def _arm(rng: np.random.Generator, count: int) -> Posed:
@@ -188,7 +187,6 @@ def _driven_arm(rng: np.random.Generator, count: int) -> Posed:
 def _structure(rng: np.random.Generator, count: int) -> Posed:
     """Beams and locked joints between base and platform: nothing moves."""
     home = random_transform(rng, 0.2)
-    platform = frame_of(home)
     legs = []
     for i in range(int(rng.integers(1, 4))):
         elements: list[Element] = [
@@ -200,7 +198,7 @@ def _structure(rng: np.random.Generator, count: int) -> Posed:
             elements.append(rs.revolute(rng.normal(size=3), role, home=[angle], name=f"lock{k}"))
             elements.append(rs.beam_link(rng.uniform(-0.5, 0.5, 3), STEEL, ROD))
         leg = rs.Leg("", Frame.identity(), rs.Chain(tuple(elements)), random_transform(rng, 0.2))
-        legs.append(_on(leg, platform, f"leg{i}"))
+        legs.append(_on(leg, home, f"leg{i}"))
     from robostiff.kinematics.pose import home_coordinates
 
     named = ALL_COORDINATES if rng.uniform() < 0.5 else ()
@@ -230,6 +228,14 @@ def _shipped(rng: np.random.Generator, count: int) -> Posed | None:
     return Posed(robot, rows, _by_joints(robot), shipped=name, parameters=tuple(parameters.items()))
 
 
+def _of_file(rng: np.random.Generator, count: int) -> Posed | None:
+    """An arm or a platform of a random model file, with sums of joints and parallel blocks."""
+    text = arm(rng) if rng.uniform() < 0.5 else platform(rng)
+    robot = model_from_document(parse_document(text, file="drawn.yaml"))
+    rows = _near(rng, robot, count, 10 ** rng.uniform(-2, -0.5))
+    return Posed(robot, rows, by_joints=_by_joints(robot), text=text)
+
+
 @cache
 def nominal(name: str, given: tuple[tuple[str, float], ...] = ()) -> dict[str, float]:
     """Parameters of a shipped robot in SI units; those that follow from others do so."""
@@ -248,7 +254,7 @@ def _near(rng: np.random.Generator, robot: rs.Robot, count: int, size: float) ->
     space = PoseSpace(robot)
     rows = np.vstack([space.home, space.drawn(rng, count, size)])
     if rng.uniform() < 0.3:
-        rows = np.vstack([rows, space.round_values()[rng.integers(3)]])
+        rows = np.vstack([rows, rng.choice(space.round_values()[:3])])
     return rows
 
 
@@ -261,4 +267,5 @@ KINDS: dict[str, Callable[[np.random.Generator, int], Posed | None]] = {
     "structure": _structure,
     "hand-made": _hand_made,
     "shipped": _shipped,
+    "file": _of_file,
 }

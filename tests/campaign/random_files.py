@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
 
-from tests.campaign.reread import frame, rotation_vector
+from tests.campaign.reread import frame, number, rotation_vector
 from tests.campaign.reread_machine import Machine
 
 _MATERIALS = [
@@ -235,6 +234,45 @@ class Draw:
             part["name"] = f"part {i}"
         return parts
 
+    def block(self) -> dict[str, Any]:
+        """Two or three branches that end where the first one does."""
+        branches, first = [], None
+        for i in range(int(self.rng.integers(2, 4))):
+            own = {"name": "xyz"[i], "start": self.frame()}
+            own |= self.coupled(self.chain(0.6, int(self.rng.integers(2, 5))))
+            end = _end(own, own["start"])
+            first = end if first is None else first
+            branches.append({**own, "end": _frame_data(np.linalg.inv(first) @ end)})
+        return {"type": "parallel", "name": "block", "branches": branches}
+
+    def coupled(self, chain: list[dict[str, Any]], share: float = 0.5) -> dict[str, Any]:
+        """A chain, and gears, belts and differentials of its joints, each with a follower."""
+        single = [p for p in chain if p["type"] in ("revolute", "prismatic", "helical")]
+        followers = [p for p in single if p["role"] == "passive"]
+        couplings = []
+        for first in followers:
+            others = [p for p in single if p is not first]
+            if self.plain or not others or not self.chance(share):
+                continue
+            slides = first["type"] == "prismatic"
+            terms = {first["name"]: self.one([1, float(self.rng.uniform(0.5, 2))])}
+            for other in self.rng.choice(len(others), min(2, len(others)), replace=False):
+                unit = {(True, False): 0.05, (False, True): 20.0}
+                own = others[other]["type"] == "prismatic"
+                factor = float(self.rng.uniform(-2, 2)) * unit.get((slides, own), 1.0)
+                terms[others[other]["name"]] = factor
+            own = {"sum": terms, "role": self.one(["locked", "locked", "actuated"])}
+            if self.chance(0.3):
+                leader = self.one(others)
+                ratio = float(self.rng.uniform(-2, 2))
+                offset = number(first["home"], {}) - ratio * number(leader["home"], {})
+                own = {"joint": first["name"], "follows": leader["name"], "ratio": ratio}
+                own["offset"] = offset
+            if self.chance(0.6):
+                own["stiffness"] = "2e5 N/m" if slides else "3e4 N m/rad"
+            couplings.append(own)
+        return {"chain": chain, "couplings": couplings} if couplings else {"chain": chain}
+
 
 def _written(name: str, **own: Any) -> str:
     data = {"robostiff": 1, "name": name, "source": "drawn at random", **own}
@@ -243,48 +281,39 @@ def _written(name: str, **own: Any) -> str:
     return yaml.dump(data, sort_keys=False, Dumper=dumper)
 
 
+def _end(leg: dict[str, Any], base: dict[str, Any]) -> np.ndarray:
+    """Where a chain ends at home."""
+    own = {"name": "leg", "base": base, "chain": leg["chain"], "platform": {}}
+    machine = Machine("leg.yaml", text=_written("leg", legs=[own]))
+    return machine._walk(machine.legs[0], np.eye(4), machine.homes, [])[0]
+
+
+def _frame_data(T: np.ndarray) -> dict[str, Any]:
+    return {"at": T[:3, 3].tolist(), "rotation_vector": rotation_vector(T[:3, :3]).tolist()}
+
+
 def arm(rng: np.random.Generator, *, plain: bool = False) -> str:
     """A serial arm posed by its joints, perhaps with passive joints and with couplings."""
     draw = Draw(rng, plain=plain)
-    chain = draw.chain(0.15, int(rng.integers(3, 9)))
-    leg: dict[str, Any] = {"name": "arm", "base": draw.frame(), "chain": chain}
-    single = [p for p in chain if p["type"] in ("revolute", "prismatic", "helical")]
-    followers = [p for p in single if p["role"] == "passive"]
-    leaders = [p for p in single if p["role"] != "passive"]
-    if followers and leaders and not plain:
-        f, lead = draw.one(followers), draw.one(leaders)
-        ratio = float(rng.uniform(-2, 2))
-        slides = f["type"] == "prismatic", lead["type"] == "prismatic"
-        unit = {(True, False): 0.05, (False, True): 20.0}.get(slides, 1.0)
-        own: dict[str, Any] = {"sum": {f["name"]: 1, lead["name"]: unit * ratio}}
-        if draw.chance(0.5):
-            own |= {"role": "actuated"}
-        if draw.chance(0.7):
-            own["stiffness"] = "2e5 N/m" if slides[0] else "3e4 N m/rad"
-        leg["couplings"] = [own]
+    chain = draw.coupled(draw.chain(0.15 if draw.chance(0.6) else 0.4, int(rng.integers(3, 9))))
+    leg: dict[str, Any] = {"name": "arm", "base": draw.frame(), **chain}
     return _written("arm", legs=[leg], reference_point=draw.point(0.2))
 
 
-def platform(rng: np.random.Generator, path: Path, *, plain: bool = False) -> str:
+def platform(rng: np.random.Generator, *, plain: bool = False) -> str:
     """A platform on two to four legs that close at home."""
     draw = Draw(rng, plain=plain)
     home = draw.frame()
     if not any(key in home for key in ("turn", "rotation_vector", "matrix", "axes")):
         home["turn"] = [{"z": "20 deg"}]
-    legs = []
+    P, legs = np.linalg.inv(frame(home, {})), []
     for i in range(int(rng.integers(2, 5))):
-        chain = draw.chain(0.75, int(rng.integers(2, 7)))
-        legs.append({"name": f"leg {i}", "base": draw.frame(), "chain": chain})
-    text = _written("platform", home=home, legs=[{**leg, "platform": {}} for leg in legs])
-    machine = Machine(path, text=text)
-    P = frame(home, {})
-    for leg, own in zip(legs, machine.legs, strict=True):
-        T, _ = machine._walk(own, np.eye(4), machine.homes, [])
-        A = np.linalg.inv(P) @ T
-        leg["platform"] = {
-            "at": A[:3, 3].tolist(),
-            "rotation_vector": rotation_vector(A[:3, :3]).tolist(),
-        }
+        chain, base = draw.chain(0.75, int(rng.integers(2, 7))), draw.frame()
+        if not plain and draw.chance(0.15):
+            chain.insert(int(rng.integers(len(chain) + 1)), draw.block())
+        own = draw.coupled(chain, 0.1)
+        end = _frame_data(P @ _end(own, base))
+        legs.append({"name": f"leg {i}", "base": base, **own, "platform": end})
     return _written("platform", home=home, legs=legs, reference_point=draw.point(0.2))
 
 

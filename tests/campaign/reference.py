@@ -17,8 +17,16 @@ import numpy as np
 from flint import arb, arb_mat, ctx
 from scipy.linalg import null_space
 
-from robostiff.model import Passive, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
-from robostiff.spatial import Space
+from robostiff.model import (
+    CoupledFreedom,
+    Passive,
+    PlacedBlock,
+    PlacedFreedom,
+    PlacedLeg,
+    PlacedSpring,
+    Snapshot,
+)
+from robostiff.spatial import Screw, Space
 from tests.campaign.balls import certain, cross, cut, floats, of_rank, put, stacked
 
 BITS = 180
@@ -232,17 +240,12 @@ class _Whole:
         return chains, blocks
 
     def _joint(self, chain: _Chain, joint: PlacedFreedom) -> None:
-        axis = [arb(float(x)) for x in np.ravel(joint.axis)]
-        if joint.pitch is None:
-            twist = [*axis, arb(0), arb(0), arb(0)]
-        else:
-            arm = [
-                arb(float(o)) - arb(float(p))
-                for o, p in zip(self.at, np.ravel(joint.point), strict=True)
+        moves = joint.moves if isinstance(joint, CoupledFreedom) else [("", 1.0, joint)]
+        twist = [arb(0)] * 6
+        for _, share, screw in moves:
+            twist = [
+                x + arb(float(share)) * y for x, y in zip(twist, self._twist(screw), strict=True)
             ]
-            h = arb(float(joint.pitch))
-            moved = [c + h * e for c, e in zip(cross(axis, arm), axis, strict=True)]
-            twist = [*moved, *axis]
         column = arb_mat(self.n, 1, [twist[row] for row in self.rows])
         if isinstance(joint.role, Passive):
             if any(x != 0 for x in np.ravel(floats(column))):
@@ -250,6 +253,17 @@ class _Whole:
         elif joint.role.stiffness is not None:
             C = arb_mat([[1 / arb(float(joint.role.stiffness))]])
             chain.springs.append((column.transpose(), C, np.eye(1)))
+
+    def _twist(self, joint: PlacedFreedom | Screw) -> list[arb]:
+        axis = [arb(float(x)) for x in np.ravel(joint.axis)]
+        if joint.pitch is None:
+            return [*axis, arb(0), arb(0), arb(0)]
+        arm = [
+            arb(float(o)) - arb(float(p))
+            for o, p in zip(self.at, np.ravel(joint.point), strict=True)
+        ]
+        h = arb(float(joint.pitch))
+        return [*(c + h * e for c, e in zip(cross(axis, arm), axis, strict=True)), *axis]
 
     def _spring(self, chain: _Chain, spring: PlacedSpring) -> None:
         R = arb_mat(np.reshape(spring.rotation, (3, 3)).tolist()).transpose()

@@ -28,6 +28,8 @@ from tests.campaign.reread import (
 )
 
 _PLACES = {name: i for i, name in enumerate(("x", "y", "z", "rx", "ry", "rz"))}
+# Of a step in rad and m, of the way, and of the least singular value at home.
+_LONGEST, _LEAST_STEP, _NEAR = 0.35, 2e-4, 0.02
 
 
 class NotClosedError(Exception):
@@ -166,9 +168,12 @@ class Machine:
         return T @ placed(turned(q[i] * part.axis), part.advance * q[i] * part.axis)
 
     def close(
-        self, q: np.ndarray, P: np.ndarray, wanted: dict[str, float]
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Coordinates and platform pose near given ones that close all loops."""
+        self, q: np.ndarray, P: np.ndarray, wanted: dict[str, float], most: int = 60
+    ) -> tuple[np.ndarray, np.ndarray, float]:
+        """Coordinates and platform pose near given ones that close all loops.
+
+        And their least singular value beside the largest: what is small is near a singularity.
+        """
         fixed = {
             self.places[id(m)] + j
             for m in self.motions
@@ -178,7 +183,7 @@ class Machine:
         free = [i for i in range(self.size) if i not in fixed]
         homes = self.homes
         r = np.zeros(0)
-        for _ in range(60):
+        for _ in range(most):
             gaps: list[Any] = []
             rows, residual = [], []
             ends = [(self._walk(leg, np.eye(4), q, gaps)) for leg in self.legs]
@@ -215,27 +220,47 @@ class Machine:
                 residual.append(np.array([now[_PLACES[name]] - value]))
             A, r = np.vstack(rows), np.concatenate(residual)
             use = [*free, *range(self.size, self.size + 6)]
-            step = np.linalg.lstsq(A[:, use], -r, rcond=1e-11)[0]
+            step, _, _, sizes = np.linalg.lstsq(A[:, use], -r, rcond=1e-11)
             q = q.copy()
             q[free] += step[: len(free)]
             t = step[len(free) :]
             P = placed(turned(t[3:]) @ P[:3, :3], turned(t[3:]) @ P[:3, 3] + t[:3])
             if np.abs(r).max() < 1e-11:
-                return q, P
+                return q, P, float(sizes[sizes > 1e-5 * sizes[0]][-1] / sizes[0])
         raise NotClosedError(np.abs(r).max())
 
     def posture(
-        self, seed: np.ndarray, wanted: dict[str, float], steps: int = 12
+        self,
+        seed: np.ndarray,
+        wanted: dict[str, float],
+        steps: int = 12,
+        start: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Coordinates and platform at a pose, in small steps from home."""
-        home = dict(
-            zip(_PLACES, np.r_[self.home[:3, 3], rotation_vector(self.home[:3, :3])], strict=True)
-        )
-        q, P = self.close(seed, self.home, home)
-        for s in np.linspace(0, 1, steps + 1)[1:]:
-            q, P = self.close(
-                q, P, {name: (1 - s) * home[name] + s * value for name, value in wanted.items()}
-            )
+        """Coordinates and platform at a pose, in small steps from home, or from a start.
+
+        Raises NotClosedError where a step is no short one, or leads near a singularity.
+        """
+        P = self.home if start is None else start
+        home = dict(zip(_PLACES, np.r_[P[:3, 3], rotation_vector(P[:3, :3])], strict=True))
+        q, P, regular = self.close(seed, P, home)
+        s, h = 0.0, 1 / steps
+        while s < 1 - 1e-12:
+            h = min(h, 1 - s)
+            part = {
+                name: home[name] + (s + h) * (value - home[name]) for name, value in wanted.items()
+            }
+            try:
+                after, pose, now = self.close(q, P, part, most=9)
+            except NotClosedError:
+                after, pose, now = np.full(self.size, np.inf), P, 0.0
+            if np.abs(after - q).max(initial=0.0) > _LONGEST:
+                h /= 2
+                if h < _LEAST_STEP:
+                    raise NotClosedError(f"at {s:.3f} of the way")
+                continue
+            if now <= _NEAR * regular:
+                raise NotClosedError(f"a singularity at {s:.3f} of the way")
+            q, P, s, h = after, pose, s + h, min(2 * h, 1 / steps)
         return q, P
 
     def at_joints(self, q: np.ndarray) -> np.ndarray:

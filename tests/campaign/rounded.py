@@ -101,7 +101,8 @@ def rounded_posed(posed: Posed, rng: np.random.Generator) -> Posed:
         return replace(own, transform=frame(own.transform)) if isinstance(own, Rigid) else own
 
     def leg(own: Leg) -> Leg:
-        chain = Chain(tuple(element(part) for part in own.chain.elements))
+        elements = tuple(element(part) for part in own.chain.elements)
+        chain = Chain(elements, own.chain.couplings)
         return replace(own, base=frame(own.base), chain=chain, attachment=frame(own.attachment))
 
     legs = tuple(leg(own) for own in posed.robot.legs)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
+from robostiff.kinematics import place_chain
 from robostiff.model import Actuated, Robot
-from tests.campaign.walk import end_of, frame_of, gap
 
 _STEP = 1e-6
 #: Part of the largest singular value: near a singularity, and the little that a fine screw moves.
@@ -50,8 +51,9 @@ def _jacobian(robot: Robot, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     shifts = np.zeros((1 + 2 * len(free), len(q)))
     for k, place in enumerate(free):
         shifts[1 + 2 * k, place], shifts[2 + 2 * k, place] = _STEP, -_STEP
-    T, _ = end_of(leg.chain, q + shifts, frame_of(leg.base))
-    gaps = gap(T, T[:1])
+    end = place_chain(leg.chain, q + shifts, leg.base.R, leg.base.p)
+    turns = Rotation.from_matrix(end.R[0].T @ end.R).as_rotvec()
+    gaps = np.hstack([(end.p - end.p[0]) @ end.R[0], turns])
     return (gaps[1::2] - gaps[2::2]).T / (2 * _STEP), free
 
 

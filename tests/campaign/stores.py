@@ -1,20 +1,20 @@
 """Maps on disk, damaged in every way: a map as it was written, or one message."""
 
+# ruff: noqa: S311
 from __future__ import annotations
 
 import json
 import os
+import random
 import shutil
 import tempfile
 import time
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import xarray
 
 import robostiff as rs
@@ -22,13 +22,13 @@ from robostiff import Axis, Grid, Quantity, Threads
 from robostiff.errors import InputError
 from robostiff.io.map_files import read_map, write_map_netcdf
 from tests.campaign.answers import Complaint
+from tests.campaign.mutations import mutated_bytes, mutated_tree
 
 KINDS = ("map.zarr", "map.nc", "begun.zarr", "map.zarr")
 LIMIT_SECONDS = 5.0
 _WAITING = 20  # as long as the processor may take
 GRID = Grid(x=Axis(-0.05, 0.05, 3), rz=Axis(-0.1, 0.1, 4))
 POSES = rs.RandomPoses(20_000, {"x": (-0.05, 0.05)}, seed=1)
-_WORDS = ("NaN", "9" * 30, "-1", "null", "[]", '""', "1e308", "\u202e", "{}", "true", "\\u0000")
 
 
 class Failure(AssertionError):
@@ -70,115 +70,46 @@ def _of_poses(path: Path, **options: Any) -> xarray.Dataset:
     return rs.stiffness_map(rs.load("3-rpr"), POSES, store=path, resume=True, **one, **options)
 
 
-# How a file is damaged: takes what it holds, gives what it holds then; None for no file.
-
-
-def _flip(content: bytes, random: np.random.Generator) -> bytes | None:
-    bits = bytearray(content)
-    for _ in range(int(random.integers(1, 4))):
-        place = int(random.integers(len(bits)))
-        bits[place] ^= 1 << int(random.integers(8))
-    return bytes(bits)
-
-
-def _overwrite(content: bytes, random: np.random.Generator) -> bytes | None:
-    start = int(random.integers(len(content)))
-    run = int(random.integers(1, 64))
-    return content[:start] + random.bytes(run) + content[start + run :]
-
-
-def _cut(content: bytes, random: np.random.Generator) -> bytes | None:
-    return content[: int(random.integers(len(content)))]
-
-
-def _lengthen(content: bytes, random: np.random.Generator) -> bytes | None:
-    start = int(random.integers(len(content) + 1))
-    return content[:start] + random.bytes(int(random.integers(1, 200))) + content[start:]
-
-
-def _empty(content: bytes, random: np.random.Generator) -> bytes | None:
-    return b""
-
-
-def _zeros(content: bytes, random: np.random.Generator) -> bytes | None:
-    return bytes(len(content))
-
-
-def _remove(content: bytes, random: np.random.Generator) -> bytes | None:
-    return None
-
-
-def _integers(content: bytes, random: np.random.Generator) -> bytes | None:
-    """Lengths and addresses are what HDF5 trusts."""
-    start = int(random.integers(max(1, len(content) - 8)))
-    number = int(random.choice([0, 1, 2**16, 2**31, 2**32 - 1, 2**40, 2**63]))
-    return content[:start] + number.to_bytes(8, "little") + content[start + 8 :]
-
-
-def _json(content: bytes, random: np.random.Generator) -> bytes | None:
-    """One value of a JSON file becomes another."""
+def _damaged(content: bytes, random_: random.Random) -> bytes | None:
+    """Other content of a file; None for no file."""
+    kind, at = random_.randrange(9), random_.randrange(len(content))
+    if kind < 2:
+        return mutated_bytes(content, random_)
+    if kind == 2:
+        return content[:at]
+    if kind == 3:
+        return random_.choice((b"", bytes(len(content))))
+    if kind == 4:
+        return None
+    if kind == 5:  # lengths and addresses are what HDF5 trusts
+        number = random_.choice((0, 1, 2**16, 2**31, 2**32 - 1, 2**40, 2**63))
+        return content[:at] + number.to_bytes(8, "little") + content[at + 8 :]
+    if kind == 6:
+        run = random_.randbytes(random_.randrange(1, 200))
+        return content[:at] + run + content[at + random_.choice((0, len(run))) :]
     try:
-        data = json.loads(content)
+        return json.dumps(mutated_tree(json.loads(content), random_)).encode()
     except ValueError:
-        return _flip(content, random)
-    places: list[tuple[Any, Any]] = []
-
-    def walk(thing: Any) -> None:
-        for key, value in list(thing.items() if isinstance(thing, dict) else enumerate(thing)):
-            places.append((thing, key))
-            if isinstance(value, dict | list):
-                walk(value)
-
-    if not isinstance(data, dict):
-        return _flip(content, random)
-    walk(data)
-    thing, key = places[int(random.integers(len(places)))]
-    if random.random() < 0.2:
-        del thing[key]
-    elif random.random() < 0.3:
-        thing[key] = [[]] if random.random() < 0.5 else 10 ** int(random.integers(1, 25))
-    else:
-        thing[key] = str(random.choice(_WORDS))
-    return json.dumps(data).encode()
+        return bytes(x ^ (1 << random_.randrange(8)) * (k == at) for k, x in enumerate(content))
 
 
-_DAMAGES: tuple[Callable[[bytes, np.random.Generator], bytes | None], ...] = (
-    _flip,
-    _flip,
-    _overwrite,
-    _cut,
-    _lengthen,
-    _empty,
-    _zeros,
-    _remove,
-    _integers,
-    _json,
-    _json,
-)
-
-
-def _damage(target: Path, random: np.random.Generator) -> str:
-    """Damage one file of a map; says how."""
+def _damage(target: Path, random_: random.Random) -> str:
+    """Damage one file of a map; says which."""
+    file = target
     if target.is_dir():
         files = sorted(f for f in target.rglob("*") if f.is_file() and f.stat().st_size)
         described = [file for file in files if file.name == "zarr.json"]
-        chosen = described if random.random() < 0.4 else files
-        file = chosen[int(random.integers(len(chosen)))]
-    else:
-        file = target
-    damage = _DAMAGES[int(random.integers(len(_DAMAGES)))]
-    content = damage(file.read_bytes(), random)
-    where = file.relative_to(target.parent)
+        file = random_.choice(described if random_.random() < 0.4 else files)
+    content = _damaged(file.read_bytes(), random_)
     if content is None:
         file.unlink()
-        if random.random() < 0.3:
+        if random_.random() < 0.3:
             file.mkdir()
     else:
         file.write_bytes(content)
-    if random.random() < 0.1 and target.is_dir():
+    if random_.random() < 0.1 and target.is_dir():
         shutil.rmtree(file.parent, ignore_errors=True)
-        return f"{where.parent} removed"
-    return f"{where}: {damage.__name__.strip('_')}"
+    return str(file.relative_to(target.parent))
 
 
 def _read(kind: str, path: Path) -> xarray.Dataset:
@@ -196,7 +127,7 @@ def check(whole: Originals, kind: str, seed: int) -> str:
         When it ends in anything but the map as it was written, or a message that names the file.
         All of NetCDF but its values has no checksum: it may be read changed.
     """
-    random = np.random.default_rng(seed)
+    random_ = random.Random(seed)
     with tempfile.TemporaryDirectory(prefix="robostiff-damaged-") as folder:
         path = Path(folder) / kind
         original = whole.folder / kind
@@ -204,7 +135,7 @@ def check(whole: Originals, kind: str, seed: int) -> str:
             shutil.copytree(original, path)
         else:
             shutil.copy(original, path)
-        how = _damage(path, random)
+        how = _damage(path, random_)
         started, spent = time.monotonic(), _processor()
         try:
             found = _read(kind, path)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from tests.campaign import coupled_joints, loads, placed, under_load, ways
+from tests.campaign import loads, placed, under_load, ways
 from tests.campaign.__main__ import PARTS, main
 from tests.campaign.reference import reference
 from tests.campaign.robots import judged_robot, kind_of
@@ -61,12 +61,6 @@ def test_a_wrong_spring_is_found():
 def test_linkages_that_one_search_from_home_closes_in_another_assembly_mode(number):
     assert kind_of(20261122, number)[0] == "linkage"
     assert not judged_robot(20261122, number)
-
-
-@pytest.mark.parametrize(("seed", "number"), [(1, 3), (1, 12), (7, 35), (7, 64), (7, 72)])
-def test_sums_of_joints_that_turn_and_slide(seed, number):
-    """Files keep which of the joints follow, whatever rigid joints they leave out."""
-    assert not coupled_joints.judged_robot(np.random.default_rng([seed, number]))
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ from robostiff.model import PlacedBlock, PlacedLeg, Robot, Snapshot
 from robostiff.network import Network
 from robostiff.spatial import Space, skew
 from robostiff.statics.loading.given_loads import has_masses
-from tests.campaign import coupled_joints, placed
+from tests.campaign import placed
 from tests.campaign.answers import Complaint, Judge
 from tests.campaign.moved_linkages import random_linkage
 from tests.campaign.posed import KINDS, random_posed
@@ -360,8 +360,6 @@ class _Laws:
 def _drawn(rng: np.random.Generator) -> tuple[Robot | Snapshot, Any] | None:
     """A robot, and a pose of it; or one with blocks in blocks, or on a flexible platform."""
     sort = rng.uniform()
-    if sort < 0.2:
-        return coupled_joints.random_robot(rng), None
     if sort < 0.4:
         drawn = placed.KINDS[str(rng.choice(["nested", "nested planar", "platform"]))](rng)
         legs = tuple(_numbered(leg, itertools.count()) for leg in drawn.legs)

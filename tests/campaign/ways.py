@@ -21,9 +21,16 @@ from robostiff.io.snapshot import (
     snapshot_from_document,
     snapshot_to_data,
 )
-from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
+from robostiff.model import (
+    CoupledFreedom,
+    PlacedBlock,
+    PlacedFreedom,
+    PlacedLeg,
+    PlacedSpring,
+    Snapshot,
+)
 from robostiff.network import energy_stiffness, network_of_snapshot
-from robostiff.spatial import Space
+from robostiff.spatial import Screw, Space
 from tests.campaign.answers import Answer, Judge
 from tests.campaign.placed import with_parts
 from tests.campaign.reference import Reference, _extent, reference
@@ -169,8 +176,9 @@ def _turned(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
 
 
 def _millimetres(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
-    if snapshot.platform is not None:
-        return Answer("millimetres", None, Status.FORM_DOES_NOT_HOLD)  # nodes are in metres
+    coupled = any(isinstance(e, CoupledFreedom) for leg in snapshot.legs for e in leg.parts)
+    if snapshot.platform is not None or coupled:  # nodes and ratios are in metres
+        return Answer("millimetres", None, Status.FORM_DOES_NOT_HOLD)
     moved = in_frame(snapshot, np.eye(3), np.zeros(3), 1e3)
     result = rs.stiffness(moved)
     n, t = snapshot.space.size, snapshot.space.translations
@@ -238,6 +246,7 @@ def _tilted(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
         for i, leg in enumerate(snapshot.legs)
         for k, part in enumerate(leg.elements)
         if isinstance(part, PlacedFreedom) and part.is_passive and part.turns
+        if not isinstance(part, CoupledFreedom)
     ]
     if not places or snapshot.platform is not None or snapshot.space is Space.PLANAR:
         return nothing
@@ -391,6 +400,13 @@ def in_frame(snapshot: Snapshot, R: np.ndarray, shift: np.ndarray, unit: float) 
     )
 
 
+def _side_by_side(*moves: Any) -> Any:
+    """What a coordinate of coupled joints moves, at several poses."""
+    (name, share, first), screws = moves[0], [screw for _, _, screw in moves]
+    axes, points = ([getattr(own, name) for own in screws] for name in ("axis", "point"))
+    return name, share, Screw(np.stack(axes), np.stack(points), first.pitch)
+
+
 def stacked(group: list[Snapshot]) -> Snapshot:
     """Snapshots of one robot at several poses as a batch."""
 
@@ -406,7 +422,11 @@ def stacked(group: list[Snapshot]) -> Snapshot:
             point = np.stack([p.point for p in parts])  # type: ignore[union-attr]
             if isinstance(first, PlacedFreedom):
                 axis = np.stack([p.axis for p in parts])  # type: ignore[union-attr]
-                elements.append(replace(first, point=point, axis=axis))
+                own = replace(first, point=point, axis=axis)
+                if isinstance(own, CoupledFreedom):
+                    each = zip(*(p.moves for p in parts), strict=True)  # type: ignore[union-attr]
+                    own = replace(own, moves=tuple(_side_by_side(*moves) for moves in each))
+                elements.append(own)
             else:
                 C = np.stack([p.elasticity.compliance for p in parts])  # type: ignore[union-attr]
                 turn = np.stack([p.rotation for p in parts])  # type: ignore[union-attr]

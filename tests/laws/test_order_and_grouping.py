@@ -13,7 +13,7 @@ ANY_CHAIN = st.one_of(chains(joints=st.integers(2, 5)), planar_chains(joints=st.
 
 
 @given(ANY_CHAIN, st.randoms(use_true_random=False))
-def test_order_of_columns(chain: FreeChain, random):
+def test_order_of_columns_and_groups_of_the_recursion(chain: FreeChain, random):
     C, J_q = chain.matrices()
     order = list(range(J_q.shape[1]))
     random.shuffle(order)
@@ -21,13 +21,6 @@ def test_order_of_columns(chain: FreeChain, random):
     assert distance(shuffled.K, result.K) <= 1e-11
     assert int(shuffled.rank) == int(result.rank)
     assert np.count_nonzero(shuffled.redundant) == np.count_nonzero(result.redundant)
-
-
-@given(ANY_CHAIN, st.randoms(use_true_random=False))
-def test_order_and_groups_of_the_recursion(chain: FreeChain, random):
-    C, J_q = chain.matrices()
-    order = list(range(J_q.shape[1]))
-    random.shuffle(order)
     groups, start = [], 0
     while start < len(order):
         stop = start + random.randint(1, 3)
