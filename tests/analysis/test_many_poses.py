@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.analysis import DeflectionsOfPoses, compiled_stiffness, questions, robot_record
+from robostiff.analysis import DeflectionsOfPoses, compiled_stiffness, posed_stiffness, questions
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.compiled import MachineCode
 from robostiff.elastostatics import CartesianStiffness
@@ -95,7 +95,7 @@ def test_both_ways_say_the_same(name, spread, recorded_at_once):
     robot: Any = rs.load(name)
     pose = posed(robot, 40, spread)
     found, expected = rs.stiffness(robot, pose), direct_stiffness(robot, pose)
-    assert "_kept robostiff.analysis.robot_record.record_of" in vars(robot)
+    assert "_kept robostiff.analysis.posed_stiffness.record_of" in vars(robot)
     np.testing.assert_array_equal(found.status_codes, expected.status_codes)
     np.testing.assert_array_equal(found.rank, expected.rank)
     np.testing.assert_array_equal(found.answered, expected.answered)
@@ -339,9 +339,11 @@ def test_a_point_and_a_shape_of_the_batch(recorded_at_once):
     assert_same(again.details().legs, found.details().legs)
 
 
-def test_no_pose_is_an_empty_batch(recorded_at_once):
-    found = rs.stiffness(rs.load("hexapod"), np.empty((0, 6)))
+@pytest.mark.parametrize("ask", [rs.stiffness, direct_stiffness])
+def test_no_pose_is_an_empty_batch(ask, recorded_at_once):
+    found = ask(rs.load("hexapod"), np.empty((0, 6)))
     assert found.K.shape == (0, 6, 6)
+    assert found.batch_shape == (0,)
 
 
 @pytest.mark.needs("llvmlite")
@@ -350,7 +352,7 @@ def test_machine_code_takes_over_where_it_pays(recorded_at_once, monkeypatch):
     robot: Any = rs.load("3-rpr")
     poses = posed(robot, 100, 0.05)
     first, second = rs.stiffness(robot, poses), rs.stiffness(robot, poses)
-    assert isinstance(robot_record.record_of(robot).compiled.kernel.code, MachineCode)
+    assert isinstance(posed_stiffness.record_of(robot).compiled.kernel.code, MachineCode)
     np.testing.assert_array_equal(first.status_codes, second.status_codes)
     assert_same(second.K, first.K)
 
