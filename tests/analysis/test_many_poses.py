@@ -109,20 +109,6 @@ def test_both_ways_say_the_same(name, spread, recorded_at_once):
         assert found[i].advice == alone.advice
 
 
-@pytest.mark.parametrize("name", ["hexapod", "delta", "3-prs", "six-joint-arm"])
-def test_one_pose_takes_the_record_as_well(name, recorded_at_once, asked_of_direct_form):
-    robot: Any = rs.load(name)
-    pose = row_of(posed(robot, 3, 0.05), 1)
-    rs.stiffness(robot, pose)  # makes the record, which is compared with the direct form
-    asked_of_direct_form.clear()
-    found = rs.stiffness(robot, pose)
-    K, rank, status, shape = found.K, found.rank, found.status, found.batch_shape
-    assert asked_of_direct_form == []
-    alone = direct_stiffness(robot, pose)
-    assert (int(rank), status, shape) == (int(alone.rank), alone.status, ())
-    assert_same(K, alone.K)
-
-
 @pytest.mark.parametrize("name", ROBOTS)
 def test_one_pose_by_the_record_is_a_row_of_many(name, recorded_at_once):
     """Also near singular poses, out of reach and beyond limits, and whatever form it comes in."""
