@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 import robostiff as rs
-from robostiff.analysis.maps.dataset import MapArrays
 from robostiff.analysis.maps.evaluator import DirectForm, MapEvaluator
 from robostiff.analysis.maps.job import MapJob, MapSummary
+from robostiff.analysis.maps.map import MapArrays
 from robostiff.analysis.maps.pose_columns import SIX, pose_columns
 from robostiff.analysis.maps.run import Threads, followed, workforce
 from robostiff.analysis.maps.store import MapStore, create_store

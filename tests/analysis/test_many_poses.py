@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.analysis import DeflectionsOfPoses, compiled_stiffness, questions, robot_record
+from robostiff.analysis import DeflectionsOfPoses, compiled_stiffness, posed_stiffness, questions
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.compiled import MachineCode
 from robostiff.elastostatics import CartesianStiffness
@@ -95,7 +95,7 @@ def test_both_ways_say_the_same(name, spread, recorded_at_once):
     robot: Any = rs.load(name)
     pose = posed(robot, 40, spread)
     found, expected = rs.stiffness(robot, pose), direct_stiffness(robot, pose)
-    assert "_kept robostiff.analysis.robot_record.record_of" in vars(robot)
+    assert "_kept robostiff.analysis.posed_stiffness.record_of" in vars(robot)
     np.testing.assert_array_equal(found.status_codes, expected.status_codes)
     np.testing.assert_array_equal(found.rank, expected.rank)
     np.testing.assert_array_equal(found.answered, expected.answered)
@@ -107,20 +107,6 @@ def test_both_ways_say_the_same(name, spread, recorded_at_once):
         assert found[i].status == alone.status
         assert int(found[i].rank) == int(alone.rank)
         assert found[i].advice == alone.advice
-
-
-@pytest.mark.parametrize("name", ["hexapod", "delta", "3-prs", "six-joint-arm"])
-def test_one_pose_takes_the_record_as_well(name, recorded_at_once, asked_of_direct_form):
-    robot: Any = rs.load(name)
-    pose = row_of(posed(robot, 3, 0.05), 1)
-    rs.stiffness(robot, pose)  # makes the record, which is compared with the direct form
-    asked_of_direct_form.clear()
-    found = rs.stiffness(robot, pose)
-    K, rank, status, shape = found.K, found.rank, found.status, found.batch_shape
-    assert asked_of_direct_form == []
-    alone = direct_stiffness(robot, pose)
-    assert (int(rank), status, shape) == (int(alone.rank), alone.status, ())
-    assert_same(K, alone.K)
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -339,9 +325,11 @@ def test_a_point_and_a_shape_of_the_batch(recorded_at_once):
     assert_same(again.details().legs, found.details().legs)
 
 
-def test_no_pose_is_an_empty_batch(recorded_at_once):
-    found = rs.stiffness(rs.load("hexapod"), np.empty((0, 6)))
+@pytest.mark.parametrize("ask", [rs.stiffness, direct_stiffness])
+def test_no_pose_is_an_empty_batch(ask, recorded_at_once):
+    found = ask(rs.load("hexapod"), np.empty((0, 6)))
     assert found.K.shape == (0, 6, 6)
+    assert found.batch_shape == (0,)
 
 
 @pytest.mark.needs("llvmlite")
@@ -350,7 +338,7 @@ def test_machine_code_takes_over_where_it_pays(recorded_at_once, monkeypatch):
     robot: Any = rs.load("3-rpr")
     poses = posed(robot, 100, 0.05)
     first, second = rs.stiffness(robot, poses), rs.stiffness(robot, poses)
-    assert isinstance(robot_record.record_of(robot).compiled.kernel.code, MachineCode)
+    assert isinstance(posed_stiffness.record_of(robot).compiled.kernel.code, MachineCode)
     np.testing.assert_array_equal(first.status_codes, second.status_codes)
     assert_same(second.K, first.K)
 

@@ -18,7 +18,7 @@ from robostiff.analysis.indices.screws import _symmetric_point
 from robostiff.analysis.measures import values_of
 from robostiff.cli.main import app
 from robostiff.errors import NoAnswerError
-from robostiff.plot.ellipsoid import Quality, principal_axes
+from robostiff.plot.surfaces import Quality, principal_axes
 from tests.generators.kernel_robots import drives_only_arm, flat_struts, rigid_cranks
 from tests.generators.planted_poses import PoseSpace
 
@@ -85,7 +85,8 @@ def same(found: np.ndarray, expected: np.ndarray, rtol: float) -> bool:
 @pytest.mark.parametrize("name", NAMES)
 def test_compliance(name: str):
     robot, pose = batch(name)
-    result, found = rs.stiffness(robot, pose), rs.compliance(robot, pose)
+    at = np.array([0.1, -0.2, 0.1 * (robot.space.size == 6)])
+    result, found = rs.stiffness(robot, pose), rs.compliance(robot, pose, at=at)
     known = result.has_compliance
     missing = np.ma.getmaskarray(found).any((-1, -2))
     assert np.array_equal(missing, ~known)
@@ -95,9 +96,9 @@ def test_compliance(name: str):
     for i in range(count_of(pose)):
         if not known[i]:
             with pytest.raises(NoAnswerError, match=r"no (stiffness|compliance) matrix"):
-                rs.compliance(robot, part(pose, i))
+                rs.compliance(robot, part(pose, i), at=at)
         elif not result.status_codes[i] & int(rs.Status.ILL_CONDITIONED):
-            assert same(np.ma.getdata(found)[i], rs.compliance(robot, part(pose, i)), 1e-9)
+            assert same(np.ma.getdata(found)[i], rs.compliance(robot, part(pose, i), at=at), 1e-9)
 
 
 def outputs_of(robot: rs.Robot) -> list:
@@ -171,6 +172,13 @@ def floats_of(value) -> Iterator[np.ndarray]:
     elif dataclasses.is_dataclass(value) and not isinstance(value, rs.Stiffness):
         for field in dataclasses.fields(value):
             yield from floats_of(getattr(value, field.name))
+
+
+@pytest.mark.parametrize("name", rs.shipped_robots())
+def test_every_shipped_robot_has_indices_without_nan(name: str):
+    found = rs.indices(rs.stiffness(rs.load(name)))
+    assert all(np.isfinite(number).all() for number in floats_of(found))
+    assert found.status == found.result.status
 
 
 @pytest.mark.parametrize("name", NAMES)

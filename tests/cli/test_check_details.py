@@ -1,6 +1,7 @@
 """`robostiff check`: freedoms of the platform, parts at home, and a picture."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,12 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 run = Running("check")
 facts = run.answer
+
+
+def columns_of(text: str, count: int) -> list[list[str]]:
+    """The first cells of rows that have so many."""
+    rows = [re.split(r" {2,}", line) for line in text.splitlines()]
+    return [row[:count] for row in rows if len(row) >= count]
 
 
 def test_joints_of_an_arm_at_home():
@@ -49,7 +56,7 @@ def test_blocks_and_limits_are_listed():
     arm = facts("six-joint-arm", "--parts")["parts"]["arm"]
     (first,) = (part for part in arm if part["name"] == "joint1")
     assert first["limits"] == pytest.approx(np.radians([-170, 170]).tolist())
-    assert "limits -2.96706 to 2.96706 rad" in run("six-joint-arm", "--parts").stdout
+    assert "-2.9671 to 2.9671 rad" in run("six-joint-arm", "--parts").stdout
 
 
 def test_snapshots_have_parts_without_coordinates():
@@ -127,13 +134,11 @@ def test_parts_of_networks():
     assert beams[2]["translation"] == pytest.approx([EA, 3 * EI, 3 * EI])
     outcome = run(portal, "--parts")
     assert "4 bodies, 3 beams\n" in outcome.stdout
-    assert "beam: elastic, end between top and corner, at (1, 0, 0.8) m" in outcome.stdout
+    assert ["beam", "top, corner", "(1, 0, 0.8)"] in columns_of(outcome.stdout, 3)
     names = [part["name"] for part in facts("double-pantograph", "--parts")["parts"]["network"]]
     assert "screw" in names
-    assert (
-        "screw: slides along (1, 0, 0), actuated, between"
-        in run("double-pantograph", "--parts").stdout
-    )
+    shown = columns_of(run("double-pantograph", "--parts").stdout, 5)
+    assert ["screw", "slides, actuated", "(1, 0, 0)"] in [[own[0], own[2], own[4]] for own in shown]
 
 
 def test_cables_at_home():
@@ -142,8 +147,8 @@ def test_cables_at_home():
     assert [cable["name"] for cable in cables] == list(robot.cable_names)
     assert cables[0]["length"] == pytest.approx(np.sqrt(1.94**2 + 1.44**2 + 1))
     assert cables[0]["tension_limits"] == [50, 720]
-    words = "cable1: from (-2, 1.5, 2) m to (-0.06, 0.06, 1) m, length 2.6148 m, guide 1 m"
-    assert words in run("cable-8", "--parts").stdout
+    words = ["cable1", "(-2, 1.5, 2)", "(-0.06, 0.06, 1)", "2.6148 m", "1 m"]
+    assert words in columns_of(run("cable-8", "--parts").stdout, 5)
 
 
 def test_freedoms_of_one_leg(tmp_path):
@@ -166,8 +171,8 @@ def test_a_beam_longer_than_its_telescope_is_named_instead_of_parts_of_negative_
 
 def test_what_rounding_leaves_beside_metres_and_radians_is_zero():
     words = run("gough-stewart-b", "--parts").stdout
-    assert "e-1" not in words.partition("from base")[2]
-    assert "at (-0.5, 0, 0) m" in words or "at (-0.25, 0.433013, 0) m" in words
+    assert not re.search(r"\de-1\d", words)
+    assert "(-0.5, 0, 0)" in words or "(-0.25, 0.43301, 0)" in words
 
 
 STEEL = "material: steel, section: {circle: {diameter: 50 mm}}"
@@ -246,10 +251,10 @@ def test_small_loads_in_words():
     """Of a network without weights, of drives that gravity does not load, of rigid directions."""
     load = ("--wrench", "100 N 0 -200 N 0 0 0")
     words = Running("deflection")("double-pantograph", *load).stdout
-    assert "load:       Fx 100 N, Fz -200 N\n" in words
-    assert "%  a lower\n" in words
+    assert re.findall(r"^(Fx +100 N|Fz +-200 N)  d", words, re.MULTILINE)[1:]
+    assert re.search(r"^a lower +[0-9.]+ %$", words, re.MULTILINE)
     words = Running("deflection")("us-ups", "--gravity=-z").stdout
-    assert "           0 N    strut1/screw\n" in words
+    assert re.search(r"^strut1/screw +0 N +0 µm$", words, re.MULTILINE)
     table = "{convention: standard, joints: [{a: 1 m, stiffness: 1e4 N m/rad}]}"
     arm = f"{{robostiff: 1, name: arm, source: none, dh: {table}}}"
     words = Running("stiffness")("-", stdin=arm).stdout
@@ -259,7 +264,7 @@ def test_small_loads_in_words():
 
 def test_rigid_parts_have_no_unit():
     words = run("hexapod", "--parts").stdout
-    assert "forces 4e+08 4e+08 4e+08 N/m, moments rigid\n" in words
+    assert re.search(r" 4e\+08, 4e\+08, 4e\+08 +rigid$", words, re.MULTILINE)
     assert "masses: 6 x strut.beam1 13.81 kg" in words
     assert "in all, centre of mass (0, 0, 0.41099) m" in words
 

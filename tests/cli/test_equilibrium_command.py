@@ -3,6 +3,7 @@
 # pyright: reportArgumentType=false
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -47,22 +48,22 @@ def test_text_lists_what_a_person_asks():
     text = run("six-joint-arm", "--gravity=-z", "--wrench", "0 0 -150 N 0 0 0").stdout
     for words in (
         "status: ok",
-        "wrench:       Fz -150 N",
+        "\nFz    -150 N  dz ",
         "stable, margin 0.998",
         "K under load",
         "elastic energy",
         "arm/joint2",
-        "load on elastic drives",
+        "elastic drive",
     ):
         assert words in text, words
 
 
 def test_nothing_is_strained_without_load():
     text = run("hexapod").stdout
-    assert "displacement: none" in text
+    assert "\nFz      0 N  dz              0 µm\n" in text
     assert "elastic" not in text
     least = run("hexapod", "--wrench", "0 0 -1e-6 N 0 0 0").stdout
-    assert "displacement: dz -3.1" in least
+    assert "dz            -3.1" in least
     assert "elastic energy" in least
 
 
@@ -225,7 +226,7 @@ legs:
     found = run(str(file), "--wrench", "100 N 0 0 0 0 0")
     assert found.exit_code == 1
     assert "C under load" in found.output
-    assert "dx 100 um" in found.output
+    assert re.search(r"dx +100 µm\n", found.output)
     data = json.loads(run(str(file), "--wrench", "100 N 0 0 0 0 0", "--json").output)
     assert data["K"] is None
     assert data["compliance"][0][0] == pytest.approx(1e-6)

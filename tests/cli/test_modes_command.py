@@ -1,6 +1,7 @@
 """``robostiff modes`` as a user types it."""
 
 import json
+import re
 
 import numpy as np
 
@@ -32,8 +33,8 @@ def test_json_is_the_answer_of_python():
 
 def test_text_lists_the_slowest_first():
     text = run("hexapod", "--mass", "platform=150 kg").stdout
-    assert "  1. 49.65 Hz: the platform moves: rotation about" in text
-    assert "elastic energy: leg" in text
+    assert "\n1     49.645 Hz  the platform moves: rotation about" in text
+    assert "m    leg1/strut 17 %, leg4/strut 16 %" in text
     assert "more at higher frequencies" in text
     # those of bodies that only the command line has are not of the model
     *_, of_model, beside = text.splitlines()
@@ -57,4 +58,4 @@ def test_bad_status_and_bad_input():
     assert 'such as "leg1/strut=12 kg"' in words.stderr
     cables = run("cable-8", "--mass", "platform=1 kg")
     assert cables.exit_code == 0
-    assert "28.51 Hz: the platform moves: translation along z" in cables.stdout
+    assert re.search(r" 28.51\d Hz +the platform moves: translation along z", cables.stdout)

@@ -75,7 +75,7 @@ def test_a_linkage_is_sent_to_workers_without_its_records(four_bar):
     rs.stiffness(four_bar, {"crank": 0.1})
     again = pickle.loads(pickle.dumps(four_bar))  # noqa: S301
     driven = vars(four_bar)["_kept robostiff.linkage.driven.driven_by"].values()
-    assert any("_kept robostiff.analysis.robot_record.record_of" in vars(own) for own in driven)
+    assert any("_kept robostiff.analysis.posed_stiffness.record_of" in vars(own) for own in driven)
     assert not any(name.startswith("_kept") for name in vars(again))
     assert plain(again) == plain(four_bar)
 

@@ -4,8 +4,14 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.plot.ellipsoid import Quality, principal_axes, screw_line
-from robostiff.plot.surfaces import ellipsoid_mesh, isosurface, plate
+from robostiff.plot.surfaces import (
+    Quality,
+    ellipsoid_mesh,
+    isosurface,
+    plate,
+    principal_axes,
+    screw_line,
+)
 from robostiff.spatial import Screw
 from tests.plot.machines import held_across_x, hexapod_stiffness, robot
 

@@ -7,10 +7,10 @@ import pytest
 
 import robostiff as rs
 from robostiff.plot.bars_and_curves import Measure
-from robostiff.plot.ellipsoid import Quality
 from robostiff.plot.picture import Arrow, Face, Marks, Mesh, Path, Scene
 from robostiff.plot.posed_robot import Colouring, picture_of_posed
 from robostiff.plot.stiffness_pictures import Kind, Shade
+from robostiff.plot.surfaces import Quality
 from tests.plot.machines import (
     HERE,
     LOAD,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.analysis import robot_record
+from robostiff.analysis import posed_stiffness
 from robostiff.errors import NoAnswerError
 from robostiff.kinematics import posture_finder
 from robostiff.model import Actuated, Chain, Leg, Rigid, Robot, revolute
@@ -50,8 +50,8 @@ def test_a_record_is_given_up_beyond_its_budget(monkeypatch: pytest.MonkeyPatch)
     assert recorded(robot, size).record.size == size
     with pytest.raises(NoAnswerError, match=f"more than {size - 1} operations"):
         recorded(robot, size - 1)
-    monkeypatch.setattr(robot_record, "_MOST_OPERATIONS", size // 2)
-    kept = robot_record.record_of(robot)
+    monkeypatch.setattr(posed_stiffness, "_MOST_OPERATIONS", size // 2)
+    kept = posed_stiffness.record_of(robot)
     assert kept.for_poses(10**6, (250, 6000, 2**20)) is None
     assert kept.is_tried
     K = rs.stiffness(robot).K

@@ -25,7 +25,7 @@ from robostiff.report import (
     report_typst,
 )
 from robostiff.report.figures import figures_in
-from robostiff.report.map_slices import map_section
+from robostiff.report.results import map_section
 from robostiff.report.write import packed
 from robostiff.robots import robot_file
 from tests.project.shown_output import ROOT
@@ -142,6 +142,7 @@ def test_a_design_of_another_space_is_refused():
 def test_paper_has_what_the_page_has(contents, html):
     typst = report_typst(contents)
     headings = re.findall("<h2>(.*?)</h2>", html)
+    assert "Under the load" in headings
     assert re.findall("^= (.*)$", typst, re.MULTILINE) == [h.replace("-", "\\-") for h in headings]
     assert "A\\. Engineer" in typst
     pages = re.findall(rb"/Type\s*/Page\b", report_pdf(contents))

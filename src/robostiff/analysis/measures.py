@@ -97,29 +97,23 @@ def _sweep(n: int, *, by_machine_code: bool) -> MachineCode | ArrayCode:
     return MachineCode(program) if by_machine_code else ArrayCode(program)
 
 
-def principal_stiffnesses(K: np.ndarray, *, definite: bool = True) -> dict[str, np.ndarray]:
-    """Eigenvalues of the two diagonal blocks of K (N, n, n) [N/m], [N m/rad], ascending.
+def principal_stiffnesses(K: np.ndarray, *, definite: bool = True) -> np.ndarray:
+    """Eigenvalues (N, n) of the two diagonal blocks of K (N, n, n) [N/m], [N m/rad], ascending.
 
     Those of rotation depend on the reference point, none on the axes; neither mixes units.
 
     Examples
     --------
-    >>> values = principal_stiffnesses(np.diag([3.0, 1.0, 2.0, 6.0, 5.0, 4.0])[None])
-    >>> values["translational_stiffness"], values["rotational_stiffness"]
-    (array([[1., 2., 3.]]), array([[4., 5., 6.]]))
+    >>> principal_stiffnesses(np.diag([3.0, 1.0, 2.0, 6.0, 5.0, 4.0])[None])
+    array([[1., 2., 3., 4., 5., 6.]])
     """
     d = Space.of_size(K.shape[-1]).translations
-    found = {}
-    for name, block in (
-        ("translational_stiffness", K[:, :d, :d]),
-        ("rotational_stiffness", K[:, d:, d:]),
-    ):
-        # Of a semidefinite K, what is below zero is rounding.
-        found[name] = np.maximum(symmetric_eigenvalues(block), 0.0 if definite else -np.inf)
-    return found
+    blocks = [symmetric_eigenvalues(block) for block in (K[:, :d, :d], K[:, d:, d:])]
+    # Of a semidefinite K, what is below zero is rounding.
+    return np.maximum(np.concatenate(blocks, axis=-1), 0.0 if definite else -np.inf)
 
 
-def worst_deflection(C: np.ndarray) -> dict[str, np.ndarray]:
+def worst_deflection(C: np.ndarray) -> np.ndarray:
     """Largest displacement per unit force over all directions of the force (N,) [m/N].
 
     The largest eigenvalue of the displacement-force block of the compliance (N, n, n): no moment
@@ -127,11 +121,11 @@ def worst_deflection(C: np.ndarray) -> dict[str, np.ndarray]:
 
     Examples
     --------
-    >>> float(worst_deflection(np.diag([1e-8, 3e-8, 2e-8, 1, 1, 1])[None])["worst_deflection"][0])
-    3e-08
+    >>> worst_deflection(np.diag([1e-8, 3e-8, 2e-8, 1, 1, 1])[None])
+    array([3.e-08])
     """
     d = Space.of_size(C.shape[-1]).translations
-    return {"worst_deflection": symmetric_eigenvalues(C[:, :d, :d])[:, -1]}
+    return symmetric_eigenvalues(C[:, :d, :d])[:, -1]
 
 
 def stiffness_indices(K: np.ndarray, rank: np.ndarray, length: float) -> dict[str, np.ndarray]:
@@ -200,29 +194,21 @@ def values_of(output: Output, result: Stiffness) -> tuple[np.ndarray, np.ndarray
             values = stiffness_where_answered(result)
         case ComplianceMatrix():
             values = result.compliances
-        case DeflectionUnder():
-            values, of_load = twists_under(result, np.array(output.wrench))
-        case DisplacementUnder():
-            twists, of_load = twists_under(result, np.array(output.wrench))
-            values = np.linalg.norm(twists[:, : result.space.translations], axis=-1)
+        case DeflectionUnder() | DisplacementUnder():
+            wrench = np.array(output.wrench)
+            F = np.broadcast_to(wrench, (*result.batch_shape, len(wrench)))
+            bent = DeflectionsOfPoses(F, result)
+            values, of_load = bent.twist.filled(np.nan), bent.status_codes
+            if isinstance(output, DisplacementUnder):
+                values = np.linalg.norm(values[:, : result.space.translations], axis=-1)
         case EntryOf():
             values, of_load = values_of(output.of, result)
             values = values[(slice(None), *output.place)]
         case WorstDeflection():
-            values = worst_deflection(result.compliances)["worst_deflection"]
+            values = worst_deflection(result.compliances)
         case PrincipalStiffness():
-            blocks = principal_stiffnesses(stiffness_where_answered(result))
-            values = np.concatenate(list(blocks.values()), axis=-1)
+            values = principal_stiffnesses(stiffness_where_answered(result))
         case _:
             values = np.full((*result.batch_shape, *output.shape(result.space)), np.nan)
             of_load[result.answered] = int(Status.ILL_CONDITIONED)
     return values, of_load
-
-
-def twists_under(result: Stiffness, wrench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Twists (N, n) of the reference point under a wrench (n,), and status (N,).
-
-    As `DeflectionsOfPoses`; NaN where there is none.
-    """
-    bent = DeflectionsOfPoses(np.broadcast_to(wrench, (*result.batch_shape, len(wrench))), result)
-    return bent.twist.filled(np.nan), bent.status_codes

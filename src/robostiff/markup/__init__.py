@@ -30,6 +30,7 @@ from robostiff.markup.in_html import (
     blocks_html,
     element,
     escaped,
+    in_words,
     page_html,
 )
 from robostiff.markup.in_text import page_text, text_of
@@ -40,7 +41,7 @@ from robostiff.markup.in_typst import (
     typst_string,
     typst_text,
 )
-from robostiff.markup.numbers import number, number_html, percent, prefixed, quantity, row, short
+from robostiff.markup.numbers import number, percent, prefixed, quantity, row, short
 
 __all__ = [
     "COMPLIANCE_UNITS",
@@ -68,9 +69,9 @@ __all__ = [
     "blocks_typst",
     "element",
     "escaped",
+    "in_words",
     "inner_blocks",
     "number",
-    "number_html",
     "page_html",
     "page_text",
     "percent",

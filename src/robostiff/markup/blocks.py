@@ -73,14 +73,11 @@ class Table:
     rows : sequence of rows of str or Number
     title : str
         What it is of.
-    lines : sequence of str
-        The rows as lines of text, where columns would be too wide for a terminal or say too much.
     """
 
     header: Sequence[str]
     rows: Sequence[Sequence[Cell]]
     title: str = ""
-    lines: Sequence[str] = ()
 
     @property
     def is_long(self) -> bool:
@@ -152,7 +149,7 @@ class Verbatim:
 
 @dataclass(frozen=True)
 class Folded:
-    """Blocks that are collapsed below a title; in text and on paper they are shown."""
+    """Blocks that are collapsed below a title: shown on paper, left out of text."""
 
     title: str
     blocks: tuple[Block, ...]

@@ -27,7 +27,7 @@ from robostiff.markup.blocks import (
     Tone,
     Verbatim,
 )
-from robostiff.markup.numbers import number_html, shown_matrix
+from robostiff.markup.numbers import number, numeral_html, shown_matrix, typeset
 
 
 def escaped(text: object) -> str:
@@ -39,6 +39,17 @@ def escaped(text: object) -> str:
     'k &lt; 2 &amp; &#x27;so on&#x27;'
     """
     return escape(printable(str(text), kept="\n\t"))
+
+
+def in_words(text: object) -> str:
+    """A sentence or a cell of a table: escaped, with numbers as in tables of numbers.
+
+    Examples
+    --------
+    >>> in_words("k < 4e+08 N/m")
+    'k &lt; 4·10<sup>8</sup> N/m'
+    """
+    return typeset(str(text), escaped, numeral_html)
 
 
 def element(tag: str, content: str, **attributes: str) -> str:
@@ -64,7 +75,7 @@ def listing(items: Iterable[str]) -> str:
     >>> listing(["a < b"]), listing([])
     ('<ul><li>a &lt; b</li></ul>', '')
     """
-    entries = "".join(element("li", escaped(item)) for item in items)
+    entries = "".join(element("li", in_words(item)) for item in items)
     return element("ul", entries) if entries else ""
 
 
@@ -90,14 +101,14 @@ def block_html(block: Block) -> str:  # noqa: PLR0911
     """
     match block:
         case Paragraph(text, tone):
-            return _in_tone(element("p", escaped(text)), tone)
+            return _in_tone(element("p", in_words(text)), tone)
         case Heading(text):
             return element("h3", escaped(text))
         case Bullets(items, tone):
             return _in_tone(listing(items), tone) if items else ""
         case Facts(rows):
             rows_html = "".join(
-                element("dt", escaped(a)) + element("dd", escaped(b)) for a, b in rows
+                element("dt", escaped(a)) + element("dd", in_words(b)) for a, b in rows
             )
             return element("dl", rows_html) if rows else ""
         case Table():
@@ -124,7 +135,7 @@ def page_html(page: Page) -> str:
     """A page as HTML: name and status, its blocks, and advice."""
     status = "" if page.status is None else f"; status {element('b', escaped(page.status))}"
     name = element("b", escaped(page.name))
-    lead = f"{escaped(page.before)}{name}{escaped(page.place)}{status}"
+    lead = f"{escaped(page.before)}{name}{in_words(page.place)}{status}"
     blocks = [*page.blocks, Bullets(tuple(page.advice))]
     return element("div", element("p", lead) + blocks_html(blocks))
 
@@ -154,20 +165,20 @@ def _table(block: Table) -> str:
         for cell, kind in zip(cells, kinds[1:], strict=True):
             row += element("td", _cell(cell), **kind)
         rows += element("tr", row)
-    title = element("p", escaped(block.title)) if block.title else ""
+    title = element("p", in_words(block.title)) if block.title else ""
     head = element("thead", element("tr", head)) if any(block.header) else ""
     return title + element("table", head + element("tbody", rows))
 
 
 def _cell(cell: Cell) -> str:
     if not isinstance(cell, Number):
-        return escaped(cell)
+        return in_words(cell)
     unit = f" {escaped(cell.unit)}" if cell.unit else ""
     return _data(cell.value, cell.value) + unit
 
 
 def _data(value: float, shown: float) -> str:
-    return element("data", number_html(float(shown)), value=repr(float(value)))
+    return element("data", numeral_html(number(float(shown))), value=repr(float(value)))
 
 
 def _matrix(block: LabelledMatrix) -> str:

@@ -52,9 +52,7 @@ def page_text(page: Page) -> str:
     stood_alone = False
     for block in page.blocks:
         if block is not None:
-            alone = isinstance(block, LabelledMatrix)
-            if isinstance(block, Table):
-                alone = bool(block.title or not block.lines)
+            alone = isinstance(block, LabelledMatrix | Table)
             lines += [""] if alone or stood_alone else []
             lines += _lines(block)
             stood_alone = alone
@@ -70,7 +68,7 @@ def _lines(block: Block) -> list[str]:  # noqa: PLR0911
         case Facts(rows):
             return [f"{name}: {value}" for name, value in rows]
         case Table():
-            return [*filter(None, [block.title]), *(block.lines or _columns(block))]
+            return [*filter(None, [block.title]), *_columns(block)]
         case LabelledMatrix():
             lines = ["    " + "".join(f"{name:>12}" for name in block.columns)]
             for name, values in zip(block.rows, shown_matrix(block.values), strict=True):
@@ -78,8 +76,10 @@ def _lines(block: Block) -> list[str]:  # noqa: PLR0911
             return [f"{block.symbol} [{block.units}]:", *lines]
         case Verbatim(text):
             return text.splitlines()
+        case Folded():
+            return []
         case _:
-            head = [block.title] if isinstance(block, Folded | Section) else []
+            head = [block.title] if isinstance(block, Section) else []
             return head + [line for own in inner_blocks(block) for line in _lines(own)]
 
 

@@ -24,7 +24,7 @@ from robostiff.markup.blocks import (
     Tone,
     Verbatim,
 )
-from robostiff.markup.numbers import number_typst, shown_matrix
+from robostiff.markup.numbers import number, numeral_typst, shown_matrix, typeset
 
 _SPECIAL = re.compile(r"([\\#*_`$<>@\[\]~=/\"'+.-])")
 
@@ -52,14 +52,15 @@ TYPST_BLOCKS = """\
 
 
 def typst_text(text: str) -> str:
-    r"""Text for Typst, its special characters escaped.
+    r"""Text for Typst: special characters escaped, numbers as in tables of numbers.
 
     Examples
     --------
-    >>> typst_text("joint #1")
-    'joint \\#1'
+    >>> typst_text("joint #1"), typst_text("4e+08 N")
+    ('joint \\#1', '$4 dot 10^(8)$ N')
     """
-    return _SPECIAL.sub(r"\\\1", printable(" ".join(text.split())))
+    shown = printable(" ".join(text.split()))
+    return typeset(shown, lambda words: _SPECIAL.sub(r"\\\1", words), numeral_typst)
 
 
 def block_typst(block: Block) -> str:  # noqa: PLR0911
@@ -162,7 +163,8 @@ def _rows(block: Table, rows: Sequence[Sequence[Cell]]) -> str:
     lines = []
     for row in rows:
         cells = [
-            number_typst(float(own.value)) + (f" {typst_text(own.unit)}" if own.unit else "")
+            numeral_typst(number(float(own.value)))
+            + (f" {typst_text(own.unit)}" if own.unit else "")
             if isinstance(own, Number)
             else typst_text(own)
             for own in row
@@ -188,6 +190,6 @@ def _matrix(block: LabelledMatrix) -> str:
     start = f"#entries([{symbol}], [{units}], {len(block.rows)}, {block.first_rotation},"
     lines = [start, f"  {head}"]
     for name, values in zip(block.rows, shown_matrix(block.values), strict=True):
-        cells = ", ".join(f"[{number_typst(float(value))}]" for value in values)
+        cells = ", ".join(f"[{numeral_typst(number(float(value)))}]" for value in values)
         lines.append(f"  strong[{typst_text(name)}], {cells},")
     return "\n".join([*lines, ")"])

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+import re
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -24,29 +25,47 @@ def number(value: float, digits: int = 5) -> str:
     return f"{value:.{digits}g}" if value else "0"
 
 
-def number_html(value: float) -> str:
-    """A number in HTML, powers of ten raised.
+def numeral_html(shown: str) -> str:
+    """What `number` writes, in HTML: powers of ten raised, a true minus sign.
 
     Examples
     --------
-    >>> number_html(-1234567.0), number_html(0.25)
+    >>> numeral_html("-1.2346e+06"), numeral_html("0.25")
     ('−1.2346·10<sup>6</sup>', '0.25')
     """
-    digits, _, exponent = number(value).partition("e")
+    digits, _, exponent = shown.partition("e")
     power = f"·10<sup>{int(exponent)}</sup>" if exponent else ""
     return f"{digits}{power}".replace("-", "−")
 
 
-def number_typst(value: float) -> str:
-    """A number in Typst, powers of ten raised.
+def numeral_typst(shown: str) -> str:
+    """What `number` writes, in Typst.
 
     Examples
     --------
-    >>> number_typst(-1234567.0), number_typst(0.25)
+    >>> numeral_typst("-1.2346e+06"), numeral_typst("0.25")
     ('$-1.2346 dot 10^(6)$', '$0.25$')
     """
-    digits, _, exponent = number(value).partition("e")
+    digits, _, exponent = shown.partition("e")
     return f"${digits} dot 10^({int(exponent)})$" if exponent else f"${digits}$"
+
+
+# Numbers that stand alone among words, with a sign or a power of ten, as `number` writes them.
+_IN_WORDS = re.compile(
+    r"((?<![^\s(\[,=])-\d+(?:\.\d+)?(?:e[+-]\d+)?|(?<![\w.-])\d+(?:\.\d+)?e[+-]\d+)(?![\w-])"
+)
+
+
+def typeset(text: str, words: Callable[[str], str], numeral: Callable[[str], str]) -> str:
+    """Text in a format, from how its words are written, and its numbers.
+
+    Examples
+    --------
+    >>> typeset("4e+08 N/m at (-1, 2) m of 3-puu", str, numeral_html)
+    '4·10<sup>8</sup> N/m at (−1, 2) m of 3-puu'
+    """
+    parts = _IN_WORDS.split(text)
+    return "".join(numeral(own) if i % 2 else words(own) for i, own in enumerate(parts))
 
 
 def short(value: float, digits: int = 3) -> str:

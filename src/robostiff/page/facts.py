@@ -1,24 +1,51 @@
-"""Contents of a robot, a snapshot or a network."""
+"""Contents of a robot, a snapshot or a network: its legs, masses and parts, and each in words."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
+from functools import singledispatch
 from typing import Any
 
 import numpy as np
 
 from robostiff.analysis import stiffness
-from robostiff.analysis.parts_at_home import mobility_at_home, part_in_words, parts_at_home
+from robostiff.elasticity import Elasticity
 from robostiff.elastostatics import Status
 from robostiff.kinematics import find_posture, with_body_springs, with_masses
+from robostiff.kinematics.closure.loops import fitting_coordinates, platform_mobility
 from robostiff.linkage import Linkage, network_at
-from robostiff.markup import STIFFNESS_UNITS, Block, Bullets, Facts, Page, Table, number, row
-from robostiff.model import Actuated, Joint, Passive, PlacedLeg, Robot
+from robostiff.markup import (
+    STIFFNESS_UNITS,
+    Block,
+    Bullets,
+    Cell,
+    Facts,
+    Number,
+    Page,
+    Table,
+    number,
+    row,
+)
+from robostiff.model import (
+    Actuated,
+    Chain,
+    CoupledFreedom,
+    Joint,
+    Link,
+    ParallelBlock,
+    Passive,
+    PlacedFreedom,
+    PlacedLeg,
+    PlacedSpring,
+    Robot,
+    Snapshot,
+)
+from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 
-#: Of the parts of those that have no legs.
-_HEADS = {"network": "parts of the network", "cable robot": "cables at home"}
+#: Names of the parts of those that have no legs.
+_WHOLE = ("network", "cables")
 #: Words whose singular is not their plural without an s.
 _ONE = {"bodies": "body"}
 
@@ -73,9 +100,7 @@ def facts_page(facts: Mapping[str, Any]) -> Page:
     lines.append(f"at home: {rank}status {home['status']}")
     lines += [f"free: {motion}" for motion in home["free_motions"]]
     lines += [f"picture: {facts['picture']}"] if "picture" in facts else []
-    for leg, parts in facts.get("parts", {}).items():
-        head = _HEADS.get(facts["kind"], f"{leg} at home, from base to platform")
-        blocks.append(Bullets((head, *(f"  {part_in_words(part)}" for part in parts))))
+    blocks += part_tables(facts.get("parts", {}))
     blocks.append(Bullets(tuple(lines)))
     place = f": {facts['kind']}, {facts['space']}"
     return Page(facts["name"], place, None, blocks, home["advice"], facts)
@@ -262,3 +287,215 @@ def masses_in_words(facts: Mapping[str, Any], label: str = "masses") -> list[str
             parts += [f"{n} {v}" for n, v in zip(names, own.values(), strict=True)]
     centre = f", centre of mass ({row(np.array(masses['centre']))}) m" if "centre" in masses else ""
     return [f"{label}: {', '.join(parts)}; {number(masses['total'])} kg in all{centre}"]
+
+
+@singledispatch
+def parts_at_home(robot: Any) -> dict[str, list[dict[str, Any]]]:
+    """The joints and elastic parts of each leg, from base to platform, as plain data.
+
+    Those of a network, and cables, are one list.
+    """
+    posture = find_posture(robot)
+    found = {}
+    each = zip(robot.legs, posture.snapshot.one(0).legs, posture.coordinates, strict=True)
+    for leg, placed, q in each:
+        joints = map(float, leg.chain.joint_coordinates(np.ravel(q)))
+        known = dict(zip(leg.chain.joint_names, joints, strict=True))
+        lengths = dict(_lengths(leg.chain, ""))
+        found[leg.name] = [_part(part, known, lengths) for part in placed.parts]
+    return found
+
+
+@parts_at_home.register
+def _(snapshot: Snapshot) -> dict[str, list[dict[str, Any]]]:
+    return {leg.name: [_part(part, {}, {}) for part in leg.parts] for leg in snapshot.legs}
+
+
+def mobility_at_home(robot: Robot) -> dict[str, Any]:
+    """How many freedoms the legs leave the platform at home, and coordinates that fit them."""
+    posture = find_posture(robot)
+    q = [np.ravel(own) for own in posture.coordinates]
+    mobility = platform_mobility(robot, np.ravel(posture.pose), q, posture.length)
+    fitting = fitting_coordinates(mobility)
+    return {"freedoms": len(fitting), "coordinates": [c.value for c in fitting]}
+
+
+@parts_at_home.register
+def _(network: Network) -> dict[str, list[dict[str, Any]]]:
+    found = [
+        {
+            "name": beam.name,
+            "kind": "elastic",
+            "between": [beam.a, beam.b],
+            "point": beam.end.tolist(),
+            "length": beam.length,
+            **_alone(Elasticity(beam.tip_compliance)),
+        }
+        for beam in network.beams
+    ]
+    found += [
+        {
+            "name": spring.name,
+            "kind": "elastic",
+            "between": [spring.a, spring.b],
+            "point": spring.point.tolist(),
+            **_alone(spring.elasticity),
+        }
+        for spring in network.springs
+        if np.any(spring.elasticity.compliance) or np.any(spring.elasticity.freedoms)
+    ]
+    for joint in network.joints:
+        for freedom in joint.freedoms:
+            part = _part(freedom, {}, {})
+            name = part["name"] if part["name"] == joint.name else f"{joint.name}/{part['name']}"
+            found.append({**part, "name": name, "between": [joint.a, joint.b]})
+    return {"network": found}
+
+
+@parts_at_home.register
+def _(robot: CableRobot) -> dict[str, list[dict[str, Any]]]:
+    found = []
+    for cable in robot.cables:
+        end = robot.home.R @ cable.attachment + robot.home.p
+        greatest = float(cable.greatest_tension)
+        own = {
+            "name": cable.name,
+            "kind": "cable",
+            "exit": cable.exit_point.tolist(),
+            "point": end.tolist(),
+            "length": float(np.linalg.norm(end - cable.exit_point)),
+            "guide_length": float(cable.guide_length),
+            "EA": None if cable.EA is None else float(cable.EA),
+            "winch_stiffness": cable.winch_stiffness,
+            "tension_limits": [float(cable.least_tension), greatest if greatest < np.inf else None],
+        }
+        found.append(own)
+    return {"cables": found}
+
+
+JOINT_UNITS = ("N/m", "N m/rad")
+"""Of the stiffness of a slide and of a turn."""
+
+
+def part_tables(parts: Mapping[str, list[dict[str, Any]]]) -> list[Table]:
+    """Tables of joints, elastic parts and cables, as `parts_at_home` has them."""
+    listed = [
+        own if leg in _WHOLE else {**own, "name": f"{leg}/{own['name']}"}
+        for leg, of in parts.items()
+        for own in of
+    ]
+    tables = []
+    for kind, cells in _CELLS.items():
+        rows = [cells(part) for part in listed if part["kind"] == kind]
+        # without columns in which none has anything
+        heads = [name for name in rows[0] if any(own[name] != "" for own in rows)] if rows else []
+        if heads:
+            tables.append(Table(heads, [[own[name] for name in heads] for own in rows]))
+    return tables
+
+
+def _joint(part: dict[str, Any]) -> dict[str, Cell]:
+    stiffness: Cell = "" if part["role"] == "passive" else "rigid"
+    if part["stiffness"] is not None:
+        stiffness = Number(part["stiffness"], JOINT_UNITS[part["unit"] != "m"])
+    limits = part.get("limits")
+    return {
+        "joint": part["name"],
+        "between": ", ".join(part.get("between", ())),
+        "motion": f"{part['motion']}, {part['role']}",
+        "point": f"({row(part['point'])})",
+        "axis": f"({row(part['axis'])})",
+        "at home": Number(round(part["coordinate"], 12), part["unit"])
+        if "coordinate" in part
+        else "",
+        "stiffness": stiffness,
+        "limits": "" if limits is None else f"{' to '.join(map(number, limits))} {part['unit']}",
+    }
+
+
+def _elastic(part: dict[str, Any]) -> dict[str, Cell]:
+    return {
+        "elastic part": part["name"],
+        "between": ", ".join(part.get("between", ())),
+        "end": f"({row(part['point'])})",
+        "forces x y z [N/m]": _each(part["translation"]),
+        "moments x y z [N m/rad]": _each(part["rotation"]),
+        "length": Number(part["length"], "m") if "length" in part else "",
+    }
+
+
+def _cable(part: dict[str, Any]) -> dict[str, Cell]:
+    (least, most), EA, winch = (part[n] for n in ("tension_limits", "EA", "winch_stiffness"))
+    return {
+        "cable": part["name"],
+        "exit point [m]": f"({row(part['exit'])})",
+        "end at home [m]": f"({row(part['point'])})",
+        "length": Number(part["length"], "m"),
+        "guide": Number(part["guide_length"], "m") if part["guide_length"] else "",
+        "EA": "rigid" if EA is None else Number(EA, "N"),
+        "winch": "rigid" if winch is None else Number(winch, "N/m"),
+        "tension limits [N]": f"{number(least)} to {'any' if most is None else number(most)}",
+    }
+
+
+_CELLS = {"joint": _joint, "elastic": _elastic, "cable": _cable}
+
+
+def _each(values: list[float | None]) -> str:
+    """Load over displacement in each direction alone."""
+    if all(value is None for value in values):
+        return "rigid"
+    return ", ".join("rigid" if v is None else "free" if v == 0 else number(v) for v in values)
+
+
+def _lengths(chain: Chain, prefix: str) -> Iterator[tuple[str, float]]:
+    for element in chain.elements:
+        if isinstance(element, ParallelBlock):
+            for branch in element.branches:
+                yield from _lengths(branch.chain, f"{prefix}{element.name}/{branch.name}/")
+        elif isinstance(element, Link):
+            length = float(np.linalg.norm(element.to.astype(float)))
+            if length:
+                yield prefix + element.name, length
+
+
+def _part(
+    part: PlacedFreedom | PlacedSpring, known: dict[str, float], lengths: dict[str, float]
+) -> dict[str, Any]:
+    point = np.ravel(part.point).tolist()
+    if isinstance(part, CoupledFreedom):
+        part = part.alone  # what couples it is listed by itself
+    if isinstance(part, PlacedSpring):
+        length = {"length": lengths[part.name]} if part.name in lengths else {}
+        return {
+            "name": part.name,
+            "kind": "elastic",
+            "point": point,
+            **length,
+            **_alone(part.elasticity),
+        }
+    limits = part.role.limits if isinstance(part.role, Actuated) else None
+    coordinate = {"coordinate": known[part.name]} if part.name in known else {}
+    return {
+        "name": part.name,
+        "kind": "joint",
+        "motion": "slides" if part.pitch is None else "turns" if part.pitch == 0 else "screws",
+        "role": type(part.role).__name__.lower(),
+        "point": point,
+        "axis": np.ravel(part.axis).tolist(),
+        **coordinate,
+        "unit": part.unit,
+        "stiffness": None if part.stiffness is None else float(part.stiffness),
+        "limits": None if limits is None else list(limits),
+    }
+
+
+def _alone(elasticity: Elasticity) -> dict[str, list[float | None]]:
+    """Load over displacement in each direction alone: 0 where free, None where rigid."""
+    C = np.reshape(elasticity.compliance, (-1, 6, 6))[0].astype(float)
+    free = np.any(np.asarray(elasticity.freedoms, dtype=float) != 0, axis=1)
+    values = [
+        0.0 if is_free else None if c == 0 else 1 / float(c)
+        for c, is_free in zip(np.diag(C), free, strict=True)
+    ]
+    return {"translation": values[:3], "rotation": values[3:]}

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-
 import numpy as np
 
 from robostiff.analysis import Stiffness
@@ -14,16 +12,13 @@ from robostiff.analysis.indices import (
     PrincipalStiffnesses,
     StiffnessIndices,
 )
+from robostiff.analysis.indices.overview import INDEX_NAMES
 from robostiff.elastostatics import Status
 from robostiff.markup import Block, Bullets, Cell, Number, Page, Table, number, row
 from robostiff.page.of_result import order
 from robostiff.page.stiffness import posed_page, stiffness_page
 
 _SMALL = 1e-9
-_NAMES = (
-    *("along_axes", "principal", "collinear", "worst_deflection", "anisotropy", "eigenscrews"),
-    *("centre_of_stiffness", "centre_of_compliance", "eigenstiffness", "condition", "virtual_work"),
-)
 
 
 def indices_page(asked: StiffnessIndices | Stiffness) -> Page:
@@ -38,7 +33,7 @@ def indices_page(asked: StiffnessIndices | Stiffness) -> Page:
             "reference_point": result.reference_point,
             "order": order(result.space),
             "length": None if found is None else found.length,
-            "indices": None if found is None else {n: getattr(found, n) for n in _NAMES},
+            "indices": None if found is None else {n: getattr(found, n) for n in INDEX_NAMES},
         },
     )
 
@@ -62,7 +57,7 @@ def _blocks(found: StiffnessIndices) -> list[Block | None]:
     ]
     along = [
         [
-            f"  {direction_in_words(own.direction)}",
+            direction_in_words(own.direction),
             *(Number(float(k)) for k in (own.free, own.held)),
             "moves freely" if Status.UNBALANCED in own.status else "",
         ]
@@ -72,14 +67,15 @@ def _blocks(found: StiffnessIndices) -> list[Block | None]:
     return [
         Table(["stiffness along world axes [N/m]", "free", "held", ""], along),
         principal_table(found),
-        _listed(f"collinear stiffness: {found.collinear.about}", _loads(found.collinear)),
+        _stationary("collinear stiffness", found.collinear),
         worst_table(found),
         ratios(found),
-        _listed(f"eigenscrews: {screws.about}", [*wrenches, *twists]),
+        Table(("", ""), [*wrenches, *twists], f"eigenscrews: {screws.about}"),
         centres(found),
-        _listed(
-            f"rotations multiplied by the characteristic length {number(found.length)} m:",
+        Table(
+            ("", ""),
             [_entry(k, "N/m", str(motion)) for k, motion in scaled],
+            f"rotations multiplied by the characteristic length {number(found.length)} m:",
         ),
         Bullets(
             (
@@ -93,23 +89,12 @@ def _blocks(found: StiffnessIndices) -> list[Block | None]:
     ]
 
 
-_Entry = tuple[Cell, str, str]  # a value or a word in its place, its unit, and what it is of
-
-
-def _listed(title: str, entries: Iterable[_Entry]) -> Table:
-    """Values with what they are of."""
-    rows: list[list[Cell]] = []
-    lines = []
-    for value, unit, words in entries:
-        shown = number(value.value) if isinstance(value, Number) else value
-        rows.append([words, value])
-        lines.append(f"  {shown:>11} {unit:<9} {words}")
-    return Table(("", ""), rows, title, lines)
+_Row = tuple[str, Cell]  # what a value is of, and the value or a word in its place
 
 
 def principal_table(found: StiffnessIndices) -> Table:
     """Principal stiffnesses with their directions, the smallest first."""
-    return _listed(f"principal stiffness: {found.principal.about}", _loads(found.principal))
+    return _stationary("principal stiffness", found.principal)
 
 
 def worst_table(found: StiffnessIndices) -> Table:
@@ -117,13 +102,11 @@ def worst_table(found: StiffnessIndices) -> Table:
     worst, status = found.worst_deflection, found.status
     unit_force = f"along {direction_in_words(worst.translational_direction)}"
     unit_moment = f"about {direction_in_words(worst.rotational_direction)}"
-    return _listed(
-        f"worst deflection {worst.about}",
-        [
-            _worst(worst.translational, "m/N", unit_force, status),
-            _worst(worst.rotational, "rad/(N m)", unit_moment, status),
-        ],
-    )
+    rows = [
+        _worst(worst.translational, "m/N", unit_force, status),
+        _worst(worst.rotational, "rad/(N m)", unit_moment, status),
+    ]
+    return Table(("", ""), rows, f"worst deflection {worst.about}")
 
 
 def ratios(found: StiffnessIndices) -> Bullets:
@@ -150,27 +133,30 @@ def centres(found: StiffnessIndices) -> Bullets:
     )
 
 
-def _loads(found: PrincipalStiffnesses | CollinearStiffness) -> Iterator[_Entry]:
-    forces = zip(found.translational, found.translational_directions, strict=True)
-    moments = zip(found.rotational, found.rotational_directions, strict=True)
-    for k, u in forces:
-        yield _entry(k, "N/m", f"force along {direction_in_words(u)}", found.status)
-    for k, w in moments:
-        yield _entry(k, "N m/rad", f"moment about {direction_in_words(w)}", found.status)
+def _stationary(name: str, found: PrincipalStiffnesses | CollinearStiffness) -> Table:
+    rows = [
+        _entry(k, unit, f"{load} {direction_in_words(u)}", found.status)
+        for load, unit, values, directions in (
+            ("force along", "N/m", found.translational, found.translational_directions),
+            ("moment about", "N m/rad", found.rotational, found.rotational_directions),
+        )
+        for k, u in zip(values, directions, strict=True)
+    ]
+    return Table(("", ""), rows, f"{name}: {found.about}")
 
 
-def _entry(value: float, unit: str, words: str, status: Status = Status.FREE_MOTIONS) -> _Entry:
+def _entry(value: float, unit: str, words: str, status: Status = Status.FREE_MOTIONS) -> _Row:
     if value == 0:
         words = f"{'free' if Status.FREE_MOTIONS in status else 'less than rounding'}: {words}"
-    return Number(float(value), unit), unit, words
+    return words, Number(float(value), unit)
 
 
-def _worst(value: float | None, unit: str, words: str, status: Status) -> _Entry:
+def _worst(value: float | None, unit: str, words: str, status: Status) -> _Row:
     if value is None and Status.FREE_MOTIONS not in status:
-        return "unknown", unit, f"{words}, as the compliance is below rounding"
+        return f"{words}, as the compliance is below rounding", "unknown"
     if value is None:
-        return "infinite", unit, f"{words}, a free motion"
-    return Number(float(value), unit), unit, words
+        return f"{words}, a free motion", "infinite"
+    return words, Number(float(value), unit)
 
 
 def _centre(centre: Centre) -> str:

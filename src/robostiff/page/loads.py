@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -15,6 +14,7 @@ from robostiff.markup import (
     Block,
     Bullets,
     Cell,
+    Facts,
     LabelledMatrix,
     Number,
     Page,
@@ -27,7 +27,7 @@ from robostiff.markup import (
 )
 from robostiff.network import NetworkResponse
 from robostiff.page.of_result import UNDER_LOAD, order, picked
-from robostiff.page.stiffness import drive_line, energy_table, load_table, named
+from robostiff.page.stiffness import energy_table, load_table, named
 from robostiff.statics import CriticalLoad, Equilibrium, Modes
 
 if TYPE_CHECKING:
@@ -72,14 +72,11 @@ def equilibrium_page(
         # null in its data where there is no equilibrium
         columns = [curve[name].values for name in ("factor", "displacement", "status_code")]
         rows: list[list[Cell]] = []
-        lines = []
         for factor, moved, code in zip(*columns, strict=True):
-            status = Status(int(code))
             words = "none" if np.isnan(moved).any() else row(moved)
-            rows.append([Number(float(factor)), words, str(status)])
-            lines.append(f"{number(factor):>10}  {words}" + (f"  {status}" if status else ""))
-        title = f"{'factor':>10}  displacement ({' '.join(result.space.twist_order)}) [m, rad]"
-        blocks.append(Table(("", "", ""), rows, title, lines))
+            rows.append([Number(float(factor)), words, str(Status(int(code)))])
+        moved = f"displacement ({' '.join(result.space.twist_order)}) [m, rad]"
+        blocks.append(Table(("factor", moved, "status"), rows))
         data["load_path"] = {
             "factors": columns[0],
             "displacement": [None if np.isnan(own).any() else own for own in columns[1]],
@@ -107,13 +104,10 @@ def _equilibrium_blocks(result: Equilibrium) -> list[Block | None]:
         of_rounding = np.abs(result.K[:d, :d]).max() * (_COORDINATES * length) ** 2
         is_strained = bool(result.energy > of_rounding)
     least = max(KNOWN * np.abs(moved).max(initial=0.0), least)
-    table = load_table(space, result.wrench, np.where(np.abs(moved) < least, 0.0, moved))
-    lines = [
-        f"wrench:       {named(space.wrench_order, result.wrench, 'N', 'N m')}",
-        table.lines[0].replace("deflection:", "displacement:"),
-        f"pose:         [{row(result.pose)}] (m, rad)",
+    blocks: list[Block | None] = [
+        load_table(space, result.wrench, np.where(np.abs(moved) < least, 0.0, moved)),
+        Facts((("pose", f"[{row(result.pose)}] (m, rad)"),)),
     ]
-    blocks: list[Block | None] = [replace(table, lines=lines)]
     if result.critical is None or not result.stable:
         blocks.append(Paragraph(stability_in_words(result)))
     blocks.append(matrix_under_load(result))
@@ -135,11 +129,6 @@ def _equilibrium_blocks(result: Equilibrium) -> list[Block | None]:
                     for own in result.springs
                 ],
                 "cables:" if are_cables else "springs between bodies:",
-                [
-                    f"  {own.name}: tension {number(own.tension)} N, "
-                    f"length {number(own.length)} m, energy {number(own.energy)} J"
-                    for own in result.springs
-                ],
             )
         )
     # what elastic drives and locks carry; rounding is shown as zero
@@ -150,14 +139,8 @@ def _equilibrium_blocks(result: Equilibrium) -> list[Block | None]:
         load = float(own.load or 0.0)
         drives[f"{own.leg}/{own.part}"] = (load if abs(load) > KNOWN * largest else 0.0, own.unit)
     if drives and is_strained:
-        blocks.append(
-            Table(
-                ["drive", "load"],
-                [[name, Number(*own)] for name, own in drives.items()],
-                "load on elastic drives:",
-                [drive_line(load, unit, name) for name, (load, unit) in drives.items()],
-            )
-        )
+        rows = [[name, Number(*own)] for name, own in drives.items()]
+        blocks.append(Table(["elastic drive", "load"], rows))
     return blocks
 
 
@@ -214,19 +197,14 @@ def modes_page(found: Modes, masses: Any = None, in_words: tuple[str, ...] = ())
     """Natural vibrations, slowest first, and the masses of the model as `check` has them."""
     pairs = zip(picked(found, "frequency growth twist words"), found, strict=True)
     rows: list[list[Cell]] = []
-    lines: list[str] = []
     for i, mode in enumerate(found.each[:_MOST], start=1):
         most = [own for own in mode.shares[:_SHARES] if own.share >= 0.005]
         shares = [f"{own.name} {percent(own.share, 0)}" for own in most]
-        lines.append(f"{i:3}. {mode}")
-        if most:
-            lines.append(f"     elastic energy: {', '.join(shares)}")
-        part = f"{most[0].name}, {percent(most[0].share, 0)}" if most else "none"
         rate: Cell = Number(mode.frequency, "Hz")
         if mode.growth != 0:
             rate = f"grows by {number(mode.growth)} /s"
-        rows.append([str(i), rate, mode.words, part])
-    table = Table(["mode", "frequency", "motion", "most energy in"], rows, lines=lines)
+        rows.append([str(i), rate, mode.words, ", ".join(shares) or "none"])
+    table = Table(["mode", "frequency", "motion", "most energy in"], rows)
     more = len(found) - _MOST
     rest = Paragraph(f"{more} more at higher frequencies", Tone.QUIET) if more > 0 else None
     return Page(
@@ -268,21 +246,15 @@ def response_page(result: NetworkResponse) -> Page:
     held = [(n, named(space.wrench_order, F, "N", "N m")) for n, F in reactions.items()]
     held += [(n, "statically indeterminate") for n in network.fixed if n not in reactions]
     blocks: list[Block | None] = [
-        _listed("node", "displacement of nodes [um, urad]:", moved),
-        _listed("support", "reaction of supports [N, N m]:", held),
+        Table(("node", "displacement [um, urad]"), moved),
+        Table(("support", "reaction [N, N m]"), held),
     ]
     if result.beams:
         ends = {f"{n}, {end}": getattr(x, end) for n, x in result.beams.items() for end in _ENDS}
         every = _without_rounding(ends, 3).items()
-        head = " " * 24 + "".join(f"{name:>12}" for name in _SECTION)
-        blocks.append(
-            Table(
-                ["", *_SECTION],
-                [[name, *(Number(float(x)) for x in F)] for name, F in every],
-                "forces in beams, start and end [N, N m], N > 0 in tension:",
-                [head, *(f"  {n:22}" + "".join(f"{number(x):>12}" for x in F) for n, F in every)],
-            )
-        )
+        rows = [[name, *(Number(float(x)) for x in F)] for name, F in every]
+        title = "forces in beams, start and end [N, N m], N > 0 in tension:"
+        blocks.append(Table(["", *_SECTION], rows, title))
     energies = sorted(result.loads.energies, key=lambda part: -part[2])
     whole = sum(energy for *_, energy in energies) or 1.0
     shares = [PartShare(of, part, energy, energy / whole) for of, part, energy in energies]
@@ -318,10 +290,6 @@ def response_page(result: NetworkResponse) -> Page:
             "energy": result.energy,
         },
     )
-
-
-def _listed(head: str, title: str, rows: list[tuple[str, str]]) -> Table:
-    return Table((head, ""), rows, title, [f"  {name}: {words}" for name, words in rows])
 
 
 def _without_rounding(rows: dict[str, np.ndarray], split: int) -> dict[str, np.ndarray]:

@@ -8,7 +8,7 @@ from enum import Flag
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from robostiff.markup import Page, Table
+from robostiff.markup import Folded, Page, Table
 from robostiff.version import __version__
 
 if TYPE_CHECKING:
@@ -59,17 +59,14 @@ def robots_page(listed: Sequence[Any]) -> Page:
     Examples
     --------
     >>> from robostiff.robots import describe
-    >>> robots_page([describe("3-upu")]).blocks[0].lines
-    ['3-upu  Translational 3-UPU']
+    >>> robots_page([describe("3-upu")]).blocks[0].rows
+    [('3-upu', 'Translational 3-UPU')]
     """
-    width = max((len(own.name) for own in listed), default=0)
-    table = Table(
-        ("robot", "what it is", "source"),
-        [(own.name, own.title, own.source) for own in listed],
-        lines=[f"{own.name:<{width}}  {own.title}" for own in listed],
-    )
+    table = Table(("", ""), [(own.name, own.title) for own in listed])
+    sources = Table(("robot", "source"), [(own.name, own.source) for own in listed])
+    blocks = [table, Folded("Where their numbers come from", (sources,))]
     data = {"robots": list(map(asdict, listed))}
-    return Page("", f"{len(listed)} robots come with robostiff:", blocks=[table], data=data)
+    return Page("", f"{len(listed)} robots come with robostiff:", blocks=blocks, data=data)
 
 
 #: Units of displacements under loads.

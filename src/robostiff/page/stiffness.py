@@ -22,7 +22,6 @@ from robostiff.markup import (
     Paragraph,
     Table,
     number,
-    percent,
     row,
 )
 from robostiff.page.of_result import UNDER_LOAD, order, page_data, picked
@@ -90,11 +89,11 @@ def deflection_page(result: Deflection) -> Page:
     load = named(answer.space.wrench_order, result.wrench, "N", "N m")
     if result.work_of_loads is not None:
         load = f"{'' if load == 'none' else f'{load}; '}forces or weights at bodies"
-    blocks: list[Block | None] = [Facts((("load", load),))]
+    blocks: list[Block | None] = []
+    if result.work_of_loads is not None or not result.has_answer:
+        blocks.append(Facts((("load", load),)))
     if result.has_answer:
-        table = displacement_table(result)
-        blocks = [replace(table, lines=[f"load:       {load}", *table.lines])]
-        blocks += [free_motion_table(answer, "free:       ")]
+        blocks += [displacement_table(result), free_motion_table(answer)]
         if result.energy > 0:
             blocks.append(energy_table(result.parts, result.energy))
         blocks.append(actuator_table(result))
@@ -121,13 +120,15 @@ def verification_page(result: Verification) -> Page:
     """Every method with its distance from the reference, and whether all agree."""
     reference = result.reference
     rank, size, form = int(reference.rank), reference.space.size, reference.method
-    rows, lines = [], [f"{'method':<14}{'distance':>10}  outcome"]
-    for own in result.comparisons:
-        distance = "-" if own.distance is None else number(own.distance, 2)
-        reason = f": {own.reason}" if own.reason else ""
-        lines.append(f"{own.method:<14}{distance:>10}  {own.outcome.value}{reason}")
-        far = "" if own.distance is None else Number(own.distance)
-        rows.append([own.method, far, own.outcome.value, own.reason])
+    rows = [
+        [
+            own.method,
+            "" if own.distance is None else Number(own.distance),
+            own.outcome.value,
+            own.reason,
+        ]
+        for own in result.comparisons
+    ]
     verdict = "agree" if result.agree else "DISAGREE"
     compared = picked(result.comparisons, "method outcome distance rank reason")
     return Page(
@@ -136,7 +137,7 @@ def verification_page(result: Verification) -> Page:
         f"{reference.status}, rank {rank} of {size}",
         [
             Facts((("compared with", f"{form.name}, {form.equation}"),)),
-            Table(["method", "distance", "outcome", ""], rows, lines=["", *lines, ""]),
+            Table(["method", "distance", "outcome", ""], rows),
             Paragraph(f"methods {verdict} (largest distance allowed {number(result.agreement)})"),
         ],
         data={
@@ -207,14 +208,13 @@ def stiffness_matrix(result: Stiffness | CableStiffness) -> LabelledMatrix:
     return LabelledMatrix("K", result.K, space.wrench_order, space.twist_order, STIFFNESS_UNITS)
 
 
-def free_motion_table(result: Stiffness | CableStiffness, label: str = "free: ") -> Table | None:
+def free_motion_table(result: Stiffness | CableStiffness) -> Table | None:
     """Free motions in words, with their twists; None where there are none."""
     motions = result.free_motions
     if not motions:
         return None
     rows = [[str(motion), f"({row(motion.twist)})"] for motion in motions]
-    header = ["free motion", f"twist ({', '.join(result.space.twist_order)})"]
-    return Table(header, rows, lines=[f"{label}{motion}" for motion in motions])
+    return Table(["free motion", f"twist ({', '.join(result.space.twist_order)})"], rows)
 
 
 def shown_twist(result: Deflection) -> np.ndarray:
@@ -236,8 +236,7 @@ def load_table(space: Space, wrench: np.ndarray, moved: np.ndarray) -> Table:
             space.wrench_order, wrench, space.wrench_units, space.twist_order, moved, strict=True
         )
     ]
-    shown = named(space.twist_order, 1e6 * moved, "um", "urad")
-    return Table(["load", "", "displacement", ""], rows, lines=[f"deflection: {shown}"])
+    return Table(["load", "", "displacement", ""], rows)
 
 
 def small_motion(motion: str, value: float) -> Number:
@@ -257,7 +256,6 @@ def energy_table(parts: Sequence[PartShare], energy: float, most: int | None = M
         ["part", "share of the elastic energy"],
         [[name, Number(100 * share if share > _NOTHING else 0.0, "%")] for name, share in shown],
         f"elastic energy {number(energy)} J, by part:",
-        [f"{percent(share, 2):>9}  {name}" for name, share in shown],
     )
 
 
@@ -272,19 +270,12 @@ def actuator_table(result: Deflection) -> Table | None:
     sizes = [abs(a.load) / (length if a.unit == "N m" else 1.0) for a in result.actuators]
     forces = (float(np.linalg.norm(own.wrench[:3])) for own in result.reactions)
     least = 1e-9 * max([*sizes, *forces], default=0)
-    rows, lines = [], []
+    rows = []
     for a, size in zip(result.actuators, sizes, strict=True):
         load, travel = (float(a.load), 1e6 * a.travel) if size > least else (0.0, 0.0)
         unit = "µrad" if a.unit == "N m" else "µm"
         rows.append([a.name, Number(load, a.unit), Number(travel, unit)])
-        lines.append(drive_line(load, a.unit, a.name))
-    title = "load on the actuators:"
-    return Table(["actuator", "load", "deflection"], rows, title, lines)
-
-
-def drive_line(load: float, unit: str, name: str) -> str:
-    """A load with its unit and the drive that it is on."""
-    return f"{number(load):>12} {unit:<4} {name}"
+    return Table(["actuator", "load", "deflection"], rows)
 
 
 def named(names: Sequence[str], values: np.ndarray, unit: str, angular: str) -> str:
@@ -377,11 +368,8 @@ def cable_load_blocks(found: CableResponse) -> list[Block]:
         return []
     length = float(before.placed.characteristic_length)
     moved = before.space.without_rounding(found.displacement, length)
-    table = load_table(before.space, found.load, moved)
-    load = named(before.space.wrench_order, found.load, "N", "N m")
-    lines = [f"load:       {load}", table.lines[0].replace("deflection:", "moved by:  ")]
     return [
-        replace(table, lines=lines),
+        load_table(before.space, found.load, moved),
         tension_table(before, after),
         Facts(
             (

@@ -8,7 +8,6 @@ isosurfaces. `layers_of` gives the items of a picture to programs that draw them
 
 from robostiff.plot.backend import Matplotlib, PictureData, PlotBackend, Plotly, Width
 from robostiff.plot.bars_and_curves import Measure, comparison, energy_shares, load_curve
-from robostiff.plot.ellipsoid import Quality
 from robostiff.plot.layers import LAYERS, Layers, layers_of
 from robostiff.plot.map_pictures import map_bands, map_isosurface, map_overview, map_slice
 from robostiff.plot.picture import (
@@ -28,6 +27,7 @@ from robostiff.plot.picture import (
 )
 from robostiff.plot.posed_robot import Colouring, equilibrium, mode, robot
 from robostiff.plot.stiffness_pictures import Kind, Shade, ellipsoid, free_motions, matrix
+from robostiff.plot.surfaces import Quality
 from robostiff.plot.theme import Theme
 
 __all__ = [

@@ -76,8 +76,9 @@ class Matplotlib:
         with needs_extra("plots", "plot"):
             import matplotlib as mpl
 
-        from robostiff.plot.on_matplotlib import charts, scene
-        from robostiff.plot.on_matplotlib.canvas import Canvas, style
+        from robostiff.plot import matplotlib_charts as charts
+        from robostiff.plot import matplotlib_scene as scene
+        from robostiff.plot.matplotlib_canvas import Canvas, style
 
         kinds: dict[type, Any] = {
             Scene: scene.draw_scene,

@@ -11,9 +11,9 @@ from robostiff.analysis import Deflection
 from robostiff.errors import InputError
 from robostiff.markup import percent, prefixed, quantity, short
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.ellipsoid import AnyStiffness, Quality, principal_axes
 from robostiff.plot.picture import Bars, Category, Curve, Curves, Group, Panel, PlainColour, Series
 from robostiff.plot.sketch import single_stiffness
+from robostiff.plot.surfaces import AnyStiffness, Quality, principal_axes
 
 if TYPE_CHECKING:
     import xarray

@@ -13,12 +13,12 @@ from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
 from robostiff.markup import prefixed, quantity, short
 from robostiff.plot.displacement import motion_under, spatial
-from robostiff.plot.ellipsoid import Quality, principal_axes
 from robostiff.plot.outline import outline_of
 from robostiff.plot.picture import Item, Paint, PlainColour
 from robostiff.plot.posed_robot import moved_cables
 from robostiff.plot.sketch import Sketch, colours_of_parts
 from robostiff.plot.stiffness_pictures import ellipsoid_items, free_motion_items
+from robostiff.plot.surfaces import Quality, principal_axes
 from robostiff.spatial import Space
 
 #: Layers of a result, and whether each is drawn unless others are chosen.

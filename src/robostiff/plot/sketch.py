@@ -19,7 +19,6 @@ from robostiff.model import Actuated, Locked, Passive, Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.plot.displacement import STILL, BodyMotion, Motions
-from robostiff.plot.ellipsoid import AnyStiffness, screw_line
 from robostiff.plot.outline import JointPoint, Line, Outline, PointOfBody, outline_of
 from robostiff.plot.picture import (
     Arrow,
@@ -36,6 +35,7 @@ from robostiff.plot.picture import (
     Shape,
     Text,
 )
+from robostiff.plot.surfaces import AnyStiffness, screw_line
 from robostiff.spatial import Screw
 
 _ARROW = 0.2  # of the robot

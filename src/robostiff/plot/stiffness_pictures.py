@@ -11,14 +11,6 @@ from robostiff.elastostatics import Status, scaling
 from robostiff.errors import NoAnswerError
 from robostiff.markup import prefixed, short
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.ellipsoid import (
-    AnyStiffness,
-    PrincipalAxes,
-    Quality,
-    length_of,
-    principal_axes,
-    screw_line,
-)
 from robostiff.plot.picture import (
     Arrow,
     Category,
@@ -43,7 +35,15 @@ from robostiff.plot.sketch import (
     turning_arrow,
     unit_of,
 )
-from robostiff.plot.surfaces import ellipsoid_mesh
+from robostiff.plot.surfaces import (
+    AnyStiffness,
+    PrincipalAxes,
+    Quality,
+    ellipsoid_mesh,
+    length_of,
+    principal_axes,
+    screw_line,
+)
 
 _MEANINGS = {
     Quality.COMPLIANCE: "displacement per force, free to turn",

@@ -7,10 +7,8 @@ from importlib.metadata import version
 from typing import Any
 
 from robostiff.analysis import CableStiffness
-from robostiff.analysis.parts_at_home import parts_at_home
 from robostiff.markup import (
     Block,
-    Cell,
     Facts,
     Folded,
     Heading,
@@ -20,11 +18,10 @@ from robostiff.markup import (
     Table,
     Tone,
     Verbatim,
-    number,
     row,
 )
 from robostiff.model import Actuated
-from robostiff.page.facts import leg_table
+from robostiff.page.facts import JOINT_UNITS, leg_table, part_tables, parts_at_home
 from robostiff.report.contents import ReportContents
 from robostiff.report.figures import TypesetFormula
 from robostiff.version import __version__
@@ -94,9 +91,6 @@ def formula_section(contents: ReportContents) -> Section | None:
     return Section("formula", "The formula", [folded])
 
 
-_UNITS = ("N/m", "N m/rad")
-
-
 def inputs_section(contents: ReportContents) -> Section:
     """All values that the results follow from, so that they can be checked and computed again."""
     robot, known = contents.robot, contents.described_by
@@ -111,20 +105,7 @@ def inputs_section(contents: ReportContents) -> Section:
             heads, rows = heads[:2], [cells[:2] for cells in rows]
         blocks += [Heading("Parameters"), Table(heads, rows)]
     numeric: Any = robot.numeric
-    parts = parts_at_home(numeric)
-    whole = len(parts) == 1 and not hasattr(numeric, "legs")
-    listed = [
-        own if whole else {**own, "name": f"{leg}/{own['name']}"}
-        for leg, of in parts.items()
-        for own in of
-    ]
-    tables: list[Block] = []
-    for kind, cells in _CELLS.items():
-        rows = [cells(part) for part in listed if part["kind"] == kind]
-        # without columns in which none has anything
-        heads = [name for name in rows[0] if any(own[name] != "" for own in rows)] if rows else []
-        if heads:
-            tables.append(Table(heads, [[own[name] for name in heads] for own in rows]))
+    tables: list[Block] = [*part_tables(parts_at_home(numeric))]
     if not robot.is_frozen and getattr(numeric, "is_coupled", False):
         rows = []  # sums of joint coordinates
         for leg in numeric.legs:
@@ -138,7 +119,7 @@ def inputs_section(contents: ReportContents) -> Section:
                         one.in_words,
                         Number(float(leg.chain.home[place]), "rad" if turns else "m"),
                         "actuated" if isinstance(one.role, Actuated) else "locked",
-                        "rigid" if k is None else Number(float(k), _UNITS[bool(turns)]),
+                        "rigid" if k is None else Number(float(k), JOINT_UNITS[bool(turns)]),
                     ]
                 )
         tables.append(Table(["coupling", "sum", "at home", "role", "stiffness"], rows))
@@ -155,51 +136,3 @@ def inputs_section(contents: ReportContents) -> Section:
         blocks.append(Table(["file", "SHA-256"], list(known.files.items())))
         blocks.append(Folded(f"The file {known.name}", (Verbatim(known.text),)))
     return Section("inputs", "What was given", blocks)
-
-
-def _joint(part: dict[str, Any]) -> dict[str, Cell]:
-    stiffness: Cell = "" if part["role"] == "passive" else "rigid"
-    if part["stiffness"] is not None:
-        stiffness = Number(part["stiffness"], _UNITS[part["unit"] != "m"])
-    limits = part.get("limits")
-    return {
-        "joint": part["name"],
-        "between": ", ".join(part.get("between", ())),
-        "motion": f"{part['motion']}, {part['role']}",
-        "point": f"({row(part['point'])})",
-        "axis": f"({row(part['axis'])})",
-        "stiffness": stiffness,
-        "limits": "" if limits is None else f"{' to '.join(map(number, limits))} {part['unit']}",
-    }
-
-
-def _elastic(part: dict[str, Any]) -> dict[str, Cell]:
-    return {
-        "elastic part": part["name"],
-        "between": ", ".join(part.get("between", ())),
-        "end": f"({row(part['point'])})",
-        "forces x y z [N/m]": _alone(part["translation"]),
-        "moments x y z [N m/rad]": _alone(part["rotation"]),
-        "length": Number(part["length"], "m") if "length" in part else "",
-    }
-
-
-def _cable(part: dict[str, Any]) -> dict[str, Cell]:
-    (least, most), EA, winch = (part[n] for n in ("tension_limits", "EA", "winch_stiffness"))
-    return {
-        "cable": part["name"],
-        "exit point [m]": f"({row(part['exit'])})",
-        "end at home [m]": f"({row(part['point'])})",
-        "guide": Number(part["guide_length"], "m") if part["guide_length"] else "",
-        "EA": "rigid" if EA is None else Number(EA, "N"),
-        "winch": "rigid" if winch is None else Number(winch, "N/m"),
-        "tension limits [N]": f"{number(least)} to {'any' if most is None else number(most)}",
-    }
-
-
-_CELLS = {"joint": _joint, "elastic": _elastic, "cable": _cable}
-
-
-def _alone(values: list[float | None]) -> str:
-    """Load over displacement in each direction alone."""
-    return ", ".join("rigid" if v is None else "free" if v == 0 else number(v) for v in values)

@@ -33,6 +33,7 @@ from robostiff.markup import (
     blocks_typst,
     element,
     escaped,
+    in_words,
     row,
     typst_string,
     typst_text,
@@ -49,12 +50,12 @@ from robostiff.report.contents import (
     report_contents,
 )
 from robostiff.report.figures import figures_in, figures_json
-from robostiff.report.map_slices import map_section
 from robostiff.report.results import (
     bending_section,
     comparison_section,
     findings_section,
     finite_load_section,
+    map_section,
     matrices_section,
     vibrations_section,
     weakest_section,
@@ -115,7 +116,7 @@ def report_html(contents: ReportContents) -> str:
     block = element("div", block_html(Facts(lines)), class_="title-block") if lines else ""
     kind = "bad" if status.is_bad else "note" if status else "ok"
     word = element("span", escaped(status), class_=f"status-{kind}")
-    lead = element("p", f"{escaped(page.place)}: status {word}{page.posture}.", class_="lead")
+    lead = element("p", f"{in_words(page.place)}: status {word}{page.posture}.", class_="lead")
     links = (
         element("a", escaped(own.title), href=f"#{own.anchor}")
         for own in page.blocks

@@ -137,14 +137,13 @@ def _variables(
     sizes = np.abs(np.linalg.eigvalsh(symmetric[known] * np.outer(scale, scale)))
     rank[known] = np.sum(sizes > _FREE * sizes.max(axis=-1, keepdims=True), axis=-1)
 
-    def worst() -> np.ndarray:
-        values = np.full(len(rank), np.nan)
+    values = {"K": symmetric}
+    if Quantity.WORST_DEFLECTION in like.quantities:
+        worst = values["worst_deflection"] = np.full(len(rank), np.nan)
         whole = (rank == space.size) & ((codes & int(_NO_COMPLIANCE)) == 0)
         C = np.linalg.inv(K_total[whole])
-        values[whole] = np.linalg.norm(C[:, :d, :d], 2, axis=(1, 2))  # not symmetric
-        return values
-
-    out = like.of_matrices(symmetric, rank, worst, definite=False)
+        worst[whole] = np.linalg.norm(C[:, :d, :d], 2, axis=(1, 2))  # not symmetric
+    out = like.of_outputs(values, rank)
     out |= {"K": K, "status": codes, "displacement": moved[:, :d], "rotation": moved[:, d:]}
     return out | {"guarded": getattr(found, "guarded", np.zeros(len(rank), dtype=bool))}
 

@@ -20,7 +20,6 @@ from tests.analysis.indices.machines import (
     on_struts,
     planar_body,
     random_body,
-    turned_body,
 )
 from tests.paper.home_matrices import eq27, eq28
 
@@ -40,24 +39,6 @@ def test_coupling_is_symmetric_about_the_centres(seed: int):
     assert np.allclose(F, F.T, atol=1e-7 * np.abs(C[3:, 3:]).max())
     assert 0 < stiffness.coupling < 1
     assert 0 < compliance.coupling < 1
-
-
-@given(SEEDS, SEEDS)
-def test_centres_do_not_depend_on_the_reference_point(seed: int, other: int):
-    result = random_body(seed)
-    elsewhere = result.about(np.random.default_rng(other).uniform(-3, 3, 3))
-    for centre in (centre_of_stiffness, centre_of_compliance):
-        assert np.allclose(centre(elsewhere).point, centre(result).point, atol=1e-8)
-
-
-@settings(max_examples=40)
-@given(SEEDS, SEEDS)
-def test_centres_turn_with_the_robot(seed: int, other: int):
-    R = any_rotation(other)
-    for centre in (centre_of_stiffness, centre_of_compliance):
-        here, there = centre(random_body(seed)), centre(turned_body(seed, R))
-        assert np.allclose(there.point, R @ here.point, atol=1e-7)
-        assert np.isclose(there.coupling, here.coupling, rtol=1e-6)
 
 
 @settings(max_examples=40)

@@ -20,7 +20,6 @@ from tests.analysis.indices.machines import (
     on_struts,
     planar_body,
     random_body,
-    turned_body,
 )
 from tests.generators.metric import distance
 from tests.generators.robots import FreeRobot, robots
@@ -74,36 +73,6 @@ def test_eigenscrews_are_all_of_K_of_any_robot(robot: FreeRobot):
     allowed = max(1e-6, 10 * robot.rounding())
     assert distance(rebuilt(found, result.reference_point), result.K) <= allowed
     assert sum(k.stiffness > 0 for k in all_of(found)) == int(result.rank)
-
-
-@settings(max_examples=40)
-@given(SEEDS, SEEDS)
-def test_eigenscrews_do_not_depend_on_the_reference_point(seed: int, other: int):
-    result = random_body(seed)
-    v = np.random.default_rng(other).uniform(-2, 2, 3)
-    here, there = eigenscrews(result), eigenscrews(result.about(result.reference_point + v))
-    for one, two in zip(
-        (*here.wrenches, *here.twists), (*there.wrenches, *there.twists), strict=True
-    ):
-        assert np.isclose(one.stiffness, two.stiffness, rtol=1e-9)
-        assert np.allclose(one.screw.point, two.screw.point, atol=1e-7)
-
-
-@settings(max_examples=40)
-@given(SEEDS, SEEDS)
-def test_eigenscrews_turn_with_the_robot(seed: int, other: int):
-    R = any_rotation(other)
-    here, there = eigenscrews(random_body(seed)), eigenscrews(turned_body(seed, R))
-    for one, two in zip(
-        (*here.wrenches, *here.twists), (*there.wrenches, *there.twists), strict=True
-    ):
-        assert np.isclose(one.stiffness, two.stiffness, rtol=1e-8)
-        assert np.isclose(one.screw.pitch, two.screw.pitch, atol=1e-6)
-        # lines: the moment of the direction about the origin turns with the rest
-        moment = R @ np.cross(one.screw.point, one.screw.axis)
-        other_moment = np.cross(two.screw.point, two.screw.axis)
-        sign = np.sign(two.screw.axis @ R @ one.screw.axis)
-        assert np.allclose(sign * moment, other_moment, atol=1e-6)
 
 
 @settings(max_examples=40)

@@ -22,13 +22,11 @@ from robostiff.analysis.indices import (
 )
 from robostiff.errors import InputError
 from tests.analysis.indices.machines import (
-    any_rotation,
     body_on_spring,
     clamped_beam,
     on_struts,
     planar_body,
     random_body,
-    turned_body,
 )
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -95,7 +93,7 @@ def test_zeros_of_collinear_stiffness_count_the_free_motions(seed: int):
 
 
 @given(SEEDS)
-def test_worst_deflection_is_worst(seed: int):
+def test_worst_deflection_is_worst_and_that_of_maps(seed: int):
     result = random_body(seed)
     worst, C = worst_deflection(result), result.required_compliance()
     u = worst.translational_direction
@@ -106,44 +104,10 @@ def test_worst_deflection_is_worst(seed: int):
     others /= np.linalg.norm(others, axis=0)
     assert np.linalg.norm(C[:3, :3] @ others, axis=0).max() <= worst.translational * (1 + 1e-12)
     assert np.isclose(worst.translational, 1 / collinear_stiffness(result).smallest)
-    of_maps = measures.worst_deflection(C[None])["worst_deflection"][0]
-    assert np.isclose(worst.translational, of_maps, rtol=1e-10)
-
-
-@given(SEEDS)
-def test_principal_stiffnesses_are_those_of_maps(seed: int):
-    result = random_body(seed)
-    found, of_maps = principal_stiffness(result), measures.principal_stiffnesses(result.K[None])
-    assert np.allclose(found.translational, of_maps["translational_stiffness"][0], rtol=1e-9)
-    assert np.allclose(found.rotational, of_maps["rotational_stiffness"][0], rtol=1e-9)
-
-
-@given(SEEDS, SEEDS)
-def test_what_depends_on_the_reference_point_and_what_does_not(seed: int, other: int):
-    here = random_body(seed)
-    there = here.about(here.reference_point + np.random.default_rng(other).uniform(1, 2, 3))
-    held, held_there = principal_stiffness(here), principal_stiffness(there)
-    free, free_there = collinear_stiffness(here), collinear_stiffness(there)
-    assert np.allclose(held.translational, held_there.translational, rtol=1e-7)
-    assert np.allclose(free.rotational, free_there.rotational, rtol=1e-7)
-    assert not np.allclose(held.rotational, held_there.rotational, rtol=1e-3)
-    assert not np.allclose(free.translational, free_there.translational, rtol=1e-3)
-
-
-@settings(max_examples=40)
-@given(SEEDS, SEEDS)
-def test_values_do_not_depend_on_the_axes(seed: int, other: int):
-    R = any_rotation(other)
-    here, there = random_body(seed), turned_body(seed, R)
-    for index in (principal_stiffness, collinear_stiffness):
-        one, two = index(here), index(there)
-        assert np.allclose(one.translational, two.translational, rtol=1e-8)
-        assert np.allclose(one.rotational, two.rotational, rtol=1e-8)
-    u = np.random.default_rng(seed).normal(size=3)
-    assert np.isclose(
-        directional_stiffness(here, u).free, directional_stiffness(there, R @ u).free, rtol=1e-7
-    )
-    assert np.isclose(anisotropy(here).translational, anisotropy(there).translational, rtol=1e-7)
+    assert np.isclose(worst.translational, measures.worst_deflection(C[None])[0], rtol=1e-10)
+    held = principal_stiffness(result)
+    of_maps = measures.principal_stiffnesses(result.K[None])[0]
+    assert np.allclose([*held.translational, *held.rotational], of_maps, rtol=1e-9)
 
 
 @given(SEEDS)

@@ -21,8 +21,6 @@ from tests.generators.kernel_robots import thin_legs
 
 ARRAYS = rs.Backend.ARRAYS
 GRID = rs.Grid(x=rs.Axis(-0.01, 0.01, 3), rz=rs.Axis(0, 0.1, 2))
-#: From so many poses on a map chooses the kernel by itself.
-LARGE = rs.Grid(x=rs.Axis(-0.01, 0.01, 250), y=rs.Axis(-0.01, 0.01, 200))
 
 
 def wrong_entry(recorded: RecordedRobot) -> RecordedRobot:
@@ -83,14 +81,8 @@ def test_a_map_by_a_kernel_is_not_made_by_another_way(plant):
         rs.stiffness_map(robot, poses, method=rs.Compiled(ARRAYS))
 
 
-def test_a_large_map_is_not_made_by_another_way(monkeypatch):
-    right = recorded_robot.record_at_pose
-    monkeypatch.setattr(recorded_robot, "record_at_pose", lambda *a: wrong_entry(right(*a)))
-    with pytest.raises(DisagreementError):
-        rs.stiffness_map(rs.load("gough-stewart-b"), LARGE)
-
-
 def test_the_command_says_so(monkeypatch, tmp_path):
+    """Of so many poses that a map chooses the kernel by itself."""
     right = recorded_robot.record_at_pose
     monkeypatch.setattr(recorded_robot, "record_at_pose", lambda *a: wrong_entry(right(*a)))
     where = str(tmp_path / "map.nc")

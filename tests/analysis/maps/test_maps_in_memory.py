@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-import xarray
 
 import robostiff as rs
-from robostiff import Axis, Grid, PoseList, Quantity, RandomPoses, Threads
-from robostiff.analysis.maps.dataset import MapArrays
+from robostiff import Axis, Grid, PoseList, Quantity, RandomPoses
 from robostiff.analysis.maps.evaluator import DirectForm, MapEvaluator
 from robostiff.analysis.maps.job import MapJob, MapSummary
+from robostiff.analysis.maps.map import MapArrays
 from robostiff.analysis.maps.pose_columns import pose_columns
 from robostiff.errors import InputError
 from tests.analysis.maps.robots import loaded, values_at
@@ -124,12 +123,6 @@ def test_where_may_leave_nothing():
     )
     assert found.attrs["poses_computed"] == 0
     assert set(found.status.values) == {256}
-
-
-def test_threads_change_nothing():
-    robot, poses = loaded("3-rpr"), RandomPoses(40_000, {"x": (-0.05, 0.05)}, seed=2)
-    one, two = (rs.stiffness_map(robot, poses, scheduler=Threads(n)) for n in (1, 2))
-    xarray.testing.assert_identical(one, two)
 
 
 def test_guarded_poses_are_counted():

@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -52,6 +53,7 @@ def planar_robot(seed: int, cables: int) -> CableRobot:
     )
 
 
+@cache
 def random_machines() -> list[CableRobot]:
     """More cables than freedoms need, as many, and fewer; given tensions; a singular plane."""
     spatial = [random_robot(seed, cables) for seed, cables in ((1, 12), (2, 8), (3, 7), (4, 6))]

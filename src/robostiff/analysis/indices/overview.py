@@ -117,6 +117,10 @@ class StiffnessIndices(InNotebooks):
         return f"<StiffnessIndices of {self.result.name!r}, status {self.status}>"
 
 
+INDEX_NAMES = [name for name, own in vars(StiffnessIndices).items() if type(own) is cached_property]
+"""Of all indices, in the order in which pages have them."""
+
+
 @dataclass(frozen=True, repr=False)
 class IndicesOfPoses(StatusOfPoses):
     """The stiffness indices of a batch of poses, computed when they are taken from it.
@@ -145,7 +149,7 @@ class IndicesOfPoses(StatusOfPoses):
     def principal_stiffness(self) -> np.ma.MaskedArray:
         """Of forces [N/m] and then of moments [N m/rad], each ascending (..., n)."""
         return self._numbers(
-            lambda known: _eigenvalues_of_blocks(self.result.matrix[known]),
+            lambda known: principal_stiffnesses(self.result.matrix[known]),
             lambda one: one.principal,
         )
 
@@ -155,7 +159,7 @@ class IndicesOfPoses(StatusOfPoses):
         d = self.result.space.translations
 
         def inverses(known: Any) -> np.ndarray:
-            k = 1 / _eigenvalues_of_blocks(self.result.compliances[known])
+            k = 1 / principal_stiffnesses(self.result.compliances[known])
             return np.concatenate([k[:, :d][:, ::-1], k[:, d:][:, ::-1]], axis=-1)
 
         return self._numbers(inverses, lambda one: one.collinear)
@@ -238,11 +242,6 @@ class IndicesOfPoses(StatusOfPoses):
     def __getitem__(self, index: Any) -> Any:
         """The indices of one pose, or of some poses."""
         return indices(self.result[index], length=self.length)
-
-
-def _eigenvalues_of_blocks(A: np.ndarray) -> np.ndarray:
-    """Of the blocks of forces and of moments of K or C (N, n, n), each ascending (N, n)."""
-    return np.concatenate(list(principal_stiffnesses(A).values()), axis=-1)
 
 
 @overload

@@ -15,10 +15,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
+from robostiff.analysis.cable_stiffness import CableStiffness
 from robostiff.analysis.result import Stiffness
 from robostiff.elastostatics import Status, scaling
 from robostiff.errors import InputError
@@ -81,7 +82,7 @@ class StationaryStiffness:
 class StiffnessParts:
     """K of a single pose about its reference point, and the ranks of its parts."""
 
-    result: Stiffness  # of a single pose with a matrix
+    result: Any  # stiffness at a single pose with a matrix
     K: np.ndarray  # (n, n): about the reference point [N/m, N, N m]
     # (n, n) or None: compliance about the same point; None where K is singular, or so nearly that
     # no digit of its inverse would hold
@@ -89,6 +90,8 @@ class StiffnessParts:
     # Of ``K_tt`` and of ``K_rr``
     rank_of_forces: int
     rank_of_moments: int
+    # Part of the largest value below which no digit holds; None where all that is held has some
+    rigidity: float | None = None
 
     @property
     def space(self) -> Space:
@@ -142,10 +145,9 @@ class StiffnessParts:
 
     def _free_parts(self, free: np.ndarray, rank: int) -> EigenPart:
         """Of a Schur complement, in which values that are not above rounding are zero."""
-        answer = self.result.details()
-        if not answer.invertible:
+        if self.rigidity is not None:
             values = np.linalg.eigvalsh(0.5 * (free + free.T))
-            held = np.count_nonzero(values > answer.tolerance.rigidity * values[-1])
+            held = np.count_nonzero(values > self.rigidity * values[-1])
             rank = min(rank, int(held))
         return eigenparts(free, rank)
 
@@ -185,7 +187,18 @@ def _parts_of(result: Stiffness) -> StiffnessParts:
         held = np.linalg.qr(move_wrench((s[:, None] * held).T, v).T / s[:, None])[0]
     moments = np.linalg.svd(held[d:], compute_uv=False)
     ranks = (int(np.count_nonzero(own > tolerance)) for own in (forces, moments))
-    return StiffnessParts(result, result.K, result.compliance, *ranks)
+    C = result.compliance
+    rigidity = None if C is not None or answer.invertible else answer.tolerance.rigidity
+    return StiffnessParts(result, result.K, C, *ranks, rigidity)
+
+
+def parts_of_cables(result: CableStiffness) -> StiffnessParts:
+    """The parts of K of a cable robot at a single pose, their ranks by its free motions."""
+    K, d = result.K, result.space.translations
+    twists = np.array([motion.twist for motion in result.free_motions]).reshape(-1, len(K))
+    turning, shifting = (np.linalg.matrix_rank(x) for x in (twists[:, d:], twists[:, :d]))
+    ranks = d - (len(twists) - int(turning)), len(K) - d - (len(twists) - int(shifting))
+    return StiffnessParts(result, K, result.compliance, *ranks)
 
 
 def eigenparts(matrix: np.ndarray, rank: int) -> EigenPart:

@@ -12,14 +12,14 @@ import numpy as np
 
 from robostiff.analysis.cable_stiffness import are_beyond_limits, cable_stiffness
 from robostiff.analysis.compiled_stiffness import CompiledStiffness, compile_stiffness
-from robostiff.analysis.deflection_under_load import carried_by, leg_loads
+from robostiff.analysis.deflection_under_load import DeflectionsOfPoses, carried_by
 from robostiff.analysis.maps.pose_columns import Mapped, PoseColumns
 from robostiff.analysis.maps.variables import Quantity, Variable, map_variables
 from robostiff.analysis.measures import (
     principal_stiffnesses,
     stiffness_indices,
     stiffness_where_answered,
-    twists_under,
+    values_of,
     worst_deflection,
 )
 from robostiff.analysis.posed_stiffness import direct_stiffness
@@ -28,6 +28,7 @@ from robostiff.cables import structure_matrix
 from robostiff.compiled import (
     Backend,
     DeflectionUnder,
+    Output,
     PrincipalStiffness,
     StiffnessMatrix,
     WorstDeflection,
@@ -40,8 +41,6 @@ from robostiff.kinematics import find_posture, freedom_twist
 from robostiff.linkage import Linkage
 from robostiff.model import Actuated, PlacedFreedom, Robot
 from robostiff.model.cable import CableRobot
-from robostiff.spatial import move_wrench
-from robostiff.spatial.batch import empty_batch
 
 # Poses at once: few enough for the cache.
 _CHUNK = 4096
@@ -49,7 +48,6 @@ _CHUNK = 4096
 _MOST = 2**18
 _TAUT = 1e-10  # of the largest tension
 _STIFFNESS, _PRINCIPAL, _WORST = StiffnessMatrix(), PrincipalStiffness(), WorstDeflection()
-_OF_K = {Quantity.STIFFNESS, Quantity.PRINCIPAL_STIFFNESS, Quantity.INDICES}
 
 
 @dataclass(frozen=True)
@@ -109,6 +107,17 @@ class MapEvaluator:
         """What `evaluate` fills, rank and status among them."""
         return map_variables(self.robot, self.quantities, self.dtype, self.columns.loads > 0)
 
+    @property
+    def outputs(self) -> list[Output]:
+        """Outputs of kernels from which the quantities follow."""
+        every: dict[Output, set[Quantity]] = {
+            _STIFFNESS: {Quantity.STIFFNESS, Quantity.INDICES},
+            _PRINCIPAL: {Quantity.PRINCIPAL_STIFFNESS},
+            _WORST: {Quantity.WORST_DEFLECTION},
+            DeflectionUnder(self.wrench): {Quantity.DEFLECTION, Quantity.ACTUATOR_FORCES},
+        }
+        return [own for own, quantities in every.items() if quantities & set(self.quantities)]
+
     def with_kernel(self, backend: Backend) -> MapEvaluator:
         """The same quantities by a kernel.
 
@@ -129,19 +138,12 @@ class MapEvaluator:
             raise InputError(subject, got="Compiled()", expected="Batched(), or none")
         if Quantity.ACTUATOR_FORCES in self.quantities:
             raise refused("actuator forces", "other quantities")
-        outputs = {
-            _STIFFNESS: {Quantity.STIFFNESS, Quantity.INDICES},
-            _PRINCIPAL: {Quantity.PRINCIPAL_STIFFNESS},
-            _WORST: {Quantity.WORST_DEFLECTION},
-            DeflectionUnder(self.wrench): {Quantity.DEFLECTION},
-        }
-        wanted = [own for own, quantities in outputs.items() if quantities & set(self.quantities)]
         free = tuple(coordinate.value for coordinate in getattr(robot, "coordinates", ()))
         joints = [name for name, _ in columns.drives] or None
         if not columns.of_joints and columns.names != free:
             expected = f"coordinates that are free: {' '.join(free)}"
             raise refused(" ".join(columns.names), expected)
-        made = compile_stiffness(robot, wanted, joints=joints, backend=backend)
+        made = compile_stiffness(robot, self.outputs, joints=joints, backend=backend)
         if joints is None and columns.of_joints and not made.takes_joints:
             raise refused("joint coordinates", " ".join(free))
         return replace(self, kernel=made)
@@ -170,10 +172,12 @@ class MapEvaluator:
             return guarded
         values = {v.name: out[v.name] for v in self.variables if v.dtype == "float64"}
         for where, found in self.kernel.results(self.columns.as_pose(poses), values):
-            here = {name: array[where] for name, array in out.items()}
-            here["rank"][...], here["status"][...] = found.rank, found.status_codes
             guarded[where] = found.guarded
-            self._put(here, found.values, found.rank, found.guarded, "K" in values)
+            if _STIFFNESS.name in found.values:
+                found.values[_STIFFNESS.name][found.guarded] = np.nan
+            known = self.of_outputs(found.values, found.rank) | {"status": found.status_codes}
+            for name in known.keys() - values.keys():
+                out[name][where] = known[name]
         rows = np.flatnonzero(guarded)
         if rows.size and again:
             some = {name: array[rows] for name, array in out.items()}
@@ -182,47 +186,30 @@ class MapEvaluator:
                 out[name][rows] = own
         return guarded
 
-    def _put(
-        self,
-        out: Mapping[str, np.ndarray],
-        values: Mapping[str, np.ndarray],
-        rank: np.ndarray,
-        guarded: np.ndarray,
-        has_K: bool,
-    ) -> None:
-        """Put what a kernel found into arrays (N, ...); K is perhaps there."""
-        wanted, d = set(self.quantities), self.robot.space.translations
-        if Quantity.STIFFNESS in wanted and not has_K:
-            out["K"][...] = values[_STIFFNESS.name]
-        if Quantity.PRINCIPAL_STIFFNESS in wanted:
-            principal = values[_PRINCIPAL.name].T
-            for kind, rows in (("translational", principal[:d]), ("rotational", principal[d:])):
-                own = out[f"{kind}_stiffness"].T
-                own[...] = rows
-                # K is positive semidefinite; what is below zero is rounding.
-                np.maximum(own, 0.0, out=own)
-        if Quantity.WORST_DEFLECTION in wanted:
-            out["worst_deflection"][...] = values[_WORST.name]
-        if Quantity.INDICES in wanted:
-            K = values[_STIFFNESS.name]
-            K[guarded] = np.nan
-            for name, own in stiffness_indices(K, rank, self.length).items():
-                out[name][...] = own
-        if Quantity.DEFLECTION in wanted:
-            twist = values[DeflectionUnder.name]
-            out["displacement"][...], out["rotation"][...] = twist[:, :d], twist[:, d:]
-
-    def of_matrices(
-        self, K: np.ndarray, rank: np.ndarray, worst: Callable[[], np.ndarray], *, definite: bool
+    def of_outputs(
+        self, values: Mapping[str, np.ndarray], rank: np.ndarray
     ) -> dict[str, np.ndarray]:
-        """What matrices K (N, n, n) say, and the worst deflection (N,), as far as it is wanted."""
-        found: dict[str, np.ndarray] = {"K": K, "rank": rank}
-        if Quantity.PRINCIPAL_STIFFNESS in self.quantities:
-            found |= principal_stiffnesses(K, definite=definite)
-        if Quantity.INDICES in self.quantities:
-            found |= stiffness_indices(K, rank, self.length)
-        if Quantity.WORST_DEFLECTION in self.quantities:
-            found["worst_deflection"] = worst()
+        """Rank and variables (N, ...) that follow from values of outputs (N, ...), by name.
+
+        Eigenvalues that are not among them are those of K, and may be below zero.
+        """
+        wanted, d = set(self.quantities), self.robot.space.translations
+        found = {"rank": rank}
+        if Quantity.STIFFNESS in wanted:
+            found["K"] = values[_STIFFNESS.name]
+        if Quantity.PRINCIPAL_STIFFNESS in wanted:
+            if _PRINCIPAL.name in values:  # of a semidefinite K: what is below zero is rounding
+                k = np.maximum(values[_PRINCIPAL.name], 0.0)
+            else:
+                k = principal_stiffnesses(values[_STIFFNESS.name], definite=False)
+            found |= {"translational_stiffness": k[:, :d], "rotational_stiffness": k[:, d:]}
+        if Quantity.INDICES in wanted:
+            found |= stiffness_indices(values[_STIFFNESS.name], rank, self.length)
+        if Quantity.WORST_DEFLECTION in wanted:
+            found["worst_deflection"] = values[_WORST.name]
+        if Quantity.DEFLECTION in wanted and DeflectionUnder.name in values:
+            twist = values[DeflectionUnder.name]
+            found |= {"displacement": twist[:, :d], "rotation": twist[:, d:]}
         return found
 
 
@@ -255,49 +242,33 @@ def poses_at(poses: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 
 def _of_legs(asked: MapEvaluator, poses: np.ndarray) -> dict[str, np.ndarray]:
-    pose, d = asked.columns.as_pose(poses), asked.robot.space.translations
-    near = np.array(asked.near) if asked.near else None
+    pose, near = asked.columns.as_pose(poses), np.array(asked.near) if asked.near else None
     result = direct_stiffness(cast(Any, asked.robot), pose, near=near)
-    K = stiffness_where_answered(result) if _OF_K & set(asked.quantities) else np.empty(0)
-
-    def worst() -> np.ndarray:
-        return worst_deflection(result.compliances)["worst_deflection"]
-
-    found = asked.of_matrices(K, result.rank, worst, definite=True)
-    found["status"] = result.status_codes
-    if asked.wrench:
-        F = np.array(asked.wrench)
-        twist, of_load = twists_under(result, F)
-        found["status"] = result.status_codes | of_load
-        found |= {"displacement": twist[:, :d], "rotation": twist[:, d:]}
-        if Quantity.ACTUATOR_FORCES in asked.quantities:
-            known = np.isfinite(twist[:, 0])
-            snapshot = find_posture(cast("Robot", asked.robot), pose, near=near).snapshot
-            found["actuator_force"] = _actuator_forces(snapshot, result, known, F)
+    values: dict[str, np.ndarray] = {}
+    codes = result.status_codes
+    for output in asked.outputs:
+        values[output.name], of_load = values_of(output, result)
+        codes = codes | of_load
+    found = asked.of_outputs(values, result.rank) | {"status": codes}
+    if Quantity.ACTUATOR_FORCES in asked.quantities:
+        snapshot = find_posture(cast("Robot", asked.robot), pose, near=near).snapshot
+        found["actuator_force"] = _actuator_forces(snapshot, result, np.array(asked.wrench))
     return found
 
 
-def _actuator_forces(
-    snapshot: Any, result: Stiffness, known: np.ndarray, wrench: np.ndarray
-) -> np.ndarray:
+def _actuator_forces(snapshot: Any, result: Stiffness, wrench: np.ndarray) -> np.ndarray:
     """Load on each actuator (N, actuators) [N or N m]: what its chain carries along it."""
-    whole = np.broadcast_to(wrench, (len(known), len(wrench)))
-    about_origin = move_wrench(whole, -result.offset)
-    loads = leg_loads(result[known], about_origin[known])
-    rows, forces = list(result.space.rows), []
-    for i, leg in enumerate(snapshot.legs):
-        F = np.zeros((len(known), 6))
-        if loads is not None:
-            F[np.ix_(known, np.array(rows))] = loads.wrenches[i]
+    bent = DeflectionsOfPoses(np.broadcast_to(wrench, (*result.batch_shape, len(wrench))), result)
+    rows, blocks, forces = list(result.space.rows), result.details().leg_blocks, []
+    for leg, own, solved in zip(snapshot.legs, bent.leg_wrenches, blocks, strict=True):
+        F = np.zeros((len(own), 6))
+        F[:, rows] = own.data  # no number where the load has no answer
         forces += [
             np.einsum("...i,...i->...", freedom_twist(element, result.origin), carried)
-            for element, carried in carried_by(leg, result.details().leg_blocks[i], F, rows)
+            for element, carried in carried_by(leg, solved, F, rows)
             if isinstance(element, PlacedFreedom) and isinstance(element.role, Actuated)
         ]
-    out = empty_batch((len(known),), (len(forces),))
-    held = known if loads is not None else np.zeros_like(known)
-    out[...] = np.where(held[:, None], np.stack(forces, axis=-1), np.nan)
-    return out
+    return np.stack(forces, axis=-1)
 
 
 def _of_cables(asked: MapEvaluator, poses: np.ndarray) -> dict[str, np.ndarray]:
@@ -315,10 +286,10 @@ def _of_cables(asked: MapEvaluator, poses: np.ndarray) -> dict[str, np.ndarray]:
         stable = (rank == robot.space.size) & ((status & int(Status.UNSTABLE)) == 0)
         C[stable] = scaled_inverse(K[stable], result.placed.characteristic_length[stable])
 
-    def worst() -> np.ndarray:
-        return worst_deflection(C)["worst_deflection"]
-
-    found = asked.of_matrices(K, rank, worst, definite=False)
+    values = {_STIFFNESS.name: K}
+    if Quantity.WORST_DEFLECTION in asked.quantities:
+        values[_WORST.name] = worst_deflection(C)
+    found = asked.of_outputs(values, rank)
     tensions = np.where(result.answered[:, None], result.tensions, np.nan)
     found |= {"status": status, "tension": tensions}
     found |= {"least_tension": tensions.min(axis=-1), "greatest_tension": tensions.max(axis=-1)}

@@ -1,7 +1,8 @@
-"""The work of a map, cut into blocks: poses, selection, evaluation, summary."""
+"""The work of a map, cut into blocks, and what is known of it: coordinates, attributes, summary."""
 
 from __future__ import annotations
 
+import json
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
@@ -13,9 +14,9 @@ import numpy as np
 
 from robostiff.analysis.identity import plain
 from robostiff.analysis.maps.evaluator import MapEvaluator, poses_at
-from robostiff.analysis.maps.pose_columns import PoseColumns
+from robostiff.analysis.maps.pose_columns import FACTOR, PoseColumns
 from robostiff.analysis.maps.pose_source import PoseSource
-from robostiff.analysis.maps.variables import EXCLUDED, Variable
+from robostiff.analysis.maps.variables import EXCLUDED, Variable, status_flags, status_words
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.version import __version__
@@ -284,3 +285,116 @@ def identity(job: MapJob) -> dict[str, Any]:
         "method": own.method,
         "version of robostiff": __version__,
     }
+
+
+_CONVENTIONS = (
+    "F = K t; twist: displacement of the reference point, then rotation; wrench: force, then "
+    "moment about the reference point; world axes; SI units; rx ry rz: rotation vector. "
+    "NaN: no answer at this pose; 'status' gives the reason."
+)
+
+
+def coordinate_arrays(job: MapJob) -> dict[str, tuple[tuple[str, ...], Any, dict[str, Any]]]:
+    """Axes of a grid, time along a list, names of rows and columns: dimensions, values, attributes.
+
+    Coordinates that each pose has of its own are variables of the job instead.
+    """
+    source = job.source
+    found: dict[str, tuple[tuple[str, ...], Any, dict[str, Any]]] = {}
+    for name, values in source.axis_values().items():
+        attributes = {"units": job.columns.unit_of(name), "long_name": _meaning(job, name)}
+        found[name] = (name,), values, attributes
+    parameter = source.parameter()
+    if parameter is not None:
+        name, unit, values = parameter
+        long_name = "time" if unit == "s" else "length along the path"
+        attributes = {"units": unit, "long_name": long_name}
+        found[name] = source.dims, values, attributes
+    for variable in job.answers:
+        for dim, labels in zip(variable.dims, variable.labels, strict=False):
+            found[dim] = (dim,), np.array(labels), {"long_name": dim}
+        if not isinstance(variable.units, str):
+            about = {"long_name": f"unit of each entry of {variable.name}"}
+            found[f"{variable.name}_units"] = variable.dims, np.array(variable.units), about
+    taken = {v.name for v in job.answers} | {d for v in job.variables for d in v.dims}
+    taken |= {"entry", "progress"}  # of a store
+    for name in source.names:
+        if name in taken or "/" in name:
+            raise InputError(
+                "name of a joint in a map",
+                got=name,
+                expected=f"none of {', '.join(sorted(taken))}, and without /",
+                hint="rename the joint in its file",
+            )
+    return found
+
+
+def own_coordinates(job: MapJob) -> list[str]:
+    """Names of the coordinates that are no dimension: of single poses, time, units of entries."""
+    found = [v.name for v in job.coordinates]
+    found += [name for name, (dims, *_) in coordinate_arrays(job).items() if dims != (name,)]
+    return found
+
+
+def variable_attributes(job: MapJob, variable: Variable) -> dict[str, Any]:
+    """Units and words of a variable, and the flags of the status (CF conventions, 3.5)."""
+    is_coordinate = variable in job.coordinates
+    attributes: dict[str, Any] = {
+        "units": variable.units if isinstance(variable.units, str) else "",
+        "long_name": _meaning(job, variable.name) if is_coordinate else variable.long_name,
+        "comment": variable.note,
+    }
+    if variable.name == "status":
+        flags = status_flags()
+        attributes |= {key: list(flags) for key in ("flag_masks", "flag_values")}
+        attributes["flag_meanings"] = " ".join(flags.values())
+    return {name: own for name, own in attributes.items() if own}
+
+
+def map_attributes(job: MapJob) -> dict[str, Any]:
+    """Attributes that are known before the first pose is computed."""
+    asked, columns = job.evaluator, job.columns
+    robot = asked.robot
+    attributes: dict[str, Any] = {
+        "Conventions": "CF-1.11",
+        "title": f"stiffness map of {robot.name}",
+        "robot": robot.name,
+        "robot_title": robot.title,
+        "source": robot.source.strip(),
+        "robostiff_version": __version__,
+        "method": asked.method,
+        "conventions": _CONVENTIONS,
+        "reference_point": [float(x) for x in robot.reference_point],
+        "reference_point_comment": "in the platform frame [m]",
+        "pose_coordinates": " ".join(columns.names),
+        "home_pose": list(columns.home),
+        "wrench_order": " ".join(robot.space.wrench_order),
+        "characteristic_length": asked.length,
+    }
+    if asked.wrench:
+        attributes["wrench"] = list(asked.wrench)
+    if asked.near:
+        attributes["near"] = list(asked.near)
+    return attributes
+
+
+def summary_attributes(summary: MapSummary) -> dict[str, Any]:
+    """Attributes that are known when all poses are computed."""
+    words = {status_words(code): count for code, count in summary.statuses.items()}
+    return {
+        "poses": summary.poses,
+        "poses_computed": summary.computed,
+        "poses_reachable": summary.reachable,
+        "poses_guarded": summary.guarded,
+        "statuses": json.dumps(words),
+    }
+
+
+def _meaning(job: MapJob, name: str) -> str:
+    columns = job.columns
+    if name in columns.names[len(columns.names) - columns.loads :]:
+        return "factor of the wrench" if name == FACTOR else f"{name} of the wrench"
+    if job.columns.of_joints:
+        return f"joint coordinate {name}"
+    axis = name[-1]
+    return f"rotation vector, {axis}" if name.startswith("r") else f"platform position, {axis}"

@@ -16,9 +16,18 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
 from robostiff.analysis.cable_tensions import cable_tensions
-from robostiff.analysis.maps.dataset import MapArrays, coordinate_arrays
 from robostiff.analysis.maps.evaluator import Batched, MapEvaluator, MapMethod
-from robostiff.analysis.maps.job import MOST_POSES, MapJob, MapSummary, Selection
+from robostiff.analysis.maps.job import (
+    MOST_POSES,
+    MapJob,
+    MapSummary,
+    Selection,
+    coordinate_arrays,
+    map_attributes,
+    own_coordinates,
+    summary_attributes,
+    variable_attributes,
+)
 from robostiff.analysis.maps.pose_columns import Mapped, pose_columns
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.reduced_map import ReducedMap
@@ -182,6 +191,38 @@ def stiffness_map(
         path = Path(folder) / "map.zarr"
         _fill(path, job, False, running, progress)
         return open_map(path).load()
+
+
+class MapArrays:
+    """A map in memory; blocks may be filled by several threads."""
+
+    def __init__(self, job: MapJob) -> None:
+        self.job = job
+        poses = job.partition.poses
+        # Equal entries of all poses side by side: a block is a run in each of them.
+        self._rows = {v.name: np.empty((*v.shape, poses), v.dtype) for v in job.variables}
+
+    def compute(self, index: int) -> MapSummary:
+        """Compute a block in its place."""
+        run = slice(*self.job.partition.run(index))
+        places = {name: rows[..., run] for name, rows in self._rows.items()}
+        return self.job.compute(index, places)
+
+    def dataset(self, summary: MapSummary) -> xarray.Dataset:
+        """The map, once all blocks are there."""
+        import xarray
+
+        job, arrays = self.job, {}
+        for v in job.variables:
+            whole, n = self._rows[v.name].reshape(*v.shape, *job.partition.shape), len(v.shape)
+            values = np.moveaxis(whole, range(n), range(-n, 0))
+            about = variable_attributes(job, v)
+            if v.name in summary.ranges:
+                about["actual_range"] = list(summary.ranges[v.name])
+            arrays[v.name] = (*job.source.dims, *v.dims), values, about
+        attributes = {**map_attributes(job), **summary_attributes(summary)}
+        made = xarray.Dataset({**arrays, **coordinate_arrays(job)}, attrs=attributes)
+        return made.set_coords(own_coordinates(job))
 
 
 def _fill(

@@ -17,8 +17,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robostiff.analysis.identity import plain
-from robostiff.analysis.maps.dataset import coordinate_arrays, map_attributes, summary_attributes
-from robostiff.analysis.maps.job import MapJob, MapSummary, Partition, count_of_each, identity
+from robostiff.analysis.maps.job import (
+    MapJob,
+    MapSummary,
+    Partition,
+    coordinate_arrays,
+    count_of_each,
+    identity,
+    map_attributes,
+    summary_attributes,
+)
 from robostiff.analysis.maps.reduction import Reduction, State
 from robostiff.analysis.maps.run import Run
 from robostiff.analysis.maps.store import already_there, check_same_map

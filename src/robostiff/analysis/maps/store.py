@@ -26,14 +26,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robostiff.analysis.identity import differences
-from robostiff.analysis.maps.dataset import (
+from robostiff.analysis.maps.job import (
+    MOST_POSES,
+    MapJob,
+    MapSummary,
     coordinate_arrays,
+    identity,
     map_attributes,
     own_coordinates,
+    summarize,
     summary_attributes,
     variable_attributes,
 )
-from robostiff.analysis.maps.job import MOST_POSES, MapJob, MapSummary, identity, summarize
 from robostiff.errors import InputError, needs_extra
 from robostiff.whole_file import whole_file
 

@@ -11,7 +11,7 @@ from matplotlib.path import Path
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from robostiff.markup import number, short
-from robostiff.plot.on_matplotlib.canvas import (
+from robostiff.plot.matplotlib_canvas import (
     SMALL,
     Canvas,
     colour_bar,
