@@ -195,7 +195,7 @@ def integer(digits: str) -> int | float:
 
 
 def _events(text: str, file: str) -> Iterator[Any]:
-    """Parse events of libyaml; the parser in Python, fifty times slower, has the words of errors."""
+    """Parse events of libyaml; the parser in Python, which is slow, has the words of errors."""
     import yaml
 
     in_python = yaml.SafeLoader
