@@ -27,6 +27,10 @@ class _Numbers:
     """Stands for what NumPy takes as an array of numbers."""
 
 
+class _NumbersOrFormulas:
+    """Stands for the same as far as it is looked at before the call: no words and no mappings."""
+
+
 class _Scalar:
     """Stands for a number, or a formula in its place."""
 
@@ -169,6 +173,9 @@ class _AnnotationNames(dict[str, Any]):
 
     def __init__(self, modules: Iterable[str], *, imports: bool) -> None:
         super().__init__(_MEANT)
+        if not imports:
+            arrays = (name for name, meant in _MEANT.items() if meant is _Numbers)
+            self.update(dict.fromkeys(arrays, _NumbersOrFormulas))
         self.imports = imports
         self.modules = [sys.modules[name] for name in modules if name in sys.modules]
 
@@ -208,6 +215,10 @@ def _fits(value: Any, hint: Any) -> bool:
             is_number and not isinstance(value, (bool, str)) and not getattr(value, "ndim", 0)
         )
         fits = is_number or (hint is _Scalar and hasattr(value, "free_symbols"))
+    elif hint is _NumbersOrFormulas:
+        ways = ("__array__", "__float__", "free_symbols", "to_root_units")
+        fits = isinstance(value, list | tuple) or any(hasattr(type(value), own) for own in ways)
+        fits = fits and not isinstance(value, bool)
     elif hint is _Numbers:
         import numpy as np
 
