@@ -10,7 +10,7 @@ import inspect
 import re
 import sys
 import typing
-from collections.abc import Callable, Iterable, Mapping, Set, Sized
+from collections.abc import Callable, Iterable, KeysView, Mapping, Sequence, Set, Sized
 from contextlib import suppress
 from enum import Enum
 from importlib import import_module
@@ -25,10 +25,6 @@ _FOREIGN = (ArithmeticError, AttributeError, LookupError, OSError, TypeError, Va
 
 class _Numbers:
     """Stands for what NumPy takes as an array of numbers."""
-
-
-class _NumbersOrFormulas:
-    """Stands for the same as far as it is looked at before the call: no words and no mappings."""
 
 
 class _Scalar:
@@ -116,8 +112,9 @@ class _Kinds:
     ) -> InputError | None:
         """The error for the first argument that its annotation excludes, if any.
 
-        `before` the call nothing is imported or read to find out what an annotation stands for,
-        and what is as by default, or long, is not looked at.
+        `before` the call nothing is imported or read to find out what an annotation stands for.
+        What is as by default, or long, is not looked at then, nor are arrays and machines:
+        functions name what is wrong with these in words of their own.
         """
         subject, owners = self.function.__name__, (inspect.unwrap(self.function),)
         if self.of_constructor:
@@ -127,7 +124,7 @@ class _Kinds:
             parameter = self.parameters.get(name)
             if parameter is None or parameter.annotation is parameter.empty:
                 continue  # of keywords of any name, or self, which may not be complete
-            if before and (value is parameter.default or _is_long(value)):
+            if before and (value is parameter.default or name in _MACHINES or _is_long(value)):
                 continue
             key = name, before, owners
             if key not in self._hints:
@@ -142,6 +139,7 @@ class _Kinds:
         return None
 
 
+_MACHINES = frozenset(("robot", "linkage", "network"))
 _LONG, _SHOWN, _MOST_MEMBERS = 100, 40, 8
 
 
@@ -175,7 +173,7 @@ class _AnnotationNames(dict[str, Any]):
         super().__init__(_MEANT)
         if not imports:
             arrays = (name for name, meant in _MEANT.items() if meant is _Numbers)
-            self.update(dict.fromkeys(arrays, _NumbersOrFormulas))
+            self.update(dict.fromkeys(arrays, Any))
         self.imports = imports
         self.modules = [sys.modules[name] for name in modules if name in sys.modules]
 
@@ -209,16 +207,12 @@ def _fits(value: Any, hint: Any) -> bool:
         fits = value in parts
     elif isinstance(origin, type):
         fits = _fits_container(value, origin, parts)
-    elif hint in (float, int, _Scalar):
+    elif hint in (float, int, complex, _Scalar):
         is_number = hasattr(type(value), "__index__" if hint is int else "__float__")
         is_number = (
             is_number and not isinstance(value, (bool, str)) and not getattr(value, "ndim", 0)
         )
         fits = is_number or (hint is _Scalar and hasattr(value, "free_symbols"))
-    elif hint is _NumbersOrFormulas:
-        ways = ("__array__", "__float__", "free_symbols", "to_root_units")
-        fits = isinstance(value, list | tuple) or any(hasattr(type(value), own) for own in ways)
-        fits = fits and not isinstance(value, bool)
     elif hint is _Numbers:
         import numpy as np
 
@@ -244,8 +238,9 @@ def _fits_container(value: Any, origin: type, parts: tuple[Any, ...]) -> bool:
         )
     if not issubclass(origin, Iterable):
         return isinstance(value, origin)
-    has_order = not isinstance(value, (str, bytes, Mapping, Set)) or issubclass(origin, Set)
-    if not has_order or not isinstance(value, Iterable):
+    has_order = isinstance(value, KeysView) or not isinstance(value, Mapping | Set)
+    without = isinstance(value, str | bytes) or not isinstance(value, Iterable)
+    if without or not (has_order or not issubclass(origin, Sequence)):
         return False
     if not isinstance(value, Sized):  # an iterator, which would be used up
         return True

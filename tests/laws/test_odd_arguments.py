@@ -457,26 +457,17 @@ def test_odd_arguments_are_refused_in_words(function, tmp_path, monkeypatch):
 
 #: Values of the kinds that are meant, or near them, which no function takes in silence.
 REFUSED = {
-    **{
-        "pose": ("home", [1.0, 2.0]),
-        "near": ("home",),
-        "at": ("x", [0, 0]),
-        "wrench": ("x", [1.0]),
-    },
-    **{
-        "loads": ("x", {"nothing": 1}),
-        "gravity": ("w", "down", [0, -9.81]),
-        "preload": ({"no": 1},),
-    },
-    **{"laws": ({"no": 1},), "beams": (3, "x", rs.Bowing), "tolerance": (1e-9, "x")},
-    **{"length": (-1.0, "x", [1.0, 2.0]), "tensions": (3, "nearest"), "fixed": ("x", ["nothing"])},
-    **{"parameters": ("nothing", ["nothing"]), "axes": ("world", 3), "method": ("exact", 3)},
-    **{"loss": ("robust", 1.0), "frames": ("known", 3), "criterion": ("d", 3), "backend": ("c", 3)},
-    **{"shared": (3, "yes"), "repeats": (3, "yes"), "resume": (3, "yes"), "finite": (3, "yes")},
-    **{"allow_xacro": (3, "yes"), "symbols": ("nothing", ["nothing"]), "form": ("closed", 3)},
-    **{"seed": (1.5, True), "samples": (1.5, True, -1), "count": (1.5, True, -1)},
-    **{"starts": (1.5, True), "name": (3,), "title": (3,), "source": (3,), "leg": (3, "nothing")},
-}
+    "pose": ("home", [1.0, 2.0]), "near": ("home",), "at": ("x", [0, 0]), "wrench": ("x", [1.0]),
+    "loads": ("x", {"nothing": 1}), "gravity": ("w", "down", [0, -9.81]), "preload": ({"no": 1},),
+    "laws": ({"no": 1},), "beams": (3, "x", rs.Bowing), "tolerance": (1e-9, "x"),
+    "length": (-1.0, "x", [1.0, 2.0]), "tensions": (3, "nearest"), "fixed": ("x", ["nothing"]),
+    "parameters": ("nothing", ["nothing"]), "axes": ("world", 3), "method": ("exact", 3),
+    "loss": ("robust", 1.0), "frames": ("known", 3), "criterion": ("d", 3), "backend": ("c", 3),
+    "shared": (3, "yes"), "repeats": (3, "yes"), "resume": (3, "yes"), "finite": (3, "yes"),
+    "allow_xacro": (3, "yes"), "symbols": ("nothing", ["nothing"]), "form": ("closed", 3),
+    "seed": (1.5, True), "samples": (1.5, True, -1), "count": (1.5, True, -1), "hook": (3, "x"),
+    "starts": (1.5, True), "name": (3,), "title": (3,), "source": (3,), "leg": (3, "nothing"),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -503,7 +494,7 @@ def test_what_came_what_was_expected_and_what_to_write():
             lambda: rs.choose_poses(robot, HOME, 1, ["leg1/strut"], {"a": Z}, fixed="x"),
             "fixed of choose_poses: got 'x', expected Sequence[str]; write ['x']",
         ),
-        (lambda: rs.UnderLoad(gravity=3), "expected three numbers [m/s^2] or an axis such as '-z'"),
+        (lambda: rs.UnderLoad(loads="x"), "expected forces and masses by the names of bodies"),
     ):
         with pytest.raises(rs.InputError, match=re.escape(words)):
             call()

@@ -224,7 +224,7 @@ def choose_poses(
         kind(np.repeat(q[rows], each, axis=0)),
         np.zeros((len(rows) * each, 3)),
         forces=np.tile(np.repeat(loads, len(names), axis=0), (len(rows), 1)),
-        hooks=hook,
+        hooks=None if hook is None else as_floats("hook", hook, "three numbers [m]", "m", (3,)),
         bodies=body,
         markers=list(names) * (len(rows) * len(loads)),
         sigma=sigma,
