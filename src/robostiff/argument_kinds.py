@@ -1,4 +1,4 @@
-"""Arguments of other kinds than the annotations of a function say, named once it has failed."""
+"""Arguments of other kinds than the annotations of a function say are named and refused."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ import builtins
 import errno
 import functools
 import inspect
+import re
 import sys
 import typing
-from collections.abc import Callable, Iterable, Mapping, Set, Sized
+from collections.abc import Callable, Iterable, KeysView, Mapping, Sequence, Set, Sized
 from contextlib import suppress
+from enum import Enum
 from importlib import import_module
 from types import SimpleNamespace, UnionType
 from typing import Any
@@ -38,14 +40,23 @@ _IN_WORDS = {
     "np.ndarray": "an array",
     "Scalar": "a number",
     "Any": "...",
-    " | ": " or ",
+    "Gravity": "three numbers [m/s^2] or an axis such as '-z'",
+    "Loads": "forces and masses by the names of bodies",
+    "Masses": "masses by the names of bodies",
+    "Laws": "force laws by the names of joints",
+    "Symbols": "names of parameters",
+    "Near": "joint coordinates",
+    "Pose": "a pose",
 }
+_WORD = re.compile("|".join(rf"(?<![\w.]){re.escape(own)}\b" for own in _IN_WORDS))
 
 
 def names_other_kinds(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function, whose foreign exceptions become an InputError where an argument is the cause.
+    """The function, which refuses arguments of other kinds than its annotations say.
 
-    Arguments are compared with their annotations after a failure only: a call costs no more.
+    Long lists, and what a constructor must be given, are compared once the call has failed with a
+    foreign exception, which becomes an InputError where one of them is the cause: parts of
+    machines make what they need of several kinds.
 
     Examples
     --------
@@ -58,18 +69,25 @@ def names_other_kinds(function: Callable[..., Any]) -> Callable[..., Any]:
     """
     if hasattr(function, _MARK):
         return function
+    kinds = _Kinds(function)
 
     @functools.wraps(function)
     def named(*args: Any, **kwargs: Any) -> Any:
+        if kinds.are_known_before and (error := kinds.error(args, kwargs, before=True)):
+            raise error
         try:
             return function(*args, **kwargs)
         except RobostiffError:
             raise
         except _FOREIGN as foreign:
-            error = _error_of_kinds(function, args, kwargs, foreign)
+            error = kinds.error(args, kwargs)
             if getattr(foreign, "errno", None) == errno.ENAMETOOLONG:
                 name = str(getattr(foreign, "filename", ""))
                 error = InputError("name of a file", got=name, expected="a shorter one")
+            if error is None and kinds.of_constructor:
+                expected = "values of the kinds and shapes that its documentation says"
+                subject, words = f"arguments of {type(args[0]).__name__}", Words(str(foreign))
+                error = InputError(subject, got=words, expected=expected)
             if error is None:
                 raise
             raise error from None
@@ -78,54 +96,85 @@ def names_other_kinds(function: Callable[..., Any]) -> Callable[..., Any]:
     return named
 
 
-def _error_of_kinds(
-    function: Callable[..., Any],
-    args: tuple[Any, ...],
-    kwargs: Mapping[str, Any],
-    foreign: BaseException,
-) -> InputError | None:
-    """The error for the first argument that its annotation excludes.
+class _Kinds:
+    """What the annotations of a function say of its arguments."""
 
-    Where there is none, of a constructor the foreign one in words, and else None.
-    """
-    signature = inspect.signature(function)
-    try:
-        given = signature.bind(*args, **kwargs).arguments
-    except TypeError:  # arguments that the function does not have
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.function = function
+        self.of_constructor = function.__name__ == "__init__"
+        self.parameters = inspect.signature(function).parameters
+        needed = sum(own.default is own.empty for own in self.parameters.values())
+        self.are_known_before = not self.of_constructor or needed == 1  # a setting: self alone
+        self._hints: dict[tuple[Any, ...], Any] = {}
+
+    def error(
+        self, args: tuple[Any, ...], kwargs: Mapping[str, Any], *, before: bool = False
+    ) -> InputError | None:
+        """The error for the first argument that its annotation excludes, if any.
+
+        `before` the call nothing is imported or read to find out what an annotation stands for.
+        What is as by default, or long, is not looked at then, nor are arrays and machines:
+        functions name what is wrong with these in words of their own.
+        """
+        subject, owners = self.function.__name__, (inspect.unwrap(self.function),)
+        if self.of_constructor:
+            subject, owners = type(args[0]).__name__, type(args[0]).__mro__
+        by_place = zip(self.parameters, args, strict=False)
+        for name, value in (*by_place, *kwargs.items()):
+            parameter = self.parameters.get(name)
+            if parameter is None or parameter.annotation is parameter.empty:
+                continue  # of keywords of any name, or self, which may not be complete
+            if before and (value is parameter.default or name in _MACHINES or _is_long(value)):
+                continue
+            key = name, before, owners
+            if key not in self._hints:
+                modules = dict.fromkeys(own.__module__ for own in owners)
+                self._hints[key] = _hint(parameter.annotation, modules, imports=not before)
+            if not _fits(value, self._hints[key]):
+                words = _in_words(str(parameter.annotation), self._hints[key])
+                alone = isinstance(value, str) and re.search(r"(Sequence|Iterable|tuple)\[", words)
+                hint = f"write [{value!r}]" if alone and len(value) < _SHOWN else None
+                got = Words(value) if value is None else value
+                return InputError(f"{name} of {subject}", got=got, expected=words, hint=hint)
         return None
-    subject, owners = function.__name__, (inspect.unwrap(function),)
-    if function.__name__ == "__init__":
-        subject, owners = type(args[0]).__name__, type(args[0]).__mro__
-    names = _AnnotationNames(dict.fromkeys(own.__module__ for own in owners))
-    for name, value in given.items():
-        parameter = signature.parameters[name]
-        if parameter.annotation is parameter.empty:  # self, which may not be complete
-            continue
-        values = [value]
-        if parameter.kind is inspect.Parameter.VAR_KEYWORD:
-            values = list(value.values())
-        own = SimpleNamespace(__annotations__={"own": parameter.annotation})
-        try:
-            hint = typing.get_type_hints(own, {}, names)["own"]
-        except (AttributeError, NameError, TypeError):  # what it stands for cannot be found out
-            continue
-        for one in values:
-            if not _fits(one, hint):
-                words = str(parameter.annotation)
-                for code, word in _IN_WORDS.items():
-                    words = words.replace(code, word)
-                return InputError(f"{name} of {subject}", got=one, expected=words)
-    if function.__name__ == "__init__":
-        expected = "values of the kinds and shapes that its documentation says"
-        return InputError(f"arguments of {subject}", got=Words(str(foreign)), expected=expected)
-    return None
+
+
+_MACHINES = frozenset(("robot", "linkage", "network"))
+_LONG, _SHOWN, _MOST_MEMBERS = 100, 40, 8
+
+
+def _is_long(value: Any) -> bool:
+    return hasattr(value, "shape") or (isinstance(value, Sized) and len(value) > _LONG)
+
+
+def _in_words(annotation: str, hint: Any) -> str:
+    """What is expected: the members of an enumeration, the classes that one name stands for."""
+    if isinstance(hint, type) and issubclass(hint, Enum) and len(hint) <= _MOST_MEMBERS:
+        return " or ".join(f"{hint.__name__}.{own.name}" for own in hint)
+    parts = typing.get_args(hint)
+    if annotation.isidentifier() and parts and all(isinstance(own, type) for own in parts):
+        annotation = " | ".join(own.__name__ for own in parts)
+    return _WORD.sub(lambda found: _IN_WORDS[found[0]], annotation).replace(" | ", " or ")
+
+
+def _hint(annotation: Any, modules: Iterable[str], *, imports: bool) -> Any:
+    """What an annotation in some modules stands for; Any where that cannot be found out."""
+    own = SimpleNamespace(__annotations__={"own": annotation})
+    try:
+        return typing.get_type_hints(own, {}, _AnnotationNames(modules, imports=imports))["own"]
+    except (AttributeError, NameError, TypeError):
+        return Any
 
 
 class _AnnotationNames(dict[str, Any]):
     """Names in annotations of some modules, also those imported for type checkers alone."""
 
-    def __init__(self, modules: Iterable[str]) -> None:
+    def __init__(self, modules: Iterable[str], *, imports: bool) -> None:
         super().__init__(_MEANT)
+        if not imports:
+            arrays = (name for name, meant in _MEANT.items() if meant is _Numbers)
+            self.update(dict.fromkeys(arrays, Any))
+        self.imports = imports
         self.modules = [sys.modules[name] for name in modules if name in sys.modules]
 
     def __missing__(self, name: str) -> Any:
@@ -135,7 +184,7 @@ class _AnnotationNames(dict[str, Any]):
         if name in vars(builtins):
             return vars(builtins)[name]
         for module in self.modules:
-            if not module.__name__.startswith("robostiff"):
+            if not (self.imports and module.__name__.startswith("robostiff")):
                 continue
             for node in ast.walk(ast.parse(inspect.getsource(module))):
                 if not isinstance(node, ast.Import | ast.ImportFrom):
@@ -158,7 +207,7 @@ def _fits(value: Any, hint: Any) -> bool:
         fits = value in parts
     elif isinstance(origin, type):
         fits = _fits_container(value, origin, parts)
-    elif hint in (float, int, _Scalar):
+    elif hint in (float, int, complex, _Scalar):
         is_number = hasattr(type(value), "__index__" if hint is int else "__float__")
         is_number = (
             is_number and not isinstance(value, (bool, str)) and not getattr(value, "ndim", 0)
@@ -189,8 +238,9 @@ def _fits_container(value: Any, origin: type, parts: tuple[Any, ...]) -> bool:
         )
     if not issubclass(origin, Iterable):
         return isinstance(value, origin)
-    has_order = not isinstance(value, (str, bytes, Mapping, Set)) or issubclass(origin, Set)
-    if not has_order or not isinstance(value, Iterable):
+    has_order = isinstance(value, KeysView) or not isinstance(value, Mapping | Set)
+    without = isinstance(value, str | bytes) or not isinstance(value, Iterable)
+    if without or not (has_order or not issubclass(origin, Sequence)):
         return False
     if not isinstance(value, Sized):  # an iterator, which would be used up
         return True

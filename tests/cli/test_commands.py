@@ -267,7 +267,7 @@ def test_help_imports_nothing_heavy():
     code = (
         "import sys; from click.testing import CliRunner; from robostiff.cli.main import app; "
         "CliRunner().invoke(app, ['--help']); "
-        "heavy = {'numpy', 'scipy', 'pint', 'pydantic', 'ruamel', 'sympy'} & set(sys.modules); "
+        "heavy = {'numpy', 'scipy', 'pint', 'pydantic', 'yaml', 'sympy'} & set(sys.modules); "
         "sys.exit(', '.join(sorted(heavy)) or None)"
     )
     outcome = subprocess.run(

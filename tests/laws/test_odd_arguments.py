@@ -10,6 +10,7 @@ import re
 import subprocess
 import sys
 import warnings
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -434,7 +435,7 @@ def test_good_arguments_are_good(function, tmp_path, monkeypatch):
 def test_odd_arguments_are_refused_in_words(function, tmp_path, monkeypatch):
     """No foreign exception from any argument of another kind."""
     monkeypatch.chdir(tmp_path)
-    foreign = []
+    foreign, accepted = [], []
     good = GOOD[function]()
     kinds = FEW if function in LONG else ODD
     for parameter in good:
@@ -444,11 +445,59 @@ def test_odd_arguments_are_refused_in_words(function, tmp_path, monkeypatch):
                 continue  # a function of the user's, whose exceptions are its own
             try:
                 _called(function, {**good, parameter: odd})
+                accepted += [parameter] if kind == "object" else []
             except rs.RobostiffError:
                 pass
             except Exception as error:
                 foreign.append(f"{parameter}={kind}: {type(error).__name__}: {error}"[:110])
     assert not foreign, "\n".join(foreign)
+    if inspect.isfunction(function):
+        assert not accepted, "what is nothing was taken for something"
+
+
+#: Values of the kinds that are meant, or near them, which no function takes in silence.
+REFUSED = {
+    "pose": ("home", [1.0, 2.0]), "near": ("home",), "at": ("x", [0, 0]), "wrench": ("x", [1.0]),
+    "loads": ("x", {"nothing": 1}), "gravity": ("w", "down", [0, -9.81]), "preload": ({"no": 1},),
+    "laws": ({"no": 1},), "beams": (3, "x", rs.Bowing), "tolerance": (1e-9, "x"),
+    "length": (-1.0, "x", [1.0, 2.0]), "tensions": (3, "nearest"), "fixed": ("x", ["nothing"]),
+    "parameters": ("nothing", ["nothing"]), "axes": ("world", 3), "method": ("exact", 3),
+    "loss": ("robust", 1.0), "frames": ("known", 3), "criterion": ("d", 3), "backend": ("c", 3),
+    "shared": (3, "yes"), "repeats": (3, "yes"), "resume": (3, "yes"), "finite": (3, "yes"),
+    "allow_xacro": (3, "yes"), "symbols": ("nothing", ["nothing"]), "form": ("closed", 3),
+    "seed": (1.5, True), "samples": (1.5, True, -1), "count": (1.5, True, -1), "hook": (3, "x"),
+    "starts": (1.5, True), "name": (3,), "title": (3,), "source": (3,), "leg": (3, "nothing"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "function", [own for own in GOOD if inspect.isfunction(own)], ids=lambda own: own.__name__
+)
+def test_values_near_those_that_are_meant_are_refused(function, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    good, accepted = GOOD[function](), []
+    for name in (own for own in good if own in REFUSED):
+        for value in REFUSED[name]:
+            with suppress(rs.InputError):
+                _called(function, {**good, name: value})
+                accepted.append((name, value))
+    assert not accepted
+
+
+def test_what_came_what_was_expected_and_what_to_write():
+    robot = rs.load("hexapod")
+    for call, words in (
+        (lambda: rs.equilibrium(robot, beams=3), "beams of equilibrium: got 3, expected Bowing or"),
+        (lambda: rs.compensate(robot, HOME, LOAD, axes="world"), "expected Axes.WORLD or Axes.TO"),
+        (lambda: rs.identify(robot, None, ["k"]), "got None, expected Measurements"),
+        (
+            lambda: rs.choose_poses(robot, HOME, 1, ["leg1/strut"], {"a": Z}, fixed="x"),
+            "fixed of choose_poses: got 'x', expected Sequence[str]; write ['x']",
+        ),
+        (lambda: rs.UnderLoad(loads="x"), "expected forces and masses by the names of bodies"),
+    ):
+        with pytest.raises(rs.InputError, match=re.escape(words)):
+            call()
 
 
 def test_kinds_of_arguments_do_not_depend_on_what_was_imported(tmp_path):

@@ -7,7 +7,7 @@ from importlib import import_module
 from typing import Any
 
 import pytest
-from ruamel.yaml import YAML
+import yaml
 
 import robostiff as rs
 from robostiff.elastostatics import IndexRules, Recursive
@@ -98,7 +98,7 @@ def test_names_in_the_nomenclature_exist():
 
 
 def test_version_is_the_same_everywhere():
-    citation = YAML(typ="safe").load(document("CITATION.cff"))
+    citation = yaml.safe_load(document("CITATION.cff"))
     assert citation["version"] == rs.__version__
     assert f"## [{rs.__version__}]" in document("CHANGELOG.md")
     for path in ROOT.glob("extras/*/pyproject.toml"):
@@ -108,7 +108,7 @@ def test_version_is_the_same_everywhere():
 
 
 def test_citation_has_what_its_format_requires():
-    citation = YAML(typ="safe").load(document("CITATION.cff"))
+    citation = yaml.safe_load(document("CITATION.cff"))
     assert citation["cff-version"] == "1.2.0"
     assert {"message", "title", "authors"} <= citation.keys()
     for reference in citation["references"]:
@@ -137,13 +137,13 @@ def test_constraints_hold_every_dependency():
 
 def test_the_hook_for_ruff_has_the_version_of_the_constraints():
     (pinned,) = re.findall(r"^ruff==\S+$", document("constraints.txt"), re.MULTILINE)
-    hooks = YAML(typ="safe").load(document(".pre-commit-config.yaml"))["repos"][0]["hooks"]
+    hooks = yaml.safe_load(document(".pre-commit-config.yaml"))["repos"][0]["hooks"]
     assert [hook["id"] for hook in hooks] == ["ruff-check", "ruff-format"]
     assert all(hook["additional_dependencies"] == [pinned] for hook in hooks)
 
 
 def test_hosted_checks_run_every_version_of_python_and_the_targets_of_everywhere():
-    jobs = YAML(typ="safe").load(document(".github/workflows/checks.yml"))["jobs"]
+    jobs = yaml.safe_load(document(".github/workflows/checks.yml"))["jobs"]
     matrix = jobs["test"]["strategy"]["matrix"]
     listed = tomllib.loads(document("pyproject.toml"))["project"]["classifiers"]
     assert [f"Programming Language :: Python :: {version}" for version in matrix["python"]] == [

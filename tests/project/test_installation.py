@@ -92,7 +92,7 @@ def test_what_installs_robostiff():
         "sympy",
         "python-flint",
         "pydantic",
-        "ruamel.yaml",
+        "pyyaml",
         "click",
         "rich",
     }

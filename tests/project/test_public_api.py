@@ -16,7 +16,7 @@ from tests.project.shown_output import ROOT
 #: The page of the API lists them, so that none is added or lost unseen.
 PUBLIC = [name for name in rs.__all__ if name != "__version__"]
 HEAVY = {
-    *("numpy", "scipy", "pydantic", "pint", "click", "rich", "ruamel", "sympy", "matplotlib"),
+    *("numpy", "scipy", "pydantic", "pint", "click", "rich", "yaml", "sympy", "matplotlib"),
     *("xarray", "zarr", "dask", "distributed", "llvmlite", "jaxtyping", "flint", "mujoco"),
     *("yourdfpy", "plotly"),
 }
@@ -90,12 +90,12 @@ def test_help_is_light():
 @pytest.mark.parametrize(
     ("command", "needed"),
     [
-        ("robots", {"ruamel"}),
-        ("stiffness gough-stewart-a --json", {"numpy", "pydantic", "ruamel"}),
-        ("check 3-rpr", {"numpy", "pydantic", "ruamel", "rich"}),
-        ("indices hexapod", {"numpy", "pydantic", "ruamel", "rich"}),
-        ("deflection hexapod --wrench 100,0,0,0,0,0", {"numpy", "pydantic", "ruamel"}),
-        ("equilibrium hexapod --wrench 100,0,0,0,0,0", {"numpy", "pydantic", "ruamel"}),
+        ("robots", {"yaml"}),
+        ("stiffness gough-stewart-a --json", {"numpy", "pydantic", "yaml"}),
+        ("check 3-rpr", {"numpy", "pydantic", "yaml", "rich"}),
+        ("indices hexapod", {"numpy", "pydantic", "yaml", "rich"}),
+        ("deflection hexapod --wrench 100,0,0,0,0,0", {"numpy", "pydantic", "yaml"}),
+        ("equilibrium hexapod --wrench 100,0,0,0,0,0", {"numpy", "pydantic", "yaml"}),
     ],
 )
 def test_commands_load_what_they_use(command: str, needed: set[str]):
@@ -114,7 +114,7 @@ def test_one_matrix_of_a_robot_of_legs_loads_no_other_kinds_of_robots():
 
 def test_a_page_of_stiffness_loads_no_other_questions():
     loaded = loaded_by(called("stiffness hexapod"))
-    assert loaded & HEAVY <= {"click", "numpy", "pydantic", "ruamel"}
+    assert loaded & HEAVY <= {"click", "numpy", "pydantic", "yaml"}
     others = {"cables", "compensation", "linkage", "network", "recorded", "statics"}
     assert not {f"robostiff.{name}" for name in others} & loaded
     assert {"robostiff.kinematics", "robostiff.page"} <= loaded

@@ -81,7 +81,7 @@ def test_parameters_of_shipped_robot():
 def test_import_is_light():
     code = (
         "import sys, robostiff.robots as robots; robots.shipped_robots(); "
-        "print([m for m in ('pydantic', 'pint', 'ruamel', 'numpy', 'scipy') if m in sys.modules])"
+        "print([m for m in ('pydantic', 'pint', 'yaml', 'numpy', 'scipy') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

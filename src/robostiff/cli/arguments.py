@@ -16,11 +16,6 @@ from robostiff.kinematics import ActuatorCoordinates, JointCoordinates, ToolPose
 from robostiff.model import Actuated, Coordinate, Mass
 from robostiff.spatial import Space
 
-_DIMENSIONS = {"m": Dimension.LENGTH, "rad": Dimension.ANGLE}
-_POSE_DIMENSIONS = {
-    own: Dimension.LENGTH if own.value in ("x", "y", "z") else Dimension.ANGLE for own in Coordinate
-}
-
 
 def loaded(
     model: Model,
@@ -82,7 +77,7 @@ def six_coordinates(text: str, option: str) -> list[float]:
 
 def length_and_angle(text: str, option: str) -> list[float]:
     """A length and an angle (2,) [m, rad]."""
-    return parse_quantities(text, [*_DIMENSIONS.values()], ["length", "angle"], option)
+    return parse_quantities(text, [Dimension.LENGTH, Dimension.ANGLE], ["length", "angle"], option)
 
 
 _TOOL_POSE = re.compile(r"\s*tip\s(?P<tip>.+?)\saxis\s(?P<axis>.+?)(?:\sspin\s(?P<spin>.+))?\s*$")
@@ -120,7 +115,7 @@ def _pose_coordinates(free: Sequence[Coordinate], text: str) -> list[float]:
 
 
 def _read_coordinates(coordinates: Sequence[Coordinate], text: str, option: str) -> list[float]:
-    dimensions = [_POSE_DIMENSIONS[coordinate] for coordinate in coordinates]
+    dimensions = [Dimension.of(coordinate.unit) for coordinate in coordinates]
     return parse_quantities(text, dimensions, [c.value for c in coordinates], option)
 
 
@@ -128,7 +123,7 @@ def _by_joints(robot: Any, text: str) -> Any:
     """Some joints by name; or all of a serial arm, the actuated ones of any other machine."""
     is_linkage, is_arm, by_name = robot.kind == "linkage", False, "=" in text
     if is_linkage:
-        units = {own.name: [_DIMENSIONS[s.unit] for s in own.freedoms] for own in robot.joints}
+        units = {own.name: [Dimension.of(s.unit) for s in own.freedoms] for own in robot.joints}
         driven = [own.name for own in robot.joints if isinstance(own.role, Actuated)]
         names = list(units) if by_name else driven
     else:
@@ -183,7 +178,7 @@ def near(robot: Any, place: Posing) -> list[float] | None:
 def _dimensions(robot: Any) -> dict[str, Dimension]:
     """What each coordinate of all legs measures, by its name."""
     return {
-        name if robot.is_serial else f"{leg.name}/{name}": _DIMENSIONS[screw.unit]
+        name if robot.is_serial else f"{leg.name}/{name}": Dimension.of(screw.unit)
         for leg in robot.legs
         for screw, name in zip(leg.chain.freedoms, leg.chain.coordinate_names, strict=True)
     }
@@ -208,7 +203,7 @@ def wrench(text: str | None, space: Space, option: str = "--wrench") -> Any:
 
 def _wrench_dimensions(space: Space) -> dict[str, Dimension]:
     units = zip(space.wrench_order, space.wrench_units, strict=True)
-    return {name: Dimension.FORCE if u == "N" else Dimension.MOMENT for name, u in units}
+    return {name: Dimension.of(unit) for name, unit in units}
 
 
 def _row(option: str, text: str, numbers: Mapping[str, Dimension]) -> list[float]:
@@ -347,7 +342,7 @@ def settlements(written: tuple[str, ...], space: Space) -> dict[str, list[float]
     """Twists of fixed nodes [m, rad], by their names."""
     moved = named_once("--settle", written, _FOR_NETWORKS)
     units = zip(space.twist_order, space.twist_units, strict=True)
-    twist = {name: _DIMENSIONS[unit] for name, unit in units}
+    twist = {name: Dimension.of(unit) for name, unit in units}
     return {name: _row("--settle", values, twist) for name, values in moved.items()}
 
 

@@ -39,7 +39,7 @@ from robostiff.analysis.maps import (
     stiffness_map,
 )
 from robostiff.analysis.maps import Progress as Done
-from robostiff.analysis.maps.pose_columns import FACTOR, SIX, Mapped, coordinate_units
+from robostiff.analysis.maps.pose_columns import FACTOR, POSE_UNITS, Mapped, coordinate_units
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.cli import arguments as written
 from robostiff.cli.command import BAD_STATUS, INTERRUPTED, answered
@@ -81,14 +81,12 @@ def read_asked_poses(robot: Mapped, asked: Any) -> PoseSource:
                 expected=f"a joint ({', '.join(joints)}) and its range",
                 hint=f'write --joint "{next(iter(joints))} -1 1 21"',
             )
-        dimension = Dimension.LENGTH if joints[name] == "m" else Dimension.ANGLE
-        add(name, dimension, text.strip().removeprefix(name), f"--joint {name}")
+        add(name, Dimension.of(joints[name]), text.strip().removeprefix(name), f"--joint {name}")
     for name, text in asked.axes.items():
         if isinstance(robot, Robot) and (asked.joints or name in joints):
             expected = "--joint alone" if asked.joints else f"--joint, as a joint is called {name}"
             raise InputError(f"--{name}", got=text, expected=expected)
-        dimension = Dimension.LENGTH if SIX.index(name) < 3 else Dimension.ANGLE
-        add(name, dimension, text, f"--{name}")
+        add(name, Dimension.of(POSE_UNITS[name]), text, f"--{name}")
     if asked.factors is not None:
         add(FACTOR, Dimension.NUMBER, asked.factors, "--factor")
     if not found:

@@ -264,10 +264,12 @@ def tolerances(
     """
     from scipy.stats import qmc
 
+    if samples < 1:
+        raise InputError("samples of tolerances", got=samples, expected="a whole number from 1 on")
     drawn = _DrawnRobots.of(robot, spreads, outputs, poses, threads)
     at_nominal = NumbersOfDesigns.of(drawn.robot, outputs, drawn.names, poses)
     numbers, rates, _ = at_nominal.at(drawn.nominal)
-    in_sequence = 2 ** max(0, int(np.ceil(np.log2(max(samples, 1) / _SEQUENCES))))
+    in_sequence = 2 ** max(0, int(np.ceil(np.log2(samples / _SEQUENCES))))
     shape = _SEQUENCES * in_sequence, len(drawn.rows)
     found = {x.name: np.empty(shape) for x in outputs}
     first = drawn.values(np.empty((len(drawn.names), 0)))

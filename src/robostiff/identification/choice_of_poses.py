@@ -127,9 +127,15 @@ def random_postures(robot: Robot, count: int, seed: int = 0) -> JointCoordinates
         finder, places = posture_finder(numeric), robot.coordinate_places
         width = np.where(np.array(places) < 3, 0.1 * finder.length, 0.15)
         low, high = finder.home_pose[places] - width, finder.home_pose[places] + width
+    _check_count(count)
     u = qmc.Halton(len(low), rng=np.random.default_rng(seed)).random(count)
     q = low + u * (high - low)
     return JointCoordinates(q) if robot.is_posed_by_joints else q
+
+
+def _check_count(count: int) -> None:
+    if count < 1:
+        raise InputError("count of postures", got=count, expected="a whole number from 1 on")
 
 
 def choose_poses(
@@ -207,18 +213,18 @@ def choose_poses(
     places = as_floats(
         "markers", [*markers.values()], "three numbers each [m]", None, (len(names), 3)
     )
+    _check_count(count)
     kind = JointCoordinates if isinstance(candidates, JointCoordinates) else np.asarray
     reached = find_posture(robot.numeric, kind(q))
     rows = np.flatnonzero(reached.reached & reached.within_limits)
-    least = 1 if repeats else count
-    if len(rows) < least:
+    if len(rows) < (least := 1 if repeats else count):
         raise InputError("candidates", got=f"{len(rows)} in reach", expected=f"at least {least}")
     each = len(loads) * len(names)
     measured = Measurements(
         kind(np.repeat(q[rows], each, axis=0)),
         np.zeros((len(rows) * each, 3)),
         forces=np.tile(np.repeat(loads, len(names), axis=0), (len(rows), 1)),
-        hooks=hook,
+        hooks=None if hook is None else as_floats("hook", hook, "three numbers [m]", "m", (3,)),
         bodies=body,
         markers=list(names) * (len(rows) * len(loads)),
         sigma=sigma,

@@ -23,7 +23,7 @@ from robostiff.identification.unknowns import Unknown, UnknownKind, with_unknown
 from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.markup import number
-from robostiff.model import Robot
+from robostiff.model import Robot, gravity_vector
 from robostiff.spatial import as_floats
 
 _ROUNDS = 20
@@ -296,6 +296,8 @@ def _model_of(
     InputError
         When frames, postures or readings do not fit the robot.
     """
+    if gravity is not None:
+        gravity = gravity_vector("gravity", gravity)  # small loads take none
     names = measured.marker_names
     instrument, markers, turns, turned = known_frames(measured, frames)
     R = np.eye(3) if instrument is None else turn_by_vector(instrument[3:])

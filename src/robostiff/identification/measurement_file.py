@@ -206,6 +206,10 @@ class _Table:
             if own.name in bound:
                 why = "it is no free coordinate of the robot"
                 warn_of_slip(f"{own.at}: column {own.name!r} is not read: {why}")
+        for what, begins in (("along", "u_"), ("distance", "from_")):
+            for own in table.columns if what not in table.si else ():
+                if own.name.startswith(begins):
+                    warn_of_slip(f"{own.at}: column {own.name!r} is not read without {what!r}")
         read = {name for own, _ in _READINGS.values() for name in own}
         if given is None and not several and not read & table.si.keys():
             raise FileError(

@@ -134,20 +134,23 @@ def _with_unknowns(
     symbols = {str(symbol): symbol for symbol in robot.symbols}
     # known names by the name of the unknown that is one number for them
     names, groups = [*symbols, *candidates], {}
-    for pattern in patterns:
-        fits = [name for name in names if _fits(name, pattern)]
-        if not fits:
+    for pattern in (*patterns, *fixed):
+        if not any(_fits(name, pattern) for name in names):
+            what = "to identify" if pattern in patterns else "that is fixed"
             raise InputError(
-                f"parameter of {robot.name!r} to identify",
+                f"parameter of {robot.name!r} {what}",
                 got=pattern,
                 expected="one of " + ", ".join(names[:40]),
                 hint='parameters of a file are symbols of rs.load(file, symbols=("upper",))',
             )
+    for pattern in patterns:
         taken = {name for own in groups.values() for name in own}
         fits = [
             name
-            for name in fits
-            if name not in taken and not any(_fits(name, own) for own in fixed)
+            for name in names
+            if _fits(name, pattern)
+            and name not in taken
+            and not any(_fits(name, own) for own in fixed)
         ]
         groups |= {pattern: fits} if shared and fits else {name: [name] for name in fits}
     if not any(groups.values()):

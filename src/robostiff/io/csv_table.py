@@ -27,12 +27,6 @@ _LARGEST = 1e30
 _SIMILAR = 0.81  # a name is taken for a slip: joint33 of joint3; not remark of marker
 _MOST_WARNINGS = 12
 _HEADING = re.compile(r"\s*(?P<name>[^\[\(]+?)\s*(?:[\[\(](?P<unit>[^\]\)]*)[\]\)])?\s*\Z")
-_DIMENSIONS = {
-    dimension.si_unit: dimension
-    for dimension in (
-        *(Dimension.LENGTH, Dimension.ANGLE, Dimension.FORCE, Dimension.MOMENT, Dimension.MASS),
-    )
-}
 _TIMES = {"": 1.0, "s": 1.0, "ms": 1e-3, "min": 60.0}
 
 
@@ -256,7 +250,7 @@ def _factor(at: Location, name: str, unit: str, si_unit: str) -> float:
         return _TIMES[unit]
     try:
         quantity = parse_quantity(f"1 {unit}")
-        return to_si(quantity, _DIMENSIONS[si_unit], subject=f"unit of {name}", got=unit)
+        return to_si(quantity, Dimension.of(si_unit), subject=f"unit of {name}", got=unit)
     except InputError as error:
         raise FileError.from_input_error(at, error) from None
 

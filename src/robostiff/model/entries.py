@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import is_dataclass, replace
 from decimal import Context, Decimal, localcontext
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any, Self, TypeVar
 
 import numpy as np
 
 from robostiff.elasticity.checks import Bounds, error_at
 from robostiff.errors import InputError
+from robostiff.model.batched import names_of
 from robostiff.model.joint import Actuated, Locked
 from robostiff.spatial.formula import exact_number, is_formula
 
@@ -117,7 +118,7 @@ def are_equal(one: Any, other: Any) -> bool:
     if isinstance(one, np.ndarray):
         return np.array_equal(one, other)
     if is_dataclass(one):
-        return all(are_equal(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
+        return all(are_equal(getattr(one, k), getattr(other, k)) for k in names_of(type(one)))
     if isinstance(one, tuple):
         return len(one) == len(other) and all(map(are_equal, one, other))
     return bool(one == other)
@@ -134,7 +135,7 @@ def formulas(part: Any) -> Iterator[Any]:
         for member in part:
             yield from formulas(member)
     elif is_dataclass(part):
-        for name in _names_of(type(part)):
+        for name in names_of(type(part)):
             if name not in _NO_ENTRIES:
                 yield from formulas(getattr(part, name))
 
@@ -165,16 +166,11 @@ def _converted(
                 name: getattr(part, name)
                 if name in _NO_ENTRIES
                 else _converted(getattr(part, name), convert, known, prepared)
-                for name in _names_of(type(part))
+                for name in names_of(type(part))
             }
             known[id(part)] = type(part)(**values)  # pyright: ignore[reportCallIssue]
         return known[id(part)]
     return part
-
-
-@cache
-def _names_of(kind: Any) -> tuple[str, ...]:
-    return tuple(field.name for field in fields(kind))
 
 
 def free_symbols(robot: Any) -> tuple[Any, ...]:
@@ -195,7 +191,7 @@ def bounds_of(part: Any, name: str) -> Iterator[tuple[str, Bounds]]:
         bounds = getattr(part, "bounds", None)
         own = getattr(part, "name", name) if bounds is None else name
         yield from ((name, x) for x in bounds or ())
-        for member in _names_of(type(part)):
+        for member in names_of(type(part)):
             if member != "bounds":
                 yield from bounds_of(getattr(part, member), own)
 

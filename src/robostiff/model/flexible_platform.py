@@ -8,9 +8,10 @@ import numpy as np
 
 from robostiff.elasticity import BeamTheory, CrossSection, Elasticity, Material
 from robostiff.errors import InputError
+from robostiff.model.batched import Batched
 from robostiff.model.checks import check_distinct, vector3
 from robostiff.model.link import beam_link
-from robostiff.model.mass import Mass, PlacedMass, one_of
+from robostiff.model.mass import Mass, PlacedMass
 from robostiff.spatial.formula import is_formula, vanishes
 
 _SAME_PLACE = 1e-9  # of the size of the platform
@@ -220,7 +221,7 @@ def rigid_member(a: PlatformNode, b: PlatformNode, name: str = "rigid") -> Platf
 
 
 @dataclass(frozen=True)
-class PlacedPlatform:
+class PlacedPlatform(Batched):
     """A flexible platform in the world.
 
     Attributes
@@ -238,11 +239,6 @@ class PlacedPlatform:
     holds: tuple[str, ...]
     rotation: np.ndarray
     origin: np.ndarray
-
-    def one(self, index: int) -> PlacedPlatform:
-        """The platform at one pose of a batch along one axis."""
-        rotation, origin = one_of(self.rotation, 2, index), one_of(self.origin, 1, index)
-        return PlacedPlatform(self.platform, self.holds, rotation, origin)
 
     @property
     def masses(self) -> dict[str, tuple[PlacedMass, ...]]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from robostiff.elasticity.checks import Bounds
 from robostiff.errors import InputError
+from robostiff.model.batched import Batched
 from robostiff.model.checks import vector3
 from robostiff.record import Entry, is_zero, usual_size
 from robostiff.spatial import Frame, as_float, as_floats
@@ -245,7 +246,7 @@ class PointMass:
 
 
 @dataclass(frozen=True)
-class PlacedMass:
+class PlacedMass(Batched):
     """A mass in the world.
 
     Attributes
@@ -271,12 +272,6 @@ class PlacedMass:
     after: int = 0
     start: np.ndarray | None = None
     span: tuple[float, float] | None = None
-
-    def at(self, rows: int | slice) -> PlacedMass:
-        """The mass at one pose, or at some poses, of a batch along one axis."""
-        start = None if self.start is None else one_of(self.start, 1, rows)
-        value, centre = one_of(self.value, 0, rows), one_of(self.centre, 1, rows)
-        return replace(self, value=value, centre=centre, start=start)
 
     def lumped(self, parts: int, end: np.ndarray) -> list[PointMass]:
         """The mass as points on bodies whose weights bend its elastic part as it does.
@@ -337,11 +332,6 @@ class PlacedMass:
                         PointMass(after, own * share, at + x * ((i + place) * (1 / parts)))
                     )
         return found
-
-
-def one_of(values: np.ndarray, own_axes: int, index: int | slice) -> np.ndarray:
-    """Values at some poses of a batch; those that are the same at all poses have no batch axis."""
-    return values if values.ndim == own_axes else values[index]
 
 
 def _share(low: Any, high: Any) -> tuple[Any, Any]:

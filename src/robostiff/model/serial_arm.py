@@ -109,7 +109,7 @@ def serial_arm(
     convention: DHConvention,
     joint_stiffness: Any,
     limits: Sequence[tuple[float, float] | None] | None = None,
-    home: Sequence[Scalar] | None = None,
+    home: Sequence[Scalar | None] | None = None,
     tool: Frame | RigidTransform | None = None,
     base: Frame | RigidTransform | None = None,
     name: str = "arm",

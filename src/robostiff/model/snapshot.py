@@ -13,11 +13,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from robostiff.elasticity import Elasticity
+from robostiff.model.batched import Batched
 from robostiff.model.body_spring import refuse_springs
 from robostiff.model.chain import block_in_words
 from robostiff.model.flexible_platform import PlacedPlatform
 from robostiff.model.joint import Passive, Role
-from robostiff.model.mass import PlacedMass, one_of
+from robostiff.model.mass import PlacedMass
 from robostiff.model.stiffness_law import StiffnessLaw
 from robostiff.model.subject import FrozenSubject
 from robostiff.spatial import Screw, Space
@@ -27,7 +28,7 @@ _POINT = 1e-6  # of the size with its beams: a robot that small is a point
 
 
 @dataclass(frozen=True)
-class PlacedFreedom(Screw):
+class PlacedFreedom(Batched, Screw):
     """A freedom of a joint in the world: a unit screw with a name and a role.
 
     Attributes
@@ -66,13 +67,6 @@ class PlacedFreedom(Screw):
         # Out of reach, it may be negative: a status reports it, and the other poses continue.
         k = np.maximum(k, np.finfo(float).tiny ** 0.25)
         return k if k.ndim else float(k)
-
-    def at(self, rows: int | slice) -> PlacedFreedom:
-        """The freedom at one pose, or at some poses, of a batch along one axis."""
-        x = self.coordinate
-        x = x[rows] if isinstance(x, np.ndarray) and x.ndim else x
-        axis, point = one_of(self.axis, 1, rows), one_of(self.point, 1, rows)
-        return PlacedFreedom(axis, point, self.pitch, self.name, self.role, x)
 
 
 @dataclass(frozen=True)
@@ -114,17 +108,9 @@ class CoupledFreedom(PlacedFreedom):
             whole = whole + screw.twist(at) * share
         return whole
 
-    def at(self, rows: int | slice) -> CoupledFreedom:
-        """The coordinate at one pose, or at some poses, of a batch along one axis."""
-        moves = tuple(
-            (name, share, Screw(one_of(s.axis, 1, rows), one_of(s.point, 1, rows), s.pitch))
-            for name, share, s in self.moves
-        )
-        return CoupledFreedom(**vars(super().at(rows)), joint=self.joint, moves=moves, sum=self.sum)
-
 
 @dataclass(frozen=True)
-class PlacedSpring:
+class PlacedSpring(Batched):
     """An elastic part in the world.
 
     Attributes
@@ -143,14 +129,9 @@ class PlacedSpring:
     rotation: np.ndarray
     elasticity: Elasticity
 
-    def at(self, rows: int | slice) -> PlacedSpring:
-        """The part at one pose, or at some poses, of a batch along one axis."""
-        point, rotation = one_of(self.point, 1, rows), one_of(self.rotation, 2, rows)
-        return PlacedSpring(self.name, point, rotation, self.elasticity.one(rows))
-
 
 @dataclass(frozen=True)
-class PlacedBlock:
+class PlacedBlock(Batched):
     """Branches in parallel inside a leg; each runs from the body before them to the body after.
 
     Attributes
@@ -162,13 +143,9 @@ class PlacedBlock:
     name: str
     branches: tuple[PlacedLeg, ...]
 
-    def at(self, rows: int | slice) -> PlacedBlock:
-        """The block at one pose, or at some poses, of a batch along one axis."""
-        return PlacedBlock(self.name, tuple(branch.at(rows) for branch in self.branches))
-
 
 @dataclass(frozen=True)
-class PlacedBodySpring:
+class PlacedBodySpring(Batched):
     """A spring between points of two bodies, in the world.
 
     Its tension at the distance l is ``tension + stiffness (l - length)``.
@@ -203,7 +180,7 @@ PlacedElement = PlacedFreedom | PlacedSpring | PlacedBlock
 
 
 @dataclass(frozen=True)
-class PlacedLeg:
+class PlacedLeg(Batched):
     """A chain in the world, base to platform; whatever lies between its elements is rigid.
 
     Attributes
@@ -220,12 +197,6 @@ class PlacedLeg:
     elements: tuple[PlacedElement, ...]
     end: np.ndarray
     masses: tuple[PlacedMass, ...] = ()
-
-    def at(self, rows: int | slice) -> PlacedLeg:
-        """The leg at one pose, or at some poses, of a batch along one axis."""
-        elements = tuple(element.at(rows) for element in self.elements)
-        masses = tuple(mass.at(rows) for mass in self.masses)
-        return PlacedLeg(self.name, elements, one_of(self.end, 1, rows), masses)
 
     def in_words(self, prefix: str = "") -> list[str]:
         """Its elements by name, without what their names begin with, and what is in a block.
@@ -293,7 +264,7 @@ class PlacedLeg:
 
 
 @dataclass(frozen=True)
-class Snapshot(FrozenSubject):
+class Snapshot(Batched, FrozenSubject):
     """A robot at one pose, or at a batch of poses.
 
     Attributes
@@ -342,21 +313,7 @@ class Snapshot(FrozenSubject):
 
     def one(self, index: int) -> Snapshot:
         """The robot at one pose of a batch along one axis."""
-        legs = tuple(leg.at(index) for leg in self.legs)
-        reference = one_of(self.reference_point, 1, index)
-        platform = None if self.platform is None else self.platform.one(index)
-        springs = tuple(
-            replace(own, points=(one_of(own.points[0], 1, index), one_of(own.points[1], 1, index)))
-            for own in self.springs
-        )
-        return replace(
-            self,
-            legs=legs,
-            reference_point=reference,
-            platform=platform,
-            springs=springs,
-            masses=tuple(mass.at(index) for mass in self.masses),
-        )
+        return self.at(index)
 
     @property
     def named_masses(self) -> Iterator[tuple[str, PlacedMass]]:

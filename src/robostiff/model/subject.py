@@ -19,6 +19,11 @@ class Coordinate(Enum):
     RY = "ry"
     RZ = "rz"
 
+    @property
+    def unit(self) -> str:
+        """SI unit: m of a place, rad of a rotation vector."""
+        return "rad" if self.value[0] == "r" else "m"
+
 
 ALL_COORDINATES = tuple(Coordinate)
 

@@ -246,13 +246,13 @@ def as_floats(
     >>> as_floats("point", [0, 0, 1], "three numbers")
     array([0., 0., 1.])
     """
-    masked = np.ma.is_masked(getattr(value, "magnitude", value))
+    mask = getattr(getattr(value, "magnitude", value), "_mask", False)  # without importing np.ma
     value = in_si(subject, value, expected, units)
     try:
         array = np.asarray(value)
     except ValueError:
         array = np.asarray(None)
-    if array.dtype.kind not in "iuf" or masked:
+    if array.dtype.kind not in "iuf" or np.any(mask):
         raise InputError(subject, got=value, expected=expected)
     # NaN fails the comparisons as well. Most batches are right, and need no array of their own.
     if array.size and not (array.max() <= _LARGEST and array.min() >= -_LARGEST):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import reduce
 from operator import getitem
 from typing import Any, ClassVar, Self
@@ -259,7 +259,9 @@ class DocumentPlace:
 
     def at(self, *steps: str | int) -> Self:
         """A place further down."""
-        return replace(self, path=(*self.path, *steps))
+        found = object.__new__(type(self))
+        vars(found).update(vars(self), path=(*self.path, *steps))
+        return found
 
     def __truediv__(self, step: str | int) -> Self:
         """The place of an entry."""

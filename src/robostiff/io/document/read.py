@@ -11,7 +11,6 @@ import os
 import re
 import sys
 from collections.abc import Iterator, Mapping
-from io import StringIO
 from types import MappingProxyType
 from typing import Any
 
@@ -23,7 +22,7 @@ from robostiff.io.document.document import Builder, Document, Limits, Mark
 _PLAIN_WORDS: tuple[tuple[str, str, str | None, bool], ...] = (
     (r"character '\\t'", "a tab where YAML needs spaces", "indent with spaces", False),
     (
-        r"mapping values are not allowed",
+        r"mapping values are not allowed|found (?:unexpected )?':'",
         "a colon that is not allowed here",
         "check the indentation of this line and the one above, or quote the text",
         False,
@@ -105,7 +104,7 @@ _NO_TAG = "remove the word that begins with !"
 
 def parse_yaml(text: str, file: str, limits: Limits) -> Builder:
     """The data and places of a YAML text."""
-    from ruamel.yaml import events as kinds
+    from yaml import events as kinds
 
     if found := _LONG_TAG.search(text):  # over which the scanner takes quadratic time
         raise FileError(
@@ -185,12 +184,9 @@ def yaml_of(data: Mapping[str, Any]) -> str:
     name: jack
     end: [0.0, 0.0, 1.0]
     """
-    from ruamel.yaml import YAML
+    from yaml import safe_dump
 
-    yaml, text = YAML(), StringIO()
-    yaml.default_flow_style, yaml.width = None, 120
-    yaml.dump(data, text)
-    return text.getvalue()
+    return safe_dump(data, default_flow_style=None, sort_keys=False, width=120, allow_unicode=True)
 
 
 def integer(digits: str) -> int | float:
@@ -199,11 +195,18 @@ def integer(digits: str) -> int | float:
 
 
 def _events(text: str, file: str) -> Iterator[Any]:
-    from ruamel.yaml import YAML, YAMLError
+    """Parse events of libyaml; the parser in Python, which is slow, has the words of errors."""
+    import yaml
 
+    in_python = yaml.SafeLoader
     try:
-        yield from YAML(typ="safe", pure=True).parse(text)
-    except YAMLError as error:
+        try:
+            yield from yaml.parse(text, getattr(yaml, "CSafeLoader", in_python))
+        except yaml.YAMLError:
+            for _ in yaml.parse(text, in_python):
+                pass
+            raise
+    except yaml.YAMLError as error:
         raise syntax_error(error, text, file) from None
     except (ValueError, OverflowError, LookupError, AttributeError, TypeError) as error:
         # the scanner trips over some malformed escapes and directives
@@ -234,7 +237,7 @@ def _take_node(event: Any, builder: Builder, line: int, column: int) -> None:
     if kind != "ScalarEvent" and not builder.expects_key:
         builder.start([] if kind == "SequenceStartEvent" else {}, line, column)
         return
-    plain = getattr(event, "style", None) is None
+    plain = not getattr(event, "style", None)
     value = resolve_plain(written) if plain else written
     if not builder.expects_key:
         builder.scalar(value, line, column)

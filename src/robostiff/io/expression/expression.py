@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TypeAlias
 
 from robostiff.errors import InputError, Words
@@ -86,8 +87,6 @@ def error_at(
 
 def tokens(text: str) -> Iterator[Token]:
     """The tokens of the text, one after the other, closed by one of kind ``end``."""
-    if not isinstance(text, str):
-        raise InputError("expression", got=text, expected="a text such as 2*R")
     if len(text) > LONGEST_TEXT:
         raise InputError(
             "expression",
@@ -369,6 +368,13 @@ def parse(text: str) -> Expression:
     robostiff.errors.InputError: expression '2 R', column 3: got 'R', expected a unit or an \
 operator; for a product write 2*R
     """
+    if not isinstance(text, str):
+        raise InputError("expression", got=text, expected="a text such as 2*R")
+    return _parsed(text)
+
+
+@lru_cache(maxsize=4096)  # repeated legs have the same expressions
+def _parsed(text: str) -> Expression:
     parser = _Parser(text, tuple(tokens(text)))
     root = parser.expression(_SUM)
     if parser.next.kind != "end":

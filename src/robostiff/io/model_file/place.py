@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cache, lru_cache
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
@@ -32,8 +32,6 @@ _LEAST = 1e-30
 _LEAST_OF = {Dimension.LENGTH: 1e-12, Dimension.AREA: 1e-24, Dimension.SECOND_MOMENT: 1e-48}
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 """Unit vectors of a frame by name."""
-
-_parsed = lru_cache(maxsize=4096)(parse)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,7 +62,7 @@ class Place(DocumentPlace):
         has_unit = False
         with self.complaints():
             if isinstance(value, str):
-                quantity = _parsed(value).evaluate(self.names, self.mathematics)
+                quantity = parse(value).evaluate(self.names, self.mathematics)
                 has_unit = not quantity.is_bare
                 fits = not has_unit or quantity.measures(dimension)
                 number = to_si(quantity, dimension, got=None if fits else self._came(value))
@@ -122,7 +120,7 @@ class Place(DocumentPlace):
         for i, value in enumerate(written):
             with (self / i).complaints():
                 text = value if isinstance(value, str) else "0"
-                if _parsed(text).evaluate(self.names, self.mathematics).measures(Dimension.LENGTH):
+                if parse(text).evaluate(self.names, self.mathematics).measures(Dimension.LENGTH):
                     dimension = Dimension.LENGTH
         numbers = self.vector(written, dimension)
         with self.complaints():
@@ -137,7 +135,7 @@ class Place(DocumentPlace):
         """What is written here; with its value, where the text is more than a quantity."""
         if not isinstance(value, str):
             return value
-        expression = _parsed(value)
+        expression = parse(value)
         if expression.is_quantity:
             return value
         return Words(f"{value!r}, which is {expression.evaluate(self.names, self.mathematics)}")

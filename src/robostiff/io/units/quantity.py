@@ -73,6 +73,11 @@ class Dimension(Enum):
         self.si_unit = si_unit
         self.example = example
 
+    @classmethod
+    def of(cls, si_unit: str) -> Dimension:
+        """The first dimension with a unit: a length with m, a moment with N m."""
+        return next(own for own in cls if own.si_unit == si_unit)
+
     def __str__(self) -> str:
         return f"{self.with_article}, such as {self.example}"
 

@@ -20,8 +20,8 @@ from robostiff.kinematics.pose import check_is_not_posed
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.linkage import Linkage, network_at
 from robostiff.model import Robot, Snapshot
+from robostiff.model.batched import one_of
 from robostiff.model.cable import CableRobot
-from robostiff.model.mass import one_of
 from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats
 from robostiff.statics.chains.beam_bowing import ElementsOfParts
