@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 # Bodies that are no longer divided.
-_LEAF = 12
+_LEAF = 8
 # Columns of a front that are eliminated together, and stored.
 _PANEL = 96
 # Stretches of bodies side by side up to which a remainder is added stretch by stretch.
@@ -61,7 +61,8 @@ def dissected(bodies: np.ndarray, pairs: np.ndarray, places: np.ndarray) -> Iter
         if (count := np.count_nonzero(crossing)) < least:
             least, cut = count, (before, crossing)
     if cut is None:
-        yield bodies
+        if len(bodies):
+            yield bodies
         return
     before, crossing = cut
     side[bodies] = before
@@ -84,7 +85,7 @@ def _halved(bodies: np.ndarray, places: np.ndarray) -> Iterator[np.ndarray]:
     own = places[bodies]
     place = own[:, np.argmax(np.ptp(own, axis=0))]
     before = place < np.partition(place, len(place) // 2)[len(place) // 2]
-    if len(bodies) <= 2 or not before.any():
+    if len(bodies) <= _LEAF or not before.any():
         yield bodies
     else:
         yield from _halved(bodies[before], places)
@@ -107,7 +108,9 @@ class BlockMatrix:
     blocks: np.ndarray
 
     @staticmethod
-    def of(number: np.ndarray, parts: Iterable[tuple[np.ndarray, np.ndarray]]) -> BlockMatrix:
+    def of_elements(
+        number: np.ndarray, parts: Iterable[tuple[np.ndarray, np.ndarray]]
+    ) -> BlockMatrix:
         """Sum of the stiffness of elements.
 
         Parameters
@@ -117,29 +120,39 @@ class BlockMatrix:
         parts : iterable of ((N, e) array of int, (N, e, e, n, n) array)
             Bodies that elements connect, and their stiffness.
         """
-        row, column, blocks = [], [], []
+        keys, given = [np.zeros(0, dtype=int)], []
         for ends, own in parts:
             for i, j in np.ndindex(own.shape[1:3]):
-                lower = (number[ends[:, i]] >= number[ends[:, j]]) & (number[ends[:, j]] >= 0)
-                row.append(number[ends[lower, i]])
-                column.append(number[ends[lower, j]])
-                blocks.append(own[lower, i, j])
-        rows, columns = np.concatenate(row), np.concatenate(column)
-        order = np.lexsort((rows, columns))
-        rows, columns = rows[order], columns[order]
-        first = np.flatnonzero(np.diff(columns * len(number) + rows, prepend=-1))
-        total = np.add.reduceat(np.concatenate(blocks)[order], first)
-        return BlockMatrix(rows[first], columns[first], total)
+                row, column = number[ends[:, i]], number[ends[:, j]]
+                lower = np.flatnonzero((row >= column) & (column >= 0))
+                keys.append(column[lower] * len(number) + row[lower])
+                given.append((own, lower, i, j))
+        columns, rows = np.divmod(places := np.unique(np.concatenate(keys)), len(number))
+        blocks = np.zeros((len(places), *given[0][0].shape[3:]))
+        for key, (own, lower, i, j) in zip(keys[1:], given, strict=True):
+            np.add.at(blocks, np.searchsorted(places, key), own[lower, i, j])
+        return BlockMatrix(rows, columns, blocks)
 
 
 @dataclass(frozen=True)
 class Panel:
     """Columns of the factor, of unknowns side by side in the order of elimination."""
 
-    own: slice
-    below: np.ndarray  # (r,) of int: unknowns of its other rows
-    inverse: np.ndarray  # (p, p): of its lower diagonal block
-    factor: np.ndarray  # (r, p): its other rows
+    rows: np.ndarray  # (r,) of int: its unknowns, then those that they act on
+    entries: np.ndarray  # (r, p): the inverse of its lower diagonal block; then the other rows
+
+    def before(self, y: np.ndarray) -> None:
+        """Solve ``L y = b`` (m n, k) in place, up to these unknowns."""
+        p = self.entries.shape[1]
+        own, below = self.rows[:p], self.rows[p:]
+        y[own] = part = self.entries[:p] @ y[own]
+        y[below] -= self.entries[p:] @ part
+
+    def after(self, y: np.ndarray) -> None:
+        """Solve ``L^T y = b`` (m n, k) in place, down to these unknowns."""
+        p = self.entries.shape[1]
+        own, below = self.rows[:p], self.rows[p:]
+        y[own] = self.entries[:p].T @ (y[own] - self.entries[p:].T @ y[below])
 
 
 @dataclass(frozen=True)
@@ -152,13 +165,33 @@ class Factors:
         Unknowns in the order of elimination.
     panels : sequence of Panel
         Of all bodies but the last.
+    size : int
+        Displacements n of a body.
     last : Panel or None
         Of the last body; None where the others leave it no stiffness in some direction.
     """
 
     order: np.ndarray
     panels: Sequence[Panel]
+    size: int
     last: Panel | None
+
+    @staticmethod
+    def of(K: BlockMatrix, pieces: Sequence[int], order: np.ndarray) -> Factors:
+        """Factorise, piece after piece of so many bodies, the last body alone.
+
+        Raises LinAlgError where a pivot of another body is not positive.
+        """
+        panels: list[Panel] = []
+        n = K.blocks.shape[-1]
+        try:
+            for panel in _panels(K, pieces):
+                panels.append(panel)
+        except np.linalg.LinAlgError:
+            if sum(panel.entries.shape[1] for panel in panels) < len(order) - n:
+                raise
+            return Factors(order, panels, n, None)
+        return Factors(order, panels[:-1], n, panels[-1])
 
     def solve(self, b: np.ndarray, *, last_is_fixed: bool) -> np.ndarray:
         """Solution (m n, k) for right sides (m n, k), the last body fixed or not."""
@@ -166,53 +199,75 @@ class Factors:
         if not last_is_fixed and self.last is not None:
             panels = [*panels, self.last]
         for panel in panels:
-            y[panel.own] = part = panel.inverse @ y[panel.own]
-            y[panel.below] -= panel.factor @ part
+            panel.before(y)
         if last_is_fixed:
-            y[self.panels[-1].own.stop if self.panels else 0 :] = 0.0
+            y[len(y) - self.size :] = 0.0
         for panel in reversed(panels):
-            y[panel.own] = panel.inverse.T @ (y[panel.own] - panel.factor.T @ y[panel.below])
+            panel.after(y)
         x = np.empty_like(y)
         x[self.order] = y
         return x
 
 
-def factorised(K: BlockMatrix, pieces: Sequence[int]) -> Iterator[Panel]:
-    """Panels of the factor of a positive definite matrix, piece after piece of so many bodies.
-
-    Raises LinAlgError where a pivot is not positive.
-    """
-    n, stops = K.blocks.shape[-1], np.cumsum(pieces)
-    front_of, at = np.repeat(np.arange(len(stops)), pieces), np.searchsorted(K.columns, stops)
-    # What other fronts leave, by the number of the front that it is added to: bodies, lower half
-    waiting: dict[int, list[tuple[np.ndarray, np.ndarray]]] = defaultdict(list)
+def _fronts(K: BlockMatrix, pieces: Sequence[int]) -> Iterator[tuple[int, np.ndarray, slice]]:
+    """Number of bodies that a front eliminates, its bodies, and places of its blocks in K."""
+    stops = np.cumsum(pieces)
+    waiting: dict[int, list[np.ndarray]] = defaultdict(list)
     begin = 0
-    for i, (stop, size, end) in enumerate(zip(stops.tolist(), pieces, at.tolist(), strict=True)):
-        start, children = stop - size, waiting.pop(i, [])
-        given, begin = slice(begin, end), end
-        rest = np.unique(np.concatenate([K.rows[given], *(bodies for bodies, _ in children)]))
+    ends = np.searchsorted(K.columns, stops).tolist()
+    for stop, size, end in zip(stops.tolist(), pieces, ends, strict=True):
+        own = range(stop - size, stop)
+        children = [rest for body in own for rest in waiting.pop(body, [])]
+        rest = np.unique(np.concatenate([K.rows[begin:end], *children]))
         rest = rest[np.searchsorted(rest, stop) :]
-        bodies = np.concatenate([np.arange(start, stop), rest])
-        F = np.zeros((len(bodies), n, size, n))
-        F[np.searchsorted(bodies, K.rows[given]), :, K.columns[given] - start] = K.blocks[given]
-        F = F.reshape(-1, n * size)
-        for k, (own, left) in enumerate(children):
-            _add(F, np.searchsorted(bodies, own), left)
-            inside = int(np.searchsorted(own, stop))
-            children[k] = own[inside:], left[n * inside :, n * inside :].copy()
+        if len(rest):
+            waiting[int(rest[0])].append(rest)
+        yield size, np.concatenate([own, rest]), slice(begin, end)
+        begin = end
+
+
+def _panels(K: BlockMatrix, pieces: Sequence[int]) -> Iterator[Panel]:
+    """Of the factor of a positive definite matrix; LinAlgError where a pivot is not positive."""
+    n, fronts = K.blocks.shape[-1], [*_fronts(K, pieces)]
+    steps = [[*pairwise([*range(0, n * size, _PANEL), n * size])] for size, _, _ in fronts]
+    # All panels side by side: one by one they would lie scattered among what is soon left.
+    room = np.empty(
+        sum(
+            (n * len(f[1]) - a) * (b - a)
+            for f, own in zip(fronts, steps, strict=True)
+            for a, b in own
+        )
+    )
+    work = np.empty(max(n * len(f[1]) * n * f[0] for f in fronts))
+    used = 0
+    # What fronts leave, by the first of the bodies that it is added to: these, and lower half
+    waiting: dict[int, list[tuple[np.ndarray, np.ndarray]]] = defaultdict(list)
+    for (size, bodies, given), own_steps in zip(fronts, steps, strict=True):
+        F = work[: n * len(bodies) * n * size].reshape(len(bodies), n, size, n)
+        F[:] = 0.0
+        F[np.searchsorted(bodies, K.rows[given]), :, K.columns[given] - bodies[0]] = K.blocks[given]
+        F, rest = F.reshape(-1, n * size), bodies[size:]
+        children, beyond = [own for body in bodies[:size] for own in waiting.pop(int(body), [])], []
+        while children:  # of each only what lies beyond the front is kept
+            of_child, left = children.pop()
+            _add(F, np.searchsorted(bodies, of_child), left)
+            inside = int(np.searchsorted(of_child, bodies[size - 1], side="right"))
+            beyond.append((of_child[inside:], left[n * inside :, n * inside :].copy()))
+            del left
         unknowns = (n * bodies[:, None] + np.arange(n)).ravel()
-        for a, b in pairwise([*range(0, n * size, _PANEL), n * size]):
+        for a, b in own_steps:
             F[a:, a:b] -= F[a:, :a] @ F[a:b, :a].T
-            inverse = np.linalg.inv(np.linalg.cholesky(F[a:b, a:b]))
-            F[b:, a:b] = factor = F[b:, a:b] @ inverse.T
-            yield Panel(slice(n * start + a, n * start + b), unknowns[b:], inverse, factor)
+            panel = room[used : (used := used + (len(F) - a) * (b - a))].reshape(-1, b - a)
+            panel[: b - a] = inverse = np.linalg.inv(np.linalg.cholesky(F[a:b, a:b]))
+            F[b:, a:b] = np.matmul(F[b:, a:b], inverse.T, out=panel[b - a :])
+            yield Panel(unknowns[a:], panel)
         if len(rest):
             below = F[n * size :]
             remainder = below @ below.T
             np.negative(remainder, out=remainder)
-            for own, left in children:
-                _add(remainder, np.searchsorted(rest, own), left)
-            waiting[int(front_of[rest[0]])].append((rest, remainder))
+            for of_child, left in beyond:
+                _add(remainder, np.searchsorted(rest, of_child), left)
+            waiting[int(rest[0])].append((rest, remainder))
 
 
 def _add(F: np.ndarray, place: np.ndarray, left: np.ndarray) -> None:

@@ -25,7 +25,7 @@ from robostiff.network.mobility import (
     null_spaces,
     pinning_coordinates,
 )
-from robostiff.network.multifrontal import BlockMatrix, Factors, dissected, factorised
+from robostiff.network.multifrontal import BlockMatrix, Factors, dissected
 from robostiff.spatial.batch import block_diagonal
 
 if TYPE_CHECKING:
@@ -62,15 +62,12 @@ def redundancy(equations: Equations, *, platform_fixed: bool) -> Redundancy:
     still = {*network.fixed, *([network.platform] if platform_fixed else [])}
     dropped: dict[int, list[int]] = defaultdict(list)
     on_platform, doubtful, undetermined = [np.zeros((n, 0))], False, set()
-    for nodes, numbers in _loops(equations, still):
+    for nodes, connections in _loops(equations, still):
         column = {name: i for i, name in enumerate(nodes)}
-        places = [
-            (k, int(j)) for k in numbers for j in np.flatnonzero(equations.connections[k].rigid)
-        ]
+        places = [(k, int(j)) for k, c in connections.items() for j in np.flatnonzero(c.rigid)]
         A, A_p = np.zeros((len(places), n * len(nodes))), np.zeros((len(places), n))
         row = 0
-        for k in numbers:
-            c = equations.connections[k]
+        for c in connections.values():
             rows = slice(row, row := row + int(np.count_nonzero(c.rigid)))
             for name, point, part in c.ends:
                 wrenches = part[c.rigid] @ equations.transport(name, point)
@@ -89,9 +86,13 @@ def redundancy(equations: Equations, *, platform_fixed: bool) -> Redundancy:
     return Redundancy(dict(dropped), np.hstack(on_platform), doubtful, frozenset(undetermined))
 
 
-def _loops(equations: Equations, still: set[str]) -> list[tuple[list[str], list[int]]]:
-    """Free bodies and connections with rigid wrenches, without branches that end in the air."""
-    edges = {k: c for k, c in enumerate(equations.connections) if c.rigid.any()}
+def _loops(equations: Equations, still: set[str]) -> list[tuple[list[str], dict[int, Motion]]]:
+    """Free bodies and connections with rigid wrenches, without branches that end in the air.
+
+    Connections come by their numbers.
+    """
+    some = [np.flatnonzero(own.rigid.any(axis=1)) for own in equations.groups]
+    edges = {k: c for k, c in equations.some_connections(some).items() if c.rigid.any()}
     at: dict[str, set[int]] = defaultdict(set)
     for k, c in edges.items():
         for name in _free_ends(c, still):
@@ -108,7 +109,7 @@ def _loops(equations: Equations, still: set[str]) -> list[tuple[list[str], list[
                 leaves.append(end)
     nodes, left = [name for name, numbers in at.items() if numbers], list(edges)
     parts = independent_parts(nodes, [_free_ends(edges[k], still) for k in left])
-    return [(own, [left[i] for i in numbers]) for own, numbers in parts]
+    return [(own, {left[i]: edges[left[i]] for i in numbers}) for own, numbers in parts]
 
 
 def _free_ends(connection: Motion, still: set[str]) -> list[str]:
@@ -124,9 +125,10 @@ def redundant_freedoms(
     moves it and none after it. Such mechanisms are those of bodies, and those inside a joint whose
     own freedoms depend on one another.
     """
+    some = [[i for i, own in enumerate(group.freedom_names) if own] for group in equations.groups]
     moving = [
         (c, null_spaces(c.freedoms, equations.tolerance).right)
-        for c in equations.connections
+        for c in equations.some_connections(some).values()
         if c.freedom_names
     ]
     rates = [block_diagonal([own for _, own in moving])]
@@ -297,25 +299,16 @@ def condensed_system(
     order = np.concatenate(pieces)
     number = np.full(len(names), -1)
     number[order] = np.arange(len(order))
-    panels, stiffness = [], []
-    try:
-        stiffness += (_stiffness(own.S, is_left_out[own.rows]) for own in matrix.parts)
-        held = is_left_out[: n * len(names)].reshape(-1, n)
-        of_bodies = _of_bodies(matrix.parts, stiffness, held)
-        for panel in factorised(BlockMatrix.of(number, of_bodies), [*map(len, pieces)]):
-            panels.append(panel)
-    except np.linalg.LinAlgError:
-        if not panels or panels[-1].own.stop < n * len(bodies):
-            return None
-    last = panels.pop() if panels[-1].own.stop > n * len(bodies) else None
     moving = (n * np.sort(order)[:, None] + np.arange(n)).ravel()
-    return CondensedSystem(
-        matrix,
-        tuple(stiffness),
-        Factors(np.searchsorted(moving, (n * order[:, None] + np.arange(n)).ravel()), panels, last),
-        moving,
-        np.array(pinned, dtype=int),
-    )
+    unknowns = np.searchsorted(moving, (n * order[:, None] + np.arange(n)).ravel())
+    try:
+        stiffness = tuple(_stiffness(own.S, is_left_out[own.rows]) for own in matrix.parts)
+        held = is_left_out[: n * len(names)].reshape(-1, n)
+        K = BlockMatrix.of_elements(number, _of_bodies(matrix.parts, stiffness, held))
+        factors = Factors.of(K, [*map(len, pieces)], unknowns)
+    except np.linalg.LinAlgError:
+        return None
+    return CondensedSystem(matrix, stiffness, factors, moving, np.array(pinned, dtype=int))
 
 
 def _stiffness(S: np.ndarray, left_out: np.ndarray) -> np.ndarray:
