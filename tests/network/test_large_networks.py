@@ -36,7 +36,7 @@ def stiff_and_soft(cells: int) -> Network:
 def test_condensed_and_whole_system_say_the_same(network):
     system = saddle_point_system(equations_of(network, DEFAULT_TOLERANCE), platform_fixed=True)
     assert system.condensed is not None
-    right = np.zeros((system.size, 3))
+    right = np.zeros((system.matrix.size, 3))
     right[system.kept] = np.random.default_rng(1).normal(size=(system.kept.size, 3))
     found, last = system.solve(right)
     assert last < 1e-12

@@ -56,7 +56,7 @@ def cantilever_compliance(
     >>> cantilever_compliance(Fraction(2), 3, 1, 1, 1, 1, 1)[1, [1, 5]].tolist()
     [Fraction(8, 9), Fraction(2, 3)]
     """
-    L, E, G, A, Iy, Iz, J = (_plain(value) for value in (L, E, G, A, Iy, Iz, J))
+    L, E, G, A, Iy, Iz, J = map(_plain, (L, E, G, A, Iy, Iz, J))
     y = L * L * L / (3 * E * Iz)
     z = L * L * L / (3 * E * Iy)
     if shear_y is not None:
@@ -113,7 +113,7 @@ def cantilever_stiffness(
     >>> cantilever_stiffness(Fraction(2), 3, 1, 1, 1, 1, 1)[1, [1, 5]].tolist()
     [Fraction(9, 2), Fraction(-9, 2)]
     """
-    L, E, G, A, Iy, Iz, J = (_plain(value) for value in (L, E, G, A, Iy, Iz, J))
+    L, E, G, A, Iy, Iz, J = map(_plain, (L, E, G, A, Iy, Iz, J))
     p = 0 if shear_y is None else 12 * E * Iz / (_plain(shear_y) * G * A * L * L)
     q = 0 if shear_z is None else 12 * E * Iy / (_plain(shear_z) * G * A * L * L)
     return _assembled(
@@ -132,6 +132,8 @@ def cantilever_stiffness(
 
 def _plain(value: Any) -> Any:
     """NumPy numbers as floats, since its integers overflow; other values unchanged."""
+    if type(value) is float:
+        return value
     if isinstance(value, np.ndarray):
         return value if value.dtype == object else value.astype(np.float64)
     # A Python integer is kept: it is exact with fractions and symbols, and cannot overflow.
@@ -140,18 +142,20 @@ def _plain(value: Any) -> Any:
 
 def _assembled(entries: dict[tuple[int, int], Any]) -> np.ndarray:
     """The symmetric array (..., 6, 6) with these entries on and above its diagonal."""
-    if all(isinstance(entry, float) for entry in entries.values()):
-        matrix = np.zeros((6, 6))
-    else:
-        for place, entry in entries.items():
-            if not isinstance(entry, np.ndarray):
-                is_number = isinstance(entry, (float, np.number, Integral))
-                # Filled, not converted: some symbolic types look like sequences to NumPy.
-                entries[place] = np.empty((), dtype=np.float64 if is_number else object)
-                entries[place][()] = entry
-        shape = np.broadcast_shapes(*(cell.shape for cell in entries.values()))
-        numeric = all(cell.dtype == np.float64 for cell in entries.values())
-        matrix = np.zeros((*shape, 6, 6), dtype=np.float64 if numeric else object)
+    if {*map(type, entries.values())} == {float}:  # as of most beams of a large network
+        flat = [0.0] * 36
+        for (i, j), entry in entries.items():
+            flat[6 * i + j] = flat[6 * j + i] = entry
+        return np.array(flat).reshape(6, 6)
+    for place, entry in entries.items():
+        if not isinstance(entry, np.ndarray):
+            is_number = isinstance(entry, (float, np.number, Integral))
+            # Filled, not converted: some symbolic types look like sequences to NumPy.
+            entries[place] = np.empty((), dtype=np.float64 if is_number else object)
+            entries[place][()] = entry
+    shape = np.broadcast_shapes(*(cell.shape for cell in entries.values()))
+    numeric = all(cell.dtype == np.float64 for cell in entries.values())
+    matrix = np.zeros((*shape, 6, 6), dtype=np.float64 if numeric else object)
     for (i, j), entry in entries.items():
         matrix[..., i, j] = matrix[..., j, i] = entry
     return matrix

@@ -30,6 +30,8 @@ FULL_TURN = 2 * np.pi * (1 + 1e-9)
 """Angles beyond that are probably meant in degrees [rad]."""
 # Of a unit vector: by so much an axis may lean out of the plane of a planar robot.
 _OUT_OF_PLANE = 1e-9
+_AXES = np.eye(3)
+_AXES.flags.writeable = False
 
 
 def vector3(subject: str, value: Entries) -> np.ndarray:
@@ -82,7 +84,8 @@ def axis_across(direction: np.ndarray) -> np.ndarray:
     Among formulas it is the first one with a component of zero; without any, x.
     """
     if direction.dtype != object:
-        return np.eye(3)[np.argmin(np.abs(direction))]
+        sizes = [abs(entry) for entry in direction.tolist()]
+        return _AXES[sizes.index(min(sizes))]
     zeros = [i for i, entry in enumerate(direction) if entry == 0]
     if not zeros and not any(entry.free_symbols for entry in direction):
         zeros = [int(np.argmin(np.abs(direction.astype(float))))]

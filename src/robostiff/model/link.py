@@ -24,7 +24,7 @@ from robostiff.model.checks import axis_across, finite_coordinates, unit_vector,
 from robostiff.model.entries import formulas
 from robostiff.model.joint import Role
 from robostiff.model.mass import Mass, mass_value, masses_of
-from robostiff.spatial import Frame, Screw, cross, refuse_quantities
+from robostiff.spatial import Frame, Screw, refuse_quantities
 from robostiff.spatial.formula import (
     Entries,
     Scalar,
@@ -236,19 +236,19 @@ def beam_axes(to: Entries, y_axis: Entries | None) -> np.ndarray:
         # z first, from vectors that are not yet of unit length: no roots within roots.
         x, along, start = exact_arrays(x, vector3("direction of the beam", to), start)
         across = np.cross(along, start)
-        is_along = vanishes(across)
-    else:
-        across = start - x * (x @ start)
-        is_along = across @ across < 1e-12
-    if is_along:
-        raise InputError(
-            "y axis of the section", got=y_axis, expected="a direction across the beam"
-        )
-    if across.dtype == object:
-        z = across / length_of(across)
-        return np.stack([x, tidied(np.cross(z, x)), z], axis=-1)
-    y = across / math.sqrt(across @ across)
-    return np.array([x, y, cross(x, y)]).T
+        if not vanishes(across):
+            z = across / length_of(across)
+            return np.stack([x, tidied(np.cross(z, x)), z], axis=-1)
+    else:  # numbers of Python are faster
+        (x1, x2, x3), (y1, y2, y3) = x.tolist(), start.tolist()
+        along = x1 * y1 + x2 * y2 + x3 * y3
+        y1, y2, y3 = y1 - along * x1, y2 - along * x2, y3 - along * x3
+        size = math.sqrt(y1 * y1 + y2 * y2 + y3 * y3)
+        if size > 1e-6:
+            y1, y2, y3 = y1 / size, y2 / size, y3 / size
+            z = x2 * y3 - x3 * y2, x3 * y1 - x1 * y3, x1 * y2 - x2 * y1
+            return np.array([[x1, y1, z[0]], [x2, y2, z[1]], [x3, y3, z[2]]])
+    raise InputError("y axis of the section", got=y_axis, expected="a direction across the beam")
 
 
 def beam_link(

@@ -88,8 +88,10 @@ def condense(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE) -> Deta
     K, smallest = np.zeros((n, n)), 0.0
     if not rigid.shape[1]:
         system = saddle_point_system(equations, platform_fixed=True)
-        platform = system.rows_of[network.platform]
-        M_p = system.matrix[:, platform].toarray()
+        platform = system.matrix.rows_of[network.platform]
+        unit = np.zeros((system.matrix.size, n))
+        unit[platform] = np.eye(n)
+        M_p = system.matrix.times(unit)
         # The platform moves by each unit displacement; the reactions are the columns of K.
         x, step = system.solve(M_p)
         K = M_p[platform] - M_p.T @ x
@@ -225,9 +227,9 @@ def compliance_between(
             raise InputError("loads", got=given.shape, expected=expected)
     F = given / scale[:, None]
     system, mobile, _ = system_of(equations)
-    right = np.zeros((system.size, F.shape[1]))
+    right = np.zeros((system.matrix.size, F.shape[1]))
     for i, ((node, _), D) in enumerate(zip(places, transports, strict=True)):
-        right[system.rows_of[node]] += D.T @ F[n * i : n * (i + 1)]
+        right[system.matrix.rows_of[node]] += D.T @ F[n * i : n * (i + 1)]
     for column in range(F.shape[1]):
         if driven_mechanism(equations, mobile, system, right[:, [column]]) is not None:
             node, point = places[column // n if loads is None else 0]

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from operator import itemgetter
 
 import numpy as np
 
@@ -49,11 +48,6 @@ class Motion:
     def rigid(self) -> np.ndarray:
         """Which of the motions are impossible (m,)."""
         return ~np.any(self.S, axis=0)
-
-    @property
-    def is_full(self) -> bool:
-        """Whether it resists every relative motion."""
-        return len(self.S) == len(self.freedoms)
 
 
 #: Nodes (N,), points (N, 3) or (3,), and parts (N, m, n) of displacements there in ``W^T d``.
@@ -109,12 +103,20 @@ class ElementGroup:
         return float(np.max(lengths, initial=0.0))
 
     @property
-    def motions(self) -> Iterator[tuple[int, Motion]]:
-        """The elements one by one, each with its place in the network."""
-        each = zip(self.at, np.swapaxes(self.W, 1, 2), self.S, self.freedoms, strict=True)
-        names = zip(self.numbers.tolist(), self.elements, self.freedom_names, strict=True)
-        for (k, e, own), (at, W_T, S, freedoms) in zip(names, each, strict=True):
-            yield k, Motion(e.name, ((e.a, at, -W_T), (e.b, at, W_T)), S, freedoms, own)
+    def is_full(self) -> bool:
+        """Whether they resist every relative motion of their nodes, as beams do."""
+        return self.W.shape[2] == self.W.shape[1]
+
+    @property
+    def nodes(self) -> list[tuple[str, str]]:
+        """The two nodes of each."""
+        return [(element.a, element.b) for element in self.elements]
+
+    def motion(self, i: int) -> Motion:
+        """One of the elements."""
+        e, at, W_T = self.elements[i], self.at[i], self.W[i].T
+        ends = (e.a, at, -W_T), (e.b, at, W_T)
+        return Motion(e.name, ends, self.S[i], self.freedoms[i], self.freedom_names[i])
 
 
 _NO_FREEDOM, _RIGID, _WORLD = np.zeros((6, 0)), np.zeros((6, 6)), np.eye(3)
@@ -281,15 +283,23 @@ class Equations:
     @cached_property
     def connections(self) -> tuple[Motion, ...]:
         """Beams, springs and joints, then couplings, in the order of the network."""
-        found = sorted((own for group in self.groups for own in group.motions), key=itemgetter(0))
-        return (*(own for _, own in found), *self.couplings)
+        return tuple(
+            self.some_connections([range(len(own.elements)) for own in self.groups]).values()
+        )
+
+    def some_connections(self, chosen: Sequence[Iterable[int]]) -> dict[int, Motion]:
+        """Some elements of each group, then all couplings, by their numbers in the network."""
+        places = [(own, i) for own, some in zip(self.groups, chosen, strict=True) for i in some]
+        found = {int(own.numbers[i]): own.motion(i) for own, i in places}
+        first = sum(len(own.elements) for own in self.groups)
+        return dict(sorted(found.items())) | dict(enumerate(self.couplings, first))
 
     @property
     def springs(self) -> Iterator[tuple[np.ndarray, np.ndarray, Sequence[Ends]]]:
         """Numbers (N,), compliances (N, m, m) and ends of connections that are alike."""
         for own in self.groups:
             W_T = np.swapaxes(own.W, 1, 2)
-            a, b = zip(*((e.a, e.b) for e in own.elements), strict=True)
+            a, b = zip(*own.nodes, strict=True)
             yield own.numbers, own.S, [(a, own.at, -W_T), (b, own.at, W_T)]
         first = sum(len(own.numbers) for own in self.groups)
         for k, held in enumerate(self.couplings, first):

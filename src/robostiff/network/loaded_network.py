@@ -91,7 +91,7 @@ class LoadedNetwork:
         system, mobile, dependent = system_of(equations)
         driven = driven_mechanism(equations, mobile, system, right)
         moved = np.zeros(right.shape) if settled is None else settled
-        x, step = system.solve(right - system.matrix @ moved)
+        x, step = system.solve(right - system.matrix.times(moved))
         status = Status.OK if driven is None else Status.UNBALANCED
         known = status, equations, system, mobile, dependent, driven, right[:, 0], (x + moved)[:, 0]
         found = LoadedNetwork(*known)
@@ -109,9 +109,9 @@ class LoadedNetwork:
         for mechanism in self.mobility.mechanisms:
             if platform in mechanism.nodes:
                 own = mechanism.motions[mechanism.nodes.index(platform)]
-                free = np.linalg.pinv(own, rcond=_STILL) @ x[self.system.rows_of[platform]]
+                free = np.linalg.pinv(own, rcond=_STILL) @ x[self.system.matrix.rows_of[platform]]
                 for name, motions in zip(mechanism.nodes, mechanism.motions, strict=True):
-                    x[self.system.rows_of[name]] -= motions @ free
+                    x[self.system.matrix.rows_of[name]] -= motions @ free
         return replace(self, x=x)
 
     def work_of(self, forces: Iterable[NodeForce]) -> float:
@@ -136,7 +136,7 @@ class LoadedNetwork:
         """What connection k carries about its point (6,), zero out of a planar network's plane."""
         equations, F = self.equations, np.zeros(6)
         W_T = equations.connections[k].ends[-1][2]
-        carried = equations.scale * (self.x[self.system.wrench_rows[k]] @ W_T)
+        carried = equations.scale * (self.x[self.system.matrix.wrench_rows[k]] @ W_T)
         F[list(equations.network.space.rows)] = carried * equations.stiffness
         return F
 
@@ -154,7 +154,7 @@ class LoadedNetwork:
         for k, (element, c) in enumerate(zip(elements, equations.connections, strict=True)):
             if not isinstance(element, JointElement):
                 if np.any(c.S):
-                    f = self.x[self.system.wrench_rows[k]]
+                    f = self.x[self.system.matrix.wrench_rows[k]]
                     energy = 0.5 * equations.stiffness * float(f @ c.S @ f)
                     before, _, name = c.name.rpartition("/")
                     energy += (of_beam_loads or {}).get(k, 0.0)
@@ -184,9 +184,10 @@ def reactions(found: LoadedNetwork) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     possible values.
     """
     equations, system = found.equations, found.system
-    missing = (system.matrix @ found.x - found.right) * equations.stiffness
+    loads = system.matrix.times(found.x[:, None])[:, 0]
+    missing = (loads - found.right) * equations.stiffness
     return {
-        name: (equations.points[name], missing[system.rows_of[name]] * equations.scale)
+        name: (equations.points[name], missing[system.matrix.rows_of[name]] * equations.scale)
         for name in equations.network.fixed
     }
 

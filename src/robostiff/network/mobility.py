@@ -191,7 +191,7 @@ def mobility(equations: Equations, *, platform_fixed: bool) -> Mobility:
     """
     network, n = equations.network, equations.size
     # Clusters of bodies without relative motion, by the first body of each
-    pairs = [c.nodes for c in equations.connections if c.is_full]
+    pairs = [pair for own in equations.groups if own.is_full for pair in own.nodes]
     names = [node.name for node in network.nodes]
     label_of = connected_parts(names, [*pairs, network.fixed])
     members: dict[str, list[str]] = {}
@@ -205,10 +205,19 @@ def mobility(equations: Equations, *, platform_fixed: bool) -> Mobility:
     points[platform] = equations.points[network.platform]
     still = {ground, platform} if platform_fixed else {ground}
     free = [label for label in members if label not in still]
-    open_ = [c for c in equations.connections if len({label_of[name] for name in c.nodes}) > 1]
+    between = [
+        [i for i, (a, b) in enumerate(own.nodes) if label_of[a] != label_of[b]]
+        for own in equations.groups
+    ]
+    open_ = [
+        c
+        for c in equations.some_connections(between).values()
+        if len({label_of[name] for name in c.nodes}) > 1
+    ]
     mechanisms, held, doubtful = [], [], False
-    ends = [{label_of[name] for name in c.nodes} - still for c in open_]
-    for labels, numbers in independent_parts(free, ends):
+    for labels, numbers in independent_parts(
+        free, [{label_of[name] for name in c.nodes} - still for c in open_]
+    ):
         connections = [open_[k] for k in numbers]
         # Wrenches of connections on free clusters, and on a fixed platform, as rows.
         column = {label: np.arange(n * i, n * (i + 1)) for i, label in enumerate(labels)}

@@ -167,11 +167,11 @@ def network_response(
         axes = block_rotation(beam.rotation)
         total, tip = (axes @ load.at_start)[rows], (axes @ load.tip_twist)[rows]
         right += system.forces(equations, [(beam.a, total, beam.start)])
-        right[system.wrench_rows[k], 0] += W_T @ (equations.scale * tip)
+        right[system.matrix.wrench_rows[k], 0] += W_T @ (equations.scale * tip)
     settled = np.zeros(right.shape)
     for name, t in moved.items():
         D = equations.between(points[name], equations.points[name])
-        settled[system.rows_of[name], 0] = D @ (equations.scale * t)
+        settled[system.matrix.rows_of[name], 0] = D @ (equations.scale * t)
     given = [*_wrenches_of(network, points, at_nodes, {} if loads is None else loads)]
     found = LoadedNetwork.of(equations, right, given, settled)
     _check_holds(found)
@@ -216,11 +216,12 @@ def _check_holds(found: LoadedNetwork) -> None:
             f"{name}: the loads drive a motion without stiffness, of "
             f"{', '.join(found.driven.moving[:6])}; {Status.FREE_MOTIONS.advice[0]}"
         )
-    gap, shifts = system.matrix @ found.x - found.right, system.rows_of.values()
+    gap = system.matrix.times(found.x[:, None])[:, 0] - found.right
+    shifts = system.matrix.rows_of.values()
     # rigid parts that hold every node leave rounding alone
     size = max(np.abs(found.right).max(), *(np.abs(found.x[rows]).max() for rows in shifts))
     for k, numbers in found.dependent.dropped.items():  # constraints left out hold, too
-        if np.any(np.abs(gap[system.wrench_rows[k][numbers]]) > _GAP * size):
+        if np.any(np.abs(gap[system.matrix.wrench_rows[k][numbers]]) > _GAP * size):
             raise NoAnswerError(
                 f"{name}: rigid parts cannot follow the supports, at "
                 f"{found.equations.connections[k].name!r}; give an elasticity to a part between"

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from itertools import combinations
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from robostiff.network.mobility import (
     null_spaces,
     pinning_coordinates,
 )
+from robostiff.network.multifrontal import BlockMatrix, Factors, dissected
 from robostiff.spatial.batch import block_diagonal
 
 if TYPE_CHECKING:
@@ -60,15 +62,12 @@ def redundancy(equations: Equations, *, platform_fixed: bool) -> Redundancy:
     still = {*network.fixed, *([network.platform] if platform_fixed else [])}
     dropped: dict[int, list[int]] = defaultdict(list)
     on_platform, doubtful, undetermined = [np.zeros((n, 0))], False, set()
-    for nodes, numbers in _loops(equations, still):
+    for nodes, connections in _loops(equations, still):
         column = {name: i for i, name in enumerate(nodes)}
-        places = [
-            (k, int(j)) for k in numbers for j in np.flatnonzero(equations.connections[k].rigid)
-        ]
+        places = [(k, int(j)) for k, c in connections.items() for j in np.flatnonzero(c.rigid)]
         A, A_p = np.zeros((len(places), n * len(nodes))), np.zeros((len(places), n))
         row = 0
-        for k in numbers:
-            c = equations.connections[k]
+        for c in connections.values():
             rows = slice(row, row := row + int(np.count_nonzero(c.rigid)))
             for name, point, part in c.ends:
                 wrenches = part[c.rigid] @ equations.transport(name, point)
@@ -87,9 +86,13 @@ def redundancy(equations: Equations, *, platform_fixed: bool) -> Redundancy:
     return Redundancy(dict(dropped), np.hstack(on_platform), doubtful, frozenset(undetermined))
 
 
-def _loops(equations: Equations, still: set[str]) -> list[tuple[list[str], list[int]]]:
-    """Free bodies and connections with rigid wrenches, without branches that end in the air."""
-    edges = {k: c for k, c in enumerate(equations.connections) if c.rigid.any()}
+def _loops(equations: Equations, still: set[str]) -> list[tuple[list[str], dict[int, Motion]]]:
+    """Free bodies and connections with rigid wrenches, without branches that end in the air.
+
+    Connections come by their numbers.
+    """
+    some = [np.flatnonzero(own.rigid.any(axis=1)) for own in equations.groups]
+    edges = {k: c for k, c in equations.some_connections(some).items() if c.rigid.any()}
     at: dict[str, set[int]] = defaultdict(set)
     for k, c in edges.items():
         for name in _free_ends(c, still):
@@ -106,7 +109,7 @@ def _loops(equations: Equations, still: set[str]) -> list[tuple[list[str], list[
                 leaves.append(end)
     nodes, left = [name for name, numbers in at.items() if numbers], list(edges)
     parts = independent_parts(nodes, [_free_ends(edges[k], still) for k in left])
-    return [(own, [left[i] for i in numbers]) for own, numbers in parts]
+    return [(own, {left[i]: edges[left[i]] for i in numbers}) for own, numbers in parts]
 
 
 def _free_ends(connection: Motion, still: set[str]) -> list[str]:
@@ -122,9 +125,10 @@ def redundant_freedoms(
     moves it and none after it. Such mechanisms are those of bodies, and those inside a joint whose
     own freedoms depend on one another.
     """
+    some = [[i for i, own in enumerate(group.freedom_names) if own] for group in equations.groups]
     moving = [
         (c, null_spaces(c.freedoms, equations.tolerance).right)
-        for c in equations.connections
+        for c in equations.some_connections(some).values()
         if c.freedom_names
     ]
     rates = [block_diagonal([own for _, own in moving])]
@@ -152,72 +156,180 @@ _ENOUGH, _ROUNDING = 1e-12, 1e-15
 _LITTLE = 1e-7
 # Unknowns from which on a system is condensed.
 _LARGE = 3000
+# Of the size of a network: bodies that are nearer are in one place.
+_NEAR = 1e-6
+
+Product = Callable[[np.ndarray], np.ndarray]
 
 
-_SYMMETRIC: dict[str, Any] = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+@dataclass(frozen=True)
+class AlikeConnections:
+    """Connections that resist as many motions at as many ends: rows ``A x = S f`` of a network."""
+
+    rows: np.ndarray  # (N, m) of int: sizes f of their wrenches
+    S: np.ndarray  # (N, m, m)
+    nodes: np.ndarray  # (N, e) of int: nodes at their ends
+    A: np.ndarray  # (N, m, e, n): of the displacements of these
+
+
+@dataclass(frozen=True)
+class NetworkMatrix:
+    """``[[0, A^T], [A, -S]]`` of all bodies, the fixed ones and the platform among them."""
+
+    size: int  # number of displacements and wrenches
+    parts: tuple[AlikeConnections, ...]
+    rows_of: dict[str, np.ndarray]  # the displacements of each node, which come first
+    wrench_rows: tuple[np.ndarray, ...]  # sizes of the wrenches of each connection
+
+    def deflections(self, own: AlikeConnections, x: np.ndarray) -> np.ndarray:
+        """``A x`` of some connections (N, m, k) for columns (size, k)."""
+        N, m, _, n = own.A.shape
+        shifts = x[: n * len(self.rows_of)].reshape(-1, n, x.shape[1])
+        return own.A.reshape(N, m, -1) @ shifts[own.nodes].reshape(N, -1, x.shape[1])
+
+    def add_loads(self, b: np.ndarray, own: AlikeConnections, f: np.ndarray) -> None:
+        """Add to right sides (size, k) ``A^T f`` of wrenches (N, m, k) of some connections."""
+        N, m, _, n = own.A.shape
+        on_nodes = b[: n * len(self.rows_of)].reshape(-1, n, b.shape[1])
+        loads = np.swapaxes(own.A.reshape(N, m, -1), 1, 2) @ f
+        np.add.at(on_nodes, own.nodes.ravel(), loads.reshape(-1, *on_nodes.shape[1:]))
+
+    def times(self, x: np.ndarray) -> np.ndarray:
+        """Product (size, k) with columns (size, k)."""
+        product = np.zeros_like(x)
+        for own in self.parts:
+            f = x[own.rows]
+            product[own.rows] = self.deflections(own, x) - own.S @ f
+            self.add_loads(product, own, f)
+        return product
+
+    @cached_property
+    def whole(self) -> csc_array:
+        """The sparse matrix."""
+        blocks = BlockEntries()
+        for own in self.parts:
+            n, A = own.A.shape[-1], own.A.reshape(*own.rows.shape, -1)
+            columns = (n * own.nodes[:, :, None] + np.arange(n)).reshape(len(A), -1)
+            blocks.add_many(-own.S, own.rows, own.rows)
+            blocks.add_many(A, own.rows, columns)
+            blocks.add_many(np.swapaxes(A, 1, 2), columns, own.rows)
+        return blocks.matrix((self.size, self.size))
+
+
+@kept
+def network_matrix(equations: Equations) -> NetworkMatrix:
+    """The matrix of a network, whether its platform is free or not."""
+    n, number_of = equations.size, {name: i for i, name in enumerate(equations.points)}
+    springs = [*equations.springs]
+    sizes = np.empty(sum(len(numbers) for numbers, _, _ in springs), dtype=int)
+    for numbers, S, _ in springs:
+        sizes[numbers] = S.shape[-1]
+    starts = n * len(number_of) + np.cumsum(sizes) - sizes
+    points, parts = np.array([*equations.points.values()]), []
+    for numbers, S, ends in springs:
+        nodes = np.array([[number_of[name] for name in names] for names, _, _ in ends]).T
+        A = [
+            own @ equations.between(points[node], at)
+            for node, (_, at, own) in zip(nodes.T, ends, strict=True)
+        ]
+        rows = starts[numbers][:, None] + np.arange(S.shape[-1])
+        parts.append(AlikeConnections(rows, S, nodes, np.stack(A, axis=2)))
+    rows_of = dict(zip(number_of, np.arange(n * len(number_of)).reshape(-1, n), strict=True))
+    size = n * len(number_of) + int(sizes.sum())
+    every, ends_at = np.arange(size), (starts + sizes).tolist()
+    wrench_rows = tuple(every[a:b] for a, b in zip(starts.tolist(), ends_at, strict=True))
+    return NetworkMatrix(size, tuple(parts), rows_of, wrench_rows)
 
 
 @dataclass(frozen=True)
 class CondensedSystem:
-    """A saddle-point system without its wrenches, factorised.
+    """A saddle-point system without its wrenches, factorised, its platform free or fixed.
 
     Of ``[[0, A^T], [A, -S]]`` the stiffness ``A^T (S + D)^-1 A`` of the displacements is left,
-    where D gives rigid directions a little compliance: sparse and positive definite, so that its
-    factors take a tenth of the time. What it loses to rounding and to D, refinement by the whole
-    system brings back.
+    where D gives rigid directions a little compliance: positive definite, so that its factors take
+    a tenth of the time. What it loses to rounding and to D, refinement by the whole system brings
+    back.
     """
 
-    others: np.ndarray  # (m,) of int: displacements, in the order of elimination
-    wrenches: np.ndarray  # (k,) of int: sizes of wrenches, which follow
-    A: csc_array  # (k, m)
-    stiffness: csc_array  # (k, k): S^-1
-    lu: SuperLU
+    matrix: NetworkMatrix
+    stiffness: tuple[np.ndarray, ...]  # (N, m, m) of each part: (S + D)^-1, 0 of what is left out
+    factors: Factors
+    moving: np.ndarray  # (m n,) of int: displacements of all bodies that are not fixed
+    pinned: np.ndarray  # of int: those that are held
 
-    @staticmethod
-    def of(
-        regular: csc_array, parts: Sequence[tuple[np.ndarray, np.ndarray]], bodies: np.ndarray
-    ) -> CondensedSystem | None:
-        """Condense; `parts` are places (N, k) and compliances (N, k, k) of connections alike.
-
-        Displacements come first in the system, (m,) numbers of the `bodies` that they move.
-
-        None where rounding makes the rest singular.
-        """
-        from scipy.sparse import csc_array, eye_array
-        from scipy.sparse.linalg import splu
-
-        blocks = BlockEntries()
-        try:
-            for places, S in parts:
-                rigid = ~np.any(S, axis=1)
-                soft = S + _LITTLE * rigid[:, :, None] * np.eye(S.shape[-1])
-                blocks.add_many(np.linalg.inv(soft), places, places)
-            size = len(regular.indptr) - 1
-            wrenches = np.concatenate([places.ravel() for places, _ in parts])
-            stiffness = blocks.matrix((size, size))[wrenches][:, wrenches]
-            A = regular[wrenches][:, : len(bodies)].tocsc()
-            # Body after body by minimum degree: that of single displacements, which zeros in their
-            # blocks mislead, fills in twice as much.
-            m, count = len(bodies), int(bodies.max()) + 1
-            loads = csc_array((np.ones(A.nnz), A.indices, A.indptr), shape=(len(wrenches), m))
-            loads = loads @ csc_array((np.ones(m), (np.arange(m), bodies)), shape=(m, count))
-            graph = csc_array(loads.T @ loads + m * eye_array(count))
-            order = splu(graph, permc_spec="MMD_AT_PLUS_A", **_SYMMETRIC).perm_c
-            others = np.argsort(order[bodies], kind="stable")
-            A = A[:, others]
-            lu = splu(csc_array(A.T @ stiffness @ A), permc_spec="NATURAL", **_SYMMETRIC)
-        except (RuntimeError, np.linalg.LinAlgError):
-            return None
-        return CondensedSystem(others, wrenches, A, stiffness, lu)
-
-    def solve(self, b: np.ndarray) -> np.ndarray:
+    def solve(self, b: np.ndarray, *, platform_fixed: bool) -> np.ndarray:
         """Solution (size, k) of the whole system for right sides (size, k), up to rounding."""
-        solution = np.empty(b.shape)
-        gaps = b[self.wrenches]
-        x = self.lu.solve(b[self.others] + self.A.T @ (self.stiffness @ gaps))
-        solution[self.others] = x
-        solution[self.wrenches] = self.stiffness @ (self.A @ x - gaps)
-        return solution
+        loads, x = b.copy(), np.zeros_like(b)
+        parts = [*zip(self.matrix.parts, self.stiffness, strict=True)]
+        for own, k in parts:
+            self.matrix.add_loads(loads, own, k @ b[own.rows])
+        loads[self.pinned] = 0.0
+        x[self.moving] = self.factors.solve(loads[self.moving], last_is_fixed=platform_fixed)
+        for own, k in parts:
+            x[own.rows] = k @ (self.matrix.deflections(own, x) - b[own.rows])
+        return x
+
+
+@kept
+def condensed_system(
+    equations: Equations, pinned: tuple[int, ...], dropped: tuple[int, ...]
+) -> CondensedSystem | None:
+    """Condense, with displacements `pinned` and wrenches `dropped`, by their rows.
+
+    None where rounding, or a motion without stiffness of all but the platform, makes it singular.
+    """
+    matrix, n = network_matrix(equations), equations.size
+    network, names = equations.network, [*equations.points]
+    is_left_out = np.isin(np.arange(matrix.size), [*pinned, *dropped])
+    is_free = ~np.isin(names, [*network.fixed, network.platform])
+    bodies, platform = np.flatnonzero(is_free), names.index(network.platform)
+    # Bodies are cut apart by their places; those in one place by the order that they come in.
+    points = np.array([*equations.points.values()])
+    places = (points - points.min(axis=0)) / (_NEAR * equations.length)
+    places = np.column_stack([np.round(places), np.arange(len(points))]).astype(int)
+    pairs = np.concatenate(
+        [
+            own.nodes[:, ends]
+            for own in matrix.parts
+            for ends in combinations(range(own.nodes.shape[1]), 2)
+        ]
+    )
+    pairs = pairs[np.all(is_free[pairs], axis=1)]
+    pieces = [*dissected(bodies, pairs, places), np.array([platform])]
+    order = np.concatenate(pieces)
+    number = np.full(len(names), -1)
+    number[order] = np.arange(len(order))
+    moving = (n * np.sort(order)[:, None] + np.arange(n)).ravel()
+    unknowns = np.searchsorted(moving, (n * order[:, None] + np.arange(n)).ravel())
+    try:
+        stiffness = tuple(_stiffness(own.S, is_left_out[own.rows]) for own in matrix.parts)
+        held = is_left_out[: n * len(names)].reshape(-1, n)
+        K = BlockMatrix.of_elements(number, _of_bodies(matrix.parts, stiffness, held))
+        factors = Factors.of(K, [*map(len, pieces)], unknowns)
+    except np.linalg.LinAlgError:
+        return None
+    return CondensedSystem(matrix, stiffness, factors, moving, np.array(pinned, dtype=int))
+
+
+def _stiffness(S: np.ndarray, left_out: np.ndarray) -> np.ndarray:
+    """``(S + D)^-1`` of connections (N, m, m), 0 of those wrenches (N, m) that are left out."""
+    identity = np.eye(S.shape[-1])
+    soft = S + _LITTLE * ~np.any(S, axis=1)[:, :, None] * identity
+    either = left_out[:, :, None] | left_out[:, None, :]
+    return np.where(either, 0.0, np.linalg.inv(np.where(either, identity, soft)))
+
+
+def _of_bodies(
+    parts: Sequence[AlikeConnections], stiffness: Sequence[np.ndarray], pinned: np.ndarray
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Bodies of connections and the stiffness of these, 1 of what is `pinned` (M, n)."""
+    for own, k in zip(parts, stiffness, strict=True):
+        N, m, e, n = own.A.shape
+        A = (own.A * ~pinned[own.nodes][:, None]).reshape(N, m, -1)
+        K = np.swapaxes(A, 1, 2) @ (k @ A)
+        yield own.nodes, K.reshape(N, e, n, e, n).swapaxes(2, 3)
+    nodes = np.flatnonzero(pinned.any(axis=1))
+    yield nodes[:, None], (pinned[nodes][:, :, None] * np.eye(pinned.shape[1]))[:, None, None]
 
 
 @dataclass(frozen=True)
@@ -231,14 +343,16 @@ class SaddlePointSystem:
     """
 
     name: str  # of the network
-    size: int  # number of displacements and wrenches, those that are not kept among them
-    matrix: csc_array  # (size, size): of all bodies, the fixed ones and the platform among them
+    matrix: NetworkMatrix
+    platform_fixed: bool
     # (m,) of int: rows and columns that are solved for: free, and independent of one another
     kept: np.ndarray
-    rows_of: dict[str, np.ndarray]  # the displacements of each node
-    wrench_rows: tuple[np.ndarray, ...]  # sizes of the wrenches of each connection
-    regular: csc_array  # (m, m): what is kept of the matrix
     condensed: CondensedSystem | None  # of a large system
+
+    @cached_property
+    def regular(self) -> csc_array:
+        """What is kept of the matrix (m, m)."""
+        return self.matrix.whole[self.kept][:, self.kept].tocsc()
 
     @cached_property
     def lu(self) -> SuperLU:
@@ -262,47 +376,58 @@ class SaddlePointSystem:
 
         Raises NoAnswerError when rounding makes the system singular.
         """
-        solution = np.zeros(right.shape)
         if not self.kept.size:
-            return solution, 0.0
+            return np.zeros(right.shape), 0.0
         b = right[self.kept]
-        part, last = np.zeros(b.shape), np.inf
-        if self.condensed is not None:
-            part, last = self._refined(self.condensed, b, _STEPS_OF_CONDENSED)
-        if not last < _ENOUGH:
-            part, last = self._refined(self.lu, b, _REFINEMENTS)
-        solution[self.kept] = part
-        return solution, last
+        x, last = np.zeros(b.shape), np.inf
+        if (condensed := self.condensed) is not None:
 
-    def _refined(
-        self, factors: SuperLU | CondensedSystem, b: np.ndarray, most: int
-    ) -> tuple[np.ndarray, float]:
-        part, last = factors.solve(b), np.inf
-        for _ in range(most):
-            step = factors.solve(b - self.regular @ part)
-            part = part + step
-            whole = np.abs(part).max(initial=np.finfo(float).tiny)
-            before, last = last, float(np.abs(step).max(initial=0.0) / whole)
-            if last < _ROUNDING or not last < before:
-                break
-        return part, last
+            def solved(b: np.ndarray) -> np.ndarray:
+                x = condensed.solve(self._among_all(b), platform_fixed=self.platform_fixed)
+                return x[self.kept]
+
+            def product(x: np.ndarray) -> np.ndarray:
+                return self.matrix.times(self._among_all(x))[self.kept]
+
+            x, last = _refined(solved, product, b, _STEPS_OF_CONDENSED)
+        if not last < _ENOUGH:
+            x, last = _refined(self.lu.solve, self.regular.__matmul__, b, _REFINEMENTS)
+        return self._among_all(x), last
+
+    def _among_all(self, kept: np.ndarray) -> np.ndarray:
+        whole = np.zeros((self.matrix.size, kept.shape[1]))
+        whole[self.kept] = kept
+        return whole
 
     def forces(
         self, equations: Equations, at: Iterable[tuple[str, np.ndarray, np.ndarray]]
     ) -> np.ndarray:
         """Right side (size, 1) of wrenches (n,) at nodes, each about a point (3,) [N, N m; m]."""
-        right = np.zeros((self.size, 1))
+        right = np.zeros((self.matrix.size, 1))
         for node, F, point in at:
             D = equations.transport(node, point)
             scaled = F / equations.scale / equations.stiffness
-            right[self.rows_of[node], 0] += D.T @ scaled
+            right[self.matrix.rows_of[node], 0] += D.T @ scaled
         return right
 
     def twist(
         self, equations: Equations, x: np.ndarray, node: str, point: np.ndarray
     ) -> np.ndarray:
         """Twist (n,) of a node about a point (3,) in a solution x (size,) [m, rad]."""
-        return equations.transport(node, point) @ x[self.rows_of[node]] / equations.scale
+        return equations.transport(node, point) @ x[self.matrix.rows_of[node]] / equations.scale
+
+
+def _refined(solve: Product, times: Product, b: np.ndarray, most: int) -> tuple[np.ndarray, float]:
+    """Solution of a system, and the last step of its refinement as a part of it."""
+    x, last = solve(b), np.inf
+    for _ in range(most):
+        step = solve(b - times(x))
+        x = x + step
+        whole = np.abs(x).max(initial=np.finfo(float).tiny)
+        before, last = last, float(np.abs(step).max(initial=0.0) / whole)
+        if last < _ROUNDING or not last < before:
+            break
+    return x, last
 
 
 @kept
@@ -313,35 +438,26 @@ def saddle_point_system(equations: Equations, *, platform_fixed: bool) -> Saddle
     neither changes the stiffness of the platform. The remaining system is regular, but for parts
     that differ in softness by more than all digits.
     """
-    matrix, rows_of, wrench_rows = _assembled(equations)
-    network, size = equations.network, len(matrix.indptr) - 1
+    matrix, network = network_matrix(equations), equations.network
     still = {*network.fixed, *([network.platform] if platform_fixed else [])}
-    lost = [rows_of[name] for name in still]
+    pinned = []
     for mechanism in mobility(equations, platform_fixed=platform_fixed).mechanisms:
-        rows = np.concatenate([rows_of[name] for name in mechanism.nodes])
-        lost.append(rows[mechanism.pins])
-    dropped = redundancy(equations, platform_fixed=platform_fixed).dropped
-    lost += [wrench_rows[k][numbers] for k, numbers in dropped.items()]
-    left = np.setdiff1d(np.arange(size), np.concatenate(lost))
-    regular = matrix[left][:, left].tocsc()
+        rows = np.concatenate([matrix.rows_of[name] for name in mechanism.nodes])
+        pinned += rows[mechanism.pins].tolist()
+    dropped = [
+        int(matrix.wrench_rows[k][number])
+        for k, numbers in redundancy(equations, platform_fixed=platform_fixed).dropped.items()
+        for number in numbers
+    ]
+    fixed = np.concatenate([matrix.rows_of[name] for name in still])
+    left = np.setdiff1d(np.arange(matrix.size), [*fixed, *pinned, *dropped])
     condensed = None
     if left.size > _LARGE:
-        place = np.full(size, -1)
-        place[left] = np.arange(left.size)
-        parts = []
-        for numbers, S, _ in equations.springs:
-            rows = place[np.array([wrench_rows[k] for k in numbers.tolist()])]
-            whole = np.all(rows >= 0, axis=1)
-            parts.append((rows[whole], S[whole]))
-            for k in np.flatnonzero(~whole):
-                some = np.flatnonzero(rows[k] >= 0)
-                parts.append((rows[[k]][:, some], S[[k]][:, some][:, :, some]))
-        condensed = CondensedSystem.of(
-            regular, parts, left[left < equations.size * len(network.nodes)] // equations.size
-        )
-    return SaddlePointSystem(
-        network.name, size, matrix, left, rows_of, wrench_rows, regular, condensed
-    )
+        # Where nothing is pinned or dropped, one factorisation is for the platform free and fixed.
+        condensed = condensed_system(equations, tuple(pinned), tuple(dropped))
+        if condensed is not None and condensed.factors.last is None and not platform_fixed:
+            condensed = None
+    return SaddlePointSystem(network.name, matrix, platform_fixed, left, condensed)
 
 
 def system_of(
@@ -357,39 +473,12 @@ def driven_mechanism(
     equations: Equations, mobile: Mobility, system: SaddlePointSystem, right: np.ndarray
 ) -> Mechanism | None:
     """A mechanism on whose motion a right side (size, 1) does work, if there is one."""
-    size = max(np.linalg.norm(right[rows]) for rows in system.rows_of.values())
+    size = max(np.linalg.norm(right[rows]) for rows in system.matrix.rows_of.values())
     for mechanism in mobile.mechanisms:
         work = sum(
-            motions.T @ right[system.rows_of[name], 0]
+            motions.T @ right[system.matrix.rows_of[name], 0]
             for name, motions in zip(mechanism.nodes, mechanism.motions, strict=True)
         )
         if np.any(np.abs(work) > equations.tolerance.independence * size):
             return mechanism
     return None
-
-
-@kept
-def _assembled(
-    equations: Equations,
-) -> tuple[csc_array, dict[str, np.ndarray], tuple[np.ndarray, ...]]:
-    """The matrix, and its rows of each node and connection, whether the platform is free or not."""
-    n, number_of = equations.size, {name: i for i, name in enumerate(equations.points)}
-    springs, blocks = [*equations.springs], BlockEntries()
-    sizes = np.empty(sum(len(numbers) for numbers, _, _ in springs), dtype=int)
-    for numbers, S, _ in springs:
-        sizes[numbers] = S.shape[-1]
-    starts = n * len(number_of) + np.cumsum(sizes) - sizes
-    size, points = n * len(number_of) + int(sizes.sum()), np.array([*equations.points.values()])
-    for numbers, S, ends in springs:
-        rows = starts[numbers][:, None] + np.arange(S.shape[-1])
-        blocks.add_many(-S, rows, rows)
-        for names, at, parts in ends:
-            nodes = np.array([number_of[name] for name in names])
-            A = parts @ equations.between(points[nodes], at)
-            columns = n * nodes[:, None] + np.arange(n)
-            blocks.add_many(A, rows, columns)
-            blocks.add_many(np.swapaxes(A, 1, 2), columns, rows)
-    rows_of = dict(zip(number_of, np.arange(n * len(number_of)).reshape(-1, n), strict=True))
-    every, ends_at = np.arange(size), (starts + sizes).tolist()
-    wrench_rows = tuple(every[a:b] for a, b in zip(starts.tolist(), ends_at, strict=True))
-    return blocks.matrix((size, size)), rows_of, wrench_rows

@@ -105,7 +105,7 @@ def exact_together(*values: Any) -> tuple[Any, ...]:
     >>> exact_together(sp.Symbol("d"), 0.3), exact_together(0.04, 0.3)
     ((d, 3/10), (0.04, 0.3))
     """
-    if not any(map(_is_sympy, values)):
+    if not any(map(_is_sympy_kind, map(type, values))):
         return values
     return tuple(value if value is None else exact_number(value) for value in values)
 
@@ -212,4 +212,9 @@ def _filled(shape: tuple[int, ...], entries: Iterable[Any]) -> np.ndarray:
 
 
 def _is_sympy(value: Any) -> bool:
-    return is_formula(value) and hasattr(value, "xreplace")
+    return _is_sympy_kind(type(value))
+
+
+@cache
+def _is_sympy_kind(kind: type) -> bool:
+    return _is_formula(kind) and hasattr(kind, "xreplace")
