@@ -154,8 +154,11 @@ def _converted(
     if isinstance(part, np.ndarray):
         values = prepared(part)
         entries = values.ravel().tolist()
-        found = [convert(value if is_formula(value) else float(value)) for value in entries]
-        kind = object if any(map(is_formula, found)) else float
+        if values.dtype == object:
+            entries = [value if is_formula(value) else float(value) for value in entries]
+        found = [*map(convert, entries)]
+        kinds = {type(x): x for x in found}.values()
+        kind = object if any(map(is_formula, kinds)) else float
         # One by one: some entries look like sequences to NumPy.
         return np.fromiter(found, dtype=kind).reshape(values.shape)
     if isinstance(part, tuple):

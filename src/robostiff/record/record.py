@@ -269,6 +269,8 @@ def _leading_digits(x: float) -> tuple[int, int]:
 
 
 _SYMMETRIC = {Operation.ADD, Operation.MULTIPLY, Operation.LEAST}
+# They do the arithmetic entry by entry themselves.
+_ARRAYS = (np.ndarray, list, tuple)
 #: Numbers that a formula may hold beside entries: floats, or exact SymPy numbers.
 Number = Any
 
@@ -324,73 +326,68 @@ class Entry:
         return Entry(self.record, self.record.step(operation, self.step, b))
 
     def __add__(self, other: Any) -> Any:
-        if not _combines(other):
-            return NotImplemented
-        if is_zero(other):
-            return self
-        if isinstance(other, Entry):
-            if (minus := other._negated()) is not None:
-                return self - minus
-            if (minus := self._negated()) is not None:
-                return other - minus
-        return self.apply(Operation.ADD, other)
+        if not isinstance(other, Entry):
+            if isinstance(other, _ARRAYS):
+                return NotImplemented
+            return self if other == 0 else self.apply(Operation.ADD, other)
+        operations = self.record.operations
+        if operations[other.step][0] is Operation.NEGATE:
+            return self - -other
+        if operations[self.step][0] is Operation.NEGATE:
+            return other - -self
+        return Entry(self.record, self.record.step(Operation.ADD, self.step, other.step))
 
     __radd__ = __add__
 
     def __sub__(self, other: Any) -> Any:
-        if not _combines(other):
-            return NotImplemented
-        if is_zero(other):
-            return self
-        if isinstance(other, Entry):
-            if other.step == self.step:
-                return 0
-            if (minus := other._negated()) is not None:
-                return self + minus
-            if (minus := self._negated()) is not None:
-                return -(minus + other)
-        return self.apply(Operation.SUBTRACT, other)
+        if not isinstance(other, Entry):
+            if isinstance(other, _ARRAYS):
+                return NotImplemented
+            return self if other == 0 else self.apply(Operation.SUBTRACT, other)
+        if other.step == self.step:
+            return 0
+        operations = self.record.operations
+        if operations[other.step][0] is Operation.NEGATE:
+            return self + -other
+        if operations[self.step][0] is Operation.NEGATE:
+            return -(-self + other)
+        return Entry(self.record, self.record.step(Operation.SUBTRACT, self.step, other.step))
 
     def __rsub__(self, other: Any) -> Any:
-        if not _combines(other):
+        if isinstance(other, _ARRAYS):
             return NotImplemented
-        if is_zero(other):
+        if other == 0:
             return -self
-        if (minus := self._negated()) is not None:
-            return minus + other
-        return Entry(
-            self.record,
-            self.record.step(Operation.SUBTRACT, step_of(self.record, other), self.step),
-        )
+        if self._operation()[0] is Operation.NEGATE:
+            return -self + other
+        step = self.record.step(Operation.SUBTRACT, step_of(self.record, other), self.step)
+        return Entry(self.record, step)
 
     def __mul__(self, other: Any) -> Any:
-        if not _combines(other):
-            return NotImplemented
         if not isinstance(other, Entry):
-            return self._times(other)
-        if (minus := self._negated()) is not None:
-            return -(minus * other)
-        if (minus := other._negated()) is not None:
-            return -(self * minus)
-        if self.step == other.step:
-            operation, a, _ = self._operation()
-            if operation is Operation.SQUARE_ROOT:
-                return Entry(self.record, a)
-        return self.apply(Operation.MULTIPLY, other)
+            return NotImplemented if isinstance(other, _ARRAYS) else self._times(other)
+        operations = self.record.operations
+        operation, a, _ = operations[self.step]
+        if operation is Operation.NEGATE:
+            return -(Entry(self.record, a) * other)
+        if operations[other.step][0] is Operation.NEGATE:
+            return -(self * -other)
+        if operation is Operation.SQUARE_ROOT and self.step == other.step:
+            return Entry(self.record, a)
+        return Entry(self.record, self.record.step(Operation.MULTIPLY, self.step, other.step))
 
     __rmul__ = __mul__
 
     def __neg__(self) -> Entry:
-        minus = self._negated()
-        if minus is not None:
-            return minus
-        operation, a, b = self._operation()
+        operation, a, b = self.record.operations[self.step]
+        if operation is Operation.NEGATE:
+            return Entry(self.record, a)
         if operation is Operation.SUBTRACT:
             return Entry(self.record, self.record.step(operation, b, a))
-        return self.apply(Operation.NEGATE)
+        return Entry(self.record, self.record.step(Operation.NEGATE, self.step))
 
     def __truediv__(self, other: Any) -> Any:
-        if not _combines(other):
+        if isinstance(other, _ARRAYS):
             return NotImplemented
         if not isinstance(other, Entry):
             return self._times(1 / other)
@@ -399,7 +396,7 @@ class Entry:
         return self * other.reciprocal()
 
     def __rtruediv__(self, other: Any) -> Any:
-        if not _combines(other):
+        if isinstance(other, _ARRAYS):
             return NotImplemented
         return other * self.reciprocal()
 
@@ -419,19 +416,19 @@ class Entry:
         operation, a, _ = self._operation()
         if operation is Operation.RECIPROCAL:
             return Entry(self.record, a)
-        if (minus := self._negated()) is not None:
-            return -minus.reciprocal()
+        if operation is Operation.NEGATE:
+            return -Entry(self.record, a).reciprocal()
         return self.apply(Operation.RECIPROCAL)
 
     def __repr__(self) -> str:
         return f"Entry({self.record.names.get(self.step, self.step)})"
 
     def _times(self, number: Number) -> Any:
-        if is_zero(number):
+        if number == 0:
             return 0
-        if is_one(number):
+        if number == 1:
             return self
-        if is_one(-number):
+        if number == -1:
             return -self
         operation, a, b = self._operation()
         if operation is Operation.MULTIPLY:
@@ -445,11 +442,6 @@ class Entry:
 
     def _operation(self) -> tuple[Operation, Any, Any]:
         return self.record.operations[self.step]
-
-    def _negated(self) -> Entry | None:
-        """The entry of which this one is the negative, if it is one."""
-        operation, a, _ = self.record.operations[self.step]
-        return Entry(self.record, a) if operation is Operation.NEGATE else None
 
 
 def is_number(value: Any) -> bool:
@@ -472,8 +464,3 @@ def step_of(record: Record, value: Any) -> int:
     if isinstance(value, Entry):
         return value.step
     return record.number(value if is_exact(value) else float(value))
-
-
-def _combines(other: Any) -> bool:
-    """Whether it is an entry or a number; arrays do the arithmetic entry by entry themselves."""
-    return not isinstance(other, np.ndarray | list | tuple)

@@ -209,6 +209,6 @@ def dot(a: Sequence[Any] | np.ndarray, b: Sequence[Any] | np.ndarray) -> Any:
     """Sum of products; zeros leave no trace."""
     total: Any = 0
     for x, y in zip(a, b, strict=True):
-        if not (is_zero(x) or is_zero(y)):
+        if (isinstance(x, Entry) or x != 0) and (isinstance(y, Entry) or y != 0):
             total = total + x * y
     return total
