@@ -14,11 +14,12 @@ import numpy as np
 _MOST = 100  # entries of an array that are kept; of a larger one its SHA-256 alone
 
 
-def plain(thing: Any) -> Any:
+def plain(thing: Any, known: dict[int, Any] | None = None) -> Any:
     """A frozen object in lists, mappings and texts, as JSON has them.
 
     Floats are written in base 16, so that none is rounded. An object is a list of its kind and its
     fields; a mapping has the order of its keys, as that of the axes of a grid decides the shape.
+    What stands in several places, as the chain of equal legs, is `known` from the first.
 
     Examples
     --------
@@ -27,7 +28,7 @@ def plain(thing: Any) -> Any:
     >>> plain([1.0]) == plain([1.0 + 1e-15])
     False
     """
-    kind = type(thing)
+    kind, known = type(thing), {} if known is None else known
     found: Any
     match thing:
         case float() | np.floating():  # most of all
@@ -43,18 +44,20 @@ def plain(thing: Any) -> Any:
             digest = hashlib.sha256(data.tobytes()).hexdigest()
             found = ["array", list(thing.shape), data.dtype.str, digest]
         case np.ndarray():
-            found = ["array", list(thing.shape), [plain(own) for own in thing.ravel().tolist()]]
+            found = ["array", list(thing.shape), plain(thing.ravel().tolist(), known)]
         case tuple() | list():
-            found = [plain(entry) for entry in thing]
+            found = [plain(entry, known) for entry in thing]
         case _ if is_dataclass(thing):
-            found = [kind.__name__, {name: plain(getattr(thing, name)) for name in _names(kind)}]
+            each = ((name, plain(getattr(thing, name), known)) for name in _names(kind))
+            found = known.get(id(thing)) or [kind.__name__, dict(each)]
+            known[id(thing)] = found
         case _ if hasattr(thing, "as_matrix"):  # rotations and rigid transforms of SciPy
             found = [kind.__name__, plain(thing.as_matrix())]
         case Mapping():
-            own = {str(key): plain(value) for key, value in thing.items()}
+            own = {str(key): plain(value, known) for key, value in thing.items()}
             found = ["mapping", list(own), own]
         case frozenset():
-            found = sorted(plain(entry) for entry in thing)
+            found = sorted(plain(entry, known) for entry in thing)
         case _:  # symbols and other exact numbers are distinguished by their text
             found = [kind.__name__, str(thing)]
     return found

@@ -124,8 +124,12 @@ def are_equal(one: Any, other: Any) -> bool:
     return bool(one == other)
 
 
-def formulas(part: Any) -> Iterator[Any]:
-    """Every formula of a robot, or of a part of one; exact SymPy numbers among them."""
+def formulas(part: Any, seen: set[int] | None = None) -> Iterator[Any]:
+    """Every formula of a robot, or of a part of one; exact SymPy numbers among them.
+
+    A part in several places is looked at once: `seen` has those before.
+    """
+    seen = set() if seen is None else seen
     if is_formula(part):
         yield part
     elif isinstance(part, np.ndarray):
@@ -133,11 +137,12 @@ def formulas(part: Any) -> Iterator[Any]:
             yield from filter(is_formula, part.flat)
     elif isinstance(part, tuple):
         for member in part:
-            yield from formulas(member)
-    elif is_dataclass(part):
+            yield from formulas(member, seen)
+    elif is_dataclass(part) and id(part) not in seen:
+        seen.add(id(part))
         for name in names_of(type(part)):
             if name not in _NO_ENTRIES:
-                yield from formulas(getattr(part, name))
+                yield from formulas(getattr(part, name), seen)
 
 
 def _converted(

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntFlag
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -36,6 +36,44 @@ class Step(NamedTuple):
     name: str = ""  # of an input, or one that the record gave
 
 
+@dataclass(frozen=True, eq=False)
+class _ReadSteps(Sequence[Step]):
+    """Steps of a file, made when they are needed: at one pose few programs of a file run."""
+
+    letters: str  # of the operations
+    a: list[int]  # places of the arguments; -1 of none
+    b: list[int]
+    numbers: Mapping[int, float]  # by place
+    names: Mapping[int, str]
+
+    @cached_property
+    def _made(self) -> tuple[Step, ...]:
+        count = range(len(self.letters))
+        each = zip(
+            map(_OPERATIONS.__getitem__, self.letters),
+            *([None if k < 0 else k for k in own] for own in (self.a, self.b)),
+            [self.numbers.get(i, 0.0) for i in count],
+            [self.names.get(i, "") for i in count],
+            strict=True,
+        )
+        return tuple(map(partial(tuple.__new__, Step), each))  # in half the time of `Step`
+
+    def __len__(self) -> int:
+        return len(self.letters)
+
+    def __iter__(self) -> Iterator[Step]:
+        return iter(self._made)
+
+    def __getitem__(self, place: Any) -> Any:
+        return self._made[place]
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Sequence) and self._made == tuple(other)
+
+    def __hash__(self) -> int:
+        return hash(self._made)
+
+
 @dataclass(frozen=True)
 class Program:
     """Operations without branches, from inputs to outputs.
@@ -44,7 +82,7 @@ class Program:
     ----------
     inputs : tuple of str
         The first steps are the inputs, in this order.
-    steps : tuple of Step
+    steps : sequence of Step
     outputs : tuple of int
         Steps that are the results.
 
@@ -58,7 +96,7 @@ class Program:
     """
 
     inputs: tuple[str, ...]
-    steps: tuple[Step, ...]
+    steps: Sequence[Step]
     outputs: tuple[int, ...]
 
     @classmethod
@@ -144,7 +182,6 @@ class Program:
         """
         letters = data["operations"]
         inputs, count = tuple(data["inputs"]), len(letters)
-        operations = [_OPERATIONS[letter] for letter in letters]
         a, b, outputs = (np.array(data[name], dtype=np.int64) for name in ("a", "b", "outputs"))
         place, kinds = np.arange(count), np.frombuffer(letters.encode("ascii"), dtype=np.uint8)
         taken = _ARGUMENTS[kinds]
@@ -158,18 +195,11 @@ class Program:
         )
         if not are_steps:
             raise ValueError("a program whose steps work on others than those before them")
-        names: list[str] = [*inputs, *[""] * (count - len(inputs))]
-        for i, name in data["names"].items():
-            names[int(i)] = str(name)
-        columns: list[list[Any]] = [a.tolist(), b.tolist(), [0.0] * count]
-        for column, known in zip(columns, (a, b), strict=False):
-            for i in np.flatnonzero(known < 0).tolist():
-                column[i] = None
+        names = {int(i): str(name) for i, name in data["names"].items()}
+        names |= enumerate(inputs)
         is_number = np.flatnonzero(kinds == ord(_LETTERS[Operation.NUMBER])).tolist()
-        for i, number in zip(is_number, data["numbers"], strict=True):
-            columns[2][i] = float(number)
-        each = zip(operations, *columns, names, strict=True)
-        steps = tuple(map(partial(tuple.__new__, Step), each))  # in half the time of `Step`
+        numbers = dict(zip(is_number, map(float, data["numbers"]), strict=True))
+        steps = _ReadSteps(letters, a.tolist(), b.tolist(), numbers, names)
         return cls(inputs, steps, tuple(outputs.tolist()))
 
 
@@ -179,7 +209,8 @@ _OF_TWO = (
     *(Operation.ADD, Operation.SUBTRACT, Operation.MULTIPLY),
     *(Operation.ARC_TANGENT, Operation.LEAST, Operation.GREATER),
 )
-# How many arguments each operation takes, by its letter.
-_ARGUMENTS = np.ones(128, dtype=int)
-for _count, _own in ((0, (Operation.INPUT, Operation.NUMBER)), (2, _OF_TWO)):
+# How many arguments each operation takes, by its letter; other letters are none.
+_ARGUMENTS = np.full(128, -1)
+_OF_ONE = set(Operation) - {Operation.INPUT, Operation.NUMBER, *_OF_TWO}
+for _count, _own in ((0, (Operation.INPUT, Operation.NUMBER)), (1, _OF_ONE), (2, _OF_TWO)):
     _ARGUMENTS[[ord(_LETTERS[operation]) for operation in _own]] = _count
