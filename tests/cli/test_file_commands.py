@@ -107,10 +107,12 @@ def test_new_robot_like_a_shipped_one():
     np.testing.assert_array_equal(rs.stiffness(mine).K, rs.stiffness(delta).K)
 
 
-@pytest.mark.parametrize("name", ["no", "12", 'a"b', "x: y", "#1", "ümlaut"])
+@pytest.mark.parametrize("name", ["no", "12", "1e8", "0o17", 'a"b', "x: y", "#1", "ümlaut"])
 def test_any_name_stays_a_text(name):
     assert run("new", name).exit_code == 0
     assert rs.load(f"{name}.yaml").name == name
+    assert run("convert", f"{name}.yaml", "-o", "snapshot.yaml").exit_code == 0
+    assert rs.load("snapshot.yaml").name == name
 
 
 def test_new_replaces_nothing():

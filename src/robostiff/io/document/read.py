@@ -180,13 +180,23 @@ def yaml_of(data: Mapping[str, Any]) -> str:
 
     Examples
     --------
-    >>> print(yaml_of({"name": "jack", "end": [0.0, 0.0, 1.0]}), end="")
-    name: jack
+    >>> print(yaml_of({"name": "1e8", "end": [0.0, 0.0, 1.0]}), end="")
+    name: "1e8"
     end: [0.0, 0.0, 1.0]
     """
-    from yaml import safe_dump
+    import yaml
 
-    return safe_dump(data, default_flow_style=None, sort_keys=False, width=120, allow_unicode=True)
+    class Dumper(yaml.SafeDumper):
+        """Quotes text that would be read as a number, or on other lines."""
+
+        def text(self, value: str) -> yaml.ScalarNode:
+            is_plain = value.isprintable() and isinstance(resolve_plain(value), str)
+            style = None if is_plain else '"'
+            return self.represent_scalar("tag:yaml.org,2002:str", value, style)
+
+    Dumper.add_representer(str, Dumper.text)
+    options: Any = {"default_flow_style": None, "sort_keys": False, "allow_unicode": True}
+    return yaml.dump(data, Dumper=Dumper, width=120, **options)
 
 
 def integer(digits: str) -> int | float:
