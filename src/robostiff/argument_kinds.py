@@ -41,7 +41,7 @@ _IN_WORDS = {
     "Scalar": "a number",
     "Any": "...",
     "Gravity": "three numbers [m/s^2] or an axis such as '-z'",
-    "Loads": "forces and masses by the names of bodies",
+    "Loads": "loads by names: of bodies, with their forces and masses",
     "Masses": "masses by the names of bodies",
     "Laws": "force laws by the names of joints",
     "Symbols": "names of parameters",
@@ -113,8 +113,8 @@ class _Kinds:
         """The error for the first argument that its annotation excludes, if any.
 
         `before` the call nothing is imported or read to find out what an annotation stands for.
-        What is as by default, or long, is not looked at then, nor are arrays and machines:
-        functions name what is wrong with these in words of their own.
+        What is as by default, or long, is not looked at then, nor are arrays, quantities and
+        machines: functions name what is wrong with these in words of their own.
         """
         subject, owners = self.function.__name__, (inspect.unwrap(self.function),)
         if self.of_constructor:
@@ -124,7 +124,7 @@ class _Kinds:
             parameter = self.parameters.get(name)
             if parameter is None or parameter.annotation is parameter.empty:
                 continue  # of keywords of any name, or self, which may not be complete
-            if before and (value is parameter.default or name in _MACHINES or _is_long(value)):
+            if before and (value is parameter.default or name in _MACHINES or _is_left(value)):
                 continue
             key = name, before, owners
             if key not in self._hints:
@@ -143,8 +143,11 @@ _MACHINES = frozenset(("robot", "linkage", "network"))
 _LONG, _SHOWN, _MOST_MEMBERS = 100, 40, 8
 
 
-def _is_long(value: Any) -> bool:
-    return hasattr(value, "shape") or (isinstance(value, Sized) and len(value) > _LONG)
+def _is_left(value: Any) -> bool:
+    """Whether it is an array, a quantity with a unit or a long list."""
+    if hasattr(value, "shape") or hasattr(type(value), "to_root_units"):
+        return True
+    return isinstance(value, Sized) and len(value) > _LONG
 
 
 def _in_words(annotation: str, hint: Any) -> str:

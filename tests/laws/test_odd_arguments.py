@@ -494,7 +494,7 @@ def test_what_came_what_was_expected_and_what_to_write():
             lambda: rs.choose_poses(robot, HOME, 1, ["leg1/strut"], {"a": Z}, fixed="x"),
             "fixed of choose_poses: got 'x', expected Sequence[str]; write ['x']",
         ),
-        (lambda: rs.UnderLoad(loads="x"), "expected forces and masses by the names of bodies"),
+        (lambda: rs.UnderLoad(loads="x"), "expected loads by names: of bodies, with"),
     ):
         with pytest.raises(rs.InputError, match=re.escape(words)):
             call()
