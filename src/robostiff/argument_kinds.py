@@ -245,7 +245,8 @@ def _fits_container(value: Any, origin: type, parts: tuple[Any, ...]) -> bool:
     without = isinstance(value, str | bytes) or not isinstance(value, Iterable)
     if without or not (has_order or not issubclass(origin, Sequence)):
         return False
-    if not isinstance(value, Sized):  # an iterator, which would be used up
+    # An iterator would be used up; lists in lists of NumPy are as deep as they may be.
+    if not isinstance(value, Sized) or origin.__module__.startswith("numpy"):
         return True
     if issubclass(origin, tuple) and parts[-1] is not Ellipsis:
         return len(value) == len(parts) and all(map(_fits, value, parts))
