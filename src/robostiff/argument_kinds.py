@@ -130,7 +130,7 @@ class _Kinds:
             if key not in self._hints:
                 modules = dict.fromkeys(own.__module__ for own in owners)
                 self._hints[key] = _hint(parameter.annotation, modules, imports=not before)
-            if not _fits(value, self._hints[key]):
+            if not _fits(value, self._hints[key], deep=not before):
                 words = _in_words(str(parameter.annotation), self._hints[key])
                 alone = isinstance(value, str) and re.search(r"(Sequence|Iterable|tuple)\[", words)
                 hint = f"write [{value!r}]" if alone and len(value) < _SHOWN else None
@@ -201,15 +201,18 @@ class _AnnotationNames(dict[str, Any]):
         return Any
 
 
-def _fits(value: Any, hint: Any) -> bool:
-    """Whether a value is of the kind that an annotation says, as far as it says any."""
+def _fits(value: Any, hint: Any, *, deep: bool = True) -> bool:
+    """Whether a value is of the kind that an annotation says, as far as it says any.
+
+    Entries of lists and mappings count where it is `deep`.
+    """
     origin, parts = typing.get_origin(hint), typing.get_args(hint)
     if origin in (typing.Union, UnionType):
-        fits = any(_fits(value, part) for part in parts)
+        fits = any(_fits(value, part, deep=deep) for part in parts)
     elif origin is typing.Literal:
         fits = value in parts
     elif isinstance(origin, type):
-        fits = _fits_container(value, origin, parts)
+        fits = _fits_container(value, origin, parts if deep else ())
     elif hint in (float, int, complex, _Scalar):
         is_number = hasattr(type(value), "__index__" if hint is int else "__float__")
         is_number = (
@@ -235,19 +238,26 @@ def _fits(value: Any, hint: Any) -> bool:
 
 
 def _fits_container(value: Any, origin: type, parts: tuple[Any, ...]) -> bool:
-    if issubclass(origin, Mapping):
-        return isinstance(value, Mapping) and all(
-            _fits(key, parts[0]) and _fits(own, parts[1]) for key, own in value.items()
-        )
+    """The same of a container of a kind, whose entries are of others, if any are said."""
     if not issubclass(origin, Iterable):
         return isinstance(value, origin)
     has_order = isinstance(value, KeysView) or not isinstance(value, Mapping | Set)
-    without = isinstance(value, str | bytes) or not isinstance(value, Iterable)
-    if without or not (has_order or not issubclass(origin, Sequence)):
-        return False
+    of_kind = (
+        isinstance(value, Mapping)
+        if issubclass(origin, Mapping)
+        else (
+            isinstance(value, Iterable)
+            and not isinstance(value, str | bytes)
+            and (has_order or not issubclass(origin, Sequence))
+        )
+    )
     # An iterator would be used up; lists in lists of NumPy are as deep as they may be.
-    if not isinstance(value, Sized) or origin.__module__.startswith("numpy"):
-        return True
+    known = hasattr(type(value), "__len__") and not origin.__module__.startswith("numpy")
+    if not (of_kind and parts and known) or hasattr(type(value), "to_root_units"):
+        return of_kind
+    if isinstance(value, Mapping):
+        return all(_fits(key, parts[0]) and _fits(own, parts[-1]) for key, own in value.items())
     if issubclass(origin, tuple) and parts[-1] is not Ellipsis:
-        return len(value) == len(parts) and all(map(_fits, value, parts))
+        entries = list(value)
+        return len(entries) == len(parts) and all(map(_fits, entries, parts))
     return all(_fits(own, parts[0]) for own in value)
