@@ -263,33 +263,6 @@ def test_the_installed_command_runs_in_a_process_of_its_own():
     assert "rank 6 of 6" in outcome.stdout
 
 
-def test_help_imports_nothing_heavy():
-    code = (
-        "import sys; from click.testing import CliRunner; from robostiff.cli.main import app; "
-        "CliRunner().invoke(app, ['--help']); "
-        "heavy = {'numpy', 'scipy', 'pint', 'pydantic', 'yaml', 'sympy'} & set(sys.modules); "
-        "sys.exit(', '.join(sorted(heavy)) or None)"
-    )
-    outcome = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=False
-    )
-    assert outcome.returncode == 0, outcome.stderr
-
-
-def test_one_matrix_imports_no_kernels():
-    """The page of a stiffness, which is that of any result, leaves them to those who ask."""
-    code = (
-        "import sys; from click.testing import CliRunner; from robostiff.cli.main import app; "
-        "found = CliRunner().invoke(app, ['stiffness', 'hexapod']); assert not found.exit_code; "
-        "kinds = ('robostiff.statics.kernels', 'robostiff.compiled', 'robostiff.recorded'); "
-        "sys.exit(', '.join(sorted(m for m in sys.modules if m.startswith(kinds))) or None)"
-    )
-    outcome = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=False
-    )
-    assert outcome.returncode == 0, outcome.stderr
-
-
 def test_a_pose_without_an_answer_is_reported_without_a_traceback():
     outcome = run("verify", "3-puu", "--pose", "5 0 0")
     assert (outcome.exit_code, outcome.stdout) == (1, "")

@@ -115,7 +115,7 @@ def test_one_matrix_of_a_robot_of_legs_loads_no_other_kinds_of_robots():
 def test_a_page_of_stiffness_loads_no_other_questions():
     loaded = loaded_by(called("stiffness hexapod"))
     assert loaded & HEAVY <= {"click", "numpy", "pydantic", "yaml"}
-    others = {"cables", "compensation", "linkage", "network", "recorded", "statics"}
+    others = {"cables", "compensation", "compiled", "linkage", "network", "recorded", "statics"}
     assert not {f"robostiff.{name}" for name in others} & loaded
     assert {"robostiff.kinematics", "robostiff.page"} <= loaded
 
