@@ -57,24 +57,24 @@ class ProgramFile:
             names = self.robot.legs[0].chain.coordinate_names
             commands = {name: found.coordinates[:, k] for k, name in enumerate(names)}
         else:
-            names = {own.value for own in self.robot.coordinates} or set(POSE_UNITS)
+            names = {coordinate.value for coordinate in self.robot.coordinates} or set(POSE_UNITS)
             commands = dict(zip(POSE_UNITS, self._written_rotation(found.commanded).T, strict=True))
         si = {**POSE_UNITS, **coordinate_units(self.robot)}
         each = zip(self.robot.legs, actuator_places(self.robot), strict=True)
-        units = [joint_units(leg.chain)[place] for leg, own in each for place in own.tolist()]
+        units = [joint_units(leg.chain)[place] for leg, places in each for place in places.tolist()]
         written = {column.name: column for column in self.table.columns}
         headings, values = [], []
-        for name, own in commands.items():
+        for name, column_values in commands.items():
             column = written.get(name)
             if column is None and name not in names:
                 continue
             unit, factor = (si[name], 1.0) if column is None else (column.unit, column.factor)
             headings.append(f"{name}_cmd [{unit}]")
-            values.append(own / factor)
+            values.append(column_values / factor)
         drives = zip(found.drive_names, units, found.drives.T, strict=True)
-        for name, unit, own in () if by_joints else drives:  # joints are drives
+        for name, unit, column_values in () if by_joints else drives:  # joints are drives
             headings.append(f"{name} [{unit}]")
-            values.append(own)
+            values.append(column_values)
         headings += ["residual [um]", "residual turn [urad]"]
         values += [
             1e6 * np.linalg.norm(found.residual[:, p], axis=1) for p in (slice(3), slice(3, 6))
@@ -97,8 +97,8 @@ class ProgramFile:
 
         found, known = poses.copy(), np.isfinite(poses).all(axis=1)
         turned = Rotation.from_rotvec(poses[known, 3:]).as_euler(self.angles)
-        for place, own in zip(_places(self.angles), turned.T, strict=True):
-            found[known, place] = own
+        for place, angle in zip(_places(self.angles), turned.T, strict=True):
+            found[known, place] = angle
         return found
 
 

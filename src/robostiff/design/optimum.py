@@ -299,7 +299,7 @@ def optimise(
     kept = bool(np.min(room_below(np.append(z, np.max(values[0]) / size))[0]) > -_REACHED)
     ending = Ending.OPTIMUM if found.success and not lost else Ending.NOT_CONVERGED
     best = dict(zip(names, (low + z * (high - low)).tolist(), strict=True))
-    at_ends = [name for name, own in zip(names, z, strict=True) if min(own, 1 - own) < _REACHED]
+    at_ends = [name for name, part in zip(names, z, strict=True) if min(part, 1 - part) < _REACHED]
     return Optimum(
         values=best,
         objective=_of_poses(combine, values[0]),
@@ -398,10 +398,10 @@ def _held_limits(
     """Limits that hold with equality at some pose, in words."""
     found = []
     for limit in constraints:
-        name, own = limit.output.name, values[rows[limit.output.name]]
+        name, numbers = limit.output.name, values[rows[limit.output.name]]
         for word, bound, extreme in (
-            ("most", limit.most, np.max(own)),
-            ("least", limit.least, np.min(own)),
+            ("most", limit.most, np.max(numbers)),
+            ("least", limit.least, np.min(numbers)),
         ):
             if bound is not None and abs(extreme - bound) <= _REACHED * (abs(bound) or 1.0):
                 found.append(f"{name} at {word} {number(bound)}")

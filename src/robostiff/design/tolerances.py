@@ -205,8 +205,8 @@ class Tolerances(InNotebooks):
     def __repr__(self) -> str:
         count = len(next(iter(self.samples.values())))
         parts = [
-            f"{name} {number(own[0], 4)}, 99 % below {number(self.quantile(name, 0.99)[0][0], 4)}"
-            for name, own in self.nominal.items()
+            f"{name} {number(home[0], 4)}, 99 % below {number(self.quantile(name, 0.99)[0][0], 4)}"
+            for name, home in self.nominal.items()
         ]
         lost = f"; {percent(1 - self.answered)} without an answer" if self.answered < 1 else ""
         return f"<Tolerances of {count} robots: {'; '.join(parts)}{lost}>"
@@ -282,12 +282,12 @@ def tolerances(
             if first.shape[1] < _MOST_DRAWN:
                 first = np.concatenate([first, values], axis=1)
             where = slice(start, start + u.shape[1])
-            drawn.put(values, {name: own[where] for name, own in found.items()})
+            drawn.put(values, {name: numbers[where] for name, numbers in found.items()})
     return Tolerances(
         samples=found,
         deviations=dict(zip(drawn.names, np.sqrt(np.diag(drawn.covariance)).tolist(), strict=True)),
-        nominal={x.name: own for x, own in zip(outputs, numbers, strict=True)},
-        rates={x.name: own for x, own in zip(outputs, rates, strict=True)},
+        nominal={x.name: number for x, number in zip(outputs, numbers, strict=True)},
+        rates={x.name: rate for x, rate in zip(outputs, rates, strict=True)},
         answered=float(np.mean(np.isfinite(next(iter(found.values()))[:, 0]))),
         covariance=drawn.covariance,
         drawn=first.T,
@@ -328,8 +328,8 @@ class _DrawnRobots:
     @cached_property
     def rows(self) -> np.ndarray:
         """Poses (N, n)."""
-        own = self.poses
-        return np.asarray(own.values if isinstance(own, JointCoordinates) else own)
+        poses = self.poses
+        return np.asarray(poses.values if isinstance(poses, JointCoordinates) else poses)
 
     @cached_property
     def _root(self) -> np.ndarray:
@@ -362,7 +362,7 @@ class _DrawnRobots:
                     )
                 of |= dict.fromkeys(parameters_like(robot, pattern), spread)
             values = {name: float(robot.nominal[name]) for name in of}
-            deviations = [own.deviation_of(values[name], name) for name, own in of.items()]
+            deviations = [numbers.deviation_of(values[name], name) for name, numbers in of.items()]
             covariance = np.diag(np.square(deviations))
         elif hasattr(spreads, "estimate"):
             robot, values, covariance = spreads.estimate
@@ -392,8 +392,8 @@ class _DrawnRobots:
             z = normal_quantiles(u, np.empty(u.shape))
         else:
             z = 3**0.5 * (2.0 * u - 1.0)
-            own = u[self.are_normal]
-            z[self.are_normal] = normal_quantiles(own, np.empty(own.shape))
+            normal = u[self.are_normal]
+            z[self.are_normal] = normal_quantiles(normal, np.empty(normal.shape))
         z = np.multiply(z, self._root, out=z) if self._root.shape[1] == 1 else self._root @ z
         return np.add(z, self.nominal[:, None], out=z)
 
@@ -411,11 +411,11 @@ class _DrawnRobots:
             if isinstance(self.poses, JointCoordinates):
                 pose = JointCoordinates(pose)
             answer = self.compiled.evaluate(pose, parameters=values, threads=self.threads)
-            for name, own in out.items():
-                own[:, place] = answer.values[name]
-                lost |= ~np.isfinite(own[:, place])
-        for own in out.values():
-            own[lost] = np.nan
+            for name, result in out.items():
+                result[:, place] = answer.values[name]
+                lost |= ~np.isfinite(result[:, place])
+        for result in out.values():
+            result[lost] = np.nan
 
 
 def sobol_indices(
@@ -489,4 +489,4 @@ def sobol_indices(
     found = indices_of(func=numbers, n=samples, dists=cubes, rng=rng)
     pairs = zip(np.ravel(found.first_order), np.ravel(found.total_order), strict=True)
     each = {name: (float(S), float(T)) for name, (S, T) in zip(drawn.names, pairs, strict=True)}
-    return dict(sorted(each.items(), key=lambda own: -own[1][1]))
+    return dict(sorted(each.items(), key=lambda item: -item[1][1]))

@@ -232,8 +232,8 @@ def choose_poses(
     statics = FiniteLoads(States.of(changed, measured, np.eye(3)), changed, unknowns, gravity)
     turns = np.tile(np.eye(3), (len(names), 1, 1))
     model = ReadingModel(measured, statics, unknowns, None, None, np.eye(3), names, turns)
-    x = np.concatenate([[own.nominal for own in unknowns], np.zeros(6), places.ravel()])
-    scale = np.array([abs(own.nominal) or 1e-3 for own in model.unknowns])
+    x = np.concatenate([[unknown.nominal for unknown in unknowns], np.zeros(6), places.ravel()])
+    scale = np.array([abs(unknown.nominal) or 1e-3 for unknown in model.unknowns])
     J = (model.predicted(x)[1] * scale / sigma).reshape(len(rows), -1, len(x))
     good = _serve(model, J)
     rows, J = rows[good], J[good]
@@ -248,15 +248,17 @@ def choose_poses(
     before = np.zeros(M.shape[1:])
     every = [np.asarray(np.linalg.qr(J.reshape(-1, len(x)), mode="r"))]
     if existing is not None:
-        own = model.of(existing, x)
-        every.append(own.predicted(x)[1] * scale / own.sigma[:, None])
+        measured_before = model.of(existing, x)
+        every.append(measured_before.predicted(x)[1] * scale / measured_before.sigma[:, None])
         before = every[1].T @ every[1]
     total = M.sum(axis=0) + before
     report = identifiability(np.concatenate(every) / scale, model.unknowns)
     p = len(unknowns)
     lost = [unknowns[k].name for k in report.fixed if k < p]
     if lost:
-        words = [own for own in report.not_identified if any(name in own for name in lost)]
+        words = [
+            sentence for sentence in report.not_identified if any(name in sentence for name in lost)
+        ]
         raise NoAnswerError("no choice of these postures determines all: " + "; ".join(words))
     T = (
         _rates_at(criterion, statics, changed, x[:p]) * scale[:p]
@@ -270,7 +272,8 @@ def choose_poses(
         return random.choice(len(rows), count, replace=len(rows) < count)
 
     best, chosen = min(
-        (_exchanged(M, judge, drawn(), repeats) for _ in range(starts)), key=lambda own: own[0]
+        (_exchanged(M, judge, drawn(), repeats) for _ in range(starts)),
+        key=lambda choice: choice[0],
     )
     others = [judge.of(M[drawn()].sum(axis=0)[None])[0] for _ in range(_RANDOM)]
     std = np.sqrt(np.diag(judge.covariance(M[chosen].sum(axis=0)[None])[0])) * scale[:p]
@@ -279,9 +282,9 @@ def choose_poses(
         kind(q[rows[np.sort(chosen)]]),
         judge.shown(best),
         judge.shown(float(np.median(others))),
-        dict(zip((own.name for own in unknowns), std.tolist(), strict=True)),
+        dict(zip((unknown.name for unknown in unknowns), std.tolist(), strict=True)),
         len(q) - len(rows),
-        {own.name: own.unit for own in unknowns},
+        {unknown.name: unknown.unit for unknown in unknowns},
         criterion.in_words,
     )
 
@@ -289,11 +292,11 @@ def choose_poses(
 def _serve(model: ReadingModel, J: np.ndarray) -> np.ndarray:
     """Candidates (N,) in equilibrium away from singular postures whose readings move."""
     unknowns = model.parameters
-    codes = model.statics.at(np.array([own.nominal for own in unknowns])).status_codes
+    codes = model.statics.at(np.array([unknown.nominal for unknown in unknowns])).status_codes
     lost = (codes & int(Status.UNREACHABLE | Status.NO_EQUILIBRIUM)) != 0
     lost = lost[model.statics.states.of_readings].reshape(len(J), -1).any(axis=1)
     good = np.isfinite(J).all(axis=(1, 2)) & ~lost
-    elastic = [k for k, own in enumerate(unknowns) if own.kind is not UnknownKind.GEOMETRY]
+    elastic = [k for k, unknown in enumerate(unknowns) if unknown.kind is not UnknownKind.GEOMETRY]
     if elastic:
         good &= np.nan_to_num(np.abs(J[:, :, elastic].sum(axis=2)).max(axis=1)) >= _SEEN
     return good

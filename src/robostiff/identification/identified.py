@@ -50,7 +50,7 @@ class FitStatus(Flag):
     @property
     def words(self) -> str:
         """Such as ``at-bound, weak``."""
-        return ", ".join(str(own.name).lower().replace("_", "-") for own in self) or "ok"
+        return ", ".join(str(member.name).lower().replace("_", "-") for member in self) or "ok"
 
     def __str__(self) -> str:
         return self.words
@@ -121,7 +121,7 @@ class Identified(InNotebooks):
         for i, k in enumerate(turned, -len(turned)):
             turn = turn_by_vector(turns[k]) @ self.model.first_turns[k]
             x[len(x) + 3 * i : len(x) + 3 * i + 3] = vector_of_rotation(turn)
-        return dict(zip((own.name for own in self.unknowns), x.tolist(), strict=True))
+        return dict(zip((unknown.name for unknown in self.unknowns), x.tolist(), strict=True))
 
     @cached_property
     def _found(self) -> list[int]:
@@ -197,7 +197,7 @@ class Identified(InNotebooks):
         """Unknowns at a bound: ``least`` or ``largest``."""
         found = {}
         for k, d in zip(self._found, np.sqrt(np.diag(self.covariance)), strict=True):
-            low, high = (own[k] for own in self.fit.bounds)
+            low, high = (bound[k] for bound in self.fit.bounds)
             if self.fit.x[k] - low <= _AT_BOUND * d:
                 found[self.unknowns[k].name] = "least"
             elif high - self.fit.x[k] <= _AT_BOUND * d:
@@ -253,13 +253,13 @@ class Identified(InNotebooks):
         r, A = self._scaled
         (count, width), read = self.measured.values.shape, np.flatnonzero(self.model.read)
         read = read[self.fit.known]
-        own, Q = np.zeros(width * count), np.zeros((width * count, A.shape[1]))
-        own[read], Q[read] = r, A @ self._inverse_root
-        own, Q = own.reshape(-1, width), Q.reshape(count, width, -1)
+        residual, Q = np.zeros(width * count), np.zeros((width * count, A.shape[1]))
+        residual[read], Q[read] = r, A @ self._inverse_root
+        residual, Q = residual.reshape(-1, width), Q.reshape(count, width, -1)
         H = Q @ np.swapaxes(Q, 1, 2)
         # what decides an unknown alone has no residual
-        left = np.linalg.solve(np.eye(width) * (1 + 1e-12) - H, own[:, :, None])[:, :, 0]
-        return np.trace(H, axis1=1, axis2=2), np.sum(own * left, axis=1)
+        outside = np.linalg.solve(np.eye(width) * (1 + 1e-12) - H, residual[:, :, None])[:, :, 0]
+        return np.trace(H, axis1=1, axis2=2), np.sum(residual * outside, axis=1)
 
     @property
     def leverage(self) -> np.ndarray:
@@ -366,7 +366,9 @@ class Identified(InNotebooks):
         """
         self._check_rows()
         each = self.model.parameters
-        values = {own.name: 0.0 if own.plays else self.values[own.name] for own in each}
+        values = {
+            unknown.name: 0.0 if unknown.plays else self.values[unknown.name] for unknown in each
+        }
         return self.model.statics.robot.substituted(values)
 
     @property
@@ -381,8 +383,8 @@ class Identified(InNotebooks):
         rows = [k for k, i in enumerate(self._found) if i < len(self.model.parameters)]
         rows = [k for k in rows if not self.unknowns[self._found[k]].plays]
         found = {self.names[k]: self.values[self.names[k]] for k in rows}
-        rest = {own.name: 0.0 if own.plays else self.values[own.name]
-                for own in self.model.parameters if own.name not in found}  # fmt: skip
+        rest = {unknown.name: 0.0 if unknown.plays else self.values[unknown.name]
+                for unknown in self.model.parameters if unknown.name not in found}  # fmt: skip
         robot = self.model.statics.robot
         robot = robot.substituted(rest) if rest else robot
         return (
@@ -410,14 +412,14 @@ class Identified(InNotebooks):
         self._check_rows()
         found, intervals = {}, self.interval(level)
         about = f"({number(100 * level)} %), from {Path(self.measured.source).name}"
-        for own in self.model.parameters:
-            value, comment = self.values[own.name], "not identified"
-            if own.name in intervals:
-                low, high = intervals[own.name]
-                half, is_length = 0.5 * (high - low), own.kind is UnknownKind.GEOMETRY
+        for unknown in self.model.parameters:
+            value, comment = self.values[unknown.name], "not identified"
+            if unknown.name in intervals:
+                low, high = intervals[unknown.name]
+                half, is_length = 0.5 * (high - low), unknown.kind is UnknownKind.GEOMETRY
                 size = number(half, 2) if is_length else f"{number(100 * half / abs(value), 2)} %"
                 comment = f"+-{size} {about}, {len(self.measured)} readings"
-            found[own] = value, comment
+            found[unknown] = value, comment
         write_values(found, self.robot, path, source)
 
     def predict(self, measured: Measurements) -> tuple[np.ndarray, np.ndarray]:
@@ -469,22 +471,23 @@ class Identified(InNotebooks):
             kept = self.measured.chosen(~out)
             if set(kept.marker_names) != set(self.model.names):
                 raise InputError("folds", got=folds, expected="less: a marker is in one part alone")
-            own = self.fitted_to(kept)
+            model = self.fitted_to(kept)
             there = self.measured.chosen(out)
-            errors[out] = np.where(there.is_read, there.values - own.predict(there)[0], np.nan)
+            errors[out] = np.where(there.is_read, there.values - model.predict(there)[0], np.nan)
         rows = [not kind.of_drive for kind in self.measured.kinds]
         rms, of_fit = (
-            float(np.sqrt(np.nanmean(own[rows][:, :3] ** 2))) for own in (errors, self.residuals)
+            float(np.sqrt(np.nanmean(lengths[rows][:, :3] ** 2)))
+            for lengths in (errors, self.residuals)
         )
         return CrossValidation(errors, rms, of_fit)
 
     def __repr__(self) -> str:
         if self.fit.too_few:
             return f"<Identified: {self.fit.too_few}; status {self.status}>"
-        found = [own for own in self.model.parameters if own.name in self.std]
+        found = [each.name for each in self.model.parameters if each.name in self.std]
         parts = [
-            f"{own.name} = {number(self.values[own.name])} +- {number(self.std[own.name], 2)}"
-            for own in found[:8]
+            f"{name} = {number(self.values[name])} +- {number(self.std[name], 2)}"
+            for name in found[:8]
         ]
         more = [f"{len(found) - 8} more"] if len(found) > 8 else []
         return f"<Identified: {', '.join([*parts, *more])}; status {self.status}>"

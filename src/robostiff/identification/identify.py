@@ -164,7 +164,7 @@ def nearest_frames(
     Q = _nearest_turn(found[:9].reshape(3, 3))
     m = found[12:].reshape(-1, 3) if markers is None else m
     starts.append(fitted_frames(Q, np.mean(in_world(m) - y @ Q.T, axis=0), m))
-    _, Q, b, m = min(starts, key=lambda own: own[0])
+    _, Q, b, m = min(starts, key=lambda start: start[0])
     return Q.T, b, m
 
 
@@ -267,8 +267,8 @@ def identify(
     by_joints = isinstance(measured.postures, JointCoordinates) or robot.is_posed_by_joints
     changed, unknowns = with_unknowns(robot, parameters, fixed, shared=shared, by_joints=by_joints)
     model, start = _model_of(changed, measured, unknowns, frames, gravity)
-    names = [own.name for own in model.unknowns]
-    low = np.array([own.least for own in model.unknowns])
+    names = [unknown.name for unknown in model.unknowns]
+    low = np.array([unknown.least for unknown in model.unknowns])
     high = np.full(len(names), np.inf)
     for name, pair in (bounds or {}).items():
         if name not in names:
@@ -303,8 +303,10 @@ def _model_of(
     R = np.eye(3) if instrument is None else turn_by_vector(instrument[3:])
     states = States.of(robot, measured, R)
     small = all(kind in MOTIONS for kind in measured.kinds) and not states.sites
-    small &= all(own.kind in (UnknownKind.COMPLIANCE, UnknownKind.FACTOR) for own in parameters)
-    p = np.array([own.nominal for own in parameters])
+    small &= all(
+        unknown.kind in (UnknownKind.COMPLIANCE, UnknownKind.FACTOR) for unknown in parameters
+    )
+    p = np.array([unknown.nominal for unknown in parameters])
     statics: FiniteLoads | SmallLoads = SmallLoads(states, robot, tuple(x.name for x in parameters))
     if not small:
         of_drives = any(kind.of_drive for kind in measured.kinds)
@@ -345,8 +347,8 @@ def _model_of(
         seen = measured.values[rows, :3], origins[rows], places.axes[state][rows], which
         R, b, m = nearest_frames(*seen, instrument, markers, len(names))
     for k in turned:
-        rows = [i for i, own in enumerate(measured.markers)
-                if own == names[k] and measured.kinds[i] is Reading.POSE]  # fmt: skip
+        rows = [i for i, marker in enumerate(measured.markers)
+                if marker == names[k] and measured.kinds[i] is Reading.POSE]  # fmt: skip
         read = turn_by_vector(measured.values[rows, 3:])
         back = np.swapaxes(R @ places.axes[states.of_readings[rows]], 1, 2)
         turns[k] = _nearest_turn((back @ read).mean(axis=0))

@@ -52,14 +52,14 @@ def tracker_points(
         raise FileError(at, "columns", got=first[:80], expected="X, Y and Z")
     si = {a.lower(): table.si[a] for a in "XYZ"}
     for a in "XYZ":
-        own = table.si.get(f"U95 {a}", table.si.get("U95"))
-        if own is not None:
-            own = np.where(own == 0, np.min(own, where=own > 0, initial=np.inf), own)
-            si[f"sigma_{a.lower()}"] = 0.5 * own
+        spread = table.si.get(f"U95 {a}", table.si.get("U95"))
+        if spread is not None:
+            spread = np.where(spread == 0, np.min(spread, where=spread > 0, initial=np.inf), spread)
+            si[f"sigma_{a.lower()}"] = 0.5 * spread
     words = table.words.get("Delete", ("",) * len(table.rows))
     kept = np.array([word in ("", "0") for word in words])
-    for column, own in si.items():
-        for row in np.flatnonzero(kept & np.isnan(own))[:1]:
+    for column, spread in si.items():
+        for row in np.flatnonzero(kept & np.isnan(spread))[:1]:
             at = Location(name, table.rows[row] + 1, path=column)
             raise FileError(at, "value", got="nothing", expected="a finite number")
     return si, kept, tuple(k + 1 for k in table.rows)
@@ -98,26 +98,26 @@ def auto_id_lines(robot: Robot, name: str, lines: Sequence[str]) -> tuple[str, .
     numbers: list[list[float] | None] = []
     for row in rows:
         try:
-            numbers.append([float(own) for own in row[1:]])
+            numbers.append([float(word) for word in row[1:]])
         except ValueError:
             numbers.append(None)
     given = [k for k, row in enumerate(rows) if "".join(row).strip()]
     begins = 1 if given and numbers[given[0]] is None else 0
-    ours = begins and any(own.partition("[")[0].strip() in joints for own in rows[given[0]])
+    ours = begins and any(heading.partition("[")[0].strip() in joints for heading in rows[given[0]])
     if not joints or ours or not given[begins:] or len(rows[given[0]]) != 7 + len(joints):
         return None
     turned = any(any((numbers[k] or [])[3:6]) for k in given[begins:])
     headings = ["marker", *_TAG[: 6 if turned else 3]]
-    headings += [f"{own} [{'deg' if unit == 'rad' else 'mm'}]" for own, unit in joints.items()]
+    headings += [f"{joint} [{'deg' if unit == 'rad' else 'mm'}]" for joint, unit in joints.items()]
     found = ["\t".join(headings)]
-    for k, own in enumerate(numbers):
+    for k, row in enumerate(numbers):
         if k not in given[begins:]:
             found.append("")
             continue
-        if own is None or len(own) != 6 + len(joints):
+        if row is None or len(row) != 6 + len(joints):
             expected = "numbers behind the tag: X, Y, Z, roll, pitch, yaw, joints"
             raise FileError(Location(name, k + 1, 1), "point", got=lines[k][:60], expected=expected)
-        turn = vector_of_rotation(Rotation.from_euler("ZYX", own[5:2:-1], degrees=True).as_matrix())
-        values = [*own[:3], *(turn if turned else ()), *own[6:]]
+        turn = vector_of_rotation(Rotation.from_euler("ZYX", row[5:2:-1], degrees=True).as_matrix())
+        values = [*row[:3], *(turn if turned else ()), *row[6:]]
         found.append("\t".join(["tool", *map(repr, map(float, values))]))
     return tuple(found)

@@ -181,13 +181,13 @@ class _Table:
         units |= _LOADS | (_UNITS if given is None else {})
         not_here = () if given is None else _UNITS.keys()
         several: dict[str, list[str]] = {}  # columns of markers in a line, by their names
-        header = next((own for own in lines if own.strip() and own.lstrip()[0] != "#"), "")
+        header = next((line for line in lines if line.strip() and line.lstrip()[0] != "#"), "")
         for heading in re.split("[\t;,]", header) if given is None else ():
             match = _OF_MARKER.match(heading)
             if match:
                 name = match["name"].strip()
                 several.setdefault(name, [f"{name}.{axis}" for axis in _AXES])
-        units |= dict.fromkeys((name for own in several.values() for name in own), "m")
+        units |= dict.fromkeys((name for columns in several.values() for name in columns), "m")
         table = table_of(
             path,
             lines,
@@ -201,16 +201,18 @@ class _Table:
         )
         header, heading = Location(path, table.header + first or None, 1), table.lines[table.header]
         names = posture_columns(robot, table.si.keys(), header, heading, "pose_")
-        bound = {*names} - {f"pose_{own.value}" for own in robot.coordinates}
-        for own in table.columns if names[0] == "pose_x" and robot.coordinates else ():
-            if own.name in bound:
+        bound = {*names} - {f"pose_{coordinate.value}" for coordinate in robot.coordinates}
+        for column in table.columns if names[0] == "pose_x" and robot.coordinates else ():
+            if column.name in bound:
                 why = "it is no free coordinate of the robot"
-                warn_of_slip(f"{own.at}: column {own.name!r} is not read: {why}")
+                warn_of_slip(f"{column.at}: column {column.name!r} is not read: {why}")
         for what, begins in (("along", "u_"), ("distance", "from_")):
-            for own in table.columns if what not in table.si else ():
-                if own.name.startswith(begins):
-                    warn_of_slip(f"{own.at}: column {own.name!r} is not read without {what!r}")
-        read = {name for own, _ in _READINGS.values() for name in own}
+            for column in table.columns if what not in table.si else ():
+                if column.name.startswith(begins):
+                    warn_of_slip(
+                        f"{column.at}: column {column.name!r} is not read without {what!r}"
+                    )
+        read = {name for columns, _ in _READINGS.values() for name in columns}
         if given is None and not several and not read & table.si.keys():
             raise FileError(
                 header,
@@ -224,15 +226,17 @@ class _Table:
             if both := {"marker", *_AXES} & (table.words.keys() | table.si.keys()):
                 got, expected = f"{min(both)} and {min(several)}.x", "markers in one of these ways"
                 raise FileError(header, "names of columns", got=Words(got), expected=expected)
-            si = {name: np.repeat(own, len(several)) for name, own in si.items()}
-            words = {name: tuple(x for x in own for _ in several) for name, own in words.items()}
+            si = {name: np.repeat(numbers, len(several)) for name, numbers in si.items()}
+            words = {
+                name: tuple(x for x in column for _ in several) for name, column in words.items()
+            }
             none = np.full(len(table.rows), np.nan)
             for a in _AXES:
                 each = [table.si.get(f"{name}.{a}", none) for name in several]
                 si[a] = np.array(each).T.ravel()
             words["marker"] = (*several,) * len(table.rows)
         rows = (np.repeat(table.rows, max(len(several), 1)) + first).tolist()
-        default = {name: np.full(len(rows), own) for name, own in known.items()}
+        default = {name: np.full(len(rows), number) for name, number in known.items()}
         si = {**default, **si, **(given or {})}
         return cls(robot, path, tuple(rows), names, si, words, hooks or {}, bool(several))
 
@@ -254,22 +258,22 @@ class _Table:
         first: dict[str, int] = {}
         for row in range(len(self.lines)):
             label = self.word("posture", row)
-            missing = [name for name, own in si.items() if np.isnan(own[row])]
+            missing = [name for name, column in si.items() if np.isnan(column[row])]
             if missing and not (len(missing) == len(si) and label in first):
                 hint = f"or leave out all of a posture {label!r} that is known already"
                 raise FileError(
                     self.at(row), missing[0], got="nothing", expected="a number", hint=hint
                 )
             before = first.setdefault(label, row) if label else row
-            if not missing and any(own[row] != own[before] for own in si.values()):
+            if not missing and any(column[row] != column[before] for column in si.values()):
                 raise FileError(
                     self.at(row),
                     f"posture {label!r}",
                     got="other coordinates than before",
                     expected=f"those of line {self.lines[before]}, or another name",
                 )
-            for own in si.values() if missing else ():
-                own[row] = own[before]
+            for column in si.values() if missing else ():
+                column[row] = column[before]
         found = postures_of(self.robot, self.names, si, len(self.lines))
         if isinstance(found, JointCoordinates) or not self.robot.coordinates:
             return found
@@ -279,7 +283,7 @@ class _Table:
         """Where loads act (N, 3), in frames of bodies, and these; not a number at the origins."""
         found, bodies = self.columns([f"at_{a}" for a in _AXES]), [""] * len(self.lines)
         for row in range(len(self.lines)):
-            own, name = found[row], self.word("at", row)
+            point, name = found[row], self.word("at", row)
             if name in self.hooks:
                 given: Any = self.hooks[name]
                 if len(given) == 2:
@@ -291,7 +295,7 @@ class _Table:
                 known = ", ".join(self.hooks) or "hooks="
                 expected = f"tip, or one of {known}, or a body such as arm/joint3"
                 raise FileError(self.at(row), "hook", got=name, expected=expected)
-            if np.isfinite(own).any() and not np.isfinite(own).all():
+            if np.isfinite(point).any() and not np.isfinite(point).all():
                 raise FileError(
                     self.at(row), "hook", got="a part of it", expected="at_x, at_y, at_z"
                 )
@@ -307,14 +311,18 @@ class _Table:
         forces = load[:, :3] * np.reshape(at_hooks, (-1, 1))
         mass = self.columns(["mass"], 0.0)[:, 0]
         if mass.any():
-            own = self.robot.numeric.gravity
-            down = gravity_vector("gravity", "-z") if own is None or not np.any(own) else own
+            gravity = self.robot.numeric.gravity
+            down = (
+                gravity_vector("gravity", "-z")
+                if gravity is None or not np.any(gravity)
+                else gravity
+            )
             forces = forces + mass[:, None] * down
         load[:, :3] *= np.reshape(~at_hooks, (-1, 1))
         values, sigma, kinds = self._values(set(rows))
         toward = np.full((count, 3), np.nan)
         for kind, word in ((Reading.ALONG, "u"), (Reading.DISTANCE, "from")):
-            mine = [own is kind for own in kinds]
+            mine = [member is kind for member in kinds]
             toward[mine] = self.columns([f"{word}_{a}" for a in _AXES])[mine]
         postures = self.postures()
         directions = [self._one_of(_DIRECTIONS, "direction", row) for row in range(count)]
@@ -323,8 +331,8 @@ class _Table:
         whole = np.column_stack([coordinates_of(postures), load, forces, hooks, values])
         seen: dict[tuple[object, ...], int] = {}
         for row in rows:
-            own = markers[row], drives[row], directions[row], bodies[row]
-            key = (*own, whole[row].tobytes())
+            gravity = markers[row], drives[row], directions[row], bodies[row]
+            key = (*gravity, whole[row].tobytes())
             before = seen.setdefault(key, row)
             if before != row:
                 raise FileError(
@@ -341,7 +349,7 @@ class _Table:
                 expected = "the name of a line in the column row"
                 raise FileError(self.at(row), "reference", got=name, expected=expected)
             references.append(labels.index(name) if name else -1)
-        by_name = {own.value: own for own in LoadAxes} | {"": LoadAxes.WORLD}
+        by_name = {axes.value: axes for axes in LoadAxes} | {"": LoadAxes.WORLD}
         fields = {
             "postures": postures,
             "values": values,
@@ -363,20 +371,20 @@ class _Table:
         }
         return fields, rows
 
-    def _values(self, asked: set[int]) -> tuple[np.ndarray, np.ndarray, list[Reading]]:
+    def _values(self, lines: set[int]) -> tuple[np.ndarray, np.ndarray, list[Reading]]:
         """What was read (N, 3 or 6) in lines that are asked for, its sigma, and its kind."""
         count, kinds = len(self.lines), [Reading.POINT] * len(self.lines)
         values, sigma = np.full((count, 6), np.nan), np.full((count, 6), np.nan)
         for word, (names, deviations) in _READINGS.items():
-            own, mine = self.columns(names), self.columns(deviations)
+            numbers, mine = self.columns(names), self.columns(deviations)
             if "sigma_x" in deviations:
                 mine[:, :3] = np.where(np.isnan(mine[:, :3]), self.columns(["sigma"]), mine[:, :3])
-            read = np.isfinite(own)
+            read = np.isfinite(numbers)
             for row in np.flatnonzero(read.any(axis=1)).tolist():
                 if np.isfinite(values[row]).any():
                     got = f"{kinds[row].value} and {word}"
                     raise FileError(self.at(row), "reading", got=got, expected="one kind of value")
-                values[row, : len(names)], sigma[row, : len(names)] = own[row], mine[row]
+                values[row, : len(names)], sigma[row, : len(names)] = numbers[row], mine[row]
                 posed = word == "point" and read[row, 3:].any()
                 if posed and not read[row].all():
                     raise FileError(
@@ -385,7 +393,7 @@ class _Table:
                 kinds[row] = Reading.POSE if posed else _KINDS.get(word) or Reading(word)
         has_sigma = bool(np.isfinite(sigma).any())
         for row in np.flatnonzero(~np.isfinite(values).any(axis=1)).tolist():
-            if row in asked:
+            if row in lines:
                 raise FileError(
                     self.at(row), "reading", got="nothing", expected="one kind of value"
                 )

@@ -118,17 +118,19 @@ class Measurements:
         }
         width = 6 if Reading.POSE in changed["kinds"] else 3
         for name, size in (("values", width), ("sigma", width), ("hooks", 3), ("toward", 3)):
-            own = getattr(self, name)
-            changed[name] = _rows(name, np.nan if own is None else own, count, size, may_miss=True)
+            numbers = getattr(self, name)
+            changed[name] = _rows(
+                name, np.nan if numbers is None else numbers, count, size, may_miss=True
+            )
         for name, size in (("wrenches", 6), ("forces", 3), ("sigma_wrench", 6)):
-            own = getattr(self, name)
-            changed[name] = _rows(name, 0.0 if own is None else own, count, size)
+            numbers = getattr(self, name)
+            changed[name] = _rows(name, 0.0 if numbers is None else numbers, count, size)
         references = (-1,) * count if self.references is None else tuple(self.references)
         if len(references) != count or not all(-1 <= k < count for k in references):
             expected = f"{count} numbers from -1 to {count - 1}"
             raise InputError("references", got=self.references, expected=expected)
-        for name, own in (changed | {"references": references}).items():
-            object.__setattr__(self, name, own)
+        for name, numbers in (changed | {"references": references}).items():
+            object.__setattr__(self, name, numbers)
         sigma = self.sigma
         read = self.is_read
         if not read.any(axis=1).all():
@@ -147,10 +149,10 @@ class Measurements:
             expected = "one for each number of readings of several units, or under uncertain loads"
             raise InputError("sigma", got="none, or one for all", expected=expected)
         for k, kind in enumerate(self.kinds):
-            own = self.toward[k]
+            numbers = self.toward[k]
             if kind.of_drive and not self.drives[k]:
                 raise InputError(f"drive of {self.place(k)}", got="none", expected="its name")
-            bad = not np.isfinite(own).all() or (kind is Reading.ALONG and not own.any())
+            bad = not np.isfinite(numbers).all() or (kind is Reading.ALONG and not numbers.any())
             if kind in (Reading.ALONG, Reading.DISTANCE) and bad:
                 what = "a direction" if kind is Reading.ALONG else "a fixed point"
                 raise InputError(f"toward of {self.place(k)}", got="none", expected=what)
@@ -196,13 +198,13 @@ class Measurements:
         groups: dict[Any, dict[int, list[int]]] = {}
         loads = (self.coordinates, self.wrenches, self.forces, np.nan_to_num(self.hooks))
         for k, direction in enumerate(self.directions):
-            own = self.markers[k], self.drives[k], self.kinds[k], self.axes[k], self.bodies[k]
-            key = (*own, self.references[k], *(each[k].tobytes() for each in loads))
+            reading = self.markers[k], self.drives[k], self.kinds[k], self.axes[k], self.bodies[k]
+            key = (*reading, self.references[k], *(each[k].tobytes() for each in loads))
             groups.setdefault(key, {}).setdefault(direction, []).append(k)
         found = [
-            self.values[own[1]].mean(axis=0) - self.values[own[-1]].mean(axis=0)
-            for own in groups.values()
-            if 1 in own and -1 in own
+            self.values[rows[1]].mean(axis=0) - self.values[rows[-1]].mean(axis=0)
+            for rows in groups.values()
+            if 1 in rows and -1 in rows
         ]
         return np.array(found).reshape(-1, self.values.shape[1])
 
@@ -277,12 +279,12 @@ def _rows(
     except (TypeError, ValueError):
         missing = None
     filled = given if missing is None else np.where(missing, 0.0, np.asarray(given, dtype=float))
-    own = as_floats(name, filled, expected)
+    numbers = as_floats(name, filled, expected)
     if missing is not None:
-        own = np.where(missing, np.nan, own)
-    if own.shape not in {(), (size,), (count, size)}:
-        raise InputError(name, got=f"shape {own.shape}", expected=expected)
-    return np.broadcast_to(own, (count, size)).copy()
+        numbers = np.where(missing, np.nan, numbers)
+    if numbers.shape not in {(), (size,), (count, size)}:
+        raise InputError(name, got=f"shape {numbers.shape}", expected=expected)
+    return np.broadcast_to(numbers, (count, size)).copy()
 
 
 def _each(name: str, given: Any, count: int, kind: type) -> tuple[Any, ...]:
@@ -290,6 +292,6 @@ def _each(name: str, given: Any, count: int, kind: type) -> tuple[Any, ...]:
     if isinstance(given, kind):
         return (given,) * count
     several = tuple(given) if isinstance(given, Sequence) else ()
-    if len(several) != count or not all(isinstance(own, kind) for own in several):
+    if len(several) != count or not all(isinstance(item, kind) for item in several):
         raise InputError(name, got=given, expected=f"a {kind.__name__}, or {count} of them")
     return several

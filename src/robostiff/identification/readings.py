@@ -99,8 +99,8 @@ class ReadingModel:
         """Standard deviations (M,), those by loads among them; ones where they are not known."""
         if not self.measured.has_sigma:
             return np.ones(np.count_nonzero(self.read))
-        own = self.measured.sigma.ravel()[self.read]
-        return own if self.by_loads is None else np.hypot(own, self.by_loads)
+        sigma = self.measured.sigma.ravel()[self.read]
+        return sigma if self.by_loads is None else np.hypot(sigma, self.by_loads)
 
     @cached_property
     def of_reading(self) -> np.ndarray:
@@ -126,12 +126,12 @@ class ReadingModel:
             prefix = f"{robot.legs[0].name}/" if robot.is_serial else ""
             for k in np.flatnonzero([kind.of_drive for kind in self.measured.kinds]):
                 name = self.measured.drives[k]
-                own = name if name in known else prefix + name
-                if own not in known:
+                drive = name if name in known else prefix + name
+                if drive not in known:
                     expected = f"an elastic drive: {', '.join(known)}"
                     subject = f"drive of {self.measured.place(int(k))}"
                     raise InputError(subject, got=name, expected=expected)
-                found[k] = known.index(own)
+                found[k] = known.index(drive)
         return found
 
     @cached_property
@@ -182,11 +182,11 @@ class ReadingModel:
         def in_world(state: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
             """Markers before and by small displacements; rates with parameters and own places."""
             A = places.axes[state]
-            own, t = np.einsum("nij,nj->ni", A, arms), places.twists[state]
-            small = t[:, :3] + np.cross(t[:, 3:], own)
+            moved_arms, t = np.einsum("nij,nj->ni", A, arms), places.twists[state]
+            small = t[:, :3] + np.cross(t[:, 3:], moved_arms)
             rates = places.rates[state]
-            moved = rates[:, :3] - skew(own) @ rates[:, 3:]
-            return places.points[state] + own, small, moved, A + skew(t[:, 3:]) @ A
+            moved = rates[:, :3] - skew(moved_arms) @ rates[:, 3:]
+            return places.points[state] + moved_arms, small, moved, A + skew(t[:, 3:]) @ A
 
         at, small, by_parameters, by_marker = in_world(states.of_readings)
         is_motion = self.is_motion
@@ -218,7 +218,7 @@ class ReadingModel:
             elif kind.of_drive:
                 y[k, 0], J[k, 0] = self._of_drive(k, places, int(states.of_readings[k]), x)
         for k in np.flatnonzero(
-            [own in (Reading.ALONG, Reading.DISTANCE) for own in measured.kinds]
+            [kind in (Reading.ALONG, Reading.DISTANCE) for kind in measured.kinds]
         ):
             u, start = measured.toward[k], np.zeros(3)
             if measured.kinds[k] is Reading.DISTANCE:

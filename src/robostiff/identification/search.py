@@ -64,7 +64,7 @@ def fitted(
     read, least = len(model.values), len(start) + (not model.measured.has_sigma)
     if read < least:
         more = "" if model.measured.has_sigma else ", and one for their standard deviation"
-        names = ", ".join(own.name for own in model.unknowns)
+        names = ", ".join(unknown.name for unknown in model.unknowns)
         too_few = (
             f"{read} numbers were read, for {len(start)} unknowns{more}: {names}; read more, or "
             "fix some of them"
@@ -135,16 +135,16 @@ def _searched(
     free = np.array([k for k in range(len(x)) if k not in set(fixed)], dtype=int)
     if not free.size:
         return x, True
-    low, high = (own[free] for own in bounds)
+    low, high = (bound[free] for bound in bounds)
     sigma, values = model.sigma[known], model.values[known]
     last: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
 
     def at(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         key = z.tobytes()
         if key not in last:
-            own = x.copy()
-            own[free] = z
-            y, J = model.predicted(own)
+            point = x.copy()
+            point[free] = z
+            y, J = model.predicted(point)
             r, J = (y[known] - values) / sigma, J[np.ix_(known, free)] / sigma[:, None]
             lost = ~(np.isfinite(r) & np.isfinite(J).all(axis=1))
             r[lost], J[lost] = 0.0, 0.0
@@ -164,9 +164,9 @@ def _searched(
     if not converged:
         length = np.linalg.norm(at(z)[1], axis=0)
         found = least_squares(
-            lambda own: at(own)[0],
+            lambda z: at(z)[0],
             np.clip(z, low, high),
-            jac=lambda own: at(own)[1],  # pyright: ignore[reportArgumentType]
+            jac=lambda z: at(z)[1],  # pyright: ignore[reportArgumentType]
             bounds=(low, high),
             x_scale=1 / np.where(length > 0, length, 1.0),
             loss="soft_l1" if robust else "linear",

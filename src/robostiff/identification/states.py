@@ -87,16 +87,18 @@ class States:
                 )
         # axes (N, 3, 3) of the loads in the world, those of platforms as commanded
         turn = np.tile(np.eye(3), (len(measured), 1, 1))
-        turn[[own is LoadAxes.INSTRUMENT for own in measured.axes]] = to_instrument.T
-        on_platform = np.array([own is LoadAxes.PLATFORM for own in measured.axes])
+        turn[[axes is LoadAxes.INSTRUMENT for axes in measured.axes]] = to_instrument.T
+        on_platform = np.array([axes is LoadAxes.PLATFORM for axes in measured.axes])
         if on_platform.any():
             pose = find_posture(robot.numeric, measured.postures).pose.reshape(-1, 6)
             turn[on_platform] = turn_by_vector(pose[on_platform, 3:])
         forces = np.einsum("nij,nj->ni", turn, measured.forces)
         hooks = np.nan_to_num(measured.hooks)
         each = [(body, tuple(at)) for body, at in zip(measured.bodies, hooks.tolist(), strict=True)]
-        sites = tuple(dict.fromkeys(own for own in each if own[0]))
-        at_sites = np.array([[own == site for site in sites] for own in each]).reshape(len(q), -1)
+        sites = tuple(dict.fromkeys(site_of_row for site_of_row in each if site_of_row[0]))
+        at_sites = np.array(
+            [[site_of_row == site for site in sites] for site_of_row in each]
+        ).reshape(len(q), -1)
         on_bodies = at_sites[:, :, None] * forces[:, None, :]
         forces = forces * ~at_sites.any(axis=1, keepdims=True)
         point = robot.numeric.reference_point
@@ -156,12 +158,12 @@ class FiniteLoads:
     @property
     def names(self) -> tuple[str, ...]:
         """Of the parameters."""
-        return tuple(own.name for own in self.parameters)
+        return tuple(unknown.name for unknown in self.parameters)
 
     @property
     def plays(self) -> dict[str, str]:
         """Joints of parameters that are play."""
-        return {own.name: own.plays for own in self.parameters if own.plays}
+        return {unknown.name: unknown.plays for unknown in self.parameters if unknown.plays}
 
     @cached_property
     def compiled(self):
@@ -194,14 +196,14 @@ class FiniteLoads:
         if self.plays:
             found[:, [name in self.plays for name in self.names]] = 0.0
             vars(self)["factors"] = found  # without play
-            nominal = np.array([own.nominal for own in self.parameters])
+            nominal = np.array([unknown.nominal for unknown in self.parameters])
             strains = self._answer(nominal, slice(None), again=False)[1].drives[:, 1]
             sizes = np.nanmax(np.abs(strains), axis=0, initial=0.0)
             for name, joint in self.plays.items():
-                own = strains[:, self.compiled.drives.index(joint)]
+                strain = strains[:, self.compiled.drives.index(joint)]
                 size = sizes[self.compiled.drives.index(joint)]
-                own = np.where(np.abs(np.nan_to_num(own)) > _NO_STRAIN * size, own, 0.0)
-                found[:, self.names.index(name)] = 0.5 * np.sign(own)
+                strain = np.where(np.abs(np.nan_to_num(strain)) > _NO_STRAIN * size, strain, 0.0)
+                found[:, self.names.index(name)] = 0.5 * np.sign(strain)
         return found
 
     @cached_property
@@ -222,12 +224,12 @@ class FiniteLoads:
         self, values: np.ndarray, rows: np.ndarray | slice, *, again: bool
     ) -> tuple[LoadedAnswer, Platforms]:
         """Of some states."""
-        own, q = self.states, self.states.coordinates[rows]
+        states, q = self.states, self.states.coordinates[rows]
         found = self.compiled.evaluate(
-            JointCoordinates(q) if own.by_joints else q,
-            own.wrenches[rows][:, list(self.robot.space.rows)],
-            hooks=own.levers[rows],
-            forces=own.forces[rows],
+            JointCoordinates(q) if states.by_joints else q,
+            states.wrenches[rows][:, list(self.robot.space.rows)],
+            hooks=states.levers[rows],
+            forces=states.forces[rows],
             parameters=dict(zip(self.names, (values * self.factors[rows]).T, strict=True)),
             again=again,
         )
@@ -236,14 +238,16 @@ class FiniteLoads:
 
     def at(self, values: np.ndarray) -> PlacesInStates:
         """Places at values (n,) of the parameters; no rates in lost states."""
-        answer, own = self._answer(values, slice(None), again=False)
+        answer, platforms = self._answer(values, slice(None), again=False)
         order = [self.compiled.parameters.index(name) for name in self.names]
-        rates = own.rates[:, :, order] * self.factors[:, None]
-        of_drives = own.drive_rates[..., order] * self.factors[:, None, None]
+        rates = platforms.rates[:, :, order] * self.factors[:, None]
+        of_drives = platforms.drive_rates[..., order] * self.factors[:, None, None]
         rates[answer.guarded if self.lost is None else self.lost] = np.nan
         none = np.zeros((len(rates), 6))
         codes = answer.status_codes
-        return PlacesInStates(own.points, own.axes, none, rates, codes, own.drives, of_drives)
+        return PlacesInStates(
+            platforms.points, platforms.axes, none, rates, codes, platforms.drives, of_drives
+        )
 
     def checked(self, values: np.ndarray) -> tuple[FiniteLoads, np.ndarray]:
         """The same with those states lost in which kernel and `equilibrium` do not agree.

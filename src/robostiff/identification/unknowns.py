@@ -115,10 +115,10 @@ def with_unknowns(
         hint = f"write [{patterns!r}]"
         raise InputError("parameters to identify", got=patterns, expected="a list", hint=hint)
     found, unknowns = _with_unknowns(robot, tuple(patterns), tuple(fixed), shared=shared)
-    for own in unknowns:
-        if own.kind is UnknownKind.GEOMETRY and not by_joints:
+    for unknown in unknowns:
+        if unknown.kind is UnknownKind.GEOMETRY and not by_joints:
             raise InputError(
-                f"{own.name!r} of {robot.name!r}",
+                f"{unknown.name!r} of {robot.name!r}",
                 got="a length or an angle, with poses as postures",
                 expected="postures in joints: what the drives are commanded to",
                 hint="give joints of an arm; of legs, identify compliances",
@@ -144,13 +144,13 @@ def _with_unknowns(
                 hint='parameters of a file are symbols of rs.load(file, symbols=("upper",))',
             )
     for pattern in patterns:
-        taken = {name for own in groups.values() for name in own}
+        taken = {name for members in groups.values() for name in members}
         fits = [
             name
             for name in names
             if _fits(name, pattern)
             and name not in taken
-            and not any(_fits(name, own) for own in fixed)
+            and not any(_fits(name, other) for other in fixed)
         ]
         groups |= {pattern: fits} if shared and fits else {name: [name] for name in fits}
     if not any(groups.values()):
@@ -164,15 +164,15 @@ def _with_unknowns(
     for group, names in groups.items():
         if names[0] in symbols:
             for name in names:
-                robot, own = _of_symbol(robot, name)
-                unknowns.append(own)
-                nominal = {**nominal, own.name: own.nominal}
+                robot, unknown = _of_symbol(robot, name)
+                unknowns.append(unknown)
+                nominal = {**nominal, unknown.name: unknown.nominal}
             continue
         several = [candidates[name] for name in names]
         first = several[0]
-        if any(own.kind is not first.kind or own.unit != first.unit for own in several):
+        if any(unknown.kind is not first.kind or unknown.unit != first.unit for unknown in several):
             raise InputError(f"shared {group!r}", got="parts of several kinds", expected="one kind")
-        if not np.allclose([own.nominal for own in several], first.nominal, rtol=1e-9):
+        if not np.allclose([unknown.nominal for unknown in several], first.nominal, rtol=1e-9):
             raise InputError(
                 f"shared {group!r}", got="parts of different compliance", expected="equal parts"
             )
@@ -230,7 +230,9 @@ def _of_chain(chain: Chain, prefix: str) -> Iterator[tuple[str, _Candidate]]:
                         UnknownKind.COMPLIANCE,
                         1 / float(k),
                         unit,
-                        lambda own, c: (replace(own, role=replace(own.role, stiffness=1 / c)),),
+                        lambda joint, c: (
+                            replace(joint, role=replace(joint.role, stiffness=1 / c)),
+                        ),
                     ),
                 )
             kind = JointKind.PRISMATIC if isinstance(element, Telescope) else element.kind
@@ -254,11 +256,15 @@ def _of_chain(chain: Chain, prefix: str) -> Iterator[tuple[str, _Candidate]]:
 def _with_factor(element: Element, factor: Any, size: float = 1.0) -> tuple[Element, ...]:
     """A link whose compliance is ``factor / size`` times its own: of a beam by its moduli."""
     assert isinstance(element, Link)  # noqa: S101
-    own, beam, factor = element.elasticity, element.elasticity.beam, factor / size
+    elasticity, beam, factor = element.elasticity, element.elasticity.beam, factor / size
     if beam is not None:
         beam = replace(beam, E=beam.E / factor, G=beam.G / factor)
-    compliance = own.compliance.astype(object) * factor
-    return (replace(element, elasticity=Elasticity(compliance, own.freedoms, own.bounds, beam)),)
+    compliance = elasticity.compliance.astype(object) * factor
+    return (
+        replace(
+            element, elasticity=Elasticity(compliance, elasticity.freedoms, elasticity.bounds, beam)
+        ),
+    )
 
 
 def _with_zero(element: Element, zero: Any) -> tuple[Element, ...]:
@@ -292,15 +298,18 @@ def _changed(
         name = prefix + element.name
         if isinstance(element, ParallelBlock):
             branches = (
-                replace(own, chain=_changed(own.chain, f"{name}/{own.name}/", symbols, candidates))
-                for own in element.branches
+                replace(
+                    branch,
+                    chain=_changed(branch.chain, f"{name}/{branch.name}/", symbols, candidates),
+                )
+                for branch in element.branches
             )
             elements.append(replace(element, branches=tuple(branches)))
             continue
         several: tuple[Element, ...] = (element,)
-        for own in (name, f"{name}.factor", f"{name}.zero", f"{name}.play"):
-            if own in symbols:
-                changed = candidates[own].replaced(several[-1], symbols[own])
+        for symbol in (name, f"{name}.factor", f"{name}.zero", f"{name}.play"):
+            if symbol in symbols:
+                changed = candidates[symbol].replaced(several[-1], symbols[symbol])
                 several = (*several[:-1], *changed)
         elements += several
     return replace(chain, elements=tuple(elements))
@@ -316,14 +325,16 @@ def _of_symbol(robot: Robot, name: str) -> tuple[Robot, Unknown]:
         for k in cast("list[Any]", [getattr(role, "stiffness", None)])
         if is_formula(k) and name in map(str, k.free_symbols)
     ]
-    symbol = next(own for own in robot.symbols if str(own) == name)
+    symbol = next(symbol for symbol in robot.symbols if str(symbol) == name)
     unit = "rad/(N m)" if stiffnesses and stiffnesses[0][1] else "m/N"
     if stiffnesses and all(k == symbol for k, _ in stiffnesses):
-        own = Unknown(f"1/{name}", UnknownKind.COMPLIANCE, 1 / value, unit, _LEAST / value, name)
-        inverse = _symbol(own.name, positive=True)
-        nominal = {**robot.nominal, own.name: own.nominal}
+        unknown = Unknown(
+            f"1/{name}", UnknownKind.COMPLIANCE, 1 / value, unit, _LEAST / value, name
+        )
+        inverse = _symbol(unknown.name, positive=True)
+        nominal = {**robot.nominal, unknown.name: unknown.nominal}
         changed = robot.substituted({name: 1 / inverse})
-        return replace(changed, nominal={k: nominal[k] for k in nominal if k != name}), own
+        return replace(changed, nominal={k: nominal[k] for k in nominal if k != name}), unknown
     if stiffnesses and all(k == 1 / symbol for k, _ in stiffnesses):
         return robot, Unknown(name, UnknownKind.COMPLIANCE, value, unit, _LEAST * value, name)
     rest = {str(x): robot.nominal[str(x)] for x in robot.symbols}
@@ -342,5 +353,7 @@ def _of_symbol(robot: Robot, name: str) -> tuple[Robot, Unknown]:
 def spring_values(robot: Robot) -> dict[str, float]:
     """Compliances of all drives and springs of a robot of numbers, by name."""
     return {
-        name: own.nominal for name, own in _candidates(robot) if own.kind is UnknownKind.COMPLIANCE
+        name: unknown.nominal
+        for name, unknown in _candidates(robot)
+        if unknown.kind is UnknownKind.COMPLIANCE
     }

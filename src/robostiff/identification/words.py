@@ -63,31 +63,33 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
     n, length = len(unknowns), np.linalg.norm(J, axis=0)
     # columns that are nothing beside those of their kind
     springs = (UnknownKind.COMPLIANCE, UnknownKind.FACTOR)
-    scaled = length * [abs(own.nominal) if own.kind in springs else 1.0 for own in unknowns]
-    kinds = [(own.kind, own.unit) for own in unknowns]
-    largest = {kind: max(scaled[[own == kind for own in kinds]]) for kind in kinds}
+    scaled = length * [
+        abs(unknown.nominal) if unknown.kind in springs else 1.0 for unknown in unknowns
+    ]
+    kinds = [(unknown.kind, unknown.unit) for unknown in unknowns]
+    largest = {kind: max(scaled[[other == kind for other in kinds]]) for kind in kinds}
     fixed = [k for k in range(n) if scaled[k] <= _NO_COLUMN * largest[kinds[k]]]
     without = [unknowns[k] for k in fixed]
     sentences = [
-        f"no measurement depends on {own.name}: no load strains it (a force that is parallel "
+        f"no measurement depends on {unknown.name}: no load strains it (a force that is parallel "
         "to its axis, or meets it, does not); add a load in another direction or at another point"
-        for own in without
-        if own.kind in springs
+        for unknown in without
+        if unknown.kind in springs
     ]
     sentences += [
         f"no measurement depends on {name}; add other postures or markers"
-        for name in names_in_words([own for own in without if own.kind not in springs])
+        for name in names_in_words([unknown for unknown in without if unknown.kind not in springs])
     ]
-    left = [k for k in range(n) if k not in fixed]
+    free = [k for k in range(n) if k not in fixed]
     weak, correlated = [], []
-    if left:
-        S = J[:, left] / length[left]
+    if free:
+        S = J[:, free] / length[free]
         R: np.ndarray = np.asarray(np.linalg.qr(S, mode="r"))
         _, s, Vt = np.linalg.svd(R, full_matrices=True)
-        s = np.append(s, np.zeros(len(left) - len(s)))
+        s = np.append(s, np.zeros(len(free) - len(s)))
         null = Vt[s <= _NO_VALUE * s[0]].T
-        order = np.array([_ORDER.index(unknowns[k].kind) for k in left])
-        effect = length[left] * [abs(unknowns[k].nominal) or 1.0 for k in left]
+        order = np.array([_ORDER.index(unknowns[k].kind) for k in free])
+        effect = length[free] * [abs(unknowns[k].nominal) or 1.0 for k in free]
         # one member is fixed for each null vector: of those that are clearly a part of what is
         # left, the first in order, and among them that of least effect
         pivots, rest = [], null.copy()
@@ -103,24 +105,24 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
         for pivot, vector in zip(pivots, vectors.T, strict=True):
             size = np.abs(vector)
             members = [i for i in np.argsort(-size) if size[i] > _PART * size.max() and i != pivot]
-            own, others = unknowns[left[pivot]], [unknowns[left[i]] for i in members]
-            words = f"{_listed([own, *others])} cannot be told apart"
-            if len(others) == 1 and own.kind is others[0].kind is UnknownKind.COMPLIANCE:
+            unknown, others = unknowns[free[pivot]], [unknowns[free[i]] for i in members]
+            words = f"{_listed([unknown, *others])} cannot be told apart"
+            if len(others) == 1 and unknown.kind is others[0].kind is UnknownKind.COMPLIANCE:
                 ratio = vector[members[0]] / vector[pivot]
-                if abs(ratio * length[left[pivot]] / length[left[members[0]]] + 1) < 1e-3:
-                    words = f"only the sum of {own.name} and {others[0].name} is determined"
-            sentences.append(f"{words}: {own.name} keeps its value")
-            fixed.append(left[pivot])
-        several = [unknowns[k] for k in left if k not in fixed]
+                if abs(ratio * length[free[pivot]] / length[free[members[0]]] + 1) < 1e-3:
+                    words = f"only the sum of {unknown.name} and {others[0].name} is determined"
+            sentences.append(f"{words}: {unknown.name} keeps its value")
+            fixed.append(free[pivot])
+        several = [unknowns[k] for k in free if k not in fixed]
         if several:
-            R = R[:, [k not in fixed for k in left]]
+            R = R[:, [k not in fixed for k in free]]
             _, s, Vt = np.linalg.svd(R, full_matrices=False)
             for value, vector in zip(s, Vt, strict=True):
                 if value < _WEAK * s[0]:
                     size = np.abs(vector)
-                    own = [several[i] for i in np.argsort(-size) if size[i] > 0.1]
+                    group = [several[i] for i in np.argsort(-size) if size[i] > 0.1]
                     weak.append(
-                        f"{_listed(own)} {'are' if len(own) > 1 else 'is'} hardly determined: "
+                        f"{_listed(group)} {'are' if len(group) > 1 else 'is'} hardly determined: "
                         f"errors grow {number(s[0] / value, 1)} times in this direction"
                     )
             weak += _correlated(R, several, _CORRELATED, np.inf)
@@ -165,11 +167,11 @@ def names_in_words(unknowns: Sequence[Unknown]) -> list[str]:
     >>> names_in_words(several), names_in_words(several[:1])
     (['the place of m1'], ['m1 x'])
     """
-    frames = [own.frame for own in unknowns]
+    frames = [unknown.frame for unknown in unknowns]
     whole = {frame for frame in frames if frame[0] and frames.count(frame) > 1}
     names = []
-    for own in unknowns:
-        of = own.frame[1]
+    for unknown in unknowns:
+        of = unknown.frame[1]
         words = " and ".join(what for what in ("place", "turn") if (what, of) in whole)
-        names.append(f"the {words} of {of}" if own.frame in whole else own.name)
+        names.append(f"the {words} of {of}" if unknown.frame in whole else unknown.name)
     return list(dict.fromkeys(names))

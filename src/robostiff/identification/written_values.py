@@ -59,24 +59,24 @@ def write_values(
     changes: dict[tuple[Any, ...], tuple[str, str]] = {}
     entries: list[str] = []
     data = deepcopy(document.data)
-    for own, (value, comment) in found.items():
-        text = f"{value:.12g} {own.unit}".strip()
-        if own.kind is UnknownKind.COMPLIANCE and own.name != own.parameter:
+    for unknown, (value, comment) in found.items():
+        text = f"{value:.12g} {unknown.unit}".strip()
+        if unknown.kind is UnknownKind.COMPLIANCE and unknown.name != unknown.parameter:
             # a stiffness where one is written
-            unit = "N m/rad" if own.unit.startswith("rad") else "N/m"
+            unit = "N m/rad" if unknown.unit.startswith("rad") else "N/m"
             text = f"{1 / value:.12g} {unit}"
-        place = _place(document, own)
+        place = _place(document, unknown)
         if place is not None and place not in changes:
-            if own.parameter and not own.unit:
-                text = parameter_text(document, own.parameter, value)
+            if unknown.parameter and not unknown.unit:
+                text = parameter_text(document, unknown.parameter, value)
             changes[place] = text, comment
             reduce(getitem, place[:-1], data)[place[-1]] = text
-        elif place is None and is_side and (pattern := _pattern(document, own)) is not None:
-            joint = own.name.partition("/")[2]
+        elif place is None and is_side and (pattern := _pattern(document, unknown)) is not None:
+            joint = unknown.name.partition("/")[2]
             entry = data["joints"][joint] = {**document.data["joints"][pattern], "stiffness": text}
             entries.append(f"{json.dumps(joint)}: {json.dumps(entry)}  # {comment}")
         else:
-            raise _no_place(own, source)
+            raise _no_place(unknown, source)
     lines = edited_lines(document, changes)
     if entries:
         first = document.key_location(["joints", next(iter(document.data["joints"]))])
@@ -97,14 +97,14 @@ def _check(
     source: str | os.PathLike[str],
 ) -> None:
     """Raise unless a written file has the values that were found, and all others as before."""
-    names = [own.parameter for own in found if own.parameter]
+    names = [unknown.parameter for unknown in found if unknown.parameter]
     again = model_from_document(read_document(written), symbols=names)
     values, expected = spring_values(again.numeric), spring_values(robot)
-    for own, (value, _) in found.items():
-        if own.parameter:
-            expected[own.name], values[own.name] = value, again.nominal[own.parameter]
-            if own.name != own.parameter:
-                values[own.name] = 1 / values[own.name]
+    for unknown, (value, _) in found.items():
+        if unknown.parameter:
+            expected[unknown.name], values[unknown.name] = value, again.nominal[unknown.parameter]
+            if unknown.name != unknown.parameter:
+                values[unknown.name] = 1 / values[unknown.name]
     for name, value in expected.items():
         if not np.isclose(values.get(name, np.nan), value, rtol=AGREES, atol=0):
             raise _shared(source, name)
@@ -119,24 +119,24 @@ def _shared(source: str | os.PathLike[str], name: str) -> InputError:
     )
 
 
-def _no_place(own: Unknown, source: str | os.PathLike[str]) -> InputError:
+def _no_place(unknown: Unknown, source: str | os.PathLike[str]) -> InputError:
     return InputError(
-        f"place of {own.name!r}",
+        f"place of {unknown.name!r}",
         got=f"none of its own in {os.fspath(source)!r}",
         expected="a parameter, or the stiffness of one drive",
         hint="write it as a parameter, such as c2: 2e-6 rad/(N m), and identify that",
     )
 
 
-def _place(document: Document, own: Unknown) -> tuple[Any, ...] | None:
+def _place(document: Document, unknown: Unknown) -> tuple[Any, ...] | None:
     """Path of what an unknown is written in; None where there is none."""
     data = document.data
-    if own.parameter:
-        named = own.parameter in data.get("parameters", {})
-        return ("parameters", own.parameter) if named else None
-    if own.kind is not UnknownKind.COMPLIANCE:
+    if unknown.parameter:
+        named = unknown.parameter in data.get("parameters", {})
+        return ("parameters", unknown.parameter) if named else None
+    if unknown.kind is not UnknownKind.COMPLIANCE:
         return None
-    leg, _, part = own.name.partition("/")
+    leg, _, part = unknown.name.partition("/")
     if "legs" not in data:  # a side file, of one joint by its name
         entry = data.get("joints", {}).get(part, {})
         return ("joints", part, "stiffness") if "stiffness" in entry else None
@@ -152,13 +152,13 @@ def _place(document: Document, own: Unknown) -> tuple[Any, ...] | None:
     return None
 
 
-def _pattern(document: Document, own: Unknown) -> str | None:
+def _pattern(document: Document, unknown: Unknown) -> str | None:
     """The pattern of a side file that gives a joint its stiffness; it has a line of its own."""
-    if own.parameter or own.kind is not UnknownKind.COMPLIANCE:
+    if unknown.parameter or unknown.kind is not UnknownKind.COMPLIANCE:
         return None
-    joint, entries = own.name.partition("/")[2], document.data.get("joints", {})
+    joint, entries = unknown.name.partition("/")[2], document.data.get("joints", {})
     found = key_of_joint(entries, joint)
     if found is None or found == joint or "stiffness" not in entries[found]:
         return None
-    begins = [document.key_location(["joints", *own]).line for own in ([], [next(iter(entries))])]
+    begins = [document.key_location(["joints", *path]).line for path in ([], [next(iter(entries))])]
     return found if begins[0] != begins[1] else None
