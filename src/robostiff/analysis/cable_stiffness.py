@@ -394,7 +394,7 @@ def status_of_cables(robot: CableRobot, tensions: np.ndarray) -> Status:
 def beyond_limits(robot: CableRobot, tensions: np.ndarray) -> Iterator[str]:
     """The taut cables whose tension (m,) [N] is beyond its limits, a sentence each."""
     least, greatest = robot.tension_limits
-    for i in np.flatnonzero(_beyond(robot, np.where(tensions > 0, tensions, np.nan))):
+    for i in np.flatnonzero(are_beyond_limits(robot, np.where(tensions > 0, tensions, np.nan))):
         yield (
             f"the tension of {robot.cables[i].name!r} is {tensions[i]:.5g} N, "
             f"outside its limits {least[i]:.5g} to {greatest[i]:.5g} N"
@@ -402,11 +402,6 @@ def beyond_limits(robot: CableRobot, tensions: np.ndarray) -> Iterator[str]:
 
 
 def are_beyond_limits(robot: CableRobot, tensions: np.ndarray) -> np.ndarray:
-    """Whether some of the tensions (..., m) are beyond their limits (...); NaN are not."""
-    return np.any(_beyond(robot, tensions), axis=-1)
-
-
-def _beyond(robot: CableRobot, tensions: np.ndarray) -> np.ndarray:
-    """Which of the tensions (..., m) are."""
+    """Which of the tensions (..., m) are beyond their limits; NaN are not."""
     least, greatest = robot.tension_limits
     return (tensions < least - 1e-9) | (tensions > greatest * (1 + 1e-9))

@@ -51,10 +51,11 @@ def page_text(page: Page) -> str:
     lines += [] if page.status is None else [f"status: {page.status}"]
     stood_alone = False
     for block in page.blocks:
-        if block is not None:
+        own = [] if block is None else _lines(block)
+        if own:
             alone = isinstance(block, LabelledMatrix | Table)
             lines += [""] if alone or stood_alone else []
-            lines += _lines(block)
+            lines += own
             stood_alone = alone
     return text_of([*lines, *(f"advice: {advice}" for advice in page.advice)])
 

@@ -398,16 +398,14 @@ def _joint(part: dict[str, Any]) -> dict[str, Cell]:
     stiffness: Cell = "" if part["role"] == "passive" else "rigid"
     if part["stiffness"] is not None:
         stiffness = Number(part["stiffness"], JOINT_UNITS[part["unit"] != "m"])
-    limits = part.get("limits")
+    limits, at_home = part.get("limits"), part.get("coordinate")
     return {
         "joint": part["name"],
         "between": ", ".join(part.get("between", ())),
         "motion": f"{part['motion']}, {part['role']}",
         "point": f"({row(part['point'])})",
         "axis": f"({row(part['axis'])})",
-        "at home": Number(round(part["coordinate"], 12), part["unit"])
-        if "coordinate" in part
-        else "",
+        "at home": "" if at_home is None else Number(round(at_home, 12), part["unit"]),
         "stiffness": stiffness,
         "limits": "" if limits is None else f"{' to '.join(map(number, limits))} {part['unit']}",
     }
@@ -443,9 +441,8 @@ _CELLS = {"joint": _joint, "elastic": _elastic, "cable": _cable}
 
 def _each(values: list[float | None]) -> str:
     """Load over displacement in each direction alone."""
-    if all(value is None for value in values):
-        return "rigid"
-    return ", ".join("rigid" if v is None else "free" if v == 0 else number(v) for v in values)
+    words = ["rigid" if v is None else "free" if v == 0 else number(v) for v in values]
+    return "rigid" if set(words) == {"rigid"} else ", ".join(words)
 
 
 def _lengths(chain: Chain, prefix: str) -> Iterator[tuple[str, float]]:

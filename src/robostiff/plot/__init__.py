@@ -2,8 +2,9 @@
 
 Every function takes results, draws a picture on a backend, and returns the axes of Matplotlib or a
 figure of Plotly. Nothing is shown, and no setting of either is changed. Pictures are computed as
-data, in ``picture``; ``geometry`` has the lines of legs, bent or not, of screws, ellipsoids and
-isosurfaces. `layers_of` gives the items of a picture to programs that draw them by themselves.
+data, in ``picture``; ``outline`` and ``sketch`` have lines of machines, bent or not, ``surfaces``
+ellipsoids, screws and isosurfaces. `layers_of` gives the items of a picture to programs that draw
+them by themselves.
 """
 
 from robostiff.plot.backend import Matplotlib, PictureData, PlotBackend, Plotly, Width

@@ -1,7 +1,8 @@
 """Reports: robot, stiffness, deflection, workspace, method and formula on one page.
 
 A page of HTML holds everything that it shows, so that it opens years later and without a network.
-``contents`` computes, ``sections`` describes, ``write`` makes HTML, and Typst for PDF.
+``contents`` computes, ``results`` and ``the_robot`` describe, ``write`` makes HTML, and Typst for
+PDF.
 """
 
 from robostiff.report.contents import (

@@ -189,7 +189,7 @@ def _parts_of(result: Stiffness) -> StiffnessParts:
     ranks = (int(np.count_nonzero(own > tolerance)) for own in (forces, moments))
     C = result.compliance
     rigidity = None if C is not None or answer.invertible else answer.tolerance.rigidity
-    return StiffnessParts(result, result.K, C, *ranks, rigidity)
+    return StiffnessParts(result, result.K, C, *ranks, rigidity=rigidity)
 
 
 def parts_of_cables(result: CableStiffness) -> StiffnessParts:

@@ -299,7 +299,8 @@ def _of_cables(asked: MapEvaluator, poses: np.ndarray) -> dict[str, np.ndarray]:
         tensions = result.tensions - result.axial * change
         slack = np.any(tensions < -_TAUT * result.tensions.max(axis=-1, keepdims=True), axis=-1)
         x, tensions = (np.where(slack[:, None], np.nan, values) for values in (x, tensions))
-        beyond, d = are_beyond_limits(robot, tensions), robot.space.translations
+        beyond = np.any(are_beyond_limits(robot, tensions), axis=-1)
+        d = robot.space.translations
         status = status | slack * np.uint16(Status.SLACK)
         found["status"] = status | beyond * np.uint16(Status.BEYOND_LIMITS)
         found |= {"displacement": x[:, :d], "rotation": x[:, d:], "actuator_force": tensions}

@@ -91,7 +91,7 @@ def count_of_each(status: np.ndarray) -> dict[int, int]:
 MOST_POSES = 10**12
 _SAMPLED_BLOCKS = 16  # of a selection
 # Small enough for the cache, large enough to hide the cost of a block.
-_BLOCK_BYTES = 8 * 2**20
+_BLOCK_BYTES = 4 * 2**20
 
 
 @dataclass(frozen=True)
