@@ -223,20 +223,32 @@ class NetworkMatrix:
 def network_matrix(equations: Equations) -> NetworkMatrix:
     """The matrix of a network, whether its platform is free or not."""
     n, number_of = equations.size, {name: i for i, name in enumerate(equations.points)}
-    springs = [*equations.springs]
-    sizes = np.empty(sum(len(numbers) for numbers, _, _ in springs), dtype=int)
-    for numbers, S, _ in springs:
+    first = sum(len(own.numbers) for own in equations.groups)
+    # Their numbers, compliances (N, m, m), nodes and points at e ends, and parts (N, e, m, n) there
+    alike = [
+        (
+            own.numbers,
+            own.S,
+            own.nodes,
+            own.at[:, None],
+            np.stack([-own.W, own.W], 1).swapaxes(2, 3),
+        )
+        for own in equations.groups
+    ] + [
+        (np.array([k]), own.S[None], [own.nodes], np.array([at]), np.array([parts]))
+        for k, own in enumerate(equations.couplings, first)
+        for _, at, parts in [zip(*own.ends, strict=True)]
+    ]
+    sizes = np.empty(first + len(equations.couplings), dtype=int)
+    for numbers, S, *_ in alike:
         sizes[numbers] = S.shape[-1]
     starts = n * len(number_of) + np.cumsum(sizes) - sizes
     points, parts = np.array([*equations.points.values()]), []
-    for numbers, S, ends in springs:
-        nodes = np.array([[number_of[name] for name in names] for names, _, _ in ends]).T
-        A = [
-            own @ equations.between(points[node], at)
-            for node, (_, at, own) in zip(nodes.T, ends, strict=True)
-        ]
+    for numbers, S, names, at, of_ends in alike:
+        nodes = np.array([[number_of[name] for name in own] for own in names])
+        A = (of_ends @ equations.between(points[nodes], at)).swapaxes(1, 2)
         rows = starts[numbers][:, None] + np.arange(S.shape[-1])
-        parts.append(AlikeConnections(rows, S, nodes, np.stack(A, axis=2)))
+        parts.append(AlikeConnections(rows, S, nodes, np.ascontiguousarray(A)))
     rows_of = dict(zip(number_of, np.arange(n * len(number_of)).reshape(-1, n), strict=True))
     size = n * len(number_of) + int(sizes.sum())
     every, ends_at = np.arange(size), (starts + sizes).tolist()
