@@ -190,12 +190,10 @@ def test_first_slack_is_where_the_response_changes(name):
     """Just before that part of the load no cable is slack, just after it that one is."""
     robot = rs.load(name)
     rng = np.random.default_rng(5)
-    loads = [
-        rng.normal(size=6) * ([300] * 3 + [30] * 3) * rng.choice([0.1, 1, 5]) for _ in "12345678"
-    ]
+    loads = [rng.normal(size=6) * ([300] * 3 + [30] * 3) * rng.choice([0.1, 1, 5]) for _ in "1234"]
     firsts = [(F, rs.cable_response(robot, wrench=F).first_slack) for F in loads]
     slack = [(F, first) for F, first in firsts if first is not None]
-    assert len(slack) >= 7  # one of the loads tightens all cables
+    assert len(slack) >= 3
     for F, first in slack:
         before, after = (
             rs.cable_response(robot, wrench=part * first.factor * F) for part in (0.999, 1.001)

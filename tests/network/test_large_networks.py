@@ -8,7 +8,15 @@ import pytest
 
 from robostiff.elasticity import circle, material
 from robostiff.elastostatics import DEFAULT_TOLERANCE
-from robostiff.network import Network, Node, beam_between, condense
+from robostiff.model import Passive, PlacedFreedom
+from robostiff.network import (
+    JointElement,
+    Network,
+    Node,
+    beam_between,
+    condense,
+    network_under_loads,
+)
 from robostiff.network.equations import equations_of
 from robostiff.network.saddle_point import saddle_point_system
 from tests.network.frames import lattice
@@ -44,6 +52,40 @@ def test_condensed_and_whole_system_say_the_same(network):
     assert np.max(np.abs(found - whole)) < 1e-9 * np.max(np.abs(whole))
     left = right[system.kept] - system.regular @ found[system.kept]
     assert np.max(np.abs(left)) < 1e-11 * np.max(np.abs(whole))
+
+
+def test_one_factorisation_is_for_a_platform_free_and_fixed():
+    network = lattice(5)
+    fixed = condense(network)
+    equations = equations_of(network, DEFAULT_TOLERANCE)
+    systems = [saddle_point_system(equations, platform_fixed=own) for own in (True, False)]
+    assert systems[0].condensed is systems[1].condensed is not None
+    F = np.array([3.0, -2, 5, 0.4, 0.1, -0.3])
+    bent = network_under_loads(network, F)
+    twist = bent.twist(network.platform, network.reference_point)
+    np.testing.assert_allclose(fixed.at_reference @ twist, F, rtol=0, atol=1e-9)
+
+
+def test_a_platform_that_swings_on_a_large_network_is_free_and_carries_what_it_can():
+    """Its factors hold everything but the platform: its hinge leaves one motion free."""
+    frame = lattice(5)
+    swing = Node("swing", frame.reference_point)
+    turn = PlacedFreedom(np.eye(3)[2], swing.point, 0.0, "turn", Passive())
+    network = replace(
+        frame,
+        nodes=(*frame.nodes, swing),
+        platform="swing",
+        joints=(JointElement("hinge", frame.platform, "swing", (turn,)),),
+    )
+    found, whole = condense(network), condense(frame).at_reference
+    assert (str(found.status), int(found.rank)) == ("free-motions", 5)
+    free = np.linalg.inv(np.linalg.inv(whole)[:5, :5])
+    size = np.sqrt(np.outer(np.diag(free), np.diag(free)))
+    assert np.max(np.abs(found.at_reference[:5, :5] - free) / size) < 1e-9
+    bent = network_under_loads(network, np.array([0, 0, 1.0, 0, 0, 0]))
+    np.testing.assert_allclose(
+        bent.twist("swing", swing.point)[:5], np.linalg.inv(whole)[:5, 2], rtol=1e-8, atol=1e-13
+    )
 
 
 def test_a_chain_of_a_thousand_beams_is_one_beam():

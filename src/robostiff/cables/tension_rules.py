@@ -50,7 +50,7 @@ class TensionProblem:
 
     def missing(self, tensions: np.ndarray) -> np.ndarray:
         """Wrench (N, n) that the tensions do not balance, A^T t + F."""
-        return np.einsum("nij,nj->ni", self.W, tensions) + self.F
+        return (self.W @ tensions[..., None])[..., 0] + self.F
 
     def balanced(self, tensions: np.ndarray) -> np.ndarray:
         """Whether the tensions balance the wrench (N,), to rounding."""
@@ -148,9 +148,9 @@ def _nearest(problem: TensionProblem) -> tuple[np.ndarray, np.ndarray, np.ndarra
     active = np.arange(poses)
     for _ in range(_STEPS):
         W_a, y_a = W[active], y[active]
-        raw = aim + np.einsum("nij,ni->nj", W_a, y_a)
-        tensions = np.clip(raw, low, high)
-        gradient = -F[active] - np.einsum("nij,nj->ni", W_a, tensions)
+        raw = aim + (y_a[:, None, :] @ W_a)[:, 0]
+        tensions = np.minimum(np.maximum(raw, low), high)
+        gradient = -F[active] - (W_a @ tensions[..., None])[..., 0]
         size = np.abs(F[active]).max(axis=-1) + np.abs(tensions).max(axis=-1)
         done = np.abs(gradient).max(axis=-1) <= 1e-13 * size
         solved[active[done]] = True
@@ -167,7 +167,7 @@ def _nearest(problem: TensionProblem) -> tuple[np.ndarray, np.ndarray, np.ndarra
         active = active[~rises]
         if not len(active):
             break
-    tensions = np.clip(aim + np.einsum("nij,ni->nj", W, y), low, high)
+    tensions = np.minimum(np.maximum(aim + (y[:, None, :] @ W)[:, 0], low), high)
     # Newton stops at rounding; what counts is whether the wrench is balanced.
     solved |= problem.balanced(tensions)
     return tensions, solved, impossible & ~solved
@@ -186,7 +186,7 @@ def _best_length(
     Its slope, -F.s - sum of d clip(raw + length d) with d = A s, falls and is linear between the
     lengths at which a tension meets a limit.
     """
-    d = np.einsum("nij,ni->nj", W, step)
+    d = (step[:, None, :] @ W)[:, 0]
     own = -np.einsum("ni,ni->n", F, step)
     moving = np.abs(d) > 1e-15 * np.abs(d).max(axis=-1, keepdims=True)
     safe = np.where(moving, d, 1.0)
@@ -196,8 +196,9 @@ def _best_length(
 
     def slope(lengths: np.ndarray) -> np.ndarray:
         at = np.where(np.isfinite(lengths), lengths, 0.0)
-        tensions = np.clip(raw[:, None, :] + at[..., None] * d[:, None, :], low, high)
-        return own[:, None] - np.einsum("nj,nkj->nk", d, tensions)
+        tensions = raw[:, None, :] + at[..., None] * d[:, None, :]
+        tensions = np.minimum(np.maximum(tensions, low), high)
+        return own[:, None] - (tensions @ d[..., None])[..., 0]
 
     slopes = np.where(np.isfinite(meets), slope(meets), -np.inf)
     # The last break point with a rising slope; the maximum lies between it and the next.
@@ -209,8 +210,11 @@ def _best_length(
     end = np.take_along_axis(meets, beyond, axis=-1)[:, 0]
     # Beyond the last break point the slope is linear; two points determine it.
     unit = np.maximum(start, 1.0)
-    probe = np.where(np.isfinite(end) & (end > start), end, start + unit)
-    fall = slope_start - slope(probe[:, None])[:, 0]
+    probe, slope_end = end, np.take_along_axis(slopes, beyond, axis=-1)[:, 0]
+    if not np.all(met := np.isfinite(end) & (end > start)):
+        probe = np.where(met, end, start + unit)
+        slope_end = slope(probe[:, None])[:, 0]
+    fall = slope_start - slope_end
     ends = fall > 1e-14 * np.abs(slope_start)
     length = start + (probe - start) * slope_start / np.where(ends, fall, 1.0)
     # No tensions work more on the step than those at the limits on its side: less than is needed

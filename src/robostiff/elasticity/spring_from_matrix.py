@@ -107,18 +107,9 @@ def _from_formulas(K: np.ndarray) -> Elasticity:
 
 def _blocks(K: np.ndarray) -> list[list[int]]:
     """Rows that are coupled with each other, block by block."""
-    left, blocks = list(range(6)), []
-    while left:
-        block: list[int] = []
-        reached: list[Any] = [left[0]]
-        while reached:
-            i = reached.pop()
-            if i in left:
-                left.remove(i)
-                block.append(i)
-                reached += [j for j in left if K[i, j] != 0]
-        blocks.append(sorted(block))
-    return blocks
+    entries = np.array([entry != 0 for entry in K.flat], dtype=float).reshape(K.shape)
+    reached = np.linalg.matrix_power(entries + np.eye(len(K)), len(K)) != 0
+    return [np.flatnonzero(row).tolist() for i, row in enumerate(reached) if np.argmax(row) == i]
 
 
 Matrix = NDArray[np.float64]

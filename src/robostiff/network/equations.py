@@ -50,10 +50,6 @@ class Motion:
         return ~np.any(self.S, axis=0)
 
 
-#: Nodes (N,), points (N, 3) or (3,), and parts (N, m, n) of displacements there in ``W^T d``.
-Ends = tuple[Sequence[str], np.ndarray, np.ndarray]
-
-
 def coupled_motion(
     own: CouplingElement, points: Mapping[str, np.ndarray], scale: np.ndarray, space: Space
 ) -> Motion:
@@ -293,18 +289,6 @@ class Equations:
         found = {int(own.numbers[i]): own.motion(i) for own, i in places}
         first = sum(len(own.elements) for own in self.groups)
         return dict(sorted(found.items())) | dict(enumerate(self.couplings, first))
-
-    @property
-    def springs(self) -> Iterator[tuple[np.ndarray, np.ndarray, Sequence[Ends]]]:
-        """Numbers (N,), compliances (N, m, m) and ends of connections that are alike."""
-        for own in self.groups:
-            W_T = np.swapaxes(own.W, 1, 2)
-            a, b = zip(*own.nodes, strict=True)
-            yield own.numbers, own.S, [(a, own.at, -W_T), (b, own.at, W_T)]
-        first = sum(len(own.numbers) for own in self.groups)
-        for k, held in enumerate(self.couplings, first):
-            ends = [((name,), at, part[None]) for name, at, part in held.ends]
-            yield np.array([k]), held.S[None], ends
 
     @property
     def size(self) -> int:

@@ -159,8 +159,6 @@ _LARGE = 3000
 # Of the size of a network: bodies that are nearer are in one place.
 _NEAR = 1e-6
 
-Product = Callable[[np.ndarray], np.ndarray]
-
 
 @dataclass(frozen=True)
 class AlikeConnections:
@@ -181,16 +179,21 @@ class NetworkMatrix:
     rows_of: dict[str, np.ndarray]  # the displacements of each node, which come first
     wrench_rows: tuple[np.ndarray, ...]  # sizes of the wrenches of each connection
 
+    @property
+    def displacements(self) -> int:
+        """How many of the unknowns are displacements."""
+        return sum(map(len, self.rows_of.values()))
+
     def deflections(self, own: AlikeConnections, x: np.ndarray) -> np.ndarray:
         """``A x`` of some connections (N, m, k) for columns (size, k)."""
         N, m, _, n = own.A.shape
-        shifts = x[: n * len(self.rows_of)].reshape(-1, n, x.shape[1])
+        shifts = x[: self.displacements].reshape(-1, n, x.shape[1])
         return own.A.reshape(N, m, -1) @ shifts[own.nodes].reshape(N, -1, x.shape[1])
 
     def add_loads(self, b: np.ndarray, own: AlikeConnections, f: np.ndarray) -> None:
         """Add to right sides (size, k) ``A^T f`` of wrenches (N, m, k) of some connections."""
         N, m, _, n = own.A.shape
-        on_nodes = b[: n * len(self.rows_of)].reshape(-1, n, b.shape[1])
+        on_nodes = b[: self.displacements].reshape(-1, n, b.shape[1])
         loads = np.swapaxes(own.A.reshape(N, m, -1), 1, 2) @ f
         np.add.at(on_nodes, own.nodes.ravel(), loads.reshape(-1, *on_nodes.shape[1:]))
 
@@ -220,20 +223,32 @@ class NetworkMatrix:
 def network_matrix(equations: Equations) -> NetworkMatrix:
     """The matrix of a network, whether its platform is free or not."""
     n, number_of = equations.size, {name: i for i, name in enumerate(equations.points)}
-    springs = [*equations.springs]
-    sizes = np.empty(sum(len(numbers) for numbers, _, _ in springs), dtype=int)
-    for numbers, S, _ in springs:
+    first = sum(len(own.numbers) for own in equations.groups)
+    # Their numbers, compliances (N, m, m), nodes and points at e ends, and parts (N, e, m, n) there
+    alike = [
+        (
+            own.numbers,
+            own.S,
+            own.nodes,
+            own.at[:, None],
+            np.stack([-own.W, own.W], 1).swapaxes(2, 3),
+        )
+        for own in equations.groups
+    ] + [
+        (np.array([k]), own.S[None], [own.nodes], np.array([at]), np.array([parts]))
+        for k, own in enumerate(equations.couplings, first)
+        for _, at, parts in [zip(*own.ends, strict=True)]
+    ]
+    sizes = np.empty(first + len(equations.couplings), dtype=int)
+    for numbers, S, *_ in alike:
         sizes[numbers] = S.shape[-1]
     starts = n * len(number_of) + np.cumsum(sizes) - sizes
     points, parts = np.array([*equations.points.values()]), []
-    for numbers, S, ends in springs:
-        nodes = np.array([[number_of[name] for name in names] for names, _, _ in ends]).T
-        A = [
-            own @ equations.between(points[node], at)
-            for node, (_, at, own) in zip(nodes.T, ends, strict=True)
-        ]
+    for numbers, S, names, at, of_ends in alike:
+        nodes = np.array([[number_of[name] for name in own] for own in names])
+        A = (of_ends @ equations.between(points[nodes], at)).swapaxes(1, 2)
         rows = starts[numbers][:, None] + np.arange(S.shape[-1])
-        parts.append(AlikeConnections(rows, S, nodes, np.stack(A, axis=2)))
+        parts.append(AlikeConnections(rows, S, nodes, np.ascontiguousarray(A)))
     rows_of = dict(zip(number_of, np.arange(n * len(number_of)).reshape(-1, n), strict=True))
     size = n * len(number_of) + int(sizes.sum())
     every, ends_at = np.arange(size), (starts + sizes).tolist()
@@ -257,17 +272,23 @@ class CondensedSystem:
     moving: np.ndarray  # (m n,) of int: displacements of all bodies that are not fixed
     pinned: np.ndarray  # of int: those that are held
 
-    def solve(self, b: np.ndarray, *, platform_fixed: bool) -> np.ndarray:
-        """Solution (size, k) of the whole system for right sides (size, k), up to rounding."""
-        loads, x = b.copy(), np.zeros_like(b)
+    def step(self, b: np.ndarray, x: np.ndarray, *, platform_fixed: bool) -> np.ndarray:
+        """What solutions (size, k) of the whole system lack for right sides (size, k).
+
+        Up to rounding, and what D adds.
+        """
+        step, loads = np.zeros_like(x), b[: self.matrix.displacements].copy()
         parts = [*zip(self.matrix.parts, self.stiffness, strict=True)]
-        for own, k in parts:
-            self.matrix.add_loads(loads, own, k @ b[own.rows])
+        gaps = [
+            b[own.rows] - self.matrix.deflections(own, x) + own.S @ x[own.rows] for own, _ in parts
+        ]
+        for (own, k), gap in zip(parts, gaps, strict=True):
+            self.matrix.add_loads(loads, own, k @ gap - x[own.rows])
         loads[self.pinned] = 0.0
-        x[self.moving] = self.factors.solve(loads[self.moving], last_is_fixed=platform_fixed)
-        for own, k in parts:
-            x[own.rows] = k @ (self.matrix.deflections(own, x) - b[own.rows])
-        return x
+        step[self.moving] = self.factors.solve(loads[self.moving], last_is_fixed=platform_fixed)
+        for (own, k), gap in zip(parts, gaps, strict=True):
+            step[own.rows] = k @ (self.matrix.deflections(own, step) - gap)
+        return step
 
 
 @kept
@@ -376,28 +397,20 @@ class SaddlePointSystem:
 
         Raises NoAnswerError when rounding makes the system singular.
         """
+        x, last = np.zeros(right.shape), np.inf
         if not self.kept.size:
-            return np.zeros(right.shape), 0.0
-        b = right[self.kept]
-        x, last = np.zeros(b.shape), np.inf
+            return x, 0.0
         if (condensed := self.condensed) is not None:
-
-            def solved(b: np.ndarray) -> np.ndarray:
-                x = condensed.solve(self._among_all(b), platform_fixed=self.platform_fixed)
-                return x[self.kept]
-
-            def product(x: np.ndarray) -> np.ndarray:
-                return self.matrix.times(self._among_all(x))[self.kept]
-
-            x, last = _refined(solved, product, b, _STEPS_OF_CONDENSED)
+            fixed = self.platform_fixed
+            x, last = _refined(
+                lambda x: condensed.step(right, x, platform_fixed=fixed), x, _STEPS_OF_CONDENSED
+            )
         if not last < _ENOUGH:
-            x, last = _refined(self.lu.solve, self.regular.__matmul__, b, _REFINEMENTS)
-        return self._among_all(x), last
-
-    def _among_all(self, kept: np.ndarray) -> np.ndarray:
-        whole = np.zeros((self.matrix.size, kept.shape[1]))
-        whole[self.kept] = kept
-        return whole
+            b, kept = right[self.kept], np.zeros((len(self.kept), right.shape[1]))
+            kept, last = _refined(lambda x: self.lu.solve(b - self.regular @ x), kept, _REFINEMENTS)
+            x = np.zeros(right.shape)
+            x[self.kept] = kept
+        return x, last
 
     def forces(
         self, equations: Equations, at: Iterable[tuple[str, np.ndarray, np.ndarray]]
@@ -417,14 +430,16 @@ class SaddlePointSystem:
         return equations.transport(node, point) @ x[self.matrix.rows_of[node]] / equations.scale
 
 
-def _refined(solve: Product, times: Product, b: np.ndarray, most: int) -> tuple[np.ndarray, float]:
-    """Solution of a system, and the last step of its refinement as a part of it."""
-    x, last = solve(b), np.inf
+def _refined(
+    step: Callable[[np.ndarray], np.ndarray], x: np.ndarray, most: int
+) -> tuple[np.ndarray, float]:
+    """Solution by a step from nothing and some more, and the last one as a part of it."""
+    x, last = x + step(x), np.inf
     for _ in range(most):
-        step = solve(b - times(x))
-        x = x + step
+        change = step(x)
+        x += change
         whole = np.abs(x).max(initial=np.finfo(float).tiny)
-        before, last = last, float(np.abs(step).max(initial=0.0) / whole)
+        before, last = last, float(np.abs(change).max(initial=0.0) / whole)
         if last < _ROUNDING or not last < before:
             break
     return x, last
