@@ -17,11 +17,12 @@ from robostiff.analytic import (
     free_motion_formulas,
     rank_formula,
 )
+from robostiff.analytic.exact.definition import different_entries
 from robostiff.analytic.exact.exact_points import matrix_value
 from tests.project.shown_output import ROOT
 
 sys.path.insert(0, str(ROOT / "benchmarks"))
-from derivations_of_robots import hidden_zeros, row_of_robot, wasted  # pyright: ignore[reportMissingImports]
+from derivations_of_robots import hidden_zeros, random_places, row_of_robot, wasted  # pyright: ignore[reportMissingImports]
 
 k, x, a = sp.symbols("k x a", positive=True)
 
@@ -145,6 +146,17 @@ def test_formulas_at_a_symbolic_pose_have_no_waste(name):
     assert row.defects == ()
     assert row.error < 1e-11
     assert row.sets == 6
+
+
+@pytest.mark.parametrize("name", ["h4", "hexapod", "delta", "3-rps"])
+def test_no_step_is_zero_or_a_copy_and_zeros_are_zeros(name):
+    robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot, form=Steps())
+    values, K = random_places(robot, "home", 4)
+    entries = [x for x in different_entries(derivation.K) if not (x.is_Symbol or (-x).is_Symbol)]
+    of_K = [Definition(sp.Dummy(), x) for x in entries]
+    assert wasted([*derivation.definitions, *of_K], values) == []
+    assert hidden_zeros(derivation.K, K) == []
 
 
 def test_waste_is_found():
