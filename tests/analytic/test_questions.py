@@ -137,9 +137,6 @@ def test_a_derivation_is_as_good_as_its_matrix():
     assert rank_formula(closed) == rank_formula(closed.K)
     assert free_motion_formulas(closed) == free_motion_formulas(closed.K)
     assert decoupling_conditions(closed) == decoupling_conditions(closed.K)
-    steps = rs.derive("3-rpr", pose=rs.AtSymbols())
-    assert fixed_point_formula(steps) is None  # nothing moves freely
-    assert decoupling_conditions(steps) == ()
 
 
 def test_a_rank_that_does_not_end_is_refused():
@@ -198,8 +195,8 @@ def test_a_length_of_zero_keeps_the_loci_short():
 
 def test_a_multiple_of_a_locus_is_not_listed():
     """A sum of 4,146 operations is a multiple of the first factor by what has no zero."""
-    robot = rs.load("hexapod", symbols=rs.ALL_PARAMETERS)
-    for derivation in (rs.derive(robot), rs.derive(robot).subs({"h": 0.8})):
+    whole = rs.derive("hexapod")
+    for derivation in (whole, whole.subs({"h": 0.8})):
         found = rank_formula(derivation)
         (locus,) = found.allowed
         # As a person writes it: the root of (1 + cos(4 alpha + pi/3))/2.
