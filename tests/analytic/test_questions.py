@@ -24,6 +24,7 @@ from tests.analytic.formulas import (
     L_B,
     R,
     cubic_platform,
+    derived,
     h,
     r,
     stewart,
@@ -140,7 +141,7 @@ def test_a_derivation_is_as_good_as_its_matrix():
 
 
 def test_a_rank_that_does_not_end_is_refused():
-    steps = rs.derive("hexapod", pose=rs.AtSymbols())
+    steps = derived("hexapod", rs.AtSymbols())
     with pytest.raises(FormulaTooLargeError, match=r"rank of a formula: got .*within 0.5 s"):
         rank_formula(steps.K, budget=0.5)
 
@@ -195,7 +196,7 @@ def test_a_length_of_zero_keeps_the_loci_short():
 
 def test_a_multiple_of_a_locus_is_not_listed():
     """A sum of 4,146 operations is a multiple of the first factor by what has no zero."""
-    whole = rs.derive("hexapod")
+    whole = derived("hexapod")
     for derivation in (whole, whole.subs({"h": 0.8})):
         found = rank_formula(derivation)
         (locus,) = found.allowed

@@ -19,6 +19,7 @@ from robostiff.analytic import (
 )
 from robostiff.analytic.exact.definition import different_entries
 from robostiff.analytic.exact.exact_points import matrix_value
+from tests.analytic.formulas import derived
 from tests.project.shown_output import ROOT
 
 sys.path.insert(0, str(ROOT / "benchmarks"))
@@ -29,7 +30,7 @@ k, x, a = sp.symbols("k x a", positive=True)
 
 @pytest.fixture(scope="module")
 def planar():
-    return rs.derive("3-rpr", pose=rs.AtSymbols())
+    return derived("3-rpr", rs.AtSymbols())
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +69,7 @@ def test_a_turn_by_a_right_angle_is_singular():
 
 
 def test_a_platform_that_is_parallel_to_its_base_has_lost_rank():
-    general = rs.derive("gough-stewart-a", pose=rs.AtSymbols())
+    general = derived("gough-stewart-a", rs.AtSymbols())
     found = rank_formula(general)
     (locus,) = found.allowed
     tilted = sp.cos(sp.Symbol("alpha", real=True)) * sp.cos(sp.Symbol("beta", real=True)) - 1
@@ -79,7 +80,7 @@ def test_a_platform_that_is_parallel_to_its_base_has_lost_rank():
 
 
 def test_the_locus_at_a_general_pose_is_where_the_rank_drops():
-    general = rs.derive("gough-stewart-b", pose=rs.AtSymbols())
+    general = derived("gough-stewart-b", rs.AtSymbols())
     (locus,) = rank_formula(general).allowed
     random = np.random.default_rng(3)
     for _ in range(3):

@@ -1,7 +1,6 @@
 """Robots at home as a person writes them: unit wrenches, and compliances that stay sums."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,10 +23,9 @@ from robostiff.analytic.export import (
 )
 from robostiff.analytic.springs.sum_of_springs import different_entries, operations_of
 from robostiff.analytic.springs.unit_wrenches import SampledLeg, _least_couplings
+from tests.analytic.formulas import DATA, derived
 from tests.analytic.test_printed_formulas import kept
 from tests.analytic.test_right_or_refused import distance, function_of, values_for
-
-DATA = Path(__file__).parent / "data"
 
 NAMES = ("gsb-drive", "3-prs", "3-rrr", "3-upu", "orthoglide", "tripteron", "us-ups")
 # Operations of K and of what its names stand for, and lines in which it is printed: a long one is
@@ -39,24 +37,6 @@ LONGEST = {
 }
 
 
-def path_of(name):
-    file = DATA / f"{name}.yaml"
-    return file if file.exists() else name
-
-
-class Derived(dict):
-    """Derivations by name, each made when it is first needed."""
-
-    def __missing__(self, name):
-        self[name] = rs.derive(path_of(name))
-        return self[name]
-
-
-@pytest.fixture(scope="module")
-def derived():
-    return Derived()
-
-
 @pytest.mark.parametrize("name", LONGEST)
 def test_a_formula_on_file_is_as_short_as_a_person_would_write_it(name):
     count = re.match(r"(\d+) operations, (\d+) lines", kept()[name, "home"])
@@ -64,8 +44,8 @@ def test_a_formula_on_file_is_as_short_as_a_person_would_write_it(name):
     assert all(int(x) <= most for x, most in zip(count.groups(), LONGEST[name], strict=True))
 
 
-def test_a_formula_of_a_file_is_as_short(derived):
-    named = derived["gsb-drive"].named
+def test_a_formula_of_a_file_is_as_short():
+    named = derived("gsb-drive").named
     lines = [d for d in named.definitions if d.expression.free_symbols]
     assert len(lines) + len(different_entries(named.K)) <= 10
     assert operations_of(named.K, named.definitions) <= 55
@@ -73,16 +53,16 @@ def test_a_formula_of_a_file_is_as_short(derived):
     assert named.K[0, 0] == named.K[1, 1]
 
 
-def test_a_compliance_is_a_sum_of_its_springs(derived):
-    definitions = {d.symbol.name: d.expression for d in derived["gsb-drive"].named.definitions}
+def test_a_compliance_is_a_sum_of_its_springs():
+    definitions = {d.symbol.name: d.expression for d in derived("gsb-drive").named.definitions}
     c = definitions["c_a"]
     k, L_a, EA_1 = (sp.Symbol(name, positive=True) for name in ("k", "L_a", "EA_1"))
     assert {str(x) for x in sp.Add.make_args(c)} == {str(1 / k), str(L_a / EA_1)}
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_wrenches_have_unit_length_and_a_dimension(derived, name):
-    for leg in derived[name].legs:
+def test_wrenches_have_unit_length_and_a_dimension(name):
+    for leg in derived(name).legs:
         for w in leg.wrenches:
             t = 2 if len(w) == 3 else 3
             force = w[:t, 0] if not w[:t, 0].is_zero_matrix else w[t:, 0]
@@ -92,9 +72,9 @@ def test_wrenches_have_unit_length_and_a_dimension(derived, name):
                 assert float(abs(sum(x**2 for x in force).evalf(subs=values))) == pytest.approx(1)
 
 
-def test_two_arms_on_a_hinge_leave_a_couple_that_spares_it(derived):
+def test_two_arms_on_a_hinge_leave_a_couple_that_spares_it():
     """A couple across both arms, and forces; no compliance is a fraction of several springs."""
-    named = derived["h4"].named
+    named = derived("h4").named
     c_a, c_b, d = (sp.Symbol(x, positive=True) for x in ("c_a", "c_b", "d"))
     assert c_a * d**2 / 2 + c_b in [x.expression for x in named.definitions]
     couples = [w for w in named.legs[0].wrenches if w[:3, 0].is_zero_matrix]
@@ -103,7 +83,7 @@ def test_two_arms_on_a_hinge_leave_a_couple_that_spares_it(derived):
 
 def test_shared_energies_of_one_spring_cancel():
     """Three parallel rods hold by couples that meet a multiple of one rod's compliance."""
-    named = rs.derive("gantry-tau").named
+    named = derived("gantry-tau").named
     assert named is not None
     (_, _, third) = named.legs[2].compliances
     a, l, EA = (sp.Symbol(x, positive=True) for x in ("a", "l", "EA_1"))
@@ -126,7 +106,7 @@ def test_a_planar_leg_of_two_beams_is_as_in_a_textbook(tmp_path):
         assert operations_of(named.K, named.definitions) <= 40
         K = function_of(derivation)(**values_for(derivation, robot.nominal))
         assert distance(K, rs.stiffness(robot.numeric).K) < 1e-9
-    named = rs.derive(DATA / "planar-leg.yaml").named
+    named = derived("planar-leg").named
     assert named is not None
     k, l1, l2, t2 = (sp.Symbol(x, positive=True) for x in ("k", "l1", "l2", "theta2"))
     EA_1, EA_2, EI_1 = (sp.Symbol(x, positive=True) for x in ("EA_1", "EA_2", "EI_1"))
@@ -137,8 +117,8 @@ def test_a_planar_leg_of_two_beams_is_as_in_a_textbook(tmp_path):
     assert sp.expand(found - sp.sympify(str(wanted))) == 0
 
 
-def test_exports_have_the_names(derived):
-    derivation = derived["gsb-drive"]
+def test_exports_have_the_names():
+    derivation = derived("gsb-drive")
     assert "c_a = 1/k + L_a/EA_1" in derivation_text(derivation)
     assert "K_C_33 = 6*h**2/(L_a**2*c_a)" in derivation_text(derivation)
     for written in (derivation_latex(derivation), derivation_markdown(derivation)):
@@ -148,17 +128,17 @@ def test_exports_have_the_names(derived):
     assert "c_a = " in python_function(derivation)
 
 
-def test_products_of_materials_and_sections_have_no_more_digits_than_they_deserve(derived):
-    text = derivation_text(derived["delta"])
+def test_products_of_materials_and_sections_have_no_more_digits_than_they_deserve():
+    text = derivation_text(derived("delta"))
     # G J of the arm, E/(2 (1 + nu)) pi/2 (r_o^4 - r_i^4)
     GJ = f"{70e9 / 2.6 * np.pi / 2 * (0.03**4 - 0.025**4):.12g} N m²"
     assert f"GJ_1: torsional stiffness G J of arm, {GJ}" in text
     assert not re.search(r"\d{13}", text)
 
 
-def test_a_beam_as_stiff_as_its_drive_is_no_special_case(derived):
-    derivation = derived["gsb-drive"]
-    robot = rs.load(path_of("gsb-drive"), symbols=rs.ALL_PARAMETERS)
+def test_a_beam_as_stiff_as_its_drive_is_no_special_case():
+    derivation = derived("gsb-drive")
+    robot = rs.load(DATA / "gsb-drive.yaml", symbols=rs.ALL_PARAMETERS)
     function = function_of(derivation)
     nominal = robot.nominal
     values = {s: nominal[s.name] for s in derivation.symbols}
@@ -184,16 +164,16 @@ EXCEPTIONS = {
 
 
 @pytest.mark.parametrize("name", EXCEPTIONS)
-def test_the_rank_of_a_sum_of_springs_is_that_of_its_wrenches(derived, name):
-    found = rank_formula(derived[name], budget=5)
+def test_the_rank_of_a_sum_of_springs_is_that_of_its_wrenches(name):
+    found = rank_formula(derived(name), budget=5)
     assert found.rank == 6
     assert {str(x) for x in found.exceptions} == EXCEPTIONS[name]
-    assert free_motion_formulas(derived[name]) == ()
+    assert free_motion_formulas(derived(name)) == ()
 
 
 def test_questions_in_names_have_the_answers_of_the_formula():
     for name in ("gough-stewart-a", "gough-stewart-b", "3-prs"):
-        derivation = rs.derive(name)
+        derivation = derived(name)
         in_names, written_out = rank_formula(derivation), rank_formula(derivation.K)
         assert in_names.rank == written_out.rank
         if name != "3-prs":
@@ -204,7 +184,7 @@ def test_questions_in_names_have_the_answers_of_the_formula():
 
 
 def test_a_spring_in_several_compliances_lowers_the_rank():
-    found = rank_formula(rs.derive("agile-eye"))
+    found = rank_formula(derived("agile-eye"))
     assert found.rank == 6
     k = next(x for x in found.exceptions if str(x) == "k")
     assert found.common_minor == k**3  # without motors the ball joint turns as it likes
