@@ -1,8 +1,12 @@
 """Formulas of the paper and of other robots, for several tests."""
 
+from functools import cache
+from pathlib import Path
+
 import numpy as np
 import sympy as sp
 
+import robostiff as rs
 from robostiff.analytic import canonical, sum_of_legs
 from robostiff.elasticity import Elasticity, cantilever_compliance
 from robostiff.model import Actuated, Passive, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
@@ -14,6 +18,19 @@ CASE_A = ([0, 60, 120, 180, 240, 300], [0, 60, 120, 180, 240, 300])
 CASE_B = ([0, 120, 120, 240, 240, 360], [60, 60, 180, 180, 300, 300])
 L_A = sp.sqrt((R - r) ** 2 + h**2)
 L_B = sp.sqrt(R**2 - R * r + r**2 + h**2)
+
+DATA = Path(__file__).parent / "data"
+
+
+def derived(name, pose=None):
+    """A shipped robot, or one of `DATA`, in all of its symbols; derived once for all tests."""
+    return _derived(name, pose or rs.AtHome())
+
+
+@cache
+def _derived(name, pose):
+    file = DATA / f"{name}.yaml"
+    return rs.derive(file if file.exists() else name, pose=pose)
 
 
 def stewart(phi, psi, length):

@@ -10,7 +10,7 @@ from robostiff.analytic.export import derivation_text
 from robostiff.analytic.placement.agreement import closed_places
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.elasticity import cantilever_stiffness
-from tests.analytic.formulas import CASE_A, CASE_B, L_A, L_B, stewart
+from tests.analytic.formulas import CASE_A, CASE_B, L_A, L_B, derived, stewart
 
 L, E, G, A, I, J, k = sp.symbols("L E G A I J k", positive=True)
 BEAM = sp.Matrix(cantilever_stiffness(L, E, G, A, I, I, J))
@@ -101,7 +101,7 @@ def test_the_deflection_of_a_chain_in_steps_is_that_of_its_closed_form():
 
 
 def test_compliance_in_steps_is_printed_with_the_meanings_of_its_names():
-    found = compliance_steps(rs.derive("3-rrr"))
+    found = compliance_steps(derived("3-rrr"))
     text = derivation_text(found)
     assert text.startswith("Cartesian compliance of 3-rrr\n")
     assert "    [ 1/K11  0      0     ]\n" in text

@@ -28,7 +28,7 @@ from robostiff.errors import InputError
 from tests.analytic.export.derivations import ALL, in_steps, oblique, random_values
 from tests.analytic.export.test_latex import check_balance
 from tests.analytic.export.test_python_code import compiled
-from tests.analytic.formulas import CASE_A, CASE_B, L_A, L_B, R, h, stewart, three_puu
+from tests.analytic.formulas import CASE_A, CASE_B, L_A, L_B, R, derived, h, stewart, three_puu
 
 # Functions beyond exact arithmetic, and a closed form of 20 000 operations an entry.
 TOO_MUCH = {"all_functions", "badly_named", "oblique"}
@@ -226,7 +226,7 @@ def in_numbers(matrix, values):
 @pytest.mark.parametrize(("name", "by"), [("hexapod", "alpha"), ("delta", "a"), ("3-prs", "l")])
 def test_the_derivative_of_a_sum_of_springs_is_not_multiplied_out(name, by):
     # That of a hexapod was refused as too long, that of a Delta had 98,580 operations.
-    derivation = rs.derive(name)
+    derivation = derived(name)
     found = differentiate(derivation, by)
     assert found.is_closed
     assert found.dK.free_symbols <= set(derivation.symbols)
@@ -242,7 +242,7 @@ def test_the_derivative_of_a_sum_of_springs_is_not_multiplied_out(name, by):
 
 
 def test_a_derivative_is_pickled_and_keeps_its_names_when_values_are_put_in():
-    whole = differentiate(rs.derive("gough-stewart-b"), "h")
+    whole = differentiate(derived("gough-stewart-b"), "h")
     again = pickle.loads(pickle.dumps(whole))  # noqa: S301
     assert again.dK == whole.dK
     at = whole.subs({"h": 0.75})

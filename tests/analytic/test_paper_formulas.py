@@ -64,8 +64,6 @@ def test_the_leg_of_section_6_ends_in_one_entry():
 
 def test_the_leg_of_section_6_stage_by_stage():
     stages = derive_chain(symmetric_beam(), FIVE).stages
-    ranks = [rank_formula(stage.K).rank for stage in stages]
-    assert ranks == [5, 4, 3, 2, 1]
     # K1 loses torsion; after Ry and Rz at the tip the beam is a cantilever with a hinged tip.
     assert stages[0].K[3, 3] == 0
     assert stages[2].K[1, 1] == 3 * E * I / L**3

@@ -13,6 +13,7 @@ import robostiff as rs
 from robostiff.analytic.exact.definition import different_entries, operations_of
 from robostiff.analytic.export import derivation_text
 from robostiff.errors import InputError
+from tests.analytic.formulas import derived
 
 PAGE = Path(__file__).parent / "data" / "printed_formulas.txt"
 POSES = {"home": rs.AtHome(), "symbolic": rs.AtSymbols()}
@@ -23,7 +24,7 @@ WIDTH = 88
 def printed(name, pose):
     """Operations and lines of K and of its names, and the text."""
     try:
-        derivation = rs.derive(name, pose=POSES[pose])
+        derivation = derived(name, POSES[pose])
     except InputError as error:
         return f"refused\n\n{error}\n"
     own = derivation.named or derivation

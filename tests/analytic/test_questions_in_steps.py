@@ -17,18 +17,20 @@ from robostiff.analytic import (
     free_motion_formulas,
     rank_formula,
 )
+from robostiff.analytic.exact.definition import different_entries
 from robostiff.analytic.exact.exact_points import matrix_value
+from tests.analytic.formulas import derived
 from tests.project.shown_output import ROOT
 
 sys.path.insert(0, str(ROOT / "benchmarks"))
-from derivations_of_robots import hidden_zeros, row_of_robot, wasted  # pyright: ignore[reportMissingImports]
+from derivations_of_robots import hidden_zeros, random_places, row_of_robot, wasted  # pyright: ignore[reportMissingImports]
 
 k, x, a = sp.symbols("k x a", positive=True)
 
 
 @pytest.fixture(scope="module")
 def planar():
-    return rs.derive("3-rpr", pose=rs.AtSymbols())
+    return derived("3-rpr", rs.AtSymbols())
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +69,7 @@ def test_a_turn_by_a_right_angle_is_singular():
 
 
 def test_a_platform_that_is_parallel_to_its_base_has_lost_rank():
-    general = rs.derive("gough-stewart-a", pose=rs.AtSymbols())
+    general = derived("gough-stewart-a", rs.AtSymbols())
     found = rank_formula(general)
     (locus,) = found.allowed
     tilted = sp.cos(sp.Symbol("alpha", real=True)) * sp.cos(sp.Symbol("beta", real=True)) - 1
@@ -78,7 +80,7 @@ def test_a_platform_that_is_parallel_to_its_base_has_lost_rank():
 
 
 def test_the_locus_at_a_general_pose_is_where_the_rank_drops():
-    general = rs.derive("gough-stewart-b", pose=rs.AtSymbols())
+    general = derived("gough-stewart-b", rs.AtSymbols())
     (locus,) = rank_formula(general).allowed
     random = np.random.default_rng(3)
     for _ in range(3):
@@ -91,13 +93,13 @@ def test_the_locus_at_a_general_pose_is_where_the_rank_drops():
         assert _rank_at(general, values) == 6
 
 
-def test_free_motions_in_steps_are_those_of_the_wrenches():
+def test_free_motions_in_steps_are_those_of_the_wrenches(planar):
     link = rs.derive("planar-link", pose=rs.AtSymbols(), form=rs.Steps())
     assert not link.is_closed
     (motion,) = free_motion_formulas(link)
     assert motion.T == sp.Matrix([[0, 0, 1]])
     assert fixed_point_formula(link) == sp.zeros(2, 1)
-    assert fixed_point_formula(rs.derive("3-rpr", pose=rs.AtSymbols())) is None
+    assert fixed_point_formula(planar) is None
 
 
 def test_a_locus_that_is_too_long_is_said_to_be():
@@ -145,6 +147,17 @@ def test_formulas_at_a_symbolic_pose_have_no_waste(name):
     assert row.defects == ()
     assert row.error < 1e-11
     assert row.sets == 6
+
+
+@pytest.mark.parametrize("name", ["h4", "hexapod", "delta", "3-rps"])
+def test_no_step_is_zero_or_a_copy_and_zeros_are_zeros(name):
+    robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot, form=Steps())
+    values, K = random_places(robot, "home", 4)
+    entries = [x for x in different_entries(derivation.K) if not (x.is_Symbol or (-x).is_Symbol)]
+    of_K = [Definition(sp.Dummy(), x) for x in entries]
+    assert wasted([*derivation.definitions, *of_K], values) == []
+    assert hidden_zeros(derivation.K, K) == []
 
 
 def test_waste_is_found():

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import sympy as sp
 
-import robostiff as rs
 from robostiff.analytic.exact.definition import Definition, operations_in
 from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.reading.short_writing import Written, shortest
+from tests.analytic.formulas import derived
 
 R, r, h, k, L = sp.symbols("R r h k L_a", positive=True)
 AT = {s: np.array([0.7, 1.1, 0.9]) + 0.2 * i for i, s in enumerate((R, r, h, k))}
@@ -36,7 +36,7 @@ def short():
 
 
 def test_the_angle_of_a_triangle_has_a_name():
-    named = rs.derive("3-rrr").named
+    named = derived("3-rrr").named
     assert named is not None
     angle = next(d for d in named.definitions if d.expression.has(sp.acos))
     assert angle.symbol.name.startswith("theta")
@@ -46,7 +46,7 @@ def test_the_angle_of_a_triangle_has_a_name():
 
 
 def test_a_sum_of_angles_has_a_name():
-    named = rs.derive("hexapod").named
+    named = derived("hexapod").named
     assert named is not None
     angle = 2 * sp.Symbol("alpha", real=True) + sp.pi / 6
     sums = [d.symbol.name for d in named.definitions if d.expression == angle]
@@ -72,7 +72,7 @@ def test_no_pole_is_added():
 @pytest.mark.parametrize("name", ["delta", "h4", "3-upu"])
 def test_a_name_has_one_dimension(name):
     # Stiffnesses and lengths are in one name where that is a compliance, and nowhere else.
-    named = rs.derive(name).named
+    named = derived(name).named
     assert named is not None
     springs = ("k", "EA", "EI", "GJ", "c_")
     for d in named.definitions:

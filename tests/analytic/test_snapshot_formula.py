@@ -7,37 +7,15 @@ import sympy as sp
 from robostiff.analysis import stiffness
 from robostiff.analytic import canonical, rank_formula, snapshot_formula
 from robostiff.analytic.export import derivation_text
-from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
-from robostiff.model import Actuated, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
+from robostiff.model import PlacedLeg, Snapshot, with_entries
 from robostiff.spatial import Space
 from tests.analytic.formulas import X, Z, cubic_platform, sliding, three_puu, turning, unit, vector
 
 
 def at_numbers(snapshot, values):
     """The same snapshot with numbers for its symbols."""
-
-    def number(array):
-        flat = [float(sp.sympify(e).evalf(30, subs=values)) for e in np.ravel(array)]
-        return np.array(flat).reshape(np.shape(array))
-
-    legs = []
-    for leg in snapshot.legs:
-        elements = []
-        for e in leg.elements:
-            if isinstance(e, PlacedFreedom):
-                role = e.role
-                if isinstance(role, Actuated):
-                    role = Actuated(float(sp.sympify(role.stiffness).evalf(30, subs=values)))
-                elements.append(
-                    PlacedFreedom(number(e.axis), number(e.point), e.pitch, e.name, role)
-                )
-            else:
-                C = Elasticity(number(e.elasticity.compliance))
-                elements.append(PlacedSpring(e.name, number(e.point), number(e.rotation), C))
-        legs.append(PlacedLeg(leg.name, tuple(elements), number(leg.end)))
-    reference = number(snapshot.reference_point)
-    return Snapshot(snapshot.name, tuple(legs), reference, snapshot.space)
+    return with_entries(snapshot, lambda x: float(sp.sympify(x).evalf(30, subs=values)))
 
 
 def check_against_numbers(snapshot, values, tolerance=1e-10):

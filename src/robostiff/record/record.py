@@ -212,8 +212,11 @@ class Record:
             if abs(first - number) <= near and np.all(np.abs(own - number) <= near):
                 return number
         exponent, digits = _leading_digits(own[0])
-        near = [self._by_value.get((exponent, digits + k), ()) for k in (-1, 0, 1)]
-        for earlier in sorted(step for steps in near for step in steps if step < value.step):
+        near = self._by_value.get
+        below, same, above = (exponent, digits - 1), (exponent, digits), (exponent, digits + 1)
+        for earlier in sorted([*near(below, ()), *near(same, ()), *near(above, ())]):
+            if earlier >= value.step:
+                break
             other = self._samples[earlier]  # the same up to one sign
             sign = 1.0 if other[0] * own[0] > 0 else -1.0
             if np.all(np.abs(other - sign * own) <= _SAME * np.abs(own)):

@@ -15,6 +15,7 @@ from robostiff.analytic.exact.element import Element
 from robostiff.analytic.exact.factors import (
     ExactMatrix,
     common_denominator,
+    common_factor,
     factored,
     over,
     starts_with_minus,
@@ -99,9 +100,8 @@ def eliminate_exactly(K: ExactMatrix, J: Sequence[Any], limit: int) -> ClosedSta
     divided = upper if D.is_one() else {x: quotient(entry, D) for x, entry in upper.items()}
     denominator = nu
     if None in divided.values():
-        common = denominator = field.reduced(D * nu)
-        for entry in upper.values():
-            common = common.gcd(entry)
+        denominator = field.reduced(D * nu)
+        common = common_factor([denominator, *upper.values()])
         divided = {place: entry / common for place, entry in upper.items()}
         denominator = denominator / common
     return ClosedStage(tuple(u), mu, below, ExactMatrix.of_upper(field, n, divided, denominator))
@@ -245,9 +245,7 @@ def _without_roots(field: ExactField, w: list[Element]) -> tuple[list[Element], 
     # A sum of roots below does not cancel as a common factor: it is taken out as it is.
     common = common_denominator(field, w)
     above = [field.reduced(over(x, common)) for x in w]
-    shared = above[0]
-    for polynomial in above[1:]:
-        shared = shared.gcd(polynomial)
+    shared = common_factor(above)
     one = field.one.den
     plain = [Element(field, polynomial / shared, one) for polynomial in above]
     return plain, field.fraction(field.reduced(common), shared)

@@ -206,19 +206,6 @@ def _inverse_of(below: Any) -> Any:
     return product_of(1 / number, *inverse)
 
 
-def above_and_below(product: Any) -> tuple[Any, Any]:
-    """Numerator and denominator of a product, as SymPy would write them."""
-    own = _plain_factors(product)
-    if own is None:
-        return sp.fraction(product)
-    number, factors = own
-    below = [x for x in factors if x.is_Pow and x.exp.p < 0]
-    above = [x for x in factors if x not in below]
-    below = [x.base if x.exp is sp.S.NegativeOne else sp.Pow(x.base, -x.exp) for x in below]
-    p, q = sp.Integer(number.p), sp.Integer(number.q)
-    return product_of(p, *above), product_of(q, *below)
-
-
 def product_of(*parts: Any) -> Any:
     """A product as SymPy would write it, at once where nothing merges."""
     number, factors = sp.S.One, []

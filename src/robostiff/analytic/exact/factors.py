@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -260,6 +260,28 @@ def common_denominator(field: ExactField, elements: Any) -> Any:
         if not element.has_unit_denominator:
             common = common * element.den / common.gcd(element.den)
     return common
+
+
+def common_factor(polynomials: Iterable[Any]) -> Any | None:
+    """The greatest common divisor of polynomials that are not all zero; None of zeros alone."""
+    found: Any = None
+    for polynomial in polynomials:
+        if not polynomial.is_zero():
+            found = polynomial if found is None else found.gcd(polynomial)
+            if found.is_constant():
+                break
+    return found
+
+
+def shared_factors(field: ExactField, polynomials: Iterable[Any]) -> dict[Any, int]:
+    """Irreducible factors with symbols that polynomials share, and their exponents in all.
+
+    Roots and pi are generators of the field, too; a number never vanishes.
+    """
+    shared = common_factor(polynomials)
+    each = [] if shared is None else shared.factor()[1]
+    written = {without_sign(field.polynomial_expression(x)): int(power) for x, power in each}
+    return {factor: power for factor, power in written.items() if factor.free_symbols}
 
 
 def over(element: Element, common: Any) -> Any:

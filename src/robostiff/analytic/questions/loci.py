@@ -23,7 +23,15 @@ import sympy as sp
 from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.derivation import Derivation, RobotDerivation
 from robostiff.analytic.exact.definition import Definition, count_of, used_definitions
-from robostiff.analytic.exact.factors import bound_of_terms, is_positive_form, without_sign
+from robostiff.analytic.exact.factors import (
+    bound_of_terms,
+    common_denominator,
+    common_factor,
+    is_positive_form,
+    over,
+    shared_factors,
+    without_sign,
+)
 from robostiff.analytic.exact.field import ExactField
 from robostiff.spatial import Space
 
@@ -88,19 +96,8 @@ def _locus(derivation: RobotDerivation, longest: int, rank: int) -> Locus:
         return {}, "where it drops is hidden by the names of its steps"
     field = ExactField([x for w in W for x in w])
     rows, below = zip(*(_without_denominator(field, w) for w in W), strict=True)
-    shared: Any = None
-    for minor in _minors(field, rows, below, rank):
-        if not minor.is_zero():
-            if len(minor) > _LARGEST:
-                raise FormulaTooLargeError.beyond(_LARGEST)
-            shared = minor if shared is None else shared.gcd(minor)
-            if shared.is_constant():
-                break
-    factors: dict[Any, int] = {}
-    for base, exponent in [] if shared is None else shared.factor()[1]:
-        factor = without_sign(field.polynomial_expression(base))
-        if factor.free_symbols:
-            factors[factor] = 2 * int(exponent)
+    shared = shared_factors(field, _minors(field, rows, below, rank))
+    factors = {factor: 2 * exponent for factor, exponent in shared.items()}
     for stiffness, lost in _without_springs(W, c, rank).items():
         factors[stiffness] = factors.get(stiffness, 0) + lost
     names = {d.symbol for d in derivation.definitions}
@@ -124,21 +121,16 @@ def _rank_in_numbers(W: Sequence[Any]) -> int:
 def _without_denominator(field: ExactField, wrench: Any) -> tuple[list[Any], Any]:
     """A wrench times what makes it a polynomial without a common factor, and its denominator."""
     elements = [field.element(x) for x in wrench]
-    below = field.ring.constant(1)
-    for x in elements:
-        below = below * (x.den / below.gcd(x.den))
-    entries = [field.reduced(x.num * (below / x.den)) for x in elements]
-    common: Any = None
-    for x in entries:
-        if not x.is_zero():
-            common = x if common is None else common.gcd(x)
+    below = common_denominator(field, elements)
+    entries = [field.reduced(over(x, below)) for x in elements]
+    common = common_factor(entries)
     return [x if x.is_zero() else x / common for x in entries], below
 
 
 def _minors(
     field: ExactField, rows: Sequence[Sequence[Any]], below: Sequence[Any], size: int
 ) -> Iterator[Any]:
-    """Numerators of all minors of a size, those of some rows by those of fewer of them.
+    """Numerators of all minors of a size but zeros, those of some rows by those of fewer of them.
 
     Factors of denominators `below` the rows are no zeros: wrenches made conjugate have them.
     """
@@ -163,7 +155,12 @@ def _minors(
                     total = total - product if (k + place) % 2 else total + product
                 larger[columns] = field.reduced(total)
             known = larger
-        yield from (x if x.is_zero() else x / x.gcd(denominator) for x in known.values())
+        for minor in known.values():
+            if not minor.is_zero():
+                found = minor / minor.gcd(denominator)
+                if len(found) > _LARGEST:
+                    raise FormulaTooLargeError.beyond(_LARGEST)
+                yield found
 
 
 def _without_springs(W: Sequence[Any], c: Sequence[Any], rank: int) -> dict[Any, int]:
@@ -193,14 +190,10 @@ def coupling_of(K: Any) -> list[Any]:
 def shared_zeros(entries: Sequence[Any]) -> tuple[sp.Expr, ...]:
     """Irreducible factors that all entries share; 0 where all of them are zero."""
     field = ExactField(entries)
-    shared: Any = None
-    for entry in dict.fromkeys(entries):
-        if not (element := field.element(entry)).is_zero:
-            zeros = field.zeros(element)
-            shared = zeros if shared is None else shared.gcd(zeros)
-    if shared is None:
+    elements = [x for x in map(field.element, dict.fromkeys(entries)) if not x.is_zero]
+    if not elements:
         return (sp.Integer(0),)
-    factors = [without_sign(field.polynomial_expression(f)) for f, _ in shared.factor()[1]]
+    factors = shared_factors(field, map(field.zeros, elements))
     return tuple(sorted(factors, key=sp.default_sort_key))
 
 

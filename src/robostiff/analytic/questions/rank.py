@@ -15,7 +15,7 @@ from robostiff.analytic.budget import BUDGET, FormulaTooLargeError, OutOfTimeErr
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.exact.definition import Condition, Definition, count_of
 from robostiff.analytic.exact.exact_points import values_of
-from robostiff.analytic.exact.factors import determinant, echelon, without_sign
+from robostiff.analytic.exact.factors import determinant, echelon, shared_factors
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.questions.loci import NEARLY_ZERO, MatrixInNames, rank_locus
@@ -262,16 +262,9 @@ def _rank(K: Any) -> tuple[int, dict[Any, int]]:
     rank = len(echelon(field, elements)[1])
     if rank == 0:
         return 0, {}
-    shared = None
-    for places in combinations(range(K.rows), rank):
-        minor = determinant(field, [[elements[i][j] for j in places] for i in places])
-        if not minor.is_zero:
-            zeros = field.zeros(minor)
-            shared = zeros if shared is None else shared.gcd(zeros)
-    factors = [] if shared is None else shared.factor()[1]
-    exceptions = {without_sign(field.polynomial_expression(f)): int(e) for f, e in factors}
-    # Roots and pi are generators of the field, too; a number never vanishes.
-    return rank, {factor: e for factor, e in exceptions.items() if factor.free_symbols}
+    chosen = combinations(range(K.rows), rank)
+    each = (determinant(field, [[elements[i][j] for j in own] for i in own]) for own in chosen)
+    return rank, shared_factors(field, (field.zeros(minor) for minor in each if not minor.is_zero))
 
 
 _SAMPLES = 4000

@@ -17,7 +17,7 @@ from robostiff.analytic.exact.definition import (
     parts_of,
     symbols_in,
 )
-from robostiff.analytic.exact.element import above_and_below, root_of
+from robostiff.analytic.exact.element import root_of
 from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.exact.factors import bound_of_terms, by_powers, completed_squares, factored
 from robostiff.analytic.exact.field import ExactField, shared_field
@@ -225,7 +225,7 @@ class NamedReading:
 
     def _root_of_fraction(self, radicand: Any) -> Any:
         """A square root of what is not negative."""
-        above, below = above_and_below(self._by_squares(_fraction(radicand)))
+        above, below = sp.fraction(self._by_squares(_fraction(radicand)))
         if below.has(sp.Add):
             symbols = self._closed.symbols
             at = {symbols[name]: self.record.input(name).sample[0] for name in self.record.inputs}
@@ -277,7 +277,7 @@ def _fraction(expression: Any) -> Any:
 def _check_terms(expression: Any) -> None:
     """Raise where an expression has too many terms when it is multiplied out."""
     if bound_of_terms(expression, _WRITTEN) > _WRITTEN and any(
-        bound_of_terms(part, _WRITTEN) > _WRITTEN for part in above_and_below(expression)
+        bound_of_terms(part, _WRITTEN) > _WRITTEN for part in sp.fraction(expression)
     ):
         raise FormulaTooLargeError.beyond(_WRITTEN)
 
