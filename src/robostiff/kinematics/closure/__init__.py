@@ -15,7 +15,6 @@ from robostiff.kinematics.closure.loops import (
     Loops,
     attachment_frame,
     body_of_tool,
-    gaps,
     loops_of_legs,
 )
 from robostiff.kinematics.closure.rods import Rod, Strut
@@ -31,7 +30,6 @@ __all__ = [
     "attachment_frame",
     "body_of_tool",
     "follow",
-    "gaps",
     "leg_solvers",
     "legs_alike",
     "loops_of_legs",
