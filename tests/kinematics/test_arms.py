@@ -154,12 +154,17 @@ def test_a_wrist_in_line_leaves_two_drives_open_and_every_answer_says_so(robot: 
     assert rs.equilibrium(robot, pose[0], F).status == Status.ILL_CONDITIONED
     fast = rs.compile(robot, backend=rs.Backend.ARRAYS).evaluate(pose)
     assert fast.status_codes.tolist() == [int(Status.ILL_CONDITIONED)]
-    loaded = rs.compile_loaded(robot, backend=rs.Backend.ARRAYS).evaluate(pose, F)
-    assert loaded.status == Status.ILL_CONDITIONED
     near = rs.stiffness(robot, pose[0], near=IN_LINE)
     assert near.status == Status.OK
     assert np.allclose(near.K, sure.K, rtol=1e-9, atol=1e-9 * np.abs(sure.K).max())
     assert rs.equilibrium(robot, pose[0], F, near=IN_LINE).status == Status.OK
+
+
+def test_a_kernel_under_load_says_so_of_a_wrist_in_line():
+    robot = rs.load("six-joint-arm")
+    loaded = rs.compile_loaded(robot, backend=rs.Backend.ARRAYS)
+    found = loaded.evaluate(poses_at(robot, IN_LINE), [100, 200, -150, 0, 0, 0])
+    assert found.status == Status.ILL_CONDITIONED
 
 
 def test_of_the_postures_of_a_wrist_in_line_the_nearest_to_home_is_taken():

@@ -8,7 +8,7 @@ import pytest
 from robostiff import load
 from robostiff.kinematics import place_chain
 from robostiff.kinematics.formula import place_leg_at_joints
-from robostiff.model import Chain, Leg, PlacedLeg, Robot, revolute, spherical
+from robostiff.model import Chain, Leg, PlacedLeg, revolute, spherical
 from tests.generators.legs import FREE, PLANAR, RODS, STRUTS, near_home, random_leg
 from tests.kinematics.recorded_legs import at_samples, difference, recording
 
@@ -29,7 +29,6 @@ def check(leg: Leg, q: np.ndarray) -> None:
 @pytest.mark.parametrize("name", ["six-joint-arm", "two-link-arm", "planar-link", "tripteron"])
 def test_shipped_robots(name: str):
     robot = load(name)
-    assert isinstance(robot, Robot)
     leg = robot.legs[0]
     rng = np.random.default_rng(0)
     check(leg, leg.chain.home + rng.uniform(-1, 1, (5, leg.chain.size)) * leg.chain.free)
@@ -55,7 +54,6 @@ def test_spherical_joints_by_their_rotation_vectors():
 
 def test_lengths_of_the_beams_of_a_telescope():
     robot = load("hexapod")
-    assert isinstance(robot, Robot)
     leg = robot.legs[0]
     q = np.tile(leg.chain.home, (3, 1))
     q[:, 2] = [0.2, -0.1, 0.4]

@@ -103,7 +103,6 @@ def test_the_gap_vanishes_where_the_leg_closes_and_only_there(kind: str):
 @pytest.mark.parametrize("name", CLOSED)
 def test_shipped_robots(name: str):
     robot = load(name)
-    assert isinstance(robot, rs.Robot)
     free, poses = free_poses(robot, np.random.default_rng(0))
     record, pose = recorded_pose(poses, free)
     for pair in pairs_of(robot, poses, record, pose):
@@ -117,7 +116,6 @@ def test_shipped_robots(name: str):
 )
 def test_placement_takes_few_operations(name: str, most: int):
     robot = load(name)
-    assert isinstance(robot, rs.Robot)
     free, poses = free_poses(robot, np.random.default_rng(0))
     record, pose = recorded_pose(poses, free)
     for pair in pairs_of(robot, poses, record, pose):
@@ -204,7 +202,6 @@ def test_a_ball_of_a_closed_leg_has_no_coordinates():
 
 def test_a_leg_without_a_closed_form_is_refused():
     robot = load("six-joint-arm")
-    assert isinstance(robot, rs.Robot)
     pose = FormulaPose.of_coordinates(np.zeros(6))
     (solver,) = PostureFinder(robot).solvers
     with pytest.raises(InputError, match="place_leg_at_joints"):

@@ -49,8 +49,6 @@ def in_entries(robot: Robot, record: Record) -> Robot:
 )
 def test_legs_of_parallel_robots(name: str, symbols: str):
     robot, twin = load(name, symbols=symbols.split()), load(name)
-    assert isinstance(robot, Robot)
-    assert isinstance(twin, Robot)
     rng = np.random.default_rng(0)
     finder, parameters = PostureFinder(twin), varied(robot, rng)
     free = [coordinate.value for coordinate in robot.coordinates]
@@ -74,7 +72,6 @@ def test_legs_of_parallel_robots(name: str, symbols: str):
 def test_a_serial_arm():
     symbols = ("height", "offset", "upper", "fore", "flange")
     robot = load("six-joint-arm", symbols=symbols)
-    assert isinstance(robot, Robot)
     rng = np.random.default_rng(0)
     parameters = varied(robot, rng)
     q = rng.uniform(-1, 1, (COUNT, 6))

@@ -9,7 +9,6 @@ from robostiff.errors import InputError
 
 def puu() -> rs.Robot:
     robot = rs.load("3-puu")
-    assert isinstance(robot, rs.Robot)
     return robot
 
 

@@ -30,7 +30,6 @@ BACKENDS = [rs.Backend.ARRAYS, *([rs.Backend.MACHINE] if machine_code_is_availab
 def robot_called(name: str) -> rs.Robot:
     path = MODELS / f"{name}.yaml"
     robot = rs.load(path if path.exists() else name)
-    assert isinstance(robot, rs.Robot)
     return robot
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import Phase, assume, given, settings
@@ -14,79 +12,35 @@ from robostiff.elasticity import Elasticity
 from robostiff.elastostatics import Status, chain_stiffness
 from robostiff.kinematics import leg_compliance, passive_jacobian
 from robostiff.model import Passive, PlacedFreedom, PlacedLeg, PlacedSpring
-from robostiff.record import Record
 from robostiff.recorded import LegRecorder, stiffness_entries
 from robostiff.spatial import Space
 from tests.generators.chains import LENGTH, FreeChain, chains, planar_chains
 from tests.generators.metric import distance, rounding
-from tests.recorded.at_samples import samples, symmetric
-
-COUNT = 3
-
-
-def with_points_recorded(leg: PlacedLeg, seed: int) -> tuple[Record, PlacedLeg]:
-    """A leg whose points are inputs near its own.
-
-    Equal points share their inputs, so that redundant joints stay redundant.
-    """
-    rng = np.random.default_rng(seed)
-    points = {tuple(e.point.tolist()) for e in leg.own_parts}
-    inputs: dict[str, np.ndarray] = {}
-    for n, point in enumerate(sorted(points)):
-        for i in range(3):
-            inputs[f"p{n}{i}"] = point[i] + 0.05 * rng.uniform(-1, 1, COUNT)
-    record = Record(inputs)
-    names = {point: n for n, point in enumerate(sorted(points))}
-
-    def own(point: np.ndarray) -> np.ndarray:
-        n = names[tuple(point.tolist())]
-        return np.array([record.input(f"p{n}{i}") for i in range(3)], dtype=object)
-
-    elements = tuple(replace(e, point=own(e.point)) for e in leg.own_parts)
-    return record, PlacedLeg(leg.name, elements, leg.end)
-
-
-def in_numbers(leg: PlacedLeg, k: int) -> PlacedLeg:
-    """The leg at a sample."""
-
-    elements = tuple(replace(e, point=samples(e.point, k)) for e in leg.own_parts)
-    return PlacedLeg(leg.name, elements, leg.end)
+from tests.recorded.at_samples import COUNT, LegAtPoints, symmetric
 
 
 def matrices(leg: PlacedLeg, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return leg_compliance(leg, at), passive_jacobian(leg, at)[0]
 
 
-@settings(max_examples=40, deadline=None, phases=(Phase.explicit, Phase.generate))
-@given(chains(), st.integers(0, 2**16))
+@settings(max_examples=60, deadline=None, phases=(Phase.explicit, Phase.generate))
+@given(
+    st.one_of(
+        *(chains(), chains(), chains(joints=st.just(0))),
+        *(chains(regular=False, joints=st.integers(3, 5)),) * 2,  # with few springs
+    ),
+    st.integers(0, 2**16),
+)
 def test_as_the_wrench_basis_form(chain: FreeChain, seed: int):
-    check(chain, seed)
-
-
-@settings(max_examples=25, deadline=None, phases=(Phase.explicit, Phase.generate))
-@given(chains(regular=False, joints=st.integers(3, 5)), st.integers(0, 2**16))
-def test_few_springs(chain: FreeChain, seed: int):
-    check(chain, seed)
-
-
-@settings(max_examples=10, deadline=None, phases=(Phase.explicit, Phase.generate))
-@given(chains(joints=st.just(0)), st.integers(0, 2**16))
-def test_without_passive_joints(chain: FreeChain, seed: int):
-    check(chain, seed)
-
-
-def check(chain: FreeChain, seed: int) -> None:
-    record, leg = with_points_recorded(chain.placed(), seed)
-    reference = chain.end
+    own, reference = LegAtPoints.of(chain.placed(), seed), chain.end
     answers, C_all = [], []
     for k in range(COUNT):
-        C, J_q = matrices(in_numbers(leg, k), reference)
+        C, J_q = matrices(own.at(k), reference)
         answers.append(chain_stiffness(C, J_q, length=LENGTH))
         C_all.append(C)
     bad = int(Status.ILL_CONDITIONED | Status.RIGID_DIRECTION)
     assume(all(int(a.status_codes) & bad == 0 for a in answers))
-    recorder = LegRecorder(record, reference, Space.SPATIAL, LENGTH)
-    recorded = recorder.leg(leg)
+    recorded = LegRecorder(own.record, reference, Space.SPATIAL, LENGTH).leg(own.leg)
     K = stiffness_entries([recorded], 6)
     for k, answer in enumerate(answers):
         assert len(recorded.mu) == int(answer.rank)
@@ -98,9 +52,9 @@ def check(chain: FreeChain, seed: int) -> None:
 @settings(max_examples=15, deadline=None, phases=(Phase.explicit, Phase.generate))
 @given(chains(arrangements=("general", "parallel", "aligned")), st.integers(0, 2**16))
 def test_every_working_frame_tells_the_same(chain: FreeChain, seed: int):
-    record, leg = with_points_recorded(chain.placed(), seed)
-    recorder = LegRecorder(record, chain.end, Space.SPATIAL, LENGTH)
-    C, J_q = matrices(in_numbers(leg, 0), chain.end)
+    own = LegAtPoints.of(chain.placed(), seed)
+    leg, recorder = own.leg, LegRecorder(own.record, chain.end, Space.SPATIAL, LENGTH)
+    C, J_q = matrices(own.at(0), chain.end)
     answer = chain_stiffness(C, J_q, length=LENGTH)
     assume(int(answer.status_codes) & int(Status.ILL_CONDITIONED | Status.RIGID_DIRECTION) == 0)
     frames = len(recorder._frames(leg)) + 1  # the last one is of another leg
@@ -114,12 +68,12 @@ def test_every_working_frame_tells_the_same(chain: FreeChain, seed: int):
 @settings(max_examples=25, deadline=None, phases=(Phase.explicit, Phase.generate))
 @given(planar_chains(), st.integers(0, 2**16))
 def test_in_the_plane(chain: FreeChain, seed: int):
-    record, leg = with_points_recorded(chain.placed(), seed)
+    own = LegAtPoints.of(chain.placed(), seed)
     plane = [0, 1, 5]
-    C, J_q = matrices(in_numbers(leg, 0), chain.end)
+    C, J_q = matrices(own.at(0), chain.end)
     answer = chain_stiffness(C[plane][:, plane], J_q[plane], length=LENGTH)
     assume(int(answer.status_codes) & int(Status.ILL_CONDITIONED | Status.RIGID_DIRECTION) == 0)
-    recorded = LegRecorder(record, chain.end, Space.PLANAR, LENGTH).leg(leg)
+    recorded = LegRecorder(own.record, chain.end, Space.PLANAR, LENGTH).leg(own.leg)
     K = symmetric(stiffness_entries([recorded], 3), 3)
     assert distance(K, answer.K) <= max(1e-9, rounding(C))
 
@@ -141,8 +95,8 @@ def test_springs_with_freedoms_of_their_own():
     reference = np.array([0.5, 0.4, 0.0])
     found = []
     for leg, frame in ((joined, None), (apart, None), (apart, 99)):  # that of another leg
-        record, own = with_points_recorded(leg, 0)
-        recorded = LegRecorder(record, reference, Space.SPATIAL, 1.0).leg(own, frame)
+        own = LegAtPoints.of(leg, 0)
+        recorded = LegRecorder(own.record, reference, Space.SPATIAL, 1.0).leg(own.leg, frame)
         found.append(symmetric(stiffness_entries([recorded], 6), 6))
     assert np.abs(found[0] - found[1]).max() <= 1e-9 * np.abs(found[1]).max()
     assert np.abs(found[2] - found[1]).max() <= 1e-9 * np.abs(found[1]).max()
@@ -153,6 +107,6 @@ def test_a_rigid_leg_is_refused_by_name():
     point = np.zeros(3)
     spring = PlacedSpring("s", point, np.eye(3), Elasticity(np.diag([1e-6, 0, 0, 0, 0, 0])))
     leg = PlacedLeg("stiff one", (spring,), point)
-    record, own = with_points_recorded(leg, 0)
+    own = LegAtPoints.of(leg, 0)
     with pytest.raises(InputError, match="leg 'stiff one'"):
-        LegRecorder(record, np.ones(3), Space.SPATIAL, 1.0).leg(own)
+        LegRecorder(own.record, np.ones(3), Space.SPATIAL, 1.0).leg(own.leg)

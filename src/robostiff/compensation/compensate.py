@@ -22,7 +22,7 @@ from robostiff.kinematics import (
     freedom_twist,
     posture_finder,
 )
-from robostiff.kinematics.closure.assembly import beyond_limits
+from robostiff.kinematics.closure.leg_forms import beyond_limits
 from robostiff.kinematics.machine_pose import actuator_places
 from robostiff.kinematics.pose import Near
 from robostiff.markup import InNotebooks, number

@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.kinematics.closure.assembly import RootSigns
 from robostiff.kinematics.closure.body import ClosedLeg, direction_across
-from robostiff.kinematics.closure.leg_forms import Post
+from robostiff.kinematics.closure.leg_forms import Post, RootSigns
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.formula import FormulaPose, Site
 from robostiff.kinematics.turn import turn_about, turn_by_vector_of_entries

@@ -48,9 +48,6 @@ class Loop:
     # (..., 3, 3) and (..., 3): frame in which it should, as the first branch has it [m]
     R_wanted: np.ndarray
     p_wanted: np.ndarray
-    # Places of the coordinates that move the one and the other
-    own: tuple[int, ...]
-    leading: tuple[int, ...]
 
     @property
     def missed(self) -> tuple[np.ndarray, np.ndarray]:
@@ -83,6 +80,10 @@ class PlacedChain:
     R: np.ndarray
     p: np.ndarray
     loops: tuple[Loop, ...] = ()
+
+    def gaps(self, R: np.ndarray, p: np.ndarray) -> list[Loop]:
+        """Gaps between its end and a frame where it should be, then of the loops inside it."""
+        return [Loop("", self.R, self.p, R, p), *self.loops]
 
     @property
     def parts(self) -> list[PlacedFreedom | PlacedSpring]:
@@ -122,10 +123,7 @@ def place_chain(
         """A frame for each pose, also where no joint moves it."""
         return np.broadcast_to(R, (*q.shape[:-1], 3, 3)), np.broadcast_to(p, (*q.shape[:-1], 3))
 
-    loops = (
-        Loop(x.name, *each(x.R, x.p), *each(x.R_wanted, x.p_wanted), x.own, x.leading)
-        for x in walk.way.loops
-    )
+    loops = (Loop(x.name, *each(x.R, x.p), *each(x.R_wanted, x.p_wanted)) for x in walk.way.loops)
     return PlacedChain(tuple(walk.placed), *each(walk.R, walk.p), tuple(loops))
 
 
@@ -162,7 +160,6 @@ class ChainWalk:
     def __init__(self, R: np.ndarray, p: np.ndarray, way: Way, prefix: str = "") -> None:
         self.R, self.p, self.way, self.prefix = R, p, way, prefix
         self.placed: list[PlacedElement] = []
-        self.led_by: list[int] = []
 
     def along(self, chain: Chain) -> None:
         """Walk along a chain."""
@@ -200,12 +197,11 @@ class ChainWalk:
         """The next coordinates (..., size)."""
         start = self.way.place
         self.way.place += size
-        self.led_by += range(start, start + size)
         return self.way.q[..., start : start + size]
 
     def block(self, block: ParallelBlock) -> None:
         """Place the branches of a block."""
-        legs, ends, walks, lasts = [], [], [], [self.way.last]
+        legs, walks, lasts = [], [], [self.way.last]
         for branch in block.branches:
             self.way.last = lasts[0]
             name = f"{self.prefix}{block.name}/{branch.name}"
@@ -213,22 +209,17 @@ class ChainWalk:
             walk.go(branch.start.p, branch.start.R)
             walk.along(branch.chain)
             legs.append(walk.leg(name))
-            ends.append((walk.R, walk.p))
             walks.append(walk)
             lasts.append(self.way.last)
-        first = walks[0]
+        first, *others = walks
         end = block.branches[0].end.inverse
         first.go(end.p, end.R)
-        for i, branch in enumerate(block.branches[1:], start=1):
+        for branch, leg, own in zip(block.branches[1:], legs[1:], others, strict=True):
             wanted = ChainWalk(first.R, first.p, self.way)
             wanted.go(branch.end.p, branch.end.R)
-            R, p = ends[i]
-            own, leading = tuple(walks[i].led_by), tuple(first.led_by)
-            loop = Loop(legs[i].name, R, p, wanted.R, wanted.p, own, leading)
-            self.way.loops.append(loop)
+            self.way.loops.append(Loop(leg.name, own.R, own.p, wanted.R, wanted.p))
         self.placed.append(PlacedBlock(f"{self.prefix}{block.name}", tuple(legs)))
         self.R, self.p = first.R, first.p
-        self.led_by += first.led_by
         self.way.last = lasts[1]
 
     def go(self, to: np.ndarray, R: np.ndarray | None = None) -> None:

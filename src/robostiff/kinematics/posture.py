@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.kinematics.closure.assembly import beyond_limits
+from robostiff.kinematics.closure.leg_forms import beyond_limits
 from robostiff.model import Leg, Passive, Robot, Snapshot, StiffnessLaw, Telescope
 
 _REACHED = 1e-7

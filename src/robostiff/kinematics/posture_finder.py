@@ -21,8 +21,7 @@ from robostiff.kinematics.closure import (
     legs_alike,
     loops_of_legs,
 )
-from robostiff.kinematics.closure.assembly import RootSigns, on_turn_of_home
-from robostiff.kinematics.closure.leg_forms import rounding_of
+from robostiff.kinematics.closure.leg_forms import RootSigns, on_turn_of_home, rounding_of
 from robostiff.kinematics.closure.loops import platform_mobility
 from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.kinematics.machine_pose import (

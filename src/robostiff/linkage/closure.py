@@ -225,8 +225,8 @@ class LoopsOfLinkage:
         bodies, cuts = moved_bodies(self.linkage), self.linkage.tree.cuts
         placed = bodies.tree.placed(x)
         frames = {name: placed.at(fixed) for name, fixed in bodies.frames.items()}
-        ends = placed.R, placed.p, placed.R_wanted, placed.p_wanted
-        shift, turn = Loop("", *ends, (), ()).missed
+        ends = Loop("", placed.R, placed.p, placed.R_wanted, placed.p_wanted)
+        shift, turn = ends.missed
         found = []
         for i, row in enumerate(x):
             moved = {name: sign * row[own] for name, (own, sign) in bodies.places.items()}

@@ -48,14 +48,13 @@ class _ReadSteps(Sequence[Step]):
 
     @cached_property
     def _made(self) -> tuple[Step, ...]:
-        count = range(len(self.letters))
-        each = zip(
-            map(_OPERATIONS.__getitem__, self.letters),
-            *([None if k < 0 else k for k in own] for own in (self.a, self.b)),
-            [self.numbers.get(i, 0.0) for i in count],
-            [self.names.get(i, "") for i in count],
-            strict=True,
-        )
+        count, operations = len(self), map(_OPERATIONS.__getitem__, self.letters)
+        columns: list[list[Any]] = [[None if k < 0 else k for k in own] for own in (self.a, self.b)]
+        columns += [0.0] * count, [""] * count
+        for column, known in zip(columns[2:], (self.numbers, self.names), strict=True):
+            for i, value in known.items():
+                column[i] = value
+        each = zip(operations, *columns, strict=True)
         return tuple(map(partial(tuple.__new__, Step), each))  # in half the time of `Step`
 
     def __len__(self) -> int:
@@ -185,6 +184,7 @@ class Program:
         a, b, outputs = (np.array(data[name], dtype=np.int64) for name in ("a", "b", "outputs"))
         place, kinds = np.arange(count), np.frombuffer(letters.encode("ascii"), dtype=np.uint8)
         taken = _ARGUMENTS[kinds]
+        names = {int(i): str(name) for i, name in data["names"].items()} | dict(enumerate(inputs))
         are_steps = (
             a.shape == b.shape == (count,)
             and np.array_equal(kinds == ord(_LETTERS[Operation.INPUT]), place < len(inputs))
@@ -192,11 +192,10 @@ class Program:
             and np.all((a >= b) | (taken == 2))
             and np.all((a < place) & (b < place))
             and np.all((outputs >= 0) & (outputs < count))
+            and all(0 <= i < count for i in names)
         )
         if not are_steps:
             raise ValueError("a program whose steps work on others than those before them")
-        names = {int(i): str(name) for i, name in data["names"].items()}
-        names |= enumerate(inputs)
         is_number = np.flatnonzero(kinds == ord(_LETTERS[Operation.NUMBER])).tolist()
         numbers = dict(zip(is_number, map(float, data["numbers"]), strict=True))
         steps = _ReadSteps(letters, a.tolist(), b.tolist(), numbers, names)

@@ -255,13 +255,11 @@ def _moved_by_legs(robot: Robot, finder: PostureFinder) -> tuple[int, ...]:
 
 def gap_of(leg: Leg, q: np.ndarray, R: np.ndarray, p: np.ndarray, length: float) -> list[Any]:
     """Squares of the gaps between the end of a leg at some coordinates and the platform at R, p."""
-    from robostiff.kinematics.closure import gaps
-
     placed = place_chain(leg.chain, q, leg.base.R, leg.base.p)
     R_end = R @ np.array(leg.attachment.R, dtype=object)
     p_end = p + R @ np.array(leg.attachment.p, dtype=object)
     squares = []
-    for gap in gaps(leg, placed, R_end, p_end):
+    for gap in placed.gaps(R_end, p_end):
         shift = (gap.p_wanted - gap.p) * (1 / length)
         turn = (gap.R_wanted - gap.R).ravel()
         squares += [shift @ shift, turn @ turn]

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robostiff.kinematics.closure.assembly import RootSigns
 from robostiff.kinematics.closure.body import (
     ClosedLeg,
     LegBody,
@@ -19,7 +18,7 @@ from robostiff.kinematics.closure.body import (
     rest_of_directions,
     root,
 )
-from robostiff.kinematics.closure.leg_forms import Cluster, LegForm, Skeleton
+from robostiff.kinematics.closure.leg_forms import Cluster, LegForm, RootSigns, Skeleton
 from robostiff.kinematics.closure.rods import Rod, rod_between
 from robostiff.kinematics.turn import turn_about
 from robostiff.spatial import cross

@@ -10,7 +10,10 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.kinematics.closure.arm import Arm
-from robostiff.kinematics.closure.assembly import (
+from robostiff.kinematics.closure.assembly_mode import Followed, closed_near, follow
+from robostiff.kinematics.closure.assembly_mode import nearest as nearest_closed
+from robostiff.kinematics.closure.leg_forms import (
+    Post,
     RootSigns,
     all_modes,
     beyond_limits,
@@ -19,10 +22,7 @@ from robostiff.kinematics.closure.assembly import (
     on_turn_of_home,
     shortened,
 )
-from robostiff.kinematics.closure.assembly_mode import Followed, closed_near, follow
-from robostiff.kinematics.closure.assembly_mode import nearest as nearest_closed
-from robostiff.kinematics.closure.leg_forms import Post
-from robostiff.kinematics.closure.loops import Loops, attachment_frame, gaps, loops_of_legs
+from robostiff.kinematics.closure.loops import Loops, attachment_frame, loops_of_legs
 from robostiff.kinematics.closure.rods import Rod, Strut
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.pose import pose_of_end
@@ -402,7 +402,7 @@ class LegSolver:
         """The chain at coordinates of rows, with the platform at poses, and its gaps."""
         if placed is None:
             placed = place_chain(self.chain, q, *self._bases(len(p)))
-        return placed, gaps(self.leg, placed, *self._ends(R, p))
+        return placed, placed.gaps(*self._ends(R, p))
 
     def _in_form(self, form: ClosedForm, R: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Coordinates of rows in closed form, those of copies equal to those of the main path."""

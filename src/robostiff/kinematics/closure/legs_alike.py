@@ -10,8 +10,15 @@ import numpy as np
 from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kept import kept
 from robostiff.kinematics.closure.arm import Arm, arm_of
-from robostiff.kinematics.closure.assembly import nearest, on_turn_of_home
-from robostiff.kinematics.closure.leg_forms import Cluster, Post, Slide, copied_places, skeleton_of
+from robostiff.kinematics.closure.leg_forms import (
+    Cluster,
+    Post,
+    Slide,
+    copied_places,
+    nearest,
+    on_turn_of_home,
+    skeleton_of,
+)
 from robostiff.kinematics.closure.leg_solver import CLOSED, ClosedForm, LegSolver
 from robostiff.kinematics.closure.rods import Rod, rod_of, strut_of
 from robostiff.kinematics.jacobians import in_groups

@@ -21,7 +21,6 @@ from robostiff.kinematics.closure.motion_tree import (
     PlacedTree,
     advanced,
 )
-from robostiff.kinematics.frames import Loop, PlacedChain
 from robostiff.kinematics.turn import rotvec_rate
 from robostiff.model import (
     ALL_COORDINATES,
@@ -327,15 +326,6 @@ def tree_of_leg(leg: Leg, R_base: np.ndarray) -> MotionTree:
     end, path = tree.along(leg.chain, AT_REST.to(R_base, np.zeros(3)))
     tree.ends.insert(0, LoopEnd(end, AT_REST, path, ()))
     return tree
-
-
-def gaps(
-    leg: Leg, placed: PlacedChain, R_platform: np.ndarray, p_platform: np.ndarray
-) -> list[Loop]:
-    """Gaps of a leg: at its frame of the platform, then of the loops inside the leg."""
-    main = tuple(leg.chain.main_places.tolist())
-    at_platform = Loop("", placed.R, placed.p, R_platform, p_platform, own=main, leading=())
-    return [at_platform, *placed.loops]
 
 
 def attachment_frame(
