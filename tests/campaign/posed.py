@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -236,6 +237,24 @@ def _of_file(rng: np.random.Generator, count: int) -> Posed | None:
     return Posed(robot, rows, by_joints=_by_joints(robot), text=text)
 
 
+def _hybrid(rng: np.random.Generator, count: int) -> Posed:
+    """Modules in series, robots of several legs and of one; some are such machines themselves."""
+    modules: list[rs.Module] = []
+    machine: Any = None
+    while len(modules) < 2 or (len(modules) < 3 and rng.uniform() < 0.4):
+        kind = str(rng.choice(["shipped", "driven arm", "structure", "hand-made"]))
+        drawn = random_posed(rng, kind, 1) if rng.uniform() < 0.9 else _hybrid(rng, 0)
+        mount = random_transform(rng, 0.5) if rng.uniform() < 0.5 else None
+        try:
+            more = [*modules, rs.Module(f"m{len(modules)}", drawn and drawn.robot, mount)]
+            machine = rs.hybrid_machine(more)
+        except rs.InputError:  # of cables, springs, couplings, in space and in a plane: no machine
+            continue
+        modules = more
+    rows = _near(rng, machine, count, 10 ** rng.uniform(-2, -0.5)) if count else np.zeros((1, 0))
+    return Posed(machine, rows, by_joints=_by_joints(machine))
+
+
 @cache
 def nominal(name: str, given: tuple[tuple[str, float], ...] = ()) -> dict[str, float]:
     """Parameters of a shipped robot in SI units; those that follow from others do so."""
@@ -268,4 +287,5 @@ KINDS: dict[str, Callable[[np.random.Generator, int], Posed | None]] = {
     "hand-made": _hand_made,
     "shipped": _shipped,
     "file": _of_file,
+    "hybrid": _hybrid,
 }

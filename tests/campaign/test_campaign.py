@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from tests.campaign import loads, placed, under_load, ways
+from tests.campaign import loads, placed, ways
 from tests.campaign.__main__ import PARTS, main
 from tests.campaign.reference import reference
 from tests.campaign.robots import judged_robot, kind_of
@@ -17,7 +17,7 @@ from tests.cases.reference_case import NAMES, case
 
 SEED = 2026
 #: Robots frozen at a pose take 0.1 s of processor, posed ones 1 to 2 s.
-FROZEN, POSED = 140, 4
+FROZEN, POSED = 100, 4
 
 
 def _numbers(count: int, *, frozen: bool) -> list[int]:
@@ -82,15 +82,9 @@ def test_a_column():
     assert not loads.SHARES["columns"][1](np.random.default_rng([SEED, 0]))
 
 
-@pytest.mark.parametrize("number", [3, 8, 9, 14])
-def test_laws_of_robots_under_load(number):
-    """Nos. 8 and 9 are hybrid machines, 14 has blocks in blocks."""
-    assert not under_load.loaded_robot(np.random.default_rng([9, number]))
-
-
 def test_what_rigid_bars_carry_beside_redundant_joints():
     """The base gets what acts on the platform, to all digits."""
-    assert not under_load.loaded_linkage(np.random.default_rng([77, 188]))
+    assert not loads.loaded_linkage(np.random.default_rng([77, 188]))
 
 
 def test_all_parts_run_one_after_the_other(monkeypatch, tmp_path, capsys):
