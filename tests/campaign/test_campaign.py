@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from tests.campaign import loads, placed, ways
+from tests.campaign import loads, placed, posed, ways
 from tests.campaign.__main__ import PARTS, main
 from tests.campaign.reference import reference
 from tests.campaign.robots import judged_robot, kind_of
@@ -61,6 +61,23 @@ def test_a_wrong_spring_is_found():
 def test_linkages_that_one_search_from_home_closes_in_another_assembly_mode(number):
     assert kind_of(20261122, number)[0] == "linkage"
     assert not judged_robot(20261122, number)
+
+
+@pytest.mark.filterwarnings("ignore::robostiff.PlausibilityWarning")
+def test_sums_of_joints_in_snapshot_files():
+    """They keep which of the joints follow, whatever rigid joints they leave out."""
+    count = 0
+    for number in range(30):
+        drawn = posed.random_posed(np.random.default_rng([1, number]), "file", 1)
+        if drawn is None or not drawn.robot.is_coupled:
+            continue
+        snapshot = rs.find_posture(drawn.robot).snapshot.one(0)
+        known, found = rs.stiffness(snapshot), rs.stiffness(ways.read(ways.written(snapshot)))
+        assert found.rank == known.rank
+        if known.status.has_stiffness:
+            assert distance(found.K, known.K) < 1e-9
+        count += 1
+    assert count > 5
 
 
 @pytest.mark.parametrize(
