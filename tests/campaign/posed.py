@@ -253,8 +253,10 @@ def _hybrid(rng: np.random.Generator, count: int) -> Posed:
         kind = str(rng.choice(["shipped", "driven arm", "structure", "hand-made"]))
         drawn = random_posed(rng, kind, 1) if rng.uniform() < 0.9 else _hybrid(rng, 0)
         mount = random_transform(rng, 0.5) if rng.uniform() < 0.5 else None
+        if drawn is None:
+            continue
         try:
-            more = [*modules, rs.Module(f"m{len(modules)}", drawn and drawn.robot, mount)]
+            more = [*modules, rs.Module(f"m{len(modules)}", drawn.robot, mount)]
             machine = rs.hybrid_machine(more)
         except rs.InputError:  # of cables, springs, couplings, in space and in a plane: no machine
             continue
