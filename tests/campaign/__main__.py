@@ -23,8 +23,6 @@ from tests.campaign.answers import Complaint
 PARTS = {
     "robots": ("robots", "judged_robot", "robots", 20000),
     "loads": ("loads", "loaded_machine", "machines under loads", 2000),
-    "under_load": ("under_load", "loaded_robot", "robots under load", 400),
-    "linkages_under_load": ("under_load", "loaded_linkage", "linkages under load", 400),
     "moved_linkages": ("moved_linkages", "moved_linkage", "linkages", 400),
     "model_files": ("reread_answers", "judged_file", "model files read twice", 400),
     "readers": ("readers", "judged_file", "mutated files", 20000),

@@ -73,7 +73,7 @@ def coordinates_of(case: Case, row: int, derivation: Any) -> dict[str, float]:
     posed, robot = case.posed, case.robot
     names = [c if isinstance(c, str) else c.name for c in derivation.coordinates]
     closed = {
-        f"q_{leg.name}_{j + 1}": float(q[row, j])
+        f"q_{leg.name.replace(' ', '_')}_{j + 1}": float(q[row, j])
         for leg, q in zip(robot.legs, case.posture.coordinates, strict=True)
         for j in range(leg.chain.size)
     }

@@ -3,7 +3,8 @@
 A body hangs on springs along lines through points with small whole coordinates, so that their
 arrangement is exact: in general, through one point, parallel, in one plane, in two planes, fewer
 than six. Stiffnesses differ by up to 10^`spread`. K is the sum of k (u, p x u)(u, p x u)^T, its
-null space and its inverse on what is left are found by eigenvectors in `mpmath`.
+null space and its inverse on what is left are found by eigenvectors in `mpmath`. Eigenscrews and
+centres have laws, in tests/analysis/indices.
 """
 
 from __future__ import annotations
@@ -166,7 +167,6 @@ class _Comparison:
         self.largest = mp.norm(K)
         self._blocks(found, by)
         self._whole(found, by)
-        self._screws(own, found, by)
 
     def near(self, words: str, given: Any, expected: Any, size: Any = None) -> None:
         """An entry is right to the limit of its size."""
@@ -244,68 +244,3 @@ class _Comparison:
         F = mp.matrix(work.worst_wrench.tolist())
         self.near("size of the worst wrench", float(mp.norm(by.S**-1 * F)), mp.mpf(1))
         self.near("its work", work.worst, (F.T * by.K**-1 * F)[0] / 2)
-
-    def _screws(self, own: Body, found: Any, by: ByDefinition) -> None:
-        """Their sum is K; lines and centres by what they are for."""
-        n, d = by.K.rows, by.d
-        rows = [0, 1, 5] if n == 3 else list(range(6))
-        total = mp.zeros(n)
-        at = np.array(own.point, dtype=float)
-        for wrench in found.eigenscrews.wrenches:
-            if not wrench.stiffness:
-                continue
-            screw = wrench.screw
-            u = wrench.direction
-            pitch = screw.pitch or 0.0
-            moment = np.cross(screw.point - at, u) + pitch * u
-            w = mp.matrix(np.concatenate([u, moment])[rows].tolist())
-            total += wrench.stiffness * w * w.T
-        for twist in found.eigenscrews.twists:
-            w = np.concatenate([np.zeros(3), twist.direction])[rows]
-            w = mp.matrix(w.tolist())
-            total += twist.stiffness * w * w.T
-            if twist.stiffness and twist.screw.point is not None:
-                pitch = twist.screw.pitch or 0.0
-                shift = np.cross(twist.direction, at - twist.screw.point) + pitch * twist.direction
-                x = mp.matrix(np.concatenate([shift, twist.direction])[rows].tolist())
-                left = by.K * x - twist.stiffness * w
-                size = mp.norm(by.K[:d, :]) * mp.norm(x)
-                if mp.norm(left[:d]) > self.limit * size:
-                    self.complaints.append(f"eigentwist {twist}")
-        rounding = mp.mpf(10) ** -13 * self.largest
-        slight = 1e-6  # pitches below 1e-7 of the length are printed as none
-        sizes = [mp.sqrt(by.K[i, i]) for i in range(n)]
-        for i in range(n):
-            for j in range(i, n):
-                if abs(total[i, j] - by.K[i, j]) > slight * sizes[i] * sizes[j] + rounding:
-                    self.complaints.append(f"sum of eigenscrews [{i}, {j}]")
-        self._centres(found, by, at)
-
-    def _centres(self, found: Any, by: ByDefinition, at: np.ndarray) -> None:
-        n, d = by.K.rows, by.d
-        for name in ("centre_of_stiffness", "centre_of_compliance"):
-            centre = getattr(found, name)
-            of_stiffness = name == "centre_of_stiffness"
-            if centre.point is None:
-                is_none = not any(eigen(by.held[0])[0]) if of_stiffness else by.rank < n
-                if not is_none:
-                    self.complaints.append(f"{name}: none")
-                continue
-            v = mp.matrix((centre.point - at).tolist())
-            # Twists of the new point: t_old = T t_new.
-            T = mp.eye(n)
-            if n == 6:
-                cross = [[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]]
-                for i in range(3):
-                    for j in range(3):
-                        T[i, 3 + j] = cross[i][j]
-            else:
-                T[0, 2], T[1, 2] = v[1], -v[0]
-            M = T.T * by.K * T
-            M = M if of_stiffness else M**-1
-            block = M[:d, d:]
-            left = mp.norm(block - block.T) if n == 6 else mp.norm(block)
-            lever = max(mp.norm(v), mp.mpf(found.length))
-            size = mp.norm(M[:d, :d] if of_stiffness else M[d:, d:]) * lever
-            if left > self.limit * size:
-                self.complaints.append(f"{name}: {mp.nstr(left / size, 5)}")

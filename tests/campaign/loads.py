@@ -31,6 +31,7 @@ from tests.campaign.bodies import (
     curvatures,
     frequencies,
 )
+from tests.campaign.laws_under_load import keep_laws, loaded_linkage
 from tests.campaign.minima import compare, least
 from tests.campaign.posed import KINDS, random_posed
 from tests.campaign.reread import placed, turned
@@ -128,11 +129,20 @@ def loaded_robot(rng: np.random.Generator) -> list[Complaint]:
         (0.3, _with_beams),
         (0.4, _frequencies),
         (0.4, _kernels),
+        (0.4, _laws),
     )
     for share, way in ways:
         if rng.uniform() < share:
             way(case, own, truth)
     return case.judge.complaints
+
+
+def _laws(case: Case, own: Assembly, truth: Minimum) -> None:
+    """Beams as they are by default."""
+    if case.at is None:
+        rng = np.random.default_rng(len(own.bodies.centres))
+        robot, pose, more = case.robot, case.pose, case.more
+        keep_laws(rng, case.judge, robot, pose, case.wrench, more, case.length)
 
 
 def _with_beams(case: Case, own: Assembly, truth: Minimum) -> None:
@@ -366,6 +376,7 @@ SHARES: dict[str, tuple[float, Callable[[np.random.Generator], list[Complaint]]]
     "robots": (50, loaded_robot),
     "networks": (20, loaded_networks.loaded_network),
     "loads on beams": (10, loaded_networks.response),
+    "linkages": (10, loaded_linkage),
     "cables": (6, loaded_cables.cable_robot),
     "columns": (8, loaded_networks.column),
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -349,7 +350,7 @@ def with_parts(
             return one(part)
         moves = []
         for name, share, screw in part.moves:
-            own = one(PlacedFreedom(screw.axis, screw.point, screw.pitch, name, Passive()))
+            own: Any = one(PlacedFreedom(screw.axis, screw.point, screw.pitch, name, Passive()))
             moves.append((name, share, Screw(own.axis, own.point, own.pitch)))
         return replace(one(part), moves=tuple(moves))
 

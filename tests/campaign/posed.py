@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -158,8 +159,15 @@ def _arm(rng: np.random.Generator, count: int) -> Posed:
             break
     leg = rs.Leg("arm", random_transform(rng), chain, random_transform(rng, 0.2))
     robot = rs.Robot("arm", (leg,), coordinates=())
-    q = chain.home + chain.free * 0.3 * rng.uniform(-1, 1, (count, chain.size))
-    return Posed(robot, np.vstack([chain.home, q]), by_joints=True)
+    return Posed(robot, _joints_near_home(rng, robot, count), by_joints=True)
+
+
+def _joints_near_home(rng: np.random.Generator, robot: rs.Robot, count: int) -> np.ndarray:
+    """Home, and joint coordinates of an arm around it, but for those that are held."""
+    (leg,) = robot.legs
+    home = np.asarray(leg.chain.home, dtype=float)
+    q = home + leg.chain.free * 0.3 * rng.uniform(-1, 1, (count, leg.chain.size))
+    return np.vstack([home, q])
 
 
 def _driven_arm(rng: np.random.Generator, count: int) -> Posed:
@@ -232,8 +240,29 @@ def _of_file(rng: np.random.Generator, count: int) -> Posed | None:
     """An arm or a platform of a random model file, with sums of joints and parallel blocks."""
     text = arm(rng) if rng.uniform() < 0.5 else platform(rng)
     robot = model_from_document(parse_document(text, file="drawn.yaml"))
-    rows = _near(rng, robot, count, 10 ** rng.uniform(-2, -0.5))
-    return Posed(robot, rows, by_joints=_by_joints(robot), text=text)
+    if not _by_joints(robot):
+        return Posed(robot, _near(rng, robot, count, 10 ** rng.uniform(-2, -0.5)), text=text)
+    return Posed(robot, _joints_near_home(rng, robot, count), by_joints=True, text=text)
+
+
+def _hybrid(rng: np.random.Generator, count: int) -> Posed:
+    """Modules in series, robots of several legs and of one; some are such machines themselves."""
+    modules: list[rs.Module] = []
+    machine: Any = None
+    while len(modules) < 2 or (len(modules) < 3 and rng.uniform() < 0.4):
+        kind = str(rng.choice(["shipped", "driven arm", "structure", "hand-made"]))
+        drawn = random_posed(rng, kind, 1) if rng.uniform() < 0.9 else _hybrid(rng, 0)
+        mount = random_transform(rng, 0.5) if rng.uniform() < 0.5 else None
+        if drawn is None:
+            continue
+        try:
+            more = [*modules, rs.Module(f"m{len(modules)}", drawn.robot, mount)]
+            machine = rs.hybrid_machine(more)
+        except rs.InputError:  # of cables, springs, couplings, in space and in a plane: no machine
+            continue
+        modules = more
+    rows = _near(rng, machine, count, 10 ** rng.uniform(-2, -0.5)) if count else np.zeros((1, 0))
+    return Posed(machine, rows, by_joints=_by_joints(machine))
 
 
 @cache
@@ -268,4 +297,5 @@ KINDS: dict[str, Callable[[np.random.Generator, int], Posed | None]] = {
     "hand-made": _hand_made,
     "shipped": _shipped,
     "file": _of_file,
+    "hybrid": _hybrid,
 }

@@ -245,7 +245,7 @@ class Draw:
             branches.append({**own, "end": _frame_data(np.linalg.inv(first) @ end)})
         return {"type": "parallel", "name": "block", "branches": branches}
 
-    def coupled(self, chain: list[dict[str, Any]], share: float = 0.5) -> dict[str, Any]:
+    def coupled(self, chain: list[dict[str, Any]], share: float = 0.8) -> dict[str, Any]:
         """A chain, and gears, belts and differentials of its joints, each with a follower."""
         single = [p for p in chain if p["type"] in ("revolute", "prismatic", "helical")]
         followers = [p for p in single if p["role"] == "passive"]
@@ -311,7 +311,7 @@ def platform(rng: np.random.Generator, *, plain: bool = False) -> str:
         chain, base = draw.chain(0.75, int(rng.integers(2, 7))), draw.frame()
         if not plain and draw.chance(0.15):
             chain.insert(int(rng.integers(len(chain) + 1)), draw.block())
-        own = draw.coupled(chain, 0.1)
+        own = draw.coupled(chain, 0.3)
         end = _frame_data(P @ _end(own, base))
         legs.append({"name": f"leg {i}", "base": base, **own, "platform": end})
     return _written("platform", home=home, legs=legs, reference_point=draw.point(0.2))

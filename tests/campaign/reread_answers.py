@@ -71,7 +71,7 @@ class Reread:
         if "modules" in own.file.data:  # their ends follow from home coordinates
             own.home = own.at_joints(self.seed)
         six = [*own.home[:3, 3], *rotation_vector(own.home[:3, :3])]
-        self.home = [dict(zip(_NAMES, six, strict=True))[name] for name in self.names]
+        self.home = [six[_NAMES.index(name)] for name in self.names]
 
     def joints(self, answer: Any) -> np.ndarray:
         """Coordinates of all legs, as an answer has them."""

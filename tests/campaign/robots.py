@@ -22,7 +22,7 @@ SHARES = {
     **dict.fromkeys(mechanisms.KINDS, 6),
     **dict.fromkeys(("several legs", "hand-made"), 4),
     **dict.fromkeys(("driven arm", "shipped"), 2),
-    "coupled legs": 0.5,
+    **dict.fromkeys(("coupled legs", "hybrid"), 0.5),
 }
 
 

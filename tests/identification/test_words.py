@@ -34,6 +34,14 @@ def test_vertical_loads_do_not_strain_an_upright_axis(tmp_path):
     assert found.status.is_bad
 
 
+@pytest.mark.parametrize("given", [{"parameters": "leg1/strut"}, {"fixed": "leg1/strut"}])
+def test_a_name_alone_is_no_list_of_names(given):
+    """Its letters were taken for names, of which none fits."""
+    asked = {"parameters": ["leg*/strut"], **given}
+    with pytest.raises(rs.InputError, match=r"a list; write \['leg1/strut'\]"):
+        rs.identify(rs.load("hexapod"), hexapod_campaign(), **asked)
+
+
 def test_zeros_of_the_ends_are_frames(tmp_path):
     """The first zero turns the robot in the instrument, the last one the markers."""
     robot = rs.load(model_file("arm", tmp_path))
