@@ -20,8 +20,11 @@ from robostiff.analytic.export.blocks import (
     Sentences,
     Title,
     is_value,
+    own_axes,
+    transport,
+    unless_long,
 )
-from robostiff.analytic.export.entries import symbols_of
+from robostiff.analytic.export.entries import EntryNames, symbols_of
 from robostiff.analytic.export.language import fitted, math_width, room_beside
 from robostiff.analytic.export.languages import (
     LATEX,
@@ -102,9 +105,9 @@ def latex_snippet(derivation: Any) -> str:
     r"""The matrix and the names in it in LaTeX with nothing around it, to be put into an equation.
 
     Where K is a sum over a generic leg, the equations of this leg, the table of what differs
-    between the legs, and the sum; of one leg its stiffness after the last joint. Several equations
-    are an ``aligned`` environment of amsmath. Names that stand for numbers of the model are
-    explained in comments before the formula.
+    between the legs, and the sum; of one leg its wrenches, or its stiffness in its own axes.
+    Several equations are an ``aligned`` environment of amsmath. Names that stand for numbers of the
+    model are explained in comments before the formula.
 
     Examples
     --------
@@ -130,13 +133,20 @@ def latex_snippet(derivation: Any) -> str:
         texts = " ".join(x for x in each if isinstance(x, str))
         return re.findall(r"sum (?:over (\w+) )?of", texts)
 
+    is_leg = isinstance(derivation, LegElimination)
+    name = EntryNames(derivation).result if is_leg else ""
+
     def is_result(block: Any) -> bool:
+        if is_leg:
+            return isinstance(block, EquationRows) and any(x.name == name for x in block.rows)
         return isinstance(block, MatrixEquation) or bool(totals(block))
 
     last = max(i for i, own in enumerate(sections) if any(map(is_result, own)))
     blocks = sections[last]
-    if isinstance(derivation, LegElimination):
-        blocks = [b for b in blocks if isinstance(b, MatrixEquation) and not b.is_vector]
+    if is_leg and derivation.at_vector_level is None:  # in its own axes, and from there
+        own = derivation.stages[-1].K if derivation.stages else derivation.K0
+        before = f"{name}_0"
+        blocks = [*unless_long(before, own), *own_axes(derivation), transport(name, before)]
     if any(isinstance(b, MatrixEquation) for b in blocks):  # without its beginning w w^T / c
         blocks = [b for b in blocks if totals(b) != [""] and not isinstance(b, FormulaTable)]
     before = [
