@@ -141,6 +141,7 @@ def test_joint_names_are_escaped():
         ("3-rrr", {}),
         ("delta", {"pose": rs.AtSymbols()}),
         ("gough-stewart-b-beams", {"leg": "leg1"}),
+        ("agile-eye", {"leg": "leg x"}),
         ("two-link-arm", {}),
     ],
 )
@@ -157,8 +158,11 @@ def test_a_snippet_has_the_formula_alone_and_all_of_its_names(name, options):
         written = LATEX.name(d.symbol.name)
         if written in right and d.expression.free_symbols:
             assert written in lefts
-    if "leg" in options:  # by its wrenches, and by the name of the leg
+    if name == "gough-stewart-b-beams":  # by its wrenches, and by the name of the leg
         assert r"\mathbf{K}_{\mathrm{leg1}} = \frac{\mathbf{w}_{i} \mathbf{w}_{i}^" in snippet
+    if name == "agile-eye":  # in its own axes, without the steps of its inverse
+        assert r"\mathbf{K}_{\mathrm{leg},0} = \mathbf{W} (" in snippet
+        assert snippet.count("=") < 25
 
 
 def test_a_snippet_in_vectors_has_the_table_of_its_legs():

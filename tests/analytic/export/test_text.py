@@ -33,7 +33,7 @@ def test_equation_4():
         "      [ K_13  K_23  K_33 ]",
     ]
     assert section(text, "Joint 1: tip") == [
-        "recursion (15).",
+        "Recursion (15).",
         "J_1 = (0, 0, 1)",
         "u_1 = (K_13, K_23, K_33)",
         "mu_1 = K_33",

@@ -19,12 +19,12 @@ from robostiff.analytic.export.blocks import (
     Nomenclature,
     Sentences,
     Title,
+    equation,
     is_value,
     own_axes,
     transport,
-    unless_long,
 )
-from robostiff.analytic.export.entries import EntryNames, symbols_of
+from robostiff.analytic.export.entries import EntryNames, readable_matrix, symbols_of
 from robostiff.analytic.export.language import fitted, math_width, room_beside
 from robostiff.analytic.export.languages import (
     LATEX,
@@ -69,7 +69,7 @@ def derivation_text(derivation: Any, width: int = 88) -> str:
     Joint 1: tip
     ------------
     <BLANKLINE>
-    rotation about z at the reference point: trivial joint (19), row and column 3 vanish.
+    Rotation about z at the reference point: trivial joint (19), row and column 3 vanish.
     <BLANKLINE>
     J_1 = (0, 0, 1)
     <BLANKLINE>
@@ -105,7 +105,7 @@ def latex_snippet(derivation: Any) -> str:
     r"""The matrix and the names in it in LaTeX with nothing around it, to be put into an equation.
 
     Where K is a sum over a generic leg, the equations of this leg, the table of what differs
-    between the legs, and the sum; of one leg its wrenches, or its stiffness in its own axes.
+    between the legs, and the sum; of one leg its wrenches, or the compliance in its own axes.
     Several equations are an ``aligned`` environment of amsmath. Names that stand for numbers of the
     model are explained in comments before the formula.
 
@@ -143,10 +143,15 @@ def latex_snippet(derivation: Any) -> str:
 
     last = max(i for i, own in enumerate(sections) if any(map(is_result, own)))
     blocks = sections[last]
+    comments: list[str] = []
     if is_leg and derivation.at_vector_level is None:  # in its own axes, and from there
-        own = derivation.stages[-1].K if derivation.stages else derivation.K0
-        before = f"{name}_0"
-        blocks = [*unless_long(before, own), *own_axes(derivation), transport(name, before)]
+        blocks = [MatrixEquation("C", readable_matrix(derivation.C)), *own_axes(derivation)]
+        before, inverse = f"{name}_0", "C^-1"
+        if derivation.stages:
+            J = sp.ImmutableMatrix.hstack(*(stage.J for stage in derivation.stages))
+            blocks.append(MatrixEquation("J", readable_matrix(J)))
+            comments, inverse = [_OF_W], "W (W^T C W)^-1 W^T"
+        blocks += [equation(before, inverse), transport(name, before)]
     if any(isinstance(b, MatrixEquation) for b in blocks):  # without its beginning w w^T / c
         blocks = [b for b in blocks if totals(b) != [""] and not isinstance(b, FormulaTable)]
     before = [
@@ -162,7 +167,7 @@ def latex_snippet(derivation: Any) -> str:
             wanted |= row.expression.free_symbols
     numbers = {str(d.symbol) for d in derivation.as_printed[1] if is_value(d)}
     numbers &= {x.name for x in wanted}
-    comments = [
+    comments += [
         f"% {', '.join(map(str, own))}: {printable(words)}\n"
         for own, words in meanings
         if numbers & set(map(str, own))
@@ -175,6 +180,9 @@ def latex_snippet(derivation: Any) -> str:
         else:
             formulas += map(LATEX.in_lines, LATEX.formulas(block))
     return "".join(comments) + "\n\n".join(formulas) + "\n"
+
+
+_OF_W = "% J: twists of the passive joints; W: wrenches that do no work on them, J^T W = 0\n"
 
 
 def _table_in_formula(table: FormulaTable) -> str:

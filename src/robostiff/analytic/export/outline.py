@@ -112,7 +112,7 @@ def _joints(derivation: Derivation, names: EntryNames) -> list[Block]:
         rule = stage.rule.replace("the reference point", "the origin") if of_leg else stage.rule
         blocks += [
             Title(f"Joint {number}: {stage.joint}"),
-            Sentences(f"{rule}."),
+            Sentences(f"{rule[:1].upper()}{rule[1:]}."),
             column_equation(J, stage.J),
         ]
         alone = [p for p, x in enumerate(stage.J.flat()) if x != 0]
