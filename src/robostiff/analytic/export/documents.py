@@ -12,6 +12,7 @@ import sympy as sp
 
 from robostiff.analytic.derivation import Derivation, RobotDerivation
 from robostiff.analytic.export.blocks import (
+    Block,
     EquationRows,
     FormulaTable,
     MatrixEquation,
@@ -144,14 +145,8 @@ def latex_snippet(derivation: Any) -> str:
     last = max(i for i, own in enumerate(sections) if any(map(is_result, own)))
     blocks = sections[last]
     comments: list[str] = []
-    if is_leg and derivation.at_vector_level is None:  # in its own axes, and from there
-        blocks = [MatrixEquation("C", readable_matrix(derivation.C)), *own_axes(derivation)]
-        before, inverse = f"{name}_0", "C^-1"
-        if derivation.stages:
-            J = sp.ImmutableMatrix.hstack(*(stage.J for stage in derivation.stages))
-            blocks.append(MatrixEquation("J", readable_matrix(J)))
-            comments, inverse = [_OF_W], "W (W^T C W)^-1 W^T"
-        blocks += [equation(before, inverse), transport(name, before)]
+    if is_leg and derivation.at_vector_level is None:
+        blocks, comments = _in_own_axes(derivation, name), [_OF_W] * bool(derivation.stages)
     if any(isinstance(b, MatrixEquation) for b in blocks):  # without its beginning w w^T / c
         blocks = [b for b in blocks if totals(b) != [""] and not isinstance(b, FormulaTable)]
     before = [
@@ -183,6 +178,19 @@ def latex_snippet(derivation: Any) -> str:
 
 
 _OF_W = "% J: twists of the passive joints; W: wrenches that do no work on them, J^T W = 0\n"
+
+
+def _in_own_axes(leg: LegElimination, name: str) -> list[Block]:
+    """The stiffness of a leg by its compliance in its own axes, and what brings it from there."""
+    blocks: list[Block] = [MatrixEquation("C", readable_matrix(leg.C))]
+    if leg.stages:
+        J = sp.ImmutableMatrix.hstack(*(stage.J for stage in leg.stages))
+        blocks.append(MatrixEquation("J", readable_matrix(J)))
+    K = "W (W^T C W)^-1 W^T" if leg.stages else "C^-1"
+    if leg.axes == sp.eye(3) and leg.arm.is_zero_matrix:
+        return [*blocks, equation(name, K)]
+    before = f"{name}_0"
+    return [*blocks, equation(before, K), *own_axes(leg), transport(name, before)]
 
 
 def _table_in_formula(table: FormulaTable) -> str:
