@@ -8,7 +8,7 @@ numbers.
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -175,15 +175,11 @@ def terms_of_springs(form: VectorForm) -> list[Any]:
 
 def operations_of_vectors(expression: Any) -> int:
     """Operations of an expression of vectors: sums, products and norms count one each."""
-    if isinstance(expression, sp.Basic):
+    if isinstance(expression, sp.Expr):
         return count_of(expression)
-    if isinstance(expression, tuple):
-        return sum(map(operations_of_vectors, expression))
-    if not is_dataclass(expression):
-        return 0
-    parts = [getattr(expression, f.name) for f in fields(expression)]
-    own = len(expression.terms) - 1 if isinstance(expression, Sum) else 1
-    is_plain = isinstance(expression, Coordinates | Vector | Stacked)
+    parts = expression.args
+    own = len(parts) - 1 if isinstance(expression, Sum) else 1
+    is_plain = isinstance(expression, Coordinates | Vector | Stacked | sp.Tuple) or not parts
     return (0 if is_plain else own) + sum(map(operations_of_vectors, parts))
 
 

@@ -16,7 +16,8 @@ from robostiff.analytic.export import (
 )
 from robostiff.analytic.export.entries import factored_matrix
 from tests.analytic.export.derivations import ALL, exact, random_values
-from tests.analytic.export.test_python_code import compiled, largest_difference
+from tests.analytic.export.programs import in_python as compiled
+from tests.analytic.export.programs import largest_difference
 from tests.analytic.formulas import (
     CASE_A,
     CASE_B,

@@ -26,8 +26,8 @@ from robostiff.analytic.export import (
 )
 from robostiff.errors import InputError
 from tests.analytic.export.derivations import ALL, in_steps, oblique, random_values
+from tests.analytic.export.programs import in_python as compiled
 from tests.analytic.export.test_latex import check_balance
-from tests.analytic.export.test_python_code import compiled
 from tests.analytic.formulas import CASE_A, CASE_B, L_A, L_B, R, derived, h, stewart, three_puu
 
 # Functions beyond exact arithmetic, and a closed form of 20 000 operations an entry.

@@ -107,7 +107,7 @@ def test_the_text_has_all_stages_and_their_rules():
         "K_0 = C^-1",
         "K_2_jk = K_1_jk - K_1_j5*K_1_k5/K_1_55",
         "K_5 = K_4 - u_5 u_5^T / mu_5",
-        "K_C = T K_5 T^T",
+        "K_leg1 = T K_5 T^T",
     ):
         assert line in text
     assert "Row and column 4 hold no other entry" in text

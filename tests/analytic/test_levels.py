@@ -8,16 +8,8 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic import compliance_steps, differentiate
-from robostiff.analytic.export import (
-    c_function,
-    derivation_text,
-    derivation_typst,
-    julia_function,
-    matlab_function,
-    python_function,
-)
-from tests.analytic.export import small_readers
-from tests.analytic.export.test_c_code import called, compiled
+from robostiff.analytic.export import derivation_text, derivation_typst, python_function
+from tests.analytic.export.programs import READERS, in_all_languages
 
 VECTORS = ["gough-stewart-b", "delta", "3-rrr", "six-joint-arm"]
 
@@ -71,27 +63,13 @@ def test_derivatives_of_vectors_are_those_of_steps(levels):
         np.testing.assert_allclose(dK, expected, atol=1e-9 * np.max(np.abs(expected)))
 
 
-def test_vectors_are_programs_in_all_languages(levels):
-    _, form, values = levels
-    space: dict = {}
-    exec(python_function(form), space)  # noqa: S102
-    arguments = {s.name: values[s.name] for s in form.symbols}
-    given = space["stiffness"](*arguments.values())
-    np.testing.assert_allclose(given, form.stiffness(values), rtol=1e-9, atol=1e-3)
-    K = form.stiffness(values)
-    for write, read in (
-        (julia_function, small_readers.julia),
-        (matlab_function, small_readers.matlab),
-    ):
-        np.testing.assert_allclose(read(write(form))(*arguments.values()), K, rtol=1e-9, atol=1e-3)
-
-
-@pytest.mark.needs("a C compiler")
-def test_vectors_are_programs_in_c(levels, tmp_path):
+@in_all_languages
+def test_vectors_are_programs_in_all_languages(levels, language, tmp_path):
     _, form, values = levels
     K, given = form.stiffness(values), [values[s.name] for s in form.symbols]
-    found = called(compiled(c_function(form), tmp_path), given, len(K))
-    np.testing.assert_allclose(found, K, rtol=1e-9, atol=1e-12 * np.max(np.abs(K)))
+    found = READERS[language](form, tmp_path)(*given)
+    least = 1e-12 * np.max(np.abs(K)) if language == "c" else 1e-3
+    np.testing.assert_allclose(found, K, rtol=1e-9, atol=least)
 
 
 def test_vectors_have_a_compliance():

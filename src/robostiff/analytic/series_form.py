@@ -22,6 +22,7 @@ from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import ClosedReading
 from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
+from robostiff.analytic.substitution import Substitution, at_values
 from robostiff.analytic.vectors.forms import InSeries, VectorForm
 from robostiff.analytic.vectors.leg_table import LegTable
 from robostiff.analytic.vectors.vector_expressions import (
@@ -35,7 +36,6 @@ from robostiff.analytic.vectors.vector_expressions import (
     Turns,
     Vector,
     VectorExpression,
-    with_formulas_changed,
 )
 from robostiff.analytic.vectors.vector_rods import in_the_platform
 from robostiff.analytic.vectors.walk import (
@@ -217,7 +217,7 @@ def _by_angles(placed: PlacedRobot, numbers: list[int], read: NamedReading) -> V
         walk.rotation = "R_i"
     at, r0 = walk.here(), placed.entries.reference_point
     if place("b", "psi", [np.array(leg.attachment.p) - r0 for leg in legs]):
-        at = Sum((*terms_of(at), (-1, walk.turned(Vector("b_i")))))
+        at = Sum(*terms_of(at), (-1, walk.turned(Vector("b_i"))))
     walk.equations.append(Equation("p_i", at))
     form = _form(walk, (), walk.finish(Vector("p_i")), {}, tuple(leg.name for leg in legs))
     # Written in the coordinates of the first leg: in those of leg i now.
@@ -234,7 +234,7 @@ def _by_angles(placed: PlacedRobot, numbers: list[int], read: NamedReading) -> V
             return None
     if any(d.expression.free_symbols & own.keys() for d in form.names):
         return None
-    form = with_formulas_changed(form, lambda x: x.xreplace(own))
+    form = at_values(form, Substitution(own), with_numbers=True)
     return replace(form, columns={name: tuple(x) for name, x in table.columns.items()})
 
 
@@ -253,9 +253,9 @@ def _by_axes(placed: PlacedRobot, numbers: list[int], read: NamedReading) -> Vec
     plain = ClosedReading(placed.record, placed.symbols)
     table = LegTable(dict(placed.robot.nominal))
     rotation = "Q" if "R" in placed.symbols else "R"
-    pose, equations = [Equation(rotation, Turns(turns))], list[Equation]()
+    pose, equations = [Equation(rotation, Turns(*turns))], list[Equation]()
     e, u, p = Vector("e_i"), Vector("u_i"), tuple(map(plain, placed.reference))
-    pose.append(Equation("p", Coordinates(p)))
+    pose.append(Equation("p", Coordinates(*p)))
     points = [tuple(map(plain, leg.base.p)) for leg in legs]
     each = {
         ("e", "theta"): [f[0].axis for f in freedoms],

@@ -184,7 +184,8 @@ class Substitution:
         parts = [self._put_in(part) for part in expression.args]
         changed = any(new is not old for new, old in zip(parts, expression.args, strict=True))
         value: Any = expression.func(*parts) if changed else expression
-        if value.args and any(part.is_Float for part in value.args) and not value.free_symbols:
+        is_number = isinstance(value, sp.Expr) and not value.free_symbols
+        if is_number and any(part.is_Float for part in value.args):
             value = value.evalf(self._working)
         self._known[expression] = value
         return value

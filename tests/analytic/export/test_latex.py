@@ -37,20 +37,14 @@ def check_balance(text):
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_latex_is_well_formed_and_the_same_each_time(name):
+def test_latex_and_markdown_are_well_formed(name):
     text = derivation_latex(ALL[name])
     check_balance(text)
-    assert text == derivation_latex(ALL[name])
     assert text.count(r"\[") - text.count(r"\\[") == text.count(r"\]")
     assert without_escapes(text).count("$") % 2 == 0
     assert text.isascii() or name == "badly_named"
-
-
-@pytest.mark.parametrize("name", ALL)
-def test_markdown_is_well_formed_and_the_same_each_time(name):
     text = derivation_markdown(ALL[name])
     check_balance(text)
-    assert text == derivation_markdown(ALL[name])
     assert text.count("$$") % 2 == 0
     for formula in re.findall(r"\$\$\n(.*?)\n\$\$", text, re.DOTALL):
         # A blank line would end the formula.
@@ -147,6 +141,7 @@ def test_joint_names_are_escaped():
         ("3-rrr", {}),
         ("delta", {"pose": rs.AtSymbols()}),
         ("gough-stewart-b-beams", {"leg": "leg1"}),
+        ("agile-eye", {"leg": "leg x"}),
         ("two-link-arm", {}),
     ],
 )
@@ -163,6 +158,11 @@ def test_a_snippet_has_the_formula_alone_and_all_of_its_names(name, options):
         written = LATEX.name(d.symbol.name)
         if written in right and d.expression.free_symbols:
             assert written in lefts
+    if name == "gough-stewart-b-beams":  # by its wrenches, and by the name of the leg
+        assert r"\mathbf{K}_{\mathrm{leg1}} = \frac{\mathbf{w}_{i} \mathbf{w}_{i}^" in snippet
+    if name == "agile-eye":  # in its own axes, without the steps of its inverse
+        assert r"\mathbf{K}_{\mathrm{leg}} = \mathbf{W} (" in snippet
+        assert snippet.count("=") < 25
 
 
 def test_a_snippet_in_vectors_has_the_table_of_its_legs():

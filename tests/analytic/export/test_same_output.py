@@ -14,6 +14,7 @@ from tests.analytic.export.derivations import ALL
 
 writers = [export.derivation_text, export.derivation_latex, export.derivation_markdown,
            export.derivation_typst, export.python_function, export.c_function,
+           export.julia_function, export.matlab_function,
            lambda derivation: json.dumps(export.derivation_data(derivation))]
 for derivation in ALL.values():
     for writer in writers:

@@ -14,7 +14,7 @@ from robostiff.analytic.export.blocks import (
 )
 from robostiff.analytic.export.outline import outline_of
 from robostiff.errors import InputError
-from tests.analytic.export.derivations import ALL, symmetric
+from tests.analytic.export.derivations import ALL
 
 
 def section(text, title):
@@ -33,7 +33,7 @@ def test_equation_4():
         "      [ K_13  K_23  K_33 ]",
     ]
     assert section(text, "Joint 1: tip") == [
-        "recursion (15).",
+        "Recursion (15).",
         "J_1 = (0, 0, 1)",
         "u_1 = (K_13, K_23, K_33)",
         "mu_1 = K_33",
@@ -74,17 +74,14 @@ def test_equation_28_with_names_for_what_recurs():
     assert lines[3].split() == ["[", "2*L_a**2", "0", "0", "0", "d_a*h*r", "0", "]"]
 
 
-def test_exact_numbers():
-    assert "1/3" in derivation_text(ALL["numbers_only"])
-
-
-@pytest.mark.parametrize("width", [60, 88, 200])
 @pytest.mark.parametrize("name", ALL)
-def test_no_line_is_wider_than_allowed_and_text_is_the_same_each_time(name, width):
-    text = derivation_text(ALL[name], width=width)
-    assert text == derivation_text(ALL[name], width=width)
-    assert max(map(len, text.splitlines())) <= width
-    assert not any(line != line.rstrip() for line in text.splitlines())
+def test_no_line_is_wider_than_allowed(name):
+    for width in (60, 200):
+        lines = derivation_text(ALL[name], width=width).splitlines()
+        assert max(map(len, lines)) <= width
+        assert not any(line != line.rstrip() for line in lines)
+    with pytest.raises(InputError, match="width"):
+        derivation_text(ALL[name], width=30)
 
 
 def test_names_do_not_clash_with_given_symbols():
@@ -95,15 +92,6 @@ def test_names_do_not_clash_with_given_symbols():
     assert "u'_1 = (u_1, 0, mu_1)" in lines
     assert "K'_1 = K'_0 - u'_1 u'_1^T / mu'_1" in lines
     assert any(line.lstrip().startswith("K'_C = ") for line in lines)
-
-
-def test_derived_chains_of_both_forms():
-    K, L = symmetric(6), sp.Symbol("L")
-    joints = {"Rx": [0, 0, 0, 1, 0, 0], "Ry": [0, 0, -L, 0, 1, 0]}
-    for derivation in (derive_chain(K, joints), derive_chain(K, joints, Steps())):
-        lines = derivation_text(derivation).splitlines()
-        assert {"Joint 1: Rx", "Joint 2: Ry", "Result", "Nomenclature"} <= set(lines)
-        assert "J_2 = (0, 0, -L, 0, 1, 0)" in lines
 
 
 def test_long_stages_are_not_written_out():
@@ -121,11 +109,6 @@ def test_long_stages_are_not_written_out():
     assert len(text) < 4000
 
 
-def test_too_little_width():
-    with pytest.raises(InputError, match="width"):
-        derivation_text(ALL["equation_4"], width=30)
-
-
 @pytest.mark.parametrize(
     ("name", "how"),
     [
@@ -134,6 +117,9 @@ def test_too_little_width():
         ("delta", {"pose": rs.AtSymbols()}),
         ("3-puu", {"pose": rs.AtSymbols()}),
         ("agile-eye", {"pose": rs.AtSymbols()}),
+        ("hexa", {"pose": rs.AtSymbols()}),
+        ("orthoglide", {"pose": rs.AtSymbols()}),
+        ("tripteron", {"pose": rs.AtSymbols()}),
         ("six-joint-arm", {}),
         ("two-link-arm", {}),
         ("3-rrr", {"form": Steps()}),

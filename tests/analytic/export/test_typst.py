@@ -82,19 +82,19 @@ def test_long_entries_are_broken_out():
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_source_is_the_same_each_time(name):
-    assert derivation_typst(ALL[name]) == derivation_typst(ALL[name])
-
-
-@pytest.mark.parametrize("name", ALL)
-def test_pdf(name, tmp_path):
+def test_every_displayed_formula_is_fitted_to_the_page_of_a_pdf(name, tmp_path):
+    body = derivation_typst(ALL[name]).split("\n= ", 1)[1]
+    displayed = re.findall(r"^(.*)\$ [^$]* \$", body, re.MULTILINE)
+    assert displayed
+    assert set(displayed) <= {"#fit(", "  "}
     pytest.importorskip("typst")
     path = tmp_path / "derivation.pdf"
     derivation_pdf(ALL[name], path)
-    assert path.read_bytes().startswith(b"%PDF-")
     first = path.read_bytes()
-    derivation_pdf(ALL[name], path)
-    assert path.read_bytes() == first
+    assert first.startswith(b"%PDF-")
+    if name == "oblique":  # the same each time
+        derivation_pdf(ALL[name], path)
+        assert path.read_bytes() == first
 
 
 @settings(max_examples=25)
@@ -104,14 +104,6 @@ def test_any_expression_and_any_name_compile(entries, name):
     K = sp.ImmutableMatrix(sp.diag(*entries[:2], entries[2] + sp.Symbol(name)))
     source = derivation_typst(Derivation(name, K, (), K))
     typst.compile(source.encode(), format="svg", ignore_system_fonts=True)
-
-
-@pytest.mark.parametrize("name", ALL)
-def test_every_displayed_formula_is_fitted_to_the_page(name):
-    body = derivation_typst(ALL[name]).split("\n= ", 1)[1]
-    displayed = re.findall(r"^(.*)\$ [^$]* \$", body, re.MULTILINE)
-    assert displayed
-    assert set(displayed) <= {"#fit(", "  "}
 
 
 def test_a_matrix_that_cannot_be_narrowed_takes_no_second_page():

@@ -12,6 +12,7 @@ import sympy as sp
 
 from robostiff.analytic.derivation import Derivation, RobotDerivation
 from robostiff.analytic.export.blocks import (
+    Block,
     EquationRows,
     FormulaTable,
     MatrixEquation,
@@ -19,9 +20,12 @@ from robostiff.analytic.export.blocks import (
     Nomenclature,
     Sentences,
     Title,
+    equation,
     is_value,
+    own_axes,
+    transport,
 )
-from robostiff.analytic.export.entries import symbols_of
+from robostiff.analytic.export.entries import EntryNames, readable_matrix, symbols_of
 from robostiff.analytic.export.language import fitted, math_width, room_beside
 from robostiff.analytic.export.languages import (
     LATEX,
@@ -66,7 +70,7 @@ def derivation_text(derivation: Any, width: int = 88) -> str:
     Joint 1: tip
     ------------
     <BLANKLINE>
-    rotation about z at the reference point: trivial joint (19), row and column 3 vanish.
+    Rotation about z at the reference point: trivial joint (19), row and column 3 vanish.
     <BLANKLINE>
     J_1 = (0, 0, 1)
     <BLANKLINE>
@@ -102,9 +106,9 @@ def latex_snippet(derivation: Any) -> str:
     r"""The matrix and the names in it in LaTeX with nothing around it, to be put into an equation.
 
     Where K is a sum over a generic leg, the equations of this leg, the table of what differs
-    between the legs, and the sum; of one leg its stiffness after the last joint. Several equations
-    are an ``aligned`` environment of amsmath. Names that stand for numbers of the model are
-    explained in comments before the formula.
+    between the legs, and the sum; of one leg its wrenches, or the compliance in its own axes.
+    Several equations are an ``aligned`` environment of amsmath. Names that stand for numbers of the
+    model are explained in comments before the formula.
 
     Examples
     --------
@@ -130,13 +134,19 @@ def latex_snippet(derivation: Any) -> str:
         texts = " ".join(x for x in each if isinstance(x, str))
         return re.findall(r"sum (?:over (\w+) )?of", texts)
 
+    is_leg = isinstance(derivation, LegElimination)
+    name = EntryNames(derivation).result if is_leg else ""
+
     def is_result(block: Any) -> bool:
+        if is_leg:
+            return isinstance(block, EquationRows) and any(x.name == name for x in block.rows)
         return isinstance(block, MatrixEquation) or bool(totals(block))
 
     last = max(i for i, own in enumerate(sections) if any(map(is_result, own)))
     blocks = sections[last]
-    if isinstance(derivation, LegElimination):
-        blocks = [b for b in blocks if isinstance(b, MatrixEquation) and not b.is_vector]
+    comments: list[str] = []
+    if is_leg and derivation.at_vector_level is None:
+        blocks, comments = _in_own_axes(derivation, name), [_OF_W] * bool(derivation.stages)
     if any(isinstance(b, MatrixEquation) for b in blocks):  # without its beginning w w^T / c
         blocks = [b for b in blocks if totals(b) != [""] and not isinstance(b, FormulaTable)]
     before = [
@@ -152,7 +162,7 @@ def latex_snippet(derivation: Any) -> str:
             wanted |= row.expression.free_symbols
     numbers = {str(d.symbol) for d in derivation.as_printed[1] if is_value(d)}
     numbers &= {x.name for x in wanted}
-    comments = [
+    comments += [
         f"% {', '.join(map(str, own))}: {printable(words)}\n"
         for own, words in meanings
         if numbers & set(map(str, own))
@@ -165,6 +175,22 @@ def latex_snippet(derivation: Any) -> str:
         else:
             formulas += map(LATEX.in_lines, LATEX.formulas(block))
     return "".join(comments) + "\n\n".join(formulas) + "\n"
+
+
+_OF_W = "% J: twists of the passive joints; W: wrenches that do no work on them, J^T W = 0\n"
+
+
+def _in_own_axes(leg: LegElimination, name: str) -> list[Block]:
+    """The stiffness of a leg by its compliance in its own axes, and what brings it from there."""
+    blocks: list[Block] = [MatrixEquation("C", readable_matrix(leg.C))]
+    if leg.stages:
+        J = sp.ImmutableMatrix.hstack(*(stage.J for stage in leg.stages))
+        blocks.append(MatrixEquation("J", readable_matrix(J)))
+    K = "W (W^T C W)^-1 W^T" if leg.stages else "C^-1"
+    if leg.axes == sp.eye(3) and leg.arm.is_zero_matrix:
+        return [*blocks, equation(name, K)]
+    before = f"{name}_0"
+    return [*blocks, equation(before, K), *own_axes(leg), transport(name, before)]
 
 
 def _table_in_formula(table: FormulaTable) -> str:

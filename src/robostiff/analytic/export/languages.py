@@ -44,7 +44,9 @@ class _PlainText(Language):
     def over(self, above: str, below: str) -> str:
         if above.endswith(self.transposed):
             return f"{above} / {below}"
-        return "/".join(f"({x})" if " " in x and x[0] != "|" else x for x in (above, below))
+        above = f"({above})" if " " in above and above[0] != "|" else above
+        below = f"({below})" if re.search("[ */]", below) and below[0] != "|" else below
+        return f"{above}/{below}"
 
     def heading(self, text: str, level: int) -> str:
         title = " ".join(text.split())
@@ -260,6 +262,8 @@ class _Typst(Language):
         cells = [f"  {' '.join(f'[{cell}],' for cell in row)}" for row in each]
         cells.insert(1, "  table.hline(stroke: 0.5pt),")
         shape = f"columns: {len(rows[0])}, stroke: none, column-gutter: 1em,"
+        if any("frac(" in cell for cell in cells):  # which do not meet
+            shape += " inset: (x: 5pt, y: 8pt), align: horizon,"
         return "\n".join([f"#pad(left: 1.5em, table({shape}", *cells, "))"])
 
     def display(self, rows: Sequence[Row]) -> list[str]:

@@ -173,7 +173,8 @@ class _C(Code):
         return super().call("fabs" if function == "abs" else function, arguments)
 
     def _print_Integer(self, expr: Any) -> str:
-        return f"{expr}.0"
+        written = super()._print_Integer(expr)
+        return written if "e" in written else f"{expr}.0"
 
     def power(self, base: Any, exponent: Any, sign: str = "^") -> str:
         if base.is_Symbol and exponent.is_Integer and exponent <= 4:

@@ -87,6 +87,8 @@ _MEANINGS = {
     "psi_i": "angle of b_i about z",
     "theta_i": "angle of e_i about z",
     "chi_i": "angle of j_i about z",
+    "crank_i": "length of the crank of leg i",
+    "l_i": "length of its rod",
     "sigma_i": "1 or -1: on which side the leg is assembled",
 }
 OF_STRUTS = {"a_i", "b_i", "d_i", "L_i", "u_i", "w_i", "c_i"}

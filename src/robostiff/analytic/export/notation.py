@@ -133,13 +133,15 @@ class Notation(Printer):
         match expression:
             case Vector(name):
                 found = self.name(name, bold=True)
-            case Coordinates(entries):
-                found = self.in_brackets(", ".join(map(self.write, entries)))
+            case Coordinates(parts):
+                found = self.in_brackets(", ".join(map(self.write, parts)))
             case Sum(terms):
                 signed = [(" - " if sign < 0 else " + ") + write(term) for sign, term in terms]
-                found = "".join(signed).removeprefix(" + ").replace(" - ", "-", terms[0][0] < 0)
+                found = (
+                    "".join(signed).removeprefix(" + ").replace(" - ", "-", bool(terms[0][0] < 0))
+                )
             case Turned(rotation, vector):
-                found = f"{self.name(rotation, bold=True)} {self._factor(vector)}"
+                found = f"{write(rotation)} {self._factor(vector)}"
             case Over(vector, scalar):
                 found = self.over(write(vector), write(scalar))
             case Times(scalar, vector):
@@ -153,10 +155,10 @@ class Notation(Printer):
             case Norm(vector):
                 found = self.norm.format(write(vector))
             case Stacked(force, moment):
-                each = (self.zero if x is None else write(x) for x in (force, moment))
+                each = (self.zero if x == 0 else write(x) for x in (force, moment))
                 found = self.matrix([[x] for x in each])
             case Turns(turns):
-                named = ((self.name(f"R_{axis}", bold=True), write(x)) for axis, x in turns)
+                named = ((write(Vector(f"R_{axis}")), write(x)) for axis, x in turns)
                 found = " ".join(f"{R}{self.in_brackets(angle)}" for R, angle in named)
             case Columns(vectors):
                 found = self.matrix([list(map(write, vectors))])

@@ -32,11 +32,12 @@ from robostiff.analytic.export.blocks import (
 from robostiff.analytic.export.entries import EntryNames, readable_matrix
 from robostiff.analytic.export.nomenclature import (
     OF_T,
+    meanings_of_legs,
     nomenclature_of,
     with_conditions,
     with_springs,
 )
-from robostiff.analytic.export.robot_outline import outline_in_vectors, robot_outline
+from robostiff.analytic.export.robot_outline import outline_in_vectors, robot_outline, vector_level
 from robostiff.analytic.legs import LegElimination
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.vectors.forms import FormulaInVectors
@@ -111,7 +112,7 @@ def _joints(derivation: Derivation, names: EntryNames) -> list[Block]:
         rule = stage.rule.replace("the reference point", "the origin") if of_leg else stage.rule
         blocks += [
             Title(f"Joint {number}: {stage.joint}"),
-            Sentences(f"{rule}."),
+            Sentences(f"{rule[:1].upper()}{rule[1:]}."),
             column_equation(J, stage.J),
         ]
         alone = [p for p, x in enumerate(stage.J.flat()) if x != 0]
@@ -208,6 +209,15 @@ def _leg(derivation: LegElimination) -> list[Block]:
         Sentences("The leg's part of the sum over the legs, eq. (11) to (13):"),
         transport(names.result, names.of("K", count)),
     ]
+    form, own = derivation.at_vector_level, list[Meaning]()
+    if form is not None:
+        taken = {*names.given, *(d.symbol.name for d in derivation.definitions)}
+        section, _ = vector_level(form, names.result, derivation.definitions, taken)
+        for b in section:
+            is_rows = isinstance(b, EquationRows)  # what is defined above is not said again
+            rest = tuple(e for e in b.rows if e.name not in taken) if is_rows else ()
+            blocks.append(EquationRows(rest, b.springs) if is_rows else b)
+        own = meanings_of_legs(derivation, form, names)
     wrench = ", ".join(Space.of_size(derivation.K.rows).wrench_order)
     rows: list[Meaning] = [
         ((C,), f"compliance of the elastic parts: twist for wrench ({wrench})"),
@@ -220,6 +230,7 @@ def _leg(derivation: LegElimination) -> list[Block]:
         rows += _meanings_of_joints(derivation, names, without_reactions=all(by_entries))
     given = sorted(map(str, derivation.given_symbols))
     listed = dict.fromkeys((*(x for x in derivation.coordinates if x in given), *given))
+    rows += own
     return [*blocks, Nomenclature((*rows, *meanings_of_given(listed, derivation.meanings)))]
 
 

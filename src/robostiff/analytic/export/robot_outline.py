@@ -28,7 +28,7 @@ from robostiff.analytic.export.blocks import (
     transport,
     unless_long,
 )
-from robostiff.analytic.export.entries import EntryNames, in_decimals
+from robostiff.analytic.export.entries import DIGITS, EntryNames, in_decimals
 from robostiff.analytic.export.nomenclature import OF_STRUTS, meanings_of_legs, nomenclature_of
 from robostiff.analytic.placement.turned_legs import turn_in_words
 from robostiff.analytic.reading.combinations import name_combinations
@@ -38,13 +38,7 @@ from robostiff.analytic.vectors.forms import (
     VectorForm,
     beam_compliances,
 )
-from robostiff.analytic.vectors.vector_expressions import (
-    Coordinates,
-    Equation,
-    Sum,
-    Vector,
-    with_formulas_changed,
-)
+from robostiff.analytic.vectors.vector_expressions import Coordinates, Equation, Sum, Vector
 from robostiff.spatial import Space
 
 _MOST_LINES = 15  # of entries of K and of names, beside which one leg and the table are enough
@@ -66,7 +60,7 @@ def robot_outline(derivation: RobotDerivation) -> list[Block]:
             form = replace(form, average=None)  # K is written out
         springs = [] if alone else [d for d in derivation.definitions if d.parts]
         taken |= set() if alone else {d.symbol.name for d in derivation.definitions}
-        section, defined = _vector_level(form, names.result, [*definitions, *springs], taken)
+        section, defined = vector_level(form, names.result, [*definitions, *springs], taken)
         blocks += section
         definitions = [d for d in definitions if d.symbol not in defined]
     series = derivation.in_series
@@ -97,7 +91,7 @@ def outline_in_vectors(form: FormulaInVectors) -> list[Block]:
     """The blocks of a vector level alone."""
     names = EntryNames(form)
     if isinstance(form, VectorForm) and not form.is_arm:
-        blocks, _ = _vector_level(form, names.result, (), set(names.given))
+        blocks, _ = vector_level(form, names.result, (), set(names.given))
     else:
         blocks = _series(form, names.result, set(names.given))
     rows = meanings_of_legs(form, form, names)
@@ -244,7 +238,7 @@ def _leg_by_leg(
     return [*blocks, Title("Sum of the legs"), total, equations(rest)]
 
 
-def _vector_level(
+def vector_level(
     found: VectorForm, result: str, known: Sequence[Definition], taken: set[str]
 ) -> tuple[list[Block], set[Any]]:
     """The generic leg, the table of what differs, and the sum over the legs.
@@ -254,12 +248,15 @@ def _vector_level(
     `result`: name of the stiffness; `known`: names that the rest of the derivation has;
     `taken`: names that stand for something else.
     """
+    alone = len(found.legs) == 1 and not found.others
     words = (
-        "A leg transmits forces and couples, written as [force; moment], between a point of the "
-        "base and a point of the platform. The table has what differs between the legs."
+        f"{'The' if alone else 'A'} leg transmits forces and couples, written as [force; moment], "
+        "between a point of the base and a point of the platform."
     )
     if found.passive:
         words = f"{_SPRINGS_ADD} The first table has what differs between the legs."
+    elif not alone:
+        words += " The table has what differs between the legs."
     forms = (found, *found.others)
     if found.space is Space.PLANAR:
         words += " In the plane only F_x, F_y and M_z of them count."
@@ -267,14 +264,12 @@ def _vector_level(
     if found.passive:
         p = "p_i" if any(e.name == "p_i" for e in found.leg) else "p"
         formulas = tuple(map(Vector, ("t", p, "m", p, "Q")))
-    elif all({e.name for e in form.leg} == OF_STRUTS for form in forms):
+    elif not alone and all({e.name for e in form.leg} == OF_STRUTS for form in forms):
         words += " The sum is eq. (25) with {} = {}; {} and {} are {} and {} of eq. (26)."
         d, b, u, v = (Vector(f"{x}_i") for x in "dbuv")
-        formulas = ("K_11", 1 / sp.Symbol("c_i"), d, Sum(((-1, b),)), u, v)
-    blocks: list[Block] = [
-        Title("One leg, and what differs between the legs"),
-        Sentences(words, formulas),
-    ]
+        formulas = ("K_11", 1 / sp.Symbol("c_i"), d, Sum((-1, b)), u, v)
+    title = "In vectors" if alone else "One leg, and what differs between the legs"
+    blocks: list[Block] = [Title(title), Sentences(words, formulas)]
     several = len(forms) > 1
     parts = [f"K_{k + 1}" for k in range(len(forms))] if several else [result]
     written: set[Any] = set()
@@ -325,40 +320,47 @@ def _kind_of_leg(
 ) -> list[Block]:
     """One leg of a kind, the table of what differs, and the sum over these legs."""
 
-    def in_names(part: Any) -> Any:
-        return with_formulas_changed(part, lambda x: x.xreplace(dict(renamed)))
+    def shown(x: Any) -> Any:
+        return in_decimals(x.xreplace(renamed))
 
-    leg = in_names(found.leg)
+    def equations_of(rows: Sequence[Equation]) -> list[Equation]:
+        return [replace(e, expression=shown(e.expression)) for e in rows]
+
+    columns: dict[str, list[Any]] = {}
+    same: list[Equation] = []  # what differs by rounding alone
+    for name, column in found.columns.items():
+        # Joint coordinates are the given ones, with the number of the leg in place of i.
+        if not all(re.fullmatch(name.replace("_i_", r"_\d+_"), str(x)) for x in column):
+            columns[name] = [*map(shown, column)]
+            decimals = {x.evalf(DIGITS) if x.is_number else x for x in columns[name]}
+            if len(decimals) < min(2, len(column)):
+                own = columns.pop(name)[0]
+                same.append(Equation(name, own, isinstance(own, Coordinates)))
+    leg = [*equations_of(found.leg), *same]
     of_wrench = [e.name.startswith(("w_", "c_", "o_")) for e in leg]
     first = [e for e, is_later in zip(leg, of_wrench, strict=True) if not is_later]
     rest = [e for e, is_later in zip(leg, of_wrench, strict=True) if is_later]
     J: Any = f"[{', '.join(found.passive)}]"
     twists = (Equation("J_i", J),) * bool(found.passive)
+    # What a name stands for, before it is used.
+    first.sort(key=lambda e: e not in same)
     blocks: list[Block] = [
-        EquationRows((*pose, *first, *twists)),
+        EquationRows((*equations_of(pose), *first, *twists)),
         equations(names),
         EquationRows(tuple(rest)),
     ]
-    # Joint coordinates are the given ones, with the number of the leg in place of i.
-    shown = {
-        name: in_names(column)
-        for name, column in found.columns.items()
-        if not all(re.fullmatch(name.replace("_i_", r"_\d+_"), str(x)) for x in column)
-    }
-    if shown:
-        columns = shown.values()
-        rows = [(leg, tuple(c[i] for c in columns)) for i, leg in enumerate(found.legs)]
-        pairs = shown.items()
-        head = (Vector(x) if isinstance(c[0], Coordinates) else x for x, c in pairs)
+    if columns:
+        rows = zip(found.legs, zip(*columns.values(), strict=True), strict=True)
+        head = (Vector(x) if isinstance(c[0], Coordinates) else x for x, c in columns.items())
         blocks.append(FormulaTable(tuple(head), tuple(rows)))
     if found.turned:
-        same = "; ".join(", ".join(group) for group in found.turned)
-        blocks.append(Sentences(f"Legs that are turns of one another about z: {same}."))
+        turned = "; ".join(", ".join(group) for group in found.turned)
+        blocks.append(Sentences(f"Legs that are turns of one another about z: {turned}."))
     if found.passive:
         return [*blocks, *_tables_of_springs(found, taken)]
     terms = [f"{w} {w}^T / {c}" for w, c in found.wrenches]
     if found.rods:
-        couple, compliance = in_names(found.of_rod)
+        couple, compliance = equations_of(found.of_rod)
         blocks += [
             Sentences(
                 "Rods of a leg are parallel. They act as one rod at their middle, and each turns "
@@ -367,18 +369,20 @@ def _kind_of_leg(
             EquationRows((couple, compliance)),
             FormulaTable(
                 ("r_ijx", "r_ijy", "r_ijz"),
-                tuple((name, arm) for _, name, arm in found.rods),
+                tuple((name, tuple(map(shown, arm))) for _, name, arm in found.rods),
                 "rod",
             ),
         ]
         v = couple.name
         terms.append(f"sum over j of {v} {v}^T / {compliance.name}")
+    total = "sum over i of " * (len(found.legs) > 1)
     if not found.coupled:
-        of_leg = terms[0] if len(terms) == 1 else f"({' + '.join(terms)})"
-        return [*blocks, equation(result, f"sum over i of {of_leg}")]
+        each = " + ".join(terms)
+        each = f"({each})" if total and len(terms) > 1 else each
+        return [*blocks, equation(result, total + each)]
     W = f"[{', '.join(w for w, _ in found.wrenches)}]"
     C = "; ".join(", ".join(f"${c}" if c else "0" for c in row) for row in found.coupled)
-    K = "sum over i of W_i C_i^-1 W_i^T"
+    K = f"{total}W_i C_i^-1 W_i^T"
     each: Any = (("W_i", W), ("C_i", f"[{C}]"), (result, K))
     return [*blocks, EquationRows(tuple(Equation(*own) for own in each))]
 
@@ -404,7 +408,7 @@ def _series(found: Any, result: str, taken: set[str]) -> list[Block]:
     return [
         title,
         Sentences(_SPRINGS_ADD, tuple(map(Vector, "tpmpQ"))),
-        EquationRows(found.leg),
+        EquationRows(tuple(replace(e, expression=in_decimals(e.expression)) for e in found.leg)),
         equations(found.names),
         *_tables_of_springs(found, taken),
         *_compliance_of_springs(found, "C", taken),
@@ -421,8 +425,10 @@ _SPRINGS_ADD = (
 
 def _tables_of_springs(found: VectorForm, taken: set[str]) -> list[Block]:
     """Drives and beams of an arm or of a generic leg."""
-    drives = tuple((joint, (Vector(t), c)) for joint, t, c in found.drives)
-    beams = tuple((beam, (Vector(Q), Vector(m), *own)) for beam, Q, m, own in found.beams)
+    drives = tuple((joint, (Vector(t), in_decimals(c))) for joint, t, c in found.drives)
+    beams = tuple(
+        (beam, (Vector(Q), Vector(m), *map(in_decimals, own))) for beam, Q, m, own in found.beams
+    )
     head = (Vector("Q"), Vector("m"), *_letters_of_beam(taken))
     blocks: list[Block] = [FormulaTable((Vector("t"), "c"), drives, "joint")] * bool(drives)
     return [*blocks, *[FormulaTable(head, beams, "beam")] * bool(beams)]

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields
-from functools import cached_property, reduce
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from itertools import product
 from typing import Any
 
@@ -19,30 +19,9 @@ import sympy as sp
 from robostiff.analytic.derivation import Formula
 from robostiff.analytic.exact.definition import Definition, used_definitions
 from robostiff.analytic.exact.exact_points import matrix_value
-from robostiff.analytic.vectors.vector_expressions import (
-    Columns,
-    Coordinates,
-    Cross,
-    Dot,
-    Equation,
-    Norm,
-    Over,
-    Stacked,
-    Sum,
-    Times,
-    Turned,
-    Turns,
-    Vector,
-    names_in,
-)
+from robostiff.analytic.vectors.vector_expressions import Coordinates, Equation, names_in, value_of
 from robostiff.errors import InputError
 from robostiff.spatial import Space
-
-_TURNS: dict[str, Callable[[Any], sp.Matrix]] = {
-    "x": sp.rot_ccw_axis1,
-    "y": sp.rot_ccw_axis2,
-    "z": sp.rot_ccw_axis3,
-}
 
 
 class Components:
@@ -55,7 +34,7 @@ class Components:
     --------
     >>> x, y = sp.symbols("x y")
     >>> own = Components(("x", "y"))
-    >>> own.give("d", Coordinates((x + 1, y, 0)))
+    >>> own.give("d", Coordinates(x + 1, y, 0))
     >>> own.give("L", Norm(Vector("d")))
     >>> [f"{d.symbol} = {d.expression}" for d in own.definitions]
     ['d_x = x + 1', 'L = sqrt(d_x**2 + y**2)']
@@ -76,38 +55,14 @@ class Components:
                 self.definitions.append(Definition(d.symbol, value))
             self.known.setdefault(d.symbol.name, d.symbol if value.free_symbols else value)
 
-    def value(self, expression: Any) -> Any:  # noqa: PLR0911
-        """A scalar, or a matrix of components: (3, 1), (6, 1) of a wrench, (3, 3) of a rotation."""
-        value = self.value
-        match expression:
-            case Vector(name):
-                return self.known[name]
-            case Coordinates(entries):
-                return sp.Matrix([value(x) for x in entries])
-            case Sum(terms):
-                return reduce(lambda a, b: a + b, (sign * value(term) for sign, term in terms))
-            case Turned(rotation, vector):
-                return self.known[rotation] * value(vector)
-            case Over(vector, scalar):
-                return value(vector) / value(scalar)
-            case Times(scalar, vector):
-                return value(scalar) * value(vector)
-            case Cross(left, right):
-                return value(left).cross(value(right))
-            case Dot(left, right):
-                return sp.Add(*(a * b for a, b in zip(value(left), value(right), strict=True)))
-            case Norm(vector):
-                return sp.sqrt(sp.Add(*(x**2 for x in value(vector))))
-            case Stacked(force, moment):
-                none = sp.zeros(3, 1)
-                return sp.Matrix([none if x is None else value(x) for x in (force, moment)])
-            case Turns(turns):
-                return reduce(lambda R, x: R * _TURNS[x[0]](value(x[1])), turns, sp.eye(3))
-            case Columns(vectors):
-                return sp.Matrix.hstack(*map(value, vectors))
-        scalar = sp.sympify(expression)
-        known = {s: self.known.get(s.name) for s in scalar.free_symbols}
-        return scalar.xreplace({s: x for s, x in known.items() if isinstance(x, sp.Expr)})
+    def value(self, expression: Any) -> Any:
+        """A scalar, or an array of components: (3,), (6,) of a wrench, (3, 3) of a rotation."""
+
+        def scalar(expression: Any) -> Any:
+            known = {s: self.known.get(s.name) for s in expression.free_symbols}
+            return expression.xreplace({s: x for s, x in known.items() if isinstance(x, sp.Expr)})
+
+        return value_of(expression, self.known, scalar)
 
     def give(self, name: str, expression: Any, number: str = "") -> None:
         """Define a name, each of its components with a name of its own.
@@ -118,14 +73,13 @@ class Components:
         if number:
             own = name.replace("_ij", number).replace("_i", number)
             own += number * (own == name)
-        if not isinstance(value, sp.MatrixBase):
+        if not isinstance(value, np.ndarray):
             self.known[name] = self.named(own, value)
             return
-        rows, columns = value.shape
-        marks = "xyz" if value.shape == (3, 1) else range(1, rows + 1)
-        places = marks if columns == 1 else [f"{i}{j}" for i, j in product(marks, repeat=2)]
-        each = [self.named(f"{own}_{m}", x) for m, x in zip(places, value.flat(), strict=True)]
-        self.known[name] = sp.Matrix(rows, columns, each)
+        marks = "xyz" if value.shape == (3,) else range(1, len(value) + 1)
+        places = marks if value.ndim == 1 else [f"{i}{j}" for i, j in product(marks, repeat=2)]
+        each = [self.named(f"{own}_{m}", x) for m, x in zip(places, value.flat, strict=True)]
+        self.known[name] = np.array(each, dtype=object).reshape(value.shape)
 
     def named(self, name: str, value: Any) -> Any:
         """A new name for a scalar; symbols and numbers need none."""
@@ -310,6 +264,23 @@ class VectorForm(FormulaInVectors):
         """Whether it is one leg of springs, without passive joints."""
         return not (self.wrenches or self.passive)
 
+    def of_leg(self, leg: str) -> VectorForm | None:
+        """One of its legs alone, with its values in place of the table; None where it has others.
+
+        Wrenches in parallel rods, and those of a leg by its springs, are left to all legs.
+        """
+        form = next((x for x in (self, *self.others) if leg in x.legs), None)
+        if form is None or form.rods or not form.wrenches:
+            return None
+        row = {name: column[form.legs.index(leg)] for name, column in form.columns.items()}
+        given = {sp.Symbol(x, real=True): v for x, v in row.items() if isinstance(v, sp.Expr)}
+        met = {c for _, c in form.wrenches}
+        first = [Equation(x, v) for x, v in row.items() if isinstance(v, Coordinates)]
+        last = [Equation(x, v, is_vector=False) for x, v in row.items() if x in met]
+        each = (replace(e, expression=e.expression.xreplace(given)) for e in form.leg)
+        alone: Any = {"columns": {}, "turned": (), "average": None, "others": ()}
+        return replace(form, pose=self.pose, legs=(leg,), leg=(*first, *each, *last), **alone)
+
     def _written(self) -> tuple[Any, list[Definition]]:
         own, terms, first = self.components(), [], 1
         for form in (self, *self.others):
@@ -352,7 +323,7 @@ class VectorForm(FormulaInVectors):
             met = [(own.known[w], own.known[c]) for w, c in self.wrenches]
             for leg, rod, arm in self.rods:
                 if leg == n:
-                    own.known["r_ij"] = own.value(Coordinates(arm))
+                    own.known["r_ij"] = own.value(Coordinates(*arm))
                     of_rod = f"{number}_{[x for i, x, _ in self.rods if i == n].index(rod) + 1}"
                     for e in self.of_rod:
                         own.give(e.name, e.expression, of_rod)
@@ -360,10 +331,10 @@ class VectorForm(FormulaInVectors):
             if not self.coupled:
                 yield [(w, c, w / c) for w, c in met]
                 continue
-            W = sp.Matrix.hstack(*(w for w, _ in met))
+            W = np.stack([w for w, _ in met], axis=1)
             C = sp.Matrix([[own.known[c] if c else 0 for c in row] for row in self.coupled])
-            V = W * own.inverse(f"c{number}", C, f"a{number}_")
-            yield [(W.col(k), C[k, k], V.col(k)) for k in range(W.cols)]
+            V = W @ np.array(own.inverse(f"c{number}", C, f"a{number}_"))
+            yield [(w, C[k, k], v) for k, (w, v) in enumerate(zip(W.T, V.T, strict=True))]
 
     def _of_springs(self, own: Components, number: str) -> list[tuple[Any, Any, Any]]:
         """The stiffness of a leg by its springs: C^-1, of which passive joints take their part.
@@ -372,15 +343,20 @@ class VectorForm(FormulaInVectors):
         """
         C, rows = sp.zeros(6), list(self.space.rows)
         for _, twist, compliance in self.drives:
-            C += own.value(compliance) * own.known[twist] * own.known[twist].T
+            t = sp.Matrix(own.known[twist])
+            C += own.value(compliance) * t * t.T
         for _, axes, middle, of_beam in self.beams:
-            Q, D = own.known[axes], sp.diag(*beam_compliances(*map(own.value, of_beam)))
-            T = sp.Matrix([[Q, _lever(own.known[middle], Q)], [sp.zeros(3), Q]])
+            Q, D = (
+                sp.Matrix(own.known[axes]),
+                sp.diag(*beam_compliances(*map(own.value, of_beam))),
+            )
+            lever = _lever(sp.Matrix(own.known[middle]), Q)
+            T = sp.Matrix([[Q, lever], [sp.zeros(3), Q]])
             C += T * D * T.T
         step = f"a{number}_" if number else "a"
         K: Any = own.inverse(f"C{number}", C.extract(rows, rows), step)
         for k, twist in enumerate(self.passive, start=1):
-            J = own.known[twist].extract(rows, [0])
+            J = sp.Matrix(own.known[twist]).extract(rows, [0])
             u = [own.named(f"u{number}_{k}{i + 1}", x) for i, x in enumerate(K * J)]
             mu = own.named(f"mu{number}_{k}", sp.Add(*(a * b for a, b in zip(u, J, strict=True))))
             left = {

@@ -42,7 +42,7 @@ class LegTable:
         found = self.vectors(letter, angle, each, as_whole=rotation is None)
         if found is None:
             return []
-        own = Coordinates(found)
+        own = Coordinates(*found)
         return [Equation(f"{letter}_i", own if rotation is None else Turned(rotation, own))]
 
     def vectors(
@@ -71,7 +71,7 @@ class LegTable:
             differ = (any(not _are_same((v[k],), (first[k],)) for v in each[1:]) for k in range(3))
             if as_whole and all(differ):
                 own = (tuple(map(sp.sympify, v)) for v in each)
-                self.columns[f"{letter}_i"] = [Coordinates(v) for v in own]
+                self.columns[f"{letter}_i"] = [Coordinates(*v) for v in own]
                 return None
             return tuple(
                 self.scalar(f"{letter}_i{axis}", [v[k] for v in each])

@@ -1,119 +1,176 @@
-"""Expressions of vectors as they are written by hand: p + R b - a, |d|, d/L, (R b) x u."""
+"""Expressions of vectors as they are written by hand: p + R b - a, |d|, d/L, (R b) x u.
+
+They are nodes that SymPy replaces, compares and keeps, and that it does not simplify.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, is_dataclass, replace
-from typing import Any, cast
+from dataclasses import dataclass, fields, is_dataclass
+from functools import reduce
+from operator import add, matmul
+from typing import Any
 
+import numpy as np
 import sympy as sp
+from sympy.core.symbol import Str
+
+#: A vector, a wrench, a rotation or a scalar.
+VectorExpression = sp.Basic
 
 
-@dataclass(frozen=True)
-class Vector:
+class Vector(Str):
     """A vector with a name, or a rotation."""
 
+    __slots__ = ()
+    __match_args__ = ("name",)
     name: str
 
 
-@dataclass(frozen=True)
-class Coordinates:
+class _Node(sp.Basic):
+    __slots__ = ()
+
+    def __new__(cls, *parts: Any) -> Any:
+        return super().__new__(cls, *map(sp.sympify, parts))
+
+    def _sympystr(self, printer: Any) -> str:
+        """SymPy has a sum and products of its own."""
+        return f"{type(self).__name__}({', '.join(map(printer.doprint, self.args))})"
+
+
+class _OfTwo(_Node):
+    """An expression of two parts, or of one."""
+
+    __match_args__ = ("first", "second")
+
+    @property
+    def first(self) -> Any:
+        """The first part."""
+        return self.args[0]
+
+    @property
+    def second(self) -> Any:
+        """The second part."""
+        return self.args[1]
+
+
+class _OfParts(_Node):
+    """An expression of any number of parts."""
+
+    __match_args__ = ("parts",)
+
+    @property
+    def parts(self) -> tuple[Any, ...]:
+        """All of them."""
+        return self.args
+
+
+class Coordinates(_OfParts):
     """A vector by its coordinates, which are formulas."""
 
-    entries: tuple[Any, ...]
+
+class Sum(_OfParts):
+    """A sum of terms, each with its sign: (1, p), (-1, a)."""
 
 
-@dataclass(frozen=True)
-class Sum:
-    """A sum of terms, each with its sign."""
+class Turned(_OfTwo):
+    """A rotation by its name, and a vector in the axes of the platform that it turns."""
 
-    terms: tuple[tuple[int, VectorExpression], ...]
-
-
-@dataclass(frozen=True)
-class Turned:
-    """A vector in the axes of the platform, turned by a rotation into the world."""
-
-    rotation: str
-    vector: VectorExpression
+    def __new__(cls, rotation: Any, vector: Any) -> Any:
+        """The rotation may be given by its name."""
+        return super().__new__(cls, Vector(str(rotation)), vector)
 
 
-@dataclass(frozen=True)
-class Over:
+class Over(_OfTwo):
     """A vector over a scalar."""
 
-    vector: VectorExpression
-    scalar: VectorExpression
 
-
-@dataclass(frozen=True)
-class Times:
+class Times(_OfTwo):
     """A scalar times a vector."""
 
-    scalar: sp.Expr
-    vector: VectorExpression
 
-
-@dataclass(frozen=True)
-class Cross:
+class Cross(_OfTwo):
     """A vector product."""
 
-    left: VectorExpression
-    right: VectorExpression
 
-
-@dataclass(frozen=True)
-class Dot:
+class Dot(_OfTwo):
     """A scalar product."""
 
-    left: VectorExpression
-    right: VectorExpression
 
-
-@dataclass(frozen=True)
-class Norm:
+class Norm(_OfTwo):
     """The length of a vector."""
 
-    vector: VectorExpression
+
+class Stacked(_OfTwo):
+    """A wrench or a twist: its force and its moment; either may be zero."""
 
 
-@dataclass(frozen=True)
-class Stacked:
-    """A wrench: its force, and its moment; either may be zero."""
+class Turns(_OfParts):
+    """A product of turns about axes of the world, such as Rz(gamma) Ry(beta): axes and angles."""
 
-    force: VectorExpression | None
-    moment: VectorExpression | None
-
-
-@dataclass(frozen=True)
-class Turns:
-    """A product of turns about axes of the world, such as Rz(gamma) Ry(beta)."""
-
-    turns: tuple[tuple[str, Any], ...]
+    def __new__(cls, *turns: Any) -> Any:
+        """Axes are those of the world by their letters, which are no symbols."""
+        return super().__new__(cls, *(sp.Tuple(Str(str(axis)), angle) for axis, angle in turns))
 
 
-@dataclass(frozen=True)
-class Columns:
+class Columns(_OfParts):
     """Axes by their unit vectors, side by side: a rotation."""
 
-    vectors: tuple[VectorExpression, ...]
+
+_TURNS: dict[str, Callable[[Any], sp.Matrix]] = {
+    "x": sp.rot_ccw_axis1,
+    "y": sp.rot_ccw_axis2,
+    "z": sp.rot_ccw_axis3,
+}
 
 
-VectorExpression = (
-    Vector
-    | Coordinates
-    | Sum
-    | Turned
-    | Over
-    | Times
-    | Cross
-    | Dot
-    | Norm
-    | Stacked
-    | Turns
-    | Columns
-    | sp.Expr
-)
+def value_of(x: Any, known: Any, scalar: Callable[[Any], Any]) -> Any:  # noqa: PLR0912
+    """An expression of vectors in formulas, or in numbers at samples, its components first.
+
+    Parameters
+    ----------
+    x : expression of vectors
+    known : mapping of str to arrays
+        Vectors (3, ...), wrenches (6, ...) and rotations (3, 3, ...), by name.
+    scalar : function
+        The value of an expression of scalars.
+    """
+
+    def of(x: Any) -> Any:
+        return value_of(x, known, scalar)
+
+    match x:
+        case Vector(name):
+            found = known[name]
+        case Coordinates(parts):
+            found = np.array([of(part) for part in parts], dtype=object)
+        case Sum(terms):
+            found = reduce(add, (int(sign) * of(term) for sign, term in terms))
+        case Turned(rotation, vector):
+            found = np.einsum("ij...,j...->i...", of(rotation), of(vector))
+        case Over(vector, number):
+            found = of(vector) / of(number)
+        case Times(number, vector):
+            found = of(number) * of(vector)
+        case Cross(a, b):
+            (a1, a2, a3), (b1, b2, b3) = of(a), of(b)
+            found = np.array([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1])
+        case Dot(a, b):
+            found = np.sum(of(a) * of(b), axis=0)
+        case Norm(vector):
+            square = np.sum(of(vector) ** 2, axis=0)
+            found = np.sqrt(square) if isinstance(square, np.ndarray) else sp.sqrt(square)
+        case Stacked():
+            both: list[Any] = [0 if part == 0 else of(part) for part in x.args]
+            found = np.concatenate([v + 0 * w for v, w in (both, both[::-1])])
+        case Turns(turns):
+            each = (np.array(_TURNS[axis.name](of(angle))) for axis, angle in turns)
+            found = reduce(matmul, each, np.array(sp.eye(3)))
+        case Columns(vectors):
+            found = np.stack([of(v) for v in vectors], axis=1)
+        case _:
+            found = scalar(sp.sympify(x))
+    return found
 
 
 @dataclass(frozen=True)
@@ -123,51 +180,28 @@ class Equation:
     Attributes
     ----------
     name : str
-    expression : VectorExpression
+    expression : expression of vectors or of scalars
     is_vector : bool
     """
 
     name: str
-    expression: VectorExpression
+    expression: Any
     is_vector: bool = True
 
 
 def names_in(part: Any) -> set[str]:
-    """Names of the vectors, rotations and symbols in an expression.
+    """Names of the vectors, rotations and symbols in an expression, or in several.
 
     Examples
     --------
-    >>> sorted(names_in(Cross(Vector("e_i"), Turned("R", Vector("b_i")))))
+    >>> sorted(names_in(Cross(Vector("e_i"), Turned(Vector("R"), Vector("b_i")))))
     ['R', 'b_i', 'e_i']
     """
     if isinstance(part, sp.Basic):
-        return {s.name for s in cast("set[sp.Symbol]", part.free_symbols)}
-    if isinstance(part, tuple | dict):
-        each = part.values() if isinstance(part, dict) else part
-        return set().union(*map(names_in, each))
-    if not is_dataclass(part) or isinstance(part, type):
+        found: Any = part.free_symbols | part.atoms(Vector)
+        return {x.name for x in found}
+    if is_dataclass(part):
+        part = [getattr(part, f.name) for f in fields(part)]
+    elif not isinstance(part, list | tuple | dict):
         return set()
-    own = {part.name} if isinstance(part, Vector) else set[str]()
-    own |= {part.rotation} if isinstance(part, Turned) else set()
-    return own.union(*(names_in(getattr(part, f.name)) for f in fields(part)))
-
-
-def with_formulas_changed(part: Any, change: Callable[[Any], Any]) -> Any:
-    """An expression of vectors, an equation or a whole form with every formula in it changed.
-
-    Examples
-    --------
-    >>> r, b = sp.symbols("r b")
-    >>> with_formulas_changed(Turned("R", Coordinates((r, b))), lambda x: x.subs(r, 2))
-    Turned(rotation='R', vector=Coordinates(entries=(2, b)))
-    """
-    if isinstance(part, sp.Basic):
-        return change(part)
-    if isinstance(part, tuple):
-        return tuple(with_formulas_changed(x, change) for x in part)
-    if isinstance(part, dict):
-        return {name: with_formulas_changed(x, change) for name, x in part.items()}
-    if is_dataclass(part) and not isinstance(part, type):
-        own = {f.name: getattr(part, f.name) for f in fields(part)}
-        return replace(part, **with_formulas_changed(own, change))
-    return part
+    return set().union(*map(names_in, part.values() if isinstance(part, dict) else part))

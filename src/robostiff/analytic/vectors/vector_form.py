@@ -213,7 +213,7 @@ class _Recognition:
             legs.append(LegInVectors((wrench,), {(0, 0): self.writer.of_leg(met)}))
         if len(of_rods) != 1:
             return [None], {}
-        couple = Stacked(None, Cross(self.platform.turned(Vector("r_ij")), U))
+        couple = Stacked(0, Cross(self.platform.turned(Vector("r_ij")), U))
         of_rod = Equation("v_ij", couple), Equation("c_r", of_rods.pop(), is_vector=False)
         return legs, {"rods": tuple(arms), "of_rod": of_rod}
 
@@ -316,7 +316,7 @@ class _Recognition:
                 if name in table.columns:
                     return None
                 by = Times(_SHIFT, Vector(names[-1]))
-                own[0] = Equation(names[k], Sum(((1, first.wrenches[k]), (-1, by))))
+                own[0] = Equation(names[k], Sum((1, first.wrenches[k]), (-1, by)))
                 met -= _SHIFT**2 * couple
             if met != sp.Symbol(name, real=True):
                 own.append(scalar(name, met))
@@ -332,10 +332,8 @@ class _Recognition:
         if rotation and not turns:
             return None
         points = {"p": placed.platform.p, "r_0": placed.entries.reference_point}
-        p, r0 = (
-            Equation(name, Coordinates(tuple(map(self.plain, x)))) for name, x in points.items()
-        )
-        turned = [Equation(rotation, Turns(turns))] if rotation else []
+        p, r0 = (Equation(name, Coordinates(*map(self.plain, x))) for name, x in points.items())
+        turned = [Equation(rotation, Turns(*turns))] if rotation else []
         return (p, *turned, *([r0] if self.platform.is_shifted else []))
 
 

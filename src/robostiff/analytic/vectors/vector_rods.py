@@ -28,12 +28,12 @@ from robostiff.analytic.vectors.vector_expressions import (
     Equation,
     Norm,
     Over,
-    Stacked,
     Sum,
     Times,
     Turned,
     Vector,
     VectorExpression,
+    value_of,
 )
 from robostiff.kinematics.formula import place_leg_at_joints
 from robostiff.model import PlacedLeg, Telescope
@@ -68,13 +68,13 @@ class Platform:
     @property
     def end(self) -> VectorExpression:
         """From the reference point to the joint of a leg."""
-        return self.turned(Sum(((1, B), (-1, R0))) if self.is_shifted else B)
+        return self.turned(Sum((1, B), (-1, R0)) if self.is_shifted else B)
 
     @property
     def base(self) -> VectorExpression:
         """From the reference point to the base of a leg."""
         shift = ((-1, self.turned(R0)),) if self.is_shifted else ()
-        return Sum(((1, A), (-1, P), *shift))
+        return Sum((1, A), (-1, P), *shift)
 
 
 class Carrier(Enum):
@@ -91,39 +91,21 @@ class Numbers:
     """Vectors and scalars of a leg at the samples, by name, found by their equations."""
 
     count: int
-    known: dict[str, np.ndarray]
+    known: dict[str, np.ndarray]  # components first
 
     def give(self, e: Equation) -> None:
         """One more."""
-        with np.errstate(all="ignore"):
-            self.known[e.name] = self.of(e.expression)
+        self.known[e.name] = np.moveaxis(self.of(e.expression), 0, -1)
 
-    def of(self, x: Any) -> Any:  # noqa: PLR0911
+    def of(self, x: Any) -> Any:
         """A vector (count, 3), a wrench (count, 6) or a scalar (count,)."""
-        of = self.of
-        match x:
-            case Vector(name):
-                return self.known[name]
-            case Sum(terms):
-                return sum(sign * of(v) for sign, v in terms)
-            case Turned(rotation, v):
-                return np.einsum("nij,nj->ni", self.known[rotation], of(v))
-            case Over(v, scalar):
-                return of(v) / of(scalar)[:, None]
-            case Times(scalar, v):
-                return of(scalar)[:, None] * of(v)
-            case Cross(a, b):
-                return np.cross(of(a), of(b))
-            case Dot(a, b):
-                return np.einsum("ni,ni->n", of(a), of(b))
-            case Norm(v):
-                return np.linalg.norm(of(v), axis=1)
-            case Stacked(force, moment):
-                none = np.zeros((self.count, 3))
-                both = [none if v is None else of(v) for v in (force, moment)]
-                return np.concatenate(both, axis=1)
-        at = {s: self.known[s.name] for s in sp.sympify(x).free_symbols}
-        return np.broadcast_to(values_of([sp.sympify(x)], at)[0], self.count)
+
+        def scalar(expression: Any) -> Any:
+            at = {s: self.known[s.name] for s in expression.free_symbols}
+            return np.broadcast_to(values_of([expression], at)[0], self.count)
+
+        with np.errstate(all="ignore"):
+            return np.moveaxis(value_of(x, self.known, scalar), -1, 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,6 +221,7 @@ def rod_of(
     with np.errstate(all="ignore"):
         along = (end - start) / np.linalg.norm(end - start, axis=1)[:, None]
     crank, length, width = map(write, (crank, length, width))
+    known = {name: np.moveaxis(x, 0, -1) for name, x in known.items()}
     for side in (1, -1):
         bar = Bar(carrier, vectors, crank, length, width, Numbers(count, dict(known)), side)
         closure = closure_of(bar, platform, bar.length, bar.crank, side)
@@ -262,13 +245,13 @@ def closure_of(
         return Equation(name, expression, is_vector=False)
 
     carrier, root = bar.carrier, sp.sqrt(1 - _ALONG**2)
-    d = Equation("d_i", Sum(((1, P), (1, platform.turned(B)), (-1, A))))
+    d = Equation("d_i", Sum((1, P), (1, platform.turned(B)), (-1, A)))
     size, off = scalar("L_i", Norm(D)), scalar("y_i", Norm(Cross(E, D)))
     if carrier is Carrier.NOTHING:
         return [d, size, Equation("u_i", Over(D, LENGTH))]
     if carrier is Carrier.SLIDE:
         shift = scalar("q_i", _ALONG - side * sp.sqrt(l**2 - _OFF**2))
-        u = Over(Sum(((1, D), (-1, Times(_SHIFT, E)))), l)
+        u = Over(Sum((1, D), (-1, Times(_SHIFT, E))), l)
         return [d, off, scalar("x_i", Dot(E, D)), shift, Equation("u_i", u)]
     across = (int(side), root) if side in (1, -1) else (1, side * root)
     left: list[tuple[int, Any]] = [(1, D), (-1, Times(a, V))]
@@ -280,7 +263,7 @@ def closure_of(
         before, n = [off, scalar("q_i", Dot(E, D))], N
         named = [Equation("n_i", Cross(M, E))]
         left.insert(1, (-1, Times(_SHIFT, E)))
-    v = Sum(((1, Times(_ALONG, n)), (across[0], Times(across[1], M))))
+    v = Sum((1, Times(_ALONG, n)), (across[0], Times(across[1], M)))
     return [
         d,
         *before,
@@ -288,7 +271,7 @@ def closure_of(
         *named,
         scalar("x_i", (far**2 + a**2 - l**2) / (2 * a * near)),
         Equation("v_i", v),
-        Equation("u_i", Over(Sum(tuple(left)), l)),
+        Equation("u_i", Over(Sum(*left), l)),
     ]
 
 

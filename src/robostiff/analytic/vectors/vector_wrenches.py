@@ -63,7 +63,7 @@ class LegInVectors:
         if len(shared) != 1 or shared[0][1] != len(self.wrenches) - 1:
             return None
         i, last = shared[0][0], self.wrenches[-1]
-        return i if self.wrenches[i].force is not None and last.force is None else None
+        return i if self.wrenches[i].first != 0 and last.first == 0 else None
 
     @property
     def coupled(self) -> tuple[tuple[str, ...], ...]:
@@ -102,11 +102,11 @@ class WrenchWriter:
         written = [self._written(i, unit, rod) for i, unit in enumerate(basis.wrenches)]
         found = sorted(
             (one for one in written if one is not None),
-            key=lambda one: (one[1].point is None, one[2].force != U),
+            key=lambda one: (one[1].point is None, one[2].first != U),
         )
         if len(found) < len(written):
             return None
-        used = [w.force or w.moment for *_, w in found]
+        used = [w.first or w.second for *_, w in found]
         self.read.known = rod.named(rod.scalars())
         if rod.carrier is not Carrier.DYAD:
             # What lies across both is written by the axis of the joint, or by what is square to it.
@@ -134,12 +134,12 @@ class WrenchWriter:
         sign = 1 if np.max(np.abs(at - named)) < SAME else -1
         wrench = replace(found, direction=sign * found.direction)
         if wrench.point is None:
-            return place, wrench, Stacked(None, vector)
+            return place, wrench, Stacked(0, vector)
         away = sampled(wrench.point - self.placed.reference, rod.at.count)
         # From the reference point to places of a rod.
         end, is_strut = self.platform.end, rod.carrier is Carrier.NOTHING
         back = Times(LENGTH / 2 if is_strut else rod.length, U)
-        for arm in (end, *[self.platform.base] * is_strut, Sum(((1, end), (-1, back)))):
+        for arm in (end, *[self.platform.base] * is_strut, Sum((1, end), (-1, back))):
             apart = np.cross(rod.at.of(arm) - away, named)
             if np.max(np.abs(apart)) < SAME * self.placed.length:
                 return place, wrench, Stacked(vector, Cross(arm, vector))

@@ -44,7 +44,7 @@ from robostiff.recorded.leg import at_samples
 from robostiff.spatial import Screw, exact_number
 
 _WHOLE = 1e-9
-_ZERO = Coordinates((sp.Integer(0),) * 3)
+_ZERO = Coordinates(0, 0, 0)
 _Turns = tuple[tuple[str, Any], ...]
 
 
@@ -91,9 +91,9 @@ class Walk:
             self.equations.append(Equation(name, _sum([*terms_of(point), *away])))
         for name, e, point in self.twists:
             terms = [] if point is None else [*terms_of(point), *away]
-            moment = Cross(_sum(terms), e) if terms else None
+            moment = Cross(_sum(terms), e) if terms else 0
             self.equations.append(
-                Equation(name, Stacked(e, None) if point is None else Stacked(moment, e))
+                Equation(name, Stacked(e, 0) if point is None else Stacked(moment, e))
             )
         used, kept = set[str](), []
         for equation in reversed(self.equations):
@@ -166,7 +166,7 @@ class Walk:
     def _twist(self, name: str, axis: Any, point: VectorExpression | None, stiffness: Any) -> None:
         """The twist of a passive joint, of which the stiffness is None, or of a drive."""
         twist = self._free("j" if stiffness is None else "t")
-        e = self._axes[self._passed] if self._axes else self.turned(Coordinates(tuple(axis)))
+        e = self._axes[self._passed] if self._axes else self.turned(Coordinates(*axis))
         self.twists.append((twist, e, point))
         if stiffness is None:
             self.passive.append(twist)
@@ -181,7 +181,7 @@ class Walk:
         along, products = found
         turns = turns_of(axes)
         own = self._free("Q")
-        expression: VectorExpression = Turns(turns)
+        expression: VectorExpression = Turns(*turns)
         if self.rotation is not None:
             self.idle.discard(self.rotation)
             expression = Turned(self.rotation, expression) if turns else Vector(self.rotation)
@@ -210,7 +210,7 @@ class Walk:
             raise UnusualPartError
         if turns:
             self.terms, self.offset = list(terms_of(self.here())), [sp.Integer(0)] * 3
-            own = Turns(turns)
+            own = Turns(*turns)
             self._new_rotation(own if self.rotation is None else Turned(self.rotation, own))
 
     def _new_rotation(self, expression: VectorExpression) -> None:
@@ -230,7 +230,7 @@ class Walk:
     def here(self) -> VectorExpression:
         """The present point in the world."""
         moved = any(x != 0 for x in self.offset)
-        terms = [(1, self.turned(Coordinates(tuple(self.offset))))] if moved else []
+        terms = [(1, self.turned(Coordinates(*self.offset)))] if moved else []
         return _sum([*self.terms, *terms])
 
     def named_point(self) -> VectorExpression:
@@ -256,13 +256,13 @@ def terms_of(point: VectorExpression) -> tuple[tuple[int, VectorExpression], ...
     """The terms of a sum; none of zero."""
     if point == _ZERO:
         return ()
-    return point.terms if isinstance(point, Sum) else ((1, point),)
+    return point.parts if isinstance(point, Sum) else ((1, point),)
 
 
 def _sum(terms: Sequence[tuple[int, VectorExpression]]) -> VectorExpression:
     if not terms:
         return _ZERO
-    return terms[0][1] if len(terms) == 1 and terms[0][0] > 0 else Sum(tuple(terms))
+    return terms[0][1] if len(terms) == 1 and terms[0][0] > 0 else Sum(*terms)
 
 
 def _axes_along(axis: Sequence[Any]) -> np.ndarray:
@@ -319,12 +319,12 @@ def columns_of(
         local = np.einsum("nij,ni->nj", R, at)
         for k, sign in ((k, sign) for k in range(3) for sign in (1, -1)):
             if np.max(np.abs(local - sign * np.eye(3)[k])) < _WHOLE:
-                known.setdefault(k, vector if sign > 0 else Sum(((-1, vector),)))
+                known.setdefault(k, vector if sign > 0 else Sum((-1, vector)))
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3
         if k not in known and {i, j} <= known.keys():
             known[k] = Cross(known[i], known[j])
-    return Columns((known[0], known[1], known[2])) if len(known) == 3 else None
+    return Columns(known[0], known[1], known[2]) if len(known) == 3 else None
 
 
 def rotations_of(

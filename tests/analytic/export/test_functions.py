@@ -1,0 +1,274 @@
+"""Functions of Python, C, Julia and MATLAB: one law for all of them."""
+
+import subprocess
+
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import given
+
+from robostiff.analytic import Condition, Definition, Derivation, RobotDerivation, differentiate
+from robostiff.analytic.export import c_function, matlab_function, python_function
+from robostiff.analytic.export.code import JULIA_WORDS, MATLAB_WORDS
+from robostiff.errors import InputError
+from tests.analytic.export.derivations import (
+    ALL,
+    INFINITE,
+    WRONG_SIGNS,
+    equation_4,
+    exact,
+    in_steps,
+    of_signed_symbols,
+    random_values,
+)
+from tests.analytic.export.expressions import SYMBOLS, expressions
+from tests.analytic.export.programs import (
+    READERS,
+    WRITERS,
+    in_all_languages,
+    in_python,
+    largest_difference,
+)
+from tests.other_programs import command
+
+writers = pytest.mark.parametrize("language", WRITERS)
+
+
+@in_all_languages
+@pytest.mark.parametrize("name", ALL)
+def test_functions_give_the_substituted_formula(language, name, tmp_path):
+    f = READERS[language](ALL[name], tmp_path)
+    for seed in range(2):
+        values = random_values(ALL[name], seed)
+        K = f(*values.values())
+        assert K.shape == ALL[name].K.shape
+        assert largest_difference(K, exact(ALL[name], values)) < 1e-13
+
+
+def guarded():
+    """A denominator that may vanish, a radicand that may be negative, and a condition."""
+    a, b = sp.symbols("a b", real=True)
+    K = sp.ImmutableMatrix(sp.diag(1 / (a - b), sp.sqrt(a - b) ** -2 * sp.sqrt(a), sp.acos(b / 9)))
+    length = Condition("the beam has a positive length", 3 - b)
+    return RobotDerivation("guarded", K, (), K, conditions=(length,))
+
+
+REFUSED = [(1.0, 1.0), (1.0, 1.0 + 1e-9), (-1.0, -2.0), (5.0, 4.0), (1e4, -10.0)]
+
+
+@in_all_languages
+def test_functions_refuse_where_the_formula_does_not_hold(language, tmp_path):
+    f = READERS[language](guarded(), tmp_path)
+    assert f(2.0, 1.0)[0, 0] == 1.0
+    for values in REFUSED:
+        with pytest.raises(ValueError, match=r"does not hold|left the real numbers"):
+            f(*values)
+
+
+@in_all_languages
+def test_values_without_the_sign_of_their_symbol_or_infinite_are_refused(language, tmp_path):
+    f = READERS[language](of_signed_symbols(), tmp_path)
+    assert f(0.0, 0.5, -1.0)[0, 0] == 0.5
+    for values in (*WRONG_SIGNS, *INFINITE):
+        with pytest.raises(ValueError, match="does not hold"):
+            f(*values)
+
+
+@in_all_languages
+def test_a_derivative_comes_beside(language, tmp_path):
+    found = differentiate(ALL["gough_stewart_b"], sp.Symbol("h", positive=True))
+    values = random_values(found.derivation, 3)
+    each = READERS[language](found, tmp_path)(*values.values())
+    for own, expected in zip(each, found.substituted(values), strict=True):
+        assert largest_difference(own, np.array(expected.tolist(), dtype=float)) < 1e-13
+
+
+def octave(folder, script):
+    (folder / "run.m").write_text(script, encoding="utf-8")
+    words = [command("Octave"), "--quiet", "--no-init-file", "run.m"]
+    done = subprocess.run(
+        words, cwd=folder, capture_output=True, text=True, check=False, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.needs("Octave")
+def test_octave_gives_the_substituted_formula(tmp_path):
+    lines, expected = [], []
+    for i, derivation in enumerate(ALL.values()):
+        source = matlab_function(derivation, f"formula_{i}")
+        (tmp_path / f"formula_{i}.m").write_text(source, encoding="utf-8")
+        values = random_values(derivation, i)
+        arguments = ", ".join(repr(x) for x in values.values())
+        lines.append(f"printf('%.17g ', formula_{i}({arguments})'); printf('\\n');")
+        expected.append(exact(derivation, values))
+    rows = octave(tmp_path, "\n".join(lines) + "\n").splitlines()
+    for row, K in zip(rows, expected, strict=True):
+        assert largest_difference(np.array(row.split(), dtype=float).reshape(K.shape), K) < 1e-13
+
+
+@pytest.mark.needs("Octave")
+def test_octave_refuses_where_the_formula_does_not_hold(tmp_path):
+    lines = ["disp(guarded(2, 1)(1, 1))"]
+    each = (("guarded", guarded(), REFUSED), ("signed", of_signed_symbols(), WRONG_SIGNS))
+    for name, derivation, refused in each:
+        (tmp_path / f"{name}.m").write_text(matlab_function(derivation, name), encoding="utf-8")
+        lines += [
+            f"try; {name}({', '.join(map(repr, values))}); disp('answered'); "
+            "catch e; disp(e.identifier); end"
+            for values in refused
+        ]
+    count = len(REFUSED) + len(WRONG_SIGNS)
+    assert octave(tmp_path, "\n".join(lines) + "\n").split() == [
+        "1",
+        *["robostiff:formula"] * count,
+    ]
+
+
+# --- what is written ---
+
+
+@writers
+@pytest.mark.parametrize("name", ALL)
+def test_lines_are_short_and_comments_end(language, name):
+    source = WRITERS[language](ALL[name])
+    assert max(map(len, source.splitlines())) <= 100
+    assert source.isascii()
+    assert source.count("*/") == (language == "c")
+
+
+def test_names_of_steps_are_kept_and_what_nobody_needs_is_left_out():
+    for write, line in (
+        (python_function, "    mu_1 = L*u_1_2 + u_1_6\n"),
+        (c_function, "const double mu_1 = L*u_1_2 + u_1_6;"),
+    ):
+        assert line in write(in_steps())
+        assert "unused" not in write(in_steps())
+
+
+def test_a_definition_that_others_share_keeps_its_name():
+    x, y, mu = sp.symbols("x y mu_1")
+    K = sp.ImmutableMatrix([[(x + y) ** 2, mu, 0], [mu, 1 / mu, 0], [0, 0, 0]])
+    source = python_function(Derivation("K", K, (), K, (Definition(mu, x + y),)))
+    assert "mu_1 = x + y" in source
+    assert "t1" not in source
+    assert "mu_1**2" in source
+
+
+def test_shared_subexpressions_are_computed_once():
+    source = python_function(ALL["oblique"])
+    assert source.count("np.sin(") == source.count("np.cos(") == source.count("np.sqrt(") == 1
+
+
+def test_exact_fractions():
+    assert "K[..., 0, 0] = 1/3\n" in python_function(ALL["numbers_only"])
+    assert "K[0] = 1.0/3.0;" in c_function(ALL["numbers_only"])
+    K = sp.ImmutableMatrix(sp.diag(sp.Symbol("x") / 3, 0, 0))
+    assert "= (1.0/3.0)*x;" in c_function(Derivation("K", K, (), K))
+
+
+def test_comments_say_order_and_convention():
+    comment, code = c_function(in_steps()).split("*/", 1)
+    words = " ".join(comment.replace("*", " ").split())
+    assert "p[0] K_11, p[1] K_12" in words
+    assert "p[21] L." in words
+    assert "const double L = p[21];" in code
+    assert "def stiffness(K_11, K_12, K_13," in python_function(in_steps())
+    text = " ".join(in_python(in_steps()).__doc__.split())
+    for own in (words, text):
+        assert "twist (dx, dy, dz, rx, ry, rz) of the reference point" in own
+        assert "wrench (Fx, Fy, Fz, Mx, My, Mz) about the reference point" in own
+        assert "SI units" in own
+    words = " ".join(python_function(of_signed_symbols()).split())
+    assert "unless A, L are positive or zero; unless x is negative or zero; unless the" in words
+
+
+def test_the_function_may_have_another_name():
+    assert in_python(equation_4(), "K_tip")(1, 0, 0, 1, 0, 1)[0, 0] == 1
+
+
+@pytest.mark.parametrize(
+    ("language", "names"),
+    [
+        ("python", ["", "2a", "lambda", "a b", "np", "x)\nimport os"]),
+        ("c", ["", "2a", "double", "sin", "a b", "f(void){} void g"]),
+        ("julia", ["function"]),
+        ("matlab", ["function"]),
+    ],
+)
+def test_a_name_that_is_no_identifier_is_refused(language, names):
+    for name in names:
+        with pytest.raises(InputError, match="name of the function"):
+            WRITERS[language](equation_4(), name)
+
+
+def test_two_symbols_of_one_name_are_refused():
+    K = sp.diag(sp.Symbol("L"), sp.Symbol("L", positive=True), 0)
+    with pytest.raises(InputError, match="two called 'L'"):
+        python_function(Derivation("K", sp.ImmutableMatrix(K), (), sp.ImmutableMatrix(K)))
+
+
+@writers
+def test_what_is_no_number_of_a_computer_is_refused(language):
+    x, y = SYMBOLS[:2]
+    for entry in (sp.gamma(x), sp.besselj(0, x), x**y, sp.oo, sp.I, sp.Integer(10) ** 400):
+        K = sp.ImmutableMatrix(3, 3, lambda i, j, entry=entry: entry if i == j == 0 else 0)
+        with pytest.raises(InputError):
+            WRITERS[language](Derivation("K", K, (), K))
+
+
+@pytest.mark.parametrize(("language", "words"), [("julia", JULIA_WORDS), ("matlab", MATLAB_WORDS)])
+def test_names_of_the_language_are_not_hidden_and_long_integers_are_floats(language, words):
+    names = [sp.Symbol(word) for word in sorted(words)]
+    K = sp.ImmutableMatrix(sp.diag(sum(names), sp.sqrt(names[0]), names[1] * 10**20 / 3))
+    source = WRITERS[language](Derivation("K", K, (), K))
+    for word in words:
+        assert f"    {word} = " not in source
+        assert not source.startswith(f"{word} = ")
+    assert "1e+20" in source
+    assert "100000000000000000000" not in source
+
+
+def test_long_names_stay_apart_in_matlab(tmp_path):
+    """MATLAB cuts names after 63 letters."""
+    symbols = [sp.Symbol("length_of_a_leg_" * 5 + end) for end in ("a", "b")]
+    K = sp.ImmutableMatrix(sp.diag(symbols[0], symbols[1], 0))
+    f = READERS["matlab"](Derivation("K", K, (), K), tmp_path)
+    assert f(2.0, 3.0).diagonal().tolist() == [2.0, 3.0, 0.0]
+
+
+# --- arrays, in Python ---
+
+
+@pytest.mark.parametrize("name", ["equation_4", "oblique", "in_steps", "one_term"])
+def test_arrays_broadcast(name):
+    derivation = ALL[name]
+    sets = [[random_values(derivation, 7 * i + j) for j in range(4)] for i in range(3)]
+    first, *others = derivation.symbols
+    # The first argument varies along the first axis alone, as an array (3, 1).
+    arguments = [np.array([[row[0][first]] for row in sets])]
+    arguments += [np.array([[values[s] for values in row] for row in sets]) for s in others]
+    K = in_python(derivation)(*arguments)
+    shape = (3, 4) if others else (3, 1)
+    assert K.shape == (*shape, *derivation.K.shape)
+    for i, j in np.ndindex(*shape):
+        values = {first: sets[i][0][first], **{s: sets[i][j][s] for s in others}}
+        assert largest_difference(K[i, j], exact(derivation, values)) < 1e-13
+    with pytest.raises(ValueError, match="does not hold at 1 of 2"):
+        in_python(of_signed_symbols())(1.0, [0.5, -0.5], -1.0)
+
+
+def test_integers_are_taken_as_numbers():
+    K = in_python(equation_4())(2, 0, 1, 3, 0, np.array([4, 8]))
+    np.testing.assert_allclose(K[:, 0, 0], [1.75, 1.875], rtol=1e-15)
+
+
+@given(expressions)
+def test_random_expressions(expression):
+    K = sp.ImmutableMatrix([[expression, 0, 0], [0, expression**2 + 1, 0], [0, 0, 1]])
+    derivation = Derivation("K", K, (), K)
+    values = random_values(derivation, 1)
+    with np.errstate(all="ignore"):
+        got = in_python(derivation)(*values.values())
+    np.testing.assert_allclose(got, exact(derivation, values), rtol=1e-9, atol=1e-9)
