@@ -69,7 +69,7 @@ _PAYS, _RIGID_PAYS, _LINKAGE_PAYS = 10_000, 20_000, 40
 def stiffness_map(
     robot: Mapped | Snapshot,
     poses: PoseSource,
-    quantities: Iterable[Quantity] = _DEFAULT_QUANTITIES,
+    quantities: Quantity | Iterable[Quantity] = _DEFAULT_QUANTITIES,
     *,
     wrench: ArrayLike | None = None,
     length: float | None = None,
@@ -92,7 +92,7 @@ def stiffness_map(
         A snapshot is refused: it cannot move.
     poses : Grid, PoseList or RandomPoses
         Of a linkage coordinates of joints, which keep them; the others follow.
-    quantities : iterable of Quantity
+    quantities : Quantity or several
         Besides rank and status, which are always there.
     wrench : (6,) array, or (3,) for a planar robot, optional
         Load about the reference point, world axes [N, N m], for quantities that need one.
@@ -253,7 +253,7 @@ def _fill(
 def checked_job(
     robot: Mapped | Snapshot,
     poses: PoseSource,
-    quantities: Iterable[Quantity],
+    quantities: Quantity | Iterable[Quantity],
     *,
     wrench: ArrayLike | None = None,
     length: float | None = None,
