@@ -63,17 +63,12 @@ def equilibria() -> None:
         robot = rs.load(name)
         wrench = LOAD[list(robot.space.rows)]
         answer = rs.equilibrium(robot, wrench=wrench)
-        if (
-            not isinstance(answer, rs.Equilibria)
-            and rs.Status.BEYOND_CRITICAL_LOAD in answer.status
-        ):
+        if rs.Status.BEYOND_CRITICAL_LOAD in answer.status:
             # Its load has to be followed to the critical one, which is no single equilibrium.
             wrench = wrench / 100
             answer = rs.equilibrium(robot, wrench=wrench)
         posture = milliseconds(lambda robot=robot: rs.find_posture(robot, None))
         whole = milliseconds(lambda robot=robot, wrench=wrench: rs.equilibrium(robot, None, wrench))
-        if isinstance(answer, rs.Equilibria):
-            raise TypeError(f"one equilibrium of {name}, not several")
         found, problem = answer.found, answer.problem
         if found is None or problem is None:
             print(f"{name:<24}{'':>16}{posture:>9.1f}{whole:>8.1f}  {answer.status}")

@@ -179,13 +179,10 @@ from robostiff.statics import Bowing as Bowing
 from robostiff.statics import CompiledLoading as CompiledLoading
 from robostiff.statics import CriticalLoad as CriticalLoad
 from robostiff.statics import DeadForce as DeadForce
-from robostiff.statics import Equilibria as Equilibria
 from robostiff.statics import Equilibrium as Equilibrium
 from robostiff.statics import Linear as Linear
-from robostiff.statics import LoadedAnswer as LoadedAnswer
 from robostiff.statics import Mode as Mode
 from robostiff.statics import Modes as Modes
-from robostiff.statics import ModesOfPoses as ModesOfPoses
 from robostiff.statics import cable_response as cable_response
 from robostiff.statics import compile_loaded as compile_loaded
 from robostiff.statics import critical_load as critical_load

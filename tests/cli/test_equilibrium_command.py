@@ -31,7 +31,6 @@ def test_json_is_the_answer_of_python():
     }
     F = [0, 0, -5e4, 0, 0, 0]
     wanted = rs.equilibrium(robot, None, F, **options)
-    assert isinstance(wanted, rs.Equilibrium)
     critical = rs.critical_load(robot, None, F, **options)
     assert np.allclose(found["displacement"], wanted.displacement, rtol=1e-12, atol=1e-18)
     assert np.allclose(found["K_total"], wanted.K_total, rtol=1e-12)
@@ -123,7 +122,6 @@ def test_a_network_comes_to_rest_at_its_own_pose():
     wanted = rs.equilibrium(
         rs.load("double-pantograph"), None, [100, 50, -30, 1, 1, 1], preload={"screw": 10.0}
     )
-    assert isinstance(wanted, rs.Equilibrium)
     assert np.allclose(found["displacement"], wanted.displacement, rtol=1e-12, atol=1e-18)
     moved = run("double-pantograph", "--wrench", wrench, "--pose", "0 0 1")
     assert moved.exit_code == 2

@@ -396,8 +396,7 @@ ANSWERS = {
         rs.CompiledStiffness,
     ),
     *(rs.CompiledLoading, rs.CriticalLoad, rs.Deflection, rs.DeflectionsOfPoses),
-    *(rs.Equilibria, rs.Equilibrium, rs.IndicesOfPoses, rs.LoadedAnswer, rs.Mode, rs.Modes),
-    rs.ModesOfPoses,
+    *(rs.Equilibrium, rs.IndicesOfPoses, rs.Mode, rs.Modes),
     *(rs.RobotDerivation, rs.Stiffness, rs.StiffnessIndices),
     *(rs.Compensation, rs.Optimum, rs.Tolerances, rs.Identified, rs.ChosenPoses),
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -147,8 +147,30 @@ def number(value: float | None) -> float:
     return value
 
 
-def loaded(robot: Any, **options: Any) -> rs.Equilibrium:
-    """One equilibrium."""
-    answer = rs.equilibrium(robot, **options)
-    assert isinstance(answer, rs.Equilibrium)
-    return answer
+loaded: Any = rs.equilibrium
+
+
+def same_as_each(
+    many: rs.Equilibrium,
+    each: Iterable[rs.Equilibrium],
+    of_K: float = 1e-10,
+    rtol: float = 1e-9,
+    atol: float = 1e-14,
+) -> None:
+    """Equilibria at once are those of each by itself: K against its diagonal, displacements.
+
+    Where there is none, nothing is given.
+    """
+    for k, one in enumerate(each):
+        assert many.status_codes[k] == int(one.status)
+        assert many.stable[k] == one.stable
+        assert many.answered[k] == one.has_answer
+        if not one.has_answer:
+            assert many.K[k].mask.all()
+            assert many.displacement[k].mask.all()
+            continue
+        size = np.sqrt(np.abs(np.diag(one.K)))
+        for name in ("K", "K_total"):
+            off = (getattr(many, name)[k] - getattr(one, name)) / np.outer(size, size)
+            assert np.max(np.abs(off)) < of_K
+        assert np.allclose(many.displacement[k], one.displacement, rtol=rtol, atol=atol)

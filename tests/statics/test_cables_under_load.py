@@ -23,7 +23,6 @@ ALONG = "robostiff.statics.equations.newton.PathStep.along"
 def rested(robot: CableRobot, **given: Any) -> rs.Equilibrium:
     """One equilibrium."""
     answer = rs.equilibrium(robot, **given)
-    assert isinstance(answer, rs.Equilibrium)
     return answer
 
 
@@ -153,7 +152,6 @@ def test_a_platform_whose_cables_are_all_slack_is_at_its_limit():
     assert (found.is_limit, found.mode) == (True, "the platform snaps through: translation along z")
     for part in (1.001, 1.2, 3.0, 80.0):
         answer = rs.equilibrium(robot, wrench=[0, 0, part * weight, 0, 0, 0])
-        assert isinstance(answer, rs.Equilibrium)
         assert rs.Status.BEYOND_CRITICAL_LOAD in answer.status
         assert answer.critical is not None
         assert np.isclose(answer.critical.factor * part, 1, rtol=1e-6)
@@ -166,7 +164,6 @@ def test_another_equilibrium_far_beyond_a_limit_is_said_to_be_beyond_it():
     assert np.isclose(limit, 23.3336, rtol=1e-4)
     for part in (1.5, 7.0):
         answer = rs.equilibrium(robot, wrench=part * limit * F)
-        assert isinstance(answer, rs.Equilibrium)
         assert rs.Status.BEYOND_CRITICAL_LOAD in answer.status
 
 
@@ -250,7 +247,6 @@ def test_what_tensions_leave_is_held_throughout():
 def test_batches_say_where_there_are_no_tensions():
     poses = [[0, 0, 1, 0, 0, 0], [0, 0, 3, 0, 0, 0]]
     found = rs.equilibrium(cable_robot("cable-8"), poses, [0, 0, -10, 0, 0, 0])
-    assert isinstance(found, rs.Equilibria)
     assert found.answered.tolist() == [True, False]
     assert found[1].status == rs.Status.INFEASIBLE
     robot = cable_robot("cable-8")

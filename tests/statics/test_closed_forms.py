@@ -6,7 +6,7 @@ import pytest
 import robostiff as rs
 from robostiff.model import PlacedLeg, Snapshot
 from robostiff.spatial import Space
-from tests.statics.robots_under_load import beam, column, joint, loaded, number, root
+from tests.statics.robots_under_load import column, joint, loaded, number, root
 
 STIFF = 1e8
 
@@ -68,52 +68,6 @@ def test_column_bent_by_its_knee_on_its_way(part: float):
     assert np.isclose(knee.energy, 2 * k * a * a, rtol=4e-3)
     shortened = 2 * P / 1e7
     assert np.isclose(answer.displacement[1], -2 * L * (1 - np.cos(a)) - shortened, rtol=1e-2)
-
-
-def cantilever(L: float, EI: float) -> Snapshot:
-    spring = beam("beam", [0, 0, 0], [L, 0, 0], 1e8, EI, EI)
-    tip = np.array([L, 0, 0])
-    return Snapshot("cantilever", (PlacedLeg("leg", (spring,), tip),), tip)
-
-
-@pytest.mark.parametrize(("elements", "excess"), [(1, 8e-3), (2, 5.6e-4)])
-def test_euler_cantilever(elements: int, excess: float):
-    """pi^2 EI / (4 L^2), from above with the fourth power of the number of elements."""
-    L, EI = 0.7, 35.0
-    exact = np.pi**2 * EI / (4 * L * L)
-    found = rs.critical_load(
-        cantilever(L, EI), wrench=[-1, 0, 0, 0, 0, 0], beams=rs.Bowing(elements)
-    )
-    assert 0 < found.factor / exact - 1 < excess
-    assert not found.is_limit
-    linear = rs.critical_load(cantilever(L, EI), wrench=[-1, 0, 0, 0, 0, 0], beams=rs.Linear())
-    assert not linear.is_found  # one spring at its end has no lever between its ends
-
-
-@pytest.mark.parametrize(("elements", "excess"), [(1, 0.22), (None, 8e-3)])
-def test_euler_strut_between_hinges(elements: int | None, excess: float):
-    """pi^2 EI / L^2; two elements are chosen where one beam spans two hinges."""
-    L, EI = 0.7, 35.0
-    y, z, x = [0, 1, 0], [0, 0, 1], [1, 0, 0]
-    tip = np.array([L, 0, 0])
-    strut = (
-        joint("u1", [0, 0, 0], y),
-        joint("u2", [0, 0, 0], z),
-        beam("tube", [0, 0, 0], [L, 0, 0], 1e8, EI, EI),
-        joint("s1", tip, x),
-        joint("s2", tip, y),
-        joint("s3", tip, z),
-    )
-    guide = tuple(joint(f"g{i}", tip, a, "P", 1e8) for i, a in enumerate((y, z))) + tuple(
-        joint(f"r{i}", tip, a, "R", 1e6) for i, a in enumerate((x, y, z))
-    )
-    rail = (joint("rail", tip, x, "P"), *guide)
-    legs = (PlacedLeg("strut", strut, tip), PlacedLeg("guide", rail, tip))
-    robot = Snapshot("strut", legs, tip)
-    found = rs.critical_load(robot, wrench=[-1, 0, 0, 0, 0, 0], beams=rs.Bowing(elements))
-    assert abs(found.factor / (np.pi**2 * EI / L**2) - 1) < excess
-    assert found.leg == "strut"
-    assert "tube" in found.mode
 
 
 def pendulum() -> Snapshot:

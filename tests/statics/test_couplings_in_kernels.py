@@ -17,6 +17,7 @@ from robostiff.model import Coupling, Locked, Robot
 from tests.cases.metric import distance
 from tests.robots.test_coupled_joints import CASES, arm, tripod
 from tests.statics.jets import at_rest
+from tests.statics.robots_under_load import same_as_each
 from tests.statics.test_couplings_under_load import jets_of
 from tests.statics.test_springs_in_kernels import on, spring
 
@@ -29,7 +30,6 @@ SPRINGS = (
     spring(on("leg0/elbow", 0.05, 0, 0.02), on("leg1/crank", 0.02), stiffness=3e3, free_length=0.1),
     spring(on("leg1/elbow", 0.02), on("base", 0.1, 0.1), stiffness=2e3, preload=30.0),
 )
-# One answer or a batch, as the question is.
 equilibrium: Any = rs.equilibrium
 
 
@@ -51,11 +51,7 @@ def check(robot: Robot, pose: Any, force: np.ndarray = FORCE, **given: Any) -> N
     answer, sure = fast.evaluate(pose, wrench), equilibrium(robot, pose, wrench, **given)
     assert fast.verified
     assert not np.any(answer.guarded)
-    for k, one in enumerate(sure):
-        size = np.sqrt(np.diag(one.K))
-        assert np.abs((answer.K[k] - one.K) / np.outer(size, size)).max() < 1e-10
-        assert np.allclose(answer.displacement[k], one.displacement, rtol=1e-10, atol=1e-14)
-        assert answer.stable[k] == one.stable
+    same_as_each(answer, sure, rtol=1e-10)
 
 
 @pytest.mark.parametrize("case", ["gear", "belt", "two motors", "train"])

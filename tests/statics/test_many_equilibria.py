@@ -1,32 +1,23 @@
 """Large batches of equilibria: by a record of the robot, and as each one by itself."""
 
+import sys
 from typing import Any
 
 import numpy as np
 import pytest
 
 import robostiff as rs
+from tests.statics.robots_under_load import same_as_each
 
 COUNT = 1000
 ROWS = (0, 1, 17, 998, 999)
 equilibrium: Any = rs.equilibrium
 
 
-def check(many: Any, alone: list[Any]) -> None:
+def check(many: rs.Equilibrium, alone: list[rs.Equilibrium]) -> None:
+    same_as_each(many[list(ROWS)], alone, 1e-12, atol=1e-15)
     for k, one in zip(ROWS, alone, strict=True):
-        assert many.status_codes[k] == one.status
-        assert many.stable[k] == one.stable
-        assert many.answered[k] == one.has_answer
-        if not one.has_answer:
-            assert many.K[k].mask.all()
-            assert many.displacement[k].mask.all()
-            continue
-        size = np.sqrt(np.abs(np.diag(one.K)))
-        for name in ("K", "K_total"):
-            off = (getattr(many, name)[k] - getattr(one, name)) / np.outer(size, size)
-            assert np.max(np.abs(off)) <= 1e-12
-        assert np.allclose(many.displacement[k], one.displacement, rtol=1e-9, atol=1e-15)
-        assert np.allclose(many.pose[k], one.pose, rtol=0, atol=1e-12)
+        assert not one.has_answer or np.allclose(many.pose[k], one.pose, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("given", [{}, {"loads": {"platform": rs.Mass(2e3)}}])
@@ -55,10 +46,11 @@ def test_many_wrenches_at_one_pose_are_as_each_by_itself(name: str):
     check(many, [equilibrium(robot, None, wrenches[k]) for k in ROWS])
 
 
-def test_laws_of_force_are_computed_one_by_one():
+def test_laws_of_force_are_computed_one_by_one(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(sys.modules["robostiff.statics.equilibrium"], "WORTH_COMPILING", 5)
     robot = rs.load("two-link-arm")
     drive = equilibrium(robot).parts[0]
     law = rs.ForceLaw([[-1, -1e4], [0, 0], [1, 2e4]])
-    many = equilibrium(robot, None, np.zeros((COUNT, 6)), laws={f"{drive.leg}/{drive.part}": law})
+    many = equilibrium(robot, None, np.zeros((5, 6)), laws={f"{drive.leg}/{drive.part}": law})
     assert not many.known
     assert many.stable.all()

@@ -226,14 +226,15 @@ def test_a_beam_that_moves_as_a_rigid_body_has_its_mass(theory: BeamTheory, elem
     moved[6:] = 0.0  # far as a whole, straight all the same
     for state in (legs.unloaded, replace(legs.unloaded, x=moved)):
         about = rng.normal(size=3)
-        (bodies,) = legs.moved(state)
+        last = [Spot(0, len(legs.chains[0].elements))]
+        (turned,), (shifted,) = legs.places_of(state, last)
         joints = legs.numbers.x[:6]  # which move all of it by any twist
-        by_joints = legs.twists(state, about, [Spot(0, len(bodies) - 1)])[0][:, joints]
+        by_joints = legs.twists(state, about, last)[0][:, joints]
         B = velocities(legs, state, about, [mass])[:, joints] @ np.linalg.inv(by_joints)
-        m, end = float(mass.mass.value), bodies[-1].of(np.array([0.3, 0.5, 0.4]))
-        x = end - bodies[-1].of(np.zeros(3))
+        m, x = float(mass.mass.value), turned @ [0.3, 0.5, 0.4]
+        end = x + shifted
         arm, L = end - 0.5 * x - about, np.linalg.norm(x)
-        R = bodies[-1].R @ rod.axes
+        R = turned @ rod.axes
         Iy, Iz = section.Iy / section.A, section.Iz / section.A
         inertia = m * R @ np.diag([Iy + Iz, Iy + L**2 / 12, Iz + L**2 / 12]) @ R.T
         S = skew(arm)

@@ -223,7 +223,7 @@ def test_loads_that_do_not_all_act_are_no_answer(monkeypatch: pytest.MonkeyPatch
     robot = rs.load("delta")
     name = f"{robot.legs[0].name}/{next(iter(find_posture(robot).snapshot.legs[0].parts)).name}"
     loads = {name: [0, 0, -10.0], "platform": [1.0, 0, 0]}
-    loaded(robot, loads=loads)
+    loaded(replace(robot), loads=loads)  # the posture with its loads stays with that one
     own: Any = loaded_posture.loaded_legs
     without = lambda *before, **more: own(*(*before[:4], {}, *before[5:]), **more)  # noqa: E731
     monkeypatch.setattr(loaded_posture, "loaded_legs", without)

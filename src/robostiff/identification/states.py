@@ -20,7 +20,8 @@ from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Robot
 
 if TYPE_CHECKING:
-    from robostiff.statics.kernels.compiled_loading import LoadedAnswer, Platforms
+    from robostiff.statics import Equilibrium
+    from robostiff.statics.kernels.compiled_loading import Platforms
 
 # [m] and of 1: as near as a kernel has to be to an equilibrium.
 _AGREES = 1e-9
@@ -222,7 +223,7 @@ class FiniteLoads:
 
     def _answer(
         self, values: np.ndarray, rows: np.ndarray | slice, *, again: bool
-    ) -> tuple[LoadedAnswer, Platforms]:
+    ) -> tuple[Equilibrium, Platforms]:
         """Of some states."""
         states, q = self.states, self.states.coordinates[rows]
         found = self.compiled.evaluate(

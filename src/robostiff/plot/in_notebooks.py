@@ -58,9 +58,9 @@ def picture_of_result(result: object) -> Picture | None:
             # the shape under forces at bodies is not known from the wrench
             drawable = result.has_answer and result.work_of_loads is None
             picture = picture_of_posed(own.placed(), result) if drawable else None
-        case Equilibrium() if result.has_answer:
+        case Equilibrium(batch_shape=()) if result.has_answer:
             picture = equilibrium(result, backend=DATA)
-        case Modes() if result.each:
+        case Modes(batch_shape=()) if len(result):
             picture = mode(result, backend=DATA)
         case Identified() if not result.fit.too_few:
             picture = residuals_picture(result)

@@ -260,7 +260,7 @@ def equilibrium(
     >>> rs.plot.equilibrium(loaded).get_title()
     '3-puu under load'
     """
-    if not isinstance(result, Equilibrium):
+    if not isinstance(result, Equilibrium) or result.batch_shape:
         raise InputError(
             "equilibrium of a plot",
             got=result,
@@ -332,7 +332,7 @@ def mode(
     >>> rs.plot.mode(rs.modes(rs.load("hexapod"), masses={"platform": 150})).get_title()
     'hexapod, mode 1: 49.65 Hz'
     """
-    if not isinstance(modes, Modes):
+    if not isinstance(modes, Modes) or modes.batch_shape:
         raise InputError("modes of a plot", got=modes, expected="a result of rs.modes(robot)")
     _ = modes.frequencies  # raises with the reason when there are none
     whole = isinstance(number, int) and not isinstance(number, bool)

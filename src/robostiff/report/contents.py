@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -334,9 +334,9 @@ def report_contents(
         bent = deflection(numeric, place, wrench, **options)
     if finite:
         at_rest = equilibrium(numeric, place, wrench, **options)
-        require_one_pose("a report", () if isinstance(at_rest, Equilibrium) else (len(at_rest),))
+        require_one_pose("a report", at_rest.batch_shape)
         under_load = AnswersUnderLoad(
-            cast("Equilibrium", at_rest),
+            at_rest,
             critical_load(numeric, place, wrench, **options),
             load_path(numeric, place, wrench, _FACTORS, **options),
         )

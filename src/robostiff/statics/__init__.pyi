@@ -4,11 +4,11 @@ from robostiff.statics.chains.elements import BodyPlace
 from robostiff.statics.equilibrium import equilibrium
 from robostiff.statics.growing_load import CriticalLoad, critical_load, load_path
 from robostiff.statics.kernels.compile import compile_loaded
-from robostiff.statics.kernels.compiled_loading import CompiledLoading, LoadedAnswer
+from robostiff.statics.kernels.compiled_loading import CompiledLoading
 from robostiff.statics.loaded_parts import BodyPlaces, LoadedPart
 from robostiff.statics.loading.given_loads import DeadForce, has_masses
-from robostiff.statics.modes import Mode, Modes, ModesOfPoses, modes
-from robostiff.statics.result import Equilibria, Equilibrium
+from robostiff.statics.modes import Mode, Modes, modes
+from robostiff.statics.result import Equilibrium
 from robostiff.statics.small_loads import deflection
 
 __all__ = [
@@ -18,14 +18,11 @@ __all__ = [
     "CompiledLoading",
     "CriticalLoad",
     "DeadForce",
-    "Equilibria",
     "Equilibrium",
     "Linear",
-    "LoadedAnswer",
     "LoadedPart",
     "Mode",
     "Modes",
-    "ModesOfPoses",
     "cable_response",
     "compile_loaded",
     "critical_load",

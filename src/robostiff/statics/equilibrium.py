@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, overload
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,7 +25,8 @@ from robostiff.statics.loading.loaded_posture import (
     postures_of,
     wrenches_of,
 )
-from robostiff.statics.result import Equilibria, Equilibrium, solved
+from robostiff.statics.result import Equilibrium
+from robostiff.statics.solution import solved
 
 _BOWING = Bowing()
 #: Equilibria take some 10 ms each, a record of the robot some seconds to make.
@@ -47,7 +48,7 @@ def equilibrium(
     laws: Laws | None = None,
     beams: Beams = _BOWING,
     near: Near = None,
-) -> Equilibrium | Equilibria:
+) -> Equilibrium:
     """Equilibrium of a robot under finite loads: where it is, how stiff, whether it stays.
 
     Actuators are springs that are unloaded at the coordinates of `pose`. Either the wrench on the
@@ -93,7 +94,7 @@ def equilibrium(
     Returns
     -------
     Equilibrium
-        `Equilibria` of a batch, with a status for each; from 1,000 on by a record of the robot, as
+        Of a batch with a status for each; from 1,000 on by a record of the robot, as
         `compile_loaded` makes it. Where rigid parts hold the platform in some direction, it has a
         compliance and no K.
 
@@ -139,12 +140,12 @@ def equilibrium(
         if loaded is None or postures.batch:
             loaded = postures.loaded(i, acting)
         answers.append(solved(loaded, *((own,) if displacement is None else (None, own))))
-    return Equilibria(tuple(answers)) if batch else answers[0]
+    return Equilibrium.of(postures.robot.name, space, answers if batch else answers[0])
 
 
 def _by_record(
     postures: Postures, acting: Acting, pose: Any, wrenches: np.ndarray
-) -> Equilibria | None:
+) -> Equilibrium | None:
     """Equilibria under wrenches (N, r) by a record of the robot; None where there is none."""
     robot, posture = postures.robot, postures.posture
     if posture is None or acting.laws:
@@ -167,39 +168,11 @@ def _by_record(
         found = compiled.evaluate(pose, wrenches)
     except (InputError, NoAnswerError):
         return None
-    names = ("K", "K_total", "displacement", "stable", "status_codes")
-    known = {name: getattr(found, name) for name in names}
     moved = np.zeros((len(wrenches), 6))
-    moved[:, list(robot.space.rows)] = np.nan_to_num(found.displacement)
+    moved[:, list(robot.space.rows)] = np.nan_to_num(found.known["displacement"])
     unloaded = np.nan_to_num(posture.pose)
     R, own = turn_by_vector(moved[:, 3:]), turn_by_vector(unloaded[:, 3:])
     arm = own @ robot.in_floats.reference_point
     place = unloaded[:, :3] + moved[:, :3] + arm - (R @ arm[..., None])[..., 0]
-    known["pose"] = np.concatenate([place, vector_of_rotation(R @ own)], axis=-1)
-    return Equilibria(EquilibriaOnDemand(postures, acting, wrenches), known)
-
-
-@dataclass(frozen=True)
-class EquilibriaOnDemand(Sequence[Equilibrium]):
-    """Equilibria under wrenches (N, r) at as many postures, or at one, as they are asked for."""
-
-    postures: Postures
-    acting: Acting
-    wrenches: np.ndarray
-    found: dict[int, Equilibrium] = field(default_factory=dict)
-
-    def __len__(self) -> int:
-        return len(self.wrenches)
-
-    @overload
-    def __getitem__(self, i: int) -> Equilibrium: ...
-    @overload
-    def __getitem__(self, i: slice) -> tuple[Equilibrium, ...]: ...
-    def __getitem__(self, i: int | slice) -> Equilibrium | tuple[Equilibrium, ...]:
-        if isinstance(i, slice):
-            return tuple(self[k] for k in range(len(self))[i])
-        k = range(len(self))[i]
-        if k not in self.found:
-            loaded = self.postures.loaded(k if self.postures.batch else 0, self.acting)
-            self.found[k] = solved(loaded, self.wrenches[k])
-        return self.found[k]
+    pose = np.concatenate([place, vector_of_rotation(R @ own)], axis=-1)
+    return replace(found, known={**found.known, "pose": pose})

@@ -24,7 +24,8 @@ from robostiff.statics.equations.problem import LoadCase
 from robostiff.statics.equations.stability import CriticalPoint, least_margin, meets_stiffness
 from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads
 from robostiff.statics.loading.loaded_posture import LoadedPosture, one_loaded_posture
-from robostiff.statics.result import Equilibria, solved
+from robostiff.statics.result import Equilibrium
+from robostiff.statics.solution import solved
 
 if TYPE_CHECKING:
     import xarray
@@ -244,7 +245,8 @@ def load_path(
     grows = "load_path(robot, pose, [0, 0, -1000, 0, 0, 0], factors)"
     acting = Acting(loads, gravity, preload, beams, at, laws or {})
     loaded, F = one_loaded_posture(robot, pose, wrench, near, acting, grows)
-    found = Equilibria(tuple(solved(loaded, factor * F, None, standing=True) for factor in s))
+    each = [solved(loaded, factor * F, None, standing=True) for factor in s]
+    found = Equilibrium.of(loaded.name, loaded.space, each)
     with needs_extra("maps", "maps"):
         import xarray
     space, along = loaded.space, _path(loaded, F, float(s.max()))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, ClassVar, cast
+from typing import ClassVar, cast
 
 import numpy as np
 
@@ -123,7 +123,7 @@ def _variables(
 ) -> dict[str, np.ndarray]:
     """Variables (N, ...) of a map at equilibria; no numbers where there is none."""
     pose, F = like.columns.as_pose(poses), like.columns.wrenches(poses)
-    found: Any = (
+    found = (
         equilibrium(like.robot, pose, F, **load.given)
         if kernel is None
         else kernel.evaluate(pose, F)
@@ -145,7 +145,7 @@ def _variables(
         worst[whole] = np.linalg.norm(C[:, :d, :d], 2, axis=(1, 2))  # not symmetric
     out = like.of_outputs(values, rank)
     out |= {"K": K, "status": codes, "displacement": moved[:, :d], "rotation": moved[:, d:]}
-    return out | {"guarded": getattr(found, "guarded", np.zeros(len(rank), dtype=bool))}
+    return out | {"guarded": found.guarded}
 
 
 _NO_COMPLIANCE = WITHOUT_STIFFNESS | Status.FREE_MOTIONS

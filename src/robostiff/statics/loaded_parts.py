@@ -10,8 +10,8 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.analysis import PartShare
-from robostiff.spatial import cross, move_wrench, skew
-from robostiff.statics.chains.elements import BodyLoad, BodyPlace, FiniteJoint, Owner, wrench_at
+from robostiff.spatial import cross, skew
+from robostiff.statics.chains.elements import BodyPlace, FiniteJoint, Owner, wrench_at
 from robostiff.statics.equations.problem import EquilibriumProblem, State
 
 # Of loads and reactions: what they lack for equilibrium that is no rounding.
@@ -110,23 +110,32 @@ class CarriedLoads:
         return self.problem.unloaded if self.small else self.state
 
     @cached_property
-    def _moved(self) -> list[list[BodyPlace]]:
-        """Of every chain, where the bodies at its start and behind every element are."""
-        return self.problem.legs.moved(self._where.legs)
+    def _bodies(self) -> tuple[np.ndarray, np.ndarray]:
+        """Where all bodies are, see `Legs.bodies`."""
+        return self.problem.legs.bodies(self._where.legs)
+
+    def _now(self, bodies: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Where points (n, 3) of bodies are, by the numbers of these [m]."""
+        R, t = (own[bodies] for own in self._bodies)
+        return (R @ points[..., None])[..., 0] + t
 
     @cached_property
-    def _acting(self) -> list[list[BodyLoad]]:
-        """Forces on the bodies of each chain, those of springs between bodies among them."""
+    def _ends(self) -> np.ndarray:
+        """Points at the ends of all chains (C, 3) [m]."""
         legs = self.problem.legs
-        found = [
-            [replace(load, force=self.share * load.force) for load in chain.loads]
-            for chain in legs.chains
-        ]
+        return self._now(legs.numbers.of_chains.last, legs.end_points)
+
+    @cached_property
+    def _acting(self) -> tuple[np.ndarray, np.ndarray]:
+        """Forces on the bodies of chains (L, 3) [N], and where they act [m].
+
+        Those of springs between bodies are behind the others.
+        """
+        legs, at = self.problem.legs, self.problem.legs.numbers.of_chains
+        forces = self.share * legs.arrays.load_force
         if legs.springs:
-            pulls = legs.spring_arrays.on_anchors(self._pulls)
-            for (spot, point), force in zip(legs.spring_arrays.anchors, pulls, strict=True):
-                found[spot.chain].append(BodyLoad(spot.after, point, force))
-        return found
+            forces[at.first_anchor :] = legs.spring_arrays.on_anchors(self._pulls)
+        return forces, self._now(at.load_bodies, legs.arrays.load_point)
 
     @property
     def _pulls(self) -> np.ndarray:
@@ -142,29 +151,31 @@ class CarriedLoads:
         energies, pushing = legs.energies(state.legs), iter(state.legs.held)
         sums: defaultdict[tuple[int, int], list[tuple[str, np.ndarray, float, float]]]
         sums = defaultdict(list)
+        at, (R, t) = legs.numbers.of_chains, self._bodies
+        forces, points = self._acting
         for coupling, s in zip(legs.couplings, legs.sums(state.legs), strict=True):
             drive = coupling.drive
             load = -next(pushing) if coupling.is_rigid else drive.force(s)
             load = float(load - self.share * drive.preload)
             sums[coupling.place].append((drive.name, np.array([s]), load, drive.energy(s)))
-        for c, (chain, motion) in enumerate(zip(legs.chains, self._moved, strict=True)):
-            W = np.zeros(6)
+        for c, (chain, bodies) in enumerate(zip(legs.chains, at.bodies, strict=True)):
+            W, P = np.zeros(6), self._ends[c]
             W[list(legs.rows)] = state.legs.W[c]
-            P = motion[-1].of(legs.end_points[c])
             names = [e.name for e in chain.elements]
             for k, element in enumerate(chain.elements):
                 x = state.legs.x[legs.places[c, k]]
                 if isinstance(element, FiniteJoint):
-                    C, moved, unit = motion[k].of(element.point), x, "N m" if element.turns else "N"
+                    body, moved, unit = bodies[k], x, "N m" if element.turns else "N"
                     load = element.force(float(x[0])) - self.share * float(element.preload)
                 else:
-                    C, moved, unit = motion[k + 1].of(element.point), element.modes @ x, ""
+                    body, moved, unit = bodies[k + 1], element.modes @ x, ""
                     load = None
+                C = R[body] @ element.point + t[body]
                 f, m = W[:3], W[3:] + cross(P - C, W[:3])
-                for own in self._acting[c]:
-                    if own.after > k:
-                        f = f + own.force
-                        m = m + cross(motion[own.after].of(own.point) - C, own.force)
+                beyond = (at.chains[at.load_bodies] == c) & (at.load_bodies > bodies[k])
+                if np.any(beyond):
+                    f = f + forces[beyond].sum(axis=0)
+                    m = m + cross(points[beyond] - C, forces[beyond]).sum(axis=0)
                 part = LoadedPart(
                     leg=chain.owner.name,
                     part=element.name,
@@ -185,17 +196,16 @@ class CarriedLoads:
 
     def reactions(self) -> tuple[np.ndarray, ...]:
         """What every leg exerts on the base about the point of the platform (6,) [N, N m]."""
-        where, legs = self._where, self.problem.legs
+        legs, about = self.problem.legs, self._where.p
+        W, (forces, points) = np.zeros((len(legs.chains), 6)), self._acting
+        W[:, list(legs.rows)] = self.state.legs.W
+        W[:, 3:] += cross(self._ends - about, W[:, :3])
+        at = legs.numbers.of_chains
+        np.add.at(W, at.chains[at.load_bodies], wrench_at(about, points, forces))
         found = {leg: np.zeros(6) for leg in self.problem.leg_names}
-        for c, (chain, motion) in enumerate(zip(legs.chains, self._moved, strict=True)):
-            if chain.start is not None:
-                continue
-            f = np.zeros(6)
-            f[list(legs.rows)] = self.state.legs.W[c]
-            total = move_wrench(f, where.p - motion[-1].of(legs.end_points[c]))
-            for load in self._acting[c]:
-                total += wrench_at(where.p, motion[load.after].of(load.point), load.force)
-            found[chain.owner.leg] += total
+        for chain, own in zip(legs.chains, W, strict=True):
+            if chain.start is None:
+                found[chain.owner.leg] += own
         return tuple(found.values())
 
     def about_the_tool(self, by_twist: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
@@ -243,10 +253,8 @@ class CarriedLoads:
         if problem.steady is not None:
             on_platform[rows] += problem.steady.moment
             applied.append(problem.steady.weights.acting(where.R)[0])
-        for chain, motion in zip(legs.chains, self._moved, strict=True):
-            for load in chain.loads:
-                at = motion[load.after].of(load.point)
-                applied.append(wrench_at(about, at, self.share * load.force))
+        forces, points = (own[: legs.numbers.of_chains.first_anchor] for own in self._acting)
+        applied += [*wrench_at(about, points, forces)]
         carried: list[np.ndarray] = []
         if legs.springs:
             points = legs.pulls(where.legs, self.share).points
@@ -323,7 +331,8 @@ def body_places(problem: EquilibriumProblem, state: State) -> BodyPlaces:
     found, nodes = {}, {}
     platform = BodyPlace(state.R, state.p - state.R @ problem.point)
     legs = problem.legs
-    every = legs.moved(state.legs)
+    R, t = legs.bodies(state.legs)
+    every = [[BodyPlace(R[i], t[i]) for i in own] for own in legs.numbers.of_chains.bodies]
     for chain, moved in zip(legs.chains, every, strict=True):
         for element, place in zip(chain.elements, moved[1:], strict=True):
             found[f"{chain.owner.name}/{element.name}"] = place  # the last of a beam counts

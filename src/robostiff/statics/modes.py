@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis import PartShare
 from robostiff.analysis.free_motion import free_motions_in_words
-from robostiff.elastostatics import Status
 from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Pose
-from robostiff.kinematics.pose import OnePose
 from robostiff.linkage import DriveValues, Linkage
 from robostiff.markup import InNotebooks
 from robostiff.model import Robot, Snapshot
@@ -36,7 +34,7 @@ from robostiff.statics.loading.loaded_posture import (
     postures_of,
     wrenches_of,
 )
-from robostiff.statics.result import solved
+from robostiff.statics.solution import solved
 
 # So that beams have modes of their own, the first of them within some percent.
 _HALVES = Bowing(elements=2, inner_modes=True)
@@ -113,29 +111,47 @@ class Mode:
 
 
 @dataclass(frozen=True, repr=False)
-class Modes(InNotebooks):
-    """Natural vibrations of a robot, slowest first.
+class Modes(StatusOfPoses, InNotebooks):
+    """Natural vibrations of a robot, slowest first; or those at many poses, one a row.
 
     Attributes
     ----------
     name : str
     space : Space
-    status : Status
+    status_codes : (...) array of uint16
         Of the equilibrium about which it vibrates.
-    each : tuple of Mode
-        As many as motions have mass; empty where there is no equilibrium.
+    squares : (k,) array
+        Of angular frequencies [rad^2/s^2], as many as motions have mass; negative where the robot
+        leaves the equilibrium; empty where there is none.
+    shapes : callable
+        Motions (k, n) of all unknowns.
     posed : Snapshot, Network, CableRobot or None
         The robot at the unloaded posture.
-    problem : EquilibriumProblem or None
-        Whose equilibrium it vibrates about.
+    equilibrium : FoundEquilibrium or None
+    poses : tuple of Modes
+        Those at many poses.
     """
 
     name: str
     space: Space
-    status: Status
-    each: tuple[Mode, ...] = ()
+    status_codes: np.ndarray
+    squares: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    shapes: Callable[[], np.ndarray] = lambda: np.zeros((0, 0))
     posed: Snapshot | Network | CableRobot | None = None
-    problem: EquilibriumProblem | None = None
+    equilibrium: FoundEquilibrium | None = None
+    poses: tuple[Modes, ...] = ()
+
+    @cached_property
+    def each(self) -> tuple[Mode, ...]:
+        """The modes of one pose."""
+        if self.equilibrium is None:
+            return ()
+        r, found = self.equilibrium.problem.size, []
+        for square, shape in zip(self.squares, self.shapes(), strict=True):
+            rate = float(np.sqrt(abs(square)))
+            frequency, growth = (rate / (2 * np.pi), 0.0) if square >= 0 else (0.0, rate)
+            found.append(Mode(frequency, growth, shape[len(shape) - r :], self.equilibrium, shape))
+        return tuple(found)
 
     @property
     def snapshot(self) -> Snapshot | None:
@@ -143,92 +159,58 @@ class Modes(InNotebooks):
         return as_snapshot(self.posed)
 
     @property
+    def problem(self) -> EquilibriumProblem | None:
+        """Whose equilibrium it vibrates about."""
+        return self.equilibrium and self.equilibrium.problem
+
+    @property
+    def answered(self) -> np.ndarray:
+        """Which poses have modes (...)."""
+        return np.array([one.squares.size > 0 for one in self.poses or (self,)]).reshape(
+            self.batch_shape
+        )
+
+    @property
     def frequencies(self) -> np.ndarray:
         """Of all modes (k,) [Hz].
+
+        Of many poses (N, k); masked where there are none, or fewer.
 
         Raises
         ------
         NoAnswerError
             Where there is no equilibrium.
         """
-        if not self.each:
+        if self.batch_shape:
+            most = max((len(one) for one in self.poses), default=0)
+            found = np.ma.masked_all((len(self.poses), most))
+            for row, one in zip(found, self.poses, strict=True):
+                if len(one):
+                    row[: len(one)] = one.frequencies
+            return found
+        if not self.squares.size:
             why = "; ".join(self.status.advice)
             raise NoAnswerError(f"no modes of {self.name!r} ({self.status}): {why}")
-        return np.array([mode.frequency for mode in self.each])
+        return np.sqrt(np.maximum(self.squares, 0.0)) / (2 * np.pi)
 
     def __len__(self) -> int:
-        return len(self.each)
+        return len(self.poses) if self.batch_shape else self.squares.size
 
-    def __getitem__(self, i: int) -> Mode:
-        return self.each[i]
+    def __getitem__(self, i: int) -> Any:
+        """A mode; of many poses, the modes at one."""
+        return (self.poses or self.each)[i]
 
-    def __iter__(self) -> Iterator[Mode]:
-        return iter(self.each)
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self.poses or self.each)
 
     def __repr__(self) -> str:
+        if self.batch_shape:
+            answered = int(np.count_nonzero(self.answered))
+            return f"<Modes of {self.name!r} at {len(self)} poses, {answered} with modes>"
         first = "; ".join(str(mode) for mode in self.each[:3])
-        return f"<{len(self.each)} modes of {self.name!r}, status {self.status}: {first}>"
+        return f"<{len(self)} modes of {self.name!r}, status {self.status}: {first}>"
 
 
-@dataclass(frozen=True, repr=False)
-class ModesOfPoses(StatusOfPoses):
-    """Natural vibrations of a robot at a batch of poses, one a row.
-
-    Attributes
-    ----------
-    each : tuple of Modes
-    """
-
-    each: tuple[Modes, ...]
-
-    @property
-    def status_codes(self) -> np.ndarray:
-        """Status of the equilibrium at each pose (N,) as uint16."""
-        return np.array([int(one.status) for one in self.each], dtype=np.uint16)
-
-    @property
-    def answered(self) -> np.ndarray:
-        """Which poses have modes (N,)."""
-        return np.array([len(one) > 0 for one in self.each], dtype=bool)
-
-    @property
-    def frequencies(self) -> np.ma.MaskedArray:
-        """Of all modes (N, k) [Hz], slowest first; masked where there are none, or fewer."""
-        found = np.ma.masked_all((len(self.each), max((len(one) for one in self.each), default=0)))
-        for row, one in zip(found, self.each, strict=True):
-            row[: len(one)] = [mode.frequency for mode in one]
-        return found
-
-    def __len__(self) -> int:
-        return len(self.each)
-
-    def __getitem__(self, i: int) -> Modes:
-        return self.each[i]
-
-    def __iter__(self) -> Iterator[Modes]:
-        return iter(self.each)
-
-    def __repr__(self) -> str:
-        answered = int(np.count_nonzero(self.answered))
-        return f"<ModesOfPoses of {len(self.each)} poses, {answered} with modes>"
-
-
-@overload
-def modes(
-    robot: Robot | Snapshot | Network | Linkage | CableRobot,
-    pose: OnePose = None,
-    masses: Masses | None = None,
-    *,
-    wrench: ArrayLike | None = None,
-    at: ArrayLike | None = None,
-    loads: Loads | None = None,
-    gravity: Gravity = None,
-    preload: Mapping[str, Any] | None = None,
-    laws: Laws | None = None,
-    beams: Beams = _HALVES,
-    near: Near = None,
-) -> Modes: ...
-@overload
 def modes(
     robot: Robot | Snapshot | Network | Linkage | CableRobot,
     pose: Pose | DriveValues = None,
@@ -242,21 +224,7 @@ def modes(
     laws: Laws | None = None,
     beams: Beams = _HALVES,
     near: Near = None,
-) -> Any: ...
-def modes(
-    robot: Robot | Snapshot | Network | Linkage | CableRobot,
-    pose: Pose | DriveValues = None,
-    masses: Masses | None = None,
-    *,
-    wrench: ArrayLike | None = None,
-    at: ArrayLike | None = None,
-    loads: Loads | None = None,
-    gravity: Gravity = None,
-    preload: Mapping[str, Any] | None = None,
-    laws: Laws | None = None,
-    beams: Beams = _HALVES,
-    near: Near = None,
-) -> Any:
+) -> Modes:
     """Natural frequencies and mode shapes of a robot at a pose, without load or under one.
 
     Small motions x about the equilibrium obey ``M x'' + K x = 0``, with K the second variation of
@@ -280,8 +248,7 @@ def modes(
 
     Returns
     -------
-    Modes or ModesOfPoses
-        The latter of a batch.
+    Modes
 
     Raises
     ------
@@ -311,36 +278,32 @@ def modes(
         )
     given = np.broadcast_to(given, (*postures.batch, given.shape[-1]))
     loaded = (postures.loaded(i, acting, masses or {}) for i in range(len(given)))
-    return ModesOfPoses(tuple(_modes_of(one, F) for one, F in zip(loaded, given, strict=True)))
+    each = tuple(_modes_of(one, F) for one, F in zip(loaded, given, strict=True))
+    codes = np.array([int(one.status) for one in each], dtype=np.uint16)
+    return Modes(postures.robot.name, postures.robot.space, codes, poses=each)
 
 
 def _modes_of(loaded: LoadedPosture, wrench: np.ndarray) -> Modes:
-    if not loaded.has_posture:
-        return Modes(loaded.name, loaded.space, loaded.status)
-    problem = loaded.problem
-    if problem.loads_platform_alone and not problem.dead.act and not np.any(wrench):
-        status, loading = loaded.status, LoadCase(wrench, wrench)
-        found = FoundEquilibrium(loading, problem.unloaded, 0.0, problem.at_rest, True, 0)
-    else:
-        answer = solved(loaded, wrench, None)
-        status, found = answer.status, answer.found
+    problem, status, found = loaded.problem, loaded.status, None
+    if loaded.has_posture:
+        if problem.loads_platform_alone and not problem.dead.act and not np.any(wrench):
+            loading = LoadCase(wrench, wrench)
+            found = FoundEquilibrium(loading, problem.unloaded, 0.0, problem.at_rest, True, 0)
+        else:
+            answer = solved(loaded, wrench, None)
+            status, found = answer.status, answer.found
+    about = loaded.name, loaded.space, np.asarray(int(status), dtype=np.uint16)
     if found is None:
-        return Modes(loaded.name, loaded.space, status)
-    each = []
-    for square, shape in zip(
-        *vibrations(problem, loaded.masses, found.known, found.state), strict=True
-    ):
-        rate, twist = float(np.sqrt(abs(square))), shape[len(shape) - problem.size :]
-        frequency, growth = (rate / (2 * np.pi), 0.0) if square >= 0 else (0.0, rate)
-        each.append(Mode(frequency, growth, twist, found, shape))
-    if not each:
+        return Modes(*about)
+    squares, shapes = vibrations(problem, loaded.masses, found.known, found.state)
+    if not squares.size:
         raise InputError(
             f"masses of {loaded.name!r}",
             expected="masses of bodies, by name [kg]",
             hint='write masses={"platform": 150}, rs.Mass(12, inertia=...) in place of a number; '
             '--mass "platform=150 kg"; or mass: in the model file',
         )
-    return Modes(loaded.name, loaded.space, status, tuple(each), loaded.posed, problem)
+    return Modes(*about, squares, shapes, loaded.posed, found)
 
 
 def _of_legs(problem: EquilibriumProblem, shape: np.ndarray) -> np.ndarray:

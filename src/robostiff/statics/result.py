@@ -2,34 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, wraps
+from typing import Any
 
 import numpy as np
 
 from robostiff.analysis import PartShare
-from robostiff.analysis.cable_stiffness import beyond_limits, status_of_cables
+from robostiff.analysis.cable_stiffness import beyond_limits
 from robostiff.elastostatics import Status
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, StatusOfPoses
-from robostiff.errors import NoAnswerError
-from robostiff.kinematics.turn import turn_by_vector
+from robostiff.errors import InputError, NoAnswerError
 from robostiff.markup import InNotebooks
 from robostiff.model import Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.spatial.rotation import vector_of_rotation
-from robostiff.statics.equations.equilibrium_path import SAFE, first_critical, path
-from robostiff.statics.equations.newton import FoundEquilibrium, equilibrium_at
-from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
-from robostiff.statics.equations.stability import (
-    CriticalPoint,
-    Regular,
-    may_be_singular,
-    meets_stiffness,
-    named_margins,
-)
+from robostiff.statics.equations.newton import FoundEquilibrium
+from robostiff.statics.equations.problem import EquilibriumProblem, Linearised
+from robostiff.statics.equations.stability import CriticalPoint
 from robostiff.statics.loaded_parts import (
     BodyPlaces,
     CarriedLoads,
@@ -38,49 +31,121 @@ from robostiff.statics.loaded_parts import (
     body_places,
     shares_of,
 )
-from robostiff.statics.loading.loaded_posture import LoadedPosture, as_snapshot
+from robostiff.statics.loading.loaded_posture import as_snapshot
+from robostiff.statics.solution import Solution
 
-# Of the length of the robot: what is no rounding between legs and platform.
-_OPEN = 1e-9
 _NOT_FREE = (
     "rigid parts do not let the platform move so: give a displacement along the motions that they "
     "leave, or a wrench"
 )
 
 
+def _of_each(find: Callable[[Equilibrium], Any]) -> property:
+    """A property of one equilibrium; of many an array, masked where a row has none."""
+
+    @wraps(find)
+    def found(self: Equilibrium) -> Any:
+        known = self.known.get(find.__name__)
+        if self.batch_shape:
+            return self._of_all(find.__name__, known)
+        is_known = known is not None and np.all(np.isfinite(known))
+        return known if is_known else find(self)
+
+    return property(found)
+
+
 @dataclass(frozen=True, repr=False)
-class Equilibrium(InNotebooks):
-    """A robot under load, or why there is none.
+class Equilibrium(StatusOfPoses, InNotebooks):
+    """A robot under load, or why there is none; or many, along one axis.
 
     Everything but `status`, `advice`, `stable` and `critical_factor` raises `NoAnswerError` where
-    ``has_answer`` is false.
+    ``has_answer`` is false. Of many, matrices, displacements, poses and margins are arrays that
+    begin with the axis of them, masked where a row has no answer, or no matrix; ``[i]`` is one of
+    them, which has all else.
 
     Attributes
     ----------
     name : str
     space : Space
-    status : Status
-    critical : CriticalPoint or None
-        Where stability is lost on the way to the full load.
-    margins : mapping of str to float
-        Of the platform, and of every leg with the platform held, by name: the least ratio of the
-        curvature of the energy to that without load.
-    held : bool
-        Whether the pose of the platform was given, and the wrench follows.
-    found, frame, posed
-        Where Newton's method ended, the unloaded frame of the platform, and the robot there, as a
-        snapshot, a network or a cable robot.
+    status_codes : (...) array of uint16
+        Status of each.
+    solutions : sequence of Solution
+        How they were found, or, after a kernel, are found when it is asked for.
+    rows : (...) array of int
+        Which of these they are.
+    known : mapping of str to arrays
+        Their properties, by name, where a kernel has answered.
     """
 
     name: str
     space: Space
-    status: Status
-    critical: CriticalPoint | None = None
-    margins: Mapping[str, float] = field(default_factory=dict)
-    held: bool = False
-    found: FoundEquilibrium | None = None
-    frame: tuple[np.ndarray, np.ndarray] | None = None
-    posed: Snapshot | Network | CableRobot | None = None
+    status_codes: np.ndarray
+    solutions: Sequence[Solution] | Mapping[int, Solution]
+    rows: np.ndarray
+    known: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, name: str, space: Space, solutions: Sequence[Solution] | Solution) -> Equilibrium:
+        """One, or many, as they were found."""
+        if isinstance(solutions, Solution):
+            return cls.of(name, space, (solutions,))[0]
+        codes = np.array([int(one.status) for one in solutions], dtype=np.uint16)
+        return cls(name, space, codes, solutions, np.arange(len(codes)))
+
+    def __len__(self) -> int:
+        return self.rows.size
+
+    def __getitem__(self, index: Any) -> Equilibrium:
+        """One of many, or some of them."""
+        known = {name: own[index] for name, own in self.known.items()}
+        codes, rows = (np.asarray(own[index]) for own in (self.status_codes, self.rows))
+        return replace(self, status_codes=codes, rows=rows, known=known)
+
+    def __iter__(self) -> Iterator[Equilibrium]:
+        return (self[i] for i in range(len(self)))
+
+    @property
+    def solution(self) -> Solution:
+        """How one was found, or why there is none.
+
+        Raises
+        ------
+        InputError
+            Of many.
+        """
+        if self.batch_shape:
+            raise InputError(
+                f"equilibria of {self.name!r}", got=f"{len(self)} of them", expected="one: [i]"
+            )
+        return self.solutions[int(self.rows)]
+
+    @property
+    def critical(self) -> CriticalPoint | None:
+        """Where stability is lost on the way to the full load."""
+        return self.solution.critical
+
+    @property
+    def margins(self) -> Mapping[str, float]:
+        """Of the platform, and of every leg with the platform held, by name.
+
+        The least ratio of the curvature of the energy to that without load.
+        """
+        return self.solution.margins
+
+    @property
+    def held(self) -> bool:
+        """Whether the pose of the platform was given, and the wrench follows."""
+        return self.solution.held
+
+    @property
+    def found(self) -> FoundEquilibrium | None:
+        """Where Newton's method ended."""
+        return self.solution.found
+
+    @property
+    def posed(self) -> Snapshot | Network | CableRobot | None:
+        """The robot without load: a snapshot, a network or a cable robot."""
+        return self.solution.posed
 
     @property
     def problem(self) -> EquilibriumProblem | None:
@@ -93,16 +158,41 @@ class Equilibrium(InNotebooks):
         return as_snapshot(self.posed)
 
     @property
+    def answered(self) -> np.ndarray:
+        """Where there is an equilibrium (...)."""
+        if self.known:
+            return np.isfinite(self.known["displacement"]).all(axis=-1)
+        each = [self.solutions[i].found is not None for i in self.rows.flat]
+        return np.array(each, dtype=bool).reshape(self.batch_shape)
+
+    @property
     def has_answer(self) -> bool:
-        """Whether there is an equilibrium."""
-        return self.found is not None
+        """Whether there is an equilibrium; of many, one of each."""
+        return bool(np.all(self.answered))
+
+    @property
+    def guarded(self) -> np.ndarray:
+        """What a kernel left to `equilibrium` (...)."""
+        return self.known.get("guarded", np.zeros(self.batch_shape, dtype=bool))
+
+    @property
+    def guarded_share(self) -> float:
+        """Part of all that a kernel left to `equilibrium`."""
+        return float(np.mean(self.guarded)) if len(self) else 0.0
+
+    @property
+    def platforms(self) -> Any:
+        """Places of the platforms and their rates, of a kernel that was compiled with them."""
+        return self.known.get("platforms")
 
     @property
     def advice(self) -> tuple[str, ...]:
         """What to know about this answer, a sentence each."""
+        own = self.status.advice
+        if self.batch_shape:
+            return own
         if self.held and not self.has_answer:
             return (_NOT_FREE, *Status.RIGID_DIRECTION.advice)
-        own = self.status.advice
         if self.has_answer and isinstance(self.posed, CableRobot):
             tensions = np.array([cable.tension for cable in self.springs])
             own = (*beyond_limits(self.posed, tensions), *own)
@@ -115,35 +205,37 @@ class Equilibrium(InNotebooks):
         """Factor of the load at which stability is lost on the way to it; None where it is not."""
         return None if self.critical is None else self.critical.factor
 
-    @property
+    @_of_each
     def margin(self) -> float:
         """Least of the margins that decide stability: 1 without load, 0 at the critical load."""
         self._require()
-        deciding = [m for name, m in self.margins.items() if name != "platform" or not self.held]
-        return min(deciding, default=1.0)
+        return self.solution.margin
 
     @property
-    def stable(self) -> bool:
+    def stable(self) -> Any:
         """Whether the energy has a minimum: within the legs, and as a whole where it is not held.
 
         A motion that nothing resists, before and under load, is neither: it counts as stable.
         """
-        return self.has_answer and self.margin >= 0
+        found = self.known.get("stable")
+        if found is None:
+            found = self.answered & ((self.status_codes & int(Status.UNSTABLE)) == 0)
+        return found if self.batch_shape else bool(found)
 
-    @property
+    @_of_each
     def displacement(self) -> np.ndarray:
         """Of the point and rotation vector of the platform, from the unloaded posture (r,)."""
         found = self._require()
         return found.displacement
 
-    @property
+    @_of_each
     def pose(self) -> np.ndarray:
         """Of the platform frame: x, y, z [m] and rotation vector [rad] (6,).
 
         Of a snapshot the frame is at its reference point, along the world axes without load.
         """
         found = self._require()
-        R, p = self.frame or (np.eye(3), found.problem.point)
+        R, p = self.solution.frame or (np.eye(3), found.problem.point)
         state = found.state
         place = state.p + state.R @ (p - found.problem.point)
         return np.concatenate([place, vector_of_rotation(state.R @ R)])
@@ -153,7 +245,7 @@ class Equilibrium(InNotebooks):
         """Where the point is now, about which matrices and wrenches are (3,) [m]."""
         return self._require().state.p
 
-    @property
+    @_of_each
     def K(self) -> np.ndarray:
         """Rate of the wrench that the legs carry by the twist of the platform (r, r).
 
@@ -165,9 +257,10 @@ class Equilibrium(InNotebooks):
     @property
     def K_sym(self) -> np.ndarray:
         """Hessian of the energy in exponential coordinates: the symmetric part of K (r, r)."""
-        return 0.5 * (self.K + self.K.T)
+        K = self.K
+        return 0.5 * (K + np.swapaxes(K, -1, -2))
 
-    @property
+    @_of_each
     def K_total(self) -> np.ndarray:
         """K less the rate of the forces on the platform (r, r): what more load meets."""
         return self._known_stiffness.K_total
@@ -226,7 +319,7 @@ class Equilibrium(InNotebooks):
         """
         return self._carried.reactions()
 
-    @property
+    @_of_each
     def wrench(self) -> np.ndarray:
         """Of the environment on the platform about `point` (r,): given, or what holds the pose.
 
@@ -275,6 +368,10 @@ class Equilibrium(InNotebooks):
         return shares_of(self.parts)
 
     def __repr__(self) -> str:
+        if self.batch_shape:
+            again = f", {self.guarded_share:.2%} recomputed" if "guarded" in self.known else ""
+            stable = int(np.count_nonzero(self.stable))
+            return f"<{len(self)} equilibria, {stable} stable{again}, status {self.status}>"
         if not self.has_answer:
             return f"<Equilibrium of {self.name!r}, status {self.status}>"
         shown = self.space.without_rounding(self.displacement)
@@ -286,10 +383,27 @@ class Equilibrium(InNotebooks):
 
     @property
     def _carried(self) -> CarriedLoads:
-        """What it carries under the share of preloads and of forces on legs that acts."""
-        found = self._require()
-        share = found.loading.shares(found.factor).value
-        return CarriedLoads(found.problem, found.state, share)
+        self._require()
+        return self.solution.carried
+
+    def _of_all(self, name: str, known: np.ndarray | None) -> np.ma.MaskedArray:
+        """A property of all (N, ...), masked where a row has none: what is read there is no number.
+
+        As it is known, or from that of each.
+        """
+        has, r = self.answered, self.space.size
+        if name in ("K", "K_total"):
+            has = has & ((self.status_codes & int(WITHOUT_STIFFNESS)) == 0)
+        if known is None:
+            shapes = {"pose": (6,), "margin": (), "K": (r, r), "K_total": (r, r)}
+            values = np.full((len(has), *shapes.get(name, (r,))), np.nan)
+            for i in np.flatnonzero(has).tolist():
+                values[i] = getattr(self[i], name)
+        else:
+            values = known.copy()
+            values[~has] = np.nan
+        lacking = ~has.reshape(-1, *[1] * (values.ndim - 1))
+        return np.ma.masked_array(values, np.broadcast_to(lacking, values.shape))
 
     @property
     def _known_stiffness(self) -> Linearised:
@@ -309,184 +423,9 @@ class Equilibrium(InNotebooks):
         return self._carried.about_the_tool(self._require().known.by_twist)
 
     def _require(self) -> FoundEquilibrium:
-        if self.found is None:
+        found = self.found
+        if found is None:
             raise NoAnswerError(
                 f"no equilibrium of {self.name!r} ({self.status}): {'; '.join(self.advice)}"
             )
-        return self.found
-
-
-def solved(
-    loaded: LoadedPosture,
-    wrench: np.ndarray | None,
-    displacement: np.ndarray | None = None,
-    *,
-    standing: bool = False,
-) -> Equilibrium:
-    """The equilibrium of one robot at one posture, under a wrench or at a displacement.
-
-    Where a growing load is followed, all loads grow together; or, `standing`, the wrench alone.
-    """
-    problem, status = loaded.problem, loaded.status
-    if not loaded.has_posture:
-        return Equilibrium(loaded.name, loaded.space, status)
-    nothing = np.zeros(problem.size)
-    share = (1.0, 0.0) if standing else (0.0, 1.0)
-    loading = LoadCase(nothing, nothing if wrench is None else wrench, *share)
-    if problem.at_rest.rigid:
-        status |= Status.RIGID_DIRECTION
-    target = None
-    if displacement is not None:
-        full = np.zeros(6)
-        full[list(problem.rows)] = displacement
-        target = turn_by_vector(full[3:]), problem.point + full[:3]
-    found = equilibrium_at(problem, loading, 1.0, problem.unloaded, target)
-    critical: CriticalPoint | None = None
-    margins = named_margins(found.known) if found.converged else {}
-    doubtful = not found.converged or not found.direct or min(margins.values()) < SAFE
-    legs = problem.legs
-    if not doubtful and legs.springs:  # a cable may have become slack on the way
-        pulls = legs.pulls(found.state.legs, 1.0)
-        doubtful = bool(np.any(legs.spring_arrays.is_cable & (pulls.tension == 0)))
-    if not doubtful and may_be_singular(problem):  # rigid bars may have passed a singular posture
-        doubtful = Regular.of(problem.at_rest).ratio(found.known) <= 0
-    # what nothing elastic holds leaves the unloaded posture at once: no path leads on
-    may_follow = target is None and meets_stiffness(problem.at_rest)
-    if may_follow and doubtful:
-        ended, critical, searched_to = first_critical(path(problem, loading), 1.0)
-        if critical is not None:
-            status |= Status.BEYOND_CRITICAL_LOAD
-        elif ended is None or searched_to < 1.0:
-            found = replace(found, converged=False)
-        else:
-            found, margins = ended, named_margins(ended.known)
-    held = found.known.held
-    if target is not None and held and np.linalg.norm(held.gap) > _OPEN * problem.length:
-        # legs stay open at the pose of the platform
-        status |= Status.NO_EQUILIBRIUM
-        return Equilibrium(loaded.name, loaded.space, status, held=True)
-    if not found.converged:
-        status |= Status.NO_EQUILIBRIUM
-        if target is None and not may_follow:
-            status |= Status.FREE_MOTIONS
-        return Equilibrium(loaded.name, loaded.space, status, critical)
-    return _answer(loaded, margins, found, status, critical, target is not None)
-
-
-def _answer(
-    loaded: LoadedPosture,
-    margins: dict[str, float],
-    found: FoundEquilibrium,
-    status: Status,
-    critical: CriticalPoint | None,
-    held: bool,
-) -> Equilibrium:
-    problem, known, loading = loaded.problem, found.known, found.loading
-    known_as, where = (loaded.name, loaded.space), (found, loaded.frame, loaded.posed)
-    answer = Equilibrium(*known_as, status, critical, margins, held, *where)
-    if not held:
-        wrench = loading.wrench + loading.wrench_rate
-        share = loading.shares(found.factor).value
-        if not CarriedLoads(problem, found.state, share).are_balanced(wrench):
-            status |= Status.ILL_CONDITIONED
-            return Equilibrium(loaded.name, loaded.space, status, critical)
-        if not meets_stiffness(known):
-            status |= Status.FREE_MOTIONS
-    if not (known.regular and problem.at_rest.regular):
-        status |= Status.REDUNDANT_JOINTS
-    if isinstance(loaded.posed, CableRobot):
-        status |= status_of_cables(loaded.posed, np.array([own.tension for own in answer.springs]))
-    return replace(answer, status=status if answer.stable else status | Status.UNSTABLE)
-
-
-@dataclass(frozen=True, repr=False)
-class Equilibria(StatusOfPoses):
-    """Equilibria of a robot at poses, or under wrenches, along one axis, one a row.
-
-    Properties are masked where a row has no answer, or no matrix.
-
-    Attributes
-    ----------
-    each : sequence of Equilibrium
-    known : mapping of str to arrays
-        All properties of all but margins, where a record of the robot has answered: then `each` is
-        computed when it is asked for.
-    """
-
-    each: Sequence[Equilibrium]
-    known: Mapping[str, np.ndarray] = field(default_factory=dict)
-
-    @property
-    def status_codes(self) -> np.ndarray:
-        """Status of each (N,) as uint16."""
-        if self.known:
-            return self.known["status_codes"]
-        return np.array([int(one.status) for one in self.each], dtype=np.uint16)
-
-    @property
-    def answered(self) -> np.ndarray:
-        """Which of them have an answer (N,)."""
-        if self.known:
-            return np.logical_and.reduce(np.isfinite(self.known["displacement"]), axis=1)
-        return np.array([one.has_answer for one in self.each], dtype=bool)
-
-    @property
-    def stable(self) -> np.ndarray:
-        """Which of them are stable (N,)."""
-        if self.known:
-            return self.known["stable"]
-        return np.array([one.stable for one in self.each], dtype=bool)
-
-    @property
-    def K(self) -> np.ma.MaskedArray:
-        """Of each (N, r, r); see `Equilibrium.K`."""
-        return self._all("K")
-
-    @property
-    def K_total(self) -> np.ma.MaskedArray:
-        """Of each (N, r, r); see `Equilibrium.K_total`."""
-        return self._all("K_total")
-
-    @property
-    def displacement(self) -> np.ma.MaskedArray:
-        """Of each (N, r); see `Equilibrium.displacement`."""
-        return self._all("displacement")
-
-    @property
-    def pose(self) -> np.ma.MaskedArray:
-        """Of each (N, 6); see `Equilibrium.pose`."""
-        return self._all("pose")
-
-    @property
-    def margin(self) -> np.ma.MaskedArray:
-        """Of each (N,); see `Equilibrium.margin`."""
-        return self._all("margin")
-
-    def _all(self, what: str) -> np.ma.MaskedArray:
-        has = self.answered
-        if what in ("K", "K_total"):
-            has = has & ((self.status_codes & int(WITHOUT_STIFFNESS)) == 0)
-        if what in self.known:
-            values, shape = self.known[what][has], self.known[what].shape[1:]
-        else:
-            r = self.each[0].space.size if self.each else 6
-            shapes = {"K": (r, r), "K_total": (r, r), "displacement": (r,), "pose": (6,)}
-            shape = shapes.get(what, ())
-            values = [np.asarray(getattr(self.each[i], what)) for i in np.flatnonzero(has).tolist()]
-        found = np.ma.masked_all((len(has), *shape))
-        found.data[...] = np.nan  # what is read past the mask is no number
-        found[has] = np.reshape(values, (-1, *shape))
         return found
-
-    def __len__(self) -> int:
-        return len(self.each)
-
-    def __getitem__(self, i: int) -> Equilibrium:
-        return self.each[i]
-
-    def __iter__(self) -> Iterator[Equilibrium]:
-        return iter(self.each)
-
-    def __repr__(self) -> str:
-        stable = int(np.count_nonzero(self.stable))
-        return f"<{len(self)} equilibria, {stable} stable, status {self.status}>"

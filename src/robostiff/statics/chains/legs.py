@@ -16,7 +16,6 @@ import numpy as np
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 from robostiff.statics.chains.elements import (
     NOBODY,
-    BodyPlace,
     FiniteBodySpring,
     FiniteChain,
     FiniteCoupling,
@@ -170,10 +169,20 @@ class Legs:
         each = [[self.chains[c].owner for c in own] for own in block.chains]
         return [min((o for o in own if o != NOBODY), default=NOBODY) for own in each]
 
-    def moved(self, state: LegState) -> list[list[BodyPlace]]:
-        """Of every chain, where the bodies at its start and behind every element are."""
-        R, t = self.arrays.moved(state.x, *self._starting(state))
-        return [[BodyPlace(R[i], t[i]) for i in own] for own in self.numbers.of_chains.bodies]
+    def bodies(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
+        """Where all bodies of chains are, by their numbers there; see `MovingChains.moved`."""
+        return self.arrays.moved(state.x, *self._starting(state))
+
+    def places_of(self, state: LegState, spots: Sequence[Spot]) -> tuple[np.ndarray, np.ndarray]:
+        """The same of some bodies, (M, 3, 3) and (M, 3)."""
+        bodies = [self.numbers.of_chains.bodies[c][after] for c, after in spots]
+        R, t = self.bodies(state)
+        return R[bodies], t[bodies]
+
+    def now(self, state: LegState, spots: Sequence[Spot], points: np.ndarray) -> np.ndarray:
+        """Where points (M, 3) of the unloaded posture are, of some bodies [m]."""
+        R, t = self.places_of(state, spots)
+        return (R @ points[..., None])[..., 0] + t
 
     @cached_property
     def sum_rows(self) -> list[np.ndarray]:
@@ -322,13 +331,16 @@ class Legs:
 
     def twists(self, state: LegState, about: np.ndarray, spots: Sequence[Spot]) -> np.ndarray:
         """Of some bodies about a point (3,), by all unknowns (M, 6, T)."""
-        at, found = self.numbers.of_chains, np.zeros((len(spots), 6, self.numbers.total))
-        by_columns = self.arrays.twists(state.x, *self._starting(state), about).T
-        for own, (c, after) in zip(found, spots, strict=True):
-            columns, body = at.columns[c], at.bodies[c][after]
-            moving = at.body[columns] <= body
-            own[:, self.numbers.columns[columns]] = by_columns[:, columns] * moving
-        return found
+        at, found = self.numbers.of_chains, np.zeros((self.numbers.total, len(spots), 6))
+        by_columns = self.arrays.twists(state.x, *self._starting(state), about)
+        of_chain = np.array([c for c, _ in spots])
+        body = np.array([at.bodies[c][after] for c, after in spots])
+        for c in np.unique(of_chain).tolist():
+            columns, own = at.columns[c], np.flatnonzero(of_chain == c)
+            moving = at.body[columns, None] <= body[own]
+            unknowns = self.numbers.columns[columns, None]
+            found[unknowns, own] = by_columns[columns, None] * moving[..., None]
+        return np.moveaxis(found, 0, -1)
 
     @cached_property
     def stiffness(self) -> np.ndarray:

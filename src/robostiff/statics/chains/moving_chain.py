@@ -212,10 +212,10 @@ class MovingChains:
         self._end_frames = self._frames(at.last, np.tile(identity, (len(ends), 1, 1)), ends)
         # loads, and behind them anchors, which have no force of their own
         loads, bodies = [load for c in chains for load in c.loads], at.load_bodies
-        self._load_point = self._array([*(own.point for own in loads), *anchors], 3)
+        self.load_point: np.ndarray = self._array([*(own.point for own in loads), *anchors], 3)
         self.load_force: np.ndarray = self._zeros(len(bodies), 3)
         self.load_force[: len(loads)] = self._array([own.force for own in loads], 3)
-        arms = (self._load_point - self._points[bodies])[..., None]
+        arms = (self.load_point - self._points[bodies])[..., None]
         self._load_offset = np.swapaxes(self._axes[bodies], -1, -2) @ arms
         # velocities of elements by their coordinates, and twists of bodies by themselves
         moved = len(at.of_bodies) // len(body_rows)
@@ -468,5 +468,5 @@ class MovingChains:
     def load_potential(self, x: np.ndarray, R: np.ndarray, p: np.ndarray) -> float:
         """Potential of whole loads and preloads, 0 at the unloaded posture [J]."""
         at = self._loaded_points(self._placed(x, R, p)[1])
-        work = np.sum(self.load_force * (at - self._load_point))
+        work = np.sum(self.load_force * (at - self.load_point))
         return -float(np.sum(self.preload * x[self._at.joint_x]) + work)

@@ -180,10 +180,10 @@ def margins_of(problem: EquilibriumProblem, eq: LegEquations, g: int) -> list[Ma
     legs, block = problem.legs, problem.blocks[g]
     m, Q = block.free, with_modes(legs, eq, g)
     Q0 = np.tile(np.eye(Q.shape[1]), (len(Q), 1, 1))
-    Q0[:, :m, :m] = unloaded_curvature(legs, block)
+    Q0[:, :m, :m] = unloaded_curvature(legs, g)
     C = eq.A[g][:, m:, :m] * problem.units[block.at[0, m:]][:, None]
     # Without springs between bodies: what these add to a passive joint may be rounding.
-    scale = unit_sizes(C, np.diagonal(own_curvature(legs, block), axis1=-2, axis2=-1))
+    scale = unit_sizes(C, np.diagonal(own_curvature(legs, g), axis1=-2, axis2=-1))
     columns = C * scale[:, None]
     rows = np.linalg.norm(columns, axis=2)
     columns = columns / np.where(rows > 0, rows, 1.0)[..., None]
@@ -346,21 +346,23 @@ def whole_motion(
     return motion, inner
 
 
-def own_curvature(legs: Legs, block: ComponentBlock) -> np.ndarray:
-    """Curvature of the elastic energy of parts and couplings, unloaded (N, m, m)."""
-    u = block.coordinates
-    h = legs.stiffness[u][..., None] * np.eye(block.free)
+@kept
+def own_curvature(legs: Legs, g: int) -> np.ndarray:
+    """Curvature of the elastic energy of parts and couplings, unloaded (N, m, m), of block g."""
+    u = legs.numbers.blocks[g].coordinates
+    h = legs.stiffness[u][..., None] * np.eye(u.shape[1])
     for own, a in zip(legs.couplings, legs.sum_rows, strict=True):
         h += float(own.drive.stiffness) * a[u][:, :, None] * a[u][:, None]
     return h
 
 
-def unloaded_curvature(legs: Legs, block: ComponentBlock) -> np.ndarray:
+@kept
+def unloaded_curvature(legs: Legs, g: int) -> np.ndarray:
     """The same with that of springs between bodies (N, m, m)."""
     if not legs.springs:
-        return own_curvature(legs, block)
-    K = legs.pulls(legs.unloaded, 0.0).stiffness
-    return own_curvature(legs, block) + np.array([K[np.ix_(u, u)] for u in block.coordinates])
+        return own_curvature(legs, g)
+    K, own = legs.pulls(legs.unloaded, 0.0).stiffness, legs.numbers.blocks[g].coordinates
+    return own_curvature(legs, g) + np.array([K[np.ix_(u, u)] for u in own])
 
 
 @dataclass(frozen=True)

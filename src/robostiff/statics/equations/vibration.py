@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property, partial
 from typing import cast
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.model import PlacedMass, PlacedSpring
 from robostiff.spatial import cross, skew
-from robostiff.statics.chains.elements import BodyPlace, FiniteJoint, Spot
+from robostiff.statics.chains.elements import FiniteJoint, Spot
 from robostiff.statics.chains.legs import Legs, LegState
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, State
 from robostiff.statics.equations.stability import (
@@ -56,7 +57,7 @@ class CarriedMass:
     part: PlacedSpring | None = None
     end: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
-    @property
+    @cached_property
     def is_along_part(self) -> bool:
         """Whether it moves with the sections of an elastic part, rather than with a body."""
         start = self.mass.start
@@ -79,30 +80,24 @@ def velocities(
 
     ``B^T B`` is the mass matrix. Unknown rates of bodies are twists about a point (3,) [m].
     """
-    places, found = legs.moved(state), [np.zeros((0, legs.numbers.total))]
+    found = [np.zeros((0, legs.numbers.total))]
     points = [own for own in masses if not own.is_along_part]
     if points:
         spots = [own.spot for own in points]
-        at = np.array(
-            [places[c][k].of(own.mass.centre) for own, (c, k) in zip(points, spots, strict=True)]
-        )
+        at = legs.now(state, spots, np.array([own.mass.centre for own in points]))
         roots = np.sqrt(np.array([own.mass.value for own in points], dtype=float))
         moved = _about(at - about, legs.twists(state, about, spots))[:, :3]
         found.append((roots[:, None, None] * moved).reshape(3 * len(points), -1))
     along = [own for own in masses if own.is_along_part]
     if along:
-        found.append(_velocities_of_parts(legs, state, about, along, places))
+        found.append(_velocities_of_parts(legs, state, about, along))
     return np.concatenate(found)
 
 
 def _velocities_of_parts(
-    legs: Legs,
-    state: LegState,
-    about: np.ndarray,
-    masses: Sequence[CarriedMass],
-    places: Sequence[Sequence[BodyPlace]],
+    legs: Legs, state: LegState, about: np.ndarray, masses: Sequence[CarriedMass]
 ) -> np.ndarray:
-    """As `velocities`, of masses along elastic parts; `places` are those of all bodies.
+    """As `velocities`, of masses along elastic parts.
 
     An element of a part is straight between its ends where these are now, and its sections move as
     `motion_of_section` says.
@@ -117,7 +112,7 @@ def _velocities_of_parts(
         for k in range(own.parts)
     ]
     ends = [*near, *(own._replace(after=own.after + 1) for own in near)]
-    R, t = (np.array([getattr(places[c][k], name) for c, k in ends]) for name in ("R", "t"))
+    R, t = legs.places_of(state, ends)
     start = np.array([own.mass.start for own in masses])[of_mass]
     x = np.array([own.end for own in masses])[of_mass] - start
     y = np.array([own.part.rotation[:, 1] for own in masses if own.part])[of_mass]
@@ -252,8 +247,8 @@ def _axes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def vibrations(
     problem: EquilibriumProblem, masses: CarriedMasses, known: Linearised, state: State
-) -> tuple[np.ndarray, np.ndarray]:
-    """Squares of angular frequencies (k,) [rad^2/s^2], slowest first, and motions (k, n).
+) -> tuple[np.ndarray, Callable[[], np.ndarray]]:
+    """Squares of angular frequencies (k,) [rad^2/s^2], slowest first, and what has motions (k, n).
 
     Small vibrations about a state where the equations are known, over the free coordinates of legs
     and the twist of the platform. The squares are negative where the robot leaves the equilibrium;
@@ -265,13 +260,10 @@ def vibrations(
     number = np.full(legs.numbers.total, -1)
     number[problem.free] = np.arange(len(problem.free))
     n = len(problem.free) + r
-    # second variation of the energy, less the work of loads and wrenches
-    K, stiff = np.zeros((n, n)), np.zeros(n)
-    for block, A in zip(problem.blocks, known.equations.A, strict=True):
-        m, at = block.free, number[block.coordinates]
-        K[at[:, :, None], at[:, None]] = A[:, :m, :m]
-        stiff[at] = np.diagonal(unloaded_curvature(legs, block), axis1=-2, axis2=-1)
-    K[n - r :, n - r :] += known.K_total - known.K
+    stiff = np.zeros(n)
+    for g, block in enumerate(problem.blocks):
+        own = np.diagonal(unloaded_curvature(legs, g), axis1=-2, axis2=-1)
+        stiff[number[block.coordinates]] = own
     # motions that keep the robot together, in robot lengths and radians
     C = whole_closure(known) * np.append(
         problem.units[problem.free], problem.scale / problem.length
@@ -281,7 +273,14 @@ def vibrations(
     rows = np.linalg.norm(C, axis=1)
     ((_, motions),) = left_by((C / np.where(rows > 0, rows, 1.0)[:, None])[None])
     Z = motions[0] * size[:, None]
-    B, K = mass_rows(problem, masses, state) @ Z, Z.T @ (0.5 * (K + K.T)) @ Z
+    # second variation of the energy, less the work of loads and wrenches
+    KZ = np.zeros(Z.shape)
+    KZ[n - r :] = (known.K_total - known.K) @ Z[n - r :]
+    for block, A in zip(problem.blocks, known.equations.A, strict=True):
+        at = number[block.coordinates]
+        KZ[at] = A[:, : block.free, : block.free] @ Z[at]
+    B, K = mass_rows(problem, masses, state) @ Z, Z.T @ KZ
+    K = 0.5 * (K + K.T)
     try:
         L = np.linalg.cholesky(K)
         inverse = np.linalg.inv(L)
@@ -289,13 +288,21 @@ def vibrations(
         return _loose(Z, K, B)
     if not np.linalg.norm(L) * np.linalg.norm(inverse) < _CLEARLY:
         return _loose(Z, K, B)
-    _, values, Vt = np.linalg.svd(B @ inverse.T, full_matrices=False)
-    heavy = values > _MASSLESS * np.max(values, initial=0.0)
-    shapes = (Z @ (inverse.T @ Vt[heavy].T) / values[heavy]).T
-    return 1.0 / values[heavy] ** 2, shapes
+    B = B @ inverse.T
+    values = np.linalg.svd(B, compute_uv=False)  # a third of the time of all
+    values = values[values > _MASSLESS * np.max(values, initial=0.0)]
+    return 1.0 / values**2, partial(_shapes, Z @ inverse.T, B, len(values))
 
 
-def _loose(Z: np.ndarray, K: np.ndarray, B: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _shapes(Z: np.ndarray, B: np.ndarray, count: int) -> np.ndarray:
+    """Motions ``Z v / s`` (count, n) of the largest singular values s of B."""
+    _, values, Vt = np.linalg.svd(B, full_matrices=False)
+    return (Z @ Vt[:count].T / values[:count]).T
+
+
+def _loose(
+    Z: np.ndarray, K: np.ndarray, B: np.ndarray
+) -> tuple[np.ndarray, Callable[[], np.ndarray]]:
     """Where some motion meets no stiffness, or a negative one."""
     least = _LOOSE * np.max(np.abs(np.linalg.eigvalsh(K)), initial=0.0)
     _, values, Vt = np.linalg.svd(B)
@@ -307,7 +314,7 @@ def _loose(Z: np.ndarray, K: np.ndarray, B: np.ndarray) -> tuple[np.ndarray, np.
     moved = heavy - follow @ ((follow.T @ K @ heavy) / w[held][:, None])
     squares, own = np.linalg.eigh(moved.T @ K @ moved)
     none = np.abs(squares) <= _LOOSE * np.max(np.abs(squares), initial=0.0)
-    return np.where(none, 0.0, squares), (Z @ moved @ own).T
+    return np.where(none, 0.0, squares), partial(np.array, (Z @ moved @ own).T)
 
 
 def mass_rows(problem: EquilibriumProblem, masses: CarriedMasses, state: State) -> np.ndarray:

@@ -29,7 +29,8 @@ from robostiff.statics.kernels.leg import Site
 from robostiff.statics.kernels.loaded_robot import record_loading
 from robostiff.statics.loading.given_loads import Acting, Gravity, Loads, StandingLoads
 from robostiff.statics.loading.loaded_posture import LoadedPosture, Postures, postures_of
-from robostiff.statics.result import solved
+from robostiff.statics.result import Equilibrium
+from robostiff.statics.solution import solved
 
 _BOWING = Bowing()
 # Operations of a step beyond which compiling takes longer than NumPy needs for many poses.
@@ -297,7 +298,8 @@ def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> C
             part = given[own] if pose is given else JointCoordinates(given[own])
             postures = postures_of(other, part, None)
             for i, k in enumerate(own):
-                one = solved(postures.loaded(i, acting), F[k])
+                solution = solved(postures.loaded(i, acting), F[k])
+                one = Equilibrium.of(robot.name, robot.space, solution)
                 where = f"{robot.name!r} at {given[k].tolist()} under {F[k].tolist()}"
                 if not one.has_answer:
                     raise DisagreementError(_SUBJECT, f"({one.status} against an answer)", where)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,9 +15,9 @@ from robostiff.compiled import Kernel
 from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.codes import chunks_of, in_shares
 from robostiff.compiled.kernel import whole_threads
-from robostiff.elastostatics.status import PoseBatch, Status, StatusOfPoses
+from robostiff.elastostatics.status import PoseBatch, Status
 from robostiff.errors import InputError, OpenAtHomeError
-from robostiff.kinematics import JointCoordinates, Pose, posture_finder
+from robostiff.kinematics import JointCoordinates, Pose, Posture, posture_finder
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.model.cable import Weight
@@ -27,7 +27,8 @@ from robostiff.spatial.rotation import vector_of_quaternion
 from robostiff.statics.kernels.leg import Site
 from robostiff.statics.loading.given_loads import Acting, StandingLoads, each_load
 from robostiff.statics.loading.loaded_posture import postures_of, wrenches_of
-from robostiff.statics.result import Equilibria, solved
+from robostiff.statics.result import Equilibrium
+from robostiff.statics.solution import Solution, solved
 
 # Of a displacement: by how much a kernel may be off whose rates are used; and of the length.
 _SAME, _ROUNDING = 1e-5, 1e-12
@@ -58,71 +59,81 @@ class Platforms(PoseBatch):
     drive_rates: np.ndarray
 
 
-@dataclass(frozen=True, repr=False)
-class LoadedAnswer(StatusOfPoses, PoseBatch):
-    """Equilibria of a robot at N poses under N wrenches, or at one: without the axis of N.
+def _matrices(K: np.ndarray, wrench: np.ndarray, arms: np.ndarray) -> np.ndarray:
+    """`Equilibrium.K_total` from the symmetric part of K (N, r, r), which becomes K.
+
+    Under wrenches (N, r); `arms` (N, 3, 3) are sums of ``b f^T`` over the dead forces f on the
+    platform, b from the reference point [N m].
+    """
+    if K.shape[-1] == 6:  # the antisymmetric part of moments
+        b_f, f_b = arms[..., [1, 2, 0], [2, 0, 1]], arms[..., [2, 0, 1], [1, 2, 0]]
+        x, y, z = 0.5 * (wrench[..., 3:] + b_f - f_b).T
+        for (i, j), part in {(3, 4): z, (4, 5): x, (5, 3): y}.items():
+            K[..., i, j] += part
+            K[..., j, i] -= part
+    if not np.any(arms):
+        return K
+    total, turned = K.copy(), [2] if K.shape[-1] == 3 else [0, 1, 2]
+    turning = arms - np.trace(arms, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
+    total[..., -len(turned) :, -len(turned) :] -= turning[..., turned, :][..., turned]
+    return total
+
+
+@dataclass(eq=False)
+class SolvedOnDemand(dict[int, Solution]):
+    """What `equilibrium` finds at poses and wrenches of a kernel, as it is asked for.
 
     Attributes
     ----------
-    K_sym : (N, r, r) array
-        Hessian of the energy about the point that moves along [N/m, N, N m]; not a number where
-        there is no answer.
-    displacement : (N, r) array
-        Of the reference point and rotation vector, from the unloaded posture [m, rad].
-    stable : (N,) array of bool
-    status_codes : (N,) array of uint16
-        See `Status`.
-    guarded : (N,) array of bool
-        What was computed again by `equilibrium`.
-    wrench : (N, r) array
-        As given [N, N m].
-    arms : (N, 3, 3) array
-        Sum of ``b f^T`` over the dead forces f on the platform, b from the reference point [N m].
-    platforms : Platforms or None
-        Where it was compiled with them.
+    loading : CompiledLoading
+    given : (N, n) array
+        Poses, or joint coordinates.
+    by_joints : bool
+    F : (N, r) array
+        Wrenches [N, N m].
+    levers : (N, ...) array
+        Behind those of hooks, forces at sites.
+    parameters : ParameterValues
     """
 
-    K_sym: np.ndarray
-    displacement: np.ndarray
-    stable: np.ndarray
-    status_codes: np.ndarray
-    guarded: np.ndarray
-    wrench: np.ndarray
-    arms: np.ndarray
-    platforms: Platforms | None = None
+    loading: CompiledLoading
+    given: np.ndarray
+    by_joints: bool
+    F: np.ndarray
+    levers: np.ndarray
+    parameters: ParameterValues
 
-    @property
-    def K(self) -> np.ndarray:
-        """Rate of the wrench (N, r, r): `K_sym` and the antisymmetric part of moments."""
-        K = self.K_sym.copy()
-        if K.shape[-1] == 6:
-            b_f, f_b = self.arms[..., [1, 2, 0], [2, 0, 1]], self.arms[..., [2, 0, 1], [1, 2, 0]]
-            x, y, z = 0.5 * (self.wrench[..., 3:] + b_f - f_b).T
-            for (i, j), part in {(3, 4): z, (4, 5): x, (5, 3): y}.items():
-                K[..., i, j] += part
-                K[..., j, i] -= part
-        return K
+    def __missing__(self, k: int) -> Solution:
+        for _ in self.groups(np.arange(len(self.given)) == k):
+            pass
+        return self[k]
 
-    @property
-    def K_total(self) -> np.ndarray:
-        """K less what dead forces on the platform do as it turns (N, r, r)."""
-        K = self.K
-        turned = [2] if K.shape[-1] == 3 else [0, 1, 2]
-        trace = np.trace(self.arms, axis1=-2, axis2=-1)[..., None, None]
-        turning = self.arms - trace * np.eye(3)
-        K[..., -len(turned) :, -len(turned) :] -= turning[..., turned, :][..., turned]
-        return K
-
-    @property
-    def guarded_share(self) -> float:
-        """Part of the poses that were computed again."""
-        return float(np.mean(self.guarded)) if self.guarded.size else 0.0
-
-    def __repr__(self) -> str:
-        return (
-            f"<LoadedAnswer of {self.stable.size} poses: {self.guarded_share:.2%} recomputed, "
-            f"status {self.status}>"
-        )
+    def groups(self, wanted: np.ndarray) -> Iterator[tuple[np.ndarray, Posture | None]]:
+        """Find some of them (N,), alike parameters together: their numbers, and postures."""
+        loading, split = self.loading, 9 * self.loading.has_platforms
+        for robot, part in self.parameters.groups(wanted):
+            poses = JointCoordinates(self.given[part]) if self.by_joints else self.given[part]
+            try:
+                postures = postures_of(robot, poses, None)
+            except OpenAtHomeError:  # parameters of no robot: its legs reach no pose from home
+                self.update((k, Solution(Status.UNREACHABLE)) for k in part.tolist())
+                yield part, None
+                continue
+            for i, k in enumerate(part.tolist()):
+                own, forces = self.levers[k, :split], self.levers[k, split:].reshape(-1, 3)
+                loads: dict[str, Any] = dict(loading.standing.loads or {})
+                for (body, point), force in zip(loading.sites, forces, strict=True):
+                    before = each_load(body, loads[body]) if body in loads else ()
+                    loads[body] = (*before, Weight(force, point))
+                acting = Acting(**{**loading.standing.given, "loads": loads or None}, laws={})
+                loaded = postures.loaded(i, acting)
+                if own.any():  # the wrench has their forces
+                    dead = loaded.problem.dead
+                    own_levers = dead.levers + loaded.frame[0] @ own.reshape(3, 3)
+                    problem = replace(loaded.problem, dead=replace(dead, levers=own_levers))
+                    loaded = replace(loaded, problem=problem)
+                self[k] = solved(loaded, self.F[k])
+            yield part, postures.posture
 
 
 @dataclass(frozen=True, repr=False)
@@ -202,7 +213,7 @@ class CompiledLoading:
         parameters: Mapping[str, ArrayLike] | None = None,
         again: bool = True,
         threads: int = 1,
-    ) -> LoadedAnswer:
+    ) -> Equilibrium:
         """Equilibria at many poses, or at one; where a check fails, `equilibrium` computes them.
 
         Parameters
@@ -245,62 +256,52 @@ class CompiledLoading:
         if F.ndim == 2 and len(F) not in (1, count):
             raise InputError("wrench", got=f"{len(F)} wrenches", expected=f"one, or {count}")
         F = np.broadcast_to(F, (count, space.size))
-        levers = np.zeros((count, 0))
-        if self.has_platforms:
-            expected = f"(3, 3), or one for each of {count} poses [N m]"
-            own = as_floats("hooks", 0.0 if hooks is None else hooks, expected)
-            if own.shape not in {(), (3, 3), (count, 3, 3)}:
-                raise InputError("hooks", got=f"shape {own.shape}", expected=expected)
-            levers = np.broadcast_to(own, (count, 3, 3)).reshape(count, 9)
-        elif hooks is not None:
+        if hooks is not None and not self.has_platforms:
             hint = "write compile_loaded(..., platforms=True)"
             raise InputError("hooks", got="a kernel without", expected="one with them", hint=hint)
-        shape = (len(self.sites), 3)
-        expected = f"{shape}, or one for each of {count} poses [N]"
-        own = as_floats("forces at sites", np.zeros(shape) if forces is None else forces, expected)
-        if own.shape not in {shape, (count, *shape)}:
-            raise InputError("forces at sites", got=f"shape {own.shape}", expected=expected)
-        own = np.broadcast_to(own, (count, *shape)).reshape(count, -1)
-        levers = np.hstack([levers, own])
+        levers = np.zeros((count, 0))
+        shapes = {"hooks": (hooks, (3, 3), "N m")} if self.has_platforms else {}
+        shapes["forces at sites"] = forces, (len(self.sites), 3), "N"
+        for what, (value, shape, unit) in shapes.items():
+            expected = f"{shape}, or one for each of {count} poses [{unit}]"
+            own = as_floats(what, np.zeros(shape) if value is None else value, expected)
+            if own.shape not in {shape, (count, *shape)}:
+                raise InputError(what, got=f"shape {own.shape}", expected=expected)
+            own = np.broadcast_to(own, (count, *shape)).reshape(count, -1)
+            levers = np.hstack([levers, own])
         values = ParameterValues.of(robot, parameters, count)
         rows = inputs.rows(pose, given, values)
-        answer = LoadedAnswer(
-            K_sym=np.moveaxis(np.empty((space.size, space.size, count)), -1, 0),
-            displacement=np.empty((count, space.size)),
-            stable=np.ones(count, dtype=bool),
-            status_codes=np.empty(count, dtype=np.uint16),
-            guarded=np.empty(count, dtype=bool),
-            wrench=F,
-            arms=np.zeros((count, 3, 3)),
-            platforms=Platforms(
-                np.full((count, 3), np.nan),
-                np.full((count, 3, 3), np.nan),
-                np.full((count, 6, len(values.rows)), np.nan),
-                np.full((count, 2, len(self.drives)), np.nan),
-                np.full((count, 2, len(self.drives), len(values.rows)), np.nan),
-            )
-            if self.has_platforms
-            else None,
-        )
+        n, d, r = len(values.rows), len(self.drives), space.size
+        arms = np.zeros((count, 3, 3))
+        known: dict[str, Any] = {
+            "K": np.moveaxis(np.empty((r, r, count)), -1, 0),
+            "displacement": np.empty((count, r)),
+            "stable": np.ones(count, dtype=bool),
+            "guarded": np.empty(count, dtype=bool),
+            "wrench": F,
+        }
+        if self.has_platforms:
+            shapes = (3,), (3, 3), (6, n), (2, d), (2, d, n)
+            known["platforms"] = Platforms(*(np.full((count, *own), np.nan) for own in shapes))
+        solutions = SolvedOnDemand(self, given, by_joints, F, levers, values)
+        codes = np.empty(count, dtype=np.uint16)
+        answer = Equilibrium(robot.name, space, codes, solutions, np.arange(count), known)
 
         def fill(part: slice) -> None:
             for own in chunks_of(part):
-                self._fill(rows, np.hstack([F[own], levers[own]]), own, answer)
+                self._fill(rows, np.hstack([F[own], levers[own]]), own, answer, arms)
 
         in_shares(fill, count, threads)
-        for other, part in values.groups(answer.guarded & again):
-            some = JointCoordinates(given[part]) if by_joints else given[part]
-            try:
-                self._compute_again(other, some, F[part], levers[part], part, answer)
-            except OpenAtHomeError:  # parameters of no robot: its legs reach no pose from home
-                answer.K_sym[part], answer.displacement[part] = np.nan, np.nan
-                answer.stable[part] = False
-                answer.status_codes[part] = int(Status.UNREACHABLE)
+        known["K_total"] = _matrices(known["K"], F, arms)
+        for part, posture in solutions.groups(known["guarded"] & again):
+            self._compute_again(answer, part, posture)
         return answer[0] if numbers.ndim == 1 else answer
 
-    def _fill(self, given: InputRows, F: np.ndarray, where: slice, answer: LoadedAnswer) -> None:
+    def _fill(
+        self, given: InputRows, F: np.ndarray, where: slice, answer: Equilibrium, arms: np.ndarray
+    ) -> None:
         """Results of the kernel at a chunk of poses."""
-        posture, loose = given.rows[:, where], given.loose[where]
+        posture, loose, known = given.rows[:, where], given.loose[where], answer.known
         if self.closure is not None:
             found = self.closure.evaluate(posture)
             posture = np.concatenate([found[:-2], posture[len(self.robot.coordinates) :]])
@@ -310,7 +311,7 @@ class CompiledLoading:
         K = np.moveaxis(results[: r * r].reshape(r, r, -1), -1, 0)
         given = InputRows(inputs, given.missed[where], loose)
         checked = decided(self.kernel, results, {"K": K}, given, self.general)
-        answer.K_sym[where] = K
+        known["K"][where] = K
         rows = r * r
         # Equilibrium is only as good as all that it was computed from.
         last = rows + 7 + 9 * self.has_arms
@@ -319,69 +320,51 @@ class CompiledLoading:
             unsure, np.array([0.0, 0, 0, 1, 0, 0, 0])[:, None], results[rows : rows + 7]
         )
         if self.has_arms:
-            answer.arms[where] = results[rows + 7 : last].T.reshape(-1, 3, 3)
+            arms[where] = results[rows + 7 : last].T.reshape(-1, 3, 3)
         turn = vector_of_quaternion(place[[4, 5, 6, 3]].T)
-        if answer.platforms is not None:
-            n, d = answer.platforms.rates.shape[2], 6 + r
+        platforms = answer.platforms
+        if platforms is not None:
+            n, d = platforms.rates.shape[2], 6 + r
             of_drives = 2 * len(self.drives)
             more = results[last : last + 12 + n * d + of_drives * (1 + n)].T
             R = turn_by_vector(turn)
-            answer.platforms.points[where] = more[:, :3] + place[:3].T
-            answer.platforms.axes[where] = R @ more[:, 3:12].reshape(-1, 3, 3)
+            platforms.points[where] = more[:, :3] + place[:3].T
+            platforms.axes[where] = R @ more[:, 3:12].reshape(-1, 3, 3)
             each = more[:, 12 : 12 + n * d].reshape(len(more), n, d)
             rest = more[:, 12 + n * d :].reshape(len(more), 1 + n, 2, len(self.drives))
-            answer.platforms.drives[where] = rest[:, 0]
-            answer.platforms.drive_rates[where] = np.moveaxis(rest[:, 1:], 1, 3)
-            rates = answer.platforms.rates[where]
+            platforms.drives[where] = rest[:, 0]
+            platforms.drive_rates[where] = np.moveaxis(rest[:, 1:], 1, 3)
+            rates = platforms.rates[where]
             rates[:, :3] = np.swapaxes(each[:, :, :3], 1, 2)
             rates[:, 3:] = R @ np.swapaxes(each[:, :, 3:6], 1, 2)
             rates[:, list(self.robot.space.rows)] += np.swapaxes(each[:, :, 6:], 1, 2)
         moved = np.concatenate([place[:3].T, turn], axis=1)
-        answer.displacement[where] = moved[:, list(self.robot.space.rows)]
+        known["displacement"][where] = moved[:, list(self.robot.space.rows)]
         unreachable = (checked.status_codes & int(Status.UNREACHABLE)) != 0
-        answer.displacement[where][unreachable] = np.nan
-        answer.stable[where] = ~unreachable
+        known["displacement"][where][unreachable] = np.nan
+        known["stable"][where] = ~unreachable
         codes = checked.status_codes.astype(np.uint16)
         kept = np.uint16(int(Status.UNREACHABLE | Status.BEYOND_LIMITS))
         general = np.where(unreachable, 0, int(self.status)).astype(np.uint16)
         answer.status_codes[where] = (codes & kept) | general
-        answer.guarded[where] = checked.guarded | (unsure & ~unreachable)
+        known["guarded"][where] = checked.guarded | (unsure & ~unreachable)
 
     def _compute_again(
-        self,
-        robot: Robot,
-        pose: Pose,
-        F: np.ndarray,
-        levers: np.ndarray,
-        rows: np.ndarray,
-        answer: LoadedAnswer,
+        self, answer: Equilibrium, rows: np.ndarray, posture: Posture | None
     ) -> None:
-        postures, each = postures_of(robot, pose, None), []
-        split = 9 * self.has_platforms
-        for k, (wrench, given) in enumerate(zip(F, levers, strict=True)):
-            own, forces = given[:split], given[split:].reshape(-1, 3)
-            loads: dict[str, Any] = dict(self.standing.loads or {})
-            for (body, point), force in zip(self.sites, forces, strict=True):
-                before = each_load(body, loads[body]) if body in loads else ()
-                loads[body] = (*before, Weight(force, point))
-            acting = Acting(**{**self.standing.given, "loads": loads or None}, laws={})
-            loaded = postures.loaded(k, acting)
-            if own.any():  # the wrench has their forces
-                dead = loaded.problem.dead
-                own_levers = dead.levers + loaded.frame[0] @ own.reshape(3, 3)
-                problem = replace(loaded.problem, dead=replace(dead, levers=own_levers))
-                loaded = replace(loaded, problem=problem)
-            each.append(solved(loaded, wrench))
-        found = Equilibria(tuple(each))
-        K = found.K.filled(np.nan)
-        answer.K_sym[rows] = 0.5 * (K + np.swapaxes(K, -1, -2))
+        """Fill in what `equilibrium` has found in some rows (k,), from their unloaded postures."""
+        robot, known, platforms = self.robot, answer.known, answer.platforms
+        found = Equilibrium.of(
+            robot.name, robot.space, [answer.solutions[k] for k in rows.tolist()]
+        )
         displacement = found.displacement.filled(np.nan)
-        if answer.platforms is not None:  # rates where the kernel had the same displacements
-            platforms, finder = answer.platforms, posture_finder(robot)
-            unloaded, moved = finder.find(pose).pose.reshape(-1, 6), np.zeros((len(rows), 6))
+        if platforms is not None and posture is not None:
+            # rates where the kernel had the same displacements
+            robot, finder = posture.robot, posture_finder(posture.robot)
+            unloaded, moved = posture.pose, np.zeros((len(rows), 6))
             moved[:, list(robot.space.rows)] = displacement
             size = np.array([finder.length] * 3 + [1.0] * 3)[list(robot.space.rows)]
-            off = np.max(np.abs(answer.displacement[rows] - displacement) / size, axis=1)
+            off = np.max(np.abs(known["displacement"][rows] - displacement) / size, axis=1)
             most = np.max(np.abs(displacement) / size, axis=1)
             wrong = rows[~(off <= _SAME * most + _ROUNDING)]
             for rates in (platforms.rates, platforms.drives, platforms.drive_rates):
@@ -389,8 +372,7 @@ class CompiledLoading:
             R = turn_by_vector(unloaded[:, 3:])
             platforms.points[rows] = unloaded[:, :3] + R @ robot.reference_point + moved[:, :3]
             platforms.axes[rows] = turn_by_vector(moved[:, 3:]) @ R
-        answer.displacement[rows] = displacement
-        answer.stable[rows], answer.status_codes[rows] = found.stable, found.status_codes
-        for row, one in zip(rows, found, strict=True):
-            if one.found is not None:
-                answer.arms[row] = one.found.state.R @ one.found.problem.dead.levers
+        for name in ("K", "K_total"):
+            known[name][rows] = getattr(found, name).filled(np.nan)
+        known["displacement"][rows], known["stable"][rows] = displacement, found.stable
+        answer.status_codes[rows] = found.status_codes

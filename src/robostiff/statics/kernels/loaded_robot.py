@@ -46,10 +46,10 @@ from robostiff.statics.kernels.leg import (
 from robostiff.statics.kernels.strut import (
     Buckling,
     RecordedStrut,
-    StrutTerms,
+    StrutForces,
+    add_struts,
     buckling_of,
     recorded_struts,
-    strut_terms,
     turning_forces,
 )
 from robostiff.statics.loading.assembly import of_legs
@@ -92,7 +92,7 @@ class _Equations:
     right: list[Any]
     legs: LegEquations
     buckling: list[Any]
-    struts: StrutTerms | None
+    struts: StrutForces | None
 
     @cached_property
     def factored(self) -> Factored:
@@ -134,7 +134,7 @@ class LoadedRobot:
     def equations(
         self, values: Mapping[str, Any], forces: Sequence[Any] | None = None, share: int = 1
     ) -> _Equations:
-        """At a state; `forces` are those of struts that turn with them, see `strut_terms`.
+        """At a state; `forces` are those of struts that turn with them, see `add_struts`.
 
         Dead forces and preloads act, or, at the share 0, do not: springs are relaxed.
         """
@@ -148,11 +148,7 @@ class LoadedRobot:
         legs, moment = self.legs.add_to(elimination, values, body, share)
         buckling, terms = [], None
         if self.struts:
-            terms = strut_terms([*self.struts.values()], body, forces)
-            for (i, j), value in terms.K.items():
-                elimination.add(twist[i], twist[j], value)
-            for name, own in zip(twist, terms.W, strict=True):
-                elimination.add_right(name, -own)
+            terms = add_struts(elimination, twist, [*self.struts.values()], body, forces)
             moment = moment + terms.moment
             for number, t, length in zip(self.struts, terms.t, terms.lengths, strict=True):
                 buckling += self.buckling[number].checks(t, length, SAFE)
@@ -336,7 +332,7 @@ class RecordedLoading(RecordedSteps):
     ----------
     arrival : Program
         To K (symmetric part), the shift and quaternion of the platform, where it has them the arms
-        of dead forces on it (see `LoadedAnswer`), the flags of the unloaded posture, the square of
+        of dead forces on it (sums of ``b f^T``), the flags of the unloaded posture, the square of
         the step that would be next, and a number that is positive where all checks hold.
     has_arms : bool
     drives : tuple of str

@@ -19,6 +19,7 @@ from robostiff.statics.chains.legs import Legs
 from robostiff.statics.equations.newton import equilibrium_at
 from robostiff.statics.equations.problem import EquilibriumProblem, LoadCase
 from robostiff.statics.equations.stability import margins_of
+from robostiff.statics.kernels.elimination import SymmetricElimination
 from robostiff.statics.kernels.leg import MovingBody
 
 # How far the platform is held from the unloaded posture, in radians and lengths of the robot; of
@@ -62,26 +63,27 @@ class RecordedStrut:
 
 
 @dataclass(frozen=True)
-class StrutTerms:
-    """What some struts carry together, and each of them.
+class StrutForces:
+    """What some struts carry: the moment (3,) of the forces of which their stiffness is.
 
-    W (6,) is their wrench about the point of the platform, K the symmetric part of their stiffness,
-    upper triangle, and `moment` is W[3:] of the forces that K is of; of each, `rates` are those of
-    its force by the twist of the platform, t is this force [N], `lengths` are without load [m].
+    Of each, `rates` are those of its force by the twist of the platform, t is this force [N],
+    `lengths` are without load [m].
     """
 
-    W: np.ndarray
-    K: dict[tuple[int, int], Any]
     moment: np.ndarray
     rates: list[tuple[Any, np.ndarray]]
     t: list[Any]
     lengths: list[Any]
 
 
-def strut_terms(
-    struts: Sequence[RecordedStrut], body: MovingBody, forces: Sequence[Any] | None = None
-) -> StrutTerms:
-    """Struts between the base and a body that has moved.
+def add_struts(
+    elimination: SymmetricElimination,
+    names: Sequence[int],
+    struts: Sequence[RecordedStrut],
+    body: MovingBody,
+    forces: Sequence[Any] | None = None,
+) -> StrutForces:
+    """Add struts between the base and a body that has moved to the equations of its twist.
 
     With d along a strut of length l, unloaded l_0, c from the point of the body to its end, ``g =
     (d, c x d)`` and ``s = t/l = k - k l_0/l``, W is the sum of ``s g``, and K, symmetric part, that
@@ -118,7 +120,11 @@ def strut_terms(
         K[place] = K[place] + value
     if forces is None:
         W[3:] = moment
-    return StrutTerms(np.array(W, dtype=object), K, moment, rates, tensions, lengths)
+    for (i, j), value in K.items():
+        elimination.add(names[i], names[j], value)
+    for name, own in zip(names, W, strict=True):
+        elimination.add_right(name, -own)
+    return StrutForces(moment, rates, tensions, lengths)
 
 
 def turning_forces(

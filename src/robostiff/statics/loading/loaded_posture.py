@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import pickle
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import singledispatch
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,6 +24,7 @@ from robostiff.linkage import Linkage, network_at
 from robostiff.model import Robot, Snapshot
 from robostiff.model.batched import one_of
 from robostiff.model.cable import CableRobot
+from robostiff.model.subject import Subject
 from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats
 from robostiff.statics.chains.beam_bowing import ElementsOfParts
@@ -41,6 +44,7 @@ from robostiff.statics.loading.given_loads import (
 )
 from robostiff.statics.loading.legs import loaded_legs
 
+_Found = TypeVar("_Found")
 _NO_MASSES = CarriedMasses()
 # What is said of a pose before the load, and holds under it.
 _LASTING = Status.UNBALANCED | Status.UNREACHABLE | Status.INFEASIBLE | Status.FORM_DOES_NOT_HOLD
@@ -132,7 +136,15 @@ class Postures:
     cables: CableStiffness | None = None
 
     def loaded(self, i: int, acting: Acting, masses: Masses | None = None) -> LoadedPosture:
-        """The robot at posture i with its loads, and what vibrates where masses are given."""
+        """The robot at posture i with its loads, and what vibrates where masses are given.
+
+        Of one posture that of the last call is kept, with what has been found out about it.
+        """
+        if self.batch:
+            return self._loaded(i, acting, masses)
+        return _as_last_time(Postures._loaded, self, 0, acting, masses)
+
+    def _loaded(self, i: int, acting: Acting, masses: Masses | None) -> LoadedPosture:
         pull = acting_gravity(self.robot, acting.gravity, acting.loads)
         posed, frame, status = self._posed(i, masses is not None or bool(np.any(pull)))
         assembly = assembly_of(posed)
@@ -231,9 +243,30 @@ class Postures:
         return snapshot, (turn_by_vector(own.pose[k, 3:]), own.pose[k, :3]), status
 
 
-@singledispatch
+def _as_last_time(find: Callable[..., _Found], owner: Any, *given: object) -> _Found:
+    """What is found of an owner for what is given, kept with it until something else is given."""
+    try:
+        key = pickle.dumps(given)
+    except (AttributeError, TypeError, pickle.PicklingError):  # such as a function as a law
+        return find(owner, *given)
+    last = vars(owner).get(name := f"_last {find.__qualname__}")
+    if last is None or last[0] != key:
+        vars(owner)[name] = last = key, find(owner, *given)
+    return last[1]
+
+
 def postures_of(robot: Any, pose: Any, near: Near) -> Postures:
-    """The unloaded postures of a robot at poses, or of a snapshot, network or linkage."""
+    """The unloaded postures of a robot at poses, or of a snapshot, network or linkage.
+
+    Those of the last call are kept, with what has been found out about them.
+    """
+    if not isinstance(robot, Subject):
+        return _postures_of(robot, pose, near)
+    return _as_last_time(_postures_of, robot, pose, near)
+
+
+@singledispatch
+def _postures_of(robot: Any, pose: Any, near: Near) -> Postures:
     raise InputError(
         "robot of an equilibrium",
         got=robot,
@@ -241,24 +274,24 @@ def postures_of(robot: Any, pose: Any, near: Near) -> Postures:
     )
 
 
-@postures_of.register(Robot)
+@_postures_of.register(Robot)
 def _(robot: Robot, pose: Any, near: Near) -> Postures:
     posture = find_posture(robot, pose, near=near)
     return Postures(robot, posture, posture.batch)
 
 
-@postures_of.register(Linkage)
+@_postures_of.register(Linkage)
 def _(robot: Linkage, pose: Any, near: Near) -> Postures:
     return postures_of(network_at(robot, pose), None, near)
 
 
-@postures_of.register(Network)
+@_postures_of.register(Network)
 def _(robot: Network, pose: Any, near: Near) -> Postures:
     check_is_not_posed(robot, near if pose is None else pose)
     return Postures(robot)
 
 
-@postures_of.register(Snapshot)
+@_postures_of.register(Snapshot)
 def _(robot: Snapshot, pose: Any, near: Near) -> Postures:
     check_is_not_posed(robot, near if pose is None else pose)
     if robot.reference_point.ndim > 1:
@@ -270,7 +303,7 @@ def _(robot: Snapshot, pose: Any, near: Near) -> Postures:
     return Postures(robot)
 
 
-@postures_of.register(CableRobot)
+@_postures_of.register(CableRobot)
 def _(robot: CableRobot, pose: Any, near: Near) -> Postures:
     if near is not None:
         raise InputError(

@@ -1,0 +1,155 @@
+"""How one equilibrium is found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import cast
+
+import numpy as np
+
+from robostiff.analysis.cable_stiffness import status_of_cables
+from robostiff.elastostatics import Status
+from robostiff.kinematics.turn import turn_by_vector
+from robostiff.model import Snapshot
+from robostiff.model.cable import CableRobot
+from robostiff.network import Network
+from robostiff.statics.equations.equilibrium_path import SAFE, first_critical, path
+from robostiff.statics.equations.newton import FoundEquilibrium, equilibrium_at
+from robostiff.statics.equations.problem import LoadCase
+from robostiff.statics.equations.stability import (
+    CriticalPoint,
+    Regular,
+    may_be_singular,
+    meets_stiffness,
+    named_margins,
+)
+from robostiff.statics.loaded_parts import CarriedLoads
+from robostiff.statics.loading.loaded_posture import LoadedPosture
+
+# Of the length of the robot: what is no rounding between legs and platform.
+_OPEN = 1e-9
+
+
+@dataclass(frozen=True)
+class Solution:
+    """How one equilibrium was found, or why there is none.
+
+    Attributes
+    ----------
+    status : Status
+    critical : CriticalPoint or None
+        Where stability is lost on the way to the full load.
+    margins : mapping of str to float
+        Of the platform, and of every leg with the platform held, by name: the least ratio of the
+        curvature of the energy to that without load.
+    held : bool
+        Whether the pose of the platform was given, and the wrench follows.
+    found, frame, posed
+        Where Newton's method ended, the unloaded frame of the platform, and the robot there, as a
+        snapshot, a network or a cable robot.
+    """
+
+    status: Status
+    critical: CriticalPoint | None = None
+    margins: Mapping[str, float] = field(default_factory=dict)
+    held: bool = False
+    found: FoundEquilibrium | None = None
+    frame: tuple[np.ndarray, np.ndarray] | None = None
+    posed: Snapshot | Network | CableRobot | None = None
+
+    @property
+    def margin(self) -> float:
+        """Least of the margins that decide stability."""
+        deciding = [m for name, m in self.margins.items() if name != "platform" or not self.held]
+        return min(deciding, default=1.0)
+
+    @property
+    def carried(self) -> CarriedLoads:
+        """What it carries under the share of preloads and of forces on legs that acts."""
+        found = cast("FoundEquilibrium", self.found)
+        share = found.loading.shares(found.factor).value
+        return CarriedLoads(found.problem, found.state, share)
+
+
+def solved(
+    loaded: LoadedPosture,
+    wrench: np.ndarray | None,
+    displacement: np.ndarray | None = None,
+    *,
+    standing: bool = False,
+) -> Solution:
+    """The equilibrium of one robot at one posture, under a wrench or at a displacement.
+
+    Where a growing load is followed, all loads grow together; or, `standing`, the wrench alone.
+    """
+    problem, status = loaded.problem, loaded.status
+    if not loaded.has_posture:
+        return Solution(status)
+    nothing = np.zeros(problem.size)
+    share = (1.0, 0.0) if standing else (0.0, 1.0)
+    loading = LoadCase(nothing, nothing if wrench is None else wrench, *share)
+    if problem.at_rest.rigid:
+        status |= Status.RIGID_DIRECTION
+    target = None
+    if displacement is not None:
+        full = np.zeros(6)
+        full[list(problem.rows)] = displacement
+        target = turn_by_vector(full[3:]), problem.point + full[:3]
+    found = equilibrium_at(problem, loading, 1.0, problem.unloaded, target)
+    critical: CriticalPoint | None = None
+    margins = named_margins(found.known) if found.converged else {}
+    doubtful = not found.converged or not found.direct or min(margins.values()) < SAFE
+    legs = problem.legs
+    if not doubtful and legs.springs:  # a cable may have become slack on the way
+        pulls = legs.pulls(found.state.legs, 1.0)
+        doubtful = bool(np.any(legs.spring_arrays.is_cable & (pulls.tension == 0)))
+    if not doubtful and may_be_singular(problem):  # rigid bars may have passed a singular posture
+        doubtful = Regular.of(problem.at_rest).ratio(found.known) <= 0
+    # what nothing elastic holds leaves the unloaded posture at once: no path leads on
+    may_follow = target is None and meets_stiffness(problem.at_rest)
+    if may_follow and doubtful:
+        ended, critical, searched_to = first_critical(path(problem, loading), 1.0)
+        if critical is not None:
+            status |= Status.BEYOND_CRITICAL_LOAD
+        elif ended is None or searched_to < 1.0:
+            found = replace(found, converged=False)
+        else:
+            found, margins = ended, named_margins(ended.known)
+    held = found.known.held
+    if target is not None and held and np.linalg.norm(held.gap) > _OPEN * problem.length:
+        # legs stay open at the pose of the platform
+        status |= Status.NO_EQUILIBRIUM
+        return Solution(status, held=True)
+    if not found.converged:
+        status |= Status.NO_EQUILIBRIUM
+        if target is None and not may_follow:
+            status |= Status.FREE_MOTIONS
+        return Solution(status, critical)
+    return _answer(loaded, margins, found, status, critical, target is not None)
+
+
+def _answer(
+    loaded: LoadedPosture,
+    margins: dict[str, float],
+    found: FoundEquilibrium,
+    status: Status,
+    critical: CriticalPoint | None,
+    held: bool,
+) -> Solution:
+    problem, known, loading = loaded.problem, found.known, found.loading
+    answer = Solution(status, critical, margins, held, found, loaded.frame, loaded.posed)
+    carried = answer.carried
+    if not held:
+        if not carried.are_balanced(loading.wrench + loading.wrench_rate):
+            status |= Status.ILL_CONDITIONED
+            return Solution(status, critical)
+        if not meets_stiffness(known):
+            status |= Status.FREE_MOTIONS
+    if not (known.regular and problem.at_rest.regular):
+        status |= Status.REDUNDANT_JOINTS
+    if isinstance(loaded.posed, CableRobot):
+        status |= status_of_cables(
+            loaded.posed, np.array([own.tension for own in carried.springs()])
+        )
+    return replace(answer, status=status if answer.margin >= 0 else status | Status.UNSTABLE)
