@@ -2,6 +2,7 @@
 
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -22,7 +23,7 @@ L_B = sp.sqrt(R**2 - R * r + r**2 + h**2)
 DATA = Path(__file__).parent / "data"
 
 
-def derived(name, pose=None):
+def derived(name: str, pose: Any = None) -> Any:
     """A shipped robot, or one of `DATA`, in all of its symbols; derived once for all tests."""
     return _derived(name, pose or rs.AtHome())
 
