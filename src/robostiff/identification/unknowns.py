@@ -111,9 +111,6 @@ def with_unknowns(
     InputError
         When a name fits nothing, or lengths are asked for where poses are given.
     """
-    for what, given in (("parameters to identify", patterns), ("fixed parameters", fixed)):
-        if isinstance(given, str):
-            raise InputError(what, got=given, expected="a list", hint=f"write [{given!r}]")
     found, unknowns = _with_unknowns(robot, tuple(patterns), tuple(fixed), shared=shared)
     for unknown in unknowns:
         if unknown.kind is UnknownKind.GEOMETRY and not by_joints:
