@@ -27,8 +27,8 @@ from robostiff.analytic.export import c_function, derivation_text, python_functi
 from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.errors import DisagreementError, InputError
+from tests.analytic.export.test_programs_of_robots import POSED
 from tests.analytic.formulas import DATA, cubic_platform, derived
-from tests.analytic.test_robots_as_functions import ROBOTS
 from tests.other_programs import command
 
 BENT_RAM = """
@@ -186,9 +186,9 @@ def test_steps_of_an_indefinite_matrix_are_refused():
         derive_chain(K, {"slide": [1, 0, 0]}, Steps())
 
 
-@pytest.mark.parametrize("name", sorted({*rs.shipped_robots()} - {*ROBOTS}))
+@pytest.mark.parametrize("name", sorted({*rs.shipped_robots()} - {*POSED}))
 def test_steps_of_shipped_robots_at_their_own_values(name):
-    """Other values are compared by `derive` itself, others of `ROBOTS` at symbolic poses."""
+    """Other values are compared by `derive` itself, others of `POSED` at symbolic poses."""
     robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
     derivation = rs.derive(robot, form=Steps())
     values = values_for(derivation, robot.nominal) if not derivation.following else None

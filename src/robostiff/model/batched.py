@@ -20,7 +20,7 @@ _OWN_AXES = {
 }
 
 
-class Batched:
+class BatchedPart:
     """A part in the world; its arrays may have an entry a pose, along their first axis."""
 
     def at(self, rows: int | slice) -> Self:
@@ -35,7 +35,7 @@ def _at(value: Any, own_axes: int | None, rows: int | slice) -> Any:
         return tuple(_at(entry, own_axes, rows) for entry in value)
     if isinstance(value, Elasticity):
         return value.one(rows)
-    if not isinstance(value, Batched | Screw):
+    if not isinstance(value, BatchedPart | Screw):
         return value
     names = names_of(type(value))
     own = {name: _at(getattr(value, name), _OWN_AXES.get(name), rows) for name in names}

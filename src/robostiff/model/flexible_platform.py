@@ -8,7 +8,7 @@ import numpy as np
 
 from robostiff.elasticity import BeamTheory, CrossSection, Elasticity, Material
 from robostiff.errors import InputError
-from robostiff.model.batched import Batched
+from robostiff.model.batched import BatchedPart
 from robostiff.model.checks import check_distinct, vector3
 from robostiff.model.link import beam_link
 from robostiff.model.mass import Mass, PlacedMass
@@ -221,7 +221,7 @@ def rigid_member(a: PlatformNode, b: PlatformNode, name: str = "rigid") -> Platf
 
 
 @dataclass(frozen=True)
-class PlacedPlatform(Batched):
+class PlacedPlatform(BatchedPart):
     """A flexible platform in the world.
 
     Attributes

@@ -10,7 +10,7 @@ import numpy as np
 
 from robostiff.elasticity.checks import Bounds
 from robostiff.errors import InputError
-from robostiff.model.batched import Batched
+from robostiff.model.batched import BatchedPart
 from robostiff.model.checks import vector3
 from robostiff.record import Entry, is_zero, usual_size
 from robostiff.spatial import Frame, as_float, as_floats
@@ -246,7 +246,7 @@ class PointMass:
 
 
 @dataclass(frozen=True)
-class PlacedMass(Batched):
+class PlacedMass(BatchedPart):
     """A mass in the world.
 
     Attributes

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from robostiff.elasticity import Elasticity
-from robostiff.model.batched import Batched
+from robostiff.model.batched import BatchedPart
 from robostiff.model.body_spring import refuse_springs
 from robostiff.model.chain import block_in_words
 from robostiff.model.flexible_platform import PlacedPlatform
@@ -28,7 +28,7 @@ _POINT = 1e-6  # of the size with its beams: a robot that small is a point
 
 
 @dataclass(frozen=True)
-class PlacedFreedom(Batched, Screw):
+class PlacedFreedom(BatchedPart, Screw):
     """A freedom of a joint in the world: a unit screw with a name and a role.
 
     Attributes
@@ -110,7 +110,7 @@ class CoupledFreedom(PlacedFreedom):
 
 
 @dataclass(frozen=True)
-class PlacedSpring(Batched):
+class PlacedSpring(BatchedPart):
     """An elastic part in the world.
 
     Attributes
@@ -131,7 +131,7 @@ class PlacedSpring(Batched):
 
 
 @dataclass(frozen=True)
-class PlacedBlock(Batched):
+class PlacedBlock(BatchedPart):
     """Branches in parallel inside a leg; each runs from the body before them to the body after.
 
     Attributes
@@ -145,7 +145,7 @@ class PlacedBlock(Batched):
 
 
 @dataclass(frozen=True)
-class PlacedBodySpring(Batched):
+class PlacedBodySpring(BatchedPart):
     """A spring between points of two bodies, in the world.
 
     Its tension at the distance l is ``tension + stiffness (l - length)``.
@@ -180,7 +180,7 @@ PlacedElement = PlacedFreedom | PlacedSpring | PlacedBlock
 
 
 @dataclass(frozen=True)
-class PlacedLeg(Batched):
+class PlacedLeg(BatchedPart):
     """A chain in the world, base to platform; whatever lies between its elements is rigid.
 
     Attributes
@@ -264,7 +264,7 @@ class PlacedLeg(Batched):
 
 
 @dataclass(frozen=True)
-class Snapshot(Batched, FrozenSubject):
+class Snapshot(BatchedPart, FrozenSubject):
     """A robot at one pose, or at a batch of poses.
 
     Attributes
