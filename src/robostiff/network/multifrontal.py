@@ -135,7 +135,7 @@ class BlockMatrix:
 
 
 @dataclass(frozen=True)
-class FactorColumns:
+class FrontPanel:
     """Columns of the factor, of unknowns side by side in the order of elimination."""
 
     rows: np.ndarray  # (r,) of int: its unknowns, then those that they act on
@@ -156,33 +156,33 @@ class FactorColumns:
 
 
 @dataclass(frozen=True)
-class CholeskyFactor:
+class CholeskyFactors:
     """``K = L L^T`` of bodies with n displacements each.
 
     Attributes
     ----------
     order : (m n,) array of int
         Unknowns in the order of elimination.
-    panels : sequence of FactorColumns
+    panels : sequence of FrontPanel
         Of all bodies but the last.
     size : int
         Displacements n of a body.
-    last : FactorColumns or None
+    last : FrontPanel or None
         Of the last body; None where the others leave it no stiffness in some direction.
     """
 
     order: np.ndarray
-    panels: Sequence[FactorColumns]
+    panels: Sequence[FrontPanel]
     size: int
-    last: FactorColumns | None
+    last: FrontPanel | None
 
     @staticmethod
-    def of(K: BlockMatrix, pieces: Sequence[int], order: np.ndarray) -> CholeskyFactor:
+    def of(K: BlockMatrix, pieces: Sequence[int], order: np.ndarray) -> CholeskyFactors:
         """Factorise, piece after piece of so many bodies, the last body alone.
 
         Raises LinAlgError where a pivot of another body is not positive.
         """
-        panels: list[FactorColumns] = []
+        panels: list[FrontPanel] = []
         n = K.blocks.shape[-1]
         try:
             for panel in _panels(K, pieces):
@@ -190,8 +190,8 @@ class CholeskyFactor:
         except np.linalg.LinAlgError:
             if sum(panel.entries.shape[1] for panel in panels) < len(order) - n:
                 raise
-            return CholeskyFactor(order, panels, n, None)
-        return CholeskyFactor(order, panels[:-1], n, panels[-1])
+            return CholeskyFactors(order, panels, n, None)
+        return CholeskyFactors(order, panels[:-1], n, panels[-1])
 
     def solve(self, b: np.ndarray, *, last_is_fixed: bool) -> np.ndarray:
         """Solution (m n, k) for right sides (m n, k), the last body fixed or not."""
@@ -226,7 +226,7 @@ def _fronts(K: BlockMatrix, pieces: Sequence[int]) -> Iterator[tuple[int, np.nda
         begin = end
 
 
-def _panels(K: BlockMatrix, pieces: Sequence[int]) -> Iterator[FactorColumns]:
+def _panels(K: BlockMatrix, pieces: Sequence[int]) -> Iterator[FrontPanel]:
     """Of the factor of a positive definite matrix; LinAlgError where a pivot is not positive."""
     n, fronts = K.blocks.shape[-1], [*_fronts(K, pieces)]
     steps = [[*pairwise([*range(0, n * size, _PANEL), n * size])] for size, _, _ in fronts]
@@ -260,7 +260,7 @@ def _panels(K: BlockMatrix, pieces: Sequence[int]) -> Iterator[FactorColumns]:
             panel = room[used : (used := used + (len(F) - a) * (b - a))].reshape(-1, b - a)
             panel[: b - a] = inverse = np.linalg.inv(np.linalg.cholesky(F[a:b, a:b]))
             F[b:, a:b] = np.matmul(F[b:, a:b], inverse.T, out=panel[b - a :])
-            yield FactorColumns(unknowns[a:], panel)
+            yield FrontPanel(unknowns[a:], panel)
         if len(rest):
             below = F[n * size :]
             remainder = below @ below.T

@@ -25,7 +25,7 @@ from robostiff.network.mobility import (
     null_spaces,
     pinning_coordinates,
 )
-from robostiff.network.multifrontal import BlockMatrix, CholeskyFactor, dissected
+from robostiff.network.multifrontal import BlockMatrix, CholeskyFactors, dissected
 from robostiff.spatial.batch import block_diagonal
 
 if TYPE_CHECKING:
@@ -268,7 +268,7 @@ class CondensedSystem:
 
     matrix: NetworkMatrix
     stiffness: tuple[np.ndarray, ...]  # (N, m, m) of each part: (S + D)^-1, 0 of what is left out
-    factors: CholeskyFactor
+    factors: CholeskyFactors
     moving: np.ndarray  # (m n,) of int: displacements of all bodies that are not fixed
     pinned: np.ndarray  # of int: those that are held
 
@@ -326,7 +326,7 @@ def condensed_system(
         stiffness = tuple(_stiffness(own.S, is_left_out[own.rows]) for own in matrix.parts)
         held = is_left_out[: n * len(names)].reshape(-1, n)
         K = BlockMatrix.of_elements(number, _of_bodies(matrix.parts, stiffness, held))
-        factors = CholeskyFactor.of(K, [*map(len, pieces)], unknowns)
+        factors = CholeskyFactors.of(K, [*map(len, pieces)], unknowns)
     except np.linalg.LinAlgError:
         return None
     return CondensedSystem(matrix, stiffness, factors, moving, np.array(pinned, dtype=int))
