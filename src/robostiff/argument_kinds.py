@@ -213,6 +213,8 @@ def _fits(value: Any, hint: Any, *, deep: bool = True) -> bool:
         fits = value in parts
     elif isinstance(origin, type):
         fits = _fits_container(value, origin, parts if deep else ())
+    elif not deep and (inspect.isabstract(hint) or getattr(hint, "_is_protocol", False)):
+        fits = True  # one of several classes: functions say which there are
     elif hint in (float, int, complex, _Scalar):
         is_number = hasattr(type(value), "__index__" if hint is int else "__float__")
         is_number = (
