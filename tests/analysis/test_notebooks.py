@@ -13,7 +13,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.analytic import differentiate
-from robostiff.markup import in_html
+from robostiff.markup import writers
 from tests.markup.test_blocks import text_of
 from tests.report.machines import shipped
 
@@ -186,7 +186,7 @@ def test_what_has_no_answer_shows_no_picture():
 
 def test_terminals_and_machines_without_matplotlib_draw_nothing(monkeypatch):
     robot = shipped("3-rrr")
-    monkeypatch.setattr(in_html, "find_spec", lambda _: None)
+    monkeypatch.setattr(writers, "find_spec", lambda _: None)
     assert robot._repr_mimebundle_() == {"text/html": robot._repr_html_()}
     terminal = SimpleNamespace(display_formatter=SimpleNamespace(active_types=["text/plain"]))
     ipython = SimpleNamespace(get_ipython=lambda: terminal)

@@ -154,7 +154,7 @@ IN_A_LONG_CALL = """
 import sys, time, flint
 from robostiff.cli.command import as_click
 from robostiff.cli.options import Command
-from robostiff.cli.watched import go_on_in_child
+from robostiff.cli.commands_derive import go_on_in_child
 
 class Long(Command, name="long"):
     "A long call."

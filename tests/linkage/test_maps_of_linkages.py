@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.analysis.identity import plain
 from robostiff.analysis.maps import Batched, Compiled
 from robostiff.analysis.maps import map as maps
+from robostiff.analysis.record_file import plain
 from robostiff.io.map_files import read_poses
 
 FOUR_BAR = Path(__file__).parents[2] / "examples" / "four-bar.xml"

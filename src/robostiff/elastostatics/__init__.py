@@ -6,7 +6,6 @@ and eq. (7), (9), (10), (15), (18)-(20). Legs are summed by ``aggregation``, eq.
 decided in ``tolerance`` alone.
 """
 
-from robostiff.elastostatics.aggregation import aggregate, aggregate_matrices
 from robostiff.elastostatics.chain import chain_stiffness, solve_chain
 from robostiff.elastostatics.chain_problem import Form
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, LeastEnergy, least_energy
@@ -24,7 +23,14 @@ from robostiff.elastostatics.forms import (
     saddle_point_stiffness,
     wrench_basis_stiffness,
 )
-from robostiff.elastostatics.leg import LegWrenches, leg_wrenches, solved_leg, transmitted_wrenches
+from robostiff.elastostatics.leg import (
+    LegWrenches,
+    aggregate,
+    aggregate_matrices,
+    leg_wrenches,
+    solved_leg,
+    transmitted_wrenches,
+)
 from robostiff.elastostatics.parallel_block import BlockCompliance, Details, block_compliance
 from robostiff.elastostatics.result import CartesianStiffness, StiffnessOfPoses
 from robostiff.elastostatics.status import Status

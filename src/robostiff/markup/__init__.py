@@ -1,7 +1,7 @@
 """Pages of results, and their blocks: numbers, tables and matrices as text, HTML and Typst.
 
-``blocks`` defines them; ``in_text``, ``in_html`` and ``in_typst`` write them, their numbers as
-``numbers`` decides.
+``blocks`` defines them and their text; ``writers`` has HTML and Typst, ``numbers`` how numbers are
+written.
 """
 
 from robostiff.markup.blocks import (
@@ -23,25 +23,24 @@ from robostiff.markup.blocks import (
     Tone,
     Verbatim,
     inner_blocks,
+    page_text,
+    text_of,
 )
-from robostiff.markup.in_html import (
+from robostiff.markup.numbers import number, percent, prefixed, quantity, row, short
+from robostiff.markup.writers import (
+    TYPST_BLOCKS,
     InNotebooks,
     block_html,
+    block_typst,
     blocks_html,
+    blocks_typst,
     element,
     escaped,
     in_words,
     page_html,
-)
-from robostiff.markup.in_text import page_text, text_of
-from robostiff.markup.in_typst import (
-    TYPST_BLOCKS,
-    block_typst,
-    blocks_typst,
     typst_string,
     typst_text,
 )
-from robostiff.markup.numbers import number, percent, prefixed, quantity, row, short
 
 __all__ = [
     "COMPLIANCE_UNITS",

@@ -78,7 +78,7 @@ class Matplotlib:
 
         from robostiff.plot import matplotlib_charts as charts
         from robostiff.plot import matplotlib_scene as scene
-        from robostiff.plot.matplotlib_canvas import Canvas, style
+        from robostiff.plot.matplotlib_charts import Canvas, style
 
         kinds: dict[type, Any] = {
             Scene: scene.draw_scene,

@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from robostiff.plot.matplotlib_canvas import Canvas, colour_bar, colour_map, legend_below, norm
+from robostiff.plot.matplotlib_charts import Canvas, colour_bar, colour_map, legend_below, norm
 from robostiff.plot.picture import (
     Arrow,
     Face,

@@ -14,7 +14,7 @@ import xarray
 
 import robostiff as rs
 from robostiff import Axis, Grid, PoseList, Quantity, RandomPoses, Threads
-from robostiff.analysis.identity import plain
+from robostiff.analysis.record_file import plain
 from robostiff.errors import InputError
 from tests.analysis.maps.robots import loaded
 

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis.identity import plain
 from robostiff.analysis.maps.evaluator import MapEvaluator, poses_at
 from robostiff.analysis.maps.pose_columns import FACTOR, PoseColumns
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.variables import EXCLUDED, Variable, status_flags, status_words
+from robostiff.analysis.record_file import plain
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.version import __version__

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robostiff.analysis.identity import plain
 from robostiff.analysis.maps.job import (
     MapJob,
     MapSummary,
@@ -31,6 +30,7 @@ from robostiff.analysis.maps.reduction import Reduction, State
 from robostiff.analysis.maps.run import Run
 from robostiff.analysis.maps.store import already_there, check_same_map
 from robostiff.analysis.maps.variables import Variable
+from robostiff.analysis.record_file import plain
 from robostiff.errors import InputError
 from robostiff.whole_file import whole_file
 

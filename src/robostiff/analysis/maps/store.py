@@ -25,7 +25,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robostiff.analysis.identity import differences
 from robostiff.analysis.maps.job import (
     MOST_POSES,
     MapJob,
@@ -38,6 +37,7 @@ from robostiff.analysis.maps.job import (
     summary_attributes,
     variable_attributes,
 )
+from robostiff.analysis.record_file import differences
 from robostiff.errors import InputError, needs_extra
 from robostiff.whole_file import whole_file
 
