@@ -124,7 +124,7 @@ class _Kinds:
             parameter = self.parameters.get(name)
             if parameter is None or parameter.annotation is parameter.empty:
                 continue  # of keywords of any name, or self, which may not be complete
-            if before and (value is parameter.default or name in _MACHINES or _is_left(value)):
+            if before and (value is parameter.default or name in _NAMED or _is_left(value)):
                 continue
             key = name, before, owners
             if key not in self._hints:
@@ -139,7 +139,9 @@ class _Kinds:
         return None
 
 
-_MACHINES = frozenset(("robot", "linkage", "network"))
+# Arguments that functions refuse with what to write instead.
+_NAMED = {"robot", "linkage", "network", "tolerance", "parameters", "measured", "budget"}
+_NAMED |= {"masses", "loads", "sequence"}
 _LONG, _SHOWN, _MOST_MEMBERS = 100, 40, 8
 
 

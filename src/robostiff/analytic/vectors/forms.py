@@ -32,6 +32,7 @@ class Components:
 
     Examples
     --------
+    >>> from robostiff.analytic.vectors.vector_expressions import Norm, Vector
     >>> x, y = sp.symbols("x y")
     >>> own = Components(("x", "y"))
     >>> own.give("d", Coordinates(x + 1, y, 0))
