@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar
@@ -259,7 +260,7 @@ def beam_link(
     y_axis: Entries | None = None,
     theory: BeamTheory | None = None,
     name: str = "beam",
-    mass: Mass | float | None = None,
+    mass: Mass | float | Sequence[Mass] | None = None,
 ) -> Link:
     """Elastic link that is one straight prismatic beam.
 
