@@ -1,5 +1,6 @@
 """Large batches of equilibria: by a record of the robot, and as each one by itself."""
 
+import pickle
 import sys
 from typing import Any
 
@@ -54,3 +55,16 @@ def test_laws_of_force_are_computed_one_by_one(monkeypatch: pytest.MonkeyPatch):
     many = equilibrium(robot, None, np.zeros((5, 6)), laws={f"{drive.leg}/{drive.part}": law})
     assert not many.known
     assert many.stable.all()
+
+
+@pytest.mark.parametrize("name", ["hexapod", "cable-4-planar"])
+def test_a_robot_is_sent_without_its_last_posture(name: str):
+    robot = rs.load(name)
+    answer = equilibrium(robot, wrench=[100.0] + [0.0] * (robot.space.size - 1))
+    sent = pickle.dumps(robot)
+    again = pickle.loads(sent)  # noqa: S301
+    assert any(own.startswith("_last") for own in vars(robot))
+    assert not any(own.startswith("_") for own in vars(again))
+    assert len(sent) < 1.5 * len(pickle.dumps(rs.load(name)))
+    other = equilibrium(again, wrench=answer.wrench)
+    np.testing.assert_array_equal(other.displacement, answer.displacement)

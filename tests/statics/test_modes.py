@@ -280,7 +280,7 @@ def test_misuse():
     weightless = rs.beam_link([0.5, 0, 0], rs.material("steel"), circle(0.02), mass=0.0)
     with pytest.raises(rs.InputError, match="expected masses of bodies"):
         rs.modes(model_arm(weightless))
-    with pytest.raises(rs.InputError, match="masses: got 10, expected masses by names"):
+    with pytest.raises(rs.InputError, match="masses of modes: got 10, expected masses by"):
         rs.modes(robot, masses=10)  # pyright: ignore[reportArgumentType, reportCallIssue]
     with pytest.raises(rs.InputError, match="more than zero"):
         rs.modes(robot, masses={"platform": -1.0})
@@ -410,6 +410,8 @@ def test_modes_of_many_poses_are_those_of_each():
         alone = rs.modes(robot, pose, mass, wrench=F[i])
         np.testing.assert_allclose(found.frequencies[i], alone.frequencies, rtol=1e-9)
         assert (found.status_codes[i], str(found[i][0])) == (int(alone.status), str(alone[0]))
+    under = rs.modes(robot, poses[1], mass, wrench=F)
+    np.testing.assert_array_equal(under.frequencies[1], found.frequencies[1])
     with pytest.raises(rs.InputError, match="one wrench or as many"):
         rs.modes(robot, poses, mass, wrench=F[:2])
     with pytest.raises(rs.InputError, match="poses along one axis"):

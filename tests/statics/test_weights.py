@@ -185,7 +185,7 @@ def test_bad_masses_and_gravity():
         Mass(-1)
     with pytest.raises(rs.InputError, match="centre of mass"):
         Mass(1, [0, 0])
-    with pytest.raises(rs.InputError, match="forces by names"):
+    with pytest.raises(rs.InputError, match="expected loads by names"):
         rs.equilibrium(rs.load("hexapod"), loads=[0, 0, -1])  # type: ignore[arg-type]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -165,10 +165,6 @@ class Linkage(Symbolic, Subject):
             raise InputError(
                 "held joints", got=sorted(self.held - seen), expected="joints of the linkage"
             )
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Without what is kept of earlier questions."""
-        return {name: own for name, own in vars(self).items() if not name.startswith("_")}
 
     def __repr__(self) -> str:
         return f"<Linkage {self.name!r}, {len(self.bodies)} bodies, {len(self.joints)} joints>"

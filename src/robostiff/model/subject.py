@@ -43,6 +43,10 @@ class Subject(InNotebooks):
     #: The pose coordinates that can be chosen freely.
     coordinates: Any
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what is kept of earlier questions."""
+        return {name: own for name, own in vars(self).items() if not name.startswith("_")}
+
     @property
     def coordinate_places(self) -> list[int]:
         """Places of its free coordinates among x, y, z, rx, ry, rz."""

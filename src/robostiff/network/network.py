@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -157,10 +157,6 @@ class Network(FrozenSubject):
                 got=f"coupled joints: {', '.join(repr(own.name) for own in self.couplings)}",
                 expected="joints that move by themselves, in this question",
             )
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Without what is kept of earlier questions."""
-        return {name: own for name, own in vars(self).items() if not name.startswith("_")}
 
     @cached_property
     def free_nodes(self) -> tuple[str, ...]:

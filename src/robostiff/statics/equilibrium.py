@@ -118,17 +118,10 @@ def equilibrium(
         )
     postures = postures_of(robot, pose, near)
     space = postures.robot.space
-    given = wrenches_of(
-        "displacement" if displacement is not None else "wrench",
-        wrench if displacement is None else displacement,
-        space,
-    )
-    batch = np.broadcast_shapes(postures.batch, given.shape[:-1])
-    if len(batch) > 1:
-        raise InputError(
-            "batch of equilibria", got=batch, expected="poses and wrenches along one axis"
-        )
-    given = np.broadcast_to(given, (*batch, space.size)).reshape(-1, space.size)
+    what = "wrench" if displacement is None else "displacement"
+    moved = wrench if displacement is None else displacement
+    each = postures.beside(wrenches_of(what, moved, space))
+    given = np.atleast_2d(each)
     acting = Acting(loads, gravity, preload, beams, at, laws or {})
     if len(given) >= WORTH_COMPILING and displacement is None and at is None and near is None:
         recorded = _by_record(postures, acting, pose, given)
@@ -140,7 +133,7 @@ def equilibrium(
         if loaded is None or postures.batch:
             loaded = postures.loaded(i, acting)
         answers.append(solved(loaded, *((own,) if displacement is None else (None, own))))
-    return Equilibrium.of(postures.robot.name, space, answers if batch else answers[0])
+    return Equilibrium.of(postures.robot.name, space, answers if each.ndim > 1 else answers[0])
 
 
 def _by_record(

@@ -75,8 +75,6 @@ class UnderLoad(StandingLoads, MapMethod):
                 expected="another",
                 hint="rs.equilibrium(robot, pose, wrench).parts has the loads on drives",
             )
-        if self.by is not None and not isinstance(self.by, Compiled | Batched):
-            raise InputError("by of UnderLoad", got=self.by, expected="Compiled() or Batched()")
         if isinstance(like.robot, CableRobot):
             standing = [own for own in ("loads", "gravity", "preload", "by") if getattr(self, own)]
             asked = [*standing, *(own.value for own in quantities if own.needs_wrench)]

@@ -112,7 +112,7 @@ class Mode:
 
 @dataclass(frozen=True, repr=False)
 class Modes(StatusOfPoses, InNotebooks):
-    """Natural vibrations of a robot, slowest first; or those at many poses, one a row.
+    """Natural vibrations of a robot, slowest first; or at many poses, under many loads, one a row.
 
     Attributes
     ----------
@@ -235,7 +235,7 @@ def modes(
     Parameters
     ----------
     robot, pose, wrench, at, loads, gravity, preload, laws, near
-        As for `equilibrium`; poses along one axis, with one wrench for all or one a pose.
+        As for `equilibrium`; a batch of poses or of wrenches gives modes at each.
     masses : mapping of str to float, Mass or a sequence of them, optional
         What moves beside the masses of the model, by the name of the part before the body that
         carries it, ``leg/part``, of the node of a network, or ``platform`` [kg]. A mass without a
@@ -264,21 +264,13 @@ def modes(
     (180, array([48.8, 48.8]))
     """
     postures = postures_of(robot, pose, near)
-    given = wrenches_of("wrench", wrench, postures.robot.space)
-    acting = Acting(loads, gravity, preload, beams, at, laws or {})
-    if not postures.batch:
-        if given.ndim > 1:
-            raise InputError("wrench", got=wrench, expected="one wrench")
-        return _modes_of(postures.loaded(0, acting, masses or {}), given)
-    if len(postures.batch) > 1 or given.shape[:-1] not in ((), postures.batch):
-        raise InputError(
-            "batch of modes",
-            got=f"poses {postures.batch}, wrenches {given.shape[:-1]}",
-            expected="poses along one axis, with one wrench or as many",
-        )
-    given = np.broadcast_to(given, (*postures.batch, given.shape[-1]))
-    loaded = (postures.loaded(i, acting, masses or {}) for i in range(len(given)))
-    each = tuple(_modes_of(one, F) for one, F in zip(loaded, given, strict=True))
+    given = postures.beside(wrenches_of("wrench", wrench, postures.robot.space))
+    acting, own = Acting(loads, gravity, preload, beams, at, laws or {}), masses or {}
+    each = tuple(
+        _modes_of(postures.loaded(i, acting, own), F) for i, F in enumerate(np.atleast_2d(given))
+    )
+    if given.ndim == 1:
+        return each[0]
     codes = np.array([int(one.status) for one in each], dtype=np.uint16)
     return Modes(postures.robot.name, postures.robot.space, codes, poses=each)
 

@@ -126,30 +126,21 @@ def solved(
         if target is None and not may_follow:
             status |= Status.FREE_MOTIONS
         return Solution(status, critical)
-    return _answer(loaded, margins, found, status, critical, target is not None)
+    where = found, loaded.frame, loaded.posed
+    return _judged(loaded, found, Solution(status, critical, margins, target is not None, *where))
 
 
-def _answer(
-    loaded: LoadedPosture,
-    margins: dict[str, float],
-    found: FoundEquilibrium,
-    status: Status,
-    critical: CriticalPoint | None,
-    held: bool,
-) -> Solution:
-    problem, known, loading = loaded.problem, found.known, found.loading
-    answer = Solution(status, critical, margins, held, found, loaded.frame, loaded.posed)
-    carried = answer.carried
-    if not held:
+def _judged(loaded: LoadedPosture, found: FoundEquilibrium, answer: Solution) -> Solution:
+    """An answer with its status."""
+    known, loading, carried, status = found.known, found.loading, answer.carried, answer.status
+    if not answer.held:
         if not carried.are_balanced(loading.wrench + loading.wrench_rate):
-            status |= Status.ILL_CONDITIONED
-            return Solution(status, critical)
+            return Solution(status | Status.ILL_CONDITIONED, answer.critical)
         if not meets_stiffness(known):
             status |= Status.FREE_MOTIONS
-    if not (known.regular and problem.at_rest.regular):
+    if not (known.regular and loaded.problem.at_rest.regular):
         status |= Status.REDUNDANT_JOINTS
     if isinstance(loaded.posed, CableRobot):
-        status |= status_of_cables(
-            loaded.posed, np.array([own.tension for own in carried.springs()])
-        )
+        tensions = np.array([own.tension for own in carried.springs()])
+        status |= status_of_cables(loaded.posed, tensions)
     return replace(answer, status=status if answer.margin >= 0 else status | Status.UNSTABLE)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -16,11 +16,11 @@ from robostiff.compiled.kernel import code_of
 from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError, NoAnswerError
 from robostiff.kept import kept
-from robostiff.kinematics import JointCoordinates, PostureFinder, posture_finder
+from robostiff.kinematics import JointCoordinates, Posture, PostureFinder, posture_finder
 from robostiff.model import ALL_COORDINATES, Robot
+from robostiff.model.entries import formulas
 from robostiff.record import Program, Record
 from robostiff.recorded import parameter_samples, record_robot, sample_postures
-from robostiff.spatial import is_formula
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.kernels.compiled_loading import CompiledLoading
@@ -28,7 +28,7 @@ from robostiff.statics.kernels.elimination import RigidLegError
 from robostiff.statics.kernels.leg import Site
 from robostiff.statics.kernels.loaded_robot import record_loading
 from robostiff.statics.loading.given_loads import Acting, Gravity, Loads, StandingLoads
-from robostiff.statics.loading.loaded_posture import LoadedPosture, Postures, postures_of
+from robostiff.statics.loading.loaded_posture import LoadedPosture, postures_of
 from robostiff.statics.result import Equilibrium
 from robostiff.statics.solution import solved
 
@@ -127,17 +127,7 @@ def compile_loaded(
         )
     robot.check_platform_is_rigid("kernel under load")
     with_laws = robot.drives_with_laws
-    values = (
-        x
-        for own in robot.springs
-        for x in (
-            own.stiffness,
-            own.free_length,
-            own.preload,
-            *(y for b in own.between for y in b.at),
-        )
-    )
-    with_symbols = parameters and any(map(is_formula, values))
+    with_symbols = parameters and any(True for _ in formulas(robot.springs))
     laws = f"laws of force or stiffness: {', '.join(with_laws)}"
     for refused, got, expected in (
         (with_symbols, "springs between bodies with symbols, beside parameters", "numbers"),
@@ -237,9 +227,7 @@ def _loaded_postures(finder: PostureFinder, standing: StandingLoads) -> list[Loa
         shifts = _SPREAD * size * random.uniform(-1, 1, (4 * _POSTURES, len(places)))
         pose = finder.home_pose[places] + shifts
     around = postures_of(robot, pose, None)
-    posture = around.posture if isinstance(around, Postures) else None
-    if posture is None:
-        return found
+    posture = cast("Posture", around.posture)
     reached = np.flatnonzero(posture.reached & posture.within_limits)[:_POSTURES]
     return [*found, *(around.loaded(int(k), acting) for k in reached)]
 

@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial, reduce
 from operator import add
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from robostiff.elastostatics import Status
 from robostiff.kinematics import PostureFinder
-from robostiff.model import PlacedMass, Robot
+from robostiff.model import PlacedMass, Robot, Snapshot
 from robostiff.model.body_spring import BASE, PLATFORM
 from robostiff.record import (
     Entry,
@@ -404,7 +404,7 @@ def record_loading(
         own = DeadForce(np.array(given[3 * k : 3 * k + 3], dtype=object), p + R @ at)
         forces[body] = (*forces.get(body, ()), own)
     acting = [*forces.pop(PLATFORM, ())]
-    snapshot = loaded_postures[0].snapshot
+    snapshot = cast("Snapshot", loaded_postures[0].posed)
     assembly = of_legs(
         [own.leg for own in here.placed],
         None,
@@ -413,7 +413,7 @@ def record_loading(
             for own in (here.robot.platform_masses if weigh else ())
             for at in (np.zeros(3) if own.centre is None else own.centre,)
         ],
-        () if snapshot is None else placed_springs(springs, snapshot.springs, frames),
+        placed_springs(springs, snapshot.springs, frames),
     )
     elements = RecordedElements.of(loaded_postures[0].problem.legs, robot.space, L)
     found = loaded_legs(

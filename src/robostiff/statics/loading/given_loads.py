@@ -96,8 +96,7 @@ def acting_gravity(
         own = getattr(getattr(robot, "in_floats", robot), "gravity", None)
         return _NONE if own is None else own
     pull = gravity_vector("gravity", gravity)
-    given = loads.values() if isinstance(loads, Mapping) else ()
-    several = [own if isinstance(own, Sequence) else (own,) for own in given]
+    several = [own if isinstance(own, Sequence) else (own,) for own in (loads or {}).values()]
     if any(isinstance(one, Mass) for own in several for one in own):
         return pull
     if np.any(pull) and not has_masses(robot):
@@ -150,10 +149,6 @@ def given_forces(
     InputError
         When one is neither, or is in a frame that is not known.
     """
-    if loads is not None and not isinstance(loads, Mapping):
-        raise InputError(
-            "loads", got=loads, expected='forces by names, such as {"leg1/strut": [0, 0, -80]}'
-        )
     down = gravity
     if not np.any(gravity):
         down = gravity_vector("gravity", "-y" if space is Space.PLANAR else "-z")
@@ -236,12 +231,8 @@ def given_masses(
     Raises
     ------
     InputError
-        When they have no names, one is not more than zero, or is in a frame that is not known.
+        When one is not more than zero, or is in a frame that is not known.
     """
-    if not isinstance(masses, Mapping):
-        raise InputError(
-            "masses", got=masses, expected='masses by names, such as {"platform": 150}'
-        )
     found: dict[str, list[PlacedMass]] = {}
     for name, value in masses.items():
         subject, expected = f"mass of {name!r}", "more than zero [kg], or a Mass"

@@ -81,11 +81,6 @@ class LoadedPosture:
     masses: CarriedMasses = _NO_MASSES
 
     @property
-    def snapshot(self) -> Snapshot | None:
-        """The robot at that posture; None of a network, and of cables."""
-        return as_snapshot(self.posed)
-
-    @property
     def has_posture(self) -> bool:
         """Whether there is an unloaded posture."""
         return not self.status & _NO_POSTURE
@@ -143,6 +138,23 @@ class Postures:
         if self.batch:
             return self._loaded(i, acting, masses)
         return _as_last_time(Postures._loaded, self, 0, acting, masses)
+
+    def beside(self, given: np.ndarray) -> np.ndarray:
+        """Wrenches, or displacements, (N, r) beside so many postures; (r,) of one and one posture.
+
+        Raises
+        ------
+        InputError
+            When postures are not along one axis, with one of these or as many.
+        """
+        batch, own = self.batch, given.shape[:-1]
+        if len(batch) > 1 or (batch and own not in {(), (1,), batch}):
+            raise InputError(
+                "batch under load",
+                got=f"poses {batch}, wrenches {own}",
+                expected="poses along one axis, with one wrench or as many",
+            )
+        return np.broadcast_to(given, (*(batch or own), given.shape[-1]))
 
     def _loaded(self, i: int, acting: Acting, masses: Masses | None) -> LoadedPosture:
         pull = acting_gravity(self.robot, acting.gravity, acting.loads)
