@@ -16,7 +16,7 @@ from robostiff.network.elements import BeamLoad, DistributedForce, ForceOnBeam, 
 from robostiff.network.equations import equations_of
 from robostiff.network.loaded_network import InternalLoads, LoadedNetwork, reactions
 from robostiff.network.network import Network
-from robostiff.network.saddle_point import system_of
+from robostiff.network.saddle_point import saddle_point_system
 from robostiff.spatial import as_float, as_floats, block_rotation, move_wrench
 
 Loads = Mapping[str, Any]
@@ -160,20 +160,21 @@ def network_response(
         subject = f"displacement of node {name!r}"
         moved[name] = as_floats(subject, value, expected, units, (space.size,))
     points = {node.name: node.point for node in network.nodes}
-    system, rows, d = system_of(equations)[0], list(space.rows), space.translations
-    right = system.forces(equations, ((name, F, points[name]) for name, F in at_nodes.items()))
+    system = saddle_point_system(equations, platform_fixed=False)
+    rows, d = list(space.rows), space.translations
+    right = system.forces([(name, F, points[name]) for name, F in at_nodes.items()])
     for k, (_, load) in on_beams.items():
         beam, W_T = network.beams[k], equations.connections[k].ends[-1][2]
         axes = block_rotation(beam.rotation)
         total, tip = (axes @ load.at_start)[rows], (axes @ load.tip_twist)[rows]
-        right += system.forces(equations, [(beam.a, total, beam.start)])
+        right += system.forces([(beam.a, total, beam.start)])
         right[system.matrix.wrench_rows[k], 0] += W_T @ (equations.scale * tip)
     settled = np.zeros(right.shape)
     for name, t in moved.items():
         D = equations.between(points[name], equations.points[name])
         settled[system.matrix.rows_of[name], 0] = D @ (equations.scale * t)
     given = [*_wrenches_of(network, points, at_nodes, {} if loads is None else loads)]
-    found = LoadedNetwork.of(equations, right, given, settled)
+    found = LoadedNetwork.of(system, right, given, settled)
     _check_holds(found)
     beams = {}
     for k, beam in enumerate(network.beams):
@@ -182,12 +183,12 @@ def network_response(
         start += on_beams[k][1].at_start if k in on_beams else 0.0
         beams[beam.name] = SectionForces(start, end)
     extra = {k: load.energy(beams[name].end) for k, (name, load) in on_beams.items()}
-    each = [equations.connections[k] for k in found.dependent.undetermined]
+    each = [equations.connections[k] for k in system.dependent.undetermined]
     undetermined = {end for own in each for end, _, _ in own.ends}
-    free = {name for mechanism in found.mobility.mechanisms for name in mechanism.moving}
+    free = {name for mechanism in system.mobility.mechanisms for name in mechanism.moving}
     twists = {name: found.twist(name, own) for name, own in points.items()}
     shifting = set[str]()  # nodes whose point moves in some mechanism; others spin about it
-    for mechanism in found.mobility.mechanisms:
+    for mechanism in system.mobility.mechanisms:
         least = _GAP * np.abs(mechanism.motions).max(initial=0.0)
         for name, motions in zip(mechanism.nodes, mechanism.motions, strict=True):
             shift = (equations.transport(name, points[name]) @ motions)[:d]
@@ -220,7 +221,7 @@ def _check_holds(found: LoadedNetwork) -> None:
     shifts = system.matrix.rows_of.values()
     # rigid parts that hold every node leave rounding alone
     size = max(np.abs(found.right).max(), *(np.abs(found.x[rows]).max() for rows in shifts))
-    for k, numbers in found.dependent.dropped.items():  # constraints left out hold, too
+    for k, numbers in system.dependent.dropped.items():  # constraints left out hold, too
         if np.any(np.abs(gap[system.matrix.wrench_rows[k][numbers]]) > _GAP * size):
             raise NoAnswerError(
                 f"{name}: rigid parts cannot follow the supports, at "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -363,12 +363,18 @@ class SaddlePointSystem:
     to displacements alone, a long chain of beams would lose all digits.
     """
 
-    name: str  # of the network
-    matrix: NetworkMatrix
+    equations: Equations
     platform_fixed: bool
+    mobility: Mobility
+    dependent: Redundancy
     # (m,) of int: rows and columns that are solved for: free, and independent of one another
     kept: np.ndarray
     condensed: CondensedSystem | None  # of a large system
+
+    @property
+    def matrix(self) -> NetworkMatrix:
+        """The matrix, of a platform fixed or not."""
+        return network_matrix(self.equations)
 
     @cached_property
     def regular(self) -> csc_array:
@@ -387,7 +393,8 @@ class SaddlePointSystem:
             return splu(self.regular)
         except RuntimeError:  # an exact zero for a pivot
             raise NoAnswerError(
-                f"no stiffness of network {self.name!r}: {Status.ILL_CONDITIONED.advice[0]}"
+                f"no stiffness of network {self.equations.network.name!r}: "
+                f"{Status.ILL_CONDITIONED.advice[0]}"
             ) from None
 
     def solve(self, right: np.ndarray) -> tuple[np.ndarray, float]:
@@ -412,22 +419,29 @@ class SaddlePointSystem:
             x[self.kept] = kept
         return x, last
 
-    def forces(
-        self, equations: Equations, at: Iterable[tuple[str, np.ndarray, np.ndarray]]
-    ) -> np.ndarray:
-        """Right side (size, 1) of wrenches (n,) at nodes, each about a point (3,) [N, N m; m]."""
-        right = np.zeros((self.matrix.size, 1))
+    def forces(self, at: Sequence[tuple[str, np.ndarray, np.ndarray]]) -> np.ndarray:
+        """Right sides (size, k) of wrenches (n, k) at nodes, each about a point (3,) [N, N m; m].
+
+        One right side of wrenches (n,).
+        """
+        columns = at[0][1][0].size if at else 1
+        right, equations = np.zeros((self.matrix.size, columns)), self.equations
         for node, F, point in at:
-            D = equations.transport(node, point)
-            scaled = F / equations.scale / equations.stiffness
-            right[self.matrix.rows_of[node], 0] += D.T @ scaled
+            scaled = F.reshape(equations.size, -1) / equations.scale[:, None] / equations.stiffness
+            right[self.matrix.rows_of[node]] += equations.transport(node, point).T @ scaled
         return right
 
-    def twist(
-        self, equations: Equations, x: np.ndarray, node: str, point: np.ndarray
-    ) -> np.ndarray:
-        """Twist (n,) of a node about a point (3,) in a solution x (size,) [m, rad]."""
-        return equations.transport(node, point) @ x[self.matrix.rows_of[node]] / equations.scale
+    def driven(self, right: np.ndarray) -> Mechanism | None:
+        """A mechanism on whose motion a right side (size,) does work, if there is one."""
+        size = max(np.linalg.norm(right[rows]) for rows in self.matrix.rows_of.values())
+        for mechanism in self.mobility.mechanisms:
+            work = sum(
+                motions.T @ right[self.matrix.rows_of[name]]
+                for name, motions in zip(mechanism.nodes, mechanism.motions, strict=True)
+            )
+            if np.any(np.abs(work) > self.equations.tolerance.independence * size):
+                return mechanism
+        return None
 
 
 def _refined(
@@ -454,14 +468,16 @@ def saddle_point_system(equations: Equations, *, platform_fixed: bool) -> Saddle
     that differ in softness by more than all digits.
     """
     matrix, network = network_matrix(equations), equations.network
+    mobile = mobility(equations, platform_fixed=platform_fixed)
+    dependent = redundancy(equations, platform_fixed=platform_fixed)
     still = {*network.fixed, *([network.platform] if platform_fixed else [])}
     pinned = []
-    for mechanism in mobility(equations, platform_fixed=platform_fixed).mechanisms:
+    for mechanism in mobile.mechanisms:
         rows = np.concatenate([matrix.rows_of[name] for name in mechanism.nodes])
         pinned += rows[mechanism.pins].tolist()
     dropped = [
         int(matrix.wrench_rows[k][number])
-        for k, numbers in redundancy(equations, platform_fixed=platform_fixed).dropped.items()
+        for k, numbers in dependent.dropped.items()
         for number in numbers
     ]
     fixed = np.concatenate([matrix.rows_of[name] for name in still])
@@ -472,28 +488,4 @@ def saddle_point_system(equations: Equations, *, platform_fixed: bool) -> Saddle
         condensed = condensed_system(equations, tuple(pinned), tuple(dropped))
         if condensed is not None and condensed.factors.last is None and not platform_fixed:
             condensed = None
-    return SaddlePointSystem(network.name, matrix, platform_fixed, left, condensed)
-
-
-def system_of(
-    equations: Equations, *, platform_fixed: bool = False
-) -> tuple[SaddlePointSystem, Mobility, Redundancy]:
-    """The system of a network with what decided it: see `saddle_point_system`."""
-    mobile = mobility(equations, platform_fixed=platform_fixed)
-    dependent = redundancy(equations, platform_fixed=platform_fixed)
-    return saddle_point_system(equations, platform_fixed=platform_fixed), mobile, dependent
-
-
-def driven_mechanism(
-    equations: Equations, mobile: Mobility, system: SaddlePointSystem, right: np.ndarray
-) -> Mechanism | None:
-    """A mechanism on whose motion a right side (size, 1) does work, if there is one."""
-    size = max(np.linalg.norm(right[rows]) for rows in system.matrix.rows_of.values())
-    for mechanism in mobile.mechanisms:
-        work = sum(
-            motions.T @ right[system.matrix.rows_of[name], 0]
-            for name, motions in zip(mechanism.nodes, mechanism.motions, strict=True)
-        )
-        if np.any(np.abs(work) > equations.tolerance.independence * size):
-            return mechanism
-    return None
+    return SaddlePointSystem(equations, platform_fixed, mobile, dependent, left, condensed)
