@@ -18,9 +18,9 @@ from robostiff.kept import kept
 from robostiff.kinematics.spanning_tree import independent_parts
 from robostiff.network.equations import Equations, Motion
 from robostiff.network.mobility import (
-    BlockEntries,
     Mechanism,
     Mobility,
+    matrix_of_blocks,
     mobility,
     null_spaces,
     pinning_coordinates,
@@ -63,7 +63,7 @@ def redundancy(equations: Equations, *, platform_fixed: bool) -> Redundancy:
     dropped: dict[int, list[int]] = defaultdict(list)
     on_platform, doubtful, undetermined = [np.zeros((n, 0))], False, set()
     for nodes, connections in _loops(equations, still):
-        column = {name: i for i, name in enumerate(nodes)}
+        column = {name: slice(n * i, n * (i + 1)) for i, name in enumerate(nodes)}
         places = [(k, int(j)) for k, c in connections.items() for j in np.flatnonzero(c.rigid)]
         A, A_p = np.zeros((len(places), n * len(nodes))), np.zeros((len(places), n))
         row = 0
@@ -72,7 +72,7 @@ def redundancy(equations: Equations, *, platform_fixed: bool) -> Redundancy:
             for name, point, part in c.ends:
                 wrenches = part[c.rigid] @ equations.transport(name, point)
                 if name in column:
-                    A[rows, n * column[name] : n * (column[name] + 1)] += wrenches
+                    A[rows, column[name]] += wrenches
                 elif name == network.platform:
                     A_p[rows] += wrenches
         spaces = null_spaces(A, equations.tolerance)
@@ -93,27 +93,21 @@ def _loops(equations: Equations, still: set[str]) -> list[tuple[list[str], dict[
     """
     some = [np.flatnonzero(own.rigid.any(axis=1)) for own in equations.groups]
     edges = {k: c for k, c in equations.some_connections(some).items() if c.rigid.any()}
+    ends = {k: sorted({*c.nodes} - still) for k, c in edges.items()}
     at: dict[str, set[int]] = defaultdict(set)
-    for k, c in edges.items():
-        for name in _free_ends(c, still):
+    for k, own in ends.items():
+        for name in own:
             at[name].add(k)
-    leaves = [name for name, numbers in at.items() if len(numbers) == 1]
+    leaves = [*at]
     while leaves:
-        name = leaves.pop()
-        if len(at[name]) != 1:
-            continue
-        (k,) = at[name]
-        for end in _free_ends(edges.pop(k), still):
-            at[end].discard(k)
-            if len(at[end]) == 1:
+        if len(numbers := at[leaves.pop()]) == 1:
+            (k,) = numbers
+            for end in ends.pop(k):
+                at[end].discard(k)
                 leaves.append(end)
-    nodes, left = [name for name, numbers in at.items() if numbers], list(edges)
-    parts = independent_parts(nodes, [_free_ends(edges[k], still) for k in left])
+    nodes, left = [name for name, numbers in at.items() if numbers], [*ends]
+    parts = independent_parts(nodes, [*ends.values()])
     return [(own, {left[i]: edges[left[i]] for i in numbers}) for own, numbers in parts]
-
-
-def _free_ends(connection: Motion, still: set[str]) -> list[str]:
-    return sorted({*connection.nodes} - still)
 
 
 def redundant_freedoms(
@@ -209,14 +203,13 @@ class NetworkMatrix:
     @cached_property
     def whole(self) -> csc_array:
         """The sparse matrix."""
-        blocks = BlockEntries()
+        blocks = []
         for own in self.parts:
             n, A = own.A.shape[-1], own.A.reshape(*own.rows.shape, -1)
             columns = (n * own.nodes[:, :, None] + np.arange(n)).reshape(len(A), -1)
-            blocks.add_many(-own.S, own.rows, own.rows)
-            blocks.add_many(A, own.rows, columns)
-            blocks.add_many(np.swapaxes(A, 1, 2), columns, own.rows)
-        return blocks.matrix((self.size, self.size))
+            blocks += [(-own.S, own.rows, own.rows), (A, own.rows, columns)]
+            blocks.append((np.swapaxes(A, 1, 2), columns, own.rows))
+        return matrix_of_blocks(blocks, (self.size, self.size))
 
 
 @kept
