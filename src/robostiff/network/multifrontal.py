@@ -148,7 +148,7 @@ class CholeskyFactors:
     Attributes
     ----------
     order : (m n,) array of int
-        Unknowns in the order of elimination.
+        Rows of their unknowns in the order of elimination; in all others a solution is 0.
     panels : sequence of FrontPanel
         Of all bodies but the last.
     size : int
@@ -180,7 +180,7 @@ class CholeskyFactors:
         return CholeskyFactors(order, panels[:-1], n, panels[-1])
 
     def solve(self, b: np.ndarray, *, last_is_fixed: bool) -> np.ndarray:
-        """Solution (m n, k) for right sides (m n, k), the last body fixed or not."""
+        """Solution (size, k) for right sides (size, k), the last body fixed or not."""
         y, panels = b[self.order], self.panels
         if not last_is_fixed and self.last is not None:
             panels = [*panels, self.last]
@@ -190,7 +190,7 @@ class CholeskyFactors:
             y[len(y) - self.size :] = 0.0
         for panel in reversed(panels):
             panel.after(y)
-        x = np.empty_like(y)
+        x = np.zeros_like(b)
         x[self.order] = y
         return x
 

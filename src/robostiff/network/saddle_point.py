@@ -262,7 +262,6 @@ class CondensedSystem:
     matrix: NetworkMatrix
     stiffness: tuple[np.ndarray, ...]  # (N, m, m) of each part: (S + D)^-1, 0 of what is left out
     factors: CholeskyFactors
-    moving: np.ndarray  # (m n,) of int: displacements of all bodies that are not fixed
     pinned: np.ndarray  # of int: those that are held
 
     def step(self, b: np.ndarray, x: np.ndarray, *, platform_fixed: bool) -> np.ndarray:
@@ -278,7 +277,7 @@ class CondensedSystem:
         for (own, k), gap in zip(parts, gaps, strict=True):
             self.matrix.add_loads(loads, own, k @ gap - x[own.rows])
         loads[self.pinned] = 0.0
-        step[self.moving] = self.factors.solve(loads[self.moving], last_is_fixed=platform_fixed)
+        step[: len(loads)] = self.factors.solve(loads, last_is_fixed=platform_fixed)
         for (own, k), gap in zip(parts, gaps, strict=True):
             step[own.rows] = k @ (self.matrix.deflections(own, step) - gap)
         return step
@@ -313,8 +312,7 @@ def condensed_system(
     order = np.concatenate(pieces)
     number = np.full(len(names), -1)
     number[order] = np.arange(len(order))
-    moving = (n * np.sort(order)[:, None] + np.arange(n)).ravel()
-    unknowns = np.searchsorted(moving, (n * order[:, None] + np.arange(n)).ravel())
+    unknowns = (n * order[:, None] + np.arange(n)).ravel()
     try:
         stiffness = tuple(_stiffness(own.S, is_left_out[own.rows]) for own in matrix.parts)
         held = is_left_out[: n * len(names)].reshape(-1, n)
@@ -322,7 +320,7 @@ def condensed_system(
         factors = CholeskyFactors.of(K, [*map(len, pieces)], unknowns)
     except np.linalg.LinAlgError:
         return None
-    return CondensedSystem(matrix, stiffness, factors, moving, np.array(pinned, dtype=int))
+    return CondensedSystem(matrix, stiffness, factors, np.array(pinned, dtype=int))
 
 
 def _stiffness(S: np.ndarray, left_out: np.ndarray) -> np.ndarray:
