@@ -11,7 +11,7 @@ from robostiff.elastostatics import Tolerance
 from robostiff.kinematics import find_posture
 from robostiff.network import JointElement, Network, Node, SpringElement, network_of_snapshot
 from robostiff.network.equations import equations_of
-from robostiff.network.saddle_point import system_of
+from robostiff.network.saddle_point import saddle_point_system
 from tests.network.frames import GRAPH_NAMES, ball, graph, nodes, sliding, turning
 
 LOAD = np.array([100.0, -50, 300, 10, 20, -30])
@@ -139,6 +139,6 @@ def test_joints_that_brace_one_another_have_no_reaction_of_their_own():
 def test_the_matrix_is_assembled_once_for_a_platform_free_and_fixed():
     network = network_of_snapshot(find_posture(load("hexapod")).snapshot.one(0))
     equations = equations_of(network, Tolerance())
-    free, fixed = (system_of(equations, platform_fixed=own)[0] for own in (False, True))
+    free, fixed = (saddle_point_system(equations, platform_fixed=own) for own in (False, True))
     assert free.matrix is fixed.matrix
     assert len(free.kept) == len(fixed.kept) + equations.size

@@ -25,11 +25,9 @@ from robostiff.network.mobility import mobility
 from robostiff.network.network import Network
 from robostiff.network.saddle_point import (
     CONVERGED,
-    driven_mechanism,
     redundancy,
     redundant_freedoms,
     saddle_point_system,
-    system_of,
 )
 from robostiff.spatial import as_floats
 
@@ -217,7 +215,6 @@ def compliance_between(
         raise InputError("points", got=points, expected="at least one (node, [x, y, z])")
     equations = equations_of(network, tolerance)
     n = equations.size
-    transports = [equations.transport(node, point) for node, point in places]
     scale = np.tile(equations.scale, len(places))
     given, size = np.diag(scale), len(scale)
     if loads is not None:
@@ -225,19 +222,17 @@ def compliance_between(
         if given.ndim != 2 or given.shape[0] != size:
             expected = f"a shape ({size}, k): a wrench at every point, a load in each column"
             raise InputError("loads", got=given.shape, expected=expected)
-    F = given / scale[:, None]
-    system, mobile, _ = system_of(equations)
-    right = np.zeros((system.matrix.size, F.shape[1]))
-    for i, ((node, _), D) in enumerate(zip(places, transports, strict=True)):
-        right[system.matrix.rows_of[node]] += D.T @ F[n * i : n * (i + 1)]
-    for column in range(F.shape[1]):
-        if driven_mechanism(equations, mobile, system, right[:, [column]]) is not None:
+    system = saddle_point_system(equations, platform_fixed=False)
+    at_points = given.reshape(len(places), n, -1)
+    right = system.forces([(node, F, at) for (node, at), F in zip(places, at_points, strict=True)])
+    for column, own in enumerate(right.T):
+        if system.driven(own) is not None:
             node, point = places[column // n if loads is None else 0]
             what = f"at {point.tolist()} of node {node!r}" if loads is None else f"of load {column}"
             raise NoAnswerError(f"no compliance {what}: {Status.FREE_MOTIONS.advice[0]}")
     x, step = system.solve(right)
     if step > CONVERGED:
         raise NoAnswerError(f"no compliance: {Status.ILL_CONDITIONED.advice[0]}")
-    C = right.T @ x / equations.stiffness
+    C = right.T @ x * equations.stiffness
     C = 0.5 * (C + C.T)
     return C / np.outer(scale, scale) if loads is None else C

@@ -345,11 +345,7 @@ def beam_load(beam: BeamElement, loads: Sequence[DistributedForce | ForceOnBeam]
     # w(u) of every piece of the beam as coefficients of 1, u, u^2; pieces end where forces are.
     at = sorted({0.0, L, *(_distance(beam, own) for own in loads if isinstance(own, ForceOnBeam))})
     total = np.zeros(6)  # of the loads, about the start of the beam
-    for own in loads:
-        if isinstance(own, DistributedForce):
-            arm, force = L / 2, L * _in_axes(beam, "force per length", own.per_length, "N/m")
-        else:
-            arm, force = L - _distance(beam, own), _in_axes(beam, "force", own.force, "N")
+    for arm, force in (resultant(beam, own) for own in loads):
         total += np.concatenate([force, arm * np.cross(e, force)])
     tip, energy = np.zeros(6), 0.0
     for low, high in pairwise(at):
@@ -372,6 +368,14 @@ def beam_load(beam: BeamElement, loads: Sequence[DistributedForce | ForceOnBeam]
             tip[:3] += np.cross(strain[3:], e) * integral[i + 1]
             energy += 0.5 * sum(float(strain @ w[j]) * integral[i + j] for j in range(3))
     return BeamLoad(total, tip, energy)
+
+
+def resultant(beam: BeamElement, load: DistributedForce | ForceOnBeam) -> tuple[float, np.ndarray]:
+    """Where a load acts, from the start of the beam [m], and its force (3,) in its axes [N]."""
+    if isinstance(load, DistributedForce):
+        per_length = _in_axes(beam, "force per length", load.per_length, "N/m")
+        return beam.length / 2, beam.length * per_length
+    return beam.length - _distance(beam, load), _in_axes(beam, "force", load.force, "N")
 
 
 def _distance(beam: BeamElement, load: ForceOnBeam) -> float:

@@ -12,15 +12,9 @@ from robostiff.kinematics import freedom_twist
 from robostiff.model import Actuated
 from robostiff.network.elements import JointElement, NodeForce
 from robostiff.network.equations import Equations, equations_of
-from robostiff.network.mobility import Mechanism, Mobility
+from robostiff.network.mobility import Mechanism
 from robostiff.network.network import Network
-from robostiff.network.saddle_point import (
-    CONVERGED,
-    Redundancy,
-    SaddlePointSystem,
-    driven_mechanism,
-    system_of,
-)
+from robostiff.network.saddle_point import CONVERGED, SaddlePointSystem, saddle_point_system
 from robostiff.spatial import move_wrench
 
 #: Wrenches (n,) [N, N m], each with the point (3,) about which it is [m].
@@ -63,8 +57,7 @@ class LoadedNetwork:
     status : Status
         ``UNBALANCED`` where the loads drive a motion without stiffness, ``ILL_CONDITIONED`` where
         few digits hold: nothing else has a meaning then.
-    equations, system : Equations, SaddlePointSystem
-    mobility, dependent : Mobility, Redundancy
+    system : SaddlePointSystem
     driven : Mechanism or None
         The motion that loads drive.
     right, x : (size,) arrays
@@ -72,33 +65,36 @@ class LoadedNetwork:
     """
 
     status: Status
-    equations: Equations
     system: SaddlePointSystem
-    mobility: Mobility
-    dependent: Redundancy
     driven: Mechanism | None
     right: np.ndarray
     x: np.ndarray
 
     @staticmethod
     def of(
-        equations: Equations, right: np.ndarray, given: Wrenches, settled: np.ndarray | None = None
+        system: SaddlePointSystem,
+        right: np.ndarray,
+        given: Wrenches,
+        settled: np.ndarray | None = None,
     ) -> LoadedNetwork:
         """Under a right side (size, 1), with nodes displaced by `settled` (size, 1).
 
         The reactions must balance the loads as they are `given`.
         """
-        system, mobile, dependent = system_of(equations)
-        driven = driven_mechanism(equations, mobile, system, right)
+        driven = system.driven(right[:, 0])
         moved = np.zeros(right.shape) if settled is None else settled
         x, step = system.solve(right - system.matrix.times(moved))
         status = Status.OK if driven is None else Status.UNBALANCED
-        known = status, equations, system, mobile, dependent, driven, right[:, 0], (x + moved)[:, 0]
-        found = LoadedNetwork(*known)
-        carried = reactions(found).values()
-        if not status and (step > CONVERGED or not are_balanced(equations, [*given, *carried])):
+        found = LoadedNetwork(status, system, driven, right[:, 0], (x + moved)[:, 0])
+        every = [*given, *reactions(found).values()]
+        if not status and (step > CONVERGED or not are_balanced(system.equations, every)):
             found = replace(found, status=Status.ILL_CONDITIONED)
         return found
+
+    @property
+    def equations(self) -> Equations:
+        """Of the network."""
+        return self.system.equations
 
     def with_least_displacement(self) -> LoadedNetwork:
         """Without what free motions of the platform add to its displacement.
@@ -106,7 +102,7 @@ class LoadedNetwork:
         Mechanisms inside, which it does not feel, are held somewhere.
         """
         x, platform = self.x.copy(), self.equations.network.platform
-        for mechanism in self.mobility.mechanisms:
+        for mechanism in self.system.mobility.mechanisms:
             if platform in mechanism.nodes:
                 own = mechanism.motions[mechanism.nodes.index(platform)]
                 free = np.linalg.pinv(own, rcond=_STILL) @ x[self.system.matrix.rows_of[platform]]
@@ -121,7 +117,8 @@ class LoadedNetwork:
 
     def twist(self, node: str, point: np.ndarray) -> np.ndarray:
         """Twist (n,) of a node about a point (3,) [m, rad]."""
-        return self.system.twist(self.equations, self.x, node, point)
+        x = self.x[self.system.matrix.rows_of[node]]
+        return self.equations.transport(node, point) @ x / self.equations.scale
 
     @property
     def motions(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -161,7 +158,7 @@ class LoadedNetwork:
                     energies.append((before or "network", name, energy))
                 continue
             F, point = self.carried(k), c.ends[-1][1]
-            is_determined = k not in self.dependent.undetermined
+            is_determined = k not in self.system.dependent.undetermined
             if is_determined and element.freedoms:
                 names = ", ".join(freedom.name for freedom in element.freedoms)
                 at = element.freedoms[0].point
@@ -226,13 +223,11 @@ def network_under_loads(
     >>> round(1e3 * float(bent.twist("b", b.point)[2]), 4)
     -1.6168
     """
-    equations = equations_of(network, tolerance)
+    system = saddle_point_system(equations_of(network, tolerance), platform_fixed=False)
     rows = list(network.space.rows)
-    on_platform = network.platform, wrench, network.reference_point
     each = [
-        on_platform,
+        (network.platform, wrench, network.reference_point),
         *((f.node, np.append(f.force, np.zeros(3))[rows], f.point) for f in forces),
     ]
-    right = system_of(equations)[0].forces(equations, each)
-    found = LoadedNetwork.of(equations, right, [(point, F) for _, F, point in each])
+    found = LoadedNetwork.of(system, system.forces(each), [(point, F) for _, F, point in each])
     return found.with_least_displacement()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
@@ -117,42 +118,24 @@ _STILL = 1e-9
 _DENSE = 600
 
 
-@dataclass
-class BlockEntries:
-    """Blocks of a sparse matrix; those at one place add up.
+def matrix_of_blocks(
+    blocks: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]], shape: tuple[int, int]
+) -> csc_array:
+    """Sparse matrix of blocks (..., r, c) at rows (..., r) and columns (..., c); these add up.
 
     Examples
     --------
-    >>> blocks = BlockEntries()
-    >>> blocks.add(np.ones((1, 2)), np.array([1]), np.array([0, 2]))
-    >>> blocks.matrix((2, 3)).toarray()
+    >>> block = np.ones((1, 2)), np.array([1]), np.array([0, 2])
+    >>> matrix_of_blocks([block], (2, 3)).toarray()
     array([[0., 0., 0.],
            [1., 0., 1.]])
     """
+    from scipy.sparse import coo_array
 
-    rows: list[np.ndarray] = field(default_factory=list)
-    columns: list[np.ndarray] = field(default_factory=list)
-    values: list[np.ndarray] = field(default_factory=list)
-
-    def add(self, block: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> None:
-        """Add a block (r, c) at these rows (r,) and columns (c,)."""
-        self.add_many(block[None], rows[None], columns[None])
-
-    def add_many(self, blocks: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> None:
-        """Add blocks (N, r, c) at rows (N, r) and columns (N, c)."""
-        self.rows.append(np.broadcast_to(rows[:, :, None], blocks.shape).ravel())
-        self.columns.append(np.broadcast_to(columns[:, None, :], blocks.shape).ravel())
-        self.values.append(blocks.ravel())
-
-    def matrix(self, shape: tuple[int, int]) -> csc_array:
-        """The matrix, by columns."""
-        from scipy.sparse import coo_array
-
-        none = np.zeros(0, dtype=int)
-        rows = np.concatenate([none, *self.rows])
-        columns = np.concatenate([none, *self.columns])
-        values = np.concatenate([np.zeros(0), *self.values])
-        return coo_array((values, (rows, columns)), shape=shape).tocsc()
+    places = [shape[1] * rows[..., None] + columns[..., None, :] for _, rows, columns in blocks]
+    place = np.concatenate([np.zeros(0, dtype=int), *map(np.ravel, places)])
+    values = np.concatenate([np.zeros(0), *(block.ravel() for block, _, _ in blocks)])
+    return coo_array((values, np.divmod(place, shape[1])), shape=shape).tocsc()
 
 
 @dataclass(frozen=True)
@@ -219,30 +202,26 @@ def mobility(equations: Equations, *, platform_fixed: bool) -> Mobility:
         free, [{label_of[name] for name in c.nodes} - still for c in open_]
     ):
         connections = [open_[k] for k in numbers]
-        # Wrenches of connections on free clusters, and on a fixed platform, as rows.
+        # Wrenches of connections on free clusters, and on a fixed platform that comes last, as rows
         column = {label: np.arange(n * i, n * (i + 1)) for i, label in enumerate(labels)}
-        blocks, row = BlockEntries(), 0
-        G_p = np.zeros((sum(len(c.S) for c in connections), n))
+        column |= {label: n * len(labels) + np.arange(n) for label in still & {platform}}
+        blocks, row = [], 0
         for c in connections:
             rows = np.arange(row, row := row + len(c.S))
             for node, point, part in c.ends:
                 label = label_of[node]
-                wrenches = part @ equations.between(points[label], point)
                 if label in column:
-                    blocks.add(wrenches, rows, column[label])
-                elif label == platform and platform in still:
-                    G_p[rows] += wrenches
-        G = blocks.matrix((row, n * len(labels)))
-        if max(len(G_p), n * len(labels)) <= _DENSE:
-            spaces = null_spaces(G.toarray(), equations.tolerance)
+                    wrenches = part @ equations.between(points[label], point)
+                    blocks.append((wrenches, rows, column[label]))
+        G = matrix_of_blocks(blocks, (row, n * len(labels) + n))
+        if max(row, n * len(labels)) <= _DENSE:
+            G, G_p = np.split(G.toarray(), [n * len(labels)], axis=1)
+            spaces = null_spaces(G, equations.tolerance)
             motions, doubt = spaces.right, spaces.doubtful
             held.append(G_p.T @ spaces.left)
         else:
-            from scipy.sparse import csc_array, hstack
-
             # What is free with the platform free is split into what moves it and what does not.
-            both = csc_array(hstack([G, csc_array(G_p)]))
-            motions, doubt = sparse_null_space(both, equations.tolerance)
+            motions, doubt = sparse_null_space(G, equations.tolerance)
             U, values, Vt = np.linalg.svd(motions[-n:])
             moved = int(np.count_nonzero(values > equations.tolerance.independence))
             motions = motions[:-n] @ Vt[moved:].T

@@ -20,8 +20,6 @@ import numpy as np
 _LEAF = 8
 # Columns of a front that are eliminated together, and stored.
 _PANEL = 96
-# Stretches of bodies side by side up to which a remainder is added stretch by stretch.
-_STRETCHES = 16
 
 
 def dissected(bodies: np.ndarray, pairs: np.ndarray, places: np.ndarray) -> Iterator[np.ndarray]:
@@ -77,19 +75,7 @@ def dissected(bodies: np.ndarray, pairs: np.ndarray, places: np.ndarray) -> Iter
         inside = np.all(of_pairs == own, axis=1)
         yield from dissected(bodies[side[bodies] == own], pairs[inside], places)
     if len(border):
-        yield np.concatenate([*_halved(border, places)])
-
-
-def _halved(bodies: np.ndarray, places: np.ndarray) -> Iterator[np.ndarray]:
-    """Bodies of a border halved again and again: those of each part of it lie side by side."""
-    own = places[bodies]
-    place = own[:, np.argmax(np.ptp(own, axis=0))]
-    before = place < np.partition(place, len(place) // 2)[len(place) // 2]
-    if len(bodies) <= _LEAF or not before.any():
-        yield bodies
-    else:
-        yield from _halved(bodies[before], places)
-        yield from _halved(bodies[~before], places)
+        yield border
 
 
 @dataclass(frozen=True)
@@ -162,7 +148,7 @@ class CholeskyFactors:
     Attributes
     ----------
     order : (m n,) array of int
-        Unknowns in the order of elimination.
+        Rows of their unknowns in the order of elimination; in all others a solution is 0.
     panels : sequence of FrontPanel
         Of all bodies but the last.
     size : int
@@ -194,7 +180,7 @@ class CholeskyFactors:
         return CholeskyFactors(order, panels[:-1], n, panels[-1])
 
     def solve(self, b: np.ndarray, *, last_is_fixed: bool) -> np.ndarray:
-        """Solution (m n, k) for right sides (m n, k), the last body fixed or not."""
+        """Solution (size, k) for right sides (size, k), the last body fixed or not."""
         y, panels = b[self.order], self.panels
         if not last_is_fixed and self.last is not None:
             panels = [*panels, self.last]
@@ -204,66 +190,38 @@ class CholeskyFactors:
             y[len(y) - self.size :] = 0.0
         for panel in reversed(panels):
             panel.after(y)
-        x = np.empty_like(y)
+        x = np.zeros_like(b)
         x[self.order] = y
         return x
 
 
-def _fronts(K: BlockMatrix, pieces: Sequence[int]) -> Iterator[tuple[int, np.ndarray, slice]]:
-    """Number of bodies that a front eliminates, its bodies, and places of its blocks in K."""
-    stops = np.cumsum(pieces)
-    waiting: dict[int, list[np.ndarray]] = defaultdict(list)
-    begin = 0
-    ends = np.searchsorted(K.columns, stops).tolist()
-    for stop, size, end in zip(stops.tolist(), pieces, ends, strict=True):
-        own = range(stop - size, stop)
-        children = [rest for body in own for rest in waiting.pop(body, [])]
-        rest = np.unique(np.concatenate([K.rows[begin:end], *children]))
-        rest = rest[np.searchsorted(rest, stop) :]
-        if len(rest):
-            waiting[int(rest[0])].append(rest)
-        yield size, np.concatenate([own, rest]), slice(begin, end)
-        begin = end
-
-
 def _panels(K: BlockMatrix, pieces: Sequence[int]) -> Iterator[FrontPanel]:
     """Of the factor of a positive definite matrix; LinAlgError where a pivot is not positive."""
-    n, fronts = K.blocks.shape[-1], [*_fronts(K, pieces)]
-    steps = [[*pairwise([*range(0, n * size, _PANEL), n * size])] for size, _, _ in fronts]
-    # All panels side by side: one by one they would lie scattered among what is soon left.
-    room = np.empty(
-        sum(
-            (n * len(f[1]) - a) * (b - a)
-            for f, own in zip(fronts, steps, strict=True)
-            for a, b in own
-        )
-    )
-    work = np.empty(max(n * len(f[1]) * n * f[0] for f in fronts))
-    used = 0
+    n, stops = K.blocks.shape[-1], np.cumsum(pieces)
     # What fronts leave, by the first of the bodies that it is added to: these, and lower half
     waiting: dict[int, list[tuple[np.ndarray, np.ndarray]]] = defaultdict(list)
-    for (size, bodies, given), own_steps in zip(fronts, steps, strict=True):
-        F = work[: n * len(bodies) * n * size].reshape(len(bodies), n, size, n)
-        F[:] = 0.0
-        F[np.searchsorted(bodies, K.rows[given]), :, K.columns[given] - bodies[0]] = K.blocks[given]
-        F, rest = F.reshape(-1, n * size), bodies[size:]
-        children, beyond = [own for body in bodies[:size] for own in waiting.pop(int(body), [])], []
+    begin = 0
+    for stop, size, end in zip(stops, pieces, np.searchsorted(K.columns, stops), strict=True):
+        own, given = np.arange(stop - size, stop), slice(begin, begin := end)
+        children = [one for body in own.tolist() for one in waiting.pop(body, [])]
+        bodies = np.unique(np.concatenate([own, K.rows[given], *(of for of, _ in children)]))
+        F = np.zeros((len(bodies), n, size, n))
+        F[np.searchsorted(bodies, K.rows[given]), :, K.columns[given] - own[0]] = K.blocks[given]
+        F, rest, beyond = F.reshape(-1, n * size), bodies[size:], []
         while children:  # of each only what lies beyond the front is kept
             of_child, left = children.pop()
             _add(F, np.searchsorted(bodies, of_child), left)
-            inside = int(np.searchsorted(of_child, bodies[size - 1], side="right"))
+            inside = int(np.searchsorted(of_child, stop))
             beyond.append((of_child[inside:], left[n * inside :, n * inside :].copy()))
             del left
         unknowns = (n * bodies[:, None] + np.arange(n)).ravel()
-        for a, b in own_steps:
+        for a, b in pairwise([*range(0, n * size, _PANEL), n * size]):
             F[a:, a:b] -= F[a:, :a] @ F[a:b, :a].T
-            panel = room[used : (used := used + (len(F) - a) * (b - a))].reshape(-1, b - a)
-            panel[: b - a] = inverse = np.linalg.inv(np.linalg.cholesky(F[a:b, a:b]))
-            F[b:, a:b] = np.matmul(F[b:, a:b], inverse.T, out=panel[b - a :])
-            yield FrontPanel(unknowns[a:], panel)
+            inverse = np.linalg.inv(np.linalg.cholesky(F[a:b, a:b]))
+            F[b:, a:b] = F[b:, a:b] @ inverse.T
+            yield FrontPanel(unknowns[a:], np.concatenate([inverse, F[b:, a:b]]))
         if len(rest):
-            below = F[n * size :]
-            remainder = below @ below.T
+            remainder = F[n * size :] @ F[n * size :].T
             np.negative(remainder, out=remainder)
             for of_child, left in beyond:
                 _add(remainder, np.searchsorted(rest, of_child), left)
@@ -275,17 +233,8 @@ def _add(F: np.ndarray, place: np.ndarray, left: np.ndarray) -> None:
 
     Of symmetric matrices the lower halves are enough.
     """
-    if not len(place):
-        return
-    n = len(left) // len(place)
-    inside = int(np.searchsorted(place, F.shape[1] // n))
-    ends = np.flatnonzero(np.diff(place, prepend=-2, append=-2) != 1)
-    if len(ends) > _STRETCHES:
+    if len(place):
+        n = len(left) // len(place)
+        inside = int(np.searchsorted(place, F.shape[1] // n))
         rows = (n * place[:, None] + np.arange(n)).ravel()
         F[np.ix_(rows, rows[: n * inside])] += left[:, : n * inside]
-        return
-    stretches = [(n * a, n * b, n * int(place[a])) for a, b in pairwise(ends.tolist())]
-    for k, (a, b, column) in enumerate(stretches):
-        if (b := min(b, n * inside)) > a:
-            for c, d, row in stretches[k:]:
-                F[row : row + d - c, column : column + b - a] += left[c:d, a:b]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,12 +12,12 @@ from numpy.typing import ArrayLike
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.markup import InNotebooks
-from robostiff.network.elements import BeamLoad, DistributedForce, ForceOnBeam, beam_load
+from robostiff.network.elements import BeamLoad, DistributedForce, ForceOnBeam, beam_load, resultant
 from robostiff.network.equations import equations_of
 from robostiff.network.loaded_network import InternalLoads, LoadedNetwork, reactions
 from robostiff.network.network import Network
-from robostiff.network.saddle_point import system_of
-from robostiff.spatial import as_float, as_floats, block_rotation, move_wrench
+from robostiff.network.saddle_point import saddle_point_system
+from robostiff.spatial import as_floats, block_rotation, move_wrench
 
 Loads = Mapping[str, Any]
 _ON_BEAMS = (DistributedForce, ForceOnBeam)
@@ -144,7 +144,8 @@ def network_response(
     (-1.0, 0.0)
     """
     equations = equations_of(network, tolerance)
-    at_nodes, on_beams = _sorted_loads(network, {} if loads is None else loads)
+    loads = {} if loads is None else loads
+    at_nodes, on_beams = _sorted_loads(network, loads)
     space = network.space
     units = ("m",) * space.translations + ("rad",) * (space.size - space.translations)
     expected = f"{space.size} numbers {' '.join(space.twist_order)} [m, rad]"
@@ -160,20 +161,24 @@ def network_response(
         subject = f"displacement of node {name!r}"
         moved[name] = as_floats(subject, value, expected, units, (space.size,))
     points = {node.name: node.point for node in network.nodes}
-    system, rows, d = system_of(equations)[0], list(space.rows), space.translations
-    right = system.forces(equations, ((name, F, points[name]) for name, F in at_nodes.items()))
-    for k, (_, load) in on_beams.items():
+    system = saddle_point_system(equations, platform_fixed=False)
+    rows, d = list(space.rows), space.translations
+    right = system.forces([(name, F, points[name]) for name, F in at_nodes.items()])
+    given = [(points[name], F) for name, F in at_nodes.items()]
+    for k, (name, load) in on_beams.items():
         beam, W_T = network.beams[k], equations.connections[k].ends[-1][2]
         axes = block_rotation(beam.rotation)
         total, tip = (axes @ load.at_start)[rows], (axes @ load.tip_twist)[rows]
-        right += system.forces(equations, [(beam.a, total, beam.start)])
+        right += system.forces([(beam.a, total, beam.start)])
         right[system.matrix.wrench_rows[k], 0] += W_T @ (equations.scale * tip)
+        for one in _as_sequence(loads[name]):
+            s, force = resultant(beam, one)
+            given.append((beam.start + s * axes[:3, 0], (axes[:, :3] @ force)[rows]))
     settled = np.zeros(right.shape)
     for name, t in moved.items():
         D = equations.between(points[name], equations.points[name])
         settled[system.matrix.rows_of[name], 0] = D @ (equations.scale * t)
-    given = [*_wrenches_of(network, points, at_nodes, {} if loads is None else loads)]
-    found = LoadedNetwork.of(equations, right, given, settled)
+    found = LoadedNetwork.of(system, right, given, settled)
     _check_holds(found)
     beams = {}
     for k, beam in enumerate(network.beams):
@@ -182,12 +187,12 @@ def network_response(
         start += on_beams[k][1].at_start if k in on_beams else 0.0
         beams[beam.name] = SectionForces(start, end)
     extra = {k: load.energy(beams[name].end) for k, (name, load) in on_beams.items()}
-    each = [equations.connections[k] for k in found.dependent.undetermined]
+    each = [equations.connections[k] for k in system.dependent.undetermined]
     undetermined = {end for own in each for end, _, _ in own.ends}
-    free = {name for mechanism in found.mobility.mechanisms for name in mechanism.moving}
+    free = {name for mechanism in system.mobility.mechanisms for name in mechanism.moving}
     twists = {name: found.twist(name, own) for name, own in points.items()}
     shifting = set[str]()  # nodes whose point moves in some mechanism; others spin about it
-    for mechanism in found.mobility.mechanisms:
+    for mechanism in system.mobility.mechanisms:
         least = _GAP * np.abs(mechanism.motions).max(initial=0.0)
         for name, motions in zip(mechanism.nodes, mechanism.motions, strict=True):
             shift = (equations.transport(name, points[name]) @ motions)[:d]
@@ -220,7 +225,7 @@ def _check_holds(found: LoadedNetwork) -> None:
     shifts = system.matrix.rows_of.values()
     # rigid parts that hold every node leave rounding alone
     size = max(np.abs(found.right).max(), *(np.abs(found.x[rows]).max() for rows in shifts))
-    for k, numbers in found.dependent.dropped.items():  # constraints left out hold, too
+    for k, numbers in system.dependent.dropped.items():  # constraints left out hold, too
         if np.any(np.abs(gap[system.matrix.wrench_rows[k][numbers]]) > _GAP * size):
             raise NoAnswerError(
                 f"{name}: rigid parts cannot follow the supports, at "
@@ -273,25 +278,3 @@ def _unknown(subject: str, name: str, names: Any) -> InputError:
     known = ", ".join(sorted(names)[:12]) or "none: the network has no beams"
     hint = "loads on beams are DistributedForce or ForceOnBeam, those at nodes are numbers"
     return InputError(subject, got=name, expected=f"one of {known}", hint=hint)
-
-
-def _wrenches_of(
-    network: Network,
-    points: Mapping[str, np.ndarray],
-    at_nodes: Mapping[str, np.ndarray],
-    loads: Loads,
-) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """The loads as they are given: points (3,), and wrenches (n,) about these [N, N m]."""
-    yield from ((points[name], F) for name, F in at_nodes.items())
-    beams = {beam.name: beam for beam in network.beams}
-    for name in loads.keys() - at_nodes.keys():
-        beam = beams[name]
-        for own in _as_sequence(loads[name]):
-            s, force = beam.length / 2, np.zeros(6)
-            if isinstance(own, ForceOnBeam):
-                s = as_float("distance", own.distance, "a number [m]", "m")
-                force[:3] = as_floats("force", own.force, "three numbers [N]", "N")
-            else:
-                per_length = as_floats("force", own.per_length, "three numbers [N/m]", "N/m")
-                force[:3] = beam.length * per_length
-            yield beam.start + s * beam.rotation[:, 0], force[list(network.space.rows)]

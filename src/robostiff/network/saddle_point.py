@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -18,9 +18,9 @@ from robostiff.kept import kept
 from robostiff.kinematics.spanning_tree import independent_parts
 from robostiff.network.equations import Equations, Motion
 from robostiff.network.mobility import (
-    BlockEntries,
     Mechanism,
     Mobility,
+    matrix_of_blocks,
     mobility,
     null_spaces,
     pinning_coordinates,
@@ -63,7 +63,7 @@ def redundancy(equations: Equations, *, platform_fixed: bool) -> Redundancy:
     dropped: dict[int, list[int]] = defaultdict(list)
     on_platform, doubtful, undetermined = [np.zeros((n, 0))], False, set()
     for nodes, connections in _loops(equations, still):
-        column = {name: i for i, name in enumerate(nodes)}
+        column = {name: slice(n * i, n * (i + 1)) for i, name in enumerate(nodes)}
         places = [(k, int(j)) for k, c in connections.items() for j in np.flatnonzero(c.rigid)]
         A, A_p = np.zeros((len(places), n * len(nodes))), np.zeros((len(places), n))
         row = 0
@@ -72,7 +72,7 @@ def redundancy(equations: Equations, *, platform_fixed: bool) -> Redundancy:
             for name, point, part in c.ends:
                 wrenches = part[c.rigid] @ equations.transport(name, point)
                 if name in column:
-                    A[rows, n * column[name] : n * (column[name] + 1)] += wrenches
+                    A[rows, column[name]] += wrenches
                 elif name == network.platform:
                     A_p[rows] += wrenches
         spaces = null_spaces(A, equations.tolerance)
@@ -93,27 +93,21 @@ def _loops(equations: Equations, still: set[str]) -> list[tuple[list[str], dict[
     """
     some = [np.flatnonzero(own.rigid.any(axis=1)) for own in equations.groups]
     edges = {k: c for k, c in equations.some_connections(some).items() if c.rigid.any()}
+    ends = {k: sorted({*c.nodes} - still) for k, c in edges.items()}
     at: dict[str, set[int]] = defaultdict(set)
-    for k, c in edges.items():
-        for name in _free_ends(c, still):
+    for k, own in ends.items():
+        for name in own:
             at[name].add(k)
-    leaves = [name for name, numbers in at.items() if len(numbers) == 1]
+    leaves = [*at]
     while leaves:
-        name = leaves.pop()
-        if len(at[name]) != 1:
-            continue
-        (k,) = at[name]
-        for end in _free_ends(edges.pop(k), still):
-            at[end].discard(k)
-            if len(at[end]) == 1:
+        if len(numbers := at[leaves.pop()]) == 1:
+            (k,) = numbers
+            for end in ends.pop(k):
+                at[end].discard(k)
                 leaves.append(end)
-    nodes, left = [name for name, numbers in at.items() if numbers], list(edges)
-    parts = independent_parts(nodes, [_free_ends(edges[k], still) for k in left])
+    nodes, left = [name for name, numbers in at.items() if numbers], [*ends]
+    parts = independent_parts(nodes, [*ends.values()])
     return [(own, {left[i]: edges[left[i]] for i in numbers}) for own, numbers in parts]
-
-
-def _free_ends(connection: Motion, still: set[str]) -> list[str]:
-    return sorted({*connection.nodes} - still)
 
 
 def redundant_freedoms(
@@ -209,14 +203,13 @@ class NetworkMatrix:
     @cached_property
     def whole(self) -> csc_array:
         """The sparse matrix."""
-        blocks = BlockEntries()
+        blocks = []
         for own in self.parts:
             n, A = own.A.shape[-1], own.A.reshape(*own.rows.shape, -1)
             columns = (n * own.nodes[:, :, None] + np.arange(n)).reshape(len(A), -1)
-            blocks.add_many(-own.S, own.rows, own.rows)
-            blocks.add_many(A, own.rows, columns)
-            blocks.add_many(np.swapaxes(A, 1, 2), columns, own.rows)
-        return blocks.matrix((self.size, self.size))
+            blocks += [(-own.S, own.rows, own.rows), (A, own.rows, columns)]
+            blocks.append((np.swapaxes(A, 1, 2), columns, own.rows))
+        return matrix_of_blocks(blocks, (self.size, self.size))
 
 
 @kept
@@ -269,7 +262,6 @@ class CondensedSystem:
     matrix: NetworkMatrix
     stiffness: tuple[np.ndarray, ...]  # (N, m, m) of each part: (S + D)^-1, 0 of what is left out
     factors: CholeskyFactors
-    moving: np.ndarray  # (m n,) of int: displacements of all bodies that are not fixed
     pinned: np.ndarray  # of int: those that are held
 
     def step(self, b: np.ndarray, x: np.ndarray, *, platform_fixed: bool) -> np.ndarray:
@@ -285,7 +277,7 @@ class CondensedSystem:
         for (own, k), gap in zip(parts, gaps, strict=True):
             self.matrix.add_loads(loads, own, k @ gap - x[own.rows])
         loads[self.pinned] = 0.0
-        step[self.moving] = self.factors.solve(loads[self.moving], last_is_fixed=platform_fixed)
+        step[: len(loads)] = self.factors.solve(loads, last_is_fixed=platform_fixed)
         for (own, k), gap in zip(parts, gaps, strict=True):
             step[own.rows] = k @ (self.matrix.deflections(own, step) - gap)
         return step
@@ -320,8 +312,7 @@ def condensed_system(
     order = np.concatenate(pieces)
     number = np.full(len(names), -1)
     number[order] = np.arange(len(order))
-    moving = (n * np.sort(order)[:, None] + np.arange(n)).ravel()
-    unknowns = np.searchsorted(moving, (n * order[:, None] + np.arange(n)).ravel())
+    unknowns = (n * order[:, None] + np.arange(n)).ravel()
     try:
         stiffness = tuple(_stiffness(own.S, is_left_out[own.rows]) for own in matrix.parts)
         held = is_left_out[: n * len(names)].reshape(-1, n)
@@ -329,7 +320,7 @@ def condensed_system(
         factors = CholeskyFactors.of(K, [*map(len, pieces)], unknowns)
     except np.linalg.LinAlgError:
         return None
-    return CondensedSystem(matrix, stiffness, factors, moving, np.array(pinned, dtype=int))
+    return CondensedSystem(matrix, stiffness, factors, np.array(pinned, dtype=int))
 
 
 def _stiffness(S: np.ndarray, left_out: np.ndarray) -> np.ndarray:
@@ -363,12 +354,18 @@ class SaddlePointSystem:
     to displacements alone, a long chain of beams would lose all digits.
     """
 
-    name: str  # of the network
-    matrix: NetworkMatrix
+    equations: Equations
     platform_fixed: bool
+    mobility: Mobility
+    dependent: Redundancy
     # (m,) of int: rows and columns that are solved for: free, and independent of one another
     kept: np.ndarray
     condensed: CondensedSystem | None  # of a large system
+
+    @property
+    def matrix(self) -> NetworkMatrix:
+        """The matrix, of a platform fixed or not."""
+        return network_matrix(self.equations)
 
     @cached_property
     def regular(self) -> csc_array:
@@ -387,7 +384,8 @@ class SaddlePointSystem:
             return splu(self.regular)
         except RuntimeError:  # an exact zero for a pivot
             raise NoAnswerError(
-                f"no stiffness of network {self.name!r}: {Status.ILL_CONDITIONED.advice[0]}"
+                f"no stiffness of network {self.equations.network.name!r}: "
+                f"{Status.ILL_CONDITIONED.advice[0]}"
             ) from None
 
     def solve(self, right: np.ndarray) -> tuple[np.ndarray, float]:
@@ -412,22 +410,29 @@ class SaddlePointSystem:
             x[self.kept] = kept
         return x, last
 
-    def forces(
-        self, equations: Equations, at: Iterable[tuple[str, np.ndarray, np.ndarray]]
-    ) -> np.ndarray:
-        """Right side (size, 1) of wrenches (n,) at nodes, each about a point (3,) [N, N m; m]."""
-        right = np.zeros((self.matrix.size, 1))
+    def forces(self, at: Sequence[tuple[str, np.ndarray, np.ndarray]]) -> np.ndarray:
+        """Right sides (size, k) of wrenches (n, k) at nodes, each about a point (3,) [N, N m; m].
+
+        One right side of wrenches (n,).
+        """
+        columns = at[0][1][0].size if at else 1
+        right, equations = np.zeros((self.matrix.size, columns)), self.equations
         for node, F, point in at:
-            D = equations.transport(node, point)
-            scaled = F / equations.scale / equations.stiffness
-            right[self.matrix.rows_of[node], 0] += D.T @ scaled
+            scaled = F.reshape(equations.size, -1) / equations.scale[:, None] / equations.stiffness
+            right[self.matrix.rows_of[node]] += equations.transport(node, point).T @ scaled
         return right
 
-    def twist(
-        self, equations: Equations, x: np.ndarray, node: str, point: np.ndarray
-    ) -> np.ndarray:
-        """Twist (n,) of a node about a point (3,) in a solution x (size,) [m, rad]."""
-        return equations.transport(node, point) @ x[self.matrix.rows_of[node]] / equations.scale
+    def driven(self, right: np.ndarray) -> Mechanism | None:
+        """A mechanism on whose motion a right side (size,) does work, if there is one."""
+        size = max(np.linalg.norm(right[rows]) for rows in self.matrix.rows_of.values())
+        for mechanism in self.mobility.mechanisms:
+            work = sum(
+                motions.T @ right[self.matrix.rows_of[name]]
+                for name, motions in zip(mechanism.nodes, mechanism.motions, strict=True)
+            )
+            if np.any(np.abs(work) > self.equations.tolerance.independence * size):
+                return mechanism
+        return None
 
 
 def _refined(
@@ -454,14 +459,16 @@ def saddle_point_system(equations: Equations, *, platform_fixed: bool) -> Saddle
     that differ in softness by more than all digits.
     """
     matrix, network = network_matrix(equations), equations.network
+    mobile = mobility(equations, platform_fixed=platform_fixed)
+    dependent = redundancy(equations, platform_fixed=platform_fixed)
     still = {*network.fixed, *([network.platform] if platform_fixed else [])}
     pinned = []
-    for mechanism in mobility(equations, platform_fixed=platform_fixed).mechanisms:
+    for mechanism in mobile.mechanisms:
         rows = np.concatenate([matrix.rows_of[name] for name in mechanism.nodes])
         pinned += rows[mechanism.pins].tolist()
     dropped = [
         int(matrix.wrench_rows[k][number])
-        for k, numbers in redundancy(equations, platform_fixed=platform_fixed).dropped.items()
+        for k, numbers in dependent.dropped.items()
         for number in numbers
     ]
     fixed = np.concatenate([matrix.rows_of[name] for name in still])
@@ -472,28 +479,4 @@ def saddle_point_system(equations: Equations, *, platform_fixed: bool) -> Saddle
         condensed = condensed_system(equations, tuple(pinned), tuple(dropped))
         if condensed is not None and condensed.factors.last is None and not platform_fixed:
             condensed = None
-    return SaddlePointSystem(network.name, matrix, platform_fixed, left, condensed)
-
-
-def system_of(
-    equations: Equations, *, platform_fixed: bool = False
-) -> tuple[SaddlePointSystem, Mobility, Redundancy]:
-    """The system of a network with what decided it: see `saddle_point_system`."""
-    mobile = mobility(equations, platform_fixed=platform_fixed)
-    dependent = redundancy(equations, platform_fixed=platform_fixed)
-    return saddle_point_system(equations, platform_fixed=platform_fixed), mobile, dependent
-
-
-def driven_mechanism(
-    equations: Equations, mobile: Mobility, system: SaddlePointSystem, right: np.ndarray
-) -> Mechanism | None:
-    """A mechanism on whose motion a right side (size, 1) does work, if there is one."""
-    size = max(np.linalg.norm(right[rows]) for rows in system.matrix.rows_of.values())
-    for mechanism in mobile.mechanisms:
-        work = sum(
-            motions.T @ right[system.matrix.rows_of[name], 0]
-            for name, motions in zip(mechanism.nodes, mechanism.motions, strict=True)
-        )
-        if np.any(np.abs(work) > equations.tolerance.independence * size):
-            return mechanism
-    return None
+    return SaddlePointSystem(equations, platform_fixed, mobile, dependent, left, condensed)
