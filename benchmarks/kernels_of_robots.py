@@ -91,7 +91,7 @@ def largest_difference(robot: Robot, finder: PostureFinder, count: int = 200) ->
         names = list(Coordinate)
         home = finder.home_pose[[names.index(c) for c in robot.coordinates]]
         pose = home + rng.uniform(-0.05, 0.05, (count, home.size))
-    answer = compile_stiffness(robot).attempt(pose)
+    answer = compile_stiffness(robot).evaluate(pose, again=False)
     result = direct_stiffness(robot, pose)
     own = ~answer.guarded & result.answered
     if not own.any():

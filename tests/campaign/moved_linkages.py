@@ -308,7 +308,7 @@ def _by_record(linkage: Linkage, values: dict[str, np.ndarray]) -> CompiledAnswe
         fast = rs.compile(linkage, backend=rs.Backend.ARRAYS)
     except (rs.InputError, rs.NoAnswerError):  # rigid, undetermined, singular: with the reason
         return None
-    return fast.attempt(values) if fast.verified else None
+    return fast.evaluate(values, again=False) if fast.verified else None
 
 
 def _judge(

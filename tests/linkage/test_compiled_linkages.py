@@ -45,9 +45,9 @@ def test_a_kernel_gives_what_the_network_gives(source, low, high):
     linkage, fast = _compiled(source)
     assert fast.verified
     rows = np.linspace(low, high, 7)[:, None]
-    answer = fast.attempt(rows)
+    answer = fast.evaluate(rows, again=False)
     assert answer.guarded_share < 0.5
-    again = pickle.loads(pickle.dumps(fast)).attempt(rows)  # noqa: S301
+    again = pickle.loads(pickle.dumps(fast)).evaluate(rows, again=False)  # noqa: S301
     assert np.array_equal(again.values["K"], answer.values["K"], equal_nan=True)
     for k in np.flatnonzero(~answer.guarded):
         given = answer.values["K"][k], answer.status_codes[k], answer.rank[k]
@@ -66,7 +66,9 @@ def test_a_robot_of_legs_is_as_stiff_as_a_linkage(name):
     make, pose = CASES[name]
     robot = make()
     fast = rs.compile(linkage_of(robot), backend=ARRAYS)
-    answer = fast.attempt({name: q[None] for name, q in drives_at(robot, np.array(pose)).items()})
+    answer = fast.evaluate(
+        {name: q[None] for name, q in drives_at(robot, np.array(pose)).items()}, again=False
+    )
     assert not answer.guarded[0]
     legs = rs.stiffness(robot, pose)
     K = answer.values["K"][0][np.ix_(legs.space.rows, legs.space.rows)]
@@ -101,7 +103,7 @@ def test_random_linkages_are_as_stiff_as_their_networks(seed, bridged):
     assert fast.verified
     home = fast.taken.driven.at_home  # pyright: ignore[reportAttributeAccessIssue]
     rows = home + np.random.default_rng([seed, 1]).uniform(-0.1, 0.1, (3, len(home)))
-    answer = fast.attempt(rows)
+    answer = fast.evaluate(rows, again=False)
     assert not answer.guarded.all()
     for k in np.flatnonzero(~answer.guarded):
         given = answer.values["K"][k], answer.status_codes[k], answer.rank[k]
@@ -127,7 +129,9 @@ def test_far_from_home_the_straight_way_is_gone_in_parts():
     pin = rs.network_at(linkage).reference_point
     rows = np.linspace(-1.0, 1.0, 600)[:, None]
     kernels = (fast, replace(fast, kernel=fast.kernel.by(MachineCode)))
-    answers = [kernel.attempt(rows) for kernel in kernels[: 1 + machine_code_is_available()]]
+    answers = [
+        kernel.evaluate(rows, again=False) for kernel in kernels[: 1 + machine_code_is_available()]
+    ]
     for answer in answers:
         assert not answer.guarded.any()
     K, other = answers[0].values["K"], answers[-1].values["K"]
@@ -154,7 +158,7 @@ def test_rates_by_a_drive_are_differences():
     outputs = [rs.StiffnessMatrix(), rs.Derivative(rs.StiffnessMatrix(), "screw")]
     fast = rs.compile(linkage, outputs, backend=ARRAYS)
     h = 1e-5
-    values = fast.attempt({"screw": [-0.05 - h, -0.05, -0.05 + h]}).values
+    values = fast.evaluate({"screw": [-0.05 - h, -0.05, -0.05 + h]}, again=False).values
     rate = (values["K"][2] - values["K"][0]) / (2 * h)
     size = np.sqrt(np.diag(values["K"][1]))
     apart = np.abs(values["dK/dscrew"][1] - rate)

@@ -114,7 +114,7 @@ def test_a_loop_over_one_step_is_the_same_as_all_steps_written_out(monkeypatch):
         assert isinstance(loop.kernel.code, closed.ClosedCode)
         assert loop.kernel.code.whole is None
         assert 0.9 < loop.kernel.operations / whole.kernel.operations < 1.5
-        found, expected = loop.attempt(poses), whole.attempt(poses)
+        found, expected = loop.evaluate(poses, again=False), whole.evaluate(poses, again=False)
         np.testing.assert_array_equal(found.guarded, expected.guarded)
         own = ~found.guarded
         assert largest_difference(found.values["K"][own], expected.values["K"][own]) < 1e-11
@@ -131,7 +131,7 @@ def test_poses_far_from_home_take_more_steps():
     _, arrived = arrivals(closure, poses)
     assert 0.02 < np.mean(~arrived) < 0.6
     compiled = rs.compile(robot, backend=rs.Backend.ARRAYS)
-    found = compiled.attempt(poses)
+    found = compiled.evaluate(poses, again=False)
     assert not found.guarded.any()
     some = np.flatnonzero(~arrived)[:20]
     assert largest_difference(found.values["K"][some], rs.stiffness(robot, poses[some]).K) < 1e-9

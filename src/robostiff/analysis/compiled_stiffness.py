@@ -150,6 +150,7 @@ class CompiledStiffness(AtGeneralPoses):
         parameters: Mapping[str, ArrayLike] | np.ndarray | None = None,
         threads: int | None = None,
         out: Mapping[str, np.ndarray] = MappingProxyType({}),
+        again: bool = True,
     ) -> CompiledAnswer:
         """Outputs, status and rank at many poses, or at one.
 
@@ -170,6 +171,9 @@ class CompiledStiffness(AtGeneralPoses):
         out : mapping of str to (N, ...) arrays of floats, optional
             Filled with the outputs of these names, which is faster than new memory: at once where
             they are float64 with equal entries of all poses side by side in memory.
+        again : bool
+            Whether ``guarded`` poses are computed again by the direct form. Otherwise what stands
+            there in the answer must not be used.
 
         Raises
         ------
@@ -186,7 +190,7 @@ class CompiledStiffness(AtGeneralPoses):
                 expected = f"floats {shape}" if name in shapes else ", ".join(shapes)
                 raise InputError(f"array for {name!r}", got=array.shape, expected=expected)
         answer = attempted(kernel, inputs, self, threads, out)
-        for subject, rows in values.groups(answer.guarded):
+        for subject, rows in values.groups(answer.guarded & again):
             try:
                 result = Stiffness.of(question(subject, rows))
             except OpenAtHomeError:  # parameters of no robot: its legs reach no pose from home
@@ -213,21 +217,6 @@ class CompiledStiffness(AtGeneralPoses):
             rank=np.array(self.rank, dtype=np.int8),
             guarded=np.array(False),
         )
-
-    def attempt(
-        self,
-        pose: Any,
-        *,
-        parameters: Mapping[str, ArrayLike] | np.ndarray | None = None,
-        threads: int | None = None,
-    ) -> CompiledAnswer:
-        """As `evaluate`, but poses that are ``guarded`` are left to the caller.
-
-        What stands there in the answer must not be used.
-        """
-        kernel, inputs, _, _, is_one = self._asked(pose, parameters)
-        answer = attempted(kernel, inputs, self, threads)
-        return answer[0] if is_one else answer
 
     def results(
         self, pose: Any, out: Mapping[str, np.ndarray]

@@ -115,7 +115,7 @@ class ConfigurationsOfLinkage(Question):
         """
         part, every = self.driven.part, self._at(rows) or [self.driven.home]
         found = self._of_branches(every)
-        closed = np.array([one.is_closed for one in every], dtype=bool)
+        closed, n = np.array([one.is_closed for one in every], dtype=bool), len(every)
         lost = self._lost_digits(every, found) * np.uint16(Status.ILL_CONDITIONED)
         status = np.where(closed, found.status_codes | lost, np.uint16(Status.UNREACHABLE))
         R, p = map(np.array, zip(*(one.places[part.platform] for one in every), strict=True))
@@ -125,10 +125,8 @@ class ConfigurationsOfLinkage(Question):
             rank=np.where(closed, found.rank, -1),
             pose=six_coordinates(R, p),
             joint_coordinates={
-                joint.name: np.array([one.coordinates[joint.name] for one in every]).reshape(
-                    len(every), joint.size
-                )
-                for joint in part.joints
+                own.name: np.reshape([one.coordinates[own.name] for one in every], (n, own.size))
+                for own in part.joints
             },
         )
         return whole[: rows.size]
@@ -268,11 +266,8 @@ def _(
 ) -> RecordedParts:
     # At samples as near to home as its surroundings are regular.
     del most
-    driven, name, otherwise = (
-        taken.driven,
-        taken.subject.name,
-        "network_at(linkage, ...) pose by pose",
-    )
+    driven, name = taken.driven, taken.subject.name
+    otherwise = "network_at(linkage, ...) pose by pose"
     recorded, undetermined, nearer = None, (), 0
     for nearer in range(_NEARER):
         recorded, undetermined = record_linkage(driven, driven.samples(nearer=nearer))

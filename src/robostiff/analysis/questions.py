@@ -418,19 +418,14 @@ def _advice_on(posture: Posture, finder: PostureFinder, tolerance: Tolerance) ->
     rows = np.flatnonzero(posture.reached)
     if rows.size > _POSES:
         rows = rows[np.linspace(0, rows.size - 1, _POSES, dtype=int)]
-    names = []
-    moving = []
+    names, moving, by_joints = [], [], finder.robot.is_posed_by_joints
     for solver, q in zip(finder.solvers, posture.coordinates, strict=True):
         if solver.has_redundant_drives:
             moving.append(repr(solver.leg.name))
             continue
-        if finder.robot.is_posed_by_joints:
-            given = bool(np.any(solver.leg.chain.home_given))
-        else:
-            given = solver.posture_is_given
-        if given:
-            continue
-        if any(_matters(finder, solver, posture.pose[i], q[i], tolerance) for i in rows):
+        given = np.any(solver.leg.chain.home_given) if by_joints else solver.posture_is_given
+        matter = (_matters(finder, solver, posture.pose[i], q[i], tolerance) for i in rows)
+        if not given and any(matter):
             names.append(repr(solver.leg.name))
     advice = [
         f"the drives of leg {name} can move while the platform stands still, and the pose alone "

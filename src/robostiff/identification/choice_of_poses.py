@@ -233,9 +233,10 @@ def choose_poses(
     turns = np.tile(np.eye(3), (len(names), 1, 1))
     model = ReadingModel(measured, statics, unknowns, None, None, np.eye(3), names, turns)
     x = np.concatenate([[unknown.nominal for unknown in unknowns], np.zeros(6), places.ravel()])
+    p = len(unknowns)
     scale = np.array([abs(unknown.nominal) or 1e-3 for unknown in model.unknowns])
     J = (model.predicted(x)[1] * scale / sigma).reshape(len(rows), -1, len(x))
-    good = _serve(model, J)
+    good = _serve(model, J, x[:p])
     rows, J = rows[good], J[good]
     if len(rows) < least:
         raise InputError(
@@ -253,12 +254,9 @@ def choose_poses(
         before = every[1].T @ every[1]
     total = M.sum(axis=0) + before
     report = identifiability(np.concatenate(every) / scale, model.unknowns)
-    p = len(unknowns)
     lost = [unknowns[k].name for k in report.fixed if k < p]
     if lost:
-        words = [
-            sentence for sentence in report.not_identified if any(name in sentence for name in lost)
-        ]
+        words = [own for own in report.not_identified if any(name in own for name in lost)]
         raise NoAnswerError("no choice of these postures determines all: " + "; ".join(words))
     T = (
         _rates_at(criterion, statics, changed, x[:p]) * scale[:p]
@@ -289,14 +287,14 @@ def choose_poses(
     )
 
 
-def _serve(model: ReadingModel, J: np.ndarray) -> np.ndarray:
+def _serve(model: ReadingModel, J: np.ndarray, nominal: np.ndarray) -> np.ndarray:
     """Candidates (N,) in equilibrium away from singular postures whose readings move."""
-    unknowns = model.parameters
-    codes = model.statics.at(np.array([unknown.nominal for unknown in unknowns])).status_codes
+    codes = model.statics.at(nominal).status_codes
     lost = (codes & int(Status.UNREACHABLE | Status.NO_EQUILIBRIUM)) != 0
     lost = lost[model.statics.states.of_readings].reshape(len(J), -1).any(axis=1)
     good = np.isfinite(J).all(axis=(1, 2)) & ~lost
-    elastic = [k for k, unknown in enumerate(unknowns) if unknown.kind is not UnknownKind.GEOMETRY]
+    each = enumerate(model.parameters)
+    elastic = [k for k, unknown in each if unknown.kind is not UnknownKind.GEOMETRY]
     if elastic:
         good &= np.nan_to_num(np.abs(J[:, :, elastic].sum(axis=2)).max(axis=1)) >= _SEEN
     return good

@@ -130,14 +130,10 @@ class Identified(InNotebooks):
         return [k for k in range(len(self.unknowns)) if k not in self.fit.identifiability.fixed]
 
     @cached_property
-    def _predicted(self) -> tuple[np.ndarray, np.ndarray]:
-        return self.model.predicted(self.fit.x)
-
-    @cached_property
     def _scaled(self) -> tuple[np.ndarray, np.ndarray]:
         """Residuals (M,) over their standard deviations, and their rates; weights of the loss."""
         known, sigma = self.fit.known, self.model.sigma
-        y, J = self._predicted
+        y, J = self.model.predicted(self.fit.x)
         r = (self.model.values - y)[known] / sigma[known]
         A = J[known][:, self._found] / sigma[known][:, None]
         scale = getattr(self.fit.loss, "scale", None)
@@ -238,7 +234,7 @@ class Identified(InNotebooks):
     @cached_property
     def residuals(self) -> np.ndarray:
         """What was read less what is predicted, as its values; not a number where none is."""
-        return self._as_values(self.model, self.model.values - self._predicted[0])
+        return self._as_values(self.model, self.model.values - self.model.predicted(self.fit.x)[0])
 
     @staticmethod
     def _as_values(model: ReadingModel, numbers: np.ndarray) -> np.ndarray:
@@ -364,12 +360,13 @@ class Identified(InNotebooks):
 
         Raises NoAnswerError where there are too few readings. Play is no part of it.
         """
+        return self.model.statics.robot.substituted(self._without_play())
+
+    def _without_play(self) -> dict[str, float]:
+        """Values of the parameters by name, play zero."""
         self._check_rows()
         each = self.model.parameters
-        values = {
-            unknown.name: 0.0 if unknown.plays else self.values[unknown.name] for unknown in each
-        }
-        return self.model.statics.robot.substituted(values)
+        return {own.name: 0.0 if own.plays else self.values[own.name] for own in each}
 
     @property
     def estimate(self) -> tuple[Robot, dict[str, float], np.ndarray]:
@@ -379,19 +376,14 @@ class Identified(InNotebooks):
 
         Raises NoAnswerError where there are too few readings.
         """
-        self._check_rows()
+        rest = self._without_play()
         rows = [k for k, i in enumerate(self._found) if i < len(self.model.parameters)]
         rows = [k for k in rows if not self.unknowns[self._found[k]].plays]
-        found = {self.names[k]: self.values[self.names[k]] for k in rows}
-        rest = {unknown.name: 0.0 if unknown.plays else self.values[unknown.name]
-                for unknown in self.model.parameters if unknown.name not in found}  # fmt: skip
+        found = {self.names[k]: rest.pop(self.names[k]) for k in rows}
         robot = self.model.statics.robot
         robot = robot.substituted(rest) if rest else robot
-        return (
-            replace(robot, nominal={**robot.nominal, **found}),
-            found,
-            self.covariance[np.ix_(rows, rows)],
-        )
+        changed = replace(robot, nominal={**robot.nominal, **found})
+        return changed, found, self.covariance[np.ix_(rows, rows)]
 
     def _check_rows(self) -> None:
         if self.fit.too_few:

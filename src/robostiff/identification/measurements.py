@@ -21,8 +21,15 @@ from robostiff.kinematics import JointCoordinates
 from robostiff.model import Robot
 from robostiff.spatial import as_floats
 
-_EACH = ("kinds", "markers", "drives", "axes", "directions", "bodies")
-_ARRAYS = ("values", "wrenches", "forces", "hooks", "sigma", "toward", "sigma_wrench")
+# What each reading has, by its kind; and in arrays, by numbers a reading and what stands for none.
+_EACH: dict[str, type] = {
+    **{"kinds": Reading, "markers": str, "drives": str, "axes": LoadAxes},
+    **{"directions": int, "bodies": str},
+}
+_ARRAYS = {
+    **{"values": (6, np.nan), "sigma": (6, np.nan), "hooks": (3, np.nan), "toward": (3, np.nan)},
+    **{"wrenches": (6, 0.0), "forces": (3, 0.0), "sigma_wrench": (6, 0.0)},
+}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -109,22 +116,13 @@ class Measurements:
         count = len(q)
         changed: dict[str, Any] = {
             "postures": JointCoordinates(q) if by_joints else q,
-            "kinds": _each("kinds", self.kinds, count, Reading),
-            "markers": _each("markers", self.markers, count, str),
-            "drives": _each("drives", self.drives, count, str),
-            "axes": _each("axes", self.axes, count, LoadAxes),
-            "directions": _each("directions", self.directions, count, int),
-            "bodies": _each("bodies", self.bodies, count, str),
+            **{name: _each(name, getattr(self, name), count, own) for name, own in _EACH.items()},
         }
-        width = 6 if Reading.POSE in changed["kinds"] else 3
-        for name, size in (("values", width), ("sigma", width), ("hooks", 3), ("toward", 3)):
-            numbers = getattr(self, name)
-            changed[name] = _rows(
-                name, np.nan if numbers is None else numbers, count, size, may_miss=True
-            )
-        for name, size in (("wrenches", 6), ("forces", 3), ("sigma_wrench", 6)):
-            numbers = getattr(self, name)
-            changed[name] = _rows(name, 0.0 if numbers is None else numbers, count, size)
+        has_poses = Reading.POSE in changed["kinds"]
+        for name, (most, none) in _ARRAYS.items():
+            numbers = none if getattr(self, name) is None else getattr(self, name)
+            size = 3 if name in ("values", "sigma") and not has_poses else most
+            changed[name] = _rows(name, numbers, count, size, may_miss=none != 0)
         references = (-1,) * count if self.references is None else tuple(self.references)
         if len(references) != count or not all(-1 <= k < count for k in references):
             expected = f"{count} numbers from -1 to {count - 1}"
@@ -269,9 +267,7 @@ class Measurements:
         )
 
 
-def _rows(
-    name: str, given: ArrayLike, count: int, size: int = 3, *, may_miss: bool = False
-) -> np.ndarray:
+def _rows(name: str, given: ArrayLike, count: int, size: int, *, may_miss: bool) -> np.ndarray:
     """One row a reading (N, size); not a number where it may be missing."""
     expected = f"({size},) or ({count}, {size})"
     try:

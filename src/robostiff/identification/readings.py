@@ -172,7 +172,7 @@ class ReadingModel:
         measured, states = self.measured, self.statics.states
         n, count = len(self.parameters), len(measured)
         places = self.statics.at(x[:n])
-        R, r, b, m, turns = self.frames(x)
+        R, r, b, m, _ = self.frames(x)
         names, marker = self.names, self.marker_places
         width = measured.values.shape[1]
         if not names:
@@ -213,13 +213,11 @@ class ReadingModel:
         y = np.concatenate([y, np.zeros((count, width - 3))], axis=1)
         for k, kind in enumerate(measured.kinds):
             if kind is Reading.POSE:
-                state = int(states.of_readings[k])
-                y[k, 3:], J[k, 3:] = self._turn(k, places, state, R, turns, r)
+                y[k, 3:], J[k, 3:] = self._turn(k, places, x)
             elif kind.of_drive:
-                y[k, 0], J[k, 0] = self._of_drive(k, places, int(states.of_readings[k]), x)
-        for k in np.flatnonzero(
-            [kind in (Reading.ALONG, Reading.DISTANCE) for kind in measured.kinds]
-        ):
+                y[k, 0], J[k, 0] = self._of_drive(k, places, x)
+        lines = [kind in (Reading.ALONG, Reading.DISTANCE) for kind in measured.kinds]
+        for k in np.flatnonzero(lines):
             u, start = measured.toward[k], np.zeros(3)
             if measured.kinds[k] is Reading.DISTANCE:
                 u, start = y[k, :3] - u, u
@@ -227,20 +225,13 @@ class ReadingModel:
             J[k, 0], y[k, 0] = u @ J[k, :3], u @ (y[k, :3] - start)
         return y.ravel()[self.read], J.reshape(width * count, -1)[self.read]
 
-    def _turn(
-        self,
-        k: int,
-        places: PlacesInStates,
-        state: int,
-        R: np.ndarray,
-        turns: np.ndarray,
-        r: np.ndarray,
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _turn(self, k: int, places: PlacesInStates, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rotation vector (3,) of a marker in instrument axes, and its rates (3, unknowns).
 
         It is what was read less ``e = log(R_read R^T)``, so that turns by more than half of one do
         no harm; with R turned by w, ``de = -J_r(e)^-1 w`` and ``J_r(e) = J_l(-e)``.
         """
+        (R, r, _, _, turns), state = self.frames(x), int(self.statics.states.of_readings[k])
         marker, A = int(self.marker_places[k]), places.axes[state]
         M = turn_by_vector(turns[marker]) @ self.first_turns[marker]
         read = self.measured.values[k, 3:]
@@ -255,10 +246,9 @@ class ReadingModel:
             w[:, start : start + 3] = R @ A @ rotvec_rate(turns[marker])
         return read - e, np.linalg.solve(rotvec_rate(-e), w)
 
-    def _of_drive(
-        self, k: int, places: PlacesInStates, state: int, x: np.ndarray
-    ) -> tuple[float, np.ndarray]:
+    def _of_drive(self, k: int, places: PlacesInStates, x: np.ndarray) -> tuple[float, np.ndarray]:
         """What is read at a drive, and its rates (unknowns,)."""
+        state = int(self.statics.states.of_readings[k])
         place, rates = int(self.drive_places[k]), np.zeros(len(self.unknowns))
         torque, statics = self.measured.kinds[k] is Reading.TORQUE, self.statics
         assert isinstance(statics, FiniteLoads)  # noqa: S101 - what is read at drives needs them
@@ -270,8 +260,6 @@ class ReadingModel:
         for name, joint in statics.plays.items():
             if joint == statics.compiled.drives[place]:
                 i = statics.names.index(name)
-                y, rates[i] = (
-                    y + x[i] * statics.factors[state, i],
-                    rates[i] + statics.factors[state, i],
-                )
+                factor = statics.factors[state, i]
+                y, rates[i] = y + x[i] * factor, rates[i] + factor
         return y, rates

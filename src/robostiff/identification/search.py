@@ -65,10 +65,8 @@ def fitted(
     if read < least:
         more = "" if model.measured.has_sigma else ", and one for their standard deviation"
         names = ", ".join(unknown.name for unknown in model.unknowns)
-        too_few = (
-            f"{read} numbers were read, for {len(start)} unknowns{more}: {names}; read more, or "
-            "fix some of them"
-        )
+        words = f"{read} numbers were read, for {len(start)} unknowns{more}: {names}"
+        too_few = f"{words}; read more, or fix some of them"
         report = Identifiability(tuple(range(len(start))), (), (), ())
         known = np.ones(read, dtype=bool)
         return model, Fit(start, start, bounds, loss, report, False, known, too_few)
@@ -218,9 +216,8 @@ def _gauss_newton(
             return z, False
         size = float(np.linalg.norm(R @ step))
         # of a standard deviation of what was read; or what rounding leaves of exact readings
-        least = _LAST * float(np.linalg.norm(r)) / len(r) ** 0.5 + _ROUNDING * float(
-            np.linalg.norm(R)
-        ) * float(np.max(np.abs(z * length)))
+        rounding = _ROUNDING * float(np.linalg.norm(R)) * float(np.max(np.abs(z * length)))
+        least = _LAST * float(np.linalg.norm(r)) / len(r) ** 0.5 + rounding
         after = z + step / length
         if not (np.all(after >= low) and np.all(after <= high)) or not size < 0.9 * before:
             return z, size <= 1e3 * least

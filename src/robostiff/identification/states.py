@@ -69,6 +69,11 @@ class States:
         """As kernels take them."""
         return JointCoordinates(self.coordinates) if self.by_joints else self.coordinates
 
+    @property
+    def backend(self) -> Backend:
+        """What runs kernels at so many."""
+        return Backend.BEST if len(self.coordinates) >= _MANY else Backend.ARRAYS
+
     @classmethod
     def of(cls, robot: Robot, measured: Measurements, to_instrument: np.ndarray) -> States:
         """Those of a campaign, with the rotation (3, 3) from world to instrument axes.
@@ -96,10 +101,8 @@ class States:
         forces = np.einsum("nij,nj->ni", turn, measured.forces)
         hooks = np.nan_to_num(measured.hooks)
         each = [(body, tuple(at)) for body, at in zip(measured.bodies, hooks.tolist(), strict=True)]
-        sites = tuple(dict.fromkeys(site_of_row for site_of_row in each if site_of_row[0]))
-        at_sites = np.array(
-            [[site_of_row == site for site in sites] for site_of_row in each]
-        ).reshape(len(q), -1)
+        sites = tuple(dict.fromkeys(own for own in each if own[0]))
+        at_sites = np.array([[own == site for site in sites] for own in each]).reshape(len(q), -1)
         on_bodies = at_sites[:, :, None] * forces[:, None, :]
         forces = forces * ~at_sites.any(axis=1, keepdims=True)
         point = robot.numeric.reference_point
@@ -119,12 +122,8 @@ class States:
         from_ = np.array([measured.references[k] for k in moved], dtype=int)
         known = (from_ >= 0)[:, None]
         loads = np.column_stack([wrenches, levers.reshape(-1, 9), on_bodies.reshape(len(q), -1)])
-        rows = np.vstack(
-            [
-                np.column_stack([q, loads]),
-                np.column_stack([q[moved], np.where(known, loads[from_], 0.0)]),
-            ]
-        )
+        before = np.column_stack([q[moved], np.where(known, loads[from_], 0.0)])
+        rows = np.vstack([np.column_stack([q, loads]), before])
         unique, place = np.unique(rows, axis=0, return_inverse=True)
         place, n = place.ravel(), q.shape[1]
         references = np.zeros(len(q), dtype=int)
@@ -171,8 +170,6 @@ class FiniteLoads:
         """The kernel."""
         from robostiff.statics.kernels.compile import kept_loading
 
-        many = len(self.states.coordinates) >= _MANY
-        backend = Backend.BEST if many else Backend.ARRAYS
         return kept_loading(
             self.robot,
             self.gravity,
@@ -180,7 +177,7 @@ class FiniteLoads:
             platforms=True,
             drives=self.drives or bool(self.plays),
             sites=self.states.sites,
-            backend=backend,
+            backend=self.states.backend,
         )
 
     def with_states(self, states: States) -> FiniteLoads:
@@ -292,9 +289,7 @@ class SmallLoads:
         from robostiff.compiled import ComplianceMatrix, Derivative
 
         C = ComplianceMatrix()
-        many = len(self.states.coordinates) >= _MANY
-        backend = Backend.BEST if many else Backend.ARRAYS
-        outputs = [C, *(Derivative(C, name) for name in self.names)]
+        outputs, backend = [C, *(Derivative(C, name) for name in self.names)], self.states.backend
         return compile_stiffness(self.robot, outputs, parameters=self.names, backend=backend)
 
     def with_states(self, states: States) -> SmallLoads:

@@ -31,6 +31,8 @@ from robostiff.spatial import Frame, is_formula, skew
 
 # Of the nominal value: what a compliance is at least.
 _LEAST = 1e-6
+# Of a compliance, by whether it turns.
+_UNITS = {False: "m/N", True: "rad/(N m)"}
 _AWAY = 1e-3  # of a parameter, to see what it moves
 
 
@@ -76,14 +78,8 @@ class Unknown:
     frame: tuple[str, str] = ("", "")
 
 
-@dataclass(frozen=True)
-class _Candidate:
-    """An entry of a part that can be replaced by a symbol."""
-
-    kind: UnknownKind
-    nominal: float
-    unit: str
-    replaced: Callable[[Any, Any], tuple[Element, ...]]
+# An entry of a part by itself, and what the part becomes with a symbol in its place.
+_Candidate = tuple[Unknown, Callable[[Any, Any], tuple[Element, ...]]]
 
 
 def with_unknowns(
@@ -127,7 +123,7 @@ def with_unknowns(
 def _with_unknowns(
     robot: Robot, patterns: tuple[str, ...], fixed: tuple[str, ...], *, shared: bool
 ) -> tuple[Robot, tuple[Unknown, ...]]:
-    candidates = dict(_candidates(robot.numeric))
+    candidates = {own[0].name: own for own in _candidates(robot.numeric)}
     symbols = {str(symbol): symbol for symbol in robot.symbols}
     # known names by the name of the unknown that is one number for them
     names, groups = [*symbols, *candidates], {}
@@ -163,31 +159,27 @@ def _with_unknowns(
             for name in names:
                 robot, unknown = _of_symbol(robot, name)
                 unknowns.append(unknown)
-                nominal = {**nominal, unknown.name: unknown.nominal}
             continue
-        several = [candidates[name] for name in names]
-        first = several[0]
-        if any(unknown.kind is not first.kind or unknown.unit != first.unit for unknown in several):
+        first, *alike = (candidates[name][0] for name in names)
+        if any(own.kind is not first.kind or own.unit != first.unit for own in alike):
             raise InputError(f"shared {group!r}", got="parts of several kinds", expected="one kind")
-        if not np.allclose([unknown.nominal for unknown in several], first.nominal, rtol=1e-9):
+        if not np.allclose([own.nominal for own in alike], first.nominal, rtol=1e-9):
             raise InputError(
                 f"shared {group!r}", got="parts of different compliance", expected="equal parts"
             )
-        least = _LEAST * first.nominal if first.kind is not UnknownKind.GEOMETRY else -np.inf
-        joint, _, ending = group.rpartition(".")
-        plays = joint if ending == "play" else ""
-        if plays and len(names) > 1:
+        if first.plays and alike:
             raise InputError(f"shared {group!r}", got="play", expected="one number for each joint")
-        unknowns.append(Unknown(group, first.kind, first.nominal, first.unit, least, plays=plays))
-        nominal[group] = first.nominal
+        unknowns.append(replace(first, name=group))
         replaced |= dict.fromkeys(names, group)
-    springs = {name: _symbol(group, positive=True) for name, group in replaced.items()
-               if candidates[name].kind is not UnknownKind.GEOMETRY}  # fmt: skip
-    springs |= {name: _symbol(group) for name, group in replaced.items() if name not in springs}
+    entries = {
+        name: _symbol(group, positive=candidates[name][0].kind is not UnknownKind.GEOMETRY or None)
+        for name, group in replaced.items()
+    }
     legs = tuple(
-        replace(leg, chain=_changed(leg.chain, f"{leg.name}/", springs, candidates))
+        replace(leg, chain=_changed(leg.chain, f"{leg.name}/", entries, candidates))
         for leg in robot.legs
     )
+    nominal |= {unknown.name: unknown.nominal for unknown in unknowns}
     nominal = {name: value for name, value in nominal.items() if name not in others}
     return replace(robot, legs=legs, nominal=nominal), tuple(unknowns)
 
@@ -204,12 +196,15 @@ def _symbol(name: str, *, positive: bool | None = None) -> Any:
     return sp.Symbol(name, real=True, positive=positive)
 
 
-def _candidates(robot: Robot) -> Iterator[tuple[str, _Candidate]]:
+def _candidates(robot: Robot) -> Iterator[_Candidate]:
     for leg in robot.legs:
         yield from _of_chain(leg.chain, f"{leg.name}/")
 
 
-def _of_chain(chain: Chain, prefix: str) -> Iterator[tuple[str, _Candidate]]:
+def _of_chain(chain: Chain, prefix: str) -> Iterator[_Candidate]:
+    def compliance(c: float, unit: str) -> Unknown:
+        return Unknown(name, UnknownKind.COMPLIANCE, c, unit, _LEAST * c)
+
     for element in chain.elements:
         name = prefix + element.name
         if isinstance(element, ParallelBlock):
@@ -220,34 +215,24 @@ def _of_chain(chain: Chain, prefix: str) -> Iterator[tuple[str, _Candidate]]:
             k = element.role.stiffness if isinstance(element.role, Actuated | Locked) else None
             turns = all(screw.turns for screw in element.freedoms)
             if isinstance(k, int | float | np.number):
-                unit = "rad/(N m)" if turns else "m/N"
-                yield (
-                    name,
-                    _Candidate(
-                        UnknownKind.COMPLIANCE,
-                        1 / float(k),
-                        unit,
-                        lambda joint, c: (
-                            replace(joint, role=replace(joint.role, stiffness=1 / c)),
-                        ),
-                    ),
-                )
+                yield compliance(1 / float(k), _UNITS[turns]), _with_compliance
             kind = JointKind.PRISMATIC if isinstance(element, Telescope) else element.kind
             if kind in (JointKind.REVOLUTE, JointKind.PRISMATIC):
-                unit = "rad" if turns else "m"
-                for ending in ("zero", "play") if k else ("zero",):
-                    yield (
-                        f"{name}.{ending}",
-                        _Candidate(UnknownKind.GEOMETRY, 0.0, unit, _with_zero),
-                    )
+                zero = Unknown(f"{name}.zero", UnknownKind.GEOMETRY, 0.0, "rad" if turns else "m")
+                yield zero, _with_zero
+                if k:
+                    yield replace(zero, name=f"{name}.play", plays=name), _with_zero
         elif isinstance(element, Link) and not element.elasticity.is_rigid:
             C = element.elasticity.compliance
-            yield f"{name}.factor", _Candidate(UnknownKind.FACTOR, 1.0, "", _with_factor)
-            for part, unit in ((slice(0, 3), "m/N"), (slice(3, 6), "rad/(N m)")):
+            yield Unknown(f"{name}.factor", UnknownKind.FACTOR, 1.0, "", _LEAST), _with_factor
+            for part, turns in ((slice(0, 3), False), (slice(3, 6), True)):
                 size = float(np.trace(C[part, part]))
                 if size and np.isclose(size, np.trace(C)) and np.linalg.matrix_rank(C) == 1:
-                    made = partial(_with_factor, size=size)
-                    yield name, _Candidate(UnknownKind.COMPLIANCE, size, unit, made)
+                    yield compliance(size, _UNITS[turns]), partial(_with_factor, size=size)
+
+
+def _with_compliance(joint: Any, c: Any) -> tuple[Element, ...]:
+    return (replace(joint, role=replace(joint.role, stiffness=1 / c)),)
 
 
 def _with_factor(element: Element, factor: Any, size: float = 1.0) -> tuple[Element, ...]:
@@ -257,11 +242,8 @@ def _with_factor(element: Element, factor: Any, size: float = 1.0) -> tuple[Elem
     if beam is not None:
         beam = replace(beam, E=beam.E / factor, G=beam.G / factor)
     compliance = elasticity.compliance.astype(object) * factor
-    return (
-        replace(
-            element, elasticity=Elasticity(compliance, elasticity.freedoms, elasticity.bounds, beam)
-        ),
-    )
+    changed = Elasticity(compliance, elasticity.freedoms, elasticity.bounds, beam)
+    return (replace(element, elasticity=changed),)
 
 
 def _with_zero(element: Element, zero: Any) -> tuple[Element, ...]:
@@ -269,14 +251,11 @@ def _with_zero(element: Element, zero: Any) -> tuple[Element, ...]:
     import sympy as sp
 
     assert isinstance(element, Joint | Telescope)  # noqa: S101
-    n = np.array(
-        [
-            sp.nsimplify(x) if not is_formula(x) and x == round(x) else x
-            for x in element.freedoms[0].axis
-        ]
-    )
+    freedom = element.freedoms[0]
+    whole = [not is_formula(x) and x == round(x) for x in freedom.axis]
+    n = np.array([sp.nsimplify(x) if k else x for x, k in zip(freedom.axis, whole, strict=True)])
     frame = Frame(np.eye(3), n * zero)
-    if element.freedoms[0].turns:
+    if freedom.turns:
         X = skew(n)
         R = sp.eye(3) + sp.Matrix(X) * sp.sin(zero) + sp.Matrix(X @ X) * (1 - sp.cos(zero))
         frame = Frame(np.array(R.tolist(), dtype=object), np.zeros(3))
@@ -294,19 +273,18 @@ def _changed(
     for element in chain.elements:
         name = prefix + element.name
         if isinstance(element, ParallelBlock):
-            branches = (
-                replace(
-                    branch,
-                    chain=_changed(branch.chain, f"{name}/{branch.name}/", symbols, candidates),
-                )
+            chains = (
+                _changed(branch.chain, f"{name}/{branch.name}/", symbols, candidates)
                 for branch in element.branches
             )
-            elements.append(replace(element, branches=tuple(branches)))
+            each = zip(element.branches, chains, strict=True)
+            branches = tuple(replace(branch, chain=chain) for branch, chain in each)
+            elements.append(replace(element, branches=branches))
             continue
         several: tuple[Element, ...] = (element,)
         for symbol in (name, f"{name}.factor", f"{name}.zero", f"{name}.play"):
             if symbol in symbols:
-                changed = candidates[symbol].replaced(several[-1], symbols[symbol])
+                changed = candidates[symbol][1](several[-1], symbols[symbol])
                 several = (*several[:-1], *changed)
         elements += several
     return replace(chain, elements=tuple(elements))
@@ -323,17 +301,15 @@ def _of_symbol(robot: Robot, name: str) -> tuple[Robot, Unknown]:
         if is_formula(k) and name in map(str, k.free_symbols)
     ]
     symbol = next(symbol for symbol in robot.symbols if str(symbol) == name)
-    unit = "rad/(N m)" if stiffnesses and stiffnesses[0][1] else "m/N"
+    unit, compliance = _UNITS[bool(stiffnesses and stiffnesses[0][1])], UnknownKind.COMPLIANCE
     if stiffnesses and all(k == symbol for k, _ in stiffnesses):
-        unknown = Unknown(
-            f"1/{name}", UnknownKind.COMPLIANCE, 1 / value, unit, _LEAST / value, name
-        )
+        unknown = Unknown(f"1/{name}", compliance, 1 / value, unit, _LEAST / value, name)
         inverse = _symbol(unknown.name, positive=True)
         nominal = {**robot.nominal, unknown.name: unknown.nominal}
         changed = robot.substituted({name: 1 / inverse})
         return replace(changed, nominal={k: nominal[k] for k in nominal if k != name}), unknown
     if stiffnesses and all(k == 1 / symbol for k, _ in stiffnesses):
-        return robot, Unknown(name, UnknownKind.COMPLIANCE, value, unit, _LEAST * value, name)
+        return robot, Unknown(name, compliance, value, unit, _LEAST * value, name)
     rest = {str(x): robot.nominal[str(x)] for x in robot.symbols}
     away = value + _AWAY * (abs(value) or 1.0)
     homes = [find_posture(robot.substituted({**rest, name: x})) for x in (value, away)]
@@ -349,8 +325,5 @@ def _of_symbol(robot: Robot, name: str) -> tuple[Robot, Unknown]:
 
 def spring_values(robot: Robot) -> dict[str, float]:
     """Compliances of all drives and springs of a robot of numbers, by name."""
-    return {
-        name: unknown.nominal
-        for name, unknown in _candidates(robot)
-        if unknown.kind is UnknownKind.COMPLIANCE
-    }
+    each = (unknown for unknown, _ in _candidates(robot))
+    return {own.name: own.nominal for own in each if own.kind is UnknownKind.COMPLIANCE}

@@ -14,6 +14,7 @@ from robostiff.identification.choice_of_poses import ChosenPoses
 from robostiff.identification.identified import FitStatus, Identified
 from robostiff.identification.unknowns import UnknownKind
 from robostiff.markup import Block, Facts, Number, Page, Table, number, percent
+from robostiff.page.of_result import attributes
 
 _REST = "residual, root mean square"
 
@@ -36,14 +37,11 @@ def identification_page(found: Identified, level: float = 0.95) -> Page:
             k, low, high = found.stiffness_interval(own.name, level)
             above = Number(high) if np.isfinite(high) else "no limit"
             stiffnesses.append((own.name.removeprefix("1/"), Number(k, unit), Number(low), above))
-    frames = [
-        (
-            own.name,
-            Number(found.values[own.name], own.unit),
-            Number(found.std[own.name], own.unit) if own.name in found.std else "not identified",
-        )
-        for own in found.unknowns[len(found.model.parameters) :]
-    ]
+    frames = []
+    for own in found.unknowns[len(found.model.parameters) :]:
+        error = found.std.get(own.name)
+        words = "not identified" if error is None else Number(error, own.unit)
+        frames.append((own.name, Number(found.values[own.name], own.unit), words))
     measured = found.measured
     of_what: dict[bool, list[tuple[Any, ...]]] = {False: [], True: []}
     drive_names = tuple(dict.fromkeys(filter(None, measured.drives)))
@@ -70,39 +68,25 @@ def identification_page(found: Identified, level: float = 0.95) -> Page:
     if len(branches):
         floor = 1e6 * float(np.sqrt(np.nanmean(branches[:, :3] ** 2)))
         facts.append(("loading less unloading, root mean square [um]", Number(floor)))
+    tables = (
+        (("parameter", "value", f"{until} from", "to", "nominal"), rows),
+        (("stiffness", "value", f"{until} from", "to"), stiffnesses),
+        (("frame", "value", "standard deviation"), frames),
+        (("marker", "readings", f"{_REST} [um]", "largest [um]"), of_what[False]),
+        (("drive", "readings", f"{_REST} [SI]", "largest"), of_what[True]),
+        (("fit", ""), facts),
+    )
     return Page(
         found.robot.name,
         f", identified from {len(found.measured)} readings",
         found.status,
-        [
-            Table(("parameter", "value", f"{until} from", "to", "nominal"), rows),
-            Table(("stiffness", "value", f"{until} from", "to"), stiffnesses)
-            if stiffnesses
-            else None,
-            Table(("frame", "value", "standard deviation"), frames) if frames else None,
-            Table(("marker", "readings", f"{_REST} [um]", "largest [um]"), of_what[False])
-            if of_what[False]
-            else None,
-            Table(("drive", "readings", f"{_REST} [SI]", "largest"), of_what[True])
-            if of_what[True]
-            else None,
-            Table(("fit", ""), facts),
-        ],
+        [Table(headings, own) for headings, own in tables if own],
         found.advice,
         {
-            "values": found.values,
-            "std": found.std,
+            **attributes(found, "values std"),
             "intervals": found.interval(level),
-            "names": found.names,
-            "covariance": found.covariance,
-            "residuals": found.residuals,
-            "leverage": found.leverage,
-            "outliers": found.outliers,
-            "chi_square": found.chi_square,
-            "degrees_of_freedom": found.degrees_of_freedom,
-            "probability": found.probability,
-            "not_identified": found.not_identified,
-            "weak": found.weak,
+            **attributes(found, "names covariance residuals leverage outliers chi_square"),
+            **attributes(found, "degrees_of_freedom probability not_identified weak"),
             "branches": branches,
         },
     )
@@ -110,32 +94,25 @@ def identification_page(found: Identified, level: float = 0.95) -> Page:
 
 def chosen_poses_page(name: str, found: ChosenPoses) -> Page:
     """Which postures were chosen, and how much better they are than others."""
+    choices = [
+        ("this choice", Number(found.value)),
+        ("a random choice", Number(found.random)),
+        ("candidates left out", str(found.left_out)),
+    ]
+    errors = [(own, Number(value, found.units[own])) for own, value in found.std.items()]
     return Page(
         name,
         f", {len(found.rows)} postures to measure at",
         None,
         [
-            Table(
-                (found.criterion, ""),
-                [
-                    ("this choice", Number(found.value)),
-                    ("a random choice", Number(found.random)),
-                    ("candidates left out", str(found.left_out)),
-                ],
-            ),
-            Table(
-                ("parameter", "standard deviation to be expected"),
-                [(own, Number(value, found.units[own])) for own, value in found.std.items()],
-            ),
+            Table((found.criterion, ""), choices),
+            Table(("parameter", "standard deviation to be expected"), errors),
         ],
         (),
         {
             "rows": found.rows,
             "postures": getattr(found.postures, "values", found.postures),
-            "value": found.value,
-            "random": found.random,
-            "std": found.std,
-            "left_out": found.left_out,
+            **attributes(found, "value random std left_out"),
         },
     )
 
@@ -144,10 +121,8 @@ def compensation_page(found: Compensation) -> Page:
     """How far a path is off without and with correction, and the points with a status."""
     kinds, counts = np.unique(found.status_codes, return_counts=True)
     rows = []
-    for words, each in (
-        ("without correction", found.deviation),
-        ("with correction", found.residual),
-    ):
+    cases = ("without correction", found.deviation), ("with correction", found.residual)
+    for words, each in cases:
         moved, turned = (np.linalg.norm(each[:, part], axis=1) for part in (slice(3), slice(3, 6)))
         most = [float(np.nanmax(own, initial=0.0)) for own in (moved, turned)]
         rows.append((words, *(Number(round(1e6 * value, 6)) for value in most)))
@@ -171,13 +146,8 @@ def compensation_page(found: Compensation) -> Page:
         tuple(advice),
         {
             "points": len(found.target),
-            "deviation": found.deviation,
-            "residual": found.residual,
-            "commanded": found.commanded,
-            "drives": found.drives,
-            "drive_names": found.drive_names,
-            "status_codes": found.status_codes,
-            "jumps": found.jumps,
+            **attributes(found, "deviation residual commanded drives drive_names"),
+            **attributes(found, "status_codes jumps"),
         },
     )
 
@@ -193,12 +163,10 @@ def optimum_page(found: Optimum) -> Page:
         ("at limits", ", ".join(found.at_limits)),
     )
     advice = () if found.ending is Ending.OPTIMUM else (found.ending.advice,)
+    ends = [("at the start", Number(found.at_start)), ("found", Number(found.objective))]
     blocks: list[Block] = [
         Table(("variable", "value [SI]"), rows),
-        Table(
-            ("objective", ""),
-            [("at the start", Number(found.at_start)), ("found", Number(found.objective))],
-        ),
+        Table(("objective", ""), ends),
         Facts(tuple(own for own in facts if own[1])),
     ]
     return Page(found.robot.name, ", best values of its parameters", None, blocks, advice)

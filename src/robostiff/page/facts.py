@@ -178,16 +178,13 @@ def _legs(machine: Any) -> list[dict[str, Any]]:
             words, roles = leg.in_words(), [one.role for one in leg.freedoms]
         else:
             words, roles = leg.chain.in_words, leg.chain.roles
-        passive = sum(isinstance(role, Passive) for role in roles)
-        driven = sum(isinstance(role, Actuated) for role in roles)
-        found.append(
-            {
-                "name": leg.name,
-                "elements": words,
-                "passive_freedoms": passive,
-                "actuated_freedoms": driven,
-            }
-        )
+        own = {
+            "name": leg.name,
+            "elements": words,
+            "passive_freedoms": sum(isinstance(role, Passive) for role in roles),
+            "actuated_freedoms": sum(isinstance(role, Actuated) for role in roles),
+        }
+        found.append(own)
     return found
 
 
@@ -322,27 +319,25 @@ def mobility_at_home(robot: Robot) -> dict[str, Any]:
 
 @parts_at_home.register
 def _(network: Network) -> dict[str, list[dict[str, Any]]]:
-    found = [
-        {
-            "name": beam.name,
-            "kind": "elastic",
-            "between": [beam.a, beam.b],
-            "point": beam.end.tolist(),
-            "length": beam.length,
-            **_alone(Elasticity(beam.tip_compliance)),
-        }
+    each: list[tuple[Any, np.ndarray, dict[str, float], Elasticity]] = [
+        (beam, beam.end, {"length": beam.length}, Elasticity(beam.tip_compliance))
         for beam in network.beams
     ]
-    found += [
-        {
-            "name": spring.name,
-            "kind": "elastic",
-            "between": [spring.a, spring.b],
-            "point": spring.point.tolist(),
-            **_alone(spring.elasticity),
-        }
+    each += [
+        (spring, spring.point, {}, spring.elasticity)
         for spring in network.springs
         if np.any(spring.elasticity.compliance) or np.any(spring.elasticity.freedoms)
+    ]
+    found = [
+        {
+            "name": own.name,
+            "kind": "elastic",
+            "between": [own.a, own.b],
+            "point": point.tolist(),
+            **length,
+            **_alone(elasticity),
+        }
+        for own, point, length, elasticity in each
     ]
     for joint in network.joints:
         for freedom in joint.freedoms:
@@ -464,13 +459,8 @@ def _part(
         part = part.alone  # what couples it is listed by itself
     if isinstance(part, PlacedSpring):
         length = {"length": lengths[part.name]} if part.name in lengths else {}
-        return {
-            "name": part.name,
-            "kind": "elastic",
-            "point": point,
-            **length,
-            **_alone(part.elasticity),
-        }
+        own = {"name": part.name, "kind": "elastic", "point": point}
+        return {**own, **length, **_alone(part.elasticity)}
     limits = part.role.limits if isinstance(part.role, Actuated) else None
     coordinate = {"coordinate": known[part.name]} if part.name in known else {}
     return {

@@ -26,7 +26,7 @@ from robostiff.markup import (
     row,
 )
 from robostiff.network import NetworkResponse
-from robostiff.page.of_result import UNDER_LOAD, order, picked
+from robostiff.page.of_result import UNDER_LOAD, attributes, order, picked
 from robostiff.page.stiffness import energy_table, load_table, named
 from robostiff.statics import CriticalLoad, Equilibrium, Modes
 
@@ -116,21 +116,12 @@ def _equilibrium_blocks(result: Equilibrium) -> list[Block | None]:
         blocks.append(energy_table(result.shares, of_parts))
     if result.springs:
         are_cables = all(own.is_cable for own in result.springs)
-        blocks.append(
-            Table(
-                ["spring", "tension", "length", "energy"],
-                [
-                    [
-                        own.name,
-                        Number(own.tension, "N"),
-                        Number(own.length, "m"),
-                        Number(own.energy, "J"),
-                    ]
-                    for own in result.springs
-                ],
-                "cables:" if are_cables else "springs between bodies:",
-            )
-        )
+        rows = [
+            [own.name, Number(own.tension, "N"), Number(own.length, "m"), Number(own.energy, "J")]
+            for own in result.springs
+        ]
+        title = "cables:" if are_cables else "springs between bodies:"
+        blocks.append(Table(["spring", "tension", "length", "energy"], rows, title))
     # what elastic drives and locks carry; rounding is shown as zero
     loads = [own for own in result.parts if own.load is not None and (own.energy > 0 or own.load)]
     largest = max((abs(own.load or 0.0) for own in loads), default=0.0)
@@ -226,7 +217,6 @@ def modes_page(found: Modes, masses: Any = None, in_words: tuple[str, ...] = ())
 
 
 _SECTION = ("N", "Vy", "Vz", "T", "My", "Mz")
-_ENDS = ("start", "end")
 
 
 def response_page(result: NetworkResponse) -> Page:
@@ -249,8 +239,9 @@ def response_page(result: NetworkResponse) -> Page:
         Table(("node", "displacement [um, urad]"), moved),
         Table(("support", "reaction [N, N m]"), held),
     ]
-    if result.beams:
-        ends = {f"{n}, {end}": getattr(x, end) for n, x in result.beams.items() for end in _ENDS}
+    sections = {name: attributes(beam, "start end") for name, beam in result.beams.items()}
+    if sections:
+        ends = {f"{name}, {end}": F for name, own in sections.items() for end, F in own.items()}
         every = _without_rounding(ends, 3).items()
         rows = [[name, *(Number(float(x)) for x in F)] for name, F in every]
         title = "forces in beams, start and end [N, N m], N > 0 in tension:"
@@ -277,15 +268,11 @@ def response_page(result: NetworkResponse) -> Page:
             "displacements": displacements | result.twists,
             "reactions": {name: result.reactions.get(name) for name in network.fixed},
             "beams": {
-                n: {
-                    end: dict(zip(_SECTION, getattr(own, end).tolist(), strict=True))
-                    for end in _ENDS
-                }
-                for n, own in result.beams.items()
+                name: {end: dict(zip(_SECTION, F.tolist(), strict=True)) for end, F in own.items()}
+                for name, own in sections.items()
             },
             "energies": [
-                {"part": part, "of": of, "energy": energy}
-                for of, part, energy in result.loads.energies
+                {"part": part, "of": of, "energy": J} for of, part, J in result.loads.energies
             ],
             "energy": result.energy,
         },
@@ -296,8 +283,6 @@ def _without_rounding(rows: dict[str, np.ndarray], split: int) -> dict[str, np.n
     """Zero in place of what is rounding beside the largest of its kind."""
     if not rows:
         return {}
-    every = np.abs(np.array(list(rows.values())))
-    largest = np.empty(every.shape[1])
-    largest[:split] = every[:, :split].max(initial=0.0)
-    largest[split:] = every[:, split:].max(initial=0.0)
+    each = np.split(np.abs([*rows.values()]), [split], axis=1)
+    largest = np.concatenate([np.full(own.shape[1], own.max(initial=0.0)) for own in each])
     return {n: np.where(np.abs(own) > KNOWN * largest, own, 0.0) for n, own in rows.items()}

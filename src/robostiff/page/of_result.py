@@ -110,9 +110,14 @@ def plain(value: Any) -> Any:
     return value
 
 
+def attributes(own: Any, names: str) -> dict[str, Any]:
+    """Some attributes of a result or of a part of it, by their names with blanks between them."""
+    return {name: getattr(own, name) for name in names.split()}
+
+
 def picked(parts: Iterable[Any], names: str) -> list[dict[str, Any]]:
-    """Attributes of some parts, by their names with blanks between them."""
-    return [{name: getattr(own, name) for name in names.split()} for own in parts]
+    """The same attributes of each of some parts."""
+    return [attributes(own, names) for own in parts]
 
 
 def order(space: Space) -> dict[str, tuple[str, ...]]:

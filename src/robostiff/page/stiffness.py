@@ -120,15 +120,10 @@ def verification_page(result: Verification) -> Page:
     """Every method with its distance from the reference, and whether all agree."""
     reference = result.reference
     rank, size, form = int(reference.rank), reference.space.size, reference.method
-    rows = [
-        [
-            own.method,
-            "" if own.distance is None else Number(own.distance),
-            own.outcome.value,
-            own.reason,
-        ]
-        for own in result.comparisons
-    ]
+    rows = []
+    for own in result.comparisons:
+        distance = "" if own.distance is None else Number(own.distance)
+        rows.append([own.method, distance, own.outcome.value, own.reason])
     verdict = "agree" if result.agree else "DISAGREE"
     compared = picked(result.comparisons, "method outcome distance rank reason")
     return Page(
@@ -368,16 +363,11 @@ def cable_load_blocks(found: CableResponse) -> list[Block]:
         return []
     length = float(before.placed.characteristic_length)
     moved = before.space.without_rounding(found.displacement, length)
+    slack = ", ".join(found.slack) or "none"
     return [
         load_table(before.space, found.load, moved),
         tension_table(before, after),
-        Facts(
-            (
-                ("tensions", before.rule),
-                ("slack", ", ".join(found.slack) or "none"),
-                *_first_slack(found),
-            )
-        ),
+        Facts((("tensions", before.rule), ("slack", slack), *_first_slack(found))),
         replace(stiffness_matrix(after), symbol="K under the load, of the taut cables"),
         *_rank_and_motions(after),
     ]

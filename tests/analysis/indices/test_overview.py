@@ -35,7 +35,7 @@ def test_the_length_is_the_robots_own_when_left_out():
 
 def test_one_index_takes_one_pose():
     batch = rs.stiffness(rs.load("gough-stewart-b"), np.tile([0, 0, 0.8, 0, 0, 0], (3, 1)))
-    with pytest.raises(InputError, match=r"got '3 poses', expected a single one; take result\[i\]"):
+    with pytest.raises(InputError, match=r"got '3 poses', expected one pose; take result\[i\]"):
         principal_stiffness(batch)
     assert rs.indices(batch[1]).length > 0
 

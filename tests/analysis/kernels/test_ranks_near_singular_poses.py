@@ -28,7 +28,7 @@ def test_rank_and_status_are_those_of_the_wrench_basis_form(name: str):
     assert isinstance(robot, Robot)
     at = poses(robot)
     compiled = rs.compile(robot, backend=rs.Backend.ARRAYS)
-    answer, careful = compiled.attempt(at), direct_stiffness(robot, at)
+    answer, careful = compiled.evaluate(at, again=False), direct_stiffness(robot, at)
     own = ~answer.guarded
     assert np.all(careful.rank[:EACH] == 3)
     np.testing.assert_array_equal(np.unique(answer.rank[own]), [3, 5])
@@ -55,7 +55,7 @@ def test_kernels_of_more_than_K_leave_these_poses_to_the_wrench_basis_form():
     assert rs.compile(robot, outputs, backend=rs.Backend.ARRAYS).ranks is None
     again = pickle.loads(pickle.dumps(rs.compile(robot, backend=rs.Backend.ARRAYS)))  # noqa: S301
     at = poses(robot)[-EACH:]
-    assert not np.any(again.attempt(at).guarded)
+    assert not np.any(again.evaluate(at, again=False).guarded)
 
 
 def test_a_far_reference_point_is_left_to_the_wrench_basis_form():

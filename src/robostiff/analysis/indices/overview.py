@@ -56,10 +56,9 @@ from robostiff.network import Network
 _Index = TypeVar("_Index")
 
 
-def _of_result(
-    index: Callable[..., _Index], *, needs_length: bool = False
-) -> cached_property[_Index]:
-    """An index by its function, of the result and the length of `StiffnessIndices`."""
+def _of_result(index: Callable[..., _Index]) -> cached_property[_Index]:
+    """An index by its function, of the result and, where it takes one, of the length."""
+    needs_length = "length" in index.__annotations__
 
     def found(own: StiffnessIndices) -> _Index:
         return index(own.result, length=own.length) if needs_length else index(own.result)
@@ -98,15 +97,9 @@ class StiffnessIndices(InNotebooks):
     eigenscrews: ClassVar[cached_property[Eigenscrews]] = _of_result(eigenscrews)
     centre_of_stiffness: ClassVar[cached_property[Centre]] = _of_result(centre_of_stiffness)
     centre_of_compliance: ClassVar[cached_property[Centre]] = _of_result(centre_of_compliance)
-    eigenstiffness: ClassVar[cached_property[Eigenstiffness]] = _of_result(
-        eigenstiffness, needs_length=True
-    )
-    condition: ClassVar[cached_property[ConditionNumber]] = _of_result(
-        condition_number, needs_length=True
-    )
-    virtual_work: ClassVar[cached_property[VirtualWork]] = _of_result(
-        virtual_work, needs_length=True
-    )
+    eigenstiffness: ClassVar[cached_property[Eigenstiffness]] = _of_result(eigenstiffness)
+    condition: ClassVar[cached_property[ConditionNumber]] = _of_result(condition_number)
+    virtual_work: ClassVar[cached_property[VirtualWork]] = _of_result(virtual_work)
 
     @property
     def status(self) -> Status:

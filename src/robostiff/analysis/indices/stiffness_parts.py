@@ -20,7 +20,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from robostiff.analysis.cable_stiffness import CableStiffness
-from robostiff.analysis.result import Stiffness
+from robostiff.analysis.result import Stiffness, require_one_pose
 from robostiff.elastostatics import Status, scaling
 from robostiff.errors import InputError
 from robostiff.kept import kept
@@ -161,13 +161,8 @@ def stiffness_parts(result: Stiffness) -> StiffnessParts:
             expected="a result of stiffness for a robot with legs, or for a network",
             hint="write stiffness(robot)",
         )
-    if result.batch_shape:
-        raise InputError(
-            "result",
-            got=f"{int(np.prod(result.batch_shape))} poses",
-            expected="a single one",
-            hint="take result[i], or indices(result) for all of them",
-        )
+    hint = "take result[i], or indices(result) for all of them"
+    require_one_pose("an index", result.batch_shape, hint)
     return _parts_of(result)
 
 

@@ -258,11 +258,9 @@ class Axis:
         for name, value in (("start", float(ends[0])), ("stop", float(ends[1]))):
             object.__setattr__(self, name, value)
         object.__setattr__(self, "unit_given", unit)
-        if not isinstance(self.count, int | np.integer) or self.count < 1:
-            expected = "a whole number from 1 on"
-            raise InputError("count of an axis", got=self.count, expected=expected)
-        if self.count > _MOST_VALUES:
-            expected = f"at most {_MOST_VALUES} values"
+        whole = isinstance(self.count, int | np.integer)
+        if not (whole and 1 <= self.count <= _MOST_VALUES):
+            expected = f"a whole number from 1 to {_MOST_VALUES}"
             raise InputError("count of an axis", got=self.count, expected=expected)
         if (self.start == self.stop) != (self.count == 1):
             raise InputError(
