@@ -29,7 +29,7 @@ POSED = {
     "two-link-arm": rs.AtSymbols(),
     "us-ups": rs.AtHome(),
 }
-QUICK = ("3-rrr", "gough-stewart-b", "orthoglide", "six-joint-arm", "two-link-arm")
+QUICK = ("3-rrr", "gantry-tau", "gough-stewart-b", "orthoglide", "two-link-arm")
 
 
 def robot_and_answers(name):
@@ -53,6 +53,7 @@ def test_programs_give_the_stiffness_of_a_robot(name, tmp_path):
             assert largest_difference(np.asarray(f(*values)), K) < 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.needs("Octave")
 def test_octave_gives_the_stiffness_of_robots(tmp_path):
     lines, expected = [], []
