@@ -15,7 +15,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from scipy.special import ndtri
 from scipy.stats import qmc
 
 import robostiff as rs
@@ -74,7 +73,6 @@ def tolerances() -> None:
         "the kernel alone": lambda: kernel.evaluate(inputs, room, threads=1),
         "Sobol points, a row a parameter": drawn_points,
         "normally distributed by these": lambda: drawn.values(u),
-        "the same by scipy.special.ndtri": lambda: ndtri(u),
         "the kernel with the draws it needs": bare,
         "the kernel with its checks": lambda: drawn.put(values, out),
     }

@@ -8,7 +8,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from robostiff.compiled.machine_code import VectorFunction, this_processor
+from robostiff.compiled.codes import VectorFunction, this_processor
 from robostiff.record import (
     Program,
     Record,

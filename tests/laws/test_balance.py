@@ -19,7 +19,7 @@ from tests.statics.robots_under_load import loaded
 LOADING = "robostiff.statics.loading.loaded_posture.on_platform"
 REACTIONS = "robostiff.statics.loaded_parts.CarriedLoads.reactions"
 BEAM_LOADS = "robostiff.network.response.beam_load"
-SUPPORTS = "robostiff.network.loaded_network.reactions"
+SUPPORTS = "robostiff.network.solution.reactions"
 LEGS = "robostiff.analysis.deflection_under_load.ConjugateWrenches.carried"
 
 

@@ -13,7 +13,7 @@ import robostiff as rs
 from robostiff.elasticity import circle, material
 from robostiff.errors import InputError
 from robostiff.linkage import Connection, DrivenLinkage, Linkage, close
-from robostiff.linkage.closure import LoopsOfLinkage, moved_bodies
+from robostiff.linkage.linkage import LoopsOfLinkage, moved_bodies
 from robostiff.model import Joint
 from robostiff.record import Record
 from robostiff.spatial import Frame

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robostiff.compiled import ArrayCode, Kernel, Rates, StiffnessMatrix, room_for
-from robostiff.compiled.codes import chunks_of
-from robostiff.compiled.machine_code import Rows
+from robostiff.compiled.codes import Rows, chunks_of
 from robostiff.elastostatics import Status
 from robostiff.elastostatics.status import PoseBatch, StatusOfPoses
 from robostiff.elastostatics.tolerance import DEFAULT_TOLERANCE, scaling, smallest_held_stiffness

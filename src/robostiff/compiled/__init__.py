@@ -6,13 +6,13 @@ from robostiff.compiled.array_loops import count_by_digits as count_by_digits
 from robostiff.compiled.array_loops import uniform_rows as uniform_rows
 from robostiff.compiled.codes import ArrayCode as ArrayCode
 from robostiff.compiled.codes import MachineCode as MachineCode
+from robostiff.compiled.codes import machine_code_is_available as machine_code_is_available
 from robostiff.compiled.codes import room_for as room_for
 from robostiff.compiled.kernel import Backend as Backend
 from robostiff.compiled.kernel import Kernel as Kernel
 from robostiff.compiled.kernel import NoMachineCodeWarning as NoMachineCodeWarning
 from robostiff.compiled.kernel import kernel_of as kernel_of
 from robostiff.compiled.kernel import whole_threads as whole_threads
-from robostiff.compiled.machine_code import machine_code_is_available as machine_code_is_available
 from robostiff.compiled.outputs import ComplianceMatrix as ComplianceMatrix
 from robostiff.compiled.outputs import DeflectionUnder as DeflectionUnder
 from robostiff.compiled.outputs import Derivative as Derivative

@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.compiled.codes import room_for
-from robostiff.compiled.machine_code import functions_of, this_processor
+from robostiff.compiled.codes import functions_of, room_for, this_processor
 
 # Steps and factors of SplitMix64.
 _STEP, _FACTORS = 0x9E3779B97F4A7C15, (0xBF58476D1CE4E5B9, 0x94D049BB133111EB)

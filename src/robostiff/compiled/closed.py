@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robostiff.compiled.codes import ArrayCode, MachineCode, chunks_of, in_shares
-from robostiff.compiled.machine_code import Rows
+from robostiff.compiled.codes import ArrayCode, MachineCode, Rows, chunks_of, in_shares
 from robostiff.record import CLOSED, Program
 
 if TYPE_CHECKING:

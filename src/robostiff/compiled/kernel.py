@@ -12,8 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robostiff.compiled.closed import ClosedCode
-from robostiff.compiled.codes import POSES_A_CHUNK, ArrayCode, MachineCode, room_for
-from robostiff.compiled.machine_code import machine_code_is_available
+from robostiff.compiled.codes import (
+    POSES_A_CHUNK,
+    ArrayCode,
+    MachineCode,
+    machine_code_is_available,
+    room_for,
+)
 from robostiff.compiled.outputs import Output, Rates
 from robostiff.errors import InputError
 from robostiff.record import Program

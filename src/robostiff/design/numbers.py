@@ -76,9 +76,7 @@ class NumbersOfDesigns:
         Raises InputError when an output has several numbers, or a name is no parameter.
         """
         parts = {
-            part.name: part
-            for output in outputs
-            for part in _smooth(output, robot.space.translations)
+            part.name: part for one in outputs for part in _smooth(one, robot.space.translations)
         }
         rates = [Gradient(part, names) for part in parts.values()]
         compiled = kept_kernel(robot, (*parts.values(), *rates), tuple(names))

@@ -11,7 +11,6 @@ import numpy as np
 
 from robostiff.analysis.compiled_stiffness import CompiledStiffness
 from robostiff.compiled import Gradient, Output, WorstDeflection
-from robostiff.design.normal_quantiles import normal_quantiles
 from robostiff.design.numbers import (
     NumbersOfDesigns,
     Poses,
@@ -30,6 +29,8 @@ _SEQUENCES = 8
 _CHUNK = 2**12
 # Half of a step of Sobol points, which are whole numbers of these: none of them is 0.
 _HALF_STEP = 2.0**-31
+# Quantiles nearer to 0 and 1 are as this one is: 6.2 standard deviations away.
+_NEAREST = 2.0**-32
 # Robots whose parameters are kept, about.
 _MOST_DRAWN = 2**15
 _WORST = WorstDeflection()
@@ -388,12 +389,14 @@ class _DrawnRobots:
 
     def values(self, u: np.ndarray) -> np.ndarray:
         """Parameters (n, m) of m robots, by quantiles u (n, m)."""
+        from scipy.special import ndtri
+
+        inside = np.clip(u, _NEAREST, 1.0 - _NEAREST)
         if self.are_normal.all():
-            z = normal_quantiles(u, np.empty(u.shape))
+            z = ndtri(inside, out=inside)
         else:
             z = 3**0.5 * (2.0 * u - 1.0)
-            normal = u[self.are_normal]
-            z[self.are_normal] = normal_quantiles(normal, np.empty(normal.shape))
+            z[self.are_normal] = ndtri(inside[self.are_normal])
         z = np.multiply(z, self._root, out=z) if self._root.shape[1] == 1 else self._root @ z
         return np.add(z, self.nominal[:, None], out=z)
 

@@ -468,8 +468,7 @@ class Identified(InNotebooks):
             errors[out] = np.where(there.is_read, there.values - model.predict(there)[0], np.nan)
         rows = [not kind.of_drive for kind in self.measured.kinds]
         rms, of_fit = (
-            float(np.sqrt(np.nanmean(lengths[rows][:, :3] ** 2)))
-            for lengths in (errors, self.residuals)
+            float(np.sqrt(np.nanmean(gaps[rows][:, :3] ** 2))) for gaps in (errors, self.residuals)
         )
         return CrossValidation(errors, rms, of_fit)
 

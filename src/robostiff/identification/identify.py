@@ -303,9 +303,7 @@ def _model_of(
     R = np.eye(3) if instrument is None else turn_by_vector(instrument[3:])
     states = States.of(robot, measured, R)
     small = all(kind in MOTIONS for kind in measured.kinds) and not states.sites
-    small &= all(
-        unknown.kind in (UnknownKind.COMPLIANCE, UnknownKind.FACTOR) for unknown in parameters
-    )
+    small &= all(one.kind in (UnknownKind.COMPLIANCE, UnknownKind.FACTOR) for one in parameters)
     p = np.array([unknown.nominal for unknown in parameters])
     statics: FiniteLoads | SmallLoads = SmallLoads(states, robot, tuple(x.name for x in parameters))
     if not small:

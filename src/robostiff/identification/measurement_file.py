@@ -227,9 +227,7 @@ class _Table:
                 got, expected = f"{min(both)} and {min(several)}.x", "markers in one of these ways"
                 raise FileError(header, "names of columns", got=Words(got), expected=expected)
             si = {name: np.repeat(numbers, len(several)) for name, numbers in si.items()}
-            words = {
-                name: tuple(x for x in column for _ in several) for name, column in words.items()
-            }
+            words = {name: tuple(x for x in one for _ in several) for name, one in words.items()}
             none = np.full(len(table.rows), np.nan)
             for a in _AXES:
                 each = [table.si.get(f"{name}.{a}", none) for name in several]

@@ -63,9 +63,7 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
     n, length = len(unknowns), np.linalg.norm(J, axis=0)
     # columns that are nothing beside those of their kind
     springs = (UnknownKind.COMPLIANCE, UnknownKind.FACTOR)
-    scaled = length * [
-        abs(unknown.nominal) if unknown.kind in springs else 1.0 for unknown in unknowns
-    ]
+    scaled = length * [abs(one.nominal) if one.kind in springs else 1.0 for one in unknowns]
     kinds = [(unknown.kind, unknown.unit) for unknown in unknowns]
     largest = {kind: max(scaled[[other == kind for other in kinds]]) for kind in kinds}
     fixed = [k for k in range(n) if scaled[k] <= _NO_COLUMN * largest[kinds[k]]]

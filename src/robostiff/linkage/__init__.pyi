@@ -1,7 +1,6 @@
-from robostiff.linkage.closure import Configuration
 from robostiff.linkage.driven import DrivenLinkage, close, closed_at, network_at
 from robostiff.linkage.essential import essential, robot_of, welded_places, with_roles
-from robostiff.linkage.linkage import Connection, DriveValues, Linkage
+from robostiff.linkage.linkage import Configuration, Connection, DriveValues, Linkage
 
 __all__ = [
     "Configuration",

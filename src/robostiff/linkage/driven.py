@@ -12,9 +12,17 @@ from robostiff.errors import InputError, NoAnswerError
 from robostiff.kept import kept
 from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.machine_pose import coordinates_of_drives
-from robostiff.linkage.closure import PART_OF_A_TURN, Configuration, LoopsOfLinkage, moved_bodies
 from robostiff.linkage.essential import essential, network_of
-from robostiff.linkage.linkage import Connection, DriveValues, JointValues, Linkage
+from robostiff.linkage.linkage import (
+    PART_OF_A_TURN,
+    Configuration,
+    Connection,
+    DriveValues,
+    JointValues,
+    Linkage,
+    LoopsOfLinkage,
+    moved_bodies,
+)
 from robostiff.model import Actuated
 from robostiff.network import Network
 from robostiff.recorded.parameters import COUNT

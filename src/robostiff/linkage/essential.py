@@ -13,8 +13,7 @@ from robostiff.errors import InputError
 from robostiff.kinematics import PlacedChain, place_chain
 from robostiff.kinematics.masses_and_springs import placed_with_masses
 from robostiff.kinematics.spanning_tree import branches, connected_parts, spanning_tree
-from robostiff.linkage.closure import Configuration
-from robostiff.linkage.linkage import Connection, Linkage, turned_round
+from robostiff.linkage.linkage import Configuration, Connection, Linkage, turned_round
 from robostiff.model import (
     Chain,
     Coupling,

@@ -14,10 +14,9 @@ import numpy as np
 
 from robostiff.elastostatics import scaling
 from robostiff.kinematics.spanning_tree import independent_parts
-from robostiff.linkage.closure import Configuration, moved_bodies
 from robostiff.linkage.driven import DrivenLinkage
 from robostiff.linkage.essential import network_of, placed_branches
-from robostiff.linkage.linkage import Connection
+from robostiff.linkage.linkage import Configuration, Connection, moved_bodies
 from robostiff.model import Joint, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, usual_size
 from robostiff.recorded.circulation import BodyChain, circulating

@@ -1,4 +1,3 @@
-from robostiff.network.condensation import compliance_between, condense
 from robostiff.network.elements import (
     BeamElement,
     DistributedForce,
@@ -12,11 +11,17 @@ from robostiff.network.elements import (
 )
 from robostiff.network.energy import energy_stiffness
 from robostiff.network.equations import Equations, Motion, equations_of
-from robostiff.network.loaded_network import InternalLoads, LoadedNetwork, network_under_loads
 from robostiff.network.mobility import held_coordinates
 from robostiff.network.network import Network, network_of_snapshot
 from robostiff.network.response import NetworkResponse, SectionForces, network_response
 from robostiff.network.saddle_point import redundancy
+from robostiff.network.solution import (
+    InternalLoads,
+    LoadedNetwork,
+    compliance_between,
+    condense,
+    network_under_loads,
+)
 
 __all__ = [
     "BeamElement",

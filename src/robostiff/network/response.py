@@ -14,9 +14,9 @@ from robostiff.errors import InputError, NoAnswerError
 from robostiff.markup import InNotebooks
 from robostiff.network.elements import BeamLoad, DistributedForce, ForceOnBeam, beam_load, resultant
 from robostiff.network.equations import equations_of
-from robostiff.network.loaded_network import InternalLoads, LoadedNetwork, reactions
 from robostiff.network.network import Network
 from robostiff.network.saddle_point import saddle_point_system
+from robostiff.network.solution import InternalLoads, LoadedNetwork, reactions
 from robostiff.spatial import as_floats, block_rotation, move_wrench
 
 Loads = Mapping[str, Any]

@@ -13,7 +13,7 @@ from scipy.spatial.transform import RigidTransform
 import robostiff as rs
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.compiled import ArrayCode, MachineCode
-from robostiff.compiled.machine_code import this_processor
+from robostiff.compiled.codes import this_processor
 from robostiff.record import Flag
 from tests.analysis.kernels.cases import around_home, model
 

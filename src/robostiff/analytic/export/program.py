@@ -187,10 +187,8 @@ def program(derivation: Formula, *, plain: bool = False) -> FormulaProgram:
     form = None if derivation.is_closed else derivation.at_vector_level
     if form is None or derivation.steps_asked:
         return found
-    if not {s for d in form.definitions for s in d.expression.free_symbols} <= {
-        *derivation.symbols,
-        *(d.symbol for d in form.definitions),
-    }:
+    known = {*derivation.symbols, *(d.symbol for d in form.definitions)}
+    if any(d.expression.free_symbols - known for d in form.definitions):
         return found  # vectors with a coordinate on which K does not depend
     in_vectors = _in_order(derivation, form.K, form.definitions, sp.cse)
     return min(found, in_vectors, key=lambda own: own.operations)
