@@ -488,7 +488,7 @@ def test_what_came_what_was_expected_and_what_to_write():
     for call, words in (
         (lambda: rs.equilibrium(robot, beams=3), "beams of equilibrium: got 3, expected Bowing or"),
         (lambda: rs.compensate(robot, HOME, LOAD, axes="world"), "expected Axes.WORLD or Axes.TO"),
-        (lambda: rs.identify(robot, None, ["k"]), "got None, expected Measurements"),
+        (lambda: rs.identify(robot, None, ["k"]), "expected rs.Measurements(...)"),
         (
             lambda: rs.choose_poses(robot, HOME, 1, ["leg1/strut"], {"a": Z}, fixed="x"),
             "fixed of choose_poses: got 'x', expected Sequence[str]; write ['x']",

@@ -218,9 +218,8 @@ def test_bounds_of_buckling_hold_at_other_postures_and_are_close(force: float):
     ]
     bounds = buckling_of([own.problem for own in problems[:6]], range(6), 1e5)
     for posture in problems[6:]:
-        loaded = equilibrium(posture.snapshot, None, [0, 0, 6 * force, 0, 0, 0])
-        assert posture.snapshot is not None
-        for k, leg in enumerate(posture.snapshot.legs):
+        loaded = equilibrium(posture.posed, None, [0, 0, 6 * force, 0, 0, 0])
+        for k, leg in enumerate(posture.posed.legs):
             joints = [e for e in leg.elements if isinstance(e, PlacedFreedom) and e.turns]
             d = joints[-1].point - joints[0].point
             length = float(np.linalg.norm(d))
