@@ -140,8 +140,7 @@ class _Kinds:
 
 
 # Arguments that functions refuse with what to write instead.
-_NAMED = {"robot", "linkage", "network", "tolerance", "parameters", "measured", "budget"}
-_NAMED |= {"masses", "loads", "sequence"}
+_NAMED = {"robot", "linkage", "network", "tolerance", "measured", "budget", "sequence"}
 _LONG, _SHOWN, _MOST_MEMBERS = 100, 40, 8
 
 

@@ -4,6 +4,8 @@ Each parameter in turn is of another kind while the others are good. The table o
 complete: a public callable that is not in it is named by a test.
 """
 
+# pyright: reportArgumentType=false
+
 import enum
 import inspect
 import re

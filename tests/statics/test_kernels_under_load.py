@@ -218,6 +218,7 @@ def test_bounds_of_buckling_hold_at_other_postures_and_are_close(force: float):
     ]
     bounds = buckling_of([own.problem for own in problems[:6]], range(6), 1e5)
     for posture in problems[6:]:
+        assert isinstance(posture.posed, rs.Snapshot)
         loaded = equilibrium(posture.posed, None, [0, 0, 6 * force, 0, 0, 0])
         for k, leg in enumerate(posture.posed.legs):
             joints = [e for e in leg.elements if isinstance(e, PlacedFreedom) and e.turns]

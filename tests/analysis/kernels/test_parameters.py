@@ -124,7 +124,7 @@ def test_a_compiled_robot_with_parameters_travels():
 SYMBOLS = ("R", "r")
 MISUSES = {
     "no symbol": (("k",), {}, r"a symbol: R, r; write rs.load\(..., symbols=\(\"k\",\)\)"),
-    "one name": ("R", {}, r"write \('R',\)"),
+    "one name": ("R", {}, r"write \['R'\]"),
     "not compiled": (("R",), {"r": 1}, r"expected R; write rs.compile\(robot, parameters=\(\"r\""),
     "too many values": (("R",), {"R": [1, 2]}, "a finite number, or 3 of them"),
     "a word": (("R",), {"R": "long"}, "a finite number"),
