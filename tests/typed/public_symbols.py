@@ -13,6 +13,11 @@ EXCEPTIONS = {
         for name in ("TEXT", "LATEX", "MARKDOWN", "TYPST", "MATHML")
     ),
 }
+#: Expressions of vectors are nodes of SymPy, and with them all that takes or gives one.
+NODES = tuple(
+    f"robostiff.analytic.vectors.{name}."
+    for name in ("vector_expressions", "vector_rods", "vector_wrenches", "walk")
+)
 
 
 def main() -> int:
@@ -22,10 +27,11 @@ def main() -> int:
     symbols = json.loads(found.stdout)["typeCompleteness"]["symbols"]
     own = [one for one in symbols if one["isExported"]]
     without = [one["name"] for one in own if not one["isTypeKnown"]]
+    left = [name for name in without if name not in EXCEPTIONS and not name.startswith(NODES)]
     for name in without:
-        print(name, "(a printer of SymPy)" if name in EXCEPTIONS else "")
+        print(name, "" if name in left else "(a printer or a node of SymPy)")
     print(f"{len(own) - len(without)} of {len(own)} public names have types")
-    return int(not EXCEPTIONS.issuperset(without))
+    return int(bool(left))
 
 
 if __name__ == "__main__":

@@ -101,7 +101,7 @@ class SolvedOnDemand(dict[int, Solution]):
     by_joints: bool
     F: np.ndarray
     levers: np.ndarray
-    parameters: ParameterValues
+    parameters: ParameterValues[Robot]
 
     def __missing__(self, k: int) -> Solution:
         for _ in self.groups(np.arange(len(self.given)) == k):
