@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from functools import reduce
+from functools import partial, reduce
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,8 @@ _REACHED = 1e-6
 # Legs must close with this part of what stands below the roots of their closure, at least.
 _ROOM = 1e-2
 _PRECISION, _MOST_STEPS = 1e-12, 300
+# Beside rounding; and the mode of SLSQP without a direction of descent.
+_ROUNDED, _NO_DESCENT = 1e-9, 8
 # In place of the objective where there is no answer, so that a step is shortened.
 _FAR = 1e6
 
@@ -226,8 +228,6 @@ def optimise(
     >>> found.ending.value, found.objective < found.at_start
     ('optimum', True)
     """
-    from scipy.optimize import minimize
-
     names, (low, high) = tuple(variables), _ranges(variables)
     limits = [*constraints, Within(_Room(), least=_ROOM)]
     outputs = {output.name: output for output in (objective, *(each.output for each in limits))}
@@ -238,7 +238,6 @@ def optimise(
     first = _at_start(robot, numbers, x, {} if start is None else start, (low, high))
     size = float(np.max(np.abs(first[0]))) or 1.0
     known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
-
     n = len(names)
 
     def at(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -279,19 +278,7 @@ def optimise(
 
     z = (x - low) / (high - low)
     begin = np.append(z, np.max(first[0]) / size) if is_worst else z
-    found = minimize(
-        lambda z: objective_at(z)[0],
-        begin,
-        jac=lambda z: objective_at(z)[1],
-        method="SLSQP",
-        bounds=bounds,
-        constraints={
-            "type": "ineq",
-            "fun": lambda z: room_below(z)[0],
-            "jac": lambda z: room_below(z)[1],
-        },
-        options={"ftol": _PRECISION, "maxiter": _MOST_STEPS},
-    )
+    found = _searched(objective_at, room_below, begin, bounds)
     z = np.clip(found.x[:n], 0.0, 1.0)
     values, _ = at(z)
     if lost := not np.isfinite(values).all():  # the search stopped where there is no answer
@@ -309,6 +296,19 @@ def optimise(
         steps=int(found.nit),
         robot=robot.substituted(best),
     )
+
+
+def _searched(objective: Any, room: Any, begin: np.ndarray, bounds: Any) -> Any:
+    """By SLSQP; where rounding leaves it no direction of descent, it begins again there."""
+    from scipy.optimize import minimize
+
+    limits = {"type": "ineq", "fun": lambda z: room(z)[0], "jac": lambda z: room(z)[1]}
+    given: Any = {"jac": lambda z: objective(z)[1], "bounds": bounds, "constraints": limits}
+    search = partial(minimize, lambda z: objective(z)[0], method="SLSQP", **given)
+    found = search(begin, options={"ftol": _PRECISION, "maxiter": _MOST_STEPS})
+    if found.status == _NO_DESCENT:
+        found = search(found.x, options={"ftol": _ROUNDED, "maxiter": _MOST_STEPS})
+    return found
 
 
 def _on_the_way(
