@@ -16,7 +16,7 @@ import stat
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, is_dataclass
 from enum import Enum
 from functools import cache
 from pathlib import Path
@@ -42,6 +42,7 @@ from robostiff.compiled import (
 )
 from robostiff.compiled.closed import ClosedCode, StepCodes
 from robostiff.elastostatics import Status
+from robostiff.model.batched import names_of
 from robostiff.record import Program
 from robostiff.spatial import Space
 from robostiff.version import __version__
@@ -84,7 +85,7 @@ def plain(thing: Any, known: dict[int, Any] | None = None) -> Any:
         case tuple() | list():
             found = [plain(entry, known) for entry in thing]
         case _ if is_dataclass(thing):
-            each = ((name, plain(getattr(thing, name), known)) for name in _names(kind))
+            each = ((name, plain(getattr(thing, name), known)) for name in names_of(kind))
             found = known.get(id(thing)) or [kind.__name__, dict(each)]
             known[id(thing)] = found
         case _ if hasattr(thing, "as_matrix"):  # rotations and rigid transforms of SciPy
@@ -97,11 +98,6 @@ def plain(thing: Any, known: dict[int, Any] | None = None) -> Any:
         case _:  # symbols and other exact numbers are distinguished by their text
             found = [kind.__name__, str(thing)]
     return found
-
-
-@cache
-def _names(kind: Any) -> tuple[str, ...]:
-    return tuple(field.name for field in fields(kind))
 
 
 def differences(one: Any, other: Any, where: str) -> Iterator[str]:
@@ -170,7 +166,7 @@ def data_of(x: Any, known: dict[int, tuple[int, Any]]) -> Any:
         return [data_of(own, known) for own in x] if isinstance(x, tuple | list) else x
     if id(x) not in known:
         same = x.by(ArrayCode) if isinstance(x, Kernel) else x
-        each = ((field.name, getattr(same, field.name)) for field in fields(same))
+        each = ((name, getattr(same, name)) for name in names_of(type(same)))
         is_program = isinstance(x, Program)
         own = x.as_data() if is_program else {name: data_of(y, known) for name, y in each}
         known[id(x)] = len(known), x
@@ -293,7 +289,7 @@ def _folder() -> Path | None:
 def _is_ours(output: Any) -> bool:
     own = type(output).__module__.startswith("robostiff.")
     inner = (
-        [getattr(output, field.name) for field in fields(output)] if is_dataclass(output) else []
+        [getattr(output, name) for name in names_of(type(output))] if is_dataclass(output) else []
     )
     return own and all(_is_ours(x) for x in inner if is_dataclass(x))
 

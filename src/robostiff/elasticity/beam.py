@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
@@ -126,10 +126,7 @@ def beam_compliance(
     >>> round(float(C[1, 1]) * 100 * 1e3, 3)
     20.21
     """
-    try:
-        return cantilever_compliance(*_beam(length, material, section, theory))
-    except ZeroDivisionError:  # products of floats that are below all numbers
-        return np.full((6, 6), np.inf)
+    return _by(cantilever_compliance, length, material, section, theory)
 
 
 def beam_stiffness(
@@ -164,10 +161,12 @@ def beam_stiffness(
     >>> float(round(beam_stiffness(1.0, material("steel"), circle(0.020))[0, 0]))
     65973446.0
     """
-    return cantilever_stiffness(*_beam(length, material, section, theory))
+    return _by(cantilever_stiffness, length, material, section, theory)
 
 
-def _beam(length: ArrayLike, material: Any, section: Any, theory: BeamTheory) -> tuple[Any, ...]:
+def _by(
+    matrix: Callable[..., np.ndarray], length: ArrayLike, material: Any, section: Any, theory: Any
+) -> np.ndarray:
     if not isinstance(material, Material):
         raise InputError(
             "material of the beam",
@@ -185,7 +184,10 @@ def _beam(length: ArrayLike, material: Any, section: Any, theory: BeamTheory) ->
     L = positive_numbers("length of the beam", length, "m")
     s = section
     numbers = (material.E, material.G, s.A, s.Iy, s.Iz, s.J, *theory.shear_factors(section))
-    return exact_together(L, *numbers)
+    try:
+        return matrix(*exact_together(L, *numbers))
+    except ZeroDivisionError:  # products of floats that are below all numbers
+        return np.full((6, 6), np.inf)
 
 
 @dataclass(frozen=True)

@@ -67,7 +67,7 @@ class Measurements:
         Standard deviations of a load [N, N m], axes of the load; of its force at the hook where
         there is one. Readings have ``|dy/dF| sigma_F`` beside their own.
     directions : int or sequence of int
-        1 of readings while the load grows, -1 while it shrinks, 0 where it is not told.
+        1 of readings while the load grows, -1 while it shrinks, 0 where it is not known.
     bodies : str or sequence of str
         What each hook is on, by name, such as ``arm/joint3``; the platform when left out.
     lines : sequence of int, optional

@@ -14,8 +14,8 @@ from robostiff.markup import number
 _NO_COLUMN, _NO_VALUE = 1e-9, 1e-8
 # Of the largest singular value, and correlations: what is little.
 _WEAK, _CORRELATED = 1e-4, 0.98
-# Correlations that are told, but are no more than usual.
-_TOLD = 0.9
+# Correlations that are reported, but are no more than usual.
+_REPORTED = 0.9
 _PART = 1e-4  # of the largest entry of a null vector
 _ORDER = (
     UnknownKind.GEOMETRY,
@@ -124,7 +124,7 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
                         f"errors grow {number(s[0] / value, 1)} times in this direction"
                     )
             weak += _correlated(R, several, _CORRELATED, np.inf)
-            correlated = _correlated(R, several, _TOLD, _CORRELATED)
+            correlated = _correlated(R, several, _REPORTED, _CORRELATED)
     return Identifiability(tuple(fixed), tuple(sentences), tuple(weak), tuple(correlated))
 
 

@@ -25,223 +25,6 @@ from robostiff.model.entries import Symbolic
 from robostiff.model.subject import Coordinate, Subject
 from robostiff.spatial import Frame, Screw, Space, refuse_quantities
 
-# As for legs: the largest gap of a closed loop.
-_CLOSED = 1e-7
-# Loops with gaps up to this may lack digits rather than length.
-_NEARLY = 1e-3
-#: A joint that is given may turn so far before screws that follow are closed again [rad]: beyond
-#: half a turn, the loop closes on another turn of the nut as well.
-PART_OF_A_TURN = 1.0
-_FURTHEST = 1_000.0
-
-
-@dataclass(frozen=True)
-class Configuration:
-    """A linkage at joint coordinates.
-
-    Attributes
-    ----------
-    coordinates : mapping of str to (size,) arrays
-        Of every joint [m, rad].
-    places : mapping of str to ((3, 3) array, (3,) array)
-        Axes and origin of every body, in the world [m].
-    gaps : mapping of str to (float, float)
-        For each connection that closes a loop: by how much it misses, as a shift [m] and a turn
-        [rad].
-    length : float
-        Characteristic length [m] that weighs turns against shifts.
-    elsewhere : bool
-        Whether no path without singularity was found that leads there from home.
-    closes_at_home : bool
-        Whether this was reached from a home at which all loops close.
-    """
-
-    coordinates: Mapping[str, np.ndarray]
-    places: Mapping[str, tuple[np.ndarray, np.ndarray]]
-    gaps: Mapping[str, tuple[float, float]]
-    length: float
-    elsewhere: bool = False
-    closes_at_home: bool = False
-
-    @cached_property
-    def frames(self) -> dict[str, Frame]:
-        """The same as frames."""
-        return {name: Frame(*place) for name, place in self.places.items()}
-
-    @property
-    def is_closed(self) -> bool:
-        """Whether all loops close, in the assembly mode of home."""
-        return self._has_no_gap and not self.elsewhere
-
-    @property
-    def _has_no_gap(self) -> bool:
-        return all(
-            shift <= _CLOSED * self.length and turn <= _CLOSED for shift, turn in self.gaps.values()
-        )
-
-    @property
-    def complaint(self) -> str:
-        """Why it is not closed: its assembly mode, or the widest gap."""
-        if self._has_no_gap:
-            return (
-                "they do in another assembly mode only, behind a singularity on the way from home"
-            )
-        name, (shift, turn) = self._widest
-        return f"a gap of {1e3 * shift:.4g} mm and {np.degrees(turn):.4g} deg at {name!r}"
-
-    @property
-    def advice(self) -> str:
-        """Advice about loops that do not close."""
-        if self._has_no_gap:
-            return "give joint values nearer to home, or another home"
-        _, (shift, turn) = self._widest
-        if max(shift / self.length, turn) < _NEARLY and self.closes_at_home:
-            return "give joint values nearer to home: the loops close there, and nearly do here"
-        if max(shift / self.length, turn) < _NEARLY:
-            return "give its lengths and angles more digits, for the loops nearly close"
-        return "give other joint values, or leave more joints free to follow"
-
-    @property
-    def _widest(self) -> tuple[str, tuple[float, float]]:
-        return max(self.gaps.items(), key=lambda gap: max(gap[1][0] / self.length, gap[1][1]))
-
-
-@dataclass(frozen=True)
-class MovedBodies:
-    """The bodies of a linkage as moving frames; a posture x has the coordinates of its tree."""
-
-    tree: MotionTree
-    frames: Mapping[str, Fixed]  # of the bodies, along the spanning tree
-    joints: tuple[Fixed, ...]  # of the joints that close loops
-    # Places of the coordinates of each connection, and their sign
-    places: Mapping[str, tuple[list[int], float]]
-
-    def row(self, q: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Postures (..., size) at coordinates (..., size) of each connection."""
-        own = {name: np.asarray(q[name]) for name in self.places}
-        batch = np.broadcast_shapes(*(x.shape[:-1] for x in own.values()))
-        row = np.empty((*batch, self.tree.size), np.result_type(float, *own.values()))
-        for name, (places, sign) in self.places.items():
-            row[..., places] = sign * own[name]
-        return row
-
-
-@kept
-def moved_bodies(linkage: Linkage) -> MovedBodies:
-    """Frames of the bodies along the spanning tree, and of the connections that close loops."""
-    tree, frames = MotionTree(), {linkage.base: AT_REST}
-    led: dict[str, tuple[int, ...]] = {linkage.base: ()}
-    places: dict[str, tuple[list[int], float]] = {}
-
-    def beyond(c: Connection, direction: float = 1.0) -> tuple[Fixed, tuple[int, ...]]:
-        """Where the body behind a connection is, and the coordinates that lead there."""
-        way = c if direction > 0 else turned_round(c)
-        start = frames[way.a].to(way.before.R, way.before.p)
-        end, moved = (start, ()) if way.element is None else tree.along(way.chain, start)
-        is_ball = isinstance(c.element, Joint) and c.element.kind is JointKind.SPHERICAL
-        turned = (moved, direction) if is_ball else (moved[:: int(direction)], 1.0)
-        places[c.name] = list(turned[0]), turned[1]
-        return end.to(way.after.R, way.after.p), (*led[way.a], *moved)
-
-    for body, way in linkage.tree.ways.items():
-        if way:
-            frames[body], led[body] = beyond(*way[-1])
-    joints = []
-    for cut in linkage.tree.cuts:
-        joints.append(frames[cut.a].to(cut.before.R, cut.before.p))
-        end, moving = beyond(cut)
-        pairs = (moving, led[cut.b]), (led[cut.b], moving)
-        own, leading = (tuple(i for i in x if i not in y) for x, y in pairs)
-        tree.ends.append(LoopEnd(end, frames[cut.b], own, leading))
-    return MovedBodies(tree, frames, tuple(joints), places)
-
-
-@dataclass(frozen=True)
-class LoopsOfLinkage:
-    """The loops of a linkage that some of its joints may close."""
-
-    linkage: Linkage
-    start: Mapping[str, np.ndarray]  # coordinates of all connections to start from
-    moving: Sequence[Connection]
-    loops: Loops
-
-    @classmethod
-    def of(
-        cls, linkage: Linkage, start: Mapping[str, np.ndarray], moving: Sequence[Connection]
-    ) -> LoopsOfLinkage:
-        """The loops that some joints may close."""
-        bodies, in_loops = moved_bodies(linkage), linkage.tree.in_loops
-        own, tree = [c for c in moving if c.name in in_loops], bodies.tree
-        unknowns = np.array([i for c in own for i in bodies.places[c.name][0]], dtype=int)
-        x = bodies.row(start)
-        placed = tree.placed(x[None])
-        points = (placed.at(one)[1] for one in (*bodies.frames.values(), *bodies.joints))
-        equations = np.arange(6 * len(tree.ends))
-        loops = Loops(
-            tree=tree,
-            start=x,
-            unknowns=unknowns,
-            given=np.setdiff1d(np.arange(tree.size), unknowns),
-            parts=(ClosurePart(np.arange(0), equations, np.arange(unknowns.size)),),
-            length=float(max(map(np.linalg.norm, points))) or 1.0,
-        )
-        return cls(linkage, start, own, loops)
-
-    @property
-    def nearest(self) -> Configuration:
-        """The configuration that Newton's method finds from the start."""
-        return self.configurations(nearest(self.loops, self.loops.start[None]))[0]
-
-    def followed(self, values: Mapping[str, np.ndarray]) -> list[Configuration]:
-        """Configurations at values (N, size) of joints, on paths from where all loops close."""
-        loops = self.loops
-        given = moved_bodies(self.linkage).row({**self.start, **values})[..., loops.given]
-        if any(c.is_screw for c in self.moving):
-            return [self._turn_by_turn(row) for row in given]
-        return self._arrived(follow(loops, loops.start, given))
-
-    def _arrived(self, found: Followed, lost: bool = False) -> list[Configuration]:
-        each = zip(self.configurations(found.x), found.elsewhere, strict=True)
-        return [
-            replace(one, elsewhere=lost or bool(elsewhere), closes_at_home=True)
-            for one, elsewhere in each
-        ]
-
-    def _turn_by_turn(self, given: np.ndarray) -> Configuration:
-        """Along the path from home in parts in which no joint that is given turns far."""
-        loops, mode, lost = self.loops, AssemblyMode(self.loops, self.loops.start), False
-        begin = loops.start[loops.given]
-        turned = np.max(np.abs(given - begin)[loops.tree.turns[loops.given]], initial=0.0)
-        if turned > _FURTHEST:
-            most = f"at most {_FURTHEST:g} rad from home"
-            raise InputError(
-                "turn of a joint that screws follow", got=f"{turned:.6g} rad", expected=most
-            )
-        parts = max(1, math.ceil(turned / PART_OF_A_TURN))
-        for k in range(1, parts):
-            found = mode.at((begin + (given - begin) * (k / parts))[None])
-            if lost := not found.closed[0]:
-                break
-            mode = AssemblyMode(loops, found.x[0])
-        (arrived,) = self._arrived(mode.at(given[None]), lost)
-        return arrived
-
-    def configurations(self, x: np.ndarray) -> list[Configuration]:
-        """The linkage at postures (N, size)."""
-        bodies, cuts = moved_bodies(self.linkage), self.linkage.tree.cuts
-        placed = bodies.tree.placed(x)
-        frames = {name: placed.at(fixed) for name, fixed in bodies.frames.items()}
-        ends = Loop("", placed.R, placed.p, placed.R_wanted, placed.p_wanted)
-        shift, turn = ends.missed
-        found = []
-        for i, row in enumerate(x):
-            moved = {name: sign * row[own] for name, (own, sign) in bodies.places.items()}
-            there = {name: (R[i], p[i]) for name, (R, p) in frames.items()}
-            gaps = {c.name: (float(shift[i, k]), float(turn[i, k])) for k, c in enumerate(cuts)}
-            found.append(Configuration({**self.start, **moved}, there, gaps, self.loops.length))
-        return found
-
-
 JointValues = Mapping[str, float | Sequence[float]]
 """Coordinates of joints by their names [m, rad]; a list for a joint with several."""
 DriveValues = ArrayLike | Mapping[str, ArrayLike]
@@ -466,3 +249,220 @@ def turned_round(connection: Connection) -> Connection:
         freedoms = tuple(replace(screw, axis=-screw.axis) for screw in reversed(element.freedoms))
         element = replace(element, freedoms=freedoms, home=element.home[::-1])
     return Connection(c.name, c.b, c.a, c.after.inverse, element, c.before.inverse)
+
+
+# As for legs: the largest gap of a closed loop.
+_CLOSED = 1e-7
+# Loops with gaps up to this may lack digits rather than length.
+_NEARLY = 1e-3
+#: A joint that is given may turn so far before screws that follow are closed again [rad]: beyond
+#: half a turn, the loop closes on another turn of the nut as well.
+PART_OF_A_TURN = 1.0
+_FURTHEST = 1_000.0
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """A linkage at joint coordinates.
+
+    Attributes
+    ----------
+    coordinates : mapping of str to (size,) arrays
+        Of every joint [m, rad].
+    places : mapping of str to ((3, 3) array, (3,) array)
+        Axes and origin of every body, in the world [m].
+    gaps : mapping of str to (float, float)
+        For each connection that closes a loop: by how much it misses, as a shift [m] and a turn
+        [rad].
+    length : float
+        Characteristic length [m] that weighs turns against shifts.
+    elsewhere : bool
+        Whether no path without singularity was found that leads there from home.
+    closes_at_home : bool
+        Whether this was reached from a home at which all loops close.
+    """
+
+    coordinates: Mapping[str, np.ndarray]
+    places: Mapping[str, tuple[np.ndarray, np.ndarray]]
+    gaps: Mapping[str, tuple[float, float]]
+    length: float
+    elsewhere: bool = False
+    closes_at_home: bool = False
+
+    @cached_property
+    def frames(self) -> dict[str, Frame]:
+        """The same as frames."""
+        return {name: Frame(*place) for name, place in self.places.items()}
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether all loops close, in the assembly mode of home."""
+        return self._has_no_gap and not self.elsewhere
+
+    @property
+    def _has_no_gap(self) -> bool:
+        return all(
+            shift <= _CLOSED * self.length and turn <= _CLOSED for shift, turn in self.gaps.values()
+        )
+
+    @property
+    def complaint(self) -> str:
+        """Why it is not closed: its assembly mode, or the widest gap."""
+        if self._has_no_gap:
+            return (
+                "they do in another assembly mode only, behind a singularity on the way from home"
+            )
+        name, (shift, turn) = self._widest
+        return f"a gap of {1e3 * shift:.4g} mm and {np.degrees(turn):.4g} deg at {name!r}"
+
+    @property
+    def advice(self) -> str:
+        """Advice about loops that do not close."""
+        if self._has_no_gap:
+            return "give joint values nearer to home, or another home"
+        _, (shift, turn) = self._widest
+        if max(shift / self.length, turn) < _NEARLY and self.closes_at_home:
+            return "give joint values nearer to home: the loops close there, and nearly do here"
+        if max(shift / self.length, turn) < _NEARLY:
+            return "give its lengths and angles more digits, for the loops nearly close"
+        return "give other joint values, or leave more joints free to follow"
+
+    @property
+    def _widest(self) -> tuple[str, tuple[float, float]]:
+        return max(self.gaps.items(), key=lambda gap: max(gap[1][0] / self.length, gap[1][1]))
+
+
+@dataclass(frozen=True)
+class MovedBodies:
+    """The bodies of a linkage as moving frames; a posture x has the coordinates of its tree."""
+
+    tree: MotionTree
+    frames: Mapping[str, Fixed]  # of the bodies, along the spanning tree
+    joints: tuple[Fixed, ...]  # of the joints that close loops
+    # Places of the coordinates of each connection, and their sign
+    places: Mapping[str, tuple[list[int], float]]
+
+    def row(self, q: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Postures (..., size) at coordinates (..., size) of each connection."""
+        own = {name: np.asarray(q[name]) for name in self.places}
+        batch = np.broadcast_shapes(*(x.shape[:-1] for x in own.values()))
+        row = np.empty((*batch, self.tree.size), np.result_type(float, *own.values()))
+        for name, (places, sign) in self.places.items():
+            row[..., places] = sign * own[name]
+        return row
+
+
+@kept
+def moved_bodies(linkage: Linkage) -> MovedBodies:
+    """Frames of the bodies along the spanning tree, and of the connections that close loops."""
+    tree, frames = MotionTree(), {linkage.base: AT_REST}
+    led: dict[str, tuple[int, ...]] = {linkage.base: ()}
+    places: dict[str, tuple[list[int], float]] = {}
+
+    def beyond(c: Connection, direction: float = 1.0) -> tuple[Fixed, tuple[int, ...]]:
+        """Where the body behind a connection is, and the coordinates that lead there."""
+        way = c if direction > 0 else turned_round(c)
+        start = frames[way.a].to(way.before.R, way.before.p)
+        end, moved = (start, ()) if way.element is None else tree.along(way.chain, start)
+        is_ball = isinstance(c.element, Joint) and c.element.kind is JointKind.SPHERICAL
+        turned = (moved, direction) if is_ball else (moved[:: int(direction)], 1.0)
+        places[c.name] = list(turned[0]), turned[1]
+        return end.to(way.after.R, way.after.p), (*led[way.a], *moved)
+
+    for body, way in linkage.tree.ways.items():
+        if way:
+            frames[body], led[body] = beyond(*way[-1])
+    joints = []
+    for cut in linkage.tree.cuts:
+        joints.append(frames[cut.a].to(cut.before.R, cut.before.p))
+        end, moving = beyond(cut)
+        pairs = (moving, led[cut.b]), (led[cut.b], moving)
+        own, leading = (tuple(i for i in x if i not in y) for x, y in pairs)
+        tree.ends.append(LoopEnd(end, frames[cut.b], own, leading))
+    return MovedBodies(tree, frames, tuple(joints), places)
+
+
+@dataclass(frozen=True)
+class LoopsOfLinkage:
+    """The loops of a linkage that some of its joints may close."""
+
+    linkage: Linkage
+    start: Mapping[str, np.ndarray]  # coordinates of all connections to start from
+    moving: Sequence[Connection]
+    loops: Loops
+
+    @classmethod
+    def of(
+        cls, linkage: Linkage, start: Mapping[str, np.ndarray], moving: Sequence[Connection]
+    ) -> LoopsOfLinkage:
+        """The loops that some joints may close."""
+        bodies, in_loops = moved_bodies(linkage), linkage.tree.in_loops
+        own, tree = [c for c in moving if c.name in in_loops], bodies.tree
+        unknowns = np.array([i for c in own for i in bodies.places[c.name][0]], dtype=int)
+        x = bodies.row(start)
+        placed = tree.placed(x[None])
+        points = (placed.at(one)[1] for one in (*bodies.frames.values(), *bodies.joints))
+        equations = np.arange(6 * len(tree.ends))
+        loops = Loops(
+            tree=tree,
+            start=x,
+            unknowns=unknowns,
+            given=np.setdiff1d(np.arange(tree.size), unknowns),
+            parts=(ClosurePart(np.arange(0), equations, np.arange(unknowns.size)),),
+            length=float(max(map(np.linalg.norm, points))) or 1.0,
+        )
+        return cls(linkage, start, own, loops)
+
+    @property
+    def nearest(self) -> Configuration:
+        """The configuration that Newton's method finds from the start."""
+        return self.configurations(nearest(self.loops, self.loops.start[None]))[0]
+
+    def followed(self, values: Mapping[str, np.ndarray]) -> list[Configuration]:
+        """Configurations at values (N, size) of joints, on paths from where all loops close."""
+        loops = self.loops
+        given = moved_bodies(self.linkage).row({**self.start, **values})[..., loops.given]
+        if any(c.is_screw for c in self.moving):
+            return [self._turn_by_turn(row) for row in given]
+        return self._arrived(follow(loops, loops.start, given))
+
+    def _arrived(self, found: Followed, lost: bool = False) -> list[Configuration]:
+        each = zip(self.configurations(found.x), found.elsewhere, strict=True)
+        return [
+            replace(one, elsewhere=lost or bool(elsewhere), closes_at_home=True)
+            for one, elsewhere in each
+        ]
+
+    def _turn_by_turn(self, given: np.ndarray) -> Configuration:
+        """Along the path from home in parts in which no joint that is given turns far."""
+        loops, mode, lost = self.loops, AssemblyMode(self.loops, self.loops.start), False
+        begin = loops.start[loops.given]
+        turned = np.max(np.abs(given - begin)[loops.tree.turns[loops.given]], initial=0.0)
+        if turned > _FURTHEST:
+            most = f"at most {_FURTHEST:g} rad from home"
+            raise InputError(
+                "turn of a joint that screws follow", got=f"{turned:.6g} rad", expected=most
+            )
+        parts = max(1, math.ceil(turned / PART_OF_A_TURN))
+        for k in range(1, parts):
+            found = mode.at((begin + (given - begin) * (k / parts))[None])
+            if lost := not found.closed[0]:
+                break
+            mode = AssemblyMode(loops, found.x[0])
+        (arrived,) = self._arrived(mode.at(given[None]), lost)
+        return arrived
+
+    def configurations(self, x: np.ndarray) -> list[Configuration]:
+        """The linkage at postures (N, size)."""
+        bodies, cuts = moved_bodies(self.linkage), self.linkage.tree.cuts
+        placed = bodies.tree.placed(x)
+        frames = {name: placed.at(fixed) for name, fixed in bodies.frames.items()}
+        ends = Loop("", placed.R, placed.p, placed.R_wanted, placed.p_wanted)
+        shift, turn = ends.missed
+        found = []
+        for i, row in enumerate(x):
+            moved = {name: sign * row[own] for name, (own, sign) in bodies.places.items()}
+            there = {name: (R[i], p[i]) for name, (R, p) in frames.items()}
+            gaps = {c.name: (float(shift[i, k]), float(turn[i, k])) for k, c in enumerate(cuts)}
+            found.append(Configuration({**self.start, **moved}, there, gaps, self.loops.length))
+        return found

@@ -2,9 +2,9 @@
 
 Bodies whose removal cuts a network in two come last, and so on in both halves (A. George, Nested
 dissection of a regular finite element mesh, SIAM J. Numer. Anal. 10, 1973). Those that are
-eliminated together make a dense front with those that feel it; what is left of the latter is added
-to the front of the first of them (I. Duff and J. Reid, ACM Trans. Math. Softw. 9, 1983). NumPy
-alone: at ten thousand beams SciPy takes a sixth of the time to be imported.
+eliminated together make a dense front with those that they act on; what is left of the latter is
+added to the front of the first of them (I. Duff and J. Reid, ACM Trans. Math. Softw. 9, 1983).
+NumPy alone: at ten thousand beams SciPy takes a sixth of the time to be imported.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What `equilibrium` answers, and how one is found."""
+"""What `equilibrium` answers: one equilibrium, or many."""
 
 from __future__ import annotations
 

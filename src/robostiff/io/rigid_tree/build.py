@@ -328,9 +328,9 @@ def robot_of_tree(
     described = DescribedTree.of(tree, side, parameters)
     top, written = described.top, described.written
     _, linkage = _linkages(described)
-    felt = {joint.name for joint in linkage.joints}
-    described.warn_of_stiffnesses(felt)
-    couplings, roles = described.couplings(felt)
+    joints = {joint.name for joint in linkage.joints}
+    described.warn_of_stiffnesses(joints)
+    couplings, roles = described.couplings(joints)
     linkage = with_roles(linkage, roles)
     _check_is_elastic(linkage, top)
     found = close(linkage)
@@ -345,7 +345,7 @@ def robot_of_tree(
     with (top / "joints").complaints(hint=_hint(linkage)):
         robot = robot_of(linkage, found, couplings)
     if robot is None:
-        _refuse_followers(described.undecided & felt, top)
+        _refuse_followers(described.undecided & joints, top)
         return network_of(linkage, found)
     chosen = written.coordinates is not None
     if written.coordinates is not None:
@@ -377,9 +377,9 @@ def linkage_of_tree(
     top, written = described.top, described.written
     linkage, part = _linkages(described)
     _check_is_elastic(part, top)
-    felt = {joint.name for joint in part.joints}
-    described.warn_of_stiffnesses(felt)
-    _refuse_followers(described.undecided & felt, top)
+    joints = {joint.name for joint in part.joints}
+    described.warn_of_stiffnesses(joints)
+    _refuse_followers(described.undecided & joints, top)
     names = chosen_parameters(symbols, written.parameters, parameters or {})
     if not names:
         return linkage

@@ -281,8 +281,8 @@ class CompiledLoading:
             "wrench": F,
         }
         if self.has_platforms:
-            shapes = (3,), (3, 3), (6, n), (2, d), (2, d, n)
-            known["platforms"] = Platforms(*(np.full((count, *own), np.nan) for own in shapes))
+            each = (3,), (3, 3), (6, n), (2, d), (2, d, n)
+            known["platforms"] = Platforms(*(np.full((count, *size), np.nan) for size in each))
         solutions = SolvedOnDemand(self, given, by_joints, F, levers, values)
         codes = np.empty(count, dtype=np.uint16)
         answer = Equilibrium(robot.name, space, codes, solutions, np.arange(count), known)

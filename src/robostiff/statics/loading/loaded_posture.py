@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import pickle
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import singledispatch
-from typing import Any, TypeVar, cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +13,7 @@ from robostiff.analysis import CableStiffness, cable_stiffness
 from robostiff.analysis.result import require_one_pose
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.kept import kept
+from robostiff.kept import kept, kept_for_last
 from robostiff.kinematics import Near, Posture, find_posture, with_body_springs, with_masses
 from robostiff.kinematics.masses_and_springs import bodies_of
 from robostiff.kinematics.pose import check_is_not_posed
@@ -44,7 +42,6 @@ from robostiff.statics.loading.given_loads import (
 )
 from robostiff.statics.loading.legs import loaded_legs
 
-_Found = TypeVar("_Found")
 _NO_MASSES = CarriedMasses()
 # What is said of a pose before the load, and holds under it.
 _LASTING = Status.UNBALANCED | Status.UNREACHABLE | Status.INFEASIBLE | Status.FORM_DOES_NOT_HOLD
@@ -137,7 +134,7 @@ class Postures:
         """
         if self.batch:
             return self._loaded(i, acting, masses)
-        return _as_last_time(Postures._loaded, self, 0, acting, masses)
+        return kept_for_last(Postures._loaded, self, 0, acting, masses)
 
     def beside(self, given: np.ndarray) -> np.ndarray:
         """Wrenches, or displacements, (N, r) beside so many postures; (r,) of one and one posture.
@@ -255,26 +252,14 @@ class Postures:
         return snapshot, (turn_by_vector(own.pose[k, 3:]), own.pose[k, :3]), status
 
 
-def _as_last_time(find: Callable[..., _Found], owner: Any, *given: object) -> _Found:
-    """What is found of an owner for what is given, kept with it until something else is given."""
-    try:
-        key = pickle.dumps(given)
-    except (AttributeError, TypeError, pickle.PicklingError):  # such as a function as a law
-        return find(owner, *given)
-    last = vars(owner).get(name := f"_last {find.__qualname__}")
-    if last is None or last[0] != key:
-        vars(owner)[name] = last = key, find(owner, *given)
-    return last[1]
-
-
 def postures_of(robot: Any, pose: Any, near: Near) -> Postures:
     """The unloaded postures of a robot at poses, or of a snapshot, network or linkage.
 
-    Those of the last call are kept, with what has been found out about them.
+    Those of the last call are kept where they are few, with what has been found out about them.
     """
     if not isinstance(robot, Subject):
         return _postures_of(robot, pose, near)
-    return _as_last_time(_postures_of, robot, pose, near)
+    return kept_for_last(_postures_of, robot, pose, near)
 
 
 @singledispatch
