@@ -388,15 +388,14 @@ class _DrawnRobots:
         )
 
     def values(self, u: np.ndarray) -> np.ndarray:
-        """Parameters (n, m) of m robots, by quantiles u (n, m)."""
+        """Parameters (n, m) of m robots, by quantiles u (n, m) between 0 and 1, ends excluded."""
         from scipy.special import ndtri
 
-        inside = np.clip(u, _NEAREST, 1.0 - _NEAREST)
         if self.are_normal.all():
-            z = ndtri(inside, out=inside)
+            z = ndtri(u)
         else:
             z = 3**0.5 * (2.0 * u - 1.0)
-            z[self.are_normal] = ndtri(inside[self.are_normal])
+            z[self.are_normal] = ndtri(u[self.are_normal])
         z = np.multiply(z, self._root, out=z) if self._root.shape[1] == 1 else self._root @ z
         return np.add(z, self.nominal[:, None], out=z)
 
@@ -479,7 +478,8 @@ def sobol_indices(
 
     def numbers(u: np.ndarray) -> np.ndarray:
         found = np.empty((u.shape[1], 1))
-        drawn.put(drawn.values(np.ascontiguousarray(u)), {output.name: found})
+        inside = np.clip(u, _NEAREST, 1.0 - _NEAREST)  # points at 0 and 1 are among these
+        drawn.put(drawn.values(np.ascontiguousarray(inside)), {output.name: found})
         if not np.isfinite(found).all():
             lost = int(np.count_nonzero(~np.isfinite(found)))
             raise NoAnswerError(f"{lost} of {len(found)} robots have no answer: spread them less")
