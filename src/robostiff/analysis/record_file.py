@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis.compiled_answer import RecordedRanks
+from robostiff.analysis.compiled_answer import AtGeneralPoses, RecordedRanks
 from robostiff.compiled import (
     ArrayCode,
     ComplianceMatrix,
@@ -34,7 +34,6 @@ from robostiff.compiled import (
     EntryOf,
     Gradient,
     Kernel,
-    Output,
     PrincipalStiffness,
     StiffnessMatrix,
     TotalMass,
@@ -148,7 +147,7 @@ _HEAD = len(_MAGIC) + 1 + 64 + 1
 _KINDS: dict[str, Any] = {
     kind.__name__: kind
     for kind in (
-        *(Program, Kernel, ArrayCode, ClosedCode, StepCodes, RecordedRanks),
+        *(Program, Kernel, ArrayCode, ClosedCode, StepCodes, AtGeneralPoses, RecordedRanks),
         *(StiffnessMatrix, ComplianceMatrix, DeflectionUnder, PrincipalStiffness, WorstDeflection),
         *(DisplacementUnder, EntryOf, TotalMass, Derivative, Gradient, Space, Status),
     )
@@ -197,16 +196,16 @@ class RecordFile:
     path: Path
 
     @classmethod
-    def of(cls, subject: Any, outputs: Sequence[Output]) -> RecordFile | None:
-        """That of a robot or linkage.
+    def of(cls, subject: Any, given: Sequence[Any]) -> RecordFile | None:
+        """That of a robot or linkage, for outputs, or for what acts on it.
 
-        None where nothing is kept: the cache is off, or an output is a class of somebody else, of
-        which no source is known.
+        None where nothing is kept: the cache is off, or something given is a class of somebody
+        else, of which no source is known.
         """
         folder = _folder()
-        if folder is None or not all(map(_is_ours, outputs)):
+        if folder is None or not all(map(_is_ours, given)):
             return None
-        about = [plain(subject), plain(list(outputs)), _sources()]
+        about = [plain(subject), plain(list(given)), _sources()]
         name = hashlib.sha256(json.dumps(about).encode()).hexdigest()
         return cls(folder / f"{name}.record")
 
@@ -286,12 +285,15 @@ def _folder() -> Path | None:
     return Path(caches) / "robostiff"
 
 
-def _is_ours(output: Any) -> bool:
-    own = type(output).__module__.startswith("robostiff.")
-    inner = (
-        [getattr(output, name) for name in names_of(type(output))] if is_dataclass(output) else []
-    )
-    return own and all(_is_ours(x) for x in inner if is_dataclass(x))
+def _is_ours(given: Any) -> bool:
+    """Whether numbers, texts, and classes of this package alone are in what is given."""
+    if isinstance(given, Mapping):
+        return all(map(_is_ours, given.values()))
+    if isinstance(given, list | tuple):
+        return all(map(_is_ours, given))
+    if is_dataclass(given) and type(given).__module__.startswith("robostiff."):
+        return all(_is_ours(getattr(given, name)) for name in names_of(type(given)))
+    return given is None or isinstance(given, np.ndarray | np.generic | str | int | float | Enum)
 
 
 @cache

@@ -18,6 +18,7 @@ from tests.analysis.kernels.cases import around_home, model
 from tests.linkage.test_maps_of_linkages import FOUR_BAR
 
 RECORDED = "robostiff.analysis.recording.recorded_parts"
+UNDER_LOAD = "robostiff.statics.kernels.compile.record_loading"
 
 
 @pytest.fixture(autouse=True)
@@ -221,3 +222,39 @@ def test_a_step_works_only_on_steps_before_it(name, place, value):
     data[name] = [value if k == place else own for k, own in enumerate(data[name])]
     with pytest.raises((ValueError, OverflowError)):
         Program.from_data(data)
+
+
+def test_records_under_load_are_kept_with_all_that_acts(cache, monkeypatch):
+    """Closed by the record or before, with parameters, drives, and what acts beside the wrench."""
+    cases = [
+        ("3-rpr", {}, {"drives": True}),
+        ("3-rpr", {}, {"preload": {"leg1/actuator": 5.0}}),
+        ("gough-stewart-b", {"symbols": ("k",)}, {"parameters": ("k",), "platforms": True}),
+        ("gough-stewart-b", {}, {"loads": {"platform": rs.Mass(2e4)}, "beams": rs.Linear()}),
+        ("six-joint-arm", {}, {"sites": [("arm/forearm", (0.0, 0.0, 0.1))]}),
+    ]
+
+    def all_of_them():
+        return [
+            rs.compile_loaded(rs.load(name, **symbols), backend=rs.Backend.ARRAYS, **given)
+            for name, symbols, given in cases
+        ]
+
+    first = all_of_them()
+    assert len(list(cache.iterdir())) == len(cases)
+    monkeypatch.setattr(UNDER_LOAD, lambda *_: pytest.fail("recorded again"))
+    for one, other in zip(first, all_of_them(), strict=True):
+        assert (one.kernel, one.closure, one.general) == (
+            other.kernel,
+            other.closure,
+            other.general,
+        )
+        assert (one.status, one.has_arms, one.drives) == (
+            other.status,
+            other.has_arms,
+            other.drives,
+        )
+        poses, wrench = around_home(one.robot, 20), np.ones(one.robot.space.size)
+        answers = one.evaluate(poses, wrench), other.evaluate(poses, wrench)
+        np.testing.assert_array_equal(*(np.ma.getdata(answer.K) for answer in answers))
+        assert not np.all(answers[1].guarded)

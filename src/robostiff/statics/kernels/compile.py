@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any, cast
 
 import numpy as np
 
 from robostiff.analysis.compiled_answer import AtGeneralPoses
 from robostiff.analysis.kernel_inputs import ParameterValues, with_parameters
+from robostiff.analysis.record_file import RecordFile
 from robostiff.compiled import ArrayCode, Backend, Kernel, MachineCode, StiffnessMatrix
 from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.kernel import code_of
@@ -41,6 +42,8 @@ _AGREES = 1e-8
 _FREE = 1e-10
 # Postures at which struts are asked how soon they buckle.
 _POSTURES, _SPREAD = 16, 0.3
+# Last fields of `CompiledLoading`, which are kept on disk.
+_PARTS = 6
 _SUBJECT = "K under load by record and by equilibrium"
 
 
@@ -141,11 +144,32 @@ def compile_loaded(
                 hint="equilibrium takes them, pose by pose",
             )
     code = code_of(backend)
+
+    def chosen(program: Program) -> MachineCode | ArrayCode:
+        return code(program) if program.operations <= _LONGEST else ArrayCode(program)
+
     taken = [*(c.value for c in ALL_COORDINATES), *robot.space.wrench_order]
     robot = with_parameters(robot, parameters, taken)
+    given = StandingLoads(loads, gravity, preload, beams), platforms or drives, tuple(sites)
+    file = RecordFile.of(robot, [*given, drives])
+    read = () if file is None else file.read() or ()
+    if len(read) == _PARTS:
+        found = CompiledLoading(robot, *given, *read)
+    else:
+        found = _recorded(robot, *given, drives)
+        if file is not None:
+            every = [getattr(found, own.name) for own in fields(found)]
+            file.write(tuple(every[-_PARTS:]))
+    closure = found.closure and found.closure.by(code)
+    return replace(found, kernel=found.kernel.by(chosen), closure=closure)
+
+
+def _recorded(
+    robot: Robot, standing: StandingLoads, platforms: bool, sites: tuple[Site, ...], drives: bool
+) -> CompiledLoading:
+    """A record of a robot under load, confirmed and run by NumPy."""
     finder = posture_finder(robot.numeric)
     recorded = record_robot(robot, finder)
-    standing = StandingLoads(loads, gravity, preload, beams)
     loaded_postures = _loaded_postures(finder, standing)
     force = _small_force(robot, [own.problem for own in loaded_postures])
     try:
@@ -156,22 +180,18 @@ def compile_loaded(
             force,
             standing,
             by_pose=not recorded.joints,
-            platforms=platforms or drives,
+            platforms=platforms,
             drives=drives,
             sites=sites,
         )
     except RigidLegError as error:
         raise _rigid(robot) from error
-
-    def chosen(program: Program) -> MachineCode | ArrayCode:
-        return code(program) if program.operations <= _LONGEST else ArrayCode(program)
-
     kernel = Kernel(
         inputs=loading.inputs,
         outputs=(StiffnessMatrix(),),
         checks=("flags", "open", "mode"),
         space=robot.space,
-        code=ClosedCode.of(loading, loading.arrival, chosen),
+        code=ClosedCode.of(loading, loading.arrival, ArrayCode),
     )
     closure = None
     if recorded.closure is not None:
@@ -183,20 +203,19 @@ def compile_loaded(
             (),
             ("open", "mode"),
             robot.space,
-            ClosedCode.of(recorded.closure, joints, code),
+            ClosedCode.of(recorded.closure, joints, ArrayCode),
         )
-    general = AtGeneralPoses(loading.rank, loading.status, verified=True)
     found = CompiledLoading(
         robot,
+        standing,
+        platforms,
+        sites,
         kernel,
         closure,
-        general,
+        AtGeneralPoses(int(loading.rank), loading.status, verified=True),
         Status.OK,
-        standing,
         loading.has_arms,
-        platforms or drives,
         loading.drives,
-        tuple(sites),
     )
     return _confirmed(found, finder, force)
 

@@ -144,6 +144,12 @@ class CompiledLoading:
     ----------
     robot : Robot
         Its symbols are the parameters of the kernel.
+    standing : StandingLoads
+        What acts beside the wrench.
+    has_platforms : bool
+        Whether answers have places and rates of the platform.
+    sites : tuple of (str, (float, float, float))
+        Bodies and points of them at which `evaluate` takes forces.
     kernel : Kernel
         Takes the coordinates of the posture, the wrench, then the parameters.
     closure : Kernel or None
@@ -152,28 +158,22 @@ class CompiledLoading:
         Without load.
     status : Status
         At a general pose.
-    standing : StandingLoads
-        What acts beside the wrench.
     has_arms : bool
         Whether dead forces act on the platform.
-    has_platforms : bool
-        Whether answers have places and rates of the platform.
     drives : tuple of str
         Elastic joints whose deflections answers have.
-    sites : tuple of (str, (float, float, float))
-        Bodies and points of them at which `evaluate` takes forces.
     """
 
     robot: Robot
+    standing: StandingLoads
+    has_platforms: bool
+    sites: tuple[Site, ...]
     kernel: Kernel
     closure: Kernel | None
     general: AtGeneralPoses
     status: Status
-    standing: StandingLoads
     has_arms: bool
-    has_platforms: bool = False
-    drives: tuple[str, ...] = ()
-    sites: tuple[Site, ...] = ()
+    drives: tuple[str, ...]
 
     @property
     def verified(self) -> bool:
