@@ -2,6 +2,8 @@
 
 import re
 import runpy
+import subprocess
+import sys
 import tomllib
 from importlib import import_module
 from typing import Any
@@ -156,3 +158,12 @@ def test_hosted_checks_run_every_version_of_python_and_the_targets_of_everywhere
     made = {line.removeprefix("make ") for line in called if line.startswith("make ")}
     assert {"demo", "test"} <= made <= targets
     assert "bash .ci/run" in called
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="its make is another one")
+def test_make_reads_the_recipe_of_every_target():
+    targets = re.findall(r"^([a-z]+):", document("Makefile"), re.MULTILINE)
+    command = ["make", "--dry-run", *targets]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "tests/peers/" in done.stdout

@@ -18,7 +18,7 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial.rotation import vector_of_rotation
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
-from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads
+from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads, StandingLoads
 from robostiff.statics.loading.loaded_posture import (
     LoadedPosture,
     Postures,
@@ -29,8 +29,8 @@ from robostiff.statics.result import Equilibrium
 from robostiff.statics.solution import solved
 
 _BOWING = Bowing()
-#: Equilibria take some 10 ms each, a record of the robot some seconds to make.
-WORTH_COMPILING = 1000
+#: Equilibria take some 10 ms each, a record of the robot seconds to make, and a tenth to read.
+WORTH_COMPILING, WORTH_READING = 500, 20
 #: Equilibria from which machine code is worth the time that it takes to compile.
 WORTH_MACHINE_CODE = 100_000
 
@@ -94,9 +94,9 @@ def equilibrium(
     Returns
     -------
     Equilibrium
-        Of a batch with a status for each; from 1,000 on by a record of the robot, as
-        `compile_loaded` makes it. Where rigid parts hold the platform in some direction, it has a
-        compliance and no K.
+        Of a batch with a status for each; from 500 on by a record of the robot, as `compile_loaded`
+        makes it, from 20 on where that is on disk. Where rigid parts hold the platform in some
+        direction, it has a compliance and no K.
 
     Raises
     ------
@@ -123,7 +123,7 @@ def equilibrium(
     each = postures.beside(wrenches_of(what, moved, space))
     given = np.atleast_2d(each)
     acting = Acting(loads, gravity, preload, beams, at, laws or {})
-    if len(given) >= WORTH_COMPILING and displacement is None and at is None and near is None:
+    if len(given) >= WORTH_READING and displacement is None and at is None and near is None:
         recorded = _by_record(postures, acting, pose, given)
         if recorded is not None:
             return recorded
@@ -144,8 +144,10 @@ def _by_record(
     if posture is None or acting.laws:
         return None
     from robostiff.compiled import Backend
-    from robostiff.statics.kernels.compile import compile_loaded, kept_loading
+    from robostiff.statics.kernels.compile import compile_loaded, is_on_disk, kept_loading
 
+    if len(wrenches) < WORTH_COMPILING and not is_on_disk(robot, StandingLoads(**acting.given)):
+        return None
     if not postures.batch:
         if isinstance(pose, JointCoordinates | ActuatorCoordinates):
             return None

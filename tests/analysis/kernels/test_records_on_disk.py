@@ -258,3 +258,14 @@ def test_records_under_load_are_kept_with_all_that_acts(cache, monkeypatch):
         answers = one.evaluate(poses, wrench), other.evaluate(poses, wrench)
         np.testing.assert_array_equal(*(np.ma.getdata(answer.K) for answer in answers))
         assert not np.all(answers[1].guarded)
+
+
+def test_some_wrenches_are_answered_by_a_record_on_disk_and_not_without():
+    robot, wrenches = rs.load("3-rpr"), np.linspace(-50.0, 50.0, 60).reshape(20, 3)
+    direct = rs.equilibrium(robot, None, wrenches)
+    assert not direct.known
+    rs.compile_loaded(robot, backend=rs.Backend.ARRAYS)
+    assert not rs.equilibrium(robot, None, wrenches[:19]).known
+    read = rs.equilibrium(robot, None, wrenches)
+    assert read.known
+    np.testing.assert_allclose(read.displacement, direct.displacement, rtol=1e-7, atol=1e-12)

@@ -151,7 +151,7 @@ def compile_loaded(
     taken = [*(c.value for c in ALL_COORDINATES), *robot.space.wrench_order]
     robot = with_parameters(robot, parameters, taken)
     given = StandingLoads(loads, gravity, preload, beams), platforms or drives, tuple(sites)
-    file = RecordFile.of(robot, [*given, drives])
+    file = _file(robot, *given, drives)
     read = () if file is None else file.read() or ()
     if len(read) == _PARTS:
         found = CompiledLoading(robot, *given, *read)
@@ -162,6 +162,22 @@ def compile_loaded(
             file.write(tuple(every[-_PARTS:]))
     closure = found.closure and found.closure.by(code)
     return replace(found, kernel=found.kernel.by(chosen), closure=closure)
+
+
+def _file(
+    robot: Robot,
+    standing: StandingLoads,
+    platforms: bool = False,
+    sites: tuple[Site, ...] = (),
+    drives: bool = False,
+) -> RecordFile | None:
+    return RecordFile.of(robot, [standing, platforms, sites, drives])
+
+
+def is_on_disk(robot: Robot, standing: StandingLoads) -> bool:
+    """Whether `compile_loaded` reads the kernel of a robot from disk, without parameters."""
+    file = _file(with_parameters(robot, (), ()), standing)
+    return file is not None and file.path.exists()
 
 
 def _recorded(
