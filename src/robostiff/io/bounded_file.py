@@ -52,10 +52,10 @@ _READ: ContextVar[dict[str, str] | None] = ContextVar("files that are read", def
 @contextmanager
 def files_that_are_read() -> Iterator[dict[str, str]]:
     """Whole paths of files that are read inside, and the SHA-256 of each."""
-    found: dict[str, str] = {}
-    token = _READ.set(found)
+    files: dict[str, str] = {}
+    token = _READ.set(files)
     try:
-        yield found
+        yield files
     finally:
         _READ.reset(token)
 

@@ -152,34 +152,34 @@ def table_of(
                 expected=f"{len(headings)}, one for each name in line {header + first}",
             )
         row = [_number(fields[column.place], comma) for column in columns]
-        for bad, value in zip(columns, row, strict=True):
-            field = fields[bad.place]
-            if not abs(value) <= _LARGEST and (bad.name not in may_miss or field.strip()):
-                before = sum(len(each) + 1 for each in fields[: bad.place])
-                column = before + 1 + len(field) - len(field.lstrip())
+        for column, value in zip(columns, row, strict=True):
+            field = fields[column.place]
+            if not abs(value) <= _LARGEST and (column.name not in may_miss or field.strip()):
+                before = sum(len(text) + 1 for text in fields[: column.place])
+                position = before + 1 + len(field) - len(field.lstrip())
                 raise FileError(
-                    Location(name, k + first, column, bad.name),
+                    Location(name, k + first, position, column.name),
                     "value",
                     got=field.strip() or "nothing",
                     expected="a finite number up to 1e30, with a point; units belong in the "
                     "heading",
                 )
         values.extend(row)
-    said = [  # but for what a separator at the end of each line makes
-        (at, own)
-        for at, own, place in passed
+    unread = [  # but for what a separator at the end of each line makes
+        (at, label)
+        for at, label, place in passed
         if others is OtherColumns.PASSED or re.search(r"[\[(]", headings[place])
         if headings[place].strip() or any(lines[k].split(separator)[place].strip() for k in rows)
     ]
-    for at, own in said[:_MOST_WARNINGS]:
-        warn_of_slip(f"{at}: column {own[:60]!r} is not read")
-    if more := said[_MOST_WARNINGS:]:
+    for at, label in unread[:_MOST_WARNINGS]:
+        warn_of_slip(f"{at}: column {label[:60]!r} is not read")
+    if more := unread[_MOST_WARNINGS:]:
         warn_of_slip(f"{more[0][0]}: {len(more)} more column{'s' * (len(more) > 1)} not read")
     table = np.array(values).reshape(len(rows), len(columns))
     si = {column.name: column.factor * table[:, k] for k, column in enumerate(columns)}
     texts = {
-        own: tuple(lines[k].split(separator)[place].strip() for k in rows)
-        for own, place in places.items()
+        label: tuple(lines[k].split(separator)[place].strip() for k in rows)
+        for label, place in places.items()
     }
     return CsvTable(lines, header, rows, separator, tuple(columns), si, texts)
 
@@ -195,46 +195,46 @@ def _columns_of(
     """Columns of numbers, places of those of words, and what is not read, with its place."""
     # "'" is written before = + - @
     matches = [_HEADING.match(heading.strip().removeprefix("'")) for heading in headings]
-    given = {found["name"] for found in matches if found}
-    without = {own.casefold(): own for own in (*units, *words) if own not in given}
+    names = {match["name"] for match in matches if match}
+    absent = {known.casefold(): known for known in (*units, *words) if known not in names}
     columns: list[Column] = []
     places: dict[str, int] = {}  # of words
     passed: list[tuple[Location, str, int]] = []
     start = 0
-    for place, (heading, found) in enumerate(zip(headings, matches, strict=True)):
+    for place, (heading, match) in enumerate(zip(headings, matches, strict=True)):
         at = replace(line, column=start + 1 + len(heading) - len(heading.lstrip()))
         start += len(heading) + 1
-        own = found["name"] if found else re.split(r"[\[\(]", heading)[0].strip()
-        if not found or (own not in units and own not in words):
+        name = match["name"] if match else re.split(r"[\[\(]", heading)[0].strip()
+        if not match or (name not in units and name not in words):
             if others is OtherColumns.REFUSED:
                 raise FileError(
                     at,
                     "name of a column",
                     got=heading.strip(),
                     expected=f"one of {', '.join(units)}",
-                    hint=did_you_mean(own, units),
+                    hint=did_you_mean(name, units),
                 )
-            like = difflib.get_close_matches(own.casefold(), without, 1, _SIMILAR)
-            if like and own not in not_here:
+            like = difflib.get_close_matches(name.casefold(), absent, 1, _SIMILAR)
+            if like and name not in not_here:
                 raise FileError(
                     at,
                     "column",
-                    got=own if found else heading.strip(),
+                    got=name if match else heading.strip(),
                     expected="a name that is read",
-                    hint=f"did you mean {without[like[0]]}? if not, give it a name less like that",
+                    hint=f"did you mean {absent[like[0]]}? if not, give it a name less like that",
                 )
-            passed.append((at, own, place))
+            passed.append((at, name, place))
             continue
-        if own in places or own in [column.name for column in columns]:
-            raise FileError(at, "name of a column", got=own, expected="each name once")
-        if own in words:
-            places[own] = place
+        if name in places or name in [column.name for column in columns]:
+            raise FileError(at, "name of a column", got=name, expected="each name once")
+        if name in words:
+            places[name] = place
             continue
-        unit = (found["unit"] or "").strip()
-        if others is not OtherColumns.REFUSED and not unit and units[own]:
-            example = f"one in brackets, as {own} [{units[own]}]"
-            raise FileError(at, f"unit of {own}", got="none", expected=example)
-        columns.append(Column(own, place, unit, _factor(at, own, unit, units[own]), at))
+        unit = (match["unit"] or "").strip()
+        if others is not OtherColumns.REFUSED and not unit and units[name]:
+            example = f"one in brackets, as {name} [{units[name]}]"
+            raise FileError(at, f"unit of {name}", got="none", expected=example)
+        columns.append(Column(name, place, unit, _factor(at, name, unit, units[name]), at))
     return columns, places, passed
 
 
@@ -263,7 +263,7 @@ def _number(field: str, comma: bool) -> float:
 
 
 def posture_columns(
-    robot: Robot, given: Collection[str], at: Location, heading: str, prefix: str = ""
+    robot: Robot, names: Collection[str], at: Location, heading: str, prefix: str = ""
 ) -> list[str]:
     """Names of all coordinates of the kind that a file has, joints or, behind a prefix, a pose.
 
@@ -271,13 +271,13 @@ def posture_columns(
     """
     joints = coordinate_units(robot)
     poses = [f"{prefix}{name}" for name in POSE_UNITS]
-    kinds = [own for own in ([*joints], poses) if set(own) & set(given)]
+    kinds = [kind for kind in ([*joints], poses) if set(kind) & set(names)]
     if not kinds:
         expected = f"some of {', '.join([*joints, *poses])}, with units"
         raise FileError(at, "names of columns", got=heading, expected=expected)
     if len(kinds) > 1:
         raise FileError(at, "postures", got="joints and poses", expected="one kind of them")
-    absent = [name for name in joints if name not in given]
+    absent = [name for name in joints if name not in names]
     if kinds[0] != poses and absent:
         got = Words(f"no column of {', '.join(absent)}")
         raise FileError(at, "joints of the arm", got=got, expected="columns of all of them")
@@ -289,8 +289,8 @@ def postures_of(
 ) -> np.ndarray | JointCoordinates:
     """Joints (N, n) or poses (N, 6) by `posture_columns`; what a pose leaves out is at home."""
     by_joints = names[0] in coordinate_units(robot)
-    own = robot.numeric
-    home = own.legs[0].chain.home if by_joints else home_coordinates(own)
-    each = [si.get(name, np.full(count, float(q))) for name, q in zip(names, home, strict=True)]
-    found = np.array(each).T
-    return JointCoordinates(found) if by_joints else found
+    numeric = robot.numeric
+    home = numeric.legs[0].chain.home if by_joints else home_coordinates(numeric)
+    columns = [si.get(name, np.full(count, float(q))) for name, q in zip(names, home, strict=True)]
+    postures = np.array(columns).T
+    return JointCoordinates(postures) if by_joints else postures

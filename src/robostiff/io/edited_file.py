@@ -41,11 +41,11 @@ def edited_lines(
     for place, (text, comment) in changes.items():
         at = document.location(place)
         line, column = (at.line or 1) - 1, (at.column or 1) - 1
-        found = _VALUE.match(lines[line], column)
-        if found is None:
+        match = _VALUE.match(lines[line], column)
+        if match is None:
             raise InputError(f"value of {at.path}", got=lines[line], expected="a value in one line")
-        quote = found[0][0] if found[0][0] in "\"'" else ""
-        edits.append((line, column, found.end(), f"{quote}{text}{quote}"))
+        quote = match[0][0] if match[0][0] in "\"'" else ""
+        edits.append((line, column, match.end(), f"{quote}{text}{quote}"))
         comments.setdefault(line, []).extend([comment] if comment else [])
     for line, start, end, text in sorted(edits, reverse=True):
         lines[line] = lines[line][:start] + text + lines[line][end:]
@@ -59,14 +59,14 @@ def parameter_text(document: Document, name: str, value: float) -> str:
     """A value [SI] of a parameter, in the unit in which its file has it."""
     parameters = document.data["parameters"]
     written, unit, factor = str(parameters[name]), "", 1.0
-    found = _UNIT.match(written)
-    if found and parse(written).is_quantity:
-        unit = found[1].strip()
+    match = _UNIT.match(written)
+    if match and parse(written).is_quantity:
+        unit = match[1].strip()
         factor = parse_quantity(f"1 {unit}").magnitude
     else:
-        own = parameter_values(parameters)[name]
-        if not own.is_bare:
-            unit = own.dimension.si_unit if own.dimension else str(own.units)
+        quantity = parameter_values(parameters)[name]
+        if not quantity.is_bare:
+            unit = quantity.dimension.si_unit if quantity.dimension else str(quantity.units)
     return f"{value / factor:.12g} {unit}".strip()
 
 
@@ -91,12 +91,12 @@ def write_parameters(
         ("parameters", name): (parameter_text(document, name, value), "")
         for name, value in values.items()
     }
-    with whole_file(path) as begun:
-        begun.write_text("\n".join(edited_lines(document, changes)) + "\n", encoding="utf-8")
-        data = read_document(begun).data
+    with whole_file(path) as draft:
+        draft.write_text("\n".join(edited_lines(document, changes)) + "\n", encoding="utf-8")
+        data = read_document(draft).data
         again = parameter_values(data["parameters"])
-        agree = [np.isclose(again[name].magnitude, own.magnitude, rtol=AGREES, atol=0)
-                 for name, own in expected.items()]  # fmt: skip
+        agree = [np.isclose(again[name].magnitude, quantity.magnitude, rtol=AGREES, atol=0)
+                 for name, quantity in expected.items()]  # fmt: skip
         if not all(agree) or {**data, "parameters": parameters} != document.data:
             raise InputError(
                 f"parameters of {os.fspath(source)!r}",

@@ -74,22 +74,22 @@ def write_map_netcdf(found: xarray.Dataset, path: str | os.PathLike[str]) -> Non
     check_netcdf()
     import h5netcdf
 
-    with whole_file(path) as begun, _DelayingFile(begun, "wb+") as file:
+    with whole_file(path) as draft, _DelayingFile(draft, "wb+") as file:
         # a chunk of two blocks stays in the cache until both are there
         with h5netcdf.File(file, "w", rdcc_nbytes=2 * _CHUNK_BYTES) as whole:
             whole.dimensions = {str(name): size for name, size in found.sizes.items()}
-            whole.attrs.update({name: own for name, own in found.attrs.items() if own != ""})
+            whole.attrs.update({name: text for name, text in found.attrs.items() if text != ""})
             for name, array in found.variables.items():
                 _write_variable(whole, str(name), array, _coordinates_of(found, name))
         if file.error is not None:
             raise file.error
 
 
-def _coordinates_of(found: xarray.Dataset, name: Hashable) -> str:
+def _coordinates_of(ds: xarray.Dataset, name: Hashable) -> str:
     """Names of the coordinates of a quantity that are no dimensions."""
-    dims = set(found[name].dims)
-    own = [n for n, c in found.coords.items() if n not in found.dims and dims.issuperset(c.dims)]
-    return " ".join(map(str, own)) if name in found.data_vars else ""
+    dims = set(ds[name].dims)
+    names = [n for n, c in ds.coords.items() if n not in ds.dims and dims.issuperset(c.dims)]
+    return " ".join(map(str, names)) if name in ds.data_vars else ""
 
 
 def _write_variable(whole: Any, name: str, array: xarray.Variable, coordinates: str) -> None:
@@ -101,7 +101,7 @@ def _write_variable(whole: Any, name: str, array: xarray.Variable, coordinates: 
         if array.chunks is None:
             rows = max(1, _BLOCK_BYTES * len(array) // (array.size * array.dtype.itemsize))
             array = array.to_base_variable().chunk({array.dims[0]: rows})
-        chunk = [own[0] for own in array.chunks or ()]
+        chunk = [sizes[0] for sizes in array.chunks or ()]
         # HDF5 takes several times the memory of a chunk: cut along the first of several places
         axis = next((k for k, n in enumerate(chunk) if n > 1), 0)
         parts = -(-math.prod(chunk) * array.dtype.itemsize // _CHUNK_BYTES)
@@ -119,9 +119,9 @@ def _write_variable(whole: Any, name: str, array: xarray.Variable, coordinates: 
     if not options:
         made[...] = array.values.astype(object) if kind == "U" else array.values
         return
-    starts, values = [np.cumsum((0, *own)) for own in array.chunks or ()], cast(Any, array.data)
-    for block in np.ndindex(*(len(own) - 1 for own in starts)):
-        part = tuple(slice(own[k], own[k + 1]) for own, k in zip(starts, block, strict=True))
+    starts, values = [np.cumsum((0, *sizes)) for sizes in array.chunks or ()], cast(Any, array.data)
+    for block in np.ndindex(*(len(edges) - 1 for edges in starts)):
+        part = tuple(slice(edges[k], edges[k + 1]) for edges, k in zip(starts, block, strict=True))
         made[part] = values.blocks[block].compute(scheduler="synchronous")
 
 
@@ -136,8 +136,8 @@ def read_map_netcdf(path: Path) -> xarray.Dataset:
     request = {"path": str(path), "expanded": expanded}
     try:
         answer_of(READ_HDF5, request, Location(str(path)), "map", "HDF5", limits)
-        with xarray.open_dataset(path, engine="h5netcdf") as found:
-            return found.load()
+        with xarray.open_dataset(path, engine="h5netcdf") as dataset:
+            return dataset.load()
     except FileError as error:
         raise damaged(path, f"contents that HDF5 cannot read ({error.got})") from None
     except Exception as error:  # any failure of HDF5 or xarray at a file of another program
@@ -162,9 +162,9 @@ def read_map(path: str | Path) -> xarray.Dataset:
     if not is_there:
         raise InputError("map", got=str(path), expected="a file or store that is there")
     if path.suffix == ".zarr":
-        found = open_map(path)
+        dataset = open_map(path)
     elif path.suffix == ".nc":
-        found = read_map_netcdf(path)
+        dataset = read_map_netcdf(path)
     else:
         raise InputError(
             "map",
@@ -172,24 +172,24 @@ def read_map(path: str | Path) -> xarray.Dataset:
             expected="a store .zarr or a file .nc",
             hint="robostiff map ROBOT ... -o map.zarr writes one",
         )
-    if why := _is_no_map(found):
+    if why := _is_no_map(dataset):
         raise InputError(f"map {str(path)!r}: a dataset {why}, which is no map of robostiff")
-    return found
+    return dataset
 
 
-def _is_no_map(found: xarray.Dataset) -> str | None:
+def _is_no_map(dataset: xarray.Dataset) -> str | None:
     """The reason why a dataset is not a map of robostiff; None for a map."""
-    if not {"status", "rank"} <= set(found.data_vars):
+    if not {"status", "rank"} <= set(dataset.data_vars):
         return "without the variables status and rank"
-    dims, attributes = found["status"].dims, found.attrs
+    dims, attributes = dataset["status"].dims, dataset.attrs
     texts = [attributes.get(name, "") for name in ("pose_coordinates", "wrench_order")]
-    units = [array.attrs.get("units", "") for array in found.variables.values()]
-    arrays = found.data_vars.values()
-    axes = [found[dim] for dim in dims if dim in found.coords]
+    units = [array.attrs.get("units", "") for array in dataset.variables.values()]
+    arrays = dataset.data_vars.values()
+    axes = [dataset[dim] for dim in dims if dim in dataset.coords]
     needed = {
         "without the name of a robot": isinstance(attributes.get("robot"), str),
         "whose status and rank are no whole numbers": all(
-            found[name].dtype.kind in "iu" for name in ("status", "rank")
+            dataset[name].dtype.kind in "iu" for name in ("status", "rank")
         ),
         "whose variables are over other poses": all(a.dims[: len(dims)] == dims for a in arrays),
         "with values that are no numbers": all(a.dtype.kind in "fiu" for a in (*arrays, *axes)),

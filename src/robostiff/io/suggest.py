@@ -70,7 +70,7 @@ def phrase(
     """
     if kind in _LENGTHS:
         key, words = _LENGTHS[kind]
-        bounds = {getattr(own, name, None) for own in metadata for name, _ in _LENGTHS.values()}
+        bounds = {getattr(bound, name, None) for bound in metadata for name, _ in _LENGTHS.values()}
         exactly = bounds - {None} == {context[key]} and len(metadata) > 1
         exactly = exactly or context.get("field_type") == "Tuple"
         wanted = values(context[key])
@@ -122,7 +122,7 @@ def nearest(word: str, allowed: Iterable[str]) -> str | None:
     close = difflib.get_close_matches(word, candidates, n=1)
     if not close and len(word) >= _SHORTEST_BEGINNING:
         start = word.casefold()
-        close = [own for own in candidates if own.casefold().startswith(start)]
+        close = [name for name in candidates if name.casefold().startswith(start)]
     return close[0] if close else None
 
 
@@ -172,14 +172,14 @@ def numbered(names: Sequence[str | None], kinds: Sequence[str]) -> list[str]:
     ['beam2', 'beam1', 'beam3']
     """
     count: Counter[str] = Counter()
-    found = []
+    filled = []
     for name, kind in zip(names, kinds, strict=True):
-        own = name
-        while own is None or (name is None and own in names):
+        candidate = name
+        while candidate is None or (name is None and candidate in names):
             count[kind] += 1
-            own = f"{kind}{count[kind]}"
-        found.append(own)
-    return found
+            candidate = f"{kind}{count[kind]}"
+        filled.append(candidate)
+    return filled
 
 
 def distinct(names: Iterable[str]) -> list[str]:

@@ -93,16 +93,16 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
     # At the joint: that of a transmission of one joint, as Drake or others have it, times the
     # square of its reduction; or the armature among the dynamics of a joint, as it is.
     rotors: dict[str, float] = {}
-    for own in root.all("transmission"):
-        joints = own.all("joint")
-        parts = [part for tag in ("actuator", "joint") for part in own.all(tag)]
+    for transmission in root.all("transmission"):
+        joints = transmission.all("joint")
+        parts = [part for tag in ("actuator", "joint") for part in transmission.all(tag)]
         ratio = _of_drive(parts, "drake:gear_ratio", "mechanicalReduction", 1.0)
         inertia = _of_drive(parts, "drake:rotor_inertia", "rotorInertia", 0.0)
         if len(joints) == 1 and inertia:
             rotors[joints[0].attributes.get("name", "")] = inertia * ratio**2
-    for own in root.all("joint"):
-        if armature := _attribute_or_text(own, "armature", "armature"):
-            rotors[own.attributes.get("name", "")] = armature
+    for element in root.all("joint"):
+        if armature := _attribute_or_text(element, "armature", "armature"):
+            rotors[element.attributes.get("name", "")] = armature
     for joint, inertia in rotors.items():
         if inertia < 0:
             raise root.error(f"rotor of joint {joint!r}", got=inertia, expected="an inertia, or 0")
@@ -111,10 +111,10 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
         file=str(source),
         links=tuple(links),
         joints=tuple(
-            replace(_joint(own, links), inertia=rotors.get(joint, 0.0))
-            for joint, own in _names(root.all("joint"), "joint").items()
+            replace(_joint(element, links), inertia=rotors.get(joint, 0.0))
+            for joint, element in _names(root.all("joint"), "joint").items()
         ),
-        masses={own: mass for own, link in links.items() if (mass := _mass(link)) is not None},
+        masses={key: mass for key, link in links.items() if (mass := _mass(link)) is not None},
     )
     return _with_extensions(tree, root)
 
@@ -246,16 +246,16 @@ def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
     loops = []
     of_gazebo = [
         joint
-        for own in root.all("gazebo")
-        if "reference" not in own.attributes
-        for joint in own.all("joint")
+        for gazebo in root.all("gazebo")
+        if "reference" not in gazebo.attributes
+        for joint in gazebo.all("joint")
     ]
     for element in (*of_gazebo, *root.all("loop_joint"), *root.all("constraint")):
         loop = _loop(element, drawn)
         if loop is None:
             unread.setdefault("loops", []).append(element)
         else:
-            taken = {joint.name for joint in tree.joints} | {own.name for own in loops}
+            taken = {joint.name for joint in tree.joints} | {other.name for other in loops}
             name = loop.name
             while name in taken:
                 name = f"loop {name}"
@@ -265,7 +265,7 @@ def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
         moves = joint.type in (JointType.REVOLUTE, JointType.PRISMATIC)
         if not moves and springs.get(joint.name):
             unread.setdefault(f"springs of {joint.type.value} joints", []).append(
-                next(own for own in root.all("joint") if own.attributes["name"] == joint.name)
+                next(part for part in root.all("joint") if part.attributes["name"] == joint.name)
             )
             del springs[joint.name]
     for element in root.children:
@@ -280,39 +280,39 @@ def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
     warn_of_parts_not_read(
         {
             kind: [
-                (own.attributes.get("name") or own.attributes.get("reference", ""), own.location)
-                for own in elements
+                (part.attributes.get("name") or part.attributes.get("reference", ""), part.location)
+                for part in elements
             ]
             for kind, elements in unread.items()
         }
     )
-    joints = tuple(replace(own, spring=springs.get(own.name, 0.0)) for own in tree.joints)
+    joints = tuple(replace(edge, spring=springs.get(edge.name, 0.0)) for edge in tree.joints)
     return replace(tree, joints=joints, loops=tuple(loops))
 
 
 def _of_drive(parts: Sequence[XmlElement], of_drake: str, tag: str, otherwise: float) -> float:
     """A number of a drive, as the value of an element or as its text."""
-    for own in parts:
-        texts = [child.attributes.get("value") for child in own.all(of_drake)]
-        texts += [child.text for child in own.all(tag)]
+    for part in parts:
+        texts = [child.attributes.get("value") for child in part.all(of_drake)]
+        texts += [child.text for child in part.all(tag)]
         for text in texts:
-            return float(own.numbers(f"{tag} of <{own.tag}>", text, (otherwise,))[0])
+            return float(part.numbers(f"{tag} of <{part.tag}>", text, (otherwise,))[0])
     return otherwise
 
 
 def _springs(root: XmlElement, unread: dict[str, list[XmlElement]]) -> dict[str, float]:
     """Stiffness of the spring of each joint that has one [N m/rad or N/m]."""
     springs: dict[str, float] = {}
-    names = {own.attributes["name"] for own in root.all("joint")}
-    for own in (*root.all("joint"), *root.all("gazebo")):
-        name = own.attributes.get("name" if own.tag == "joint" else "reference", "")
-        k = _spring(own)
+    names = {joint.attributes["name"] for joint in root.all("joint")}
+    for element in (*root.all("joint"), *root.all("gazebo")):
+        name = element.attributes.get("name" if element.tag == "joint" else "reference", "")
+        k = _spring(element)
         if not k or name not in names:
             continue
         if springs.setdefault(name, k) != k:
-            unread.setdefault("a second spring of", []).append(own)
-        elif _attribute_or_text(own, "spring_reference", "springReference"):
-            unread.setdefault("the load at home of springs with a reference,", []).append(own)
+            unread.setdefault("a second spring of", []).append(element)
+        elif _attribute_or_text(element, "spring_reference", "springReference"):
+            unread.setdefault("the load at home of springs with a reference,", []).append(element)
     return springs
 
 
@@ -327,9 +327,9 @@ def _spring(element: XmlElement) -> float:
 def _attribute_or_text(element: XmlElement, key: str, of_gazebo: str) -> float:
     """A number among the dynamics, as an attribute or an element, or in an element of Gazebo."""
     dynamics = element.one("dynamics")
-    texts = [own.text for own in element.all(of_gazebo)]
+    texts = [child.text for child in element.all(of_gazebo)]
     if dynamics is not None:
-        texts += [dynamics.attributes.get(key), *(own.text for own in dynamics.all(key))]
+        texts += [dynamics.attributes.get(key), *(child.text for child in dynamics.all(key))]
     text = next((text for text in texts if text), None)
     return float(element.numbers(f"{key} of <{element.tag}>", text, (0.0,))[0])
 
@@ -337,10 +337,10 @@ def _attribute_or_text(element: XmlElement, key: str, of_gazebo: str) -> float:
 def _loop(element: XmlElement, drawn: Mapping[str, Frame]) -> TreeLoop | None:
     """The loop that an element closes; None where its joint or its links are of another kind."""
     if element.tag == "joint":
-        found = _ends_of_gazebo(element, drawn)
-        if found is None:
+        joint_ends = _ends_of_gazebo(element, drawn)
+        if joint_ends is None:
             return None
-        links, frames, axis = found
+        links, frames, axis = joint_ends
     else:  # both links, the frame of the joint in each, and its axis; zero where they differ
         axes = [element.one("axis")] * 2
         ends = origins = [element.one("link1"), element.one("link2")]
@@ -348,10 +348,10 @@ def _loop(element: XmlElement, drawn: Mapping[str, Frame]) -> TreeLoop | None:
             ends = [element.one("parent"), element.one("child")]
             origins = [element.one("parent_origin"), element.one("child_origin")]
             axes = [element.one("parent_axis") or axes[0], element.one("child_axis")]
-        first, second = ("" if own is None else own.attributes.get("link", "") for own in ends)
+        first, second = ("" if body is None else body.attributes.get("link", "") for body in ends)
         start, end = (
-            frame_of(*(_attribute(own, key, np.zeros(3)) for key in ("xyz", "rpy")))
-            for own in origins
+            frame_of(*(_attribute(origin, key, np.zeros(3)) for key in ("xyz", "rpy")))
+            for origin in origins
         )
         axis = _attribute(axes[0], "xyz", np.array([1.0, 0.0, 0.0]))
         same = np.allclose(axis, _attribute(axes[1], "xyz", axis), rtol=0, atol=1e-12)
@@ -381,16 +381,16 @@ def _ends_of_gazebo(
     links = _text(element, "parent"), _text(element, "child")
     pose, axis = element.one("pose"), element.one("axis")
     direction = None if axis is None else axis.one("xyz")
-    elsewhere = [own.attributes for own in (pose, direction) if own is not None]
+    attributes = [part.attributes for part in (pose, direction) if part is not None]
     in_model = axis is not None and _text(axis, "use_parent_model_frame") in ("true", "1")
-    if not set(links) <= set(drawn) or any(elsewhere) or in_model:
+    if not set(links) <= set(drawn) or any(attributes) or in_model:
         return None
     text = None if pose is None else pose.text
     numbers = element.numbers("pose of <joint>", text, (0.0,) * 6)
-    seen = frame_of(numbers[:3], numbers[3:])
-    in_parent = drawn[links[0]].inverse @ drawn[links[1]] @ seen
+    in_child = frame_of(numbers[:3], numbers[3:])
+    in_parent = drawn[links[0]].inverse @ drawn[links[1]] @ in_child
     text = None if direction is None else direction.text
-    return links, (in_parent, seen), element.numbers("axis of <joint>", text, (0.0, 0.0, 1.0))
+    return links, (in_parent, in_child), element.numbers("axis of <joint>", text, (0.0, 0.0, 1.0))
 
 
 def _attribute(element: XmlElement | None, key: str, otherwise: np.ndarray) -> np.ndarray:
@@ -400,5 +400,5 @@ def _attribute(element: XmlElement | None, key: str, otherwise: np.ndarray) -> n
 
 
 def _text(element: XmlElement, tag: str) -> str:
-    own = element.one(tag)
-    return "" if own is None else own.text.strip()
+    child = element.one(tag)
+    return "" if child is None else child.text.strip()

@@ -78,8 +78,8 @@ def _member(annotation: Any, label: Step) -> tuple[Any, tuple[Any, ...]]:
     """The member of a union that a label names; ``Any`` if it names none."""
     for member in members(annotation):
         kind, metadata = plain(member)
-        own = [str(item.tag) for item in metadata if isinstance(item, Tag)]
-        if label in own or label == getattr(kind, "__name__", None):
+        names = [str(item.tag) for item in metadata if isinstance(item, Tag)]
+        if label in names or label == getattr(kind, "__name__", None):
             return kind, metadata
         if label in list(tags(member)):
             return _member(kind, label) if _is_union(kind) else (kind, metadata)
@@ -105,8 +105,8 @@ def _child(annotation: Any, step: Step) -> tuple[bool, tuple[Any, tuple[Any, ...
     if issubclass(origin, Mapping):
         return step != "[key]", plain(arguments[-1])
     if issubclass(origin, Sequence) and isinstance(step, int):
-        many = origin is not tuple or arguments[-1] is Ellipsis
-        kind = arguments[0] if many else arguments[min(step, len(arguments) - 1)]
+        is_uniform = origin is not tuple or arguments[-1] is Ellipsis
+        kind = arguments[0] if is_uniform else arguments[min(step, len(arguments) - 1)]
         return True, plain(kind)
     return False, unknown
 
@@ -142,19 +142,19 @@ def _problem(details: Mapping[str, Any], model: type[BaseModel], data: Any) -> P
     """
     annotation, metadata = plain(model)
     container: Any = None
-    here: Any = data
+    node: Any = data
     path: tuple[Step, ...] = ()
     for step in details["loc"]:
         if _is_union(annotation):
             annotation, metadata = _member(annotation, step)
             continue
         known, child = _child(annotation, step)
-        is_there = isinstance(here, dict) and step in here
-        if isinstance(here, list) and isinstance(step, int):
-            is_there = 0 <= step < len(here)
+        is_there = isinstance(node, dict) and step in node
+        if isinstance(node, list) and isinstance(step, int):
+            is_there = 0 <= step < len(node)
         if known or is_there:
             path, container = (*path, step), annotation
-            here = here[step] if is_there else None
+            node = node[step] if is_there else None
             annotation, metadata = child
     kind, value, context = details["type"], details["input"], details.get("ctx", {})
     if kind in ("extra_forbidden", "missing"):
@@ -166,8 +166,8 @@ def _problem(details: Mapping[str, Any], model: type[BaseModel], data: Any) -> P
         return _unknown_word(value, [str(word) for word in allowed], path)
     cause = context.get("error")
     if isinstance(cause, InputError):  # of a validator of the model: it keeps its words
-        own = cause.subject, cause.got, cause.expected, cause.hint
-        return Problem(Rank.WRONG_VALUE, path, *own, location=getattr(cause, "location", None))
+        parts = cause.subject, cause.got, cause.expected, cause.hint
+        return Problem(Rank.WRONG_VALUE, path, *parts, location=getattr(cause, "location", None))
     words = phrase(kind, value, context, metadata)
     words = words or (str(cause or details["msg"]), shown(value), None, None)
     return Problem(Rank.WRONG_VALUE, path, *words)
@@ -268,21 +268,21 @@ def validate(model: type[Model], document: Document) -> Model:
     except ValidationError as error:
         entries = error.errors(include_url=False)
     seen: Counter[str] = Counter()
-    some = []  # of very many the first ones of each kind
+    selected = []  # of very many the first ones of each kind
     for details in entries:
         seen[details["type"]] += 1
         if seen[details["type"]] <= _MOST_OF_A_KIND:
-            some.append(details)
+            selected.append(details)
     data = document.data
-    problems = [_problem(dict(own), model, data) for own in some]
+    problems = [_problem(dict(entry), model, data) for entry in selected]
     by_path: dict[tuple[str | int, ...], list[Problem]] = {}
-    for found in sorted(problems, key=lambda found: (found.rank, -len(found.path))):
-        own = by_path.setdefault(found.path, [])
-        if not own or own[0].rank == found.rank:
-            own.append(found)
+    for problem in sorted(problems, key=lambda p: (p.rank, -len(p.path))):
+        same = by_path.setdefault(problem.path, [])
+        if not same or same[0].rank == problem.rank:
+            same.append(problem)
     # A misspelt key is missing under its own name; and a mistake inside one member of a union makes
     # the other members report the whole value.
-    follows = {found.meant for found in problems}
+    follows = {p.meant for p in problems}
     follows |= {path[:k] for path in by_path for k in range(len(path))}
     chief, *rest = [path for path in by_path if path not in follows] or list(by_path)[:1]
     others = [_complaint(by_path[path], document) for path in rest]
@@ -300,13 +300,13 @@ def _complaint(
     """The problems at one path as one error."""
     chief, path, hint = same[0], same[0].path, same[0].hint
     locate = document.key_location if chief.rank is Rank.UNKNOWN_KEY else document.location
-    expected = " or ".join(dict.fromkeys(found.expected for found in same if found.expected))
+    expected = " or ".join(dict.fromkeys(problem.expected for problem in same if problem.expected))
     # YAML cuts an expression at a comma, as in [max(a, b), 0, 0].
     pieces: list[Any] = [*path[-1:]]
     with suppress(LookupError, TypeError):  # a key that is missing
         value = reduce(getitem, path, document.data)
         pieces += value if isinstance(value, list) else []
-    if any(isinstance(own, str) and own.count("(") != own.count(")") for own in pieces):
+    if any(isinstance(piece, str) and piece.count("(") != piece.count(")") for piece in pieces):
         hint = 'write an expression with commas in quotes, such as "atan2(h, b)"'
     return FileError(
         chief.location or locate(path),

@@ -77,8 +77,8 @@ def answer_of(
     try:
         answer = json.loads(done.stdout)
     except ValueError:
-        said = done.stderr.decode(errors="replace").strip().splitlines()
-        last = said[-1] if said else f"exit status {done.returncode}"
+        complaint = done.stderr.decode(errors="replace").strip().splitlines()
+        last = complaint[-1] if complaint else f"exit status {done.returncode}"
         raise FileError(
             location,
             subject,

@@ -25,29 +25,29 @@ def answer(request: dict[str, Any]) -> dict[str, Any]:
 
 
 def _try_to_read(path: str, room: int) -> None:
-    seen = 0
+    count = 0
     with h5py.File(path, "r") as file:
         waiting: list[h5py.Group] = [file]
         while waiting:
             group = waiting.pop()
             list(group.attrs.items())
             for name in group:
-                seen += 1
-                if seen > _OBJECTS:
+                count += 1
+                if count > _OBJECTS:
                     raise ValueError("more objects than a map has")
                 if group.get(name, getlink=True).__class__ is not h5py.HardLink:
                     raise ValueError("links that lead elsewhere")
-                thing = group[name]
-                if isinstance(thing, h5py.Group):
-                    waiting.append(thing)
+                entry = group[name]
+                if isinstance(entry, h5py.Group):
+                    waiting.append(entry)
                     continue
-                if not isinstance(thing, h5py.Dataset):
+                if not isinstance(entry, h5py.Dataset):
                     continue
-                list(thing.attrs.items())
-                if thing.external or thing.is_virtual:
+                list(entry.attrs.items())
+                if entry.external or entry.is_virtual:
                     raise ValueError("values in other files")
-                room -= thing.size * thing.dtype.itemsize
+                room -= entry.size * entry.dtype.itemsize
                 if room < 0:
                     raise ValueError("more values than such a file can hold")
-                if thing.size and thing.id.get_storage_size():
-                    thing[()]
+                if entry.size and entry.id.get_storage_size():
+                    entry[()]

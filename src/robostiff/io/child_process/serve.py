@@ -24,17 +24,17 @@ _WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 
 def main() -> None:
     """Serve one request."""
-    asked = json.load(sys.stdin)
+    job = json.load(sys.stdin)
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # output of libraries is not part of the answer
     sys.dont_write_bytecode = True
-    _limit(asked["memory"], asked["seconds"])
+    _limit(job["memory"], job["seconds"])
     try:
-        task = runpy.run_path(asked["task"])
+        task = runpy.run_path(job["task"])
         sys.addaudithook(_refuse)
-        answer: dict[str, Any] = task["answer"](asked["request"])
+        answer: dict[str, Any] = task["answer"](job["request"])
     except MemoryError:
-        answer = {"refusal": f"a file that takes more than {asked['memory']} bytes of memory"}
+        answer = {"refusal": f"a file that takes more than {job['memory']} bytes of memory"}
     except RecursionError:
         answer = {"refusal": "a file with circular or too deep nesting"}
     json.dump(answer, answers)

@@ -121,8 +121,8 @@ class Document:
         The place of the value if it has no key, as in a list; of the nearest ancestor if there is
         no such value.
         """
-        mark, found = self._nearest(path)
-        if not found or mark.key_line is None:
+        mark, is_there = self._nearest(path)
+        if not is_there or mark.key_line is None:
             return self.location(path)
         return Location(self.file, mark.key_line, mark.key_column, written_path(path))
 
@@ -259,9 +259,9 @@ class DocumentPlace:
 
     def at(self, *steps: str | int) -> Self:
         """A place further down."""
-        found = object.__new__(type(self))
-        vars(found).update(vars(self), path=(*self.path, *steps))
-        return found
+        place = object.__new__(type(self))
+        vars(place).update(vars(self), path=(*self.path, *steps))
+        return place
 
     def __truediv__(self, step: str | int) -> Self:
         """The place of an entry."""

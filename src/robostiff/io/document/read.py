@@ -106,9 +106,9 @@ def parse_yaml(text: str, file: str, limits: Limits) -> Builder:
     """The data and places of a YAML text."""
     from yaml import events as kinds
 
-    if found := _LONG_TAG.search(text):  # over which the scanner takes quadratic time
+    if match := _LONG_TAG.search(text):  # over which the scanner takes quadratic time
         raise FileError(
-            Location(file, *line_and_column(text, found.start())),
+            Location(file, *line_and_column(text, match.start())),
             "tag",
             got=Words("a word of more than 1000 characters that begins with !"),
             expected="a value without a tag",
@@ -128,10 +128,10 @@ def parse_yaml(text: str, file: str, limits: Limits) -> Builder:
                 hint="write a file of that size as JSON",
             )
     opened = 0  # also in quotes and comments, where nobody writes so many
-    for found in _BRACKET.finditer(text):
-        opened += 1 if found[0] in "[{" else -1
+    for match in _BRACKET.finditer(text):
+        opened += 1 if match[0] in "[{" else -1
         if opened > _MOST_OPENED:
-            raise limits.exceeded("depth", Location(file, *line_and_column(text, found.start())))
+            raise limits.exceeded("depth", Location(file, *line_and_column(text, match.start())))
     builder = Builder(file, limits)
     documents = 0
     for event in _events(text, file):
@@ -170,8 +170,8 @@ def resolve_plain(text: str) -> Any:
         return float(text)
     if _BASED.fullmatch(text) and len(text) <= _LONGEST_INTEGER:
         return int(text, 0)
-    if found := _SPECIAL.fullmatch(text):
-        return float(found[0].replace(".", "", 1))
+    if match := _SPECIAL.fullmatch(text):
+        return float(match[0].replace(".", "", 1))
     return text
 
 
@@ -309,13 +309,13 @@ def parse_json(text: str, file: str, limits: Limits) -> Any:
 def json_marks(text: str, file: str, limits: Limits) -> Mark:
     """The places in a text that the decoder has accepted."""
     builder = Builder(file, limits)
-    line, line_start, seen = 1, 0, 0
+    line, line_start, previous = 1, 0, 0
     for piece in _PIECE.finditer(text):
         position, word = piece.start(), piece[0]
-        newlines = text.count("\n", seen, position)
+        newlines = text.count("\n", previous, position)
         if newlines:
-            line, line_start = line + newlines, text.rfind("\n", seen, position) + 1
-        seen, column = position, position - line_start + 1
+            line, line_start = line + newlines, text.rfind("\n", previous, position) + 1
+        previous, column = position, position - line_start + 1
         if word in ("[", "{"):
             builder.start([] if word == "[" else {}, line, column)
         elif word in ("]", "}"):

@@ -96,11 +96,11 @@ def tokens(text: str) -> Iterator[Token]:
         )
     start, previous, leading_slash = after_space(text, 0), "", True
     while start < len(text):
-        if found := NUMBER.match(text, start):
-            token, end = _number(text, found, leading_slash=leading_slash)
-        elif found := _NAME.match(text, start) or _OPERATOR.match(text, start):
-            word, end = found[0], found.end()
-            kind = "name" if found.re is _NAME else "^" if word == "**" else word
+        if match := NUMBER.match(text, start):
+            token, end = _number(text, match, leading_slash=leading_slash)
+        elif match := _NAME.match(text, start) or _OPERATOR.match(text, start):
+            word, end = match[0], match.end()
+            kind = "name" if match.re is _NAME else "^" if word == "**" else word
             token = Token(kind, word, start + 1)
         else:
             raise error_at(
@@ -118,16 +118,16 @@ def tokens(text: str) -> Iterator[Token]:
     yield Token("end", "", len(text) + 1)
 
 
-def _number(text: str, found: re.Match[str], *, leading_slash: bool) -> tuple[Token, int]:
-    start, digits = found.start(), found[0]
+def _number(text: str, match: re.Match[str], *, leading_slash: bool) -> tuple[Token, int]:
+    start, digits = match.start(), match[0]
     try:
-        unit, end = read_unit(text, found.end(), leading_slash=leading_slash)
+        unit, end = read_unit(text, match.end(), leading_slash=leading_slash)
     except InputError as error:
         complaint = error_at(
-            text, found.end() + 1, got=error.got, expected=str(error.expected), hint=error.hint
+            text, match.end() + 1, got=error.got, expected=str(error.expected), hint=error.hint
         )
         raise complaint from None
-    start_of_word = after_space(text, found.end())
+    start_of_word = after_space(text, match.end())
     word = _NAME.match(text, start_of_word) if unit is None else None
     if word is not None:  # either a misspelt unit or a forgotten product sign
         hint = f"for a product write {digits}*{word[0]}"
@@ -317,20 +317,20 @@ class Expression:
         else:
             expected, hint = known_names(environment), did_you_mean(node.name, environment)
             raise error_at(self.text, node.column, got=node.name, expected=expected, hint=hint)
-        for own in reversed(operations):
-            others = [self._value(x, environment, mathematics) for x in own.operands[1:]]
-            operands = [result, *others]
-            found = None
+        for op in reversed(operations):
+            rest = [self._value(x, environment, mathematics) for x in op.operands[1:]]
+            operands = [result, *rest]
+            value = None
             try:
                 with suppress(ArithmeticError, ValueError):
-                    applied = functions.apply(own.name, operands, mathematics)
-                    found = applied if mathematics.is_finite(applied.magnitude) else None
+                    applied = functions.apply(op.name, operands, mathematics)
+                    value = applied if mathematics.is_finite(applied.magnitude) else None
             except Refusal as refusal:
-                raise error_at(self.text, own.column, **vars(refusal)) from None
-            if found is None:
-                got = Words(functions.in_words(own.name, operands))
-                raise error_at(self.text, own.column, got=got, expected="a finite real result")
-            result = found
+                raise error_at(self.text, op.column, **vars(refusal)) from None
+            if value is None:
+                got = Words(functions.in_words(op.name, operands))
+                raise error_at(self.text, op.column, got=got, expected="a finite real result")
+            result = value
         return result
 
     @property

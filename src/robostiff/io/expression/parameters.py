@@ -83,7 +83,7 @@ def parameter_values(
             "a function": name in RULES,
             "a constant": name in CONSTANTS,
         }
-        for kind in (own for own, is_taken in kinds.items() if is_taken):
+        for kind in (word for word, is_taken in kinds.items() if is_taken):
             raise ParameterError(
                 name,
                 got=Words(f"the name of {kind}"),
@@ -163,9 +163,9 @@ def _within(name: str) -> Iterator[None]:
 def _bare_number(value: Any, mathematics: Mathematics) -> SIQuantity:
     if isinstance(value, SIQuantity):
         return value
-    own = own_quantity(value)
-    if own is not None and math.isfinite(own.magnitude):
-        return make_quantity(mathematics.bare(own.magnitude), own.units)
+    quantity = own_quantity(value)
+    if quantity is not None and math.isfinite(quantity.magnitude):
+        return make_quantity(mathematics.bare(quantity.magnitude), quantity.units)
     if isinstance(value, Real) and not isinstance(value, bool):
         try:
             number = float(value)

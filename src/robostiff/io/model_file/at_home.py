@@ -48,8 +48,8 @@ def verified(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> 
     for i, place in enumerate(places):
         with place.complaints():
             q.append(finder.closing(i).home)
-    every = pose_coordinates(robot.space)
-    if robot.is_posed_by_joints or (chosen and len(robot.coordinates) == len(every)):
+    coordinates = pose_coordinates(robot.space)
+    if robot.is_posed_by_joints or (chosen and len(robot.coordinates) == len(coordinates)):
         return robot
     mobility = platform_mobility(robot, finder.home_pose, q, finder.length)
     if determine_pose(mobility, robot.coordinates):
@@ -88,8 +88,8 @@ def at_home(
         from robostiff.network.equations import check_fits
 
         with (top / "platform").complaints():
-            for own in robot.platform.parts:
-                spring = SpringElement(own.name, own.a, own.b, own.point, own.axes, own.elasticity)
+            for p in robot.platform.parts:
+                spring = SpringElement(p.name, p.a, p.b, p.point, p.axes, p.elasticity)
                 check_fits(spring, robot.space)
     for i, spring in enumerate(robot.springs):
         alone = robot.with_springs((spring,))
@@ -100,21 +100,21 @@ def at_home(
     from robostiff.statics.loading.given_loads import check_own_laws
 
     snapshot = find_posture(robot, None).snapshot.one(0)
-    joints = {f"{leg.name}/{own.name}": own for leg in snapshot.legs for own in leg.freedoms}
+    joints = {f"{leg.name}/{joint.name}": joint for leg in snapshot.legs for joint in leg.freedoms}
     built: dict[str, ForceLaw] = {}
     for pattern, law in laws.items():  # names leg/joint, in which * stands for any part
-        here = top / "laws" / pattern
+        place = top / "laws" / pattern
         names = [name for name in joints if fnmatchcase(name, pattern)]
         if not names:
-            raise here.error(
+            raise place.error(
                 "joint of a law",
                 got=pattern,
                 expected="leg/joint, such as " + ", ".join(map(repr, list(joints)[:3])),
                 key=True,
             )
         for name in names:
-            own = build_law(here, law, joints[name])
-            with here.complaints():
-                check_own_laws({name: own}, snapshot)
-            built[name] = own
+            force_law = build_law(place, law, joints[name])
+            with place.complaints():
+                check_own_laws({name: force_law}, snapshot)
+            built[name] = force_law
     return replace(robot, laws=built)

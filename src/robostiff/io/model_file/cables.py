@@ -42,8 +42,8 @@ class WrittenCableBody(WrittenMapping):
         """The cable; limits that it does not have are those of all cables."""
         numbers = self.numbers(place)
         for key in ("least", "greatest"):
-            own = numbers[f"{key}_tension"]
-            numbers[f"{key}_tension"] = limits[key] if own is None else own
+            tension = numbers[f"{key}_tension"]
+            numbers[f"{key}_tension"] = limits[key] if tension is None else tension
         exit_point = (place / "exit").point(self.exit)
         attachment = (place / "platform").point(self.platform)
         with place.complaints():
@@ -96,8 +96,8 @@ class WrittenCableRobot(WrittenHead):
     def build(self, top: Place, _holds: object) -> tuple[CableRobot, list[Place]]:
         """The cable robot, and no places of legs."""
         weight = None if self.weight is None else self.weight.build(top / "weight")
-        given = self.tensions.numbers(top / "tensions")
-        limits = given if given["greatest"] is not None else {**given, "greatest": np.inf}
+        tensions = self.tensions.numbers(top / "tensions")
+        limits = tensions if tensions["greatest"] is not None else {**tensions, "greatest": np.inf}
         with top.complaints():
             robot = CableRobot(
                 name=self.name,

@@ -73,8 +73,8 @@ class WrittenRepeat(WrittenMapping):
             count = self.repeat
             for number in range(1, count.count + 1):
                 name = f"{count.name or kind}{number}"
-                own = {count.variable: float(number)}
-                yield name, here, _with_variables(place, name, (here / "variable", own), let)
+                values = {count.variable: float(number)}
+                yield name, here, _with_variables(place, name, (here / "variable", values), let)
             return
         for i, copy in enumerate(self.repeat):
             name, first = copy.get("name"), self.repeat[0]
@@ -85,8 +85,8 @@ class WrittenRepeat(WrittenMapping):
                     expected=f"a name, such as {{name: {kind}1, phi: 0 deg}}",
                 )
             if copy.keys() != first.keys():
-                keys = ([key for key in one if key != "name"] for one in (copy, first))
-                came, wanted = (", ".join(own) or "none" for own in keys)
+                keys = ([key for key in entries if key != "name"] for entries in (copy, first))
+                came, wanted = (", ".join(names) or "none" for names in keys)
                 missing = sorted(first.keys() - copy.keys()) or sorted(copy.keys() - first.keys())
                 raise (here / i).error(
                     f"variables of the copy {name!r}",
@@ -94,8 +94,8 @@ class WrittenRepeat(WrittenMapping):
                     expected=wanted,
                     hint=f"{missing[0]} must have a value in every copy",
                 )
-            own = {key: value for key, value in copy.items() if key != "name"}
-            yield name, here / i, _with_variables(place, name, (here / i, own), let)
+            values = {key: value for key, value in copy.items() if key != "name"}
+            yield name, here / i, _with_variables(place, name, (here / i, values), let)
 
 
 One = TypeVar("One", bound=WrittenMapping)
@@ -123,37 +123,37 @@ def each_of(
 ) -> Iterator[tuple[str, Place, Part]]:
     """Everything of one kind that is written at a place, copies included: name, place, keys."""
     if isinstance(written, list):
-        parts = [(place / i, own) for i, own in enumerate(cast("list[Part]", written))]
+        parts = [(place / i, part) for i, part in enumerate(cast("list[Part]", written))]
     else:
         parts = [(place, cast("Part", written))]
     taken = set()
-    for where, own in parts:
-        alone: Any = own
+    for where, part in parts:
+        alone: Any = part
         copies = (
-            own.copies(where, kind)
-            if isinstance(own, WrittenRepeat)
+            part.copies(where, kind)
+            if isinstance(part, WrittenRepeat)
             else [(alone.name, where / "name", where)]
         )
         for name, named_at, here in copies:
             if name in taken:
                 raise named_at.error(f"name of a {kind}", got=name, expected="each name once")
             taken.add(name)
-            yield name, here, own
+            yield name, here, part
 
 
 def _with_variables(place: Place, leg: str, *variables: tuple[Place, WrittenCopy]) -> Place:
     """The template's place, with the variables of one copy among its names."""
     places: dict[str, Place] = {}
     values: WrittenCopy = {}
-    for here, own in variables:
-        for name, value in own.items():
+    for here, copy in variables:
+        for name, value in copy.items():
             where = here if here.path[-1] == "variable" else here / name
             if name in place.names or name in values:
-                taken = "parameter" if name in place.names else "variable"
+                kind = "parameter" if name in place.names else "variable"
                 raise where.error(
                     "variable",
                     got=name,
-                    expected=f"a name of its own; a {taken} has it already",
+                    expected=f"a name of its own; a {kind} has it already",
                     key=True,
                 )
             places[name], values[name] = where, value
@@ -188,25 +188,25 @@ class WrittenFollower(WrittenMapping):
 
     def build(self, place: Place, joints: dict[str, Joint]) -> Coupling:
         """The coupling of these joints."""
-        own = _slides(place / "joint", self.joint, joints)
-        leader = _slides(place / "follows", self.follows, joints)
-        if leader and not own:
+        slides = _slides(place / "joint", self.joint, joints)
+        leader_slides = _slides(place / "follows", self.follows, joints)
+        if leader_slides and not slides:
             raise (place / "joint").error(
                 f"joint {self.joint!r}, which turns and follows a slide",
                 expected="a slide that follows a turn",
                 hint=f"write joint: {self.follows}, follows: {self.joint}, with the advance for "
                 "one radian as the ratio",
             )
-        per = _SLIDE if own and not leader else Dimension.NUMBER
+        per = _SLIDE if slides and not leader_slides else Dimension.NUMBER
         ratio = (place / "ratio").number(self.ratio, per)
-        offset = (place / "offset").number(self.offset, _SLIDE if own else _TURN)
+        offset = (place / "offset").number(self.offset, _SLIDE if slides else _TURN)
         drive = WrittenDrive(role="locked", stiffness=self.stiffness)
-        role = cast("Locked", drive.build_role(place, (_SLIDE if own else _TURN,)))
+        role = cast("Locked", drive.build_role(place, (_SLIDE if slides else _TURN,)))
         with (place / "ratio").complaints():
-            found = coupling(
+            follower = coupling(
                 self.joint, follows=self.follows, ratio=ratio, offset=offset, name=self.name or ""
             )
-        return Coupling(found.terms, role, found.home, found.name)
+        return Coupling(follower.terms, role, follower.home, follower.name)
 
 
 class WrittenSum(WrittenMapping):
@@ -296,21 +296,21 @@ class WrittenCoupled(WrittenMapping):
             raise (here / _MOST_ELEMENTS).error(
                 "elements of a chain", got=len(written), expected=f"at most {_MOST_ELEMENTS}"
             )
-        given = [element.name for element in written]
-        for i, name in enumerate(given):
-            if name is not None and name in given[:i]:
+        written_names = [element.name for element in written]
+        for i, name in enumerate(written_names):
+            if name is not None and name in written_names[:i]:
                 raise (here / i / "name").error(
                     "name of an element", got=name, expected="each name once in a chain"
                 )
-        names = numbered(given, [element.type for element in written])
+        names = numbered(written_names, [element.type for element in written])
         elements: tuple[Element, ...] = tuple(
             element.build(here / i, name)
             for i, (element, name) in enumerate(zip(written, names, strict=True))
         )
-        joints = {own.name: own for own in elements if isinstance(own, Joint) and own.size == 1}
+        joints = {e.name: e for e in elements if isinstance(e, Joint) and e.size == 1}
         at = place / "couplings"
         with here.complaints():
-            built = tuple(own.build(at / i, joints) for i, own in enumerate(self.couplings))
+            built = tuple(entry.build(at / i, joints) for i, entry in enumerate(self.couplings))
             try:
                 return Chain(elements, built)  # of the first alone another joint may follow
             except InputError:
@@ -394,12 +394,12 @@ class WrittenParallel(WrittenMapping):
         """The branches, side by side."""
         branches = tuple(
             Branch(
-                own,
+                branch_name,
                 part.start.build(here / "start"),
                 part.build_chain(here),
                 part.end.build(here / "end"),
             )
-            for own, here, part in each_of(place / "branches", self.branches, "branch")
+            for branch_name, here, part in each_of(place / "branches", self.branches, "branch")
         )
         _check_size(place, [branch.chain for branch in branches])
         with (place / "branches").complaints(hint="write at least two branches"):

@@ -184,10 +184,10 @@ class WrittenStock(WrittenMapping):
     def stocked(self, top: Place) -> Place:
         """The document with its materials, beside those shipped, and sections; all checked."""
         here = top / "materials"
-        own = {name: one.build(here / name, name) for name, one in self.materials.items()}
+        materials = {name: entry.build(here / name, name) for name, entry in self.materials.items()}
         for name, section in self.sections.items():
             section.build(top / "sections" / name)
-        return replace(top, materials={**MATERIALS, **own}, sections=self.sections)
+        return replace(top, materials={**MATERIALS, **materials}, sections=self.sections)
 
 
 def build_material(place: Place, written: MaterialChoice) -> Material:
@@ -211,8 +211,8 @@ def build_section(
         hint = "define it under sections: or write {circle: {diameter: 20 mm}}"
         raise place.unknown("unknown section", written, place.sections, what=what, hint=hint)
     else:
-        there = replace(place, path=("sections", written), leg="")
-        section = place.sections[written].build(there, material)
+        section_place = replace(place, path=("sections", written), leg="")
+        section = place.sections[written].build(section_place, material)
     with place.complaints(hint="write them beside A, or leave theory: timoshenko out"):
         theory.shear_factors(section)
     return section
@@ -318,7 +318,7 @@ class WrittenBeam(WrittenMass):
             )
         theory = THEORIES[self.theory]
         y_axis = None if self.y_axis is None else (place / "y_axis").direction(self.y_axis)
-        own = self.masses(place)
+        masses = self.masses(place)
         material = build_material(place / "material", self.material)
         if (self.section is None) == (self.taper is None):
             raise place.error(
@@ -331,7 +331,7 @@ class WrittenBeam(WrittenMass):
             _check_y_axis(place, y_axis, to, [section])
             with place.complaints():
                 link = beam_link(to, material, section, y_axis=y_axis, theory=theory, name=name)
-            return replace(link, masses=own) if own else link
+            return replace(link, masses=masses) if masses else link
         length: Any = length_of(to) if to.dtype == object else float(np.linalg.norm(to))
         segments, total = [], 0.0
         for i, segment in enumerate(self.taper or ()):
@@ -354,14 +354,14 @@ class WrittenBeam(WrittenMass):
             bounds = [x for s in segments for x in (*s.material.bounds, *s.section.bounds)]
             bounds += (Bounds("length of a segment", s.length) for s in segments)
             elasticity = Elasticity(compliance, bounds=tuple(bounds))
-            masses: list[Mass] = []  # of the segments, as far as their densities are known
+            spread: list[Mass] = []  # of the segments, as far as their densities are known
             start: Any = 0
             for segment in segments:
                 value, end = beam_mass(*segment), start + segment.length / length
                 if value is not None:
-                    masses.append(Mass(value, span=(start, end)))
+                    spread.append(Mass(value, span=(start, end)))
                 start = end
-            return Link(to, elasticity, beam_axes(to, y_axis), name, own or tuple(masses))
+            return Link(to, elasticity, beam_axes(to, y_axis), name, masses or tuple(spread))
 
 
 class WrittenMatrices(WrittenRotation):
@@ -397,11 +397,11 @@ class WrittenSpring(WrittenMatrices, WrittenMass):
 
     def build(self, place: Place, name: str) -> Link:
         """The spring, moved to the origin of the present frame."""
-        own, axes = self.elasticity(place), self.turned(place)
+        elasticity, axes = self.elasticity(place), self.turned(place)
         at = (place / "at").point(self.at)
         if np.any(at):
-            own, axes = moved(own, axes, -at), np.eye(3)
-        return Link(np.zeros(3), own, axes, name, self.masses(place))
+            elasticity, axes = moved(elasticity, axes, -at), np.eye(3)
+        return Link(np.zeros(3), elasticity, axes, name, self.masses(place))
 
 
 class WrittenLink(WrittenMatrices, WrittenMass):

@@ -104,7 +104,7 @@ class Place(DocumentPlace):
 
     def vector(self, written: list[Any], dimension: Dimension) -> np.ndarray:
         """Numbers of one dimension."""
-        return np.array([(self / i).number(own, dimension) for i, own in enumerate(written)])
+        return np.array([(self / i).number(value, dimension) for i, value in enumerate(written)])
 
     def point(self, written: list[Any] | None) -> np.ndarray:
         """Three lengths (3,) [m]; zero when nothing is written."""
@@ -175,16 +175,16 @@ class WrittenMapping(BaseModel):
     def numbers(self, place: Place, *, positive: bool = False) -> dict[str, Any]:
         """What is written under keys that have a dimension, in SI units; None where nothing is."""
         dimensions = _dimensions(type(self)).items()
-        return {key: place.number_at(self, key, own, positive=positive) for key, own in dimensions}
+        return {key: place.number_at(self, key, dim, positive=positive) for key, dim in dimensions}
 
 
 @cache
 def _dimensions(mapping: type[WrittenMapping]) -> dict[str, Dimension]:
     return {
-        key: own
+        key: dimension
         for key, field in mapping.model_fields.items()
-        for own in plain(field.annotation, tuple(field.metadata))[1]
-        if isinstance(own, Dimension)
+        for dimension in plain(field.annotation, tuple(field.metadata))[1]
+        if isinstance(dimension, Dimension)
     }
 
 
@@ -313,18 +313,18 @@ class WrittenAxes(WrittenMapping):
 
     def build(self, place: Place) -> np.ndarray:
         """Columns (3, 3): the axes."""
-        given = {
+        directions = {
             axis: (place / axis).direction(getattr(self, axis))
             for axis in AXES
             if getattr(self, axis) is not None
         }
-        if len(given) != 2:
+        if len(directions) != 2:
             raise place.error(
                 "axes of the frame",
-                got=Words(f"{' and '.join(given) or 'none'} of the three"),
+                got=Words(f"{' and '.join(directions) or 'none'} of the three"),
                 expected="two of x, y, z; the third follows",
             )
-        first, second = given.values()
+        first, second = directions.values()
         cosine = first @ second
         # Formulas have been checked at their nominal values.
         if not is_formula(cosine) and abs(cosine) > 1e-6:
@@ -334,11 +334,11 @@ class WrittenAxes(WrittenMapping):
                 got=Words(f"{between:.6g} deg between them"),
                 expected="two perpendicular directions",
             )
-        (missing,) = (i for i, axis in enumerate("xyz") if axis not in given)
+        (missing,) = (i for i, axis in enumerate("xyz") if axis not in directions)
         before, after = ("xyz"[(missing + k) % 3] for k in (1, 2))
-        one, two = exact_arrays(given[before], given[after])
-        given["xyz"[missing]] = np.cross(one, two)
-        columns = np.stack([given[axis] for axis in AXES], axis=-1)
+        u, v = exact_arrays(directions[before], directions[after])
+        directions["xyz"[missing]] = np.cross(u, v)
+        columns = np.stack([directions[axis] for axis in AXES], axis=-1)
         return rotation_matrix("axes of the frame", columns)
 
 
@@ -434,8 +434,8 @@ class WrittenPlatformMass(WrittenMass):
 
 def build_platform_masses(place: Place, written: list[WrittenPlatformMass]) -> tuple[Mass, ...]:
     """Masses of a platform and of what it carries."""
-    names = [own.name or f"platform{i + 1}" for i, own in enumerate(written)]
-    return tuple(mass for i, own in enumerate(written) for mass in own.masses(place / i, names[i]))
+    names = [part.name or f"platform{i + 1}" for i, part in enumerate(written)]
+    return tuple(m for i, part in enumerate(written) for m in part.masses(place / i, names[i]))
 
 
 class WrittenHead(WrittenMapping):

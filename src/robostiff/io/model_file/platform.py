@@ -219,13 +219,13 @@ def attached(
         if node not in written.nodes:
             raise here.unknown("node that holds the leg", node, written.nodes)
     named = known or [written.legs.get(name) for name in names]
-    held = []
-    for (place, leg), given in zip(legs, named, strict=True):
+    legs_at_nodes = []
+    for (place, leg), known_node in zip(legs, named, strict=True):
         hint = f"write {leg.name}: {platform.nodes[0].name} or the like under legs: of the platform"
         with (place / "platform").complaints(hint=hint):
-            node = given or platform.node_of(leg.node, leg.attachment.p)
+            node = known_node or platform.node_of(leg.node, leg.attachment.p)
         attachment = leg.attachment
         if leg.node is not None:
             attachment = Frame(attachment.R, platform.point_of(node))
-        held.append((place, replace(leg, node=node, attachment=attachment)))
-    return held
+        legs_at_nodes.append((place, replace(leg, node=node, attachment=attachment)))
+    return legs_at_nodes

@@ -116,7 +116,7 @@ class WrittenRobot(WrittenPosed, WrittenStock):
                 source=self.source,
                 platform=platform,
                 **self.posed(top),
-                springs=tuple(own.build(top / "springs" / i) for i, own in enumerate(self.springs)),
+                springs=tuple(one.build(top / "springs" / i) for i, one in enumerate(self.springs)),
             )
         return robot, [place for place, _ in legs]
 
@@ -234,18 +234,18 @@ class WrittenModule(WrittenCoupled):
 
     def build(self, place: Place) -> Robot | Chain:
         """The robot or chain of the module."""
-        given = [key for key in ("robot", "chain", "legs") if getattr(self, key) is not None]
-        if len(given) != 1:
+        written = [key for key in ("robot", "chain", "legs") if getattr(self, key) is not None]
+        if len(written) != 1:
             raise place.error(
                 f"module {self.name!r}",
-                got=Words(" and ".join(given) or "none of them"),
+                got=Words(" and ".join(written) or "none of them"),
                 expected="one of robot, chain and legs",
             )
         for key, of in (
             *(("parameters", "robot"), ("home", "legs"), ("platform_masses", "legs")),
             ("couplings", "chain"),
         ):
-            if getattr(self, key) and of not in given:
+            if getattr(self, key) and of not in written:
                 raise (place / key).error(
                     f"{key} of module {self.name!r}", expected=f"none: they go with {of}", key=True
                 )
@@ -322,12 +322,12 @@ class WrittenMachine(WrittenPosed, WrittenStock):
             coordinates = distinct_coordinates(top / "coordinates", self.coordinates)
         top = self.stocked(top)
         modules = []
-        for i, own in enumerate(self.modules):
+        for i, module in enumerate(self.modules):
             place = top / "modules" / i
-            part = own.build(place)
-            mount = None if own.mount is None else own.mount.build(place / "mount")
+            part = module.build(place)
+            mount = None if module.mount is None else module.mount.build(place / "mount")
             with place.complaints():
-                modules.append(Module(own.name, part, mount))
+                modules.append(Module(module.name, part, mount))
         posed = self.posed(top)
         with (top / "modules").complaints():
             machine = hybrid_machine(

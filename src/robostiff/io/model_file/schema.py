@@ -103,9 +103,9 @@ def model_file_schema() -> dict[str, Any]:
         [(model, "validation") for model in written], schema_generator=WithoutTitles
     )
     definitions = {}
-    for name, own in schema["$defs"].items():
-        part = definitions[_part(name)] = {**own, "title": _part(name)}
-        for key, value in own.get("properties", {}).items():
+    for name, definition in schema["$defs"].items():
+        part = definitions[_part(name)] = {**definition, "title": _part(name)}
+        for key, value in definition.get("properties", {}).items():
             words = value.get("description") or _MEANINGS.get(f"{_part(name)}.{key}")
             if words := words or _MEANINGS.get(key):
                 part["properties"] = {**part["properties"], key: {**value, "description": words}}

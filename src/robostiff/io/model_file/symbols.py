@@ -45,19 +45,19 @@ def chosen_parameters(
         return {}
     shorter = dict(symbols) if isinstance(symbols, Mapping) else {}
     if symbols is ParameterChoice.ALL or shorter:
-        given = {**definitions, **overrides}
-        computed = {n for n, own in given.items() if isinstance(own, str) and parse(own).names}
+        values = {**definitions, **overrides}
+        computed = {n for n, x in values.items() if isinstance(x, str) and parse(x).names}
         names = [name for name in definitions if name not in computed]
         _refuse_unknown(shorter, names)
-        found = {name: str(shorter.get(name, name)) for name in names}
+        chosen = {name: str(shorter.get(name, name)) for name in names}
         for short in shorter.values():
-            if not str(short).isidentifier() or [*found.values()].count(str(short)) > 1:
+            if not str(short).isidentifier() or [*chosen.values()].count(str(short)) > 1:
                 raise InputError(
                     "name of a symbol",
                     got=short,
                     expected="letters, digits and underscores, not the name of another symbol",
                 )
-        return found
+        return chosen
     if isinstance(symbols, str) or not isinstance(symbols, Iterable):
         raise InputError(
             "symbols",
@@ -96,12 +96,12 @@ def symbolic_values(
     import sympy as sp
 
     quantities, nominal = {}, {}
-    for name, own in names.items():
+    for name, label in names.items():
         value = values[name]
         positive = value.magnitude > 0 and value.dimension is not Dimension.ANGLE
-        symbol = sp.Symbol(own, positive=True) if positive else sp.Symbol(own, real=True)
+        symbol = sp.Symbol(label, positive=True) if positive else sp.Symbol(label, real=True)
         quantities[name] = make_quantity(symbol, value.units)
-        nominal[own] = value.magnitude
+        nominal[label] = value.magnitude
     return quantities, nominal
 
 

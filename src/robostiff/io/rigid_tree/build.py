@@ -96,14 +96,14 @@ def build_links(
         joint = tree.into.get(name)
         start = np.zeros(3) if joint is None else joint.after.inverse.p + 0.0
         to = to - start
-        given: dict[str, Any] = {
+        entries: dict[str, Any] = {
             key: getattr(entry, key) for key in type(entry).model_fields if key != "to"
         }
-        given |= {"to": to.tolist(), "name": name}
+        entries |= {"to": to.tolist(), "name": name}
         if not isinstance(entry, WrittenLinkBeam):
-            link = WrittenLink.model_construct(**given).build(place, name)
+            link = WrittenLink.model_construct(**entries).build(place, name)
         elif np.any(np.abs(to) > 1e-12):
-            link = WrittenBeam.model_construct(**given).build(place, name)
+            link = WrittenBeam.model_construct(**entries).build(place, name)
         else:
             raise place.error(
                 f"beam {name!r}",
@@ -114,9 +114,9 @@ def build_links(
         described = tree.masses.get(name)
         if described is not None:  # in place of the mass of the elastic part
             link = replace(link, masses=(described.seen_from(_at(-start)),))
-        own = f"link {name}" if name in taken else name
+        label = f"link {name}" if name in taken else name
         connection = Connection(
-            own, name, far_body(name), _at(start), link, _at(-start - np.asarray(link.to))
+            label, name, far_body(name), _at(start), link, _at(-start - np.asarray(link.to))
         )
         links[name] = connection, end
     return links
@@ -160,11 +160,9 @@ def build_loops(top: Place, written: WrittenSide, tree: RigidTree) -> list[TreeL
         else:
             element = closing.build(here, name)
         loop = TreeLoop(name, (links[0], links[1]), (frames[0], frames[1]), element)
-        described = [own.name for own in tree.loops if set(own.links) == set(loop.links)]
-        if described:
-            words = (
-                f"a loop between links that {described[0]!r} of the description connects; both hold"
-            )
+        twins = [other.name for other in tree.loops if set(other.links) == set(loop.links)]
+        if twins:
+            words = f"a loop between links that {twins[0]!r} of the description connects; both hold"
             warn_of_slip(f"{place.document.location(place.path)}: {words}")
         loops.append(loop)
     return loops
@@ -203,8 +201,8 @@ def starting(loop: TreeLoop, frames: Mapping[str, Frame]) -> TreeLoop:
     turn = Rotation.from_matrix(motion.R)
     x, y, z, w = turn.as_quat()
     home = [
-        2.0 * np.arctan2(own.axis @ [x, y, z], w) if own.turns else own.axis @ motion.p
-        for own in joint.freedoms
+        2.0 * np.arctan2(freedom.axis @ [x, y, z], w) if freedom.turns else freedom.axis @ motion.p
+        for freedom in joint.freedoms
     ]
     if joint.kind is JointKind.SPHERICAL:
         home = turn.as_rotvec()
@@ -230,11 +228,11 @@ def _linkage(described: DescribedTree) -> Linkage:
             joint = tree.into.get(joint.parent)
 
     def ends_of(link: str) -> Ends:
-        moving = (own for own in tree.out_of.get(link, ()) if own.name in joints)
-        ends = [(own.name, own.drawn_at, own.name in leading) for own in moving]
+        moving = (edge for edge in tree.out_of.get(link, ()) if edge.name in joints)
+        ends = [(edge.name, edge.drawn_at, edge.name in leading) for edge in moving]
         for loop in loops:
             pairs = zip(loop.links, loop.frames, strict=True)
-            ends += [(loop.name, frame.p, True) for own, frame in pairs if own == link]
+            ends += [(loop.name, frame.p, True) for loop_link, frame in pairs if loop_link == link]
         at_tool = [(TOOL, tool_point, bool(np.any(tool_point)))] if link == tool.link else []
         return ends + at_tool
 
@@ -256,7 +254,7 @@ def _linkage(described: DescribedTree) -> Linkage:
         a, b = (body(link, loop.name) for link in loop.links)
         before, after = loop.frames[0], loop.frames[1].inverse
         connections.append(Connection(loop.name, a, b, before, loop.element, after))
-    held = {name for name in written.home if isinstance(joints.get(name), Joint)}
+    with_home = {name for name in written.home if isinstance(joints.get(name), Joint)}
     tool_body = body(tool.link, TOOL)
     platform = tool_body if written.platform in (None, tool.link) else written.platform
     with top.complaints():
@@ -266,10 +264,10 @@ def _linkage(described: DescribedTree) -> Linkage:
             base=base,
             platform=platform,
             reference_point=tool_point,
-            held=frozenset(held),
+            held=frozenset(with_home),
             title=written.title,
             source=written.source,
-            masses={link: (own,) for link, own in tree.masses.items() if link not in elastic},
+            masses={link: (mass,) for link, mass in tree.masses.items() if link not in elastic},
         )
         places = welded_places(linkage)
     (whole, platform_place), (other, tool_place) = places[platform], places[tool_body]
@@ -279,8 +277,8 @@ def _linkage(described: DescribedTree) -> Linkage:
             got=Words("a link that moves against the platform"),
             expected=f"one that is fixed to {written.platform!r}",
         )
-    seen = platform_place.inverse @ tool_place
-    return replace(linkage, reference_point=seen.p + seen.R @ tool_point + 0.0)
+    tool_frame = platform_place.inverse @ tool_place
+    return replace(linkage, reference_point=tool_frame.p + tool_frame.R @ tool_point + 0.0)
 
 
 def _tool(top: Place, written: WrittenSide, tree: RigidTree) -> WrittenTool:
@@ -333,20 +331,20 @@ def robot_of_tree(
     couplings, roles = described.couplings(joints)
     linkage = with_roles(linkage, roles)
     _check_is_elastic(linkage, top)
-    found = close(linkage)
-    if not found.is_closed:
+    closure = close(linkage)
+    if not closure.is_closed:
         raise (top / "home").error(
             "loops",
-            got=Words(found.complaint),
+            got=Words(closure.complaint),
             expected="loops that close in the home configuration",
-            hint=f"{found.advice}; home has values that joints keep, start those from which they "
+            hint=f"{closure.advice}; home has values that joints keep, start those from which they "
             "follow",
         )
     with (top / "joints").complaints(hint=_hint(linkage)):
-        robot = robot_of(linkage, found, couplings)
+        robot = robot_of(linkage, closure, couplings)
     if robot is None:
         _refuse_followers(described.undecided & joints, top)
-        return network_of(linkage, found)
+        return network_of(linkage, closure)
     chosen = written.coordinates is not None
     if written.coordinates is not None:
         coordinates = distinct_coordinates(top / "coordinates", written.coordinates)
@@ -398,21 +396,17 @@ def linkage_of_tree(
         raise refusal from None
     dimensions: list[Any] = [symbolic.reference_point]
     connections = []
-    for own, other in zip(linkage.connections, symbolic.connections, strict=True):
-        element, given = own.element, other.element
-        dimensions += [
-            other.before,
-            other.after,
-            *(getattr(given, k, None) for k in ("to", "home")),
-        ]
-        if isinstance(element, Joint) and isinstance(given, Joint):
-            k = getattr(given.role, "stiffness", None)
+    for connection, other in zip(linkage.connections, symbolic.connections, strict=True):
+        element, twin = connection.element, other.element
+        dimensions += [other.before, other.after, *(getattr(twin, k, None) for k in ("to", "home"))]
+        if isinstance(element, Joint) and isinstance(twin, Joint):
+            k = getattr(twin.role, "stiffness", None)
             if free_symbols(k):
                 element = replace(element, role=replace(element.role, stiffness=k))
-        elif isinstance(element, Link) and free_symbols(given):
-            given = cast("Link", given)
-            element = replace(element, elasticity=given.elasticity, masses=given.masses)
-        connections.append(replace(own, element=element))
+        elif isinstance(element, Link) and free_symbols(twin):
+            twin = cast("Link", twin)
+            element = replace(element, elasticity=twin.elasticity, masses=twin.masses)
+        connections.append(replace(connection, element=element))
     if free_symbols(tuple(dimensions)):
         raise refusal
     return replace(linkage, connections=tuple(connections), nominal=nominal)

@@ -262,11 +262,12 @@ class DescribedTree:
         Floating joints are left out, as they connect nothing, unless they are locked: then they
         are fixed.
         """
-        given, joints = self._given_coordinates(), {}
+        coordinates, joints = self._given_coordinates(), {}
+        by_name = {joint.name: joint for joint in self.tree.joints}
         for joint in self.tree.joints:
             place, entry = self._entry(joint)
             if joint.type in _DIMENSIONS:
-                home = _home(joint, given, {own.name: own for own in self.tree.joints})
+                home = _home(joint, coordinates, by_name)
                 role = _beside(_role(place, entry, joint), joint, place)
                 if joint.inertia and isinstance(role, Actuated) and role.inertia is None:
                     role = replace(role, inertia=joint.inertia)
@@ -301,13 +302,13 @@ class DescribedTree:
 
     def _given_coordinates(self) -> dict[str, tuple[float, ...]]:
         """Coordinates that the side file gives under home or start."""
-        given: dict[str, tuple[float, ...]] = {}
+        coordinates: dict[str, tuple[float, ...]] = {}
         by_name = {joint.name: joint for joint in self.tree.joints}
         for key, mapping in (("home", self.written.home), ("start", self.written.start)):
             for name, value in mapping.items():
                 place = self.top / key / name
                 check_known(place, name, "joint", list(by_name))
-                if name in given:
+                if name in coordinates:
                     expected = "a name under home or start, once"
                     raise place.error("joint", got=name, expected=expected)
                 joint = by_name[name]
@@ -324,33 +325,33 @@ class DescribedTree:
                         got=shown(value),
                         expected="a number or an expression" if len(dimensions) == 1 else wanted,
                     )
-                given[name] = tuple(
+                coordinates[name] = tuple(
                     (place if alone else place / i).any_number("coordinate", *pair)
                     for i, pair in enumerate(zip(entries, dimensions, strict=True))
                 )
-        return given
+        return coordinates
 
-    def warn_of_stiffnesses(self, felt: Collection[str]) -> None:
+    def warn_of_stiffnesses(self, loaded: Collection[str]) -> None:
         """Name the joints between base and tool whose stiffness the description decides in part.
 
         Nothing is said of a joint where the side file gives what the description does.
         """
-        found: dict[str, list[str]] = {_SERVO: [], _BESIDE: [], _ALONE: []}
+        by_words: dict[str, list[str]] = {_SERVO: [], _BESIDE: [], _ALONE: []}
         for joint in self.tree.joints:
             _, entry = self._entry(joint)
-            if joint.name not in felt or joint.type not in _DIMENSIONS or entry.role == "locked":
+            if joint.name not in loaded or joint.type not in _DIMENSIONS or entry.role == "locked":
                 continue
             unit = "N m/rad" if _DIMENSIONS[joint.type][0] is _TURN else "N/m"
             spring = f"{joint.name} ({joint.spring:g} {unit})"
             is_questioned = joint.spring and entry.spring is None
             if entry.stiffness is not None:
-                found[_BESIDE] += [spring] * bool(is_questioned)
+                by_words[_BESIDE] += [spring] * bool(is_questioned)
             elif entry.role != "passive" and isinstance(joint.role, Actuated):
                 if joint.role.stiffness is not None:
-                    found[_SERVO].append(f"{joint.name} ({joint.role.stiffness:g} {unit})")
+                    by_words[_SERVO].append(f"{joint.name} ({joint.role.stiffness:g} {unit})")
                 elif is_questioned:
-                    found[_ALONE].append(spring)
-        for words, joints in found.items():
+                    by_words[_ALONE].append(spring)
+        for words, joints in by_words.items():
             if joints:
                 warn_of_slip(f"{self.tree.file}: {words.format(listing(joints, 12))}")
 
@@ -366,8 +367,8 @@ class DescribedTree:
         mimics = {joint.name for joint in self.tree.joints if joint.mimic is not None}
         return frozenset(mimics - decided)
 
-    def couplings(self, felt: Collection[str]) -> tuple[tuple[Coupling, ...], dict[str, Role]]:
-        """Couplings between the joints of a chain, which are `felt`, and their roles.
+    def couplings(self, loaded: Collection[str]) -> tuple[tuple[Coupling, ...], dict[str, Role]]:
+        """Couplings between the joints of a chain, which are `loaded`, and their roles.
 
         Joints that follow one outside of the chain, which carries no load, are held by its drive:
         as stiff as that, referred to their own motion. A FileError where joints follow one another
@@ -377,14 +378,14 @@ class DescribedTree:
         leaders: dict[str, tuple[str, float, float]] = {}
         couplings, tree = [], self.tree
         for joint in tree.joints:
-            if joint.name not in self.undecided or joint.name not in felt:
+            if joint.name not in self.undecided or joint.name not in loaded:
                 continue
             name = joint.name
             root, factor, offset = _root(name, self.undecided, tree)
             if factor == 0:
                 roles[name] = Locked()
                 continue
-            if root not in leaders and root not in felt:
+            if root not in leaders and root not in loaded:
                 leaders[root] = (name, factor, offset)
                 role = _driven_from(self.joints.get(root), factor, offset, name, tree)
                 roles[name] = _beside(role, joint, tree)
@@ -440,13 +441,13 @@ def _driven_from(
 
 
 def _home(
-    joint: TreeJoint, given: Mapping[str, tuple[float, ...]], by_name: Mapping[str, TreeJoint]
+    joint: TreeJoint, coordinates: Mapping[str, tuple[float, ...]], by_name: Mapping[str, TreeJoint]
 ) -> tuple[float, ...]:
     """The given coordinates, those that follow from another joint, or those of the tree."""
     factor, offset = 1.0, 0.0
     passed = set()
     while (
-        joint.name not in given
+        joint.name not in coordinates
         and joint.mimic is not None
         and joint.mimic.joint in by_name
         and joint.name not in passed
@@ -454,16 +455,16 @@ def _home(
         passed.add(joint.name)
         factor, offset = factor * joint.mimic.multiplier, offset + factor * joint.mimic.offset
         joint = by_name[joint.mimic.joint]
-    if joint.name in given and not passed:
-        return given[joint.name]
+    if joint.name in coordinates and not passed:
+        return coordinates[joint.name]
     size = len(_DIMENSIONS.get(joint.type, (_TURN,)))
-    leader = given.get(joint.name, (joint.home, *(0.0,) * (size - 1)))
+    leader = coordinates.get(joint.name, (joint.home, *(0.0,) * (size - 1)))
     return tuple(factor * value + offset for value in leader) if passed else leader
 
 
 def _role(place: Place, entry: WrittenTreeJoint, joint: TreeJoint) -> Role:
     """The role in the side file; otherwise that of the tree."""
-    if all(own is None for own in (entry.role, entry.stiffness, entry.limits, entry.inertia)):
+    if all(x is None for x in (entry.role, entry.stiffness, entry.limits, entry.inertia)):
         return joint.role
     word = entry.role
     if word is None:

@@ -390,11 +390,11 @@ def warn_of_parts_not_read(
 
     For each kind their names and places; that of the first is shown.
     """
-    for kind, found in parts.items():
-        if found:
-            names = listing([name or "without a name" for name, _ in found], 12)
+    for kind, entries in parts.items():
+        if entries:
+            names = listing([name or "without a name" for name, _ in entries], 12)
             words = f"not read: {kind} {names}; {instead}"
-            warn_of_slip(f"{found[0][1]}: {words}")
+            warn_of_slip(f"{entries[0][1]}: {words}")
 
 
 _EXAMPLE = (
@@ -422,15 +422,15 @@ def read_side(description: Path | str, side: Path | str | None = None) -> Docume
         name = Path(description).name
         for ending in (".xacro", ".urdf", ".xml", *added(READERS)):
             name = name[: -len(ending)] if name.lower().endswith(ending) else name
-        found = Path(description).with_name(f"{name}.stiffness.yaml")
-        if not found.exists():
+        path = Path(description).with_name(f"{name}.stiffness.yaml")
+        if not path.exists():
             raise InputError(
                 f"stiffness of {str(description)!r}",
                 got=Words("no side file"),
-                expected=f"{found} beside it, or another file by side=, --side on the command line",
+                expected=f"{path} beside it, or another file by side=, --side on the command line",
                 hint=f"there {_EXAMPLE}",
             )
-        side = found
+        side = path
     document = read_document(side)
     expected = f"robostiff: {VERSION} at the top"
     check_version(document, "side file", "version of the side file", expected, _EXAMPLE)

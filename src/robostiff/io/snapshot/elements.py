@@ -171,11 +171,11 @@ class BeamData(FilePart):
     @model_validator(mode="after")
     def _both_shear_factors(self) -> Self:
         factors = {"shear_factor_y": self.shear_factor_y, "shear_factor_z": self.shear_factor_z}
-        given = [key for key, factor in factors.items() if factor is not None]
-        if len(given) == 1:
+        written = [key for key, factor in factors.items() if factor is not None]
+        if len(written) == 1:
             raise InputError(
                 "shear factors",
-                got=Words(f"{given[0]} alone"),
+                got=Words(f"{written[0]} alone"),
                 expected="shear_factor_y and shear_factor_z, or neither",
             )
         return self
@@ -219,7 +219,7 @@ class BeamData(FilePart):
         value = None if self.density is None else self.density * self.A
         if value is not None:
             value *= float(np.linalg.norm(end - start))
-        return tuple(replace(own, after=after) for own in uniform_mass(name, value, start, end))
+        return tuple(replace(mass, after=after) for mass in uniform_mass(name, value, start, end))
 
 
 class MassData(FilePart):
@@ -254,8 +254,8 @@ class MassData(FilePart):
             expected = "no inertia: an elastic part moves its masses by both its ends"
         if expected is not None:
             keys = ("at", "inertia", "start", "span")
-            given = ", ".join(key for key in keys if getattr(self, key) is not None)
-            raise InputError("place of the mass", got=Words(given), expected=expected)
+            written = ", ".join(key for key in keys if getattr(self, key) is not None)
+            raise InputError("place of the mass", got=Words(written), expected=expected)
         return self
 
     def placed(

@@ -60,8 +60,8 @@ class BeamBetween(BetweenPart, BeamData):
     def element(self, name: str, place: DocumentPlace, _: Space) -> BeamElement:
         """The beam in the world."""
         spring, start = self.placed(name, place), np.array(self.start, dtype=float)
-        own = start, spring.point, spring.rotation, spring.elasticity.compliance
-        return BeamElement(name, self.a, self.b, *own, self.placed_masses(name))
+        properties = start, spring.point, spring.rotation, spring.elasticity.compliance
+        return BeamElement(name, self.a, self.b, *properties, self.placed_masses(name))
 
 
 class SpringBetween(BetweenPart, Spring6Data):
@@ -76,11 +76,11 @@ class SpringBetween(BetweenPart, Spring6Data):
         placed = self.placed(name, place)
         masses = [
             mass
-            for i, own in enumerate(self.masses)
-            for mass in own.placed(place.at("masses", i), name, placed.point)
+            for i, entry in enumerate(self.masses)
+            for mass in entry.placed(place.at("masses", i), name, placed.point)
         ]
-        own = placed.point, placed.rotation, placed.elasticity
-        return SpringElement(name, self.a, self.b, *own, tuple(masses))
+        properties = placed.point, placed.rotation, placed.elasticity
+        return SpringElement(name, self.a, self.b, *properties, tuple(masses))
 
 
 class FreedomPart(ScrewData):
@@ -100,8 +100,8 @@ class JointBetween(BetweenPart):
     def element(self, name: str, place: DocumentPlace, space: Space) -> JointElement:
         """The joint in the world, whose motions stay in the plane of a planar network."""
         freedoms = []
-        for i, own in enumerate(self.dofs):
-            freedoms.append(own.placed(f"dof{i + 1}", place.at("dofs", i)))
+        for i, dof in enumerate(self.dofs):
+            freedoms.append(dof.placed(f"dof{i + 1}", place.at("dofs", i)))
             with place.at("dofs", i, "axis").complaints():
                 check_fits(JointElement(name, self.a, self.b, (freedoms[-1],)), space)
         return JointElement(name, self.a, self.b, tuple(freedoms))
@@ -172,18 +172,18 @@ def network_from_document(document: Document) -> Network:
     if graph.platform in graph.fixed:
         expected = "a node that is not fixed"
         raise place.at("platform").error("platform", got=graph.platform, expected=expected)
-    for i, own in enumerate(graph.masses):
+    for i, entry in enumerate(graph.masses):
         here = place.at("masses", i)
-        check_known(own.on, here.at("on"))
-        if own.start is not None:
+        check_known(entry.on, here.at("on"))
+        if entry.start is not None:
             expected = "a place: at, and no start"
-            raise here.at("start").error("mass of a node", got=own.start, expected=expected)
+            raise here.at("start").error("mass of a node", got=entry.start, expected=expected)
 
     def built(kind: str) -> list[Any]:
         parts = getattr(graph, f"{kind}s")
-        given, elements = [part.name for part in parts], []
-        refuse_twins(given, place.at(f"{kind}s"), kind)
-        for i, name in enumerate(numbered(given, [kind] * len(parts))):
+        written_names, elements = [part.name for part in parts], []
+        refuse_twins(written_names, place.at(f"{kind}s"), kind)
+        for i, name in enumerate(numbered(written_names, [kind] * len(parts))):
             part, here = parts[i], place.at(f"{kind}s", i)
             check_known(part.a, here.at("a"))
             check_known(part.b, here.at("b"))
@@ -203,12 +203,12 @@ def network_from_document(document: Document) -> Network:
             hint="rigid parts and passive joints alone have no stiffness matrix",
         )
     nodes = []
-    for name, given in graph.nodes.items():
-        point = np.array(given, dtype=float)
+    for name, coordinates in graph.nodes.items():
+        point = np.array(coordinates, dtype=float)
         masses: list[PlacedMass] = []
-        for i, own in enumerate(graph.masses):
-            if own.on == name:
-                masses += own.placed(place.at("masses", i), name, point)
+        for i, entry in enumerate(graph.masses):
+            if entry.on == name:
+                masses += entry.placed(place.at("masses", i), name, point)
         nodes.append(Node(name, point, tuple(masses)))
     return Network(
         nodes=tuple(nodes),
@@ -232,9 +232,9 @@ def _couplings(
             known[f"{joint.name}/dof{i + 1}"].append((joint, i))
         if len(joint.freedoms) == 1:
             known[joint.name].append((joint, 0))
-    found = []
-    for i, own in enumerate(graph.couplings):
-        for name, factor in own.sum.items():
+    couplings = []
+    for i, coupling in enumerate(graph.couplings):
+        for name, factor in coupling.sum.items():
             there = place.at("couplings", i, "sum", name)
             if name not in known:
                 raise there.unknown("motion of a joint", name, known)
@@ -242,9 +242,9 @@ def _couplings(
                 raise there.error("motion of a joint", got=name, expected="a name of one motion")
             if factor == 0:
                 raise there.error("factor", got=factor, expected="a number other than zero")
-        terms = tuple((*known[name][0], float(factor)) for name, factor in own.sum.items())
-        found.append(CouplingElement(own.name or f"coupling{i + 1}", terms, own.k))
-    return tuple(found)
+        terms = tuple((*known[name][0], float(factor)) for name, factor in coupling.sum.items())
+        couplings.append(CouplingElement(coupling.name or f"coupling{i + 1}", terms, coupling.k))
+    return tuple(couplings)
 
 
 def network_to_data(network: Network) -> dict[str, Any]:
@@ -272,7 +272,7 @@ def network_to_data(network: Network) -> dict[str, Any]:
     >>> network_to_data(network)["graph"]["springs"][0]["name"]
     'rod'
     """
-    if not any(_is_elastic(own) for own in (*network.elements, *network.couplings)):
+    if not any(_is_elastic(element) for element in (*network.elements, *network.couplings)):
         raise InputError(
             f"network {network.name} without compliance",
             expected="at least one beam, spring or joint with a stiffness",
@@ -280,16 +280,16 @@ def network_to_data(network: Network) -> dict[str, Any]:
     joints = _named(
         {
             **{"name": joint.name, "a": joint.a, "b": joint.b},
-            "dofs": [{**screw_data(own), **drive_data(own)} for own in joint.moving],
+            "dofs": [{**screw_data(freedom), **drive_data(freedom)} for freedom in joint.moving],
         }
         for joint in network.joints
     )
     data = head_data(network, "network")
     springs = []
-    for own in (*network.beams, *network.springs):
-        spring = {key: getattr(own, key) for key in ("name", "a", "b")}
-        spring |= spring6_data(own.name, *_elastic(own))
-        masses = [mass_data(mass) for mass in own.masses]
+    for element in (*network.beams, *network.springs):
+        spring = {key: getattr(element, key) for key in ("name", "a", "b")}
+        spring |= spring6_data(element.name, *_elastic(element))
+        masses = [mass_data(mass) for mass in element.masses]
         springs.append({**spring, "masses": masses} if masses else spring)
     data["graph"] = {
         "nodes": {node.name: one_pose(node.point, 1) for node in network.nodes},
@@ -298,15 +298,15 @@ def network_to_data(network: Network) -> dict[str, Any]:
         "springs": _named(springs),
         "joints": joints,
     }
-    names = {id(own): data["name"] for own, data in zip(network.joints, joints, strict=True)}
-    for own in network.couplings:
+    names = {id(joint): entry["name"] for joint, entry in zip(network.joints, joints, strict=True)}
+    for element in network.couplings:
         terms = {
             f"{names[id(joint)]}/dof{place + 1}": float(factor)
-            for joint, number, factor in own.terms
+            for joint, number, factor in element.terms
             if (place := joint.place(number)) is not None
         }
-        if own.terms:
-            coupling = {"name": own.name, "sum": terms, "k": own.stiffness}
+        if element.terms:
+            coupling = {"name": element.name, "sum": terms, "k": element.stiffness}
             data["graph"].setdefault("couplings", []).append(coupling)
     masses = [
         {"on": node.name, **mass_data(mass)} for node in network.nodes for mass in node.masses
@@ -322,8 +322,8 @@ def _elastic(element: BeamElement | SpringElement) -> tuple[np.ndarray, np.ndarr
     return element.point, element.rotation, element.elasticity
 
 
-def _named(given: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
-    parts = list(given)
+def _named(entries: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
+    parts = list(entries)
     names = distinct(part["name"] for part in parts)
     return [{**part, "name": name} for part, name in zip(parts, names, strict=True)]
 

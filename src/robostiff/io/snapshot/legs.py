@@ -186,22 +186,22 @@ def snapshot_from_document(document: Document) -> Snapshot:
     reference = shared["reference_point"]
     masses = [
         mass
-        for i, own in enumerate(file.masses)
-        for mass in own.placed(place.at("masses", i), "platform", reference)
+        for i, entry in enumerate(file.masses)
+        for mass in entry.placed(place.at("masses", i), "platform", reference)
     ]
     snapshot = Snapshot(legs=tuple(legs), masses=tuple(masses), **shared)
     if file.planar:
         for i, leg in enumerate(legs):
             _check_leg(leg, reference, place.at("legs", i, "chain"))
     # Rounding of the coordinates may decide a rank, or whether a joint is redundant.
-    found = stiffness(snapshot, tolerance=Tolerance(near_independence=_ROUNDED))
+    result = stiffness(snapshot, tolerance=Tolerance(near_independence=_ROUNDED))
     doubtful = Status.ILL_CONDITIONED
-    if doubtful in found.status and doubtful not in stiffness(snapshot).status:
-        pairs = zip(snapshot.legs, found.details().legs, strict=True)
+    if doubtful in result.status and doubtful not in stiffness(snapshot).status:
+        pairs = zip(snapshot.legs, result.details().legs, strict=True)
         names = [f"leg {leg.name!r}" for leg, K in pairs if doubtful in K.status]
         who = ", ".join(names) or "the platform"
         warn_of_slip(
-            f"{document.location(['legs'])}: rank {found.rank} is decided by differences of "
+            f"{document.location(['legs'])}: rank {result.rank} is decided by differences of "
             f"coordinates below {_ROUNDED:g} of the size, in {who}; if coordinates are rounded, "
             "write ten digits, and the same numbers where points coincide or axes are parallel"
         )
@@ -252,30 +252,30 @@ def _placed_leg(
     """A leg or a branch; inside blocks names begin with ``block/branch/``."""
     end = np.array(part.end, dtype=float)
     chain = place.at("chain")
-    given = [element.name for element in part.chain]
-    refuse_twins(given, chain, "element")
+    written_names = [element.name for element in part.chain]
+    refuse_twins(written_names, chain, "element")
     elements: list[PlacedElement] = []
     masses: list[PlacedMass] = []
-    names = numbered(given, [element.type for element in part.chain])
-    for i, (element, own) in enumerate(zip(part.chain, names, strict=True)):
+    names = numbered(written_names, [element.type for element in part.chain])
+    for i, (element, label) in enumerate(zip(part.chain, names, strict=True)):
         if isinstance(element, ParallelPart):
             branches, legs = chain.at(i, "branches"), []
             refuse_twins([branch.name for branch in element.branches], branches, "branch")
             for j, branch in enumerate(element.branches):
-                branch_name = f"{prefix}{own}/{branch.name}"
+                branch_name = f"{prefix}{label}/{branch.name}"
                 legs.append(_placed_leg(branch, branches.at(j), branch_name, f"{branch_name}/"))
-            elements.append(PlacedBlock(prefix + own, tuple(legs)))
+            elements.append(PlacedBlock(prefix + label, tuple(legs)))
             continue
-        elements.append(element.placed(prefix + own, chain.at(i)))
+        elements.append(element.placed(prefix + label, chain.at(i)))
         if isinstance(element, BeamPart):
-            masses += element.placed_masses(prefix + own, i + 1)
+            masses += element.placed_masses(prefix + label, i + 1)
     _question_joints(part.chain, chain)
-    for i, own in enumerate(part.masses):
-        masses += _masses(own, place.at("masses", i), names, elements)
+    for i, mass in enumerate(part.masses):
+        masses += _masses(mass, place.at("masses", i), names, elements)
     couplings: list[Coupling] = []
-    for i, own in enumerate(part.couplings):
+    for i, row in enumerate(part.couplings):
         with place.at("couplings", i).complaints():
-            couplings.append(Coupling(tuple(own.sum.items()), Locked(own.k), None, own.name or ""))
+            couplings.append(Coupling(tuple(row.sum.items()), Locked(row.k), None, row.name or ""))
     if couplings:
         freedoms = [e for e in elements if isinstance(e, PlacedFreedom)]
         joints = {
@@ -388,76 +388,76 @@ def snapshot_to_data(snapshot: Snapshot) -> dict[str, Any]:
                 expected="at least one elastic part or joint",
                 hint="give a link or an actuator of the leg its elasticity",
             )
-    data["legs"] = [_chain(*own, "") for own in zip(snapshot.legs, names, strict=True)]
+    data["legs"] = [_chain(*pair, "") for pair in zip(snapshot.legs, names, strict=True)]
     return data
 
 
 def _chain(leg: PlacedLeg, name: str, prefix: str) -> dict[str, Any]:
     """A leg or a branch; names lose the ``block/branch/`` that the reader puts before them."""
     alone = [e.alone if isinstance(e, CoupledFreedom) else e for e in leg.elements]
-    held = _held_alone(leg, {e.name for e in alone if _is_rigid(e)})
+    roles = _held_alone(leg, {e.name for e in alone if _is_rigid(e)})
     elements = [
-        replace(e, role=held[e.name]) if isinstance(e, PlacedFreedom) and e.name in held else e
+        replace(e, role=roles[e.name]) if isinstance(e, PlacedFreedom) and e.name in roles else e
         for e in alone
     ]
-    kept = [k for k, e in enumerate(elements) if not _is_rigid(e)]
-    elements = [elements[k] for k in kept]
+    not_rigid = [k for k, e in enumerate(elements) if not _is_rigid(e)]
+    elements = [elements[k] for k in not_rigid]
     names = distinct(e.name.removeprefix(prefix) for e in elements)
     chain: list[dict[str, Any]] = []
-    for element, own in zip(elements, names, strict=True):
+    for element, label in zip(elements, names, strict=True):
         if isinstance(element, PlacedBlock):
             branches = distinct(b.name.removeprefix(f"{element.name}/") for b in element.branches)
             pairs = zip(element.branches, branches, strict=True)
             inside = [_chain(branch, called, f"{branch.name}/") for branch, called in pairs]
-            chain.append({"type": "parallel", "name": own, "branches": inside})
+            chain.append({"type": "parallel", "name": label, "branches": inside})
         elif isinstance(element, PlacedSpring):
             at = element.point, element.rotation, element.elasticity
-            chain.append({"type": "spring6", "name": own, **spring6_data(own, *at)})
+            chain.append({"type": "spring6", "name": label, **spring6_data(label, *at)})
         else:
             kind = "passive" if element.is_passive else "spring"
             drive = {} if element.is_passive else drive_data(element)
-            chain.append({"type": kind, "name": own, **screw_data(element), **drive})
+            chain.append({"type": kind, "name": label, **screw_data(element), **drive})
     written = dict(zip((e.name for e in elements), names, strict=True))
     data: dict[str, Any] = {"name": name, "end": one_pose(leg.end, 1), "chain": chain}
     joints = [e for e in leg.elements if isinstance(e, PlacedFreedom)]
     turns = {e.joint if isinstance(e, CoupledFreedom) else e.name: e.turns for e in joints}
-    for own in (e for e in joints if isinstance(e, CoupledFreedom) and len(e.sum) > 1):
+    for gear in (e for e in joints if isinstance(e, CoupledFreedom) and len(e.sum) > 1):
         # The first joint says whether the sum is an angle or a length.
-        first = [term for term in own.sum if turns[term[0]] is own.turns]
-        factors = dict(first) | dict(own.sum)
+        first = [term for term in gear.sum if turns[term[0]] is gear.turns]
+        factors = dict(first) | dict(gear.sum)
         terms = {written[joint]: float(a) for joint, a in factors.items() if joint in written}
         if len(terms) > 1:
-            coupling = {"name": own.name.removeprefix(prefix), "sum": terms, "k": own.stiffness}
+            coupling = {"name": gear.name.removeprefix(prefix), "sum": terms, "k": gear.stiffness}
             data.setdefault("couplings", []).append(coupling)
     if leg.masses:
         data["masses"] = [
             mass_data(mass) | {"after": names[before[-1]]} if before else mass_data(mass)
             for mass in leg.masses
-            for before in ([i for i, k in enumerate(kept) if k < mass.after],)
+            for before in ([i for i, k in enumerate(not_rigid) if k < mass.after],)
         ]
     return data
 
 
 def _held_alone(leg: PlacedLeg, rigid: set[str]) -> dict[str, Role]:
     """Joints that a coupling holds by themselves, as all others of its sum are held rigidly."""
-    held: dict[str, Role] = {}
-    left = [e for e in leg.elements if isinstance(e, CoupledFreedom) and len(e.sum) > 1]
-    while left:
+    roles: dict[str, Role] = {}
+    sums = [e for e in leg.elements if isinstance(e, CoupledFreedom) and len(e.sum) > 1]
+    while sums:
         rest = []
-        for element in left:
+        for element in sums:
             moving = [(joint, a) for joint, a in element.sum if joint not in rigid]
             if len(moving) > 1:
                 rest.append(element)
                 continue
             for joint, a in moving:
                 k = element.stiffness
-                held[joint] = Locked(None if k is None else k * float(a) ** 2)
+                roles[joint] = Locked(None if k is None else k * float(a) ** 2)
                 rigid = rigid | ({joint} if k is None else set())
-        if len(rest) == len(left):
+        if len(rest) == len(sums):
             break
-        left = rest
-    return held
+        sums = rest
+    return roles
 
 
-def _is_rigid(own: PlacedElement) -> bool:
-    return isinstance(own, PlacedFreedom) and not own.is_passive and own.stiffness is None
+def _is_rigid(part: PlacedElement) -> bool:
+    return isinstance(part, PlacedFreedom) and not part.is_passive and part.stiffness is None

@@ -76,7 +76,7 @@ class Dimension(Enum):
     @classmethod
     def of(cls, si_unit: str) -> Dimension:
         """The first dimension with a unit: a length with m, a moment with N m."""
-        return next(own for own in cls if own.si_unit == si_unit)
+        return next(dimension for dimension in cls if dimension.si_unit == si_unit)
 
     def __str__(self) -> str:
         return f"{self.with_article}, such as {self.example}"
@@ -131,7 +131,7 @@ class SIQuantity:
         >>> parse_quantity("70 GPa").dimension
         <Dimension.MODULUS: ('an elastic modulus', 'Pa', '70 GPa')>
         """
-        alike = (own for own in Dimension if self.units.is_like(own.unit, rad=True))
+        alike = (kind for kind in Dimension if self.units.is_like(kind.unit, rad=True))
         return None if self.is_bare else next(alike, None)
 
     def __str__(self) -> str:
@@ -310,13 +310,13 @@ _NO_NUMBERS = ("nan", "inf", "infinity")
 def read_quantity(text: str, start: int, subject: str) -> tuple[SIQuantity, int]:
     """One signed number with an optional unit; a word after it that is no unit is an error."""
     sign = text[start : start + 1]
-    found = NUMBER.match(text, start + 1 if sign and sign in "+-" else start)
-    if not found:
+    match = NUMBER.match(text, start + 1 if sign and sign in "+-" else start)
+    if not match:
         raise InputError(
             subject, got=text[start:], expected="a number with an optional unit, such as 300 mm"
         )
     try:
-        unit, end = read_unit(text, found.end())
+        unit, end = read_unit(text, match.end())
     except InputError as error:
         raise InputError(
             f"{subject}: {error.subject}", got=error.got, expected=error.expected, hint=error.hint
@@ -325,7 +325,7 @@ def read_quantity(text: str, start: int, subject: str) -> tuple[SIQuantity, int]
     if word and word[0].lower() not in _NO_NUMBERS:  # those are the next value, and wrong there
         expected, hint = f"one of {listing(UNIT_WORDS)}", did_you_mean(word[0], UNIT_WORDS)
         raise InputError(f"{subject}: unknown unit", got=word[0], expected=expected, hint=hint)
-    quantity = make_quantity(float(text[start : found.end()]), unit)
+    quantity = make_quantity(float(text[start : match.end()]), unit)
     if not math.isfinite(quantity.magnitude):
         raise InputError(subject, got=text[start:end], expected="a finite number")
     return quantity, end

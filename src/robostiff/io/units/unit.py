@@ -170,8 +170,8 @@ def read_unit(text: str, start: int, *, leading_slash: bool = True) -> tuple[Uni
 
 def after_space(text: str, start: int) -> int:
     """Where the white space at `start` ends."""
-    found = _SPACE.match(text, start)
-    return found.end() if found else start
+    match = _SPACE.match(text, start)
+    return match.end() if match else start
 
 
 def _read_product(
@@ -180,23 +180,23 @@ def _read_product(
     """The words at `start` with their powers, and where they end."""
     factors: list[tuple[str, int]] = []
     end, divided = start, False
-    while found := _JOINT.match(text, end):
-        joint, begin = found[1], found.end()
+    while match := _JOINT.match(text, end):
+        joint, begin = match[1], match.end()
         inverse = joint == "/"
         if not factors and (joint not in (None, "/") or (inverse and not leading_slash)):
             break
         if inverse and not in_brackets and text.startswith("(", begin):
-            own, inner = _read_product(text, begin + 1, leading_slash=False, in_brackets=True)
+            pairs, inner = _read_product(text, begin + 1, leading_slash=False, in_brackets=True)
             after = after_space(text, inner) + 1
-            if not own or text[after - 1 : after] != ")":
+            if not pairs or text[after - 1 : after] != ")":
                 break
         else:
             word = WORD.match(text, begin)
             if not word or not is_unit_word(word[0]):
                 break
-            own, after = [(_SPELLINGS.get(word[0], word[0]), 1)], word.end()
+            pairs, after = [(_SPELLINGS.get(word[0], word[0]), 1)], word.end()
             if power := _POWER.match(text, after) or _SUPERSCRIPT.match(text, after):
-                own, after = [(own[0][0], int(power[1].translate(_PLAIN_DIGITS)))], power.end()
+                pairs, after = [(pairs[0][0], int(power[1].translate(_PLAIN_DIGITS)))], power.end()
             if again := _POWER_SIGN.match(text, after):
                 raise InputError(
                     "power of a unit",
@@ -211,6 +211,6 @@ def _read_product(
                 expected="only one meaning",
                 hint="write a product below the line as N/(m rad), one above it as N m/rad",
             )
-        factors += [(word, -power if inverse else power) for word, power in own]
+        factors += [(word, -power if inverse else power) for word, power in pairs]
         end, divided = after, divided or inverse
     return factors, end
