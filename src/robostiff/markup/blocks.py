@@ -92,8 +92,8 @@ class Table:
     def of_numbers(self) -> tuple[bool, ...]:
         """Which columns have numbers: they stand at the right, with words between them."""
         columns = zip(*self.rows, strict=True)
-        found = tuple(any(isinstance(cell, Number) for cell in column) for column in columns)
-        return found or (False,) * len(self.header)
+        numeric = tuple(any(isinstance(cell, Number) for cell in column) for column in columns)
+        return numeric or (False,) * len(self.header)
 
 
 @dataclass(frozen=True)
@@ -206,11 +206,11 @@ def inner_blocks(block: Block) -> tuple[Block, ...]:
     """Blocks inside a block, one after the other."""
     match block:
         case SideBySide(columns):
-            return tuple(x for own in columns for x in (own if isinstance(own, tuple) else (own,)))
+            return tuple(x for c in columns for x in (c if isinstance(c, tuple) else (c,)))
         case Folded(_, blocks):
             return blocks
         case Section(_, _, blocks):
-            return tuple(own for own in blocks if own is not None)
+            return tuple(inner for inner in blocks if inner is not None)
     return ()
 
 
@@ -275,11 +275,11 @@ def page_text(page: Page) -> str:
     lines += [] if page.status is None else [f"status: {page.status}"]
     stood_alone = False
     for block in page.blocks:
-        own = [] if block is None else _lines(block)
-        if own:
+        written = [] if block is None else _lines(block)
+        if written:
             alone = isinstance(block, LabelledMatrix | Table)
             lines += [""] if alone or stood_alone else []
-            lines += own
+            lines += written
             stood_alone = alone
     return text_of([*lines, *(f"advice: {advice}" for advice in page.advice)])
 
@@ -305,7 +305,7 @@ def _lines(block: Block) -> list[str]:  # noqa: PLR0911
             return []
         case _:
             head = [block.title] if isinstance(block, Section) else []
-            return head + [line for own in inner_blocks(block) for line in _lines(own)]
+            return head + [line for inner in inner_blocks(block) for line in _lines(inner)]
 
 
 def _columns(block: Table) -> Iterator[str]:
@@ -314,8 +314,8 @@ def _columns(block: Table) -> Iterator[str]:
     rows = [block.header] if any(block.header) else []
     rows += [
         [
-            f"{number(own.value)} {own.unit}".rstrip() if isinstance(own, Number) else own
-            for own in row
+            f"{number(cell.value)} {cell.unit}".rstrip() if isinstance(cell, Number) else cell
+            for cell in row
         ]
         for row in block.rows
     ]

@@ -65,7 +65,7 @@ def typeset(text: str, words: Callable[[str], str], numeral: Callable[[str], str
     '4·10<sup>8</sup> N/m at (−1, 2) m of 3-puu'
     """
     parts = _IN_WORDS.split(text)
-    return "".join(numeral(own) if i % 2 else words(own) for i, own in enumerate(parts))
+    return "".join(numeral(part) if i % 2 else words(part) for i, part in enumerate(parts))
 
 
 def short(value: float, digits: int = 3) -> str:

@@ -123,8 +123,8 @@ def block_html(block: Block) -> str:  # noqa: PLR0911
         case Folded(title, blocks):
             return element("details", element("summary", escaped(title)) + blocks_html(blocks))
         case SideBySide(columns):
-            each = (own if isinstance(own, tuple) else (own,) for own in columns)
-            inner = "".join(element("div", blocks_html(own)) for own in each)
+            stacks = (column if isinstance(column, tuple) else (column,) for column in columns)
+            inner = "".join(element("div", blocks_html(stack)) for stack in stacks)
             return element("div", inner, class_="side-by-side")
         case Section(anchor, title, blocks):
             heading = element("h2", escaped(title))
@@ -158,7 +158,7 @@ def _html_in_tone(html: str, tone: Tone) -> str:
 
 
 def _table(block: Table) -> str:
-    kinds = [{"class_": "number"} if own else {} for own in block.of_numbers]
+    kinds = [{"class_": "number"} if is_number else {} for is_number in block.of_numbers]
     names = zip(block.header, kinds, strict=True)
     head = "".join(element("th", escaped(name), scope="col", **kind) for name, kind in names)
     rows = ""
@@ -304,7 +304,7 @@ def block_typst(block: Block) -> str:  # noqa: PLR0911
         case Table():
             title = [f"{typst_text(block.title)}\n"] if block.title else []
             parts = _halves(block.rows) if block.is_long else (block.rows,)
-            rows = [_rows(block, own) for own in parts]
+            rows = [_rows(block, half) for half in parts]
             return "\n".join([*title, _beside(rows) if block.is_long else rows[0]])
         case LabelledMatrix():
             return _typst_matrix(block)
@@ -315,11 +315,11 @@ def block_typst(block: Block) -> str:  # noqa: PLR0911
         case Folded(title, blocks):
             return f"== {typst_text(title)}\n\n{blocks_typst(blocks)}"
         case SideBySide(columns):
-            each = [own if isinstance(own, tuple) else (own,) for own in columns]
-            if any(isinstance(own, LabelledMatrix) for (own, *_) in each):  # as wide as a page
-                return "\n\n".join(map(blocks_typst, each))
-            whole = all(isinstance(own, Table) for column in each for own in column)
-            return _beside(map(blocks_typst, each), "auto" if whole else "1fr")
+            stacks = [column if isinstance(column, tuple) else (column,) for column in columns]
+            if any(isinstance(top, LabelledMatrix) for (top, *_) in stacks):  # as wide as a page
+                return "\n\n".join(map(blocks_typst, stacks))
+            whole = all(isinstance(inner, Table) for column in stacks for inner in column)
+            return _beside(map(blocks_typst, stacks), "auto" if whole else "1fr")
         case Section(_, title, blocks):
             return f"= {typst_text(title)}\n\n{blocks_typst(blocks)}"
         case _:
@@ -335,10 +335,10 @@ _KNOWN = (
 def blocks_typst(blocks: Iterable[Block | None]) -> str:
     """Blocks one after the other, two figures in a row side by side; None is left out."""
     written = []
-    each = (block for block in blocks if block is not None)
-    for is_known, group in groupby(each, lambda block: isinstance(block, _KNOWN)):
-        own = list(map(block_typst, group))
-        written += own if is_known or len(own) == 1 else [_beside(own)]
+    present = (block for block in blocks if block is not None)
+    for is_known, group in groupby(present, lambda block: isinstance(block, _KNOWN)):
+        parts = list(map(block_typst, group))
+        written += parts if is_known or len(parts) == 1 else [_beside(parts)]
     return "\n\n".join(written)
 
 
@@ -378,11 +378,11 @@ def _rows(block: Table, rows: Sequence[Sequence[Cell]]) -> str:
     lines = []
     for row in rows:
         cells = [
-            numeral_typst(number(float(own.value)))
-            + (f" {typst_text(own.unit)}" if own.unit else "")
-            if isinstance(own, Number)
-            else typst_text(own)
-            for own in row
+            numeral_typst(number(float(cell.value)))
+            + (f" {typst_text(cell.unit)}" if cell.unit else "")
+            if isinstance(cell, Number)
+            else typst_text(cell)
+            for cell in row
         ]
         lines.append("  " + ", ".join(f"[{cell}]" for cell in cells) + ",")
     # automatic widths, except for a column that holds sentences
@@ -394,7 +394,7 @@ def _rows(block: Table, rows: Sequence[Sequence[Cell]]) -> str:
     if max(longest, default=0) >= 60:
         wide = longest.index(max(longest))
         columns = f"({', '.join('1fr' if i == wide else 'auto' for i in range(len(longest)))})"
-    sides = ", ".join("right" if own else "left" for own in block.of_numbers)
+    sides = ", ".join("right" if is_number else "left" for is_number in block.of_numbers)
     start = f"#rows({columns}, ({sides},), table.header({head}),"
     return "\n".join([start, *lines, ")"])
 

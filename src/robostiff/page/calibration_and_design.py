@@ -19,30 +19,30 @@ from robostiff.page.of_result import attributes
 _REST = "residual, root mean square"
 
 
-def identification_page(found: Identified, level: float = 0.95) -> Page:
+def identification_page(result: Identified, level: float = 0.95) -> Page:
     """Values with their intervals, stiffnesses, residuals by marker, and what was not found."""
-    if found.status is FitStatus.TOO_FEW_ROWS:
-        name = found.model.statics.robot.name
-        return Page(name, ", not identified", found.status, [], found.advice, {"values": {}})
+    if result.status is FitStatus.TOO_FEW_ROWS:
+        name = result.model.statics.robot.name
+        return Page(name, ", not identified", result.status, [], result.advice, {"values": {}})
     rows, stiffnesses = [], []
-    for own in found.model.parameters:
-        interval = found.interval(level).get(own.name)
-        value = Number(found.values[own.name], own.unit)
+    for p in result.model.parameters:
+        interval = result.interval(level).get(p.name)
+        value = Number(result.values[p.name], p.unit)
         if interval is None:
-            rows.append((own.name, value, "not identified", "", Number(own.nominal)))
+            rows.append((p.name, value, "not identified", "", Number(p.nominal)))
             continue
-        rows.append((own.name, value, *map(Number, interval), Number(own.nominal)))
-        if own.kind is UnknownKind.COMPLIANCE:
-            unit = "N m/rad" if own.unit.startswith("rad") else "N/m"
-            k, low, high = found.stiffness_interval(own.name, level)
+        rows.append((p.name, value, *map(Number, interval), Number(p.nominal)))
+        if p.kind is UnknownKind.COMPLIANCE:
+            unit = "N m/rad" if p.unit.startswith("rad") else "N/m"
+            k, low, high = result.stiffness_interval(p.name, level)
             above = Number(high) if np.isfinite(high) else "no limit"
-            stiffnesses.append((own.name.removeprefix("1/"), Number(k, unit), Number(low), above))
+            stiffnesses.append((p.name.removeprefix("1/"), Number(k, unit), Number(low), above))
     frames = []
-    for own in found.unknowns[len(found.model.parameters) :]:
-        error = found.std.get(own.name)
-        words = "not identified" if error is None else Number(error, own.unit)
-        frames.append((own.name, Number(found.values[own.name], own.unit), words))
-    measured = found.measured
+    for unknown in result.unknowns[len(result.model.parameters) :]:
+        error = result.std.get(unknown.name)
+        words = "not identified" if error is None else Number(error, unknown.unit)
+        frames.append((unknown.name, Number(result.values[unknown.name], unknown.unit), words))
+    measured = result.measured
     of_what: dict[bool, list[tuple[Any, ...]]] = {False: [], True: []}
     drive_names = tuple(dict.fromkeys(filter(None, measured.drives)))
     for of_drive, names, owners, width, factor in (
@@ -51,19 +51,19 @@ def identification_page(found: Identified, level: float = 0.95) -> Page:
     ):
         kinds = [kind.of_drive is of_drive for kind in measured.kinds]
         for name in names:
-            mine = [own == name and kind for own, kind in zip(owners, kinds, strict=True)]
-            rest = factor * found.residuals[mine][:, :width]
+            selected = [owner == name and kind for owner, kind in zip(owners, kinds, strict=True)]
+            rest = factor * result.residuals[selected][:, :width]
             root, most = float(np.sqrt(np.nanmean(rest**2))), float(np.nanmax(np.abs(rest)))
             of_what[of_drive].append((name, str(len(rest)), Number(root), Number(most)))
     until = f"{number(100 * level)} %"
     facts = [
-        ("readings", str(len(found.measured))),
-        ("degrees of freedom", str(found.degrees_of_freedom)),
-        ("chi-square", Number(found.chi_square)),
-        ("probability of a larger one", Number(found.probability)),
+        ("readings", str(len(result.measured))),
+        ("degrees of freedom", str(result.degrees_of_freedom)),
+        ("chi-square", Number(result.chi_square)),
+        ("probability of a larger one", Number(result.probability)),
     ]
-    if not found.measured.has_sigma:
-        facts[2:] = [("standard deviation of a coordinate [um]", Number(1e6 * found.sigma))]
+    if not result.measured.has_sigma:
+        facts[2:] = [("standard deviation of a coordinate [um]", Number(1e6 * result.sigma))]
     branches = measured.branches
     if len(branches):
         floor = 1e6 * float(np.sqrt(np.nanmean(branches[:, :3] ** 2)))
@@ -77,77 +77,77 @@ def identification_page(found: Identified, level: float = 0.95) -> Page:
         (("fit", ""), facts),
     )
     return Page(
-        found.robot.name,
-        f", identified from {len(found.measured)} readings",
-        found.status,
-        [Table(headings, own) for headings, own in tables if own],
-        found.advice,
+        result.robot.name,
+        f", identified from {len(result.measured)} readings",
+        result.status,
+        [Table(headings, cells) for headings, cells in tables if cells],
+        result.advice,
         {
-            **attributes(found, "values std"),
-            "intervals": found.interval(level),
-            **attributes(found, "names covariance residuals leverage outliers chi_square"),
-            **attributes(found, "degrees_of_freedom probability not_identified weak"),
+            **attributes(result, "values std"),
+            "intervals": result.interval(level),
+            **attributes(result, "names covariance residuals leverage outliers chi_square"),
+            **attributes(result, "degrees_of_freedom probability not_identified weak"),
             "branches": branches,
         },
     )
 
 
-def chosen_poses_page(name: str, found: ChosenPoses) -> Page:
+def chosen_poses_page(name: str, result: ChosenPoses) -> Page:
     """Which postures were chosen, and how much better they are than others."""
     choices = [
-        ("this choice", Number(found.value)),
-        ("a random choice", Number(found.random)),
-        ("candidates left out", str(found.left_out)),
+        ("this choice", Number(result.value)),
+        ("a random choice", Number(result.random)),
+        ("candidates left out", str(result.left_out)),
     ]
-    errors = [(own, Number(value, found.units[own])) for own, value in found.std.items()]
+    errors = [(part, Number(value, result.units[part])) for part, value in result.std.items()]
     return Page(
         name,
-        f", {len(found.rows)} postures to measure at",
+        f", {len(result.rows)} postures to measure at",
         None,
         [
-            Table((found.criterion, ""), choices),
+            Table((result.criterion, ""), choices),
             Table(("parameter", "standard deviation to be expected"), errors),
         ],
         (),
         {
-            "rows": found.rows,
-            "postures": getattr(found.postures, "values", found.postures),
-            **attributes(found, "value random std left_out"),
+            "rows": result.rows,
+            "postures": getattr(result.postures, "values", result.postures),
+            **attributes(result, "value random std left_out"),
         },
     )
 
 
-def compensation_page(found: Compensation) -> Page:
+def compensation_page(result: Compensation) -> Page:
     """How far a path is off without and with correction, and the points with a status."""
-    kinds, counts = np.unique(found.status_codes, return_counts=True)
+    kinds, counts = np.unique(result.status_codes, return_counts=True)
     rows = []
-    cases = ("without correction", found.deviation), ("with correction", found.residual)
-    for words, each in cases:
-        moved, turned = (np.linalg.norm(each[:, part], axis=1) for part in (slice(3), slice(3, 6)))
-        most = [float(np.nanmax(own, initial=0.0)) for own in (moved, turned)]
+    cases = ("without correction", result.deviation), ("with correction", result.residual)
+    for words, twists in cases:
+        moved, turned = (np.linalg.norm(twists[:, s], axis=1) for s in (slice(3), slice(3, 6)))
+        most = [float(np.nanmax(sizes, initial=0.0)) for sizes in (moved, turned)]
         rows.append((words, *(Number(round(1e6 * value, 6)) for value in most)))
     statuses = [(str(Status(int(k))), f"{n} points") for k, n in zip(kinds, counts, strict=True)]
-    advice = list(found.status.advice)
-    if found.jumps:
-        points = ", ".join(str(k + 1) for k in found.jumps[:5])
-        more = ", ..." if len(found.jumps) > 5 else ""
+    advice = list(result.status.advice)
+    if result.jumps:
+        points = ", ".join(str(k + 1) for k in result.jumps[:5])
+        more = ", ..." if len(result.jumps) > 5 else ""
         advice.append(
             f"the correction jumps before point {points}{more}: the process force or the posture "
             "changes there; look at these points before the machine runs them"
         )
     return Page(
-        found.robot.name,
-        f", {len(found.target)} points of a path",
-        found.status,
+        result.robot.name,
+        f", {len(result.target)} points of a path",
+        result.status,
         [
             Table(("largest", "shift [um]", "rotation [urad]"), rows),
-            Table(("status", "points"), statuses) if found.status else None,
+            Table(("status", "points"), statuses) if result.status else None,
         ],
         tuple(advice),
         {
-            "points": len(found.target),
-            **attributes(found, "deviation residual commanded drives drive_names"),
-            **attributes(found, "status_codes jumps"),
+            "points": len(result.target),
+            **attributes(result, "deviation residual commanded drives drive_names"),
+            **attributes(result, "status_codes jumps"),
         },
     )
 
@@ -155,36 +155,36 @@ def compensation_page(found: Compensation) -> Page:
 _QUANTILES = (0.05, 0.5, 0.95, 0.99)
 
 
-def optimum_page(found: Optimum) -> Page:
+def optimum_page(result: Optimum) -> Page:
     """The values of the variables, the objective before and after, and the limits that hold."""
-    rows = [(name, Number(value)) for name, value in found.values.items()]
+    rows = [(name, Number(value)) for name, value in result.values.items()]
     facts = (
-        ("ended", f"{found.ending.value} after {found.steps} steps"),
-        ("at limits", ", ".join(found.at_limits)),
+        ("ended", f"{result.ending.value} after {result.steps} steps"),
+        ("at limits", ", ".join(result.at_limits)),
     )
-    advice = () if found.ending is Ending.OPTIMUM else (found.ending.advice,)
-    ends = [("at the start", Number(found.at_start)), ("found", Number(found.objective))]
+    advice = () if result.ending is Ending.OPTIMUM else (result.ending.advice,)
+    ends = [("at the start", Number(result.at_start)), ("found", Number(result.objective))]
     blocks: list[Block] = [
         Table(("variable", "value [SI]"), rows),
         Table(("objective", ""), ends),
-        Facts(tuple(own for own in facts if own[1])),
+        Facts(tuple(fact for fact in facts if fact[1])),
     ]
-    return Page(found.robot.name, ", best values of its parameters", None, blocks, advice)
+    return Page(result.robot.name, ", best values of its parameters", None, blocks, advice)
 
 
-def tolerances_page(found: Tolerances) -> Page:
+def tolerances_page(result: Tolerances) -> Page:
     """Nominal value and quantiles of each output at the first pose, and what they come from."""
     blocks: list[Block] = []
-    for name, nominal in found.nominal.items():
+    for name, nominal in result.nominal.items():
         rows = [("nominal", Number(float(nominal[0])), "")]
         for q in _QUANTILES:
-            value, error = (float(own[0]) for own in found.quantile(name, q))
+            value, error = (float(x[0]) for x in result.quantile(name, q))
             rows.append((f"{percent(q, 0)} below", Number(value), f"± {number(error, 2)}"))
         blocks.append(Table((name, "[SI]", ""), rows))
-        shares = [(own, percent(share, 1)) for own, share in found.shares(name).items()]
+        shares = [(part, percent(share, 1)) for part, share in result.shares(name).items()]
         blocks.append(Table(("parameter", "share of the variance"), shares))
-    count = len(next(iter(found.samples.values())))
+    count = len(next(iter(result.samples.values())))
     advice = ()
-    if found.answered < 1:
-        advice = (f"{percent(1 - found.answered)} of the robots have no answer and are left out",)
+    if result.answered < 1:
+        advice = (f"{percent(1 - result.answered)} of the robots have no answer and are left out",)
     return Page(f"{count} robots", ", whose parameters are spread", None, blocks, advice)

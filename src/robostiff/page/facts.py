@@ -60,15 +60,15 @@ def machine_page(machine: Any) -> Page:
         facts["parts"] = _counted(_network_facts(machine))
     elif isinstance(machine, Linkage):
         joints = [
-            [own.name, f"{c.a}, {c.b}", own.kind.value, type(own.role).__name__.lower()]
+            [joint.name, f"{c.a}, {c.b}", joint.kind.value, type(joint.role).__name__.lower()]
             for c in machine.connections
-            if isinstance(own := c.element, Joint)
+            if isinstance(joint := c.element, Joint)
         ]
         blocks.append(Table(["joint", "between", "kind", "role"], joints))
     blocks.append(Facts(tuple(facts.items())) if facts else None)
     facts = {
         "symbols": ", ".join(map(str, getattr(machine, "symbols", ()))),
-        "free coordinates": " ".join(one.value for one in machine.coordinates),
+        "free coordinates": " ".join(coordinate.value for coordinate in machine.coordinates),
         "source": machine.source,
     }
     blocks.append(Facts(tuple((name, words) for name, words in facts.items() if words)))
@@ -77,7 +77,7 @@ def machine_page(machine: Any) -> Page:
 
 def leg_table(machine: Any) -> Table | None:
     """The elements of every leg; None of a machine without legs."""
-    rows = [[own["name"], ", ".join(own["elements"])] for own in _legs(machine)]
+    rows = [[leg["name"], ", ".join(leg["elements"])] for leg in _legs(machine)]
     return Table(["leg", "from base to platform"], rows) if rows else None
 
 
@@ -112,14 +112,14 @@ def facts_of(robot: Any, with_parts: bool = False) -> dict[str, Any]:
     The stiffness at home is included, that of the legs where there are springs between bodies; and
     each part where it is wanted.
     """
-    own: dict[str, Any] = {}
+    of_kind: dict[str, Any] = {}
     home = stiffness(robot.with_springs() if hasattr(robot, "with_springs") else robot)
     if hasattr(robot, "nodes"):
-        own = _network_facts(robot)
+        of_kind = _network_facts(robot)
     elif hasattr(robot, "cables"):
-        own["cables"] = robot.cable_names
+        of_kind["cables"] = robot.cable_names
     elif Status.UNREACHABLE not in home.status:
-        own = masses_at_home(robot)
+        of_kind = masses_at_home(robot)
     platform: Any = getattr(robot, "platform", None)
     if platform is not None and not robot.is_frozen:
         shape = {
@@ -128,7 +128,7 @@ def facts_of(robot: Any, with_parts: bool = False) -> dict[str, Any]:
             "tool": platform.tool,
             "legs": dict(zip((leg.name for leg in robot.legs), robot.holds, strict=True)),
         }
-        own = {"platform": shape, **own}
+        of_kind = {"platform": shape, **of_kind}
     legs = _legs(robot)
     units = {"length": "m", "angle": "rad", "force": "N", "mass": "kg"}
     known: dict[str, Any] = {
@@ -149,10 +149,10 @@ def facts_of(robot: Any, with_parts: bool = False) -> dict[str, Any]:
         "title": robot.title,
         "source": robot.source,
         "space": robot.space.name.lower(),
-        "coordinates": [one.value for one in robot.coordinates],
+        "coordinates": [coordinate.value for coordinate in robot.coordinates],
         "units": {**units, "stiffness": asdict(STIFFNESS_UNITS)},
         "legs": legs,
-        **own,
+        **of_kind,
         **known,
     }
 
@@ -172,20 +172,20 @@ def _network_facts(network: Network) -> dict[str, Any]:
 
 def _legs(machine: Any) -> list[dict[str, Any]]:
     """Elements of every leg in words, and how many freedoms are passive and actuated."""
-    found = []
+    legs = []
     for leg in getattr(machine, "legs", ()):
         if isinstance(leg, PlacedLeg):
-            words, roles = leg.in_words(), [one.role for one in leg.freedoms]
+            words, roles = leg.in_words(), [freedom.role for freedom in leg.freedoms]
         else:
             words, roles = leg.chain.in_words, leg.chain.roles
-        own = {
+        facts = {
             "name": leg.name,
             "elements": words,
             "passive_freedoms": sum(isinstance(role, Passive) for role in roles),
             "actuated_freedoms": sum(isinstance(role, Actuated) for role in roles),
         }
-        found.append(own)
-    return found
+        legs.append(facts)
+    return legs
 
 
 def masses_at_home(machine: Any) -> dict[str, Any]:
@@ -211,14 +211,14 @@ def masses_at_home(machine: Any) -> dict[str, Any]:
     if posture is not None and machine.springs:
         facts["springs"] = [
             {
-                "name": own.name,
-                "bodies": list(own.bodies),
-                "stiffness": own.stiffness,
+                "name": spring.name,
+                "bodies": list(spring.bodies),
+                "stiffness": spring.stiffness,
                 "length": length,
-                "tension": own.tension + own.stiffness * (length - own.length),
+                "tension": spring.tension + spring.stiffness * (length - spring.length),
             }
-            for own in with_body_springs(posture).one(0).springs
-            for length in [float(np.linalg.norm(own.points[1] - own.points[0]))]
+            for spring in with_body_springs(posture).one(0).springs
+            for length in [float(np.linalg.norm(spring.points[1] - spring.points[0]))]
         ]
     return facts
 
@@ -240,9 +240,9 @@ def _fact_lines(facts: Mapping[str, Any]) -> Iterator[str]:
         yield f"{leg['name']}: {', '.join(leg['elements'])}; {freedoms}"
     if "platform" in facts:
         platform = facts["platform"]
-        held = ", ".join(f"{leg} at {node}" for leg, node in platform["legs"].items())
+        nodes = ", ".join(f"{leg} at {node}" for leg, node in platform["legs"].items())
         parts = ", ".join(platform["parts"])
-        yield f"flexible platform: {parts}; tool at {platform['tool']}, {held}"
+        yield f"flexible platform: {parts}; tool at {platform['tool']}, {nodes}"
     if facts["kind"] == "cable robot":
         yield f"cables: {', '.join(facts['cables'])}"
     if facts["kind"] == "network":
@@ -250,11 +250,11 @@ def _fact_lines(facts: Mapping[str, Any]) -> Iterator[str]:
     yield from masses_in_words(facts)
     if "gravity" in facts:
         yield f"gravity: ({row(np.array(facts['gravity']))}) m/s^2"
-    for own in facts.get("springs", ()) if facts["kind"] == "model" else ():
+    for spring in facts.get("springs", ()) if facts["kind"] == "model" else ():
         yield (
-            f"spring {own['name']} between {' and '.join(own['bodies'])}: "
-            f"{number(own['stiffness'])} N/m, {number(own['length'])} m long at home, "
-            f"tension {number(own['tension'])} N; under finite loads alone"
+            f"spring {spring['name']} between {' and '.join(spring['bodies'])}: "
+            f"{number(spring['stiffness'])} N/m, {number(spring['length'])} m long at home, "
+            f"tension {number(spring['tension'])} N; under finite loads alone"
         )
 
 
@@ -262,7 +262,7 @@ def _counted(facts: Mapping[str, Any]) -> str:
     """Bodies and parts of a network in words."""
     counted = ("bodies", "beams", "springs", "joints", "passive_freedoms", "elastic_freedoms")
     words = [(facts[key], key.replace("_", " ")) for key in counted if facts[key]]
-    return ", ".join(f"{n} {_ONE.get(own, own[:-1]) if n == 1 else own}" for n, own in words)
+    return ", ".join(f"{n} {_ONE.get(word, word[:-1]) if n == 1 else word}" for n, word in words)
 
 
 def masses_in_words(facts: Mapping[str, Any], label: str = "masses") -> list[str]:
@@ -276,12 +276,12 @@ def masses_in_words(facts: Mapping[str, Any], label: str = "masses") -> list[str
         called = name if leg == "platform" or facts["kind"] == "network" else part
         values.setdefault(called, {})[name] = f"{number(value)} kg"
     parts = []
-    for called, own in values.items():
-        if len(own) > 1 and len(set(own.values())) == 1:
-            parts.append(f"{len(own)} x {called} {next(iter(own.values()))}")
+    for called, texts in values.items():
+        if len(texts) > 1 and len(set(texts.values())) == 1:
+            parts.append(f"{len(texts)} x {called} {next(iter(texts.values()))}")
         else:
-            names = [called] if len(own) == 1 else own
-            parts += [f"{n} {v}" for n, v in zip(names, own.values(), strict=True)]
+            names = [called] if len(texts) == 1 else texts
+            parts += [f"{n} {v}" for n, v in zip(names, texts.values(), strict=True)]
     centre = f", centre of mass ({row(np.array(masses['centre']))}) m" if "centre" in masses else ""
     return [f"{label}: {', '.join(parts)}; {number(masses['total'])} kg in all{centre}"]
 
@@ -293,14 +293,14 @@ def parts_at_home(robot: Any) -> dict[str, list[dict[str, Any]]]:
     Those of a network, and cables, are one list.
     """
     posture = find_posture(robot)
-    found = {}
-    each = zip(robot.legs, posture.snapshot.one(0).legs, posture.coordinates, strict=True)
-    for leg, placed, q in each:
+    parts = {}
+    legs = zip(robot.legs, posture.snapshot.one(0).legs, posture.coordinates, strict=True)
+    for leg, placed, q in legs:
         joints = map(float, leg.chain.joint_coordinates(np.ravel(q)))
         known = dict(zip(leg.chain.joint_names, joints, strict=True))
         lengths = dict(_lengths(leg.chain, ""))
-        found[leg.name] = [_part(part, known, lengths) for part in placed.parts]
-    return found
+        parts[leg.name] = [_part(part, known, lengths) for part in placed.parts]
+    return parts
 
 
 @parts_at_home.register
@@ -311,7 +311,7 @@ def _(snapshot: Snapshot) -> dict[str, list[dict[str, Any]]]:
 def mobility_at_home(robot: Robot) -> dict[str, Any]:
     """How many freedoms the legs leave the platform at home, and coordinates that fit them."""
     posture = find_posture(robot)
-    q = [np.ravel(own) for own in posture.coordinates]
+    q = [np.ravel(x) for x in posture.coordinates]
     mobility = platform_mobility(robot, np.ravel(posture.pose), q, posture.length)
     fitting = fitting_coordinates(mobility)
     return {"freedoms": len(fitting), "coordinates": [c.value for c in fitting]}
@@ -319,41 +319,41 @@ def mobility_at_home(robot: Robot) -> dict[str, Any]:
 
 @parts_at_home.register
 def _(network: Network) -> dict[str, list[dict[str, Any]]]:
-    each: list[tuple[Any, np.ndarray, dict[str, float], Elasticity]] = [
+    elements: list[tuple[Any, np.ndarray, dict[str, float], Elasticity]] = [
         (beam, beam.end, {"length": beam.length}, Elasticity(beam.tip_compliance))
         for beam in network.beams
     ]
-    each += [
+    elements += [
         (spring, spring.point, {}, spring.elasticity)
         for spring in network.springs
         if np.any(spring.elasticity.compliance) or np.any(spring.elasticity.freedoms)
     ]
-    found = [
+    parts = [
         {
-            "name": own.name,
+            "name": element.name,
             "kind": "elastic",
-            "between": [own.a, own.b],
+            "between": [element.a, element.b],
             "point": point.tolist(),
             **length,
             **_alone(elasticity),
         }
-        for own, point, length, elasticity in each
+        for element, point, length, elasticity in elements
     ]
     for joint in network.joints:
         for freedom in joint.freedoms:
             part = _part(freedom, {}, {})
             name = part["name"] if part["name"] == joint.name else f"{joint.name}/{part['name']}"
-            found.append({**part, "name": name, "between": [joint.a, joint.b]})
-    return {"network": found}
+            parts.append({**part, "name": name, "between": [joint.a, joint.b]})
+    return {"network": parts}
 
 
 @parts_at_home.register
 def _(robot: CableRobot) -> dict[str, list[dict[str, Any]]]:
-    found = []
+    cables = []
     for cable in robot.cables:
         end = robot.home.R @ cable.attachment + robot.home.p
         greatest = float(cable.greatest_tension)
-        own = {
+        facts = {
             "name": cable.name,
             "kind": "cable",
             "exit": cable.exit_point.tolist(),
@@ -364,8 +364,8 @@ def _(robot: CableRobot) -> dict[str, list[dict[str, Any]]]:
             "winch_stiffness": cable.winch_stiffness,
             "tension_limits": [float(cable.least_tension), greatest if greatest < np.inf else None],
         }
-        found.append(own)
-    return {"cables": found}
+        cables.append(facts)
+    return {"cables": cables}
 
 
 JOINT_UNITS = ("N/m", "N m/rad")
@@ -375,17 +375,17 @@ JOINT_UNITS = ("N/m", "N m/rad")
 def part_tables(parts: Mapping[str, list[dict[str, Any]]]) -> list[Table]:
     """Tables of joints, elastic parts and cables, as `parts_at_home` has them."""
     listed = [
-        own if leg in _WHOLE else {**own, "name": f"{leg}/{own['name']}"}
+        part if leg in _WHOLE else {**part, "name": f"{leg}/{part['name']}"}
         for leg, of in parts.items()
-        for own in of
+        for part in of
     ]
     tables = []
     for kind, cells in _CELLS.items():
         rows = [cells(part) for part in listed if part["kind"] == kind]
         # without columns in which none has anything
-        heads = [name for name in rows[0] if any(own[name] != "" for own in rows)] if rows else []
+        heads = [name for name in rows[0] if any(line[name] != "" for line in rows)] if rows else []
         if heads:
-            tables.append(Table(heads, [[own[name] for name in heads] for own in rows]))
+            tables.append(Table(heads, [[line[name] for name in heads] for line in rows]))
     return tables
 
 
@@ -459,8 +459,8 @@ def _part(
         part = part.alone  # what couples it is listed by itself
     if isinstance(part, PlacedSpring):
         length = {"length": lengths[part.name]} if part.name in lengths else {}
-        own = {"name": part.name, "kind": "elastic", "point": point}
-        return {**own, **length, **_alone(part.elasticity)}
+        facts = {"name": part.name, "kind": "elastic", "point": point}
+        return {**facts, **length, **_alone(part.elasticity)}
     limits = part.role.limits if isinstance(part.role, Actuated) else None
     coordinate = {"coordinate": known[part.name]} if part.name in known else {}
     return {

@@ -21,10 +21,10 @@ from robostiff.page.stiffness import posed_page, stiffness_page
 _SMALL = 1e-9
 
 
-def indices_page(asked: StiffnessIndices | Stiffness) -> Page:
+def indices_page(answer: StiffnessIndices | Stiffness) -> Page:
     """The indices at a pose; of a stiffness, which has none without a matrix, that it has none."""
-    found, result = (None, asked) if isinstance(asked, Stiffness) else (asked, asked.result)
-    blocks = stiffness_page(result).blocks if found is None else _blocks(found)
+    indices, result = (None, answer) if isinstance(answer, Stiffness) else (answer, answer.result)
+    blocks = stiffness_page(result).blocks if indices is None else _blocks(indices)
     return posed_page(
         result,
         blocks,
@@ -32,50 +32,50 @@ def indices_page(asked: StiffnessIndices | Stiffness) -> Page:
             "pose": result.pose,
             "reference_point": result.reference_point,
             "order": order(result.space),
-            "length": None if found is None else found.length,
-            "indices": None if found is None else {n: getattr(found, n) for n in INDEX_NAMES},
+            "length": None if indices is None else indices.length,
+            "indices": None if indices is None else {n: getattr(indices, n) for n in INDEX_NAMES},
         },
     )
 
 
-def _blocks(found: StiffnessIndices) -> list[Block | None]:
-    condition, work, status = found.condition, found.virtual_work, found.status
-    screws = found.eigenscrews
+def _blocks(indices: StiffnessIndices) -> list[Block | None]:
+    condition, work, status = indices.condition, indices.virtual_work, indices.status
+    screws = indices.eigenscrews
     wrenches = []
-    for own in screws.wrenches:
-        screw, words = own.screw, f"translation along {direction_in_words(own.direction)}"
+    for wrench in screws.wrenches:
+        screw, words = wrench.screw, f"translation along {direction_in_words(wrench.direction)}"
         if screw is not None and screw.point is not None:
             line = f"along {direction_in_words(screw.axis)} through ({_place(screw.point)}) m"
             pitch = f", {number(1e3 * (screw.pitch or 0.0))} N mm per N"
             # of a wrench a rotation is a pitch of zero
             words = f"force {line}" if screw.is_rotation else f"wrench {line}{pitch}"
-        wrenches.append(_entry(own.stiffness, "N/m", words))
-    motions = [FreeMotion(np.zeros(6), own.screw) for own in screws.twists]
+        wrenches.append(_entry(wrench.stiffness, "N/m", words))
+    motions = [FreeMotion(np.zeros(6), twist.screw) for twist in screws.twists]
     twists = [
-        _entry(own.stiffness, "N m/rad", str(motion))
-        for own, motion in zip(screws.twists, motions, strict=True)
+        _entry(twist.stiffness, "N m/rad", str(motion))
+        for twist, motion in zip(screws.twists, motions, strict=True)
     ]
     along = [
         [
-            direction_in_words(own.direction),
-            *(Number(float(k)) for k in (own.free, own.held)),
-            "moves freely" if Status.UNBALANCED in own.status else "",
+            direction_in_words(axis.direction),
+            *(Number(float(k)) for k in (axis.free, axis.held)),
+            "moves freely" if Status.UNBALANCED in axis.status else "",
         ]
-        for own in found.along_axes
+        for axis in indices.along_axes
     ]
-    scaled = zip(found.eigenstiffness.values, found.eigenstiffness.motions, strict=True)
+    scaled = zip(indices.eigenstiffness.values, indices.eigenstiffness.motions, strict=True)
     return [
         Table(["stiffness along world axes [N/m]", "free", "held", ""], along),
-        principal_table(found),
-        _stationary("collinear stiffness", found.collinear),
-        worst_table(found),
-        ratios(found),
+        principal_table(indices),
+        _stationary("collinear stiffness", indices.collinear),
+        worst_table(indices),
+        ratios(indices),
         Table(("", ""), [*wrenches, *twists], f"eigenscrews: {screws.about}"),
-        centres(found),
+        centres(indices),
         Table(
             ("", ""),
             [_entry(k, "N/m", str(motion)) for k, motion in scaled],
-            f"rotations multiplied by the characteristic length {number(found.length)} m:",
+            f"rotations multiplied by the characteristic length {number(indices.length)} m:",
         ),
         Bullets(
             (
@@ -92,14 +92,14 @@ def _blocks(found: StiffnessIndices) -> list[Block | None]:
 _Row = tuple[str, Cell]  # what a value is of, and the value or a word in its place
 
 
-def principal_table(found: StiffnessIndices) -> Table:
+def principal_table(indices: StiffnessIndices) -> Table:
     """Principal stiffnesses with their directions, the smallest first."""
-    return _stationary("principal stiffness", found.principal)
+    return _stationary("principal stiffness", indices.principal)
 
 
-def worst_table(found: StiffnessIndices) -> Table:
+def worst_table(indices: StiffnessIndices) -> Table:
     """The largest deflections of unit loads."""
-    worst, status = found.worst_deflection, found.status
+    worst, status = indices.worst_deflection, indices.status
     unit_force = f"along {direction_in_words(worst.translational_direction)}"
     unit_moment = f"about {direction_in_words(worst.rotational_direction)}"
     rows = [
@@ -109,40 +109,40 @@ def worst_table(found: StiffnessIndices) -> Table:
     return Table(("", ""), rows, f"worst deflection {worst.about}")
 
 
-def ratios(found: StiffnessIndices) -> Bullets:
+def ratios(indices: StiffnessIndices) -> Bullets:
     """How much deflections differ by direction."""
-    ratio, status = found.anisotropy, found.status
+    ratio, status = indices.anisotropy, indices.status
     displacements = f"{_known(ratio.translational, status)} of displacements"
     return Bullets(
         (f"anisotropy: {displacements}, {_known(ratio.rotational, status)} of rotations",)
     )
 
 
-def centres(found: StiffnessIndices) -> Bullets:
+def centres(indices: StiffnessIndices) -> Bullets:
     """Compliant axes and centres."""
     axes = (
         f"compliant axis: {direction_in_words(axis.direction)} through ({_place(axis.point)}) m"
-        for axis in found.eigenscrews.compliant_axes
+        for axis in indices.eigenscrews.compliant_axes
     )
     return Bullets(
         (
             *axes,
-            f"centre of stiffness:  {_centre(found.centre_of_stiffness)}",
-            f"centre of compliance: {_centre(found.centre_of_compliance)}",
+            f"centre of stiffness:  {_centre(indices.centre_of_stiffness)}",
+            f"centre of compliance: {_centre(indices.centre_of_compliance)}",
         )
     )
 
 
-def _stationary(name: str, found: PrincipalStiffnesses | CollinearStiffness) -> Table:
+def _stationary(name: str, result: PrincipalStiffnesses | CollinearStiffness) -> Table:
     rows = [
-        _entry(k, unit, f"{load} {direction_in_words(u)}", found.status)
+        _entry(k, unit, f"{load} {direction_in_words(u)}", result.status)
         for load, unit, values, directions in (
-            ("force along", "N/m", found.translational, found.translational_directions),
-            ("moment about", "N m/rad", found.rotational, found.rotational_directions),
+            ("force along", "N/m", result.translational, result.translational_directions),
+            ("moment about", "N m/rad", result.rotational, result.rotational_directions),
         )
         for k, u in zip(values, directions, strict=True)
     ]
-    return Table(("", ""), rows, f"{name}: {found.about}")
+    return Table(("", ""), rows, f"{name}: {result.about}")
 
 
 def _entry(value: float, unit: str, words: str, status: Status = Status.FREE_MOTIONS) -> _Row:

@@ -79,7 +79,7 @@ def equilibrium_page(
         blocks.append(Table(("factor", moved, "status"), rows))
         data["load_path"] = {
             "factors": columns[0],
-            "displacement": [None if np.isnan(own).any() else own for own in columns[1]],
+            "displacement": [None if np.isnan(twist).any() else twist for twist in columns[1]],
             "stable": curve["stable"].values,
             "status": [Status(int(code)) for code in columns[2]],
             **{f"path_{name}": curve[f"path_{name}"].values for name in _OF_PATH},
@@ -115,22 +115,22 @@ def _equilibrium_blocks(result: Equilibrium) -> list[Block | None]:
     if of_parts > 0 and is_strained:
         blocks.append(energy_table(result.shares, of_parts))
     if result.springs:
-        are_cables = all(own.is_cable for own in result.springs)
+        are_cables = all(spring.is_cable for spring in result.springs)
         rows = [
-            [own.name, Number(own.tension, "N"), Number(own.length, "m"), Number(own.energy, "J")]
-            for own in result.springs
+            [s.name, Number(s.tension, "N"), Number(s.length, "m"), Number(s.energy, "J")]
+            for s in result.springs
         ]
         title = "cables:" if are_cables else "springs between bodies:"
         blocks.append(Table(["spring", "tension", "length", "energy"], rows, title))
     # what elastic drives and locks carry; rounding is shown as zero
-    loads = [own for own in result.parts if own.load is not None and (own.energy > 0 or own.load)]
-    largest = max((abs(own.load or 0.0) for own in loads), default=0.0)
+    loads = [p for p in result.parts if p.load is not None and (p.energy > 0 or p.load)]
+    largest = max((abs(p.load or 0.0) for p in loads), default=0.0)
     drives = {}
-    for own in loads:
-        load = float(own.load or 0.0)
-        drives[f"{own.leg}/{own.part}"] = (load if abs(load) > KNOWN * largest else 0.0, own.unit)
+    for p in loads:
+        load = float(p.load or 0.0)
+        drives[f"{p.leg}/{p.part}"] = (load if abs(load) > KNOWN * largest else 0.0, p.unit)
     if drives and is_strained:
-        rows = [[name, Number(*own)] for name, own in drives.items()]
+        rows = [[name, Number(*value)] for name, value in drives.items()]
         blocks.append(Table(["elastic drive", "load"], rows))
     return blocks
 
@@ -157,7 +157,7 @@ def matrix_under_load(result: Equilibrium) -> LabelledMatrix | None:
 
 def critical_page(critical: CriticalLoad) -> Page:
     """The factor of the wrench at which a robot loses its stability, and how."""
-    found = ("factor", "mode", "leg", "is_limit")
+    names = ("factor", "mode", "leg", "is_limit")
     if critical.is_found:
         factor = number(critical.factor)
         lines = [f"critical load: {factor} times the wrench", f"there {critical.mode}"]
@@ -174,7 +174,7 @@ def critical_page(critical: CriticalLoad) -> Page:
         [Bullets(tuple(lines))],
         critical.advice,
         {
-            **{name: getattr(critical, name) if critical.is_found else None for name in found},
+            **{name: getattr(critical, name) if critical.is_found else None for name in names},
             "searched_to": critical.searched_to,
         },
     )
@@ -184,31 +184,31 @@ _MOST = 10  # modes, or parts of a network, in a list
 _SHARES = 3  # parts with the most energy, of each mode
 
 
-def modes_page(found: Modes, masses: Any = None, in_words: tuple[str, ...] = ()) -> Page:
+def modes_page(result: Modes, masses: Any = None, in_words: tuple[str, ...] = ()) -> Page:
     """Natural vibrations, slowest first, and the masses of the model as `check` has them."""
-    pairs = zip(picked(found, "frequency growth twist words"), found, strict=True)
+    pairs = zip(picked(result, "frequency growth twist words"), result, strict=True)
     rows: list[list[Cell]] = []
-    for i, mode in enumerate(found.each[:_MOST], start=1):
-        most = [own for own in mode.shares[:_SHARES] if own.share >= 0.005]
-        shares = [f"{own.name} {percent(own.share, 0)}" for own in most]
+    for i, mode in enumerate(result.each[:_MOST], start=1):
+        most = [part for part in mode.shares[:_SHARES] if part.share >= 0.005]
+        shares = [f"{part.name} {percent(part.share, 0)}" for part in most]
         rate: Cell = Number(mode.frequency, "Hz")
         if mode.growth != 0:
             rate = f"grows by {number(mode.growth)} /s"
         rows.append([str(i), rate, mode.words, ", ".join(shares) or "none"])
     table = Table(["mode", "frequency", "motion", "most energy in"], rows)
-    more = len(found) - _MOST
+    more = len(result) - _MOST
     rest = Paragraph(f"{more} more at higher frequencies", Tone.QUIET) if more > 0 else None
     return Page(
-        found.name,
+        result.name,
         "",
-        found.status,
-        [table, rest, Bullets(in_words)] if found.each else [],
-        found.status.advice,
+        result.status,
+        [table, rest, Bullets(in_words)] if result.each else [],
+        result.status.advice,
         {
-            "order": order(found.space),
+            "order": order(result.space),
             "units": {"length": "m", "angle": "rad", "frequency": "Hz", "growth": "1/s"},
             "modes": [
-                {**own, "shares": picked(mode.shares, "leg part share")} for own, mode in pairs
+                {**facts, "shares": picked(mode.shares, "leg part share")} for facts, mode in pairs
             ],
             "masses": masses,
         },
@@ -224,7 +224,7 @@ def response_page(result: NetworkResponse) -> Page:
     network, space = result.network, result.network.space
     d = space.translations
     turns = space.size - d
-    twists, shifts = (_without_rounding(own, d) for own in (result.twists, result.shifts))
+    twists, shifts = (_without_rounding(motions, d) for motions in (result.twists, result.shifts))
     reactions = _without_rounding(result.reactions, d)
     moved = [(n, named(space.twist_order, 1e6 * t, "um", "urad")) for n, t in twists.items()]
     for name in result.free_nodes:
@@ -233,17 +233,17 @@ def response_page(result: NetworkResponse) -> Page:
             shift = named(space.twist_order[:d], 1e6 * shifts[name], "um", "urad")
             words = f"{shift}; it spins freely"
         moved.append((name, words))
-    held = [(n, named(space.wrench_order, F, "N", "N m")) for n, F in reactions.items()]
-    held += [(n, "statically indeterminate") for n in network.fixed if n not in reactions]
+    supports = [(n, named(space.wrench_order, F, "N", "N m")) for n, F in reactions.items()]
+    supports += [(n, "statically indeterminate") for n in network.fixed if n not in reactions]
     blocks: list[Block | None] = [
         Table(("node", "displacement [um, urad]"), moved),
-        Table(("support", "reaction [N, N m]"), held),
+        Table(("support", "reaction [N, N m]"), supports),
     ]
     sections = {name: attributes(beam, "start end") for name, beam in result.beams.items()}
     if sections:
-        ends = {f"{name}, {end}": F for name, own in sections.items() for end, F in own.items()}
-        every = _without_rounding(ends, 3).items()
-        rows = [[name, *(Number(float(x)) for x in F)] for name, F in every]
+        ends = {f"{name}, {end}": F for name, beam in sections.items() for end, F in beam.items()}
+        forces = _without_rounding(ends, 3).items()
+        rows = [[name, *(Number(float(x)) for x in F)] for name, F in forces]
         title = "forces in beams, start and end [N, N m], N > 0 in tension:"
         blocks.append(Table(["", *_SECTION], rows, title))
     energies = sorted(result.loads.energies, key=lambda part: -part[2])
@@ -268,8 +268,8 @@ def response_page(result: NetworkResponse) -> Page:
             "displacements": displacements | result.twists,
             "reactions": {name: result.reactions.get(name) for name in network.fixed},
             "beams": {
-                name: {end: dict(zip(_SECTION, F.tolist(), strict=True)) for end, F in own.items()}
-                for name, own in sections.items()
+                name: {end: dict(zip(_SECTION, F.tolist(), strict=True)) for end, F in beam.items()}
+                for name, beam in sections.items()
             },
             "energies": [
                 {"part": part, "of": of, "energy": J} for of, part, J in result.loads.energies
@@ -283,6 +283,6 @@ def _without_rounding(rows: dict[str, np.ndarray], split: int) -> dict[str, np.n
     """Zero in place of what is rounding beside the largest of its kind."""
     if not rows:
         return {}
-    each = np.split(np.abs([*rows.values()]), [split], axis=1)
-    largest = np.concatenate([np.full(own.shape[1], own.max(initial=0.0)) for own in each])
-    return {n: np.where(np.abs(own) > KNOWN * largest, own, 0.0) for n, own in rows.items()}
+    sizes = np.split(np.abs([*rows.values()]), [split], axis=1)
+    largest = np.concatenate([np.full(size.shape[1], size.max(initial=0.0)) for size in sizes])
+    return {n: np.where(np.abs(x) > KNOWN * largest, x, 0.0) for n, x in rows.items()}

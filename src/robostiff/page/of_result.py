@@ -62,8 +62,8 @@ def robots_page(listed: Sequence[Any]) -> Page:
     >>> robots_page([describe("3-upu")]).blocks[0].rows
     [('3-upu', 'Translational 3-UPU')]
     """
-    table = Table(("", ""), [(own.name, own.title) for own in listed])
-    sources = Table(("robot", "source"), [(own.name, own.source) for own in listed])
+    table = Table(("", ""), [(robot.name, robot.title) for robot in listed])
+    sources = Table(("robot", "source"), [(robot.name, robot.source) for robot in listed])
     blocks = [table, Folded("Where their numbers come from", (sources,))]
     data = {"robots": list(map(asdict, listed))}
     return Page("", f"{len(listed)} robots come with robostiff:", blocks=blocks, data=data)
@@ -79,11 +79,11 @@ def page_data(page: Page) -> dict[str, Any]:
     JSON-ready; what there is none of is null. ``status`` joins what happened with ``+``, and is
     ``ok`` for a plain answer.
     """
-    own = {"robot": page.name} if page.name else {}
-    own |= {} if page.status is None else {"status": str(page.status)}
+    head = {"robot": page.name} if page.name else {}
+    head |= {} if page.status is None else {"status": str(page.status)}
     return {
         "robostiff": __version__,
-        **own,
+        **head,
         "advice": list(page.advice),
         **{name: plain(value) for name, value in page.data.items()},
     }
@@ -103,21 +103,21 @@ def plain(value: Any) -> Any:
         if isinstance(value, FreeMotion):
             return {"description": str(value), "twist": value.twist.tolist()}
         names = [field.name for field in fields(value)]
-        names += [own for own in ("about", "unit", "units") if hasattr(type(value), own)]
+        names += [name for name in ("about", "unit", "units") if hasattr(type(value), name)]
         value = {name: getattr(value, name) for name in names}
     if isinstance(value, dict):
         return {name: plain(item) for name, item in value.items()}
     return value
 
 
-def attributes(own: Any, names: str) -> dict[str, Any]:
+def attributes(result: Any, names: str) -> dict[str, Any]:
     """Some attributes of a result or of a part of it, by their names with blanks between them."""
-    return {name: getattr(own, name) for name in names.split()}
+    return {name: getattr(result, name) for name in names.split()}
 
 
 def picked(parts: Iterable[Any], names: str) -> list[dict[str, Any]]:
     """The same attributes of each of some parts."""
-    return [attributes(own, names) for own in parts]
+    return [attributes(part, names) for part in parts]
 
 
 def order(space: Space) -> dict[str, tuple[str, ...]]:

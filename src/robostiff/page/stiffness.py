@@ -40,12 +40,12 @@ _NOTHING = 1e-12  # of the energy: rounding
 def stiffness_page(result: Stiffness) -> Page:
     """The stiffness of a robot at a single pose."""
     reached, answered = Status.UNREACHABLE not in result.status, bool(np.all(result.answered))
-    rank, found, facts = None, [], []
+    rank, blocks, facts = None, [], []
     if answered:
-        found.append(replace(stiffness_matrix(result), symbol="K_C"))
+        blocks.append(replace(stiffness_matrix(result), symbol="K_C"))
     if reached:
         rank = int(result.rank)
-        found += [Paragraph(f"rank {rank} of {result.space.size}"), free_motion_table(result)]
+        blocks += [Paragraph(f"rank {rank} of {result.space.size}"), free_motion_table(result)]
         facts += [("redundant passive joint", name) for name in result.redundant_joints]
         for wrench in result.rigid_directions:  # a unit force, or a moment where there is no force
             force, moment = np.split(wrench, [result.space.translations])
@@ -59,7 +59,7 @@ def stiffness_page(result: Stiffness) -> Page:
     facts.append(("method", f"{result.method.name}, {result.method.equation}"))
     return posed_page(
         result,
-        [*found, Facts(tuple(facts))],
+        [*blocks, Facts(tuple(facts))],
         {
             **_posture_data(result),
             "units": {
@@ -121,9 +121,9 @@ def verification_page(result: Verification) -> Page:
     reference = result.reference
     rank, size, form = int(reference.rank), reference.space.size, reference.method
     rows = []
-    for own in result.comparisons:
-        distance = "" if own.distance is None else Number(own.distance)
-        rows.append([own.method, distance, own.outcome.value, own.reason])
+    for comparison in result.comparisons:
+        distance = "" if comparison.distance is None else Number(comparison.distance)
+        rows.append([comparison.method, distance, comparison.outcome.value, comparison.reason])
     verdict = "agree" if result.agree else "DISAGREE"
     compared = picked(result.comparisons, "method outcome distance rank reason")
     return Page(
@@ -140,7 +140,7 @@ def verification_page(result: Verification) -> Page:
             "status": reference.status,
             "rank": rank,
             "compared_with": form.name,
-            "comparisons": [{**own, "outcome": own["outcome"].value} for own in compared],
+            "comparisons": [{**entry, "outcome": entry["outcome"].value} for entry in compared],
             "agreement": result.agreement,
             "agree": result.agree,
         },
@@ -241,11 +241,11 @@ def small_motion(motion: str, value: float) -> Number:
 
 def energy_table(parts: Sequence[PartShare], energy: float, most: int | None = MOST_PARTS) -> Table:
     """The parts with the largest share of the elastic energy [J]; all where most is None."""
-    each = [part for part in parts[:most] if most is None or part.share >= _NAMED]
-    if len(each) == len(parts) - 1:  # a single one has a name rather than a count
-        each = list(parts)
-    shown = [(part.name, part.share) for part in each]
-    if rest := parts[len(each) :]:
+    listed = [part for part in parts[:most] if most is None or part.share >= _NAMED]
+    if len(listed) == len(parts) - 1:  # a single one has a name rather than a count
+        listed = list(parts)
+    shown = [(part.name, part.share) for part in listed]
+    if rest := parts[len(listed) :]:
         shown.append((f"{len(rest)} more parts", sum(part.share for part in rest)))
     return Table(
         ["part", "share of the elastic energy"],
@@ -263,7 +263,7 @@ def actuator_table(result: Deflection) -> Table | None:
         return None
     length = float(result.stiffness.length)
     sizes = [abs(a.load) / (length if a.unit == "N m" else 1.0) for a in result.actuators]
-    forces = (float(np.linalg.norm(own.wrench[:3])) for own in result.reactions)
+    forces = (float(np.linalg.norm(reaction.wrench[:3])) for reaction in result.reactions)
     least = 1e-9 * max([*sizes, *forces], default=0)
     rows = []
     for a, size in zip(result.actuators, sizes, strict=True):
@@ -325,18 +325,18 @@ def cable_stiffness_page(result: CableStiffness) -> Page:
     )
 
 
-def cable_response_page(found: CableResponse) -> Page:
+def cable_response_page(response: CableResponse) -> Page:
     """A cable robot under a load: where it rests, tensions, and stiffness there."""
-    before, after, event = found.before, found.after, found.first_slack
-    load = named(before.space.wrench_order, found.load, "N", "N m")
+    before, after, event = response.before, response.after, response.first_slack
+    load = named(before.space.wrench_order, response.load, "N", "N m")
     blocks = _balanced(before)
-    if found.has_answer:
-        blocks += cable_load_blocks(found)
+    if response.has_answer:
+        blocks += cable_load_blocks(response)
     else:
         blocks.append(Facts((("load", load),)))
         if np.all(before.answered):
-            carried = f"{number(found.carried)} of the load"
-            facts = (("tensions", before.rule), ("carried", carried), *_first_slack(found))
+            carried = f"{number(response.carried)} of the load"
+            facts = (("tensions", before.rule), ("carried", carried), *_first_slack(response))
             blocks += [tension_table(before), Facts(facts)]
     return posed_page(
         before,
@@ -344,30 +344,30 @@ def cable_response_page(found: CableResponse) -> Page:
         {
             "order": order(before.space),
             "units": UNDER_LOAD,
-            "load": found.load,
-            "carried": found.carried,
-            "displacement": found.displacement,
-            "slack": found.slack if found.has_answer else None,
+            "load": response.load,
+            "carried": response.carried,
+            "displacement": response.displacement,
+            "slack": response.slack if response.has_answer else None,
             "first_slack": None if event is None else asdict(event),
             "before": page_data(cable_stiffness_page(before)),
             "after": None if after is None else page_data(cable_stiffness_page(after)),
         },
-        found,
+        response,
     )
 
 
-def cable_load_blocks(found: CableResponse) -> list[Block]:
+def cable_load_blocks(response: CableResponse) -> list[Block]:
     """A load that cables carry: displacement, tensions, the first slack cable, K of taut cables."""
-    before, after = found.before, found.after
-    if after is None or found.displacement is None:
+    before, after = response.before, response.after
+    if after is None or response.displacement is None:
         return []
     length = float(before.placed.characteristic_length)
-    moved = before.space.without_rounding(found.displacement, length)
-    slack = ", ".join(found.slack) or "none"
+    moved = before.space.without_rounding(response.displacement, length)
+    slack = ", ".join(response.slack) or "none"
     return [
-        load_table(before.space, found.load, moved),
+        load_table(before.space, response.load, moved),
         tension_table(before, after),
-        Facts((("tensions", before.rule), ("slack", slack), *_first_slack(found))),
+        Facts((("tensions", before.rule), ("slack", slack), *_first_slack(response))),
         replace(stiffness_matrix(after), symbol="K under the load, of the taut cables"),
         *_rank_and_motions(after),
     ]
@@ -393,8 +393,8 @@ def _balanced(result: CableStiffness) -> list[Block | None]:
     return [Facts((("balanced", words),))] if np.any(result.wrench) else []
 
 
-def _first_slack(found: CableResponse) -> tuple[tuple[str, str], ...]:
-    event = found.first_slack
+def _first_slack(response: CableResponse) -> tuple[tuple[str, str], ...]:
+    event = response.first_slack
     if event is None:
         return ()
     return (("first slack", f"{event.cable}, at {number(event.factor)} times the load"),)

@@ -208,8 +208,8 @@ class OtherDesign:
     @property
     def advice(self) -> tuple[str, ...]:
         """Advice about its results, each once."""
-        own = () if self.deflection is None else self.deflection.advice
-        return tuple(dict.fromkeys((*self.stiffness.advice, *own)))
+        of_load = () if self.deflection is None else self.deflection.advice
+        return tuple(dict.fromkeys((*self.stiffness.advice, *of_load)))
 
 
 @dataclass(frozen=True)
@@ -236,8 +236,8 @@ class ReportContents:
     @property
     def status(self) -> Status:
         """Status of the stiffness and, under a load, of the deflection."""
-        own: Any = self.stiffness.status
-        return own if self.deflection is None else own | self.deflection.status
+        status: Any = self.stiffness.status
+        return status if self.deflection is None else status | self.deflection.status
 
 
 def report_contents(
@@ -270,9 +270,9 @@ def report_contents(
     InputError
         When an argument does not fit, several poses are given, or the map is of another robot.
     """
-    own: dict[str, Any] = {"title_block": title_block, "described_by": described_by}
+    base: dict[str, Any] = {"title_block": title_block, "described_by": described_by}
     place: Any = pose
-    own["source"] = getattr(robot, "source", "")
+    base["source"] = getattr(robot, "source", "")
     if isinstance(robot, Linkage):
         part, closed = closed_at(robot, place)
         joints = {
@@ -282,7 +282,7 @@ def report_contents(
                 zip(joint.freedoms, closed.coordinates[joint.name], strict=True)
             )
         }
-        own |= {"joints": joints, "given": joints_in_words(robot, place)}
+        base |= {"joints": joints, "given": joints_in_words(robot, place)}
         robot, place = network_of(part, closed), None
     if not isinstance(robot, Subject):
         raise InputError(
@@ -302,7 +302,7 @@ def report_contents(
         raise InputError(
             "finite loads of a report", got="no wrench", expected="a wrench other than zero"
         )
-    own |= {"robot": robot, "found": found}
+    base |= {"robot": robot, "found": found}
     if isinstance(robot, CableRobot):
         for name, value in (
             ("near", near),
@@ -320,7 +320,7 @@ def report_contents(
         cables = cable_stiffness(robot, place)
         require_one_pose("a report", cables.batch_shape, "write one pose")
         response = None if wrench is None else cable_response(robot, place, wrench)
-        return ReportContents(posed=cables, stiffness=cables.about(at), deflection=response, **own)
+        return ReportContents(posed=cables, stiffness=cables.about(at), deflection=response, **base)
     numeric: Any = robot.numeric
     options: dict[str, Any] = {"at": at, "near": near}
     result = stiffness(numeric, place, **options)
@@ -354,7 +354,7 @@ def report_contents(
         under_load=under_load,
         modes=vibrations if vibrations is not None and vibrations.each else None,
         compared=None if other is None else _other_design(other, result, place, wrench, at),
-        **own,
+        **base,
     )
 
 
@@ -373,10 +373,10 @@ def _other_design(
             got=getattr(other, "name", other),
             expected=f"a robot or a snapshot with {result.space.size} freedoms",
         )
-    own, place = other.numeric, None if other.is_frozen else pose
-    found = stiffness(own, place, at=at)
-    bent = None if wrench is None else deflection(own, place, wrench, at=at)
-    return OtherDesign(own.name, found, bent)
+    numeric, place = other.numeric, None if other.is_frozen else pose
+    answer = stiffness(numeric, place, at=at)
+    bent = None if wrench is None else deflection(numeric, place, wrench, at=at)
+    return OtherDesign(numeric.name, answer, bent)
 
 
 def _derivation(robot: Robot | Snapshot | Network) -> tuple[RobotDerivation | None, str]:

@@ -41,10 +41,10 @@ class Level:
                 svg = svg.replace(getattr(Theme.LIGHT.palette, name), f"var(--{name})")
             svg = svg.replace("#000000", "var(--ink)")  # a colour of parts, dark on dark
             return {"chart": svg[svg.index("<svg") :]}
-        own: dict[str, Any] = {"drawn": plotly_figure(self.picture, palette).to_dict()}
+        figure: dict[str, Any] = {"drawn": plotly_figure(self.picture, palette).to_dict()}
         if self.other is not None:
-            own["other"] = places(plotly_figure(self.other, palette))
-        return own
+            figure["other"] = places(plotly_figure(self.other, palette))
+        return figure
 
 
 @dataclass(frozen=True)
@@ -100,13 +100,13 @@ def one_figure(name: str, caption: str, picture: Picture) -> Figure:
 
 def figures_in(blocks: Iterable[Block | None]) -> list[Figure]:
     """The figures among blocks, in their order."""
-    found: list[Figure] = []
+    figures: list[Figure] = []
     for block in blocks:
         if isinstance(block, Figure):
-            found.append(block)
+            figures.append(block)
         elif block is not None:
-            found += figures_in(inner_blocks(block))
-    return found
+            figures += figures_in(inner_blocks(block))
+    return figures
 
 
 def figures_json(figures: Sequence[Figure]) -> str:
@@ -114,7 +114,7 @@ def figures_json(figures: Sequence[Figure]) -> str:
     named = named_colours()
     drawn = [figure.data(named) for figure in figures]
     colours = {
-        theme.value: own for theme, own in zip(Theme, zip(*named.every, strict=True), strict=True)
+        theme.value: row for theme, row in zip(Theme, zip(*named.every, strict=True), strict=True)
     }
     return json.dumps(_short({"colours": colours, "figures": drawn}), separators=(",", ":"))
 
@@ -128,9 +128,9 @@ def _short(value: Any) -> Any:
             flat = np.frombuffer(b64decode(value["bdata"]), dtype=value["dtype"])
             shape = value.get("shape", str(len(flat)))
             return _short(flat.reshape([int(n) for n in shape.split(",")]))
-        return {key: _short(own) for key, own in value.items()}
+        return {key: _short(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
-        return [_short(own) for own in value]
+        return [_short(entry) for entry in value]
     if isinstance(value, float):
         return float(f"{value:.7g}") if isfinite(value) else None
     return value

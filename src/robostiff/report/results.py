@@ -79,7 +79,7 @@ def findings_section(contents: ReportContents) -> Section | None:
     for slowest in contents.modes.each[:1] if contents.modes is not None else ():
         rows.append(("slowest vibration", str(slowest)))
     if contents.found is not None:
-        reached, poses = (contents.found.attrs[own] for own in ("poses_reachable", "poses"))
+        reached, poses = (contents.found.attrs[name] for name in ("poses_reachable", "poses"))
         part = f"{percent(int(reached) / int(poses))} of {poses}"
         rows.append(("poses of the map within reach", part))
     table = Facts(tuple(rows))
@@ -103,9 +103,9 @@ def _of_load(contents: ReportContents) -> Iterator[Row]:
         yield from _moved(bent.stiffness.space, shown_twist(bent))
         for part in bent.parts[:1] if bent.energy > 0 else ():
             yield "most elastic energy", f"{percent(part.share)} in {part.name}"
-        of_force = [own for own in bent.actuators if own.unit == "N"] or list(bent.actuators)
+        of_force = [a for a in bent.actuators if a.unit == "N"] or list(bent.actuators)
         if of_force:
-            drive = max(of_force, key=lambda own: abs(own.load))
+            drive = max(of_force, key=lambda a: abs(a.load))
             load = quantity(float(drive.load), drive.unit, 4)
             yield "most loaded drive", f"{load}, {drive.name}"
     if contents.under_load is not None:
@@ -121,12 +121,12 @@ def _of_load(contents: ReportContents) -> Iterator[Row]:
 
 def _moved(space: Space, twist: np.ndarray) -> Iterator[Row]:
     """Magnitudes of displacement and rotation, and their directions."""
-    for word, at, own, unit in (
+    for word, at, part, unit in (
         ("displacement", "along", twist[: space.translations], "m"),
         ("rotation", "about", twist[space.translations :], "rad"),
     ):
-        size = float(np.linalg.norm(own))
-        where = f" {at} {direction_in_words(own / size)}" if size else ""
+        size = float(np.linalg.norm(part))
+        where = f" {at} {direction_in_words(part / size)}" if size else ""
         yield f"{word} under the load", f"{quantity(size, unit, 4)}{where}"
 
 
@@ -135,7 +135,7 @@ def matrices_section(contents: ReportContents) -> Section:
     result = contents.stiffness
     space, C = result.space, result.compliance
     blocks = list(page_of(result).blocks)
-    at = next((i for i, own in enumerate(blocks) if isinstance(own, LabelledMatrix)), None)
+    at = next((i for i, block in enumerate(blocks) if isinstance(block, LabelledMatrix)), None)
     if at is None:
         blocks.insert(0, Paragraph(f"There is no stiffness matrix: status {result.status}."))
     elif C is None:
@@ -168,14 +168,14 @@ def _ellipsoid(contents: ReportContents) -> list[Block]:
 
 def weakest_section(contents: ReportContents) -> Section | None:
     """Principal stiffnesses, worst directions and ratios; nothing where there is no matrix."""
-    found = contents.indices
-    if found is None:
+    indices = contents.indices
+    if indices is None:
         return None
     words = Paragraph(
         "The principal stiffnesses are those with all other displacements and rotations held. The "
         "largest displacement is with rotations free, the largest rotation with displacements free."
     )
-    tables = (principal_table(found), worst_table(found), ratios(found), centres(found))
+    tables = (principal_table(indices), worst_table(indices), ratios(indices), centres(indices))
     figures = _ellipsoid(contents)
     blocks = SideBySide((tables, *figures)) if figures else SideBySide((tables[0], tables[1:]))
     return Section("weakest", "Where it is soft", [words, blocks])
@@ -199,14 +199,14 @@ def bending_section(contents: ReportContents) -> Section | None:
             deformed = one_figure("deformed", caption, picture_of_posed(contents.posed, bent))
             blocks[:1] = [SideBySide((blocks[0], deformed))]
     elif bent.energy > 0 and contents.posed is not None:
-        every = energy_table(bent.parts, bent.energy, most=None)
+        table = energy_table(bent.parts, bent.energy, most=None)
         caption = "The robot under the load; colours show shares of the elastic energy."
         of = "each leg, part by part" if len(bent.leg_wrenches) > 1 else "each part"
         blocks = [
-            SideBySide(tuple(b for b in blocks if getattr(b, "title", "") != every.title)),
+            SideBySide(tuple(b for b in blocks if getattr(b, "title", "") != table.title)),
             one_figure("deformed", caption, picture_of_posed(contents.posed, bent)),
             one_figure("energy", f"Elastic energy of {of}.", energy_shares(bent, backend=DATA)),
-            Folded(f"{len(bent.parts)} parts, one by one", (every,)),
+            Folded(f"{len(bent.parts)} parts, one by one", (table,)),
         ]
     return Section("load", "Under the load", blocks)
 
@@ -231,8 +231,8 @@ def finite_load_section(contents: ReportContents) -> Section | None:
         moved = result.space.without_rounding(result.displacement)
         heads = ["displacement", "under the load", "proportional to the load"]
         rows: list[list[Cell]] = [
-            [name, small_motion(name, own), "none" if x is None else small_motion(name, x)]
-            for name, own, x in zip(result.space.twist_order, moved, small, strict=True)
+            [name, small_motion(name, value), "none" if x is None else small_motion(name, x)]
+            for name, value, x in zip(result.space.twist_order, moved, small, strict=True)
         ]
         tables = [Table(heads, rows)]
         # what the load changes of the diagonal of K, where there is one without load
@@ -269,8 +269,8 @@ def finite_load_section(contents: ReportContents) -> Section | None:
         words = f"Critical load: {factor} times the load. There {critical.mode}."
     else:
         factor = number(critical.searched_to)
-        found = f"No critical load was found up to {factor} times the load"
-        words = f"{found}: {'; '.join(critical.advice)}." if critical.advice else f"{found}."
+        sentence = f"No critical load was found up to {factor} times the load"
+        words = f"{sentence}: {'; '.join(critical.advice)}." if critical.advice else f"{sentence}."
     blocks.append(Paragraph(words))
     return Section("finite-load", "Under finite load", blocks)
 
@@ -280,8 +280,8 @@ _DRAWN = 4
 
 def vibrations_section(contents: ReportContents) -> Section | None:
     """The slowest modes, listed and animated; nothing of a robot without masses."""
-    found = contents.modes
-    if found is None:
+    modes = contents.modes
+    if modes is None:
         return None
     words = (
         "Small vibrations without load, of the masses of the model: parts, platform and what it "
@@ -289,16 +289,16 @@ def vibrations_section(contents: ReportContents) -> Section | None:
     )
     levels = tuple(
         Level(
-            f"mode {i}: {number(one.frequency, 4)} Hz",
-            mode(found, i, backend=DATA),
-            mode(found, i, -1.0, backend=DATA),
+            f"mode {i}: {number(vibration.frequency, 4)} Hz",
+            mode(modes, i, backend=DATA),
+            mode(modes, i, -1.0, backend=DATA),
         )
-        for i, one in enumerate(found.each[:_DRAWN], start=1)
+        for i, vibration in enumerate(modes.each[:_DRAWN], start=1)
     )
     caption = "The slowest modes, displacements exaggerated."
     figure = Figure("modes", caption, levels)
     return Section(
-        "vibrations", "Natural frequencies", [Paragraph(words), *page_of(found).blocks, figure]
+        "vibrations", "Natural frequencies", [Paragraph(words), *page_of(modes).blocks, figure]
     )
 
 
@@ -329,8 +329,8 @@ def comparison_section(contents: ReportContents) -> Section | None:
             blocks.append(one_figure(f"comparison-{i}", caption, Bars(picture.title, (panel,))))
     except NoAnswerError as error:
         blocks.append(Paragraph(str(error)))
-    one, two = contents.deflection, other.deflection
-    both = [own for own in (one, two) if isinstance(own, Deflection) and own.has_answer]
+    bends = contents.deflection, other.deflection
+    both = [bent for bent in bends if isinstance(bent, Deflection) and bent.has_answer]
     if len(both) == 2:
         rows = [
             [name, small_motion(name, a), small_motion(name, b), Number(float(b / a)) if a else ""]
@@ -346,32 +346,32 @@ _MOST_VALUES = 40_000  # of all figures, by which a page stays below 2 MB
 
 def map_section(contents: ReportContents) -> Section | None:
     """A figure for each quantity of the map; nothing without a map."""
-    found = contents.found
-    if found is None:
+    dataset = contents.found
+    if dataset is None:
         return None
-    axes = [str(name) for name in found["status"].dims if found.sizes[name] > 1]
+    axes = [str(name) for name in dataset["status"].dims if dataset.sizes[name] > 1]
     title = "Over the workspace"
-    if len(axes) < 2 or any(name not in found.coords for name in axes):
+    if len(axes) < 2 or any(name not in dataset.coords for name in axes):
         why = "The map has no grid over two coordinates, so there is no slice to draw."
         return Section("map", title, [Paragraph(why)])
     # ranks and statuses where there is more than one of them
-    several = [name for name in CLASSES if len(np.unique(found[name].values)) > 1]
-    names = [name for name in (*OVERVIEW, *several) if name in found]
-    poses = int(np.prod([found.sizes[name] for name in axes]))
+    several = [name for name in CLASSES if len(np.unique(dataset[name].values)) > 1]
+    names = [name for name in (*OVERVIEW, *several) if name in dataset]
+    poses = int(np.prod([dataset.sizes[name] for name in axes]))
     words = [f"{poses} poses over {', '.join(axes)}."]
     # so few values of the first coordinates that slices of all stay small
-    kept = {name: found.sizes[name] for name in axes[:3]}
+    counts = {name: dataset.sizes[name] for name in axes[:3]}
     for name in axes[2:3]:
-        kept[name] = min(kept[name], _MOST_LEVELS)
-    while len(names) * math.prod(kept.values()) > _MOST_VALUES:
-        longest = max(axes[:2], key=lambda name: kept[name])
-        kept[longest] = math.ceil(0.9 * kept[longest])
-    chosen = {name: np.linspace(0, found.sizes[name] - 1, n) for name, n in kept.items()}
-    shown = found.isel({name: np.round(own).astype(int) for name, own in chosen.items()})
+        counts[name] = min(counts[name], _MOST_LEVELS)
+    while len(names) * math.prod(counts.values()) > _MOST_VALUES:
+        longest = max(axes[:2], key=lambda name: counts[name])
+        counts[longest] = math.ceil(0.9 * counts[longest])
+    chosen = {name: np.linspace(0, dataset.sizes[name] - 1, n) for name, n in counts.items()}
+    shown = dataset.isel({name: np.round(places).astype(int) for name, places in chosen.items()})
     thin = [
-        f"{shown.sizes[name]} of {found.sizes[name]} values of {name}"
+        f"{shown.sizes[name]} of {dataset.sizes[name]} values of {name}"
         for name in axes[:3]
-        if shown.sizes[name] < found.sizes[name]
+        if shown.sizes[name] < dataset.sizes[name]
     ]
     if thin:
         words.append(f"The slices show {', '.join(thin)}.")
@@ -380,45 +380,45 @@ def map_section(contents: ReportContents) -> Section | None:
 
 
 def _slices(
-    contents: ReportContents, found: xarray.Dataset, variable: str, axes: list[str]
+    contents: ReportContents, dataset: xarray.Dataset, variable: str, axes: list[str]
 ) -> Figure:
-    x, y, *others = axes
-    fixed: dict[str, Any] = {name: _near(contents, found, name) for name in others[1:]}
-    levels = [float(value) for value in found[others[0]].values] if others else [None]
+    x, y, *rest = axes
+    fixed: dict[str, Any] = {name: _near(contents, dataset, name) for name in rest[1:]}
+    levels = [float(value) for value in dataset[rest[0]].values] if rest else [None]
     rank = contents.stiffness.space.size
     pictures: list[Field] = []
     for value in levels:
         at = dict(OVERVIEW.get(variable, {})) | fixed
         if value is not None:
-            at[others[0]] = value
-        one = map_slice(found, variable, x=x, y=y, at=at, full_rank=rank, backend=DATA)
-        pictures.append(one)
+            at[rest[0]] = value
+        field = map_slice(dataset, variable, x=x, y=y, at=at, full_rank=rank, backend=DATA)
+        pictures.append(field)
     labels = [
-        "" if value is None else f"{others[0]} = {number(value)} {found[others[0]].attrs['units']}"
+        "" if value is None else f"{rest[0]} = {number(value)} {dataset[rest[0]].attrs['units']}"
         for value in levels
     ]
     start = 0
-    if others:
-        start = int(np.argmin(np.abs(np.array(levels) - _near(contents, found, others[0]))))
-    caption = str(found[variable].attrs.get("long_name", variable))
+    if rest:
+        start = int(np.argmin(np.abs(np.array(levels) - _near(contents, dataset, rest[0]))))
+    caption = str(dataset[variable].attrs.get("long_name", variable))
     if OVERVIEW.get(variable, {}):
         caption = f"The smallest of the {caption.partition(';')[0]}"  # which are in ascending order
-    units = {name: found[name].attrs["units"] for name in fixed}
+    units = {name: dataset[name].attrs["units"] for name in fixed}
     places = ", ".join(f"{n} = {number(value)} {units[n]}" for n, value in fixed.items())
     caption = f"{caption[0].upper()}{caption[1:]}{f', at {places}' if places else ''}."
     # the same colours for the same values at all levels
-    scales = [own.scale for own in pictures if own.scale and np.isfinite(own.values).any()]
+    scales = [p.scale for p in pictures if p.scale and np.isfinite(p.values).any()]
     low, high = min((s.low for s in scales), default=0), max((s.high for s in scales), default=0)
     shown = [
-        replace(own, scale=replace(own.scale, low=low, high=high)) if own.scale and scales else own
-        for own in pictures
+        replace(p, scale=replace(p.scale, low=low, high=high)) if p.scale and scales else p
+        for p in pictures
     ]
     return Figure(variable.replace("_", "-"), caption, tuple(map(Level, labels, shown)), start)
 
 
-def _near(contents: ReportContents, found: xarray.Dataset, name: str) -> float:
+def _near(contents: ReportContents, dataset: xarray.Dataset, name: str) -> float:
     """Value of a coordinate nearest to the pose of the report, or in the middle of the map."""
-    values = np.asarray(found[name].values, dtype=float)
+    values = np.asarray(dataset[name].values, dtype=float)
     pose, names = contents.stiffness.pose, ("x", "y", "z", "rx", "ry", "rz")
     wanted = values.mean() if pose is None or name not in names else pose[names.index(name)]
     return float(values[np.argmin(np.abs(values - wanted))])

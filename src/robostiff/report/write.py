@@ -80,9 +80,9 @@ if TYPE_CHECKING:
 def robot_section(contents: ReportContents) -> Section | None:
     """Source, free coordinates, joints of a linkage, and legs; nothing where none is known."""
     robot = contents.robot
-    free = ", ".join(own.value for own in robot.coordinates)
+    free = ", ".join(coordinate.value for coordinate in robot.coordinates)
     facts = {"source": contents.source, "free coordinates of the platform": free}
-    blocks: list[Block | None] = [Facts(tuple(own for own in facts.items() if own[1]))]
+    blocks: list[Block | None] = [Facts(tuple(fact for fact in facts.items() if fact[1]))]
     if contents.joints:
         blocks.append(Table(["joint", "coordinate"], list(contents.joints.items())))
     legs = leg_table(robot)
@@ -123,10 +123,10 @@ def method_section(contents: ReportContents) -> Section:
         "theory": _OF_CABLES if isinstance(result, CableStiffness) else _OF_PASSIVE_JOINTS,
         "versions": f"robostiff {__version__}, Python {platform.python_version()}, {packages}",
     }
-    found = contents.found
-    if found is not None:
-        poses = found.attrs.get("poses", "unknown")
-        facts["map"] = f"{poses} poses, robostiff {found.attrs.get('robostiff_version', 'unknown')}"
+    grid = contents.found
+    if grid is not None:
+        poses = grid.attrs.get("poses", "unknown")
+        facts["map"] = f"{poses} poses, robostiff {grid.attrs.get('robostiff_version', 'unknown')}"
     if contents.no_derivation:
         facts["formula"] = f"none: {contents.no_derivation}"
     return Section("method", "How it was computed", [Facts(tuple(facts.items()))])
@@ -159,16 +159,16 @@ def inputs_section(contents: ReportContents) -> Section:
     if not robot.is_frozen and getattr(numeric, "is_coupled", False):
         rows = []  # sums of joint coordinates
         for leg in numeric.legs:
-            own = leg.chain.transmission
-            for i, one in () if own is None else own.sums.items():
+            transmission = leg.chain.transmission
+            for i, coupling in () if transmission is None else transmission.sums.items():
                 place = leg.chain.own_places[i]
-                turns, k = leg.chain.freedoms[place].turns, one.role.stiffness
+                turns, k = leg.chain.freedoms[place].turns, coupling.role.stiffness
                 rows.append(
                     [
-                        f"{leg.name}/{one.name}",
-                        one.in_words,
+                        f"{leg.name}/{coupling.name}",
+                        coupling.in_words,
                         Number(float(leg.chain.home[place]), "rad" if turns else "m"),
-                        "actuated" if isinstance(one.role, Actuated) else "locked",
+                        "actuated" if isinstance(coupling.role, Actuated) else "locked",
                         "rigid" if k is None else Number(float(k), JOINT_UNITS[bool(turns)]),
                     ]
                 )
@@ -208,13 +208,13 @@ def report_page(contents: ReportContents) -> Page:
     )
     is_placed = isinstance(result, CableStiffness) or Status.UNREACHABLE not in result.status
     reached = is_placed and int(result.rank) >= 0
-    of_load = () if bent is None else (own for own in bent.advice if own not in result.advice)
+    of_load = () if bent is None else (words for words in bent.advice if words not in result.advice)
     return Page(
         f"{robot.name}: {robot.title}" if robot.title else robot.name,
         place,
         contents.status,
-        [own for section in _SECTIONS if (own := section(contents)) is not None],
-        (*result.advice, *(f"under the load: {own}" for own in of_load)),
+        [block for section in _SECTIONS if (block := section(contents)) is not None],
+        (*result.advice, *(f"under the load: {words}" for words in of_load)),
         posture=f", rank {int(result.rank)} of {result.space.size}" if reached else "",
     )
 
@@ -234,9 +234,9 @@ def report_html(contents: ReportContents) -> str:
     word = element("span", escaped(status), class_=f"status-{kind}")
     lead = element("p", f"{in_words(page.place)}: status {word}{page.posture}.", class_="lead")
     links = (
-        element("a", escaped(own.title), href=f"#{own.anchor}")
-        for own in page.blocks
-        if isinstance(own, Section)
+        element("a", escaped(section.title), href=f"#{section.anchor}")
+        for section in page.blocks
+        if isinstance(section, Section)
     )
     return Template(_resource("page.html")).substitute(
         title=escaped(page.name),
@@ -415,8 +415,8 @@ def save_report(contents: ReportContents, *paths: str | Path) -> None:
         for path in checked
     ]
     for path, data in zip(checked, written, strict=True):
-        with whole_file(path) as begun:
-            begun.write_bytes(data)
+        with whole_file(path) as draft:
+            draft.write_bytes(data)
 
 
 def report_path(path: str | Path) -> Path:

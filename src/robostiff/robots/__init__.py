@@ -184,8 +184,8 @@ def load(
             symbols = ()
         from robostiff.io.model_file import model_from_document
 
-        def shipped_model(own: str) -> Path | None:
-            return robot_file(own) if own in shipped_robots() else None
+        def shipped_model(module: str) -> Path | None:
+            return robot_file(module) if module in shipped_robots() else None
 
         return model_from_document(document, parameters, symbols=symbols, shipped=shipped_model)
     frozen = "this is a snapshot, frozen at one pose, and not a model"

@@ -153,8 +153,8 @@ def load_linkage(
             got=Words("a file that is no robot description"),
             expected="URDF, xacro or MJCF, or a side file with robot: FILE",
         )
-    found = described(document, allow_xacro=allow_xacro)
-    return linkage_of_tree(*found, parameters, symbols)
+    tree, side_file = described(document, allow_xacro=allow_xacro)
+    return linkage_of_tree(tree, side_file, parameters, symbols)
 
 
 def _description_of(document: Document, allow_xacro: bool) -> Path:
