@@ -197,16 +197,16 @@ def swinging_script() -> str:
 
 def places(figure: Any) -> list[dict[str, list[float | None]]]:
     """Coordinates x, y, z of each trace of a figure; None for those between lines."""
-    found = []
+    traces = []
     for trace in figure.data:
-        own = {}
+        coordinates = {}
         for axis in "xyz":
             values = getattr(trace, axis, None)
             if values is not None:
                 numbers = np.asarray(values, dtype=float)
-                own[axis] = [float(x) if np.isfinite(x) else None for x in numbers]
-        found.append(own)
-    return found
+                coordinates[axis] = [float(x) if np.isfinite(x) else None for x in numbers]
+        traces.append(coordinates)
+    return traces
 
 
 def swinging_page(one: Any, other: Any) -> str:

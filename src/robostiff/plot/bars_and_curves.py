@@ -70,23 +70,23 @@ def energy_shares(deflection: Deflection, *, backend: PlotBackend[Drawn] = PAPER
         picture = _bars(deflection, groups, (Series("", Category(0), values),))
         return drawn_by(backend, picture)
     # in the order of the robot
-    legs = list(dict.fromkeys(own.leg for own in (*deflection.reactions, *deflection.parts)))
+    legs = list(dict.fromkeys(part.leg for part in (*deflection.reactions, *deflection.parts)))
     totals: dict[str, float] = {}
     shares: dict[tuple[str, str], float] = {}
     for part in deflection.parts:
-        own, key = 100 * part.share, (part.leg, part.part)
-        totals[part.part] = totals.get(part.part, 0.0) + own
-        shares[key] = shares.get(key, 0.0) + own
+        percents, key = 100 * part.share, (part.leg, part.part)
+        totals[part.part] = totals.get(part.part, 0.0) + percents
+        shares[key] = shares.get(key, 0.0) + percents
     names = sorted(totals, key=lambda name: -round(totals[name], 9))
-    kept, rest = (names, []) if len(names) <= _MOST + 1 else (names[:_MOST], names[_MOST:])
+    shown, rest = (names, []) if len(names) <= _MOST + 1 else (names[:_MOST], names[_MOST:])
     series = [
         Series(name, Category(i), np.array([shares.get((leg, name), 0.0) for leg in legs]))
-        for i, name in enumerate(kept)
+        for i, name in enumerate(shown)
     ]
     if rest:
         added = [sum(shares.get((leg, name), 0.0) for name in rest) for leg in legs]
         series.append(Series(f"{len(rest)} more parts", PlainColour.MUTED, np.array(added)))
-    whole = np.sum([one.values for one in series], axis=0) if series else np.zeros(len(legs))
+    whole = np.sum([part.values for part in series], axis=0) if series else np.zeros(len(legs))
     notes = (percent(share / 100, 1) for share in whole)
     groups = tuple(map(Group, legs, notes))
     return drawn_by(backend, _bars(deflection, groups, tuple(series)))
@@ -172,29 +172,29 @@ def comparison(
         words, values = tuple(map("/".join, pairs)), (np.diag(one.K), np.diag(other.K))
     else:
         qualities = (Quality.STIFFNESS, Quality.ROTATIONAL_STIFFNESS)
-        units = tuple(own.unit for own in qualities)
+        units = tuple(quality.unit for quality in qualities)
         values = tuple(
-            np.concatenate([principal_axes(own, quality).lengths for quality in qualities])
-            for own in (one, other)
+            np.concatenate([principal_axes(result, quality).lengths for quality in qualities])
+            for result in (one, other)
         )
         # softest first, as in maps
         for n in (d, one.space.size - d):
             words += (("stiffness",), ("least", "most"), ("least", "middle", "most"))[n - 1]
     panels = []
-    for label, unit, own in ((shifts, units[0], slice(d)), (turns, units[1], slice(d, None))):
-        both = [v[own] for v in values]
-        largest = float(np.max(np.abs(both)))
+    for label, unit, rows in ((shifts, units[0], slice(d)), (turns, units[1], slice(d, None))):
+        pair = [v[rows] for v in values]
+        largest = float(np.max(np.abs(pair)))
         times, shown = prefixed(largest, unit)
         # beside the largest they are rounding
-        both = [np.where(np.abs(v) <= 1e-12 * largest, 0.0, v) for v in both]
-        texts = [[short(times * value) for value in v] for v in both]
-        for i, (a, b) in enumerate(zip(*both, strict=True)):
+        pair = [np.where(np.abs(v) <= 1e-12 * largest, 0.0, v) for v in pair]
+        texts = [[short(times * value) for value in v] for v in pair]
+        for i, (a, b) in enumerate(zip(*pair, strict=True)):
             texts[1][i] += f" (× {short(b / a)})" if a != 0 else ""
         series = tuple(
-            Series(name, Category(i), times * both[i], tuple(texts[i]))
+            Series(name, Category(i), times * pair[i], tuple(texts[i]))
             for i, name in enumerate(called)
         )
-        panels.append(Panel(f"{label} [{shown}]", tuple(map(Group, words[own])), series))
+        panels.append(Panel(f"{label} [{shown}]", tuple(map(Group, words[rows])), series))
     return drawn_by(backend, Bars(title, tuple(panels)))
 
 
@@ -276,29 +276,28 @@ def load_curve(
     return drawn_by(backend, picture)
 
 
-def residuals_picture(found: Identified) -> Curves:
+def residuals_picture(result: Identified) -> Curves:
     """Residuals of the three coordinates of markers over the readings [um]."""
-    readings = np.arange(1, len(found.measured) + 1, dtype=float)
-    rest = 1e6 * found.residuals
-    rest[[kind.of_drive for kind in found.measured.kinds]] = np.nan
+    readings = np.arange(1, len(result.measured) + 1, dtype=float)
+    rest = 1e6 * result.residuals
+    rest[[kind.of_drive for kind in result.measured.kinds]] = np.nan
     curves = [
         Curve(axis, readings, rest[:, k], Category(k))
         for k, axis in enumerate("xyz")
         if np.isfinite(rest[:, k]).any()
     ]
-    title = f"Residuals of {found.robot.name}"
+    title = f"Residuals of {result.robot.name}"
     return Curves(title, "reading", "residual [um]", tuple(curves))
 
 
-def compensation_picture(found: Compensation) -> Curves:
+def compensation_picture(result: Compensation) -> Curves:
     """Shift of the platform from each point of the path, without and with correction, as data."""
-    points = np.arange(1, len(found.target) + 1, dtype=float)
+    points = np.arange(1, len(result.target) + 1, dtype=float)
     curves = []
-    for k, (name, each) in enumerate(
-        (("without correction", found.deviation), ("with correction", found.residual))
+    for k, (name, twists) in enumerate(
+        (("without correction", result.deviation), ("with correction", result.residual))
     ):
-        moved = 1e6 * np.linalg.norm(each[:, :3], axis=1)
+        moved = 1e6 * np.linalg.norm(twists[:, :3], axis=1)
         curves.append(Curve(name, points, np.maximum(moved, _LEAST), Category(k)))
-    return Curves(
-        f"{found.robot.name} along a path", "point", "off the path [um]", tuple(curves), is_log=True
-    )
+    title = f"{result.robot.name} along a path"
+    return Curves(title, "point", "off the path [um]", tuple(curves), is_log=True)

@@ -83,66 +83,66 @@ def motion_under(posed: Snapshot | Network, bent: Deflection) -> Motions:
     v = (network.reference_point - answer.reference_point)[: network.space.translations]
     F, tolerance = move_wrench(bent.wrench, v), answer.details().tolerance
     nodes = {}
-    found = network_under_loads(network, F, bent.forces, tolerance)
-    for name, (twist, point) in found.motions.items():
+    response = network_under_loads(network, F, bent.forces, tolerance)
+    for name, (twist, point) in response.motions.items():
         D = skew(twist[3:])
         nodes[name] = BodyMotion(D, twist[:3] - D @ point)
     if not isinstance(posed, Snapshot):
         return nodes
-    behind = {own.name: own.b for own in network.springs}
-    behind |= {f"{j.name}/{own.name}": j.b for j in network.joints for own in j.freedoms}
+    behind = {spring.name: spring.b for spring in network.springs}
+    behind |= {f"{j.name}/{f.name}": j.b for j in network.joints for f in j.freedoms}
     parts = (pair for leg in posed.legs for pair in _parts(leg, leg.name, leg.name))
     known = {key: nodes[behind[path]] for key, path in parts if path in behind}
     moved, flexible = {PLATFORM: nodes[network.platform]}, posed.platform
     if flexible is not None:
-        for own in flexible.platform.nodes:
-            moved[node_key(own.name)] = nodes[platform_node(flexible, own.name)]
+        for node in flexible.platform.nodes:
+            moved[node_key(node.name)] = nodes[platform_node(flexible, node.name)]
     return _of_legs(posed, known, moved)
 
 
 def _parts(leg: PlacedLeg, owner: str, path: str) -> Iterator[tuple[str, str]]:
     """Elements of a leg, or of a branch of it: as parts of the leg, and as those of a network."""
     for element in leg.elements:
-        own = f"{path}/{element.name}"
-        yield f"{owner}/{element.name}", own
+        element_path = f"{path}/{element.name}"
+        yield f"{owner}/{element.name}", element_path
         for branch in element.branches if isinstance(element, PlacedBlock) else ():
-            yield from _parts(branch, owner, f"{own}/{branch.name}")
+            yield from _parts(branch, owner, f"{element_path}/{branch.name}")
 
 
 def finite_motions(posed: Any, places: BodyPlaces) -> Motions:
     """Motions of all bodies of a machine from its unloaded posture to their places."""
-    found = {PLATFORM: places.platform, **{node_key(n): own for n, own in places.nodes.items()}}
+    bodies = {PLATFORM: places.platform, **{node_key(n): x for n, x in places.nodes.items()}}
     if isinstance(posed, Network):
-        found = {posed.platform: places.platform, **places.nodes}
-    moved = {name: BodyMotion(own.R - np.eye(3), own.t) for name, own in found.items()}
+        bodies = {posed.platform: places.platform, **places.nodes}
+    moved = {name: BodyMotion(place.R - np.eye(3), place.t) for name, place in bodies.items()}
     if not isinstance(posed, Snapshot):
         return moved
-    known = {n: BodyMotion(own.R - np.eye(3), own.t) for n, own in places.behind.items()}
+    known = {n: BodyMotion(place.R - np.eye(3), place.t) for n, place in places.behind.items()}
     return _of_legs(posed, known, moved)
 
 
-def _of_legs(snapshot: Snapshot, known: Motions, found: dict[str, BodyMotion]) -> Motions:
-    """Motions of the bodies behind all elements, of those behind what moves, and those found."""
+def _of_legs(snapshot: Snapshot, known: Motions, moved: dict[str, BodyMotion]) -> Motions:
+    """All bodies of the legs, added to those that `moved`; `known` are behind the moving parts."""
     for i, leg in enumerate(snapshot.legs):
-        _along(leg, f"{leg.name}/", STILL, known, found)
+        _along(leg, f"{leg.name}/", STILL, known, moved)
         # nothing moves behind the last part that does
         for element in reversed(leg.elements):
             key = f"{leg.name}/{element.name}"
-            found[key] = found[end_key(snapshot, i)]
+            moved[key] = moved[end_key(snapshot, i)]
             if isinstance(element, PlacedBlock) or key in known:
                 break
-    return found
+    return moved
 
 
 def _along(
-    leg: PlacedLeg, prefix: str, body: BodyMotion, known: Motions, found: dict[str, BodyMotion]
+    leg: PlacedLeg, prefix: str, body: BodyMotion, known: Motions, moved: dict[str, BodyMotion]
 ) -> BodyMotion:
     """Find the bodies of a leg from its first; the last one."""
     for element in leg.elements:
         if isinstance(element, PlacedBlock):
-            ends = [_along(own, prefix, body, known, found) for own in element.branches]
+            ends = [_along(branch, prefix, body, known, moved) for branch in element.branches]
             body = ends[0]
-        body = found[prefix + element.name] = known.get(prefix + element.name, body)
+        body = moved[prefix + element.name] = known.get(prefix + element.name, body)
     return body
 
 

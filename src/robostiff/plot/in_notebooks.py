@@ -54,10 +54,10 @@ def picture_of_result(result: object) -> Picture | None:
             picture = robot(getattr(result, "numeric", cast("Any", result)), backend=DATA)
         case Stiffness() if _is_posed(result):
             picture = ellipsoid(result, within=result.placed(), backend=DATA)
-        case Deflection(stiffness=Stiffness() as own) if _is_posed(own):
+        case Deflection(stiffness=Stiffness() as posed) if _is_posed(posed):
             # the shape under forces at bodies is not known from the wrench
             drawable = result.has_answer and result.work_of_loads is None
-            picture = picture_of_posed(own.placed(), result) if drawable else None
+            picture = picture_of_posed(posed.placed(), result) if drawable else None
         case Equilibrium(batch_shape=()) if result.has_answer:
             picture = equilibrium(result, backend=DATA)
         case Modes(batch_shape=()) if len(result):

@@ -136,15 +136,15 @@ def layers_of(
     items: dict[str, Sequence[Item]] = {name: drawn[name]() for name in drawn if name in chosen}
     notes = [f"displacements × {short(sketch.scale, 6)}"] if sketch.scale else []
     notes += [f"free: {motion}" for motion in result.free_motions]
-    kept = dict(scales or {})
-    for name in (own for own in _QUALITIES if own in chosen):
+    used_scales = dict(scales or {})
+    for name in (key for key in _QUALITIES if key in chosen):
         quality, items[name] = _QUALITIES[name], []
         with suppress(NoAnswerError):
             axes = principal_axes(result, quality)
             longest = float(axes.lengths[~axes.is_free].max(initial=0.0))
             if longest == 0:
                 continue
-            scale = kept.setdefault(quality, _IN_ROBOT * sketch.size / longest)
+            scale = used_scales.setdefault(quality, _IN_ROBOT * sketch.size / longest)
             scale = min(scale, _LARGEST * sketch.size / longest)
             shown = prefixed(longest, quality.unit)
             point = result.reference_point
@@ -154,4 +154,4 @@ def layers_of(
             size = f"{quantity(longest, quality.unit)}, drawn {short(1e3 * scale * longest)} mm"
             notes.append(f"{quality.value}: longest axis {size} long{rest}")
     box = points.min(axis=0), points.max(axis=0)
-    return Layers(items, tuple(notes), colours, sketch.size, box, kept)
+    return Layers(items, tuple(notes), colours, sketch.size, box, used_scales)

@@ -177,8 +177,8 @@ def map_overview(
     array = found.get(variable)
     for dim in () if array is None else array.dims:
         if dim not in poses and dim not in chosen:
-            own = found[dim].values if dim in found.coords else [0]
-            chosen[str(dim)] = str(own[0]) if isinstance(own[0], str) else 0
+            labels = found[dim].values if dim in found.coords else [0]
+            chosen[str(dim)] = str(labels[0]) if isinstance(labels[0], str) else 0
     if len(axes) == 1:
         return map_bands(
             found, variable, along=axes[0], at=chosen, full_rank=full_rank, backend=backend
@@ -342,8 +342,8 @@ def map_isosurface(
     part = select(found, variable, (x, y, z), at or {}, full_rank)
     finite = part.values[np.isfinite(part.values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (np.nan, np.nan)
-    one, two, three = part.axes
-    places = one.values, two.values, three.values
+    x_axis, y_axis, z_axis = part.axes
+    places = x_axis.values, y_axis.values, z_axis.values
     wanted = sorted(part.factor * float(level) for level in np.atleast_1d(levels))
     items: list[Item] = []
     unit = part.label.rpartition("[")[2].rstrip("]")
@@ -370,7 +370,7 @@ def map_isosurface(
     units = {axis.label.rpartition("[")[2] for axis in part.axes}
     picture = Scene(
         part.title,
-        (one.label, two.label, three.label),
+        (x_axis.label, y_axis.label, z_axis.label),
         tuple(items),
         is_equal=len(units) == 1,
         notes=(f"surfaces of equal {variable.replace('_', ' ')}",),

@@ -35,14 +35,14 @@ _FULL = 6.0  # the largest rank
 _NAMES = (*_INSTEAD, RANK_DEFICIENT, NO_VALUE, *_OVER)
 
 
-def regions(found: xarray.Dataset, values: np.ndarray, full_rank: int) -> tuple[Region, ...]:
+def regions(dataset: xarray.Dataset, values: np.ndarray, full_rank: int) -> tuple[Region, ...]:
     """Regions of a map or of a part of it, with values of the shape of its ``status``.
 
     Every pose has a value to be shown or lies in one region instead: out of reach, rank-deficient
     whatever its value, and so on. Poses that are ill-conditioned or beyond limits keep their value,
     and lie in a region over it.
     """
-    status, rank = found["status"].values, found["rank"].values
+    status, rank = dataset["status"].values, dataset["rank"].values
     flags = {name: flag for flag, name in status_flags().items()}
     parts, hidden = [], np.zeros(status.shape, dtype=bool)
     instead = {name: (status & flags[name]) != 0 for name in _INSTEAD}
@@ -60,13 +60,13 @@ CLASSES = ("rank", "status")
 """Variables whose values are names rather than numbers."""
 
 
-def classes(found: xarray.Dataset, variable: str) -> tuple[Region, ...]:
+def classes(dataset: xarray.Dataset, variable: str) -> tuple[Region, ...]:
     """A region for every rank, or for every status, that a part of a map has.
 
     Poses without a rank are named by their status. A status has the look that it has in other
     maps, where it has one.
     """
-    status, rank = found["status"].values, found["rank"].values
+    status, rank = dataset["status"].values, dataset["rank"].values
     named: dict[str, np.ndarray] = {}
     by_rank = (rank >= 0) & (variable == "rank")
     for value in np.unique(rank[by_rank])[::-1]:
@@ -101,7 +101,7 @@ class Selection:
 
 
 def select(
-    found: xarray.Dataset,
+    dataset: xarray.Dataset,
     variable: str,
     along: tuple[str, ...],
     at: At,
@@ -115,12 +115,12 @@ def select(
 
     Raises InputError when a name is not in the map, or something remains to be chosen.
     """
-    found = checked_map(found)
-    if variable not in found.data_vars:
-        names = map(str, found.data_vars)
+    dataset = checked_map(dataset)
+    if variable not in dataset.data_vars:
+        names = map(str, dataset.data_vars)
         raise InputError("quantity of a map", got=variable, expected=" or ".join(names))
-    array = found[variable]
-    pose_dims = [str(dim) for dim in found["status"].dims]
+    array = dataset[variable]
+    pose_dims = [str(dim) for dim in dataset["status"].dims]
     for name in along:
         if name not in pose_dims:
             raise InputError(
@@ -131,7 +131,7 @@ def select(
             )
     if len(set(along)) < len(along):
         raise InputError("coordinates of a plot", got=along, expected="each name once")
-    chosen, words = _chosen(found, array, along, at)
+    chosen, words = _chosen(dataset, array, along, at)
     remaining = [
         str(dim)
         for dim in array.dims
@@ -140,29 +140,29 @@ def select(
     open_dims = [dim for dim in remaining if not (others and dim in pose_dims)]
     if open_dims:
         dim = open_dims[0]
-        middle = found[dim].values[len(found[dim]) // 2].item() if dim in found.coords else 0
+        middle = dataset[dim].values[len(dataset[dim]) // 2].item() if dim in dataset.coords else 0
         raise InputError(
             f"part of the map of {variable!r} to be drawn",
             got=f"nothing about {', '.join(open_dims)}",
-            expected=f"a choice: {dim} has {_choices(found, array, dim)}",
+            expected=f"a choice: {dim} has {_choices(dataset, array, dim)}",
             hint=f"write at={{{dim!r}: {middle!r}}}",
         )
-    own = found[["rank", "status"]].isel({d: i for d, i in chosen.items() if d in pose_dims})
+    cut = dataset[["rank", "status"]].isel({d: i for d, i in chosen.items() if d in pose_dims})
     part = array.isel(chosen)
-    order = [*along, *(dim for dim in own["status"].dims if dim not in along)]
-    own = own.transpose(*order)
+    order = [*along, *(dim for dim in cut["status"].dims if dim not in along)]
+    cut = cut.transpose(*order)
     values = np.asarray(part.transpose(*order).values, dtype=float)
     if variable in CLASSES:
-        parts, values = classes(own, variable), np.full(values.shape, np.nan)
+        parts, values = classes(cut, variable), np.full(values.shape, np.nan)
     else:
-        if full_rank is None and "wrench_order" not in found.attrs:
+        if full_rank is None and "wrench_order" not in dataset.attrs:
             raise InputError(
                 "rank of a regular pose",
                 got="a map that does not say whether its robot is planar",
                 expected="full_rank=3 for a planar robot, full_rank=6 for others",
             )
-        full = len(str(found.attrs.get("wrench_order", "")).split())
-        parts = regions(own, values, full if full_rank is None else full_rank)
+        full = len(str(dataset.attrs.get("wrench_order", "")).split())
+        parts = regions(cut, values, full if full_rank is None else full_rank)
     hidden = [part.where for part in parts if part.cover is Cover.INSTEAD]
     shown = np.where(np.any([np.zeros(values.shape, bool), *hidden], axis=0), np.nan, values)
     largest = float(np.nanmax(np.abs(shown))) if np.any(np.isfinite(shown)) else 0.0
@@ -170,11 +170,11 @@ def select(
     label = variable.replace("_", " ")
     axes = []
     for name in along:
-        own = found[name].attrs.get("units", "")
-        heading = f"{name} [{own}]" if own else name
-        axes.append(PlotAxis(heading, np.asarray(found[name].values, dtype=float)))
+        axis_unit = dataset[name].attrs.get("units", "")
+        heading = f"{name} [{axis_unit}]" if axis_unit else name
+        axes.append(PlotAxis(heading, np.asarray(dataset[name].values, dtype=float)))
     title = f"{label} [{unit}]" if unit and unit != "1" else label
-    robot, where = str(found.attrs.get("robot", "")), ", ".join(words)
+    robot, where = str(dataset.attrs.get("robot", "")), ", ".join(words)
     return Selection(
         title=f"{robot}: {where}" if where else robot,
         label=title,
@@ -185,26 +185,26 @@ def select(
     )
 
 
-def checked_map(found: Any) -> xarray.Dataset:
+def checked_map(dataset: Any) -> xarray.Dataset:
     """A map; of a list of poses over their time, or over their numbers from 0.
 
     Raises InputError when it is no map.
     """
     with needs_extra("plots of maps", "maps"):
         import xarray
-    if not isinstance(found, xarray.Dataset) or not {"rank", "status"} <= set(found.data_vars):
+    if not isinstance(dataset, xarray.Dataset) or not {"rank", "status"} <= set(dataset.data_vars):
         raise InputError(
-            "map of a plot", got=type(found).__name__, expected="a result of rs.stiffness_map"
+            "map of a plot", got=type(dataset).__name__, expected="a result of rs.stiffness_map"
         )
-    if found["status"].dims == ("pose",) and "pose" not in found.coords:
-        if "time" in found.coords:
-            return found.swap_dims(pose="time")
-        return found.assign_coords(pose=np.arange(found.sizes["pose"]))
-    return found
+    if dataset["status"].dims == ("pose",) and "pose" not in dataset.coords:
+        if "time" in dataset.coords:
+            return dataset.swap_dims(pose="time")
+        return dataset.assign_coords(pose=np.arange(dataset.sizes["pose"]))
+    return dataset
 
 
 def _chosen(
-    found: xarray.Dataset, array: xarray.DataArray, along: tuple[str, ...], at: At
+    dataset: xarray.Dataset, array: xarray.DataArray, along: tuple[str, ...], at: At
 ) -> tuple[dict[str, int], list[str]]:
     """Indices along the dimensions that are cut, and a description of them."""
     chosen: dict[str, int] = {}
@@ -214,18 +214,18 @@ def _chosen(
             free = [str(dim) for dim in array.dims if dim not in along]
             raise InputError("name in 'at'", got=name, expected=" or ".join(free) or "none")
         size = array.sizes[name]
-        labels = found[name].values if name in found.coords else np.arange(size)
+        labels = dataset[name].values if name in dataset.coords else np.arange(size)
         if isinstance(wanted, str) or labels.dtype.kind not in "fiu":
             places = np.flatnonzero(labels == wanted)
             if not len(places):
                 raise InputError(
-                    f"{name} in 'at'", got=wanted, expected=_choices(found, array, name)
+                    f"{name} in 'at'", got=wanted, expected=_choices(dataset, array, name)
                 )
             chosen[name] = int(places[0])
             words.append(f"{wanted}")
-        elif name in found.coords:
+        elif name in dataset.coords:
             chosen[name] = int(np.argmin(np.abs(labels - wanted)))
-            unit = found[name].attrs.get("units", "")
+            unit = dataset[name].attrs.get("units", "")
             words.append(f"{name} = {short(float(labels[chosen[name]]), 4)} {unit}".strip())
         else:
             if not 0 <= wanted < size or wanted != int(wanted):
@@ -235,9 +235,9 @@ def _chosen(
     return chosen, words
 
 
-def _choices(found: xarray.Dataset, array: xarray.DataArray, name: str) -> str:
-    if name in found.coords:
-        values = found[name].values
+def _choices(dataset: xarray.Dataset, array: xarray.DataArray, name: str) -> str:
+    if name in dataset.coords:
+        values = dataset[name].values
         if values.dtype.kind in "fiu":
             return f"values from {number(values.min())} to {number(values.max())}"
         return " or ".join(map(str, values))

@@ -83,12 +83,12 @@ class Canvas:
             FigureCanvasAgg(figure)
             return figure.add_subplot(projection="3d" if in_space else None)
         if not isinstance(self.ax, Axes) or isinstance(self.ax, Axes3D) != in_space:
-            own = 'projection="3d"' if in_space else ""
+            projection = 'projection="3d"' if in_space else ""
             raise InputError(
                 "ax of Matplotlib",
                 got=type(self.ax).__name__,
                 expected="axes of a space" if in_space else "plain axes of Matplotlib",
-                hint=f"write figure.add_subplot({own})",
+                hint=f"write figure.add_subplot({projection})",
             )
         return self.ax
 
@@ -102,9 +102,9 @@ class Canvas:
         box = self._within_width(figure)
         tall = figure.get_figheight()
         low, whole = box.y0 - _EDGE, box.height + 2 * _EDGE
-        for own in figure.axes:
-            x, y, width, height = own.get_position(original=True).bounds
-            own.set_position((x, (y * tall - low) / whole, width, height * tall / whole))
+        for panel in figure.axes:
+            x, y, width, height = panel.get_position(original=True).bounds
+            panel.set_position((x, (y * tall - low) / whole, width, height * tall / whole))
         figure.set_figheight(whole)
         self._within_width(figure)  # another height has other ticks
         return ax
@@ -119,9 +119,9 @@ class Canvas:
                 break
             part = max(_NARROWEST, 1 - out / self.width)
             left = max(0.0, -box.x0) / self.width
-            for own in figure.axes:
-                x, y, width, height = own.get_position(original=True).bounds
-                own.set_position((left + part * x, y, part * width, height))
+            for panel in figure.axes:
+                x, y, width, height = panel.get_position(original=True).bounds
+                panel.set_position((left + part * x, y, part * width, height))
             box = figure.get_tightbbox(renderer)
         return box
 
@@ -213,16 +213,16 @@ def draw_bars(picture: Bars, canvas: Canvas) -> Axes:
     panels = [ax] if len(picture.panels) == 1 else _stacked_axes(ax, rows, canvas.room)
     handles, labels = [], []
     named = any(series.name for panel in picture.panels for series in panel.series)
-    for panel, own in zip(picture.panels, panels, strict=True):
-        handles = (_stacked if picture.is_stacked else _grouped)(own, panel, canvas)
+    for panel, axes in zip(picture.panels, panels, strict=True):
+        handles = (_stacked if picture.is_stacked else _grouped)(axes, panel, canvas)
         labels = [series.name for series in panel.series] if named else []
-        own.set_xlabel(panel.label)
-        own.set_yticks(range(len(panel.groups)), [group.name for group in panel.groups])
-        own.invert_yaxis()
-        own.tick_params(axis="y", length=0)
-        own.spines[["top", "right"]].set_visible(False)
-        own.grid(True, axis="x")
-        own.set_axisbelow(True)
+        axes.set_xlabel(panel.label)
+        axes.set_yticks(range(len(panel.groups)), [group.name for group in panel.groups])
+        axes.invert_yaxis()
+        axes.tick_params(axis="y", length=0)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.grid(True, axis="x")
+        axes.set_axisbelow(True)
     ax.set_title(picture.title)
     last = panels[-1]
     legend_below(last, canvas, handles if named else [], labels, picture.notes, 0.42)
@@ -235,11 +235,11 @@ def _stacked_axes(ax: Axes, rows: list[int], room: float) -> list[Axes]:
     left = _NAMES / room
     gap = 3.0
     whole = sum(rows) + gap * (len(rows) - 1)
-    found, top = [], 1.0
-    for own in rows:
-        found.append(ax.inset_axes((left, top - own / whole, 1 - left, own / whole)))
-        top -= (own + gap) / whole
-    return found
+    insets, top = [], 1.0
+    for count in rows:
+        insets.append(ax.inset_axes((left, top - count / whole, 1 - left, count / whole)))
+        top -= (count + gap) / whole
+    return insets
 
 
 def _stacked(ax: Axes, panel: Panel, canvas: Canvas) -> list:

@@ -161,10 +161,10 @@ def _of_snapshot(snapshot: Snapshot) -> Outline:
     """The outline of a robot of legs at a single pose."""
     at, feet = snapshot.reference_point, [_foot(leg) for leg in snapshot.legs]
     points = [[leg.end, *(part.point for part in leg.parts)] for leg in snapshot.legs]
-    size = size_of([at, *feet, *(p for own in points for p in own)])
+    size = size_of([at, *feet, *(p for group in points for p in group)])
     joints = [list(_joints(leg, f"{leg.name}/", _GROUND, leg.name)) for leg in snapshot.legs]
     # of legs whose joints have the same names, those of the first
-    named = {tuple(joint.name for joint in own): own for own in reversed(joints)}
+    named = {tuple(joint.name for joint in group): group for group in reversed(joints)}
     # the face between the ends of the legs; a point away from it, or from one leg, is tied
     ends = np.array([leg.end for leg in snapshot.legs])
     top, weight, tied = plate(ends), LineWeight.THIN, ends.mean(axis=0)[None]
@@ -187,12 +187,12 @@ def _of_snapshot(snapshot: Snapshot) -> Outline:
     if snapshot.platform is not None:
         tree = snapshot.platform.platform
         nodes = {
-            own.name: PointOfBody(snapshot.platform.in_world(own.at), node_key(own.name))
-            for own in tree.nodes
+            node.name: PointOfBody(snapshot.platform.in_world(node.at), node_key(node.name))
+            for node in tree.nodes
         }
         plates = []
         lines = [Line(nodes[p.a], nodes[p.b], PLATFORM, p.name, bends=True) for p in tree.parts]
-        names += [own.name for own in tree.parts if np.any(own.elasticity.compliance)]
+        names += [part.name for part in tree.parts if np.any(part.elasticity.compliance)]
     for i, leg in enumerate(snapshot.legs):
         # without rigid lines too short to be visible
         apart = _SAME * (size_of([feet[i], *points[i]]) or 1.0)
@@ -201,48 +201,48 @@ def _of_snapshot(snapshot: Snapshot) -> Outline:
                 lines.append(line)
     if base is not None:
         plates.insert(0, Plate(base, _GROUND, PlainColour.FAINT))
-    level = np.ptp([p[2] for p in (at, *(x for own in points for x in own))]) <= _SAME * size
+    level = np.ptp([p[2] for p in (at, *(x for group in points for x in group))]) <= _SAME * size
     return Outline(
         PointOfBody(at, PLATFORM),
         size,
         snapshot.space is Space.PLANAR or bool(level),
         tuple(lines),
         tuple(plates),
-        tuple(joint for own in joints for joint in own),
-        words=tuple((one.at, one.name) for own in reversed(named.values()) for one in own),
+        tuple(joint for leg in joints for joint in leg),
+        words=tuple((joint.at, joint.name) for leg in reversed(named.values()) for joint in leg),
         part_names=tuple(names),
         is_named=len(snapshot.legs) == 1,
     )
 
 
 def _along(
-    leg: PlacedLeg, name: str, body: str, end: str, here: list[PointOfBody]
+    leg: PlacedLeg, name: str, body: str, end: str, starts: list[PointOfBody]
 ) -> Iterator[Line]:
     """Lines from places, or from the first element, to the end of a leg or a branch."""
     first = leg.elements[0]
     if isinstance(first, PlacedSpring):
         clamped = PointOfBody(clamped_end(first), body)
-        yield from (Line(place, clamped, name, weight=LineWeight.LINE) for place in here)
-        here = [clamped]
+        yield from (Line(place, clamped, name, weight=LineWeight.LINE) for place in starts)
+        starts = [clamped]
     slid = ""
     for element in leg.elements:
         behind = f"{name}/{element.name}"
         if isinstance(element, PlacedBlock):
             # a block begins where its branches begin
             for branch in element.branches:
-                yield from _along(branch, name, body, behind, here[:1])
-            here, slid = [PointOfBody(branch.end, behind) for branch in element.branches], ""
+                yield from _along(branch, name, body, behind, starts[:1])
+            starts, slid = [PointOfBody(branch.end, behind) for branch in element.branches], ""
         elif isinstance(element, PlacedSpring):
             at = PointOfBody(element.point, behind)
-            yield from (Line(place, at, name, element.name, bends=True) for place in here)
-            here, slid = [at], ""
+            yield from (Line(place, at, name, element.name, bends=True) for place in starts)
+            starts, slid = [at], ""
         else:
             at = PointOfBody(element.point, body)
-            yield from (_joined(place, at, name, slid) for place in here)
+            yield from (_joined(place, at, name, slid) for place in starts)
             # a rail belongs to the body before the slide, whatever the position of the slide
-            here, slid = [at], element.name if element.slides else ""
+            starts, slid = [at], element.name if element.slides else ""
         body = behind
-    yield from (_joined(place, PointOfBody(leg.end, end), name, slid) for place in here)
+    yield from (_joined(place, PointOfBody(leg.end, end), name, slid) for place in starts)
 
 
 def _joined(start: PointOfBody, end: PointOfBody, leg: str, slid: str) -> Line:
@@ -297,8 +297,8 @@ def _of_network(network: Network) -> Outline:
     bodies, attached = {}, defaultdict(list)
     for place, point in zip(*network.attachments, strict=True):
         attached[network.nodes[place].name].append(point)
-    for name, each in attached.items():
-        whole = [*each, *([network.reference_point] if name == network.platform else [])]
+    for name, attachments in attached.items():
+        whole = [*attachments, *([network.reference_point] if name == network.platform else [])]
         extent = float(np.max(np.ptp(np.array(whole), axis=0)))
         apart: list[np.ndarray] = []
         for point in whole:
@@ -309,16 +309,16 @@ def _of_network(network: Network) -> Outline:
     size = size_of(points)
     lines: list[Line] = []
     plates: list[Plate] = []
-    for name, own in bodies.items():
+    for name, of_body in bodies.items():
         is_fixed = name in network.fixed
-        corners = _flat_face(own)
+        corners = _flat_face(of_body)
         if corners is not None:
             paint = PlainColour.FAINT if is_fixed else PlainColour.PLATE
             label = PLATFORM if name == network.platform else ""
             plates.append(Plate(corners, name, paint, label))
-        middle = PointOfBody(own.mean(axis=0) if len(own) > 2 else own[-1], name)
+        middle = PointOfBody(of_body.mean(axis=0) if len(of_body) > 2 else of_body[-1], name)
         paint = PlainColour.MUTED if is_fixed else PlainColour.INK
-        for p in own if len(own) > 2 else own[:-1]:
+        for p in of_body if len(of_body) > 2 else of_body[:-1]:
             lines.append(
                 Line(
                     middle,
@@ -332,7 +332,7 @@ def _of_network(network: Network) -> Outline:
     for beam in network.beams:
         a, b = PointOfBody(beam.start, beam.a), PointOfBody(beam.end, beam.b)
         lines.append(Line(a, b, part=beam.name, bends=True))
-    elastic = [own for own in network.springs if np.any(own.elasticity.compliance)]
+    elastic = [spring for spring in network.springs if np.any(spring.elasticity.compliance)]
     spots: list[Spots] = []
     for spring in elastic:
         a, b = PointOfBody(clamped_end(spring), spring.a), PointOfBody(spring.point, spring.b)
@@ -341,7 +341,7 @@ def _of_network(network: Network) -> Outline:
         else:
             label = "" if spots else "elastic part"
             spots.append(Spots((b,), Shape.DIAMOND, label, (spring.name,), spring.name))
-    joints = [own for own in network.joints if own.freedoms]
+    joints = [joint for joint in network.joints if joint.freedoms]
     names = tuple(part.name for part in (*network.beams, *elastic))
     return Outline(
         PointOfBody(network.reference_point, network.platform),
@@ -350,12 +350,12 @@ def _of_network(network: Network) -> Outline:
         tuple(lines),
         tuple(plates),
         tuple(
-            JointPoint(PointOfBody(own.point, joint.a), joint.name, own.name, own.role)
+            JointPoint(PointOfBody(freedom.point, joint.a), joint.name, freedom.name, freedom.role)
             for joint in joints
-            for own in joint.freedoms
+            for freedom in joint.freedoms
         ),
         tuple(spots),
-        tuple((PointOfBody(own.freedoms[0].point, own.a), own.name) for own in joints)
+        tuple((PointOfBody(joint.freedoms[0].point, joint.a), joint.name) for joint in joints)
         if len(joints) <= _NAMED
         else (),
         names,
@@ -401,8 +401,8 @@ def of_cables(
         about = name if T is None else f"{name}: {quantity(T, 'N', 4)}"
         is_slack = T == 0
         weight = LineWeight.THIN if is_slack else LineWeight.LINE
-        own = label if is_slack else ""
-        lines.append(Line(a, b, weight=weight, is_dashed=is_slack, about=about, label=own))
+        shown = label if is_slack else ""
+        lines.append(Line(a, b, weight=weight, is_dashed=is_slack, about=about, label=shown))
         label = "" if is_slack else label
     points = np.concatenate([exits, attachments])
     return Outline(

@@ -414,19 +414,19 @@ def with_words(thing: Thing, escape: Callable[[str], str], longest: int = _TEXT)
 
     What a backend would take for a formula or for HTML, it takes for letters afterwards.
     """
-    found: Any = thing
+    escaped: Any = thing
     if isinstance(thing, str):
         half = longest // 2
         shown = thing if len(thing) <= longest else f"{thing[: half - 1]}…{thing[-half:]}"
-        found = escape(printable(shown, kept="\n"))
+        escaped = escape(printable(shown, kept="\n"))
     elif isinstance(thing, tuple):
-        found = tuple(with_words(item, escape, longest) for item in thing)
+        escaped = tuple(with_words(item, escape, longest) for item in thing)
     elif is_dataclass(thing) and not isinstance(thing, type | Enum):
-        own: Any = thing
-        sizes = {f.name: _NAME if f.name in _NAMES else _TEXT for f in fields(own)}
-        words = {n: with_words(getattr(own, n), escape, size) for n, size in sizes.items()}
-        found = replace(own, **words)
-    return found
+        part: Any = thing
+        sizes = {f.name: _NAME if f.name in _NAMES else _TEXT for f in fields(part)}
+        words = {n: with_words(getattr(part, n), escape, size) for n, size in sizes.items()}
+        escaped = replace(part, **words)
+    return escaped
 
 
 Picture = Scene | Matrix | Bars | Field | Bands | Curves

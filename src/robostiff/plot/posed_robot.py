@@ -129,10 +129,10 @@ def robot(
 
 def joints_in_words(linkage: Linkage, values: Mapping[str, Any] | None) -> tuple[str, ...]:
     """Coordinates that are given to joints, such as ``screw −50 mm``."""
-    words, given = [], values or {}
+    words, coordinates = [], values or {}
     for joint in linkage.joints:
-        if joint.name in given:
-            pairs = zip(joint.freedoms, np.atleast_1d(given[joint.name]), strict=True)
+        if joint.name in coordinates:
+            pairs = zip(joint.freedoms, np.atleast_1d(coordinates[joint.name]), strict=True)
             shown = (
                 f"{short(np.degrees(q))}°" if screw.turns else f"{short(1e3 * q)} mm"
                 for screw, q in pairs
@@ -168,16 +168,16 @@ def picture_of_posed(
     return sketch.scene(posed.name, load, notes=notes)
 
 
-def moved_cables(found: CableResponse) -> tuple[Motions, Outline]:
+def moved_cables(response: CableResponse) -> tuple[Motions, Outline]:
     """Motion of the platform under a load that is carried, and the cables that are taut there."""
-    tensions = found.tensions  # raises with the reason where the load is not carried
-    placed, moved = found.before.placed, cast("np.ndarray", found.displacement)
-    d = spatial(moved, found.before.space.rows)
+    tensions = response.tensions  # raises with the reason where the load is not carried
+    placed, moved = response.before.placed, cast("np.ndarray", response.displacement)
+    d = spatial(moved, response.before.space.rows)
     R = matrix_of_rotation(d[3:])
     p = placed.reference_point
     motions = {PLATFORM: BodyMotion(R - np.eye(3), d[:3] + p - R @ p)}
     ends = placed.exit_points, placed.attachments
-    return motions, of_cables(found.before.cable_names, ends, p, found.before.space, tensions)
+    return motions, of_cables(response.before.cable_names, ends, p, response.before.space, tensions)
 
 
 def motion_of(posed: Snapshot | Network, bent: Deflection) -> Motions:
@@ -190,9 +190,9 @@ def motion_of(posed: Snapshot | Network, bent: Deflection) -> Motions:
             expected="one under a wrench on the platform",
             hint="the shape is drawn of rs.deflection(robot, pose, wrench) without loads, gravity",
         )
-    own, other = (outline_of(one) for one in (posed, bent.stiffness.placed()))
-    points, others = (np.array([at.point for at in one.anchors]) for one in (own, other))
-    if points.shape != others.shape or np.abs(points - others).max() > _MISSED * own.size:
+    outline, of_bent = (outline_of(machine) for machine in (posed, bent.stiffness.placed()))
+    points, others = (np.array([at.point for at in x.anchors]) for x in (outline, of_bent))
+    if points.shape != others.shape or np.abs(points - others).max() > _MISSED * outline.size:
         raise InputError(
             subject,
             got=f"that of {bent.stiffness.name!r} at another pose",
@@ -268,7 +268,7 @@ def equilibrium(
         )
     _ = result.displacement  # raises with the reason when there is none
     posed, problem = result.posed, cast("FoundEquilibrium", result.found).problem
-    tensions = np.array([own.tension for own in result.springs])
+    tensions = np.array([spring.tension for spring in result.springs])
     sketch = _sketch(posed, problem, result.places, result.shares, colouring, tensions)
     sketch = sketch.exaggerated(exaggeration, is_finite=True)
     notes = exaggeration_note(sketch.scale)
@@ -276,11 +276,11 @@ def equilibrium(
     load = problem.point, spatial(result.wrench, result.space.rows)
     more: list[Item] = []  # springs between bodies as coils, their ends displaced as the bodies are
     springs = posed.springs if isinstance(posed, Snapshot) else ()
-    for unloaded, own in zip(springs, result.springs if springs else (), strict=True):
-        pairs = zip(unloaded.points, own.points, strict=True)
+    for unloaded, loaded in zip(springs, result.springs if springs else (), strict=True):
+        pairs = zip(unloaded.points, loaded.points, strict=True)
         a, b = (p + sketch.scale * (now - p) for p, now in pairs)
         points = sketch.in_unit().factor * _coil(a, b, _WIDE * sketch.size)
-        about = f"{own.name}: {quantity(own.tension, 'N', 4)}"
+        about = f"{loaded.name}: {quantity(loaded.tension, 'N', 4)}"
         label = "" if more else "spring"
         more.append(Path(points, Category(2), LineWeight.LINE, label=label, about=about))
     scene = sketch.scene(f"{result.name} under load", load, notes=notes, more=more)
@@ -298,8 +298,8 @@ def _sketch(
     """A machine of any kind with its bodies at other places, coloured by elastic energy."""
     if isinstance(posed, CableRobot):
         springs = problem.legs.springs
-        ends = np.array([own.points for own in springs])
-        names, space = [own.name for own in springs], Space.of_size(len(problem.rows))
+        ends = np.array([spring.points for spring in springs])
+        names, space = [spring.name for spring in springs], Space.of_size(len(problem.rows))
         outline = of_cables(names, (ends[:, 0], ends[:, 1]), problem.point, space, tensions)
     else:
         outline = outline_of(posed)
@@ -340,12 +340,12 @@ def mode(
         raise InputError(
             "number of a mode", got=number, expected=f"1 to {len(modes)}, the slowest first"
         )
-    own = modes[number - 1]
-    rate = f"{short(own.frequency, 4)} Hz"
-    rate = rate if own.growth == 0 else f"grows by {short(own.growth, 4)} /s"
+    vibration = modes[number - 1]
+    rate = f"{short(vibration.frequency, 4)} Hz"
+    rate = rate if vibration.growth == 0 else f"grows by {short(vibration.growth, 4)} /s"
     title = f"{modes.name}, mode {number}: {rate}"
     problem = cast("EquilibriumProblem", modes.problem)
-    sketch = _sketch(modes.posed, problem, own.motion, own.shares, Colouring.PARTS)
+    sketch = _sketch(modes.posed, problem, vibration.motion, vibration.shares, Colouring.PARTS)
     sketch = sketch.exaggerated(side * sketch.exaggerated(None).scale)
     scene = sketch.scene(title, at_rest="at rest")
     # room for both ends of the vibration

@@ -125,14 +125,14 @@ class Sketch:
             names = (about,) if spots.part else spots.names
             items.append(Marks(points, paint, spots.shape, spots.label, names))
         for kind, (label, shape) in _KINDS.items():
-            alike = [own for own in self.outline.joints if isinstance(own.role, kind)]
+            alike = [joint for joint in self.outline.joints if isinstance(joint.role, kind)]
             by_paint: dict[Paint, list[JointPoint]] = {}
             for joint in alike:
                 paint = self.of_joints.get(joint.name, PlainColour.INK)
                 by_paint.setdefault(paint, []).append(joint)
-            for paint, own in by_paint.items():
-                points = np.array([self.moved(joint.at) for joint in own])
-                names = tuple(f"{joint.owner}/{joint.name}" for joint in own)
+            for paint, group in by_paint.items():
+                points = np.array([self.moved(joint.at) for joint in group])
+                names = tuple(f"{joint.owner}/{joint.name}" for joint in group)
                 items.append(Marks(points, paint, shape, label, names))
             for joint in alike:
                 share = self.shares.get((joint.owner, joint.name))
@@ -168,7 +168,7 @@ class Sketch:
             paint = face.paint if face.paint is PlainColour.FAINT else muted
             items.append(Face(self.factor * face.corners, paint, 0.35))
         for line, points in self._lines():
-            weight = min(line.weight, LineWeight.LINE, key=lambda own: own.value)
+            weight = min(line.weight, LineWeight.LINE, key=lambda w: w.value)
             items.append(Path(points, muted, weight, line.is_dashed))
         return items
 
@@ -318,20 +318,20 @@ def words_at(places: Sequence[tuple[np.ndarray, str]], size: float) -> list[Item
 
     A joint of several freedoms is named once, and joints of the branches of a block by the first.
     """
-    found: list[tuple[np.ndarray, list[str]]] = []
+    words: list[tuple[np.ndarray, list[str]]] = []
     named: set[str] = set()
     for place, name in places:
-        own = _NUMBER.sub("", name.rpartition("/")[2])
-        if own in named:
+        label = _NUMBER.sub("", name.rpartition("/")[2])
+        if label in named:
             continue
-        named.add(own)
-        for point, names in found:
+        named.add(label)
+        for point, names in words:
             if np.linalg.norm(point - place) <= _ONE_PLACE * size:
-                names.append(own)
+                names.append(label)
                 break
         else:
-            found.append((place, [own]))
-    return [Text(point, ", ".join(dict.fromkeys(names)), PlainColour.INK) for point, names in found]
+            words.append((place, [label]))
+    return [Text(point, ", ".join(dict.fromkeys(names)), PlainColour.INK) for point, names in words]
 
 
 def wrench_items(point: np.ndarray, size: float, F: np.ndarray, is_flat: bool) -> list[Item]:

@@ -198,10 +198,10 @@ def free_motions(
     count = "no free motion" if not free else f"{free} free motion{'s' if free > 1 else ''}"
     # translations in the plane, rotations about z
     in_plane = (
-        abs(own.axis[2]) < _ALONG
-        if own.is_translation
-        else own.is_rotation and abs(own.axis[2]) > 1 - _ALONG
-        for own in (motion.screw for motion in result.free_motions)
+        abs(screw.axis[2]) < _ALONG
+        if screw.is_translation
+        else screw.is_rotation and abs(screw.axis[2]) > 1 - _ALONG
+        for screw in (motion.screw for motion in result.free_motions)
     )
     is_flat = around is not None and around.outline.is_level and all(in_plane)
     notes = (f"rank {int(result.rank)} of {result.space.size}",)

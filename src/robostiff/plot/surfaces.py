@@ -48,8 +48,8 @@ def ellipsoid_mesh(
     elif len(open_axes) == 2:
         u, v = (half_axes[i] for i in open_axes)
         corners, up = np.array([-u - v, u - v, u + v, -u + v]), half_axes[closed[0]]
-        one = np.array([[0, 1, 2], [0, 2, 3]])
-        return np.concatenate([corners + up, corners - up]), np.concatenate([one, one + 4])
+        face = np.array([[0, 1, 2], [0, 2, 3]])
+        return np.concatenate([corners + up, corners - up]), np.concatenate([face, face + 4])
     else:
         a, b = np.meshgrid(angle, np.linspace(0, np.pi, _ALONG), indexing="ij")
         places = [(0, np.cos(a) * np.sin(b)), (1, np.sin(a) * np.sin(b)), (2, np.cos(b))]
@@ -141,13 +141,13 @@ def _crossing(v: np.ndarray, p: np.ndarray, level: float) -> np.ndarray:
         return p[where, i] + share * (p[where, j] - p[where, i])
 
     one, two, three = (below == n for n in (1, 2, 3))
-    found = [
+    triangles = [
         np.stack([cut(one, 0, 1), cut(one, 0, 2), cut(one, 0, 3)], axis=1),
         np.stack([cut(three, 0, 3), cut(three, 1, 3), cut(three, 2, 3)], axis=1),
         np.stack([cut(two, 0, 2), cut(two, 0, 3), cut(two, 1, 3)], axis=1),
         np.stack([cut(two, 0, 2), cut(two, 1, 3), cut(two, 1, 2)], axis=1),
     ]
-    return np.concatenate(found)
+    return np.concatenate(triangles)
 
 
 AnyStiffness = Stiffness | CableStiffness

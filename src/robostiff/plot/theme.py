@@ -165,21 +165,21 @@ class NamedColours(Palette):
     def along(self, stops: tuple[str, ...], where: float) -> str:
         """Name of the colours at a place from 0 to 1 along some stops."""
         parts = zip(*(self.every[int(name[4:-7])] for name in stops), strict=True)
-        own = (t.palette.along(stop, where) for t, stop in zip(Theme, parts, strict=True))
-        return _name(self.every, tuple(own))
+        colours = (t.palette.along(stop, where) for t, stop in zip(Theme, parts, strict=True))
+        return _name(self.every, tuple(colours))
 
 
 def named_colours() -> NamedColours:
     """Names of all colours of a palette, to which those are added that are mixed of them."""
     every: list[tuple[str, ...]] = []
     names: dict[str, Any] = {}
-    for one in fields(Palette):
-        own = [getattr(theme.palette, one.name) for theme in Theme]
-        single = isinstance(own[0], str)
+    for entry in fields(Palette):
+        values = [getattr(theme.palette, entry.name) for theme in Theme]
+        single = isinstance(values[0], str)
         named = [
-            _name(every, pair) for pair in zip(*([o] if single else o for o in own), strict=True)
+            _name(every, pair) for pair in zip(*([o] if single else o for o in values), strict=True)
         ]
-        names[one.name] = named[0] if single else tuple(named)
+        names[entry.name] = named[0] if single else tuple(named)
     return NamedColours(**names, every=every)
 
 
