@@ -38,8 +38,8 @@ def _at(value: Any, own_axes: int | None, rows: int | slice) -> Any:
     if not isinstance(value, BatchedPart | Screw):
         return value
     names = names_of(type(value))
-    own = {name: _at(getattr(value, name), _OWN_AXES.get(name), rows) for name in names}
-    return type(value)(**own)
+    values = {name: _at(getattr(value, name), _OWN_AXES.get(name), rows) for name in names}
+    return type(value)(**values)
 
 
 def one_of(values: np.ndarray, own_axes: int, index: int | slice) -> np.ndarray:

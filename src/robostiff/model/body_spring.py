@@ -91,13 +91,13 @@ class BodySpring:
                 got="neither" if self.preload is None else "both",
                 expected="free_length or preload, one of them",
             )
-        for what, units in (("stiffness", "N/m"), ("free_length", "m"), ("preload", "N")):
-            value = getattr(self, what)
+        for key, units in (("stiffness", "N/m"), ("free_length", "m"), ("preload", "N")):
+            value = getattr(self, key)
             if value is None or is_formula(value):
                 continue
-            number = as_float(f"{what} of {subject}", value, f"one number [{units}]", units)
-            object.__setattr__(self, what, number)
-            if what == "stiffness" and number < 0:
+            number = as_float(f"{key} of {subject}", value, f"one number [{units}]", units)
+            object.__setattr__(self, key, number)
+            if key == "stiffness" and number < 0:
                 raise InputError(
                     f"stiffness of {subject}", got=number, expected="zero or more [N/m]"
                 )
@@ -118,7 +118,7 @@ def refuse_springs(name: str, springs: Sequence[Any], subject: str) -> None:
     if springs:
         raise InputError(
             f"{subject} of {name!r}",
-            got=f"springs between bodies: {', '.join(own.name for own in springs)}",
+            got=f"springs between bodies: {', '.join(spring.name for spring in springs)}",
             expected="a robot of legs alone: those springs act under finite loads",
             hint="rs.equilibrium(robot, pose).K has them; robot.with_springs() has none",
         )

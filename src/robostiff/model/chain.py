@@ -124,7 +124,7 @@ _ROUNDING = 1e-9  # of a home coordinate
 class _Movable(NamedTuple):
     """What has coordinates: a joint, a telescope, or the chain of a branch."""
 
-    own: Joint | Telescope | Chain
+    element: Joint | Telescope | Chain
     first: int  # place of its first coordinate
     prefix: str  # block/branch/, in front of names inside
     leads: bool  # to the end; only the first branch of a block does
@@ -158,16 +158,16 @@ class Chain:
             raise InputError("chain", got="no element", expected="at least one element")
         object.__setattr__(self, "couplings", tuple(self.couplings))
         # Each element gets a name of its own; joints that have theirs alone keep it.
-        coupled = {name for own in self.couplings for name, _ in own.terms}
+        coupled = {name for coupling in self.couplings for name, _ in coupling.terms}
         named = [e for e in self.elements if not isinstance(e, Rigid)]
         count = Counter(e.name for e in named)
         moving = Counter(e.name for e in named if isinstance(e, Joint | Telescope))
-        kept = coupled | {name for name, of_joints in moving.items() if of_joints == 1}
+        unchanged = coupled | {name for name, of_joints in moving.items() if of_joints == 1}
         number = dict.fromkeys((n for n, k in count.items() if k > 1 and n not in coupled), 0)
         elements: list[Element] = []
         for element in self.elements:
             name = element.name
-            alone = name in kept and isinstance(element, Joint | Telescope)
+            alone = name in unchanged and isinstance(element, Joint | Telescope)
             if name in number and not alone and not isinstance(element, Rigid):
                 while name in count:
                     number[element.name] += 1
@@ -178,7 +178,7 @@ class Chain:
         if self.couplings:
             _ = self.home
             joints = [element.name for element in self.elements if isinstance(element, Joint)]
-            names = [own.name for own in self.couplings]
+            names = [coupling.name for coupling in self.couplings]
             check_distinct("names of couplings and joints", [*names, *dict.fromkeys(joints)])
 
     @cached_property
@@ -188,23 +188,23 @@ class Chain:
         for element in self.elements:
             inside: list[tuple[Joint | Telescope | Chain, str]] = []
             if isinstance(element, ParallelBlock):
-                inside = [(own.chain, f"{element.name}/{own.name}/") for own in element.branches]
+                inside = [(b.chain, f"{element.name}/{b.name}/") for b in element.branches]
             elif isinstance(element, Joint | Telescope):
                 inside = [(element, "")]
-            for i, (own, prefix) in enumerate(inside):
-                parts.append(_Movable(own, start, prefix, leads=i == 0))
-                start += own.size
+            for i, (part, prefix) in enumerate(inside):
+                parts.append(_Movable(part, start, prefix, leads=i == 0))
+                start += part.size
         return tuple(parts)
 
     @cached_property
     def size(self) -> int:
         """Number of coordinates."""
-        return sum(part.own.size for part in self._parts)
+        return sum(part.element.size for part in self._parts)
 
     @property
     def is_coupled(self) -> bool:
         """Whether it, or a branch in it, has couplings."""
-        inner = (part.own for part in self._parts if isinstance(part.own, Chain))
+        inner = (part.element for part in self._parts if isinstance(part.element, Chain))
         return bool(self.couplings) or any(chain.is_coupled for chain in inner)
 
     @cached_property
@@ -213,17 +213,17 @@ class Chain:
         return tuple(
             part.first + i
             for part in self._parts
-            if not isinstance(part.own, Chain)
-            for i in range(part.own.size)
+            if not isinstance(part.element, Chain)
+            for i in range(part.element.size)
         )
 
     def _own_moving(self) -> Iterator[tuple[Joint | Telescope, int]]:
         """Its own joints, with the places of their first coordinates among `own_places`."""
         place = 0
         for part in self._parts:
-            if not isinstance(part.own, Chain):
-                yield part.own, place
-                place += part.own.size
+            if not isinstance(part.element, Chain):
+                yield part.element, place
+                place += part.element.size
 
     @cached_property
     def transmission(self) -> Transmission | None:
@@ -233,7 +233,7 @@ class Chain:
         joints: dict[str, tuple[int, Joint | Telescope]] = {}
         for element, place in self._own_moving():
             if element.name in joints and any(
-                element.name == name for own in self.couplings for name, _ in own.terms
+                element.name == name for coupling in self.couplings for name, _ in coupling.terms
             ):
                 raise InputError(
                     "name of a coupled joint", got=element.name, expected="each name once"
@@ -246,15 +246,15 @@ class Chain:
         """T, motions (size, size) of all joints for each coordinate; None where they are equal."""
         if not self.is_coupled:
             return None
-        own = self.transmission
-        chains = [(p.first, p.own) for p in self._parts if isinstance(p.own, Chain)]
+        gears = self.transmission
+        chains = [(p.first, p.element) for p in self._parts if isinstance(p.element, Chain)]
         motions = [(first, chain.joint_motions) for first, chain in chains]
         of_blocks = [(first, T) for first, T in motions if T is not None]
-        parts = [T for _, T in of_blocks] + ([] if own is None else [own.T])
+        parts = [T for _, T in of_blocks] + ([] if gears is None else [gears.T])
         exact = any(T.dtype == object for T in parts)
         T = np.eye(self.size, dtype=int).astype(object) if exact else np.eye(self.size)
-        if own is not None:
-            T[np.ix_(self.own_places, self.own_places)] = own.T
+        if gears is not None:
+            T[np.ix_(self.own_places, self.own_places)] = gears.T
         for first, inner in of_blocks:
             T[first : first + len(inner), first : first + len(inner)] = inner
         return T
@@ -270,14 +270,14 @@ class Chain:
 
         Those of a parallel block follow one another, branch by branch.
         """
-        found: list[tuple[Joint | Telescope, slice]] = []
-        for own, first, _, _ in self._parts:
-            if isinstance(own, Chain):
-                for inner, at in own.moving:
-                    found.append((inner, slice(first + at.start, first + at.stop)))
+        elements: list[tuple[Joint | Telescope, slice]] = []
+        for part, first, _, _ in self._parts:
+            if isinstance(part, Chain):
+                for inner, at in part.moving:
+                    elements.append((inner, slice(first + at.start, first + at.stop)))
             else:
-                found.append((own, slice(first, first + own.size)))
-        return tuple(found)
+                elements.append((part, slice(first, first + part.size)))
+        return tuple(elements)
 
     @cached_property
     def freedoms(self) -> tuple[Screw, ...]:
@@ -305,9 +305,9 @@ class Chain:
         """
         names = self._names(lambda chain: chain.coordinate_names)
         if self.transmission is not None:
-            for i, own in self.transmission.sums.items():
-                if not isinstance(own.role, Locked):
-                    names[self.own_places[i]] = own.name
+            for i, coupling in self.transmission.sums.items():
+                if not isinstance(coupling.role, Locked):
+                    names[self.own_places[i]] = coupling.name
         return tuple(names)
 
     @property
@@ -318,9 +318,9 @@ class Chain:
             if not isinstance(element, Rigid):
                 names.append(element.name)
             if isinstance(element, ParallelBlock):
-                for own in element.branches:
-                    inside = own.chain.part_names
-                    names += [f"{element.name}/{own.name}/{name}" for name in inside]
+                for branch in element.branches:
+                    inside = branch.chain.part_names
+                    names += [f"{element.name}/{branch.name}/{name}" for name in inside]
         return tuple(names)
 
     @property
@@ -334,15 +334,15 @@ class Chain:
         'parallelogram 2 x [near pin (passive), bar, far pin (passive)]'
         """
         words = []
-        for own in self.elements:
-            if isinstance(own, ParallelBlock):
-                insides = {branch.name: branch.chain.in_words for branch in own.branches}
-                words.append(block_in_words(own.name, insides))
+        for element in self.elements:
+            if isinstance(element, ParallelBlock):
+                insides = {branch.name: branch.chain.in_words for branch in element.branches}
+                words.append(block_in_words(element.name, insides))
             else:
-                moves = isinstance(own, Joint | Telescope)
-                role = f" ({type(own.role).__name__.lower()})" if moves else ""
-                words.append(f"{own.name}{role}")
-        of_sums = (f"{own.in_words} ({type(own.role).__name__.lower()})" for own in self.couplings)
+                moves = isinstance(element, Joint | Telescope)
+                role = f" ({type(element.role).__name__.lower()})" if moves else ""
+                words.append(f"{element.name}{role}")
+        of_sums = (f"{c.in_words} ({type(c.role).__name__.lower()})" for c in self.couplings)
         return [*words, *of_sums]
 
     @property
@@ -352,40 +352,40 @@ class Chain:
 
     def _names(self, of_chain: Callable[[Chain], tuple[str, ...]]) -> list[str]:
         names: list[str] = []
-        for own, _, prefix, _ in self._parts:
-            if isinstance(own, Chain):
-                names += [prefix + name for name in of_chain(own)]
-            elif own.size > 1:
-                names += [f"{own.name}[{i}]" for i in range(own.size)]
+        for part, _, prefix, _ in self._parts:
+            if isinstance(part, Chain):
+                names += [prefix + name for name in of_chain(part)]
+            elif part.size > 1:
+                names += [f"{part.name}[{i}]" for i in range(part.size)]
             else:
-                names.append(own.name)
+                names.append(part.name)
         return names
 
     @property
     def home(self) -> np.ndarray:
         """Coordinates in the home configuration, (size,) [m, rad]; objects if one is a formula."""
         home: list[Any] = []
-        for part in self._parts:
-            home += [part.own.home] if isinstance(part.own, Telescope) else list(part.own.home)
-        q, own, places = coordinate_array(home), self.transmission, list(self.own_places)
-        if own is None:
+        for element, *_ in self._parts:
+            home += [element.home] if isinstance(element, Telescope) else list(element.home)
+        q, gears, places = coordinate_array(home), self.transmission, list(self.own_places)
+        if gears is None:
             return q
-        given = q[places]
-        p = given.copy() if given.dtype == object else given.astype(object)
-        for i, one in own.sums.items():
-            p[i] = own.A[i] @ given if one.home is None else one.home
+        q_own = q[places]
+        p = q_own.copy() if q_own.dtype == object else q_own.astype(object)
+        for i, coupling in gears.sums.items():
+            p[i] = gears.A[i] @ q_own if coupling.home is None else coupling.home
         p = coordinate_array(p.tolist())
-        reached = own.T @ p
+        reached = gears.T @ p
         for element, i in self._own_moving():
-            if i not in own.sums or not element.home_given:
+            if i not in gears.sums or not element.home_given:
                 continue
-            apart = reached[i] - given[i]
-            if not is_formula(apart) and abs(apart) > _ROUNDING * max(1.0, abs(given[i])):
-                names = ", ".join(repr(one.name) for one in self.couplings)
+            apart = reached[i] - q_own[i]
+            if not is_formula(apart) and abs(apart) > _ROUNDING * max(1.0, abs(q_own[i])):
+                names = ", ".join(repr(coupling.name) for coupling in self.couplings)
                 unit = element.freedoms[0].unit
                 raise InputError(
                     f"home of joint {element.name!r}",
-                    got=f"{given[i]:.6g} {unit}",
+                    got=f"{q_own[i]:.6g} {unit}",
                     expected=f"{reached[i]:.6g} {unit}, to which it is held by {names}",
                     hint="leave it out, or change the offset of the coupling",
                 )
@@ -398,21 +398,21 @@ class Chain:
         """Role of each coordinate."""
         roles: list[Role] = []
         for part in self._parts:
-            own = part.own
-            roles += own.roles if isinstance(own, Chain) else [own.role] * own.size
+            element = part.element
+            roles += element.roles if isinstance(element, Chain) else [element.role] * element.size
         if self.transmission is not None:
-            for i, own in self.transmission.sums.items():
-                roles[self.own_places[i]] = own.role
+            for i, coupling in self.transmission.sums.items():
+                roles[self.own_places[i]] = coupling.role
         return tuple(roles)
 
     @cached_property
     def limits(self) -> np.ndarray:
         """Lowest and highest coordinates (2, size) [m, rad], infinite where no drive has any."""
-        found = np.tile([[-np.inf], [np.inf]], (1, self.size))
+        limits = np.tile([[-np.inf], [np.inf]], (1, self.size))
         for i, role in enumerate(self.roles):
             if isinstance(role, Actuated) and role.limits is not None:
-                found[:, i] = role.limits
-        return found
+                limits[:, i] = role.limits
+        return limits
 
     @property
     def free(self) -> np.ndarray:
@@ -422,12 +422,12 @@ class Chain:
     @property
     def home_given(self) -> np.ndarray:
         """Which home coordinates were given, (size,) bool."""
-        given = [
+        flags = [
             bool(element.home_given)
             for element, place in self.moving
             for _ in range(place.start, place.stop)
         ]
-        return np.array(given, dtype=bool)
+        return np.array(flags, dtype=bool)
 
     @property
     def has_blocks(self) -> bool:
@@ -438,9 +438,9 @@ class Chain:
     def main_places(self) -> np.ndarray:
         """Places of the coordinates that lead to its end: of each block, the first branch's."""
         places: list[int] = []
-        for own, first, _, leads in self._parts:
+        for part, first, _, leads in self._parts:
             if leads:
-                inside = own.main_places if isinstance(own, Chain) else range(own.size)
+                inside = part.main_places if isinstance(part, Chain) else range(part.size)
                 places += [first + int(i) for i in inside]
         return np.array(places, dtype=int)
 
@@ -470,8 +470,8 @@ class Chain:
     @property
     def has_compliance(self) -> bool:
         """Whether any element is elastic."""
-        held = any(own.role.stiffness is not None for own in self.couplings)
-        return held or any(is_elastic(element) for element in self.elements)
+        is_held = any(coupling.role.stiffness is not None for coupling in self.couplings)
+        return is_held or any(is_elastic(element) for element in self.elements)
 
 
 def block_in_words(name: str, insides: Mapping[str, Iterable[str]]) -> str:
@@ -481,7 +481,7 @@ def block_in_words(name: str, insides: Mapping[str, Iterable[str]]) -> str:
         called.setdefault(", ".join(words), []).append(branch)
     if len(called) == 1:
         return f"{name} {len(insides)} x [{next(iter(called))}]"
-    listed = "; ".join(f"{', '.join(own)}: {words}" for words, own in called.items())
+    listed = "; ".join(f"{', '.join(branches)}: {words}" for words, branches in called.items())
     return f"{name} [{listed}]"
 
 

@@ -145,23 +145,23 @@ def transmission(
     InputError when a coupling names a joint that is not there or has several freedoms, leaves no
     passive joint to follow, or follows from those before it.
     """
-    for own in couplings:
-        for name, _ in own.terms:
+    for relation in couplings:
+        for name, _ in relation.terms:
             if name not in joints:
                 known = ", ".join(map(repr, joints)) or "none"
                 expected = f"a joint of the same chain: {known}"
-                raise InputError(f"joint of {own.name!r}", got=name, expected=expected)
+                raise InputError(f"joint of {relation.name!r}", got=name, expected=expected)
             element = joints[name][1]
             if not isinstance(element, Joint) or element.size != 1:
                 raise InputError(
-                    f"joint {name!r} of {own.name!r}",
+                    f"joint {name!r} of {relation.name!r}",
                     got=element.kind.value if isinstance(element, Joint) else "telescope",
                     expected="a joint with one coordinate",
                     hint="write its freedoms as joints one after the other",
                 )
     at = {name: place for name, (place, _) in joints.items()}
-    flat = iter(exact_together(*(factor for own in couplings for _, factor in own.terms)))
-    rows = [{name: next(flat) for name, _ in own.terms} for own in couplings]
+    flat = iter(exact_together(*(factor for c in couplings for _, factor in c.terms)))
+    rows = [{name: next(flat) for name, _ in c.terms} for c in couplings]
     chosen = _followers(couplings, rows, joints)
     places = [at[name] for name in chosen]
     exact = any(is_formula(factor) for row in rows for factor in row.values())
@@ -205,42 +205,42 @@ def _followers(
 
 
 def _follower(
-    own: Coupling,
+    relation: Coupling,
     row: Mapping[str, Any],
     taken: Sequence[str],
     joints: Mapping[str, tuple[int, Any]],
 ) -> str:
     """The passive joint whose place among the coordinates a coupling takes: the first that can."""
-    factors = dict(own.terms)
-    turns = joints[own.terms[0][0]][1].freedoms[0].turns
+    factors = dict(relation.terms)
+    turns = joints[relation.terms[0][0]][1].freedoms[0].turns
     passive = [name for name in row if isinstance(joints[name][1].role, Passive)]
     if not any(isinstance(joints[name][1].role, Passive) for name in factors):
         raise InputError(
-            f"roles of {', '.join(map(repr, factors))} in {own.name!r}",
+            f"roles of {', '.join(map(repr, factors))} in {relation.name!r}",
             got="no passive joint",
             expected="role: passive of a joint that follows the others",
         )
     in_order = [*factors, *(name for name in row if name not in factors)]
-    left = [
+    candidates = [
         name
         for name in in_order
         if name in passive
         and name not in taken
         and not _is_nothing(row[name], 0.0 if is_formula(x := factors.get(name, 1.0)) else abs(x))
     ]
-    if not left:
+    if not candidates:
         raise InputError(
-            own.name,
+            relation.name,
             got="a relation that follows from the others, or contradicts them",
             expected="at most one coupling for each passive joint, none a sum of others",
             hint="leave it out",
         )
-    for name in left:
+    for name in candidates:
         if joints[name][1].freedoms[0].turns is turns:
             return name
     kind, unit = ("joint that turns", "an angle") if turns else ("slide", "a length")
     raise InputError(
-        f"roles in {own.name!r}",
+        f"roles in {relation.name!r}",
         got="passive joints of the other kind only",
         expected=f"a passive {kind}, as the sum is {unit}",
         hint="write first a joint that is passive",

@@ -161,11 +161,11 @@ def _converted(
         entries = values.ravel().tolist()
         if values.dtype == object:
             entries = [value if is_formula(value) else float(value) for value in entries]
-        found = [*map(convert, entries)]
-        kinds = {type(x): x for x in found}.values()
+        converted = [*map(convert, entries)]
+        kinds = {type(x): x for x in converted}.values()
         kind = object if any(map(is_formula, kinds)) else float
         # One by one: some entries look like sequences to NumPy.
-        return np.fromiter(found, dtype=kind).reshape(values.shape)
+        return np.fromiter(converted, dtype=kind).reshape(values.shape)
     if isinstance(part, tuple):
         return tuple(_converted(member, convert, known, prepared) for member in part)
     if is_dataclass(part):
@@ -183,8 +183,8 @@ def _converted(
 
 def free_symbols(robot: Any) -> tuple[Any, ...]:
     """The symbols in the formulas of a robot, sorted by name."""
-    found = set().union(*(formula.free_symbols for formula in formulas(robot)))
-    return tuple(sorted(found, key=str))
+    symbols = set().union(*(formula.free_symbols for formula in formulas(robot)))
+    return tuple(sorted(symbols, key=str))
 
 
 def bounds_of(part: Any, name: str) -> Iterator[tuple[str, Bounds]]:
@@ -197,11 +197,11 @@ def bounds_of(part: Any, name: str) -> Iterator[tuple[str, Bounds]]:
             yield name, Bounds("stiffness", part.stiffness)
     elif is_dataclass(part):
         bounds = getattr(part, "bounds", None)
-        own = getattr(part, "name", name) if bounds is None else name
+        owner = getattr(part, "name", name) if bounds is None else name
         yield from ((name, x) for x in bounds or ())
         for member in names_of(type(part)):
             if member != "bounds":
-                yield from bounds_of(getattr(part, member), own)
+                yield from bounds_of(getattr(part, member), owner)
 
 
 class Symbolic:
@@ -230,8 +230,8 @@ class Symbolic:
         """
         import sympy as sp
 
-        own = [(self.name, Bounds(f"parameter {x}", x)) for x in self.symbols if x.is_positive]
-        found: dict[Any, tuple[str, Bounds]] = {}
+        bounds = [(self.name, Bounds(f"parameter {x}", x)) for x in self.symbols if x.is_positive]
+        unlike: dict[Any, tuple[str, Bounds]] = {}
         powers = (x for f in formulas(self) for x in f.atoms(sp.Pow))
         squares = {x.base for x in powers if getattr(x.exp, "q", 1) == 2 and x.base.is_Add}
         nominal = {x: self.nominal[str(x)] for x in self.symbols} if squares else {}
@@ -239,12 +239,12 @@ class Symbolic:
         for factor, times in (pair for x in squares for pair in sp.sqf_list(x)[1]):
             if times % 2 == 0 and not factor.is_positive:
                 value = factor if factor.subs(nominal) > 0 else -factor
-                own.append((self.name, Bounds(str(value), value, hint=hint)))
-        own += [(name, x) for name, x in bounds_of(self, self.name) if x.is_open]
-        for name, x in own:
+                bounds.append((self.name, Bounds(str(value), value, hint=hint)))
+        bounds += [(name, x) for name, x in bounds_of(self, self.name) if x.is_open]
+        for name, x in bounds:
             key = x.low, x.value, x.high, x.or_at  # legs alike have the same
-            found.setdefault(key, (name, x))
-        return tuple(found.values())
+            unlike.setdefault(key, (name, x))
+        return tuple(unlike.values())
 
     def error_at(self, rows: np.ndarray) -> InputError | None:
         """What says that a part does not exist at one of the values (symbols, N), if any."""
@@ -318,16 +318,16 @@ class Symbolic:
         >>> load("planar-link", symbols=("L",)).substituted({"L": 0.4}).symbols
         ()
         """
-        given = {str(name): value for name, value in values.items()}
+        by_name = {str(name): value for name, value in values.items()}
         names = dict.fromkeys(map(str, self.symbols))
-        for name in (x for x in given if x not in names):
+        for name in (x for x in by_name if x not in names):
             raise InputError(
                 f"symbol of the robot {self.name!r}",
                 got=name,
                 expected=", ".join(names) or "none, as it has no symbols",
             )
-        own = [symbol for symbol in self.symbols if str(symbol) in given]
-        chosen = {x: exact_number(given[str(x)]) for x in own}
+        symbols = [symbol for symbol in self.symbols if str(symbol) in by_name]
+        chosen = {x: exact_number(by_name[str(x)]) for x in symbols}
         for symbol, value in chosen.items():
             if (symbol.is_positive and value.is_positive is False) or (
                 symbol.is_real and value.is_real is False
@@ -338,8 +338,8 @@ class Symbolic:
                     expected="a positive number" if symbol.is_positive else "a real number",
                     hint="the formulas were made for a symbol with this assumption",
                 )
-        left = set(self.symbols) - chosen.keys()
-        left = left.union(*(value.free_symbols for value in chosen.values()))
+        rest = set(self.symbols) - chosen.keys()
+        rest = rest.union(*(value.free_symbols for value in chosen.values()))
 
         known: dict[Any, Any] = {}  # legs have the same formulas
 
@@ -348,14 +348,14 @@ class Symbolic:
                 return entry
             if entry not in known:
                 # While symbols are left, numbers beside them stay exact.
-                known[entry] = entry.xreplace(chosen) if left else _number(entry, chosen)
+                known[entry] = entry.xreplace(chosen) if rest else _number(entry, chosen)
             return known[entry]
 
-        nominal = {name: value for name, value in self.nominal.items() if name not in given}
-        found = replace(with_entries(self, put_in), nominal=nominal)  # pyright: ignore
-        if not left:
-            vars(found).update(symbols=(), has_formulas=False)  # as they are, without looking
-        return found
+        nominal = {name: value for name, value in self.nominal.items() if name not in by_name}
+        result = replace(with_entries(self, put_in), nominal=nominal)  # pyright: ignore
+        if not rest:
+            vars(result).update(symbols=(), has_formulas=False)  # as they are, without looking
+        return result
 
 
 def _number(formula: Any, values: Mapping[Any, Any]) -> float:

@@ -98,12 +98,12 @@ class FlexiblePlatform:
         names = [node.name for node in self.nodes]
         check_distinct("names of the nodes of the platform", names)
         check_distinct("names of the parts of the platform", [part.name for part in self.parts])
-        for what, name in [("tool", self.tool)] + [
+        for subject, name in [("tool", self.tool)] + [
             (f"node of {part.name!r}", name) for part in self.parts for name in (part.a, part.b)
         ]:
             if name not in names:
                 raise InputError(
-                    f"{what} of the platform", got=name, expected=f"a node: {', '.join(names)}"
+                    f"{subject} of the platform", got=name, expected=f"a node: {', '.join(names)}"
                 )
         for part in self.parts:
             if part.a == part.b:
@@ -154,12 +154,12 @@ class FlexiblePlatform:
         gaps = {node.name: node.at - point for node in self.nodes}
         numbers = [np.abs(node.at).max() for node in self.nodes if node.at.dtype != object]
         allowed = _SAME_PLACE * max(numbers, default=0.0)
-        there = [
-            own
-            for own, gap in gaps.items()
+        nodes = [
+            node
+            for node, gap in gaps.items()
             if (vanishes(gap) if gap.dtype == object else np.abs(gap).max() <= allowed)
         ]
-        if len(there) != 1:
+        if len(nodes) != 1:
             at = {
                 node.name: ", ".join(str(x) if is_formula(x) else f"{x:.6g}" for x in node.at)
                 for node in self.nodes
@@ -168,10 +168,10 @@ class FlexiblePlatform:
                 "end of the leg on a flexible platform",
                 got=point,
                 expected="the place of one node: "
-                + ", ".join(f"{own} at [{place}]" for own, place in at.items()),
+                + ", ".join(f"{node} at [{place}]" for node, place in at.items()),
                 hint="name the node that holds the leg",
             )
-        return there[0]
+        return nodes[0]
 
 
 def platform_beam(
@@ -245,8 +245,8 @@ class PlacedPlatform(BatchedPart):
         """Those of its parts in the world at one pose, by the names of the parts."""
         return {
             part.name: tuple(
-                PlacedMass(part.name, own.value, 0.5 * (a + b), 0, a, (0.0, 1.0))
-                for own in part.masses
+                PlacedMass(part.name, mass.value, 0.5 * (a + b), 0, a, (0.0, 1.0))
+                for mass in part.masses
             )
             for part in self.platform.parts
             for a, b in [[self.in_world(self.platform.point_of(n)) for n in (part.a, part.b)]]

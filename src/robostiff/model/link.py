@@ -128,7 +128,7 @@ class TelescopicBeam:
         return (
             Bounds("share of the extension", self.share, 0, 1, "0 to 1", or_at=True),
             Bounds("fixed length", self.fixed, expected="zero or more metres", or_at=True),
-            *(x for own in masses_of(self.mass) for x in own.bounds),
+            *(x for mass in masses_of(self.mass) for x in mass.bounds),
         )
 
     @cached_property
@@ -283,10 +283,10 @@ def beam_link(
     axes = beam_axes(to, y_axis)
     length = length_of(to) if to.dtype == object else float(np.linalg.norm(to))
     compliance = beam_compliance(length, material, section, theory or EulerBernoulli())
-    own = beam_mass(length, material, section) if mass is None else mass
+    masses = beam_mass(length, material, section) if mass is None else mass
     beam = SlenderBeam.of(length, material, section, theory or EulerBernoulli())
     elasticity = Elasticity(compliance, bounds=(*material.bounds, *section.bounds), beam=beam)
-    return Link(to, elasticity, axes, name, masses_of(own))
+    return Link(to, elasticity, axes, name, masses_of(masses))
 
 
 def beam_mass(length: Any, material: Material, section: CrossSection) -> Any:

@@ -121,10 +121,10 @@ class Mass:
         start: np.ndarray | None = None,
     ) -> tuple[PlacedMass, ...]:
         """In the world, where its frame has axes R and origin p: one mass, with an inertia six."""
-        own = np.zeros(3) if self.centre is None else self.centre
+        c = np.zeros(3) if self.centre is None else self.centre
         return tuple(
             PlacedMass(
-                name, np.asarray(value), p + np.einsum("...ij,j->...i", R, own + arm), after, start
+                name, np.asarray(value), p + np.einsum("...ij,j->...i", R, c + arm), after, start
             )
             for value, arm in self.points
         )
@@ -193,16 +193,16 @@ def masses_of(value: Any) -> tuple[Mass, ...]:
     [2.0, 0.5]
     """
     several = value if isinstance(value, list | tuple) else () if value is None else (value,)
-    found = tuple(Mass.of(one) for one in several)
-    for own in found:
-        if own.point is not None:
+    masses = tuple(Mass.of(x) for x in several)
+    for mass in masses:
+        if mass.point is not None:
             raise InputError(
-                f"mass {own.name!r} of a part",
-                got=f"a point in the world, {own.point.tolist()}",
+                f"mass {mass.name!r} of a part",
+                got=f"a point in the world, {mass.point.tolist()}",
                 expected="its centre in the frame in which the part begins [m]",
                 hint="write Mass(2, centre=[0, 0, 0.1])",
             )
-    return found
+    return masses
 
 
 def gravity_vector(subject: str, value: Any) -> np.ndarray:
@@ -313,25 +313,25 @@ class PlacedMass(BatchedPart):
         else:
             (first, last), aside = self.span, np.zeros(3)
         in_one_place = is_zero(last - first)
-        found = []
+        points = []
         at = self.start + aside
         for i in range(parts):
             low, high = first * parts - i, last * parts - i
             if in_one_place:
-                own = value if min(int(usual_size(first) * parts), parts - 1) == i else 0
+                lump = value if min(int(usual_size(first) * parts), parts - 1) == i else 0
             else:
                 low, high = max(low, 0.0), min(high, 1.0)
-                own = value * (max(high - low, 0.0) / ((last - first) * parts))
-            if usual_size(own) == 0:
+                lump = value * (max(high - low, 0.0) / ((last - first) * parts))
+            if usual_size(lump) == 0:
                 continue
             far, arm = _share(low, high)
             near, near_arm = _share(1 - high, 1 - low)
             for after, share, place in ((i, near, near_arm), (i + 1, far, 1 - arm)):
                 if usual_size(share) > 0:
-                    found.append(
-                        PointMass(after, own * share, at + x * ((i + place) * (1 / parts)))
+                    points.append(
+                        PointMass(after, lump * share, at + x * ((i + place) * (1 / parts)))
                     )
-        return found
+        return points
 
 
 def _share(low: Any, high: Any) -> tuple[Any, Any]:

@@ -159,7 +159,7 @@ class Robot(Symbolic, Subject):
         check_distinct("names of the parts, leg/part", parts)
         legs: list[Leg] = []  # those with equal chains have one: what is asked of it is found once
         for leg in self.legs:
-            equal = (own.chain for own in legs if are_equal(own.chain, leg.chain))
+            equal = (other.chain for other in legs if are_equal(other.chain, leg.chain))
             chain = next(equal, leg.chain)
             legs.append(leg if chain is leg.chain else replace(leg, chain=chain))
         object.__setattr__(self, "legs", tuple(legs))

@@ -178,15 +178,15 @@ def serial_arm(
     if convention is DHConvention.MODIFIED:
         after = [row.about_x for row in rows[1:]] + [Frame.identity()]
         first, links = rows[0].about_x, [r.about_z @ x for r, x in zip(rows, after, strict=True)]
-    each = zip(
+    per_joint = zip(
         *(rows, links, _one_a_joint("joint_stiffness", joint_stiffness, len(rows))),
         *(_one_a_joint("limits", limits, len(rows)), _one_a_joint("home", home, len(rows))),
         strict=True,
     )
     elements: list[Element] = []
-    for number, (row, link, stiffness, bound, own) in enumerate(each, start=1):
+    for number, (row, link, stiffness, bound, q_home) in enumerate(per_joint, start=1):
         make = prismatic if row.slides else revolute
-        q, name_of_joint = () if own is None else (own,), row.name or f"joint{number}"
+        q, name_of_joint = () if q_home is None else (q_home,), row.name or f"joint{number}"
         frame = link if convention is DHConvention.STANDARD else row.about_z
         masses = tuple(m if m.centre is None else m.seen_from(frame) for m in row.masses)
         elements.append(make(_AXIS, Actuated(stiffness, bound), home=q, name=name_of_joint))

@@ -209,11 +209,11 @@ class PlacedLeg(BatchedPart):
         ['beam', 'tip']
         """
         words = []
-        for own in self.elements:
-            name = own.name.removeprefix(prefix)
-            if isinstance(own, PlacedBlock):
-                branches = [(b.name, b.in_words(f"{b.name}/")) for b in own.branches]
-                insides = {b.removeprefix(f"{own.name}/"): inside for b, inside in branches}
+        for element in self.elements:
+            name = element.name.removeprefix(prefix)
+            if isinstance(element, PlacedBlock):
+                branches = [(b.name, b.in_words(f"{b.name}/")) for b in element.branches]
+                insides = {b.removeprefix(f"{element.name}/"): inside for b, inside in branches}
                 name = block_in_words(name, insides)
             words.append(name)
         return words
@@ -249,8 +249,8 @@ class PlacedLeg(BatchedPart):
     @property
     def without_blocks(self) -> PlacedLeg:
         """The same leg, its parallel blocks left out."""
-        own = self.own_parts
-        return self if len(own) == len(self.elements) else replace(self, elements=own)
+        elements = self.own_parts
+        return self if len(elements) == len(self.elements) else replace(self, elements=elements)
 
     @property
     def freedoms(self) -> Iterator[PlacedFreedom]:
@@ -301,8 +301,8 @@ class Snapshot(BatchedPart, FrozenSubject):
         for leg in self.legs:
             for e in leg.parts:
                 batches.add(e.point.shape[:-1])
-                own = e.axis.shape[:-1] if isinstance(e, PlacedFreedom) else e.rotation.shape[:-2]
-                batches.add(own)
+                shape = e.axis.shape[:-1] if isinstance(e, PlacedFreedom) else e.rotation.shape[:-2]
+                batches.add(shape)
         batch = np.broadcast_shapes(self.reference_point.shape[:-1], *batches)
         if batch != self.reference_point.shape[:-1]:
             reference = np.broadcast_to(self.reference_point, (*batch, 3))
@@ -321,7 +321,7 @@ class Snapshot(BatchedPart, FrozenSubject):
         for leg in self.legs:
             yield from ((leg.name, mass) for mass in leg.all_masses)
         of_parts = () if self.platform is None else self.platform.masses.values()
-        yield from (("platform", mass) for own in (self.masses, *of_parts) for mass in own)
+        yield from (("platform", mass) for masses in (self.masses, *of_parts) for mass in masses)
 
     def moving_masses(self, nodes: Container[str]) -> Iterator[PlacedMass]:
         """All masses, whatever nodes of a network move."""
@@ -352,11 +352,11 @@ class Snapshot(BatchedPart, FrozenSubject):
         length = self._spread(points)
         springs = [e for leg in self.legs for e in leg.parts if isinstance(e, PlacedSpring)]
         starts = []  # of the beams that bend as springs do; of other springs their points
-        for own in springs:
-            C = np.asarray(own.elasticity.compliance, dtype=float)
+        for spring in springs:
+            C = np.asarray(spring.elasticity.compliance, dtype=float)
             turn = C[..., 5, 5, None]
             along = np.where(turn > 0, 2.0 * C[..., 1, 5, None] / np.where(turn > 0, turn, 1.0), 0)
-            starts.append(own.point - along * own.rotation[..., 0])
+            starts.append(spring.point - along * spring.rotation[..., 0])
         whole = self._spread([*points, *starts])
         length = np.where((length > 0) & (length < _POINT * whole), whole, length)
         return np.broadcast_to(length, self.reference_point.shape[:-1])

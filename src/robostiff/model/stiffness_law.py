@@ -59,10 +59,10 @@ class StiffnessLaw:
                 expected=f"sums, products and quotients of {x}, such as 1/(1/k0 + {x}*(L-{x})/c)",
                 hint="force laws may be any formula, or a table: write laws",
             )
-        every = [tuple(sp.Poly(part, x).all_coeffs()) for part in ratio]
+        ratios = [tuple(sp.Poly(part, x).all_coeffs()) for part in ratio]
         if not exact:
-            every = [tuple(c if c.free_symbols else float(c) for c in own) for own in every]
-        return StiffnessLaw(*every)
+            ratios = [tuple(c if c.free_symbols else float(c) for c in part) for part in ratios]
+        return StiffnessLaw(*ratios)
 
     def at(self, x: Any) -> Any:
         """Stiffness [N/m or N m/rad] at coordinates x, numbers, arrays or formulas."""
@@ -82,9 +82,9 @@ class StiffnessLaw:
         for part in (self.numerator, self.denominator):
             roots = np.roots(np.array(part, dtype=float))
             real = roots.real[np.abs(roots.imag) <= 1e-9 * np.abs(roots)]
-            bad = real[(real >= low) & (real <= high)]
-            if bad.size:
-                _refuse(float(bad[0]), 0.0 if part is self.numerator else np.inf)
+            zeros = real[(real >= low) & (real <= high)]
+            if zeros.size:
+                _refuse(float(zeros[0]), 0.0 if part is self.numerator else np.inf)
         if not self.at(0.5 * (low + high)) > 0:
             _refuse(0.5 * (low + high), float(self.at(0.5 * (low + high))))
 
@@ -233,12 +233,12 @@ def _of_formula(force: Any) -> tuple[Callable[[float], float], ...]:
     from scipy.integrate import quad
 
     (q,) = force.free_symbols
-    F, rate = (sp.lambdify(q, own, "math") for own in (force, sp.diff(force, q)))
+    F, rate = (sp.lambdify(q, f, "math") for f in (force, sp.diff(force, q)))
 
     def energy(end: float) -> float:
         # A law may have a kink, as of a stop, and a scale far below its motion, as of friction.
         panels = [end * 0.1**i for i in range(_DECADES, -1, -1)]
-        largest = max(abs(F(own)) for own in panels) * abs(end)
+        largest = max(abs(F(x)) for x in panels) * abs(end)
         stored, error = 0.0, 0.0
         for start, stop in pairwise([0.0, *panels]):
             part, off, *_ = quad(
@@ -253,7 +253,7 @@ def _of_formula(force: Any) -> tuple[Callable[[float], float], ...]:
             )
         return stored
 
-    return lambda own: float(F(own)), lambda own: float(rate(own)), energy
+    return lambda x: float(F(x)), lambda x: float(rate(x)), energy
 
 
 def _of_table(table: np.ndarray) -> tuple[Callable[[float], float], ...]:
@@ -263,16 +263,16 @@ def _of_table(table: np.ndarray) -> tuple[Callable[[float], float], ...]:
     curve = PchipInterpolator(q, F)
     rate, integral = curve.derivative(), curve.antiderivative()
 
-    def force(own: float) -> float:
-        inside = min(max(own, q[0]), q[-1])
-        return float(curve(inside) + rate(inside) * (own - inside))
+    def force(x: float) -> float:
+        inside = min(max(x, q[0]), q[-1])
+        return float(curve(inside) + rate(inside) * (x - inside))
 
-    def tangent(own: float) -> float:
-        return float(rate(min(max(own, q[0]), q[-1])))
+    def tangent(x: float) -> float:
+        return float(rate(min(max(x, q[0]), q[-1])))
 
-    def energy(own: float) -> float:
-        inside = min(max(own, q[0]), q[-1])
-        beyond = own - inside
+    def energy(x: float) -> float:
+        inside = min(max(x, q[0]), q[-1])
+        beyond = x - inside
         stored = integral(inside) - integral(0.0)
         return float(stored + curve(inside) * beyond + 0.5 * rate(inside) * beyond**2)
 

@@ -44,8 +44,8 @@ class Subject(InNotebooks):
     coordinates: Any
 
     def __getstate__(self) -> dict[str, Any]:
-        """Without what is kept of earlier questions."""
-        return {name: own for name, own in vars(self).items() if not name.startswith("_")}
+        """All but the answers that are kept."""
+        return {name: value for name, value in vars(self).items() if not name.startswith("_")}
 
     @property
     def coordinate_places(self) -> list[int]:
