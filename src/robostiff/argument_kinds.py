@@ -48,7 +48,7 @@ _IN_WORDS = {
     "Near": "joint coordinates",
     "Pose": "a pose",
 }
-_WORD = re.compile("|".join(rf"(?<![\w.]){re.escape(own)}\b" for own in _IN_WORDS))
+_WORD = re.compile("|".join(rf"(?<![\w.]){re.escape(word)}\b" for word in _IN_WORDS))
 
 
 def names_other_kinds(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -103,7 +103,7 @@ class _Kinds:
         self.function = function
         self.of_constructor = function.__name__ == "__init__"
         self.parameters = inspect.signature(function).parameters
-        needed = sum(own.default is own.empty for own in self.parameters.values())
+        needed = sum(parameter.default is parameter.empty for parameter in self.parameters.values())
         self.are_known_before = not self.of_constructor or needed == 1  # a setting: self alone
         self._hints: dict[tuple[Any, ...], Any] = {}
 
@@ -128,7 +128,7 @@ class _Kinds:
                 continue
             key = name, before, owners
             if key not in self._hints:
-                modules = dict.fromkeys(own.__module__ for own in owners)
+                modules = dict.fromkeys(owner.__module__ for owner in owners)
                 self._hints[key] = _hint(parameter.annotation, modules, imports=not before)
             if not _fits(value, self._hints[key], deep=not before):
                 words = _in_words(str(parameter.annotation), self._hints[key])
@@ -154,18 +154,18 @@ def _is_left(value: Any) -> bool:
 def _in_words(annotation: str, hint: Any) -> str:
     """What is expected: the members of an enumeration, the classes that one name stands for."""
     if isinstance(hint, type) and issubclass(hint, Enum) and len(hint) <= _MOST_MEMBERS:
-        return " or ".join(f"{hint.__name__}.{own.name}" for own in hint)
+        return " or ".join(f"{hint.__name__}.{member.name}" for member in hint)
     parts = typing.get_args(hint)
-    if annotation.isidentifier() and parts and all(isinstance(own, type) for own in parts):
-        annotation = " | ".join(own.__name__ for own in parts)
-    return _WORD.sub(lambda found: _IN_WORDS[found[0]], annotation).replace(" | ", " or ")
+    if annotation.isidentifier() and parts and all(isinstance(part, type) for part in parts):
+        annotation = " | ".join(part.__name__ for part in parts)
+    return _WORD.sub(lambda match: _IN_WORDS[match[0]], annotation).replace(" | ", " or ")
 
 
 def _hint(annotation: Any, modules: Iterable[str], *, imports: bool) -> Any:
     """What an annotation in some modules stands for; Any where that cannot be found out."""
-    own = SimpleNamespace(__annotations__={"own": annotation})
+    x = SimpleNamespace(__annotations__={"value": annotation})
     try:
-        return typing.get_type_hints(own, {}, _AnnotationNames(modules, imports=imports))["own"]
+        return typing.get_type_hints(x, {}, _AnnotationNames(modules, imports=imports))["value"]
     except (AttributeError, NameError, TypeError):
         return Any
 
@@ -193,12 +193,12 @@ class _AnnotationNames(dict[str, Any]):
             for node in ast.walk(ast.parse(inspect.getsource(module))):
                 if not isinstance(node, ast.Import | ast.ImportFrom):
                     continue
-                for own in node.names:
-                    if name == (own.asname or own.name):
+                for alias in node.names:
+                    if name == (alias.asname or alias.name):
                         with suppress(ImportError):  # Any where it is not installed
                             if isinstance(node, ast.Import):
-                                return import_module(own.name)
-                            return getattr(import_module(str(node.module)), own.name)
+                                return import_module(alias.name)
+                            return getattr(import_module(str(node.module)), alias.name)
         return Any
 
 
@@ -228,7 +228,7 @@ def _fits(value: Any, hint: Any, *, deep: bool = True) -> bool:
         try:
             entries = np.asarray(value)
             fits = entries.dtype.kind in "biuf" or all(
-                hasattr(own, "free_symbols") for own in entries.flat
+                hasattr(entry, "free_symbols") for entry in entries.flat
             )
         except (TypeError, ValueError):  # ragged, or no numbers
             fits = False
@@ -259,8 +259,8 @@ def _fits_container(value: Any, origin: type, parts: tuple[Any, ...]) -> bool:
     if not (of_kind and parts and known) or hasattr(type(value), "to_root_units"):
         return of_kind
     if isinstance(value, Mapping):
-        return all(_fits(key, parts[0]) and _fits(own, parts[-1]) for key, own in value.items())
+        return all(_fits(key, parts[0]) and _fits(entry, parts[-1]) for key, entry in value.items())
     if issubclass(origin, tuple) and parts[-1] is not Ellipsis:
         entries = list(value)
         return len(entries) == len(parts) and all(map(_fits, entries, parts))
-    return all(_fits(own, parts[0]) for own in value)
+    return all(_fits(entry, parts[0]) for entry in value)

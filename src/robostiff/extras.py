@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from robostiff.network import Network
 
-COMMANDS, READERS, WRITERS = (f"robostiff.{own}" for own in ("commands", "readers", "writers"))
+COMMANDS, READERS, WRITERS = (f"robostiff.{kind}" for kind in ("commands", "readers", "writers"))
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def added(group: str) -> Mapping[str, EntryPoint]:
     """Entry points of a group by their names; none of them is loaded."""
     from importlib.metadata import entry_points
 
-    return {own.name: own for own in entry_points(group=group)}
+    return {entry.name: entry for entry in entry_points(group=group)}
 
 
 def is_offered(group: str, name: str) -> bool:

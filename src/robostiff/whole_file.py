@@ -20,13 +20,13 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     file that is replaced gives its permissions, and a link stays and leads to the new file.
     """
     wanted = Path(os.path.realpath(path))
-    begun = wanted.with_name(f".{uuid.uuid4().hex}{wanted.suffix[:_LONGEST_ENDING]}")
+    draft = wanted.with_name(f".{uuid.uuid4().hex}{wanted.suffix[:_LONGEST_ENDING]}")
     try:
-        yield begun
-        with begun.open("rb+") as file:
+        yield draft
+        with draft.open("rb+") as file:
             os.fsync(file.fileno())  # a full disk may show only here
         if wanted.exists():
-            begun.chmod(stat.S_IMODE(wanted.stat().st_mode))
-        begun.replace(wanted)
+            draft.chmod(stat.S_IMODE(wanted.stat().st_mode))
+        draft.replace(wanted)
     finally:
-        begun.unlink(missing_ok=True)
+        draft.unlink(missing_ok=True)

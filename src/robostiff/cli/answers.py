@@ -109,30 +109,30 @@ class PrintDeflection(Command, name="deflection"):
         """Print the deflection under small loads."""
         from robostiff.cli import arguments as written
 
-        robot, given = written.loaded(self.model, self.place), self.loads
-        on_bodies = given.gravity is not None or given.weights or given.forces
-        if given.wrench is None and not on_bodies:
+        robot, loads = written.loaded(self.model, self.place), self.loads
+        on_bodies = loads.gravity is not None or loads.weights or loads.forces
+        if loads.wrench is None and not on_bodies:
             raise InputError(
                 "load of a deflection",
                 got="none",
                 expected='--wrench, such as "0 0 -500 N 0 0 0", --gravity=-z, --load or --weight',
             )
         options = written.where(robot, self.place)
-        options["wrench"] = written.wrench(given.wrench, robot.space)
+        options["wrench"] = written.wrench(loads.wrench, robot.space)
         if on_bodies or (getattr(robot, "legs", ()) and robot.springs):
             # what legs alone do not decide takes twice as long to import
             from robostiff.statics import deflection as deflection_by_bodies
 
             options |= {
-                "loads": written.body_loads(given),
-                "gravity": written.gravity(given.gravity),
+                "loads": written.body_loads(loads),
+                "gravity": written.gravity(loads.gravity),
             }
-            found = deflection_by_bodies(robot, **options)
+            result = deflection_by_bodies(robot, **options)
         else:
             from robostiff.analysis import deflection
 
-            found = deflection(robot, **options)
-        return answered(found, self.answer)
+            result = deflection(robot, **options)
+        return answered(result, self.answer)
 
 
 class PrintEquilibrium(Command, name="equilibrium"):
@@ -162,8 +162,8 @@ class PrintEquilibrium(Command, name="equilibrium"):
 
         robot = written.loaded(self.model, self.place)
         F = written.wrench(self.loads.wrench, robot.space)
-        for name, own in (("--critical", self.critical), ("--factors", self.factors)):
-            if F is None and own:
+        for name, value in (("--critical", self.critical), ("--factors", self.factors)):
+            if F is None and value:
                 raise InputError(name, expected='--wrench beside it, such as "0 0 -1 kN 0 0 0"')
         picture = picture_beside(self.plot, self.answer, is_scene=self.factors is None)
         options = {"wrench": F, **written.loading(robot, self.place, self.loads)}
@@ -224,19 +224,19 @@ class PrintModes(Command, name="modes"):
         options = written.loading(robot, self.place, self.loads)
         moving = written.by_part("--mass", self.masses, written.kilograms)
         F = written.wrench(self.loads.wrench, robot.space)
-        found = modes(robot, masses=moving, wrench=F, **options)
+        result = modes(robot, masses=moving, wrench=F, **options)
         if picture is not None:
             from robostiff import plot
 
             data = plot.PictureData()
-            other_end = plot.mode(found, self.number, -1.0, backend=data)
-            draw(plot.mode(found, self.number, backend=data), picture, other_end)
+            other_end = plot.mode(result, self.number, -1.0, backend=data)
+            draw(plot.mode(result, self.number, backend=data), picture, other_end)
         masses = masses_at_home(robot)
         words = masses_in_words(masses, "masses of the model")
         if moving:
-            each = ", ".join(f"{k} {m:.4g} kg" for k, own in moving.items() for m in own)
-            words.append(f"beside them: {each}")
-        return answered(modes_page(found, masses.get("masses"), tuple(words)), self.answer)
+            listed = ", ".join(f"{k} {m:.4g} kg" for k, added in moving.items() for m in added)
+            words.append(f"beside them: {listed}")
+        return answered(modes_page(result, masses.get("masses"), tuple(words)), self.answer)
 
 
 class PrintResponse(Command, name="response"):
@@ -271,13 +271,13 @@ class PrintResponse(Command, name="response"):
         from robostiff.robots import load
 
         network, source = load(self.source), self.source
-        other = {"cable robot": f"write 'robostiff cables {source} --wrench ...'"}
+        hints = {"cable robot": f"write 'robostiff cables {source} --wrench ...'"}
         check_kind(
             network,
             {"network"},
             f"response of {source!r}",
             expected="a network: a snapshot file with a graph",
-            hint=other.get(
+            hint=hints.get(
                 network.kind, f"write one: robostiff convert {source} --to graph -o network.json"
             ),
         )
@@ -395,8 +395,8 @@ class PrintCables(Command, name="cables"):
         rule: TensionRule | None = None if level is None else NearestTensions(level)
         if self.tensions is not None:
             if level is not None or is_closed:
-                other = "--rule" if level is None else "--level"
-                raise InputError(f"--tensions and {other}", expected="one of them")
+                option = "--rule" if level is None else "--level"
+                raise InputError(f"--tensions and {option}", expected="one of them")
             names = robot.cable_names
             forces = [Dimension.FORCE] * len(names)
             rule = GivenTensions(parse_quantities(self.tensions, forces, names, "--tensions"))

@@ -50,24 +50,24 @@ def pose(robot: Any, place: Posing) -> Any:
     """The pose of a machine of any kind, as the library takes it; None for its own."""
     if place.pose is not None and place.joints is not None:
         raise InputError("--pose and --joints", expected="one of them")
-    given = place.joints if place.pose is None else place.pose
-    if given is None:
+    text = place.joints if place.pose is None else place.pose
+    if text is None:
         return None
     option = "--joints" if place.pose is None else "--pose"
     if robot.is_frozen:
         expected = f"none: a {robot.kind} is frozen at its own pose"
         hint = "describe the robot in a model file to move it"
-        raise InputError(option, got=given, expected=expected, hint=hint)
+        raise InputError(option, got=text, expected=expected, hint=hint)
     if option == "--joints":
         if robot.kind not in ("robot", "linkage"):
-            raise InputError(option, got=given, expected="--pose: cables have no joints")
-        return _by_joints(robot, given)
+            raise InputError(option, got=text, expected="--pose: cables have no joints")
+        return _by_joints(robot, text)
     if not (robot.coordinates or hasattr(robot, "legs")):
         expected = f"--joints: a {robot.kind} is moved by its joints"
-        raise InputError(option, got=given, expected=expected)
-    if given.split()[:1] == ["tip"]:
-        return _tool_pose(given)
-    return np.array(_pose_coordinates(robot.coordinates, given))
+        raise InputError(option, got=text, expected=expected)
+    if text.split()[:1] == ["tip"]:
+        return _tool_pose(text)
+    return np.array(_pose_coordinates(robot.coordinates, text))
 
 
 def six_coordinates(text: str, option: str) -> list[float]:
@@ -85,15 +85,15 @@ _TOOL_POSE = re.compile(r"\s*tip\s(?P<tip>.+?)\saxis\s(?P<axis>.+?)(?:\sspin\s(?
 
 def _tool_pose(text: str) -> ToolPose:
     """Tip and axis of the tool, and the turn about it: ``tip 0.1 0 -1.6 axis 0 0.1 1``."""
-    found = _TOOL_POSE.match(text)
-    if found is None:
+    match = _TOOL_POSE.match(text)
+    if match is None:
         raise InputError("--pose", got=text, expected="tip x y z axis i j k, or with spin ANGLE")
-    tip = three_lengths(found["tip"], "--pose tip")
+    tip = three_lengths(match["tip"], "--pose tip")
     numbers = [Dimension.NUMBER] * 3
-    axis = parse_quantities(found["axis"], numbers, ["i", "j", "k"], "--pose axis")
-    if found["spin"] is None:
+    axis = parse_quantities(match["axis"], numbers, ["i", "j", "k"], "--pose axis")
+    if match["spin"] is None:
         return ToolPose(tip, axis)
-    (spin,) = parse_quantities(found["spin"], [Dimension.ANGLE], ["spin"], "--pose spin")
+    (spin,) = parse_quantities(match["spin"], [Dimension.ANGLE], ["spin"], "--pose spin")
     return ToolPose(tip, axis, spin=spin)
 
 
@@ -123,33 +123,33 @@ def _by_joints(robot: Any, text: str) -> Any:
     """Some joints by name; or all of a serial arm, the actuated ones of any other machine."""
     is_linkage, is_arm, by_name = robot.kind == "linkage", False, "=" in text
     if is_linkage:
-        units = {own.name: [Dimension.of(s.unit) for s in own.freedoms] for own in robot.joints}
-        driven = [own.name for own in robot.joints if isinstance(own.role, Actuated)]
+        units = {j.name: [Dimension.of(s.unit) for s in j.freedoms] for j in robot.joints}
+        driven = [joint.name for joint in robot.joints if isinstance(joint.role, Actuated)]
         names = list(units) if by_name else driven
     else:
-        units = {name: [own] for name, own in _dimensions(robot).items()}
+        units = {name: [dimension] for name, dimension in _dimensions(robot).items()}
         is_arm = not by_name and robot.is_serial and not robot.legs[0].chain.has_blocks
         names = list(units) if is_arm else list(actuator_names(robot))
     if by_name:
-        found: dict[str, list[float]] = {}
+        numbers: dict[str, list[float]] = {}
         for part in text.split(","):
-            name, equals, value = (one.strip() for one in part.partition("="))
-            if not equals or name not in names or name in found:
+            name, equals, value = (piece.strip() for piece in part.partition("="))
+            if not equals or name not in names or name in numbers:
                 raise InputError(
                     "--joints",
                     got=part.strip(),
                     expected=f"NAME=VALUE, each name once: {', '.join(names)}",
                     hint=did_you_mean(name, names),
                 )
-            found[name] = parse_quantities(
+            numbers[name] = parse_quantities(
                 value, units[name], [name] * len(units[name]), "--joints"
             )
     else:
         pairs = [(name, dimension) for name in names for dimension in units[name]]
-        words, dimensions = [name for name, _ in pairs], [own for _, own in pairs]
-        each = iter(parse_quantities(text, dimensions, words, "--joints"))
-        found = {name: [next(each) for _ in units[name]] for name in names}
-    values = {name: own[0] if len(own) == 1 else own for name, own in found.items()}
+        words, dimensions = [name for name, _ in pairs], [dimension for _, dimension in pairs]
+        entries = iter(parse_quantities(text, dimensions, words, "--joints"))
+        numbers = {name: [next(entries) for _ in units[name]] for name in names}
+    values = {name: q[0] if len(q) == 1 else q for name, q in numbers.items()}
     if is_linkage:
         return values
     if by_name:
@@ -171,8 +171,8 @@ def near(robot: Any, place: Posing) -> list[float] | None:
     if robot.is_frozen or not hasattr(robot, "legs"):
         expected = "none: only robots of joints and legs have postures"
         raise InputError("--near", got=place.near, expected=expected)
-    every = _dimensions(robot)  # of all legs, one after the other
-    return parse_quantities(place.near, [*every.values()], [*every], "--near")
+    dimensions = _dimensions(robot)  # of all legs, one after the other
+    return parse_quantities(place.near, [*dimensions.values()], [*dimensions], "--near")
 
 
 def _dimensions(robot: Any) -> dict[str, Dimension]:
@@ -253,7 +253,7 @@ _SUCH_AS = {
 
 def loading(robot: Any, place: Posing, written: Loads) -> dict[str, Any]:
     """Place, loads beside the wrench, and preloads: forces of slides, moments of turns."""
-    found = {
+    options = {
         **where(robot, place),
         "loads": body_loads(written),
         "gravity": gravity(written.gravity),
@@ -261,19 +261,19 @@ def loading(robot: Any, place: Posing, written: Loads) -> dict[str, Any]:
     }
     turns: dict[str, bool] = {}  # by the names of joints, as preloads name them
     for joint in getattr(robot, "joints", ()):
-        turns |= {getattr(own, "name", joint.name): own.turns for own in joint.freedoms}
+        turns |= {getattr(freedom, "name", joint.name): freedom.turns for freedom in joint.freedoms}
     for leg in getattr(robot, "legs", ()):
         chain = getattr(leg, "chain", None)
-        names = [own.name for own in leg.freedoms] if chain is None else chain.coordinate_names
+        names = [f.name for f in leg.freedoms] if chain is None else chain.coordinate_names
         freedoms = leg.freedoms if chain is None else chain.freedoms
-        own = zip(names, freedoms, strict=True)
-        turns |= {f"{leg.name}/{name}": screw.turns for name, screw in own}
+        pairs = zip(names, freedoms, strict=True)
+        turns |= {f"{leg.name}/{name}": screw.turns for name, screw in pairs}
     expected = _EXPECTED + _SUCH_AS["--preload"]
     for name, text in named_once("--preload", written.preloads, expected).items():
         # a name that is none is refused where the joints are
         dimension = Dimension.MOMENT if turns.get(name, False) else Dimension.FORCE
-        found["preload"][name] = to_si(text, dimension, subject="--preload")
-    return found
+        options["preload"][name] = to_si(text, dimension, subject="--preload")
+    return options
 
 
 def body_loads(written: Loads) -> dict[str, list[Any]]:
@@ -289,16 +289,16 @@ def by_part(
     option: str, texts: tuple[str, ...], read: Callable[[str], Any]
 ) -> dict[str, list[Any]]:
     """What is written for parts, by their names."""
-    found: dict[str, list[Any]] = {}
+    by_name: dict[str, list[Any]] = {}
     for name, value in named_values(option, texts, _EXPECTED + _SUCH_AS[option]):
         try:
-            found.setdefault(name, []).append(read(value))
+            by_name.setdefault(name, []).append(read(value))
         except InputError as error:
             where = f"{option} of {name!r}: {error.subject.removeprefix(option).lstrip(', ')}"
             raise InputError(
                 where.removesuffix(": "), got=error.got, expected=error.expected, hint=error.hint
             ) from None
-    return found
+    return by_name
 
 
 def kilograms(text: str) -> float:
@@ -325,7 +325,7 @@ def network_loads(
     from robostiff.network import DistributedForce, ForceOnBeam
 
     nodes = named_once("--load", at_nodes, _FOR_NETWORKS)
-    loads: dict[str, Any] = {n: _force_or_wrench(own, space) for n, own in nodes.items()}
+    loads: dict[str, Any] = {n: _force_or_wrench(text, space) for n, text in nodes.items()}
     on_beams: dict[str, list[DistributedForce | ForceOnBeam]] = {}
     for name, values in named_values("--along", along_beams, _FOR_NETWORKS):
         q = _row("--along", values, dict.fromkeys(("qx", "qy", "qz"), Dimension.FORCE_PER_LENGTH))

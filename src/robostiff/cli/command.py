@@ -34,11 +34,11 @@ NO_READER = 141
 def as_click(name: str, command: type[Command]) -> click.Command:
     """As the parser has it; every command gets the options ``--quiet`` and ``--verbose``."""
 
-    def answer(quiet: bool, verbose: bool, **given: Any) -> None:
+    def answer(quiet: bool, verbose: bool, **arguments: Any) -> None:
         running.set(name)
         started = time.perf_counter()
         with ended_by_status(quiet, verbose) as ended:
-            ended.status = built(command, given).run()
+            ended.status = built(command, arguments).run()
         if verbose:
             import platform
             from importlib.metadata import PackageNotFoundError, version
@@ -57,7 +57,7 @@ def as_click(name: str, command: type[Command]) -> click.Command:
         "--quiet": "Print no warnings: results and errors alone.",
         "--verbose": "Print versions and times on standard error, and of an error where it arose.",
     }
-    further = [click.Option([own], is_flag=True, help=text) for own, text in words.items()]
+    further = [click.Option([option], is_flag=True, help=text) for option, text in words.items()]
     paragraphs = command.words()
     return _Parsed(
         name,
@@ -87,10 +87,10 @@ class _Parsed(click.Command):
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Arguments before options."""
-        given = [own for own in self.params if isinstance(own, ExplainedArgument)]
-        if given:
+        explained = [p for p in self.params if isinstance(p, ExplainedArgument)]
+        if explained:
             with formatter.section("Arguments"):
-                formatter.write_dl([(str(own.metavar), own.text) for own in given])
+                formatter.write_dl([(str(p.metavar), p.text) for p in explained])
         super().format_options(ctx, formatter)
 
 
@@ -100,16 +100,16 @@ def slips(show: Callable[[str], object]) -> Iterator[None]:
     seen: set[str] = set()
     with warnings.catch_warnings():
         warnings.simplefilter("always", PlausibilityWarning)
-        elsewhere = warnings.showwarning
-        own = elsewhere.__module__ == __name__
+        before = warnings.showwarning
+        is_inner = before.__module__ == __name__
 
         def shown(message: Warning | str, category: type[Warning], *rest: Any, **more: Any) -> None:
             is_slip = issubclass(category, PlausibilityWarning)
             if is_slip and str(message) not in seen:
                 seen.add(str(message))
                 show(str(message))
-            if own or not is_slip:
-                elsewhere(message, category, *rest, **more)
+            if is_inner or not is_slip:
+                before(message, category, *rest, **more)
 
         warnings.showwarning = shown
         yield

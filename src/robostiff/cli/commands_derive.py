@@ -107,13 +107,13 @@ def go_on_in_child(progress: Callable[[float], str]) -> None:
         return
     shown = _Progress(progress)
     before = signal.signal(signal.SIGTERM, lambda *_: os.kill(child, signal.SIGTERM))
-    begun = time.monotonic()
+    started = time.monotonic()
     try:
         while True:
             pid, status = os.waitpid(child, os.WNOHANG)
             if pid:
                 break
-            passed = time.monotonic() - begun
+            passed = time.monotonic() - started
             shown.at(passed)
             # A short computation is not held up, and a long one is looked at now and then.
             time.sleep(min(_INTERVAL, 0.002 + passed / 50))
@@ -229,23 +229,23 @@ def pose_from(text: str, robot: Robot, angles: str | None = None) -> PoseFormula
     return AtCoordinates(values, rotation)
 
 
-def _properties(asked: Any, derivation: RobotDerivation) -> Page:
+def _properties(command: Any, derivation: RobotDerivation) -> Page:
     """Rank and free motions, as far as they are asked for."""
     lines = []
-    if asked.rank:
-        found = rank_formula(derivation, asked.budget)
-        line, zeros = f"rank {found.rank} of {derivation.K.rows}", []
-        for factor in found.exceptions:
+    if command.rank:
+        result = rank_formula(derivation, command.budget)
+        line, zeros = f"rank {result.rank} of {derivation.K.rows}", []
+        for factor in result.exceptions:
             written, names = sp.sstr(factor), ", ".join(sorted(map(str, factor.free_symbols)))
             is_long = len(written) > _LONGEST_FACTOR
             zeros.append(f"a sum of {len(factor.args)} terms in {names}" if is_long else written)
         line += f"; lower where one of these is zero: {', '.join(zeros)}" if zeros else ""
-        lines.append(line + (f"; {found.remark}" if found.remark else ""))
-    if asked.free_motions:
+        lines.append(line + (f"; {result.remark}" if result.remark else ""))
+    if command.free_motions:
         motions = free_motion_formulas(derivation)
         names = ", ".join(Space.of_size(derivation.K.rows).twist_order)
-        each = (", ".join(map(sp.sstr, twist.flat())) for twist in motions)
-        lines += [f"free motion ({names}) = ({own})" for own in each] or ["no free motion"]
+        twists = (", ".join(map(sp.sstr, twist.flat())) for twist in motions)
+        lines += [f"free motion ({names}) = ({text})" for text in twists] or ["no free motion"]
         point = fixed_point_formula(derivation) if motions else None
         if point is not None:
             at = ", ".join(map(sp.sstr, point.flat()))
@@ -254,7 +254,7 @@ def _properties(asked: Any, derivation: RobotDerivation) -> Page:
 
 
 _LONGEST_FACTOR = 1000  # letters
-_Found = Derivation | FormulaDerivative
+_Formula = Derivation | FormulaDerivative
 _WRITERS: dict[str, Callable[[Any], str]] = {
     "text": derivation_text,
     "latex": derivation_latex,
@@ -279,39 +279,39 @@ _AS_OPTIONS = {
 }
 
 
-def print_formula(asked: Any) -> int:
+def print_formula(command: Any) -> int:
     """Derive the stiffness of a robot and write it, or print its properties: `cli.files.Derive`."""
-    language, output = _language(asked)
-    form = _form(asked, language)
-    if asked.snippet and (asked.asks or language not in ("text", "latex")):
-        got = "a question" if asked.asks else f"--format {language}"
+    language, output = _language(command)
+    form = _form(command, language)
+    if command.snippet and (command.asks or language not in ("text", "latex")):
+        got = "a question" if command.asks else f"--format {language}"
         raise InputError("--snippet", got=got, expected="the formula alone, in LaTeX")
-    steps = form is None and asked.pose.strip() == "home"
-    then = f"; named steps after {asked.budget:g} s" if steps else ""
-    head = f"robostiff: deriving {asked.model.source} for"
+    steps = form is None and command.pose.strip() == "home"
+    then = f"; named steps after {command.budget:g} s" if steps else ""
+    head = f"robostiff: deriving {command.model.source} for"
     go_on_in_child(lambda passed: f"{head} {passed:.0f} s{then}; Ctrl-C ends it")
     try:
-        derivation = _derived(asked, form)
+        derivation = _derived(command, form)
         if isinstance(derivation, RobotDerivation) and derivation.remark:
             click.echo(f"robostiff: {derivation.remark} K is in named steps.", err=True)
-        found: _Found = derivation
-        if asked.derivative is not None:
-            name, known = asked.derivative, {own.name: own for own in derivation.symbols}
+        formula: _Formula = derivation
+        if command.derivative is not None:
+            name, known = command.derivative, {symbol.name: symbol for symbol in derivation.symbols}
             if name not in known:
                 expected = f"a symbol of the formula: {', '.join(known) or 'it has none'}"
                 hint = did_you_mean(name, known)
                 raise InputError("--derivative", got=name, expected=expected, hint=hint)
-            found = differentiate(cast("Derivation", found), known[name])
+            formula = differentiate(cast("Derivation", formula), known[name])
         if language == "pdf" and output is not None:
-            with whole_file(output) as begun:
-                derivation_pdf(cast("Any", found), begun)
+            with whole_file(output) as draft:
+                derivation_pdf(cast("Any", formula), draft)
             return 0
         written = (
-            page_text(_properties(asked, derivation)) + "\n"
-            if asked.asks and isinstance(derivation, RobotDerivation)
-            else latex_snippet(found)
-            if asked.snippet
-            else _WRITERS[language](found)
+            page_text(_properties(command, derivation)) + "\n"
+            if command.asks and isinstance(derivation, RobotDerivation)
+            else latex_snippet(formula)
+            if command.snippet
+            else _WRITERS[language](formula)
         )
     except FormulaTooLargeError as error:
         raise InputError(
@@ -334,69 +334,69 @@ def print_formula(asked: Any) -> int:
     if output is None:
         click.echo(written, nl=False)
     else:
-        with whole_file(output) as begun:
-            begun.write_text(written, encoding="utf-8")
+        with whole_file(output) as draft:
+            draft.write_text(written, encoding="utf-8")
     return 0
 
 
-def _form(asked: Any, language: str) -> Closed | Steps | None:
+def _form(command: Any, language: str) -> Closed | Steps | None:
     """The form that is asked for, of options that go together."""
-    if asked.steps and (asked.closed or asked.limit is not None):
-        other = "--closed" if asked.closed else "--limit"
-        raise InputError(f"--steps and {other}", expected="one of them")
-    checked_budget(asked.budget)
-    wrong = "--derivative" if asked.derivative is not None else f"--format {language}"
-    if asked.asks and (asked.derivative is not None or language != "text"):
+    if command.steps and (command.closed or command.limit is not None):
+        option = "--closed" if command.closed else "--limit"
+        raise InputError(f"--steps and {option}", expected="one of them")
+    checked_budget(command.budget)
+    wrong = "--derivative" if command.derivative is not None else f"--format {language}"
+    if command.asks and (command.derivative is not None or language != "text"):
         expected = "--rank and --free-motions alone, answered in text"
         raise InputError("questions about a formula", got=wrong, expected=expected)
-    if asked.asks and asked.leg is not None:
+    if command.asks and command.leg is not None:
         expected = "the whole robot: --rank and --free-motions without --leg"
-        raise InputError("questions about a formula", got=f"--leg {asked.leg}", expected=expected)
-    if asked.limit is not None:
-        return Closed(asked.limit)
-    return Steps() if asked.steps else Closed() if asked.closed else None
+        raise InputError("questions about a formula", got=f"--leg {command.leg}", expected=expected)
+    if command.limit is not None:
+        return Closed(command.limit)
+    return Steps() if command.steps else Closed() if command.closed else None
 
 
-def _derived(asked: Any, form: Closed | Steps | None) -> RobotDerivation | LegElimination:
+def _derived(command: Any, form: Closed | Steps | None) -> RobotDerivation | LegElimination:
     """The formula of the robot, or of one of its legs."""
-    names = [name.strip() for name in asked.symbols.split(",") if name.strip()]
+    names = [name.strip() for name in command.symbols.split(",") if name.strip()]
     shorter = dict(name.split("=", 1) for name in names if "=" in name)
-    if shorter and {*names} - {"all"} != {f"{x}={own}" for x, own in shorter.items()}:
+    if shorter and {*names} - {"all"} != {f"{x}={short}" for x, short in shorter.items()}:
         hint = "write --symbols all,cylinder=c: others keep their names"
-        raise InputError("--symbols", got=asked.symbols, expected="all, or names", hint=hint)
-    every = {"all": ParameterChoice.ALL, "none": ParameterChoice.NONE}
-    model = asked.model
-    whole = model.load(symbols=shorter or every.get(asked.symbols.strip(), tuple(names)))
+        raise InputError("--symbols", got=command.symbols, expected="all, or names", hint=hint)
+    choices = {"all": ParameterChoice.ALL, "none": ParameterChoice.NONE}
+    model = command.model
+    whole = model.load(symbols=shorter or choices.get(command.symbols.strip(), tuple(names)))
     robot = robot_of_legs(whole, model.source)
-    pose = pose_from(asked.pose, robot, asked.angles)
-    options: dict[str, Any] = {"pose": pose, "form": form, "budget": asked.budget}
-    if asked.leg is not None:
-        return derive_leg(robot, asked.leg, **options)
+    pose = pose_from(command.pose, robot, command.angles)
+    options: dict[str, Any] = {"pose": pose, "form": form, "budget": command.budget}
+    if command.leg is not None:
+        return derive_leg(robot, command.leg, **options)
     return derive_robot(robot, **options)
 
 
-def _language(asked: Any) -> tuple[str, Path | None]:
+def _language(command: Any) -> tuple[str, Path | None]:
     """The format, and the file to write; None for standard output."""
-    output = None if asked.output in (None, "-") else Path(asked.output)
-    name = asked.format
-    if asked.answer.as_json:
+    output = None if command.output in (None, "-") else Path(command.output)
+    name = command.format
+    if command.answer.as_json:
         if name not in (None, "json"):
             raise InputError("--json and --format", got=name, expected="one of them")
         if output is not None and FORMULA_FILES.get(output.suffix, "json") != "json":
             expected = "a name that ends in .json"
-            raise InputError("--output beside --json", got=asked.output, expected=expected)
+            raise InputError("--output beside --json", got=command.output, expected=expected)
         name = "json"
     if name is None:
         name = "text" if output is None else FORMULA_FILES.get(output.suffix)
     if name is None:
         raise InputError(
             "--output",
-            got=asked.output,
+            got=command.output,
             expected=f"a name that ends in {', '.join(FORMULA_FILES)}, or --format beside it",
         )
     chosen("--format", name, dict.fromkeys(FORMULA_FILES.values()))
     if name == "pdf" and output is None:
         raise InputError("--format", got="pdf", expected="a file", hint="write -o FILE.pdf")
     if output is not None:
-        new_file("--output", output, asked.answer.overwrite)
+        new_file("--output", output, command.answer.overwrite)
     return name, output

@@ -51,29 +51,29 @@ from robostiff.model import Robot
 from robostiff.page.of_result import page_of
 
 
-def read_asked_poses(robot: Mapped, asked: Any) -> PoseSource:
+def poses_of(robot: Mapped, command: Any) -> PoseSource:
     """Grid, list or random poses, as given on the command line."""
-    if asked.poses is not None:
-        if asked.axes or asked.joints or asked.random is not None or asked.factors:
+    if command.poses is not None:
+        if command.axes or command.joints or command.random is not None or command.factors:
             expected = "no --x, --joint, --factor or --random beside it"
-            raise InputError("--poses", got=asked.poses, expected=expected)
-        return read_poses(robot, asked.poses)
-    words = ["start", "stop", "count"][: 3 if asked.random is None else 2]
+            raise InputError("--poses", got=command.poses, expected=expected)
+        return read_poses(robot, command.poses)
+    words = ["start", "stop", "count"][: 3 if command.random is None else 2]
     joints = coordinate_units(robot)
-    found: dict[str, list[float]] = {}
+    rows: dict[str, list[float]] = {}
 
     def add(name: str, dimension: Dimension, text: str, option: str) -> None:
-        if name in found:
+        if name in rows:
             raise InputError(option, got=text, expected=f"one range for {name}")
         dimensions = [dimension, dimension, Dimension.NUMBER][: len(words)]
-        found[name] = parse_quantities(text, dimensions, words, option)
+        rows[name] = parse_quantities(text, dimensions, words, option)
 
-    for text in asked.joints:
+    for text in command.joints:
         if not joints:
             expected = "--x and the like: joints pose serial arms"
             raise InputError("--joint", got=text, expected=expected)
         longest_first = sorted(joints, key=len, reverse=True)  # 'joint 1' before 'joint'
-        name = next((own for own in longest_first if text.strip().startswith(f"{own} ")), None)
+        name = next((word for word in longest_first if text.strip().startswith(f"{word} ")), None)
         if name is None:
             raise InputError(
                 "--joint",
@@ -82,25 +82,26 @@ def read_asked_poses(robot: Mapped, asked: Any) -> PoseSource:
                 hint=f'write --joint "{next(iter(joints))} -1 1 21"',
             )
         add(name, Dimension.of(joints[name]), text.strip().removeprefix(name), f"--joint {name}")
-    for name, text in asked.axes.items():
-        if isinstance(robot, Robot) and (asked.joints or name in joints):
-            expected = "--joint alone" if asked.joints else f"--joint, as a joint is called {name}"
+    for name, text in command.axes.items():
+        if isinstance(robot, Robot) and (command.joints or name in joints):
+            clash = f"--joint, as a joint is called {name}"
+            expected = "--joint alone" if command.joints else clash
             raise InputError(f"--{name}", got=text, expected=expected)
         add(name, Dimension.of(POSE_UNITS[name]), text, f"--{name}")
-    if asked.factors is not None:
-        add(FACTOR, Dimension.NUMBER, asked.factors, "--factor")
-    if not found:
+    if command.factors is not None:
+        add(FACTOR, Dimension.NUMBER, command.factors, "--factor")
+    if not rows:
         raise InputError(
             "poses of a map",
             got="none",
             expected="at least one coordinate, or --poses FILE.csv",
             hint='write --x "-100 mm 100 mm 21"',
         )
-    if asked.random is not None:
-        ranges = {name: (low, high) for name, (low, high) in found.items()}
-        return RandomPoses(asked.random, ranges, asked.seed)
+    if command.random is not None:
+        ranges = {name: (low, high) for name, (low, high) in rows.items()}
+        return RandomPoses(command.random, ranges, command.seed)
     axes = {}
-    for name, (start, stop, count) in found.items():
+    for name, (start, stop, count) in rows.items():
         if count != int(count):
             raise InputError(f"count of {name}", got=count, expected="a whole number")
         axes[name] = Axis(start, stop, int(count))
@@ -165,64 +166,64 @@ _QUANTITIES = {quantity.value: quantity for quantity in Quantity}
 _IN_MEMORY = 100_000  # poses of a NetCDF file; more are computed into a store beside it
 
 
-def make_map(asked: Any) -> int:
+def make_map(command: Any) -> int:
     """Compute a map, write it, and print a summary."""
-    output = _checked_output(asked)
-    picture = picture_beside(asked.plot, asked.answer, is_scene=False)
-    if picture is not None and asked.reductions:
+    output = _checked_output(command)
+    picture = picture_beside(command.plot, command.answer, is_scene=False)
+    if picture is not None and command.reductions:
         raise InputError(
-            "--plot", got=asked.plot, expected="none beside --reduce, which keeps no map"
+            "--plot", got=command.plot, expected="none beside --reduce, which keeps no map"
         )
-    robot = written.loaded(asked.model, by_joints=bool(asked.joints))
+    robot = written.loaded(command.model, by_joints=bool(command.joints))
     if not isinstance(robot, Mapped):
         hint = "a snapshot is frozen at its own pose"
         expected = "a model or a linkage, which has a pose for every point of a map"
-        raise InputError("robot of a map", got=asked.model.source, expected=expected, hint=hint)
-    poses = read_asked_poses(robot, asked)
+        raise InputError("robot of a map", got=command.model.source, expected=expected, hint=hint)
+    poses = poses_of(robot, command)
     method: Any = None
-    if asked.under_load:
+    if command.under_load:
         from robostiff.statics.loaded_map import UnderLoad
 
-        method = UnderLoad(gravity=written.gravity(asked.gravity))
-    if asked.batched:
+        method = UnderLoad(gravity=written.gravity(command.gravity))
+    if command.batched:
         method = Batched() if method is None else replace(method, by=Batched())
-    started, bar = time.monotonic(), MapBar()
+    started, bar, threads = time.monotonic(), MapBar(), command.threads
     try:
         with bar, ExitStack() as during:
             store = output if output is not None and output.suffix in _STORES else None
             if store is None and output is not None and math.prod(poses.shape) > _IN_MEMORY:
                 beside = TemporaryDirectory(prefix=".robostiff-map-", dir=output.absolute().parent)
                 store = Path(during.enter_context(beside)) / "map.zarr"
-            found = stiffness_map(
+            result = stiffness_map(
                 robot,
                 poses,
-                [written.chosen("--quantity", name, _QUANTITIES) for name in asked.quantities]
+                [written.chosen("--quantity", name, _QUANTITIES) for name in command.quantities]
                 or [Quantity.PRINCIPAL_STIFFNESS],
-                wrench=written.wrench(asked.wrench, robot.space),
-                length=written.length(asked.length),
-                near=written.near(robot, asked.place),
+                wrench=written.wrench(command.wrench, robot.space),
+                length=written.length(command.length),
+                near=written.near(robot, command.place),
                 method=method,
                 store=store,
-                resume=asked.resume,
-                workers=asked.workers,
-                scheduler=asked.scheduler if asked.threads is None else Threads(asked.threads),
+                resume=command.resume,
+                workers=command.workers,
+                scheduler=command.scheduler if threads is None else Threads(threads),
                 progress=bar.show,
-                reduce=[_reduction(text) for text in asked.reductions],
-                dtype=asked.dtype,
+                reduce=[_reduction(text) for text in command.reductions],
+                dtype=command.dtype,
             )
             if output is not None and output.suffix == ".nc":
-                write_map_netcdf(found, output)
+                write_map_netcdf(result, output)
             if picture is not None:
                 from robostiff import plot
 
-                draw(plot.map_overview(found, backend=plot.PictureData()), picture)
-            page = page_of(found)
+                draw(plot.map_overview(result, backend=plot.PictureData()), picture)
+            page = page_of(result)
     except KeyboardInterrupt:
-        words = f"nothing was written; with -o FILE{_endings(asked)[0]} a map can be resumed"
+        words = f"nothing was written; with -o FILE{_endings(command)[0]} a map can be resumed"
         if output is not None and output.suffix in _STORES and output.exists():
             arguments = [word for word in sys.argv[1:] if word != "--resume"]
-            command = shlex.join(["robostiff", *arguments, "--resume"])
-            words = f"the finished blocks are stored in {output}; continue with\n  {command}"
+            resumed = shlex.join(["robostiff", *arguments, "--resume"])
+            words = f"the finished blocks are stored in {output}; continue with\n  {resumed}"
         click.echo(f"robostiff: interrupted; {words}", err=True)
         return INTERRUPTED
     except NoAnswerError as error:
@@ -231,12 +232,12 @@ def make_map(asked: Any) -> int:
     seconds = time.monotonic() - started
     facts = {"seconds": seconds, "poses_a_second": bar.rate}
     place = page.place if output is None else f"{page.place} in {output}"
-    data = {"output": asked.output, **page.data, **facts}
-    answered(replace(page, place=place, data=data), asked.answer)
-    if bar.rate and output is not None and not asked.answer.as_json:
+    data = {"output": command.output, **page.data, **facts}
+    answered(replace(page, place=place, data=data), command.answer)
+    if bar.rate and output is not None and not command.answer.as_json:
         # Not on standard output, which is the same every time.
         click.echo(f"{seconds:.3g} s, {bar.rate:.3g} poses/s", err=True)
-    return 0 if found.attrs["poses_reachable"] else BAD_STATUS
+    return 0 if result.attrs["poses_reachable"] else BAD_STATUS
 
 
 def _checked_output(run: Any) -> Path | None:

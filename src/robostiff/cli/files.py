@@ -321,10 +321,10 @@ def _frozen(source: str, robot: Any, place: Posing, form: str) -> Any:
                 f"{form} of {robot.name!r}: the file has the stiffness of {names} at this pose, "
                 "and no law: under finite loads it answers otherwise than the robot"
             )
-        found = find_posture(robot, pose, near=written.near(robot, place))
-        if not found.reached.all():
-            raise NoAnswerError(f"no {form} of {source!r}: {'; '.join(found.complaints)}")
-        robot = with_masses(found).one(0)
+        posture = find_posture(robot, pose, near=written.near(robot, place))
+        if not posture.reached.all():
+            raise NoAnswerError(f"no {form} of {source!r}: {'; '.join(posture.complaints)}")
+        robot = with_masses(posture).one(0)
     if form != "snapshot":
         return network_of_snapshot(robot) if hasattr(robot, "legs") else robot
     expected, hint = "a robot or a snapshot of legs", "write --to graph"
@@ -338,5 +338,5 @@ def _frozen(source: str, robot: Any, place: Posing, form: str) -> Any:
 def _write(path: Path, text: str) -> None:
     from robostiff.whole_file import whole_file
 
-    with whole_file(path) as begun:
-        begun.write_text(text, encoding="utf-8")
+    with whole_file(path) as draft:
+        draft.write_text(text, encoding="utf-8")

@@ -73,11 +73,11 @@ _LINES = {
 
 def _completion(install: bool) -> str:
     """The script that completes commands, or what was done to have the shell read it."""
-    given = os.environ.get("SHELL", "")
-    shell = Path(given).name
+    program = os.environ.get("SHELL", "")
+    shell = Path(program).name
     if shell not in _FILES:
         hint = "write SHELL=bash before the command"
-        raise InputError("$SHELL", got=given, expected="bash, zsh or fish", hint=hint)
+        raise InputError("$SHELL", got=program, expected="bash, zsh or fish", hint=hint)
     if not install:
         from click.shell_completion import get_completion_class
 

@@ -51,9 +51,9 @@ class Sought:
 
         robot, patterns = model.load(), self.unknowns
         check_kind(robot, {"robot"}, "robot to identify", expected="a robot of legs, or an arm")
-        if any("/" not in own for own in patterns):
+        if any("/" not in p for p in patterns):
             whole = model.load(symbols=ALL_PARAMETERS)
-            fits = {str(x) for x in whole.symbols for own in patterns if fnmatchcase(str(x), own)}
+            fits = {str(x) for x in whole.symbols for p in patterns if fnmatchcase(str(x), p)}
             return model.load(symbols=tuple(sorted(fits))) if fits else robot
         return robot
 
@@ -62,7 +62,7 @@ class Sought:
         from robostiff.cli.arguments import three_lengths
 
         pairs = named_values("--marker", self.markers, "NAME=X Y Z")
-        return {name: three_lengths(own, "--marker") for name, own in pairs}
+        return {name: three_lengths(text, "--marker") for name, text in pairs}
 
 
 class Compensate(Command, name="compensate"):
@@ -110,7 +110,7 @@ class Compensate(Command, name="compensate"):
         from robostiff.compensation.program_file import read_program, write_program
 
         method = written.chosen("--method", self.method, {"exact": Exact(), "mirror": Mirror()})
-        axes = written.chosen("--axes", self.axes, {each.value: each for each in Axes})
+        axes = written.chosen("--axes", self.axes, {axis.value: axis for axis in Axes})
         output = output_beside(self.output, self.answer)
         picture = picture_beside(self.plot, self.answer, is_scene=False)
         robot = self.model.load()
@@ -118,14 +118,14 @@ class Compensate(Command, name="compensate"):
         written.check_kind(robot, {"robot"}, "robot to compensate", expected=expected)
         program = read_program(robot, self.path, angles=self.angles)
         options = {"axes": axes, "gravity": written.gravity(self.gravity)}
-        found = compensate(robot, program.poses, program.wrenches, method, **options)
+        result = compensate(robot, program.poses, program.wrenches, method, **options)
         if output is not None:
-            write_program(program, found, output)
+            write_program(program, result, output)
         if picture is not None:
             from robostiff.plot.bars_and_curves import compensation_picture
 
-            draw(compensation_picture(found), picture)
-        return answered(found, self.answer)
+            draw(compensation_picture(result), picture)
+        return answered(result, self.answer)
 
 
 class Identify(Command, name="identify"):
@@ -206,10 +206,10 @@ class Identify(Command, name="identify"):
             robot,
             joints=self.postures,
             columns=None if self.columns is None else self.columns.split(","),
-            hooks={name: _hook(own) for name, own in named_values("--hook", self.hooks, expected)},
+            hooks={name: _hook(x) for name, x in named_values("--hook", self.hooks, expected)},
             sigma=written.length_and_angle(self.sigma, "--sigma") if self.sigma else (),
         )
-        found = identify(
+        result = identify(
             robot,
             measured,
             sought.unknowns,
@@ -219,10 +219,10 @@ class Identify(Command, name="identify"):
             loss=loss,
             gravity=written.gravity(sought.gravity),
         )
-        status = answered(found, self.answer)
+        status = answered(result, self.answer)
         if output is not None:
             source = self.model.side or self.model.source
-            found.write(output, robot_file(source) if source in shipped_names() else source)
+            result.write(output, robot_file(source) if source in shipped_names() else source)
         if picture is not None:
             from robostiff.markup import escaped
             from robostiff.plot.bars_and_curves import residuals_picture
@@ -230,15 +230,15 @@ class Identify(Command, name="identify"):
             from robostiff.whole_file import whole_file
 
             if picture.suffix.lower() == ".html":  # tables, advice and residuals, as in notebooks
-                title = f"<title>{escaped(found.robot.name)}, identified</title>"
+                title = f"<title>{escaped(result.robot.name)}, identified</title>"
                 head = (
                     f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">{title}</head>'
                 )
-                body = f"<body>{found._repr_html_()}{picture_html(found)}</body>"
-                with whole_file(picture) as begun:
-                    begun.write_text(f"{head}\n{body}</html>\n", encoding="utf-8")
+                body = f"<body>{result._repr_html_()}{picture_html(result)}</body>"
+                with whole_file(picture) as draft:
+                    draft.write_text(f"{head}\n{body}</html>\n", encoding="utf-8")
             else:
-                draw(residuals_picture(found), picture)
+                draw(residuals_picture(result), picture)
         return status
 
 
@@ -310,14 +310,14 @@ class Plan(Command, name="plan"):
         criterion = written.chosen("--criterion", self.criterion, criteria)
         criterion = criterion or self._test_pose(robot)
         body, place = _hook(self.hook) if self.hook else ("", None)
-        found = choose_poses(
+        choice = choose_poses(
             robot,
             random_postures(robot, self.candidates, self.seed),
             self.count,
             sought.unknowns,
             sought.places() or {"marker": [0.0, 0.0, 0.0]},
             criterion=criterion,
-            forces=[written.force(own, "--force") for own in self.forces] or None,
+            forces=[written.force(text, "--force") for text in self.forces] or None,
             hook=place,
             body=body,
             sigma=written.length(self.sigma, "--sigma") or 0.0,
@@ -326,9 +326,9 @@ class Plan(Command, name="plan"):
             seed=self.seed,
         )
         if output is not None:
-            with whole_file(output) as begun:
-                begun.write_text(_table(robot, found.postures), encoding="utf-8")
-        return answered(chosen_poses_page(robot.name, found), self.answer)
+            with whole_file(output) as draft:
+                draft.write_text(_table(robot, choice.postures), encoding="utf-8")
+        return answered(chosen_poses_page(robot.name, choice), self.answer)
 
     def _test_pose(self, robot: Any) -> Any:
         """The error at a pose under a wrench, as a criterion."""
@@ -341,10 +341,10 @@ class Plan(Command, name="plan"):
             raise InputError("--criterion test-pose", got="no --wrench", expected=expected)
         pose = written.pose(robot, self.place)
         if pose is None or isinstance(pose, ActuatorCoordinates):
-            found = find_posture(robot.numeric, pose)
+            posture = find_posture(robot.numeric, pose)
             by_joints = pose is not None or robot.is_posed_by_joints
-            joints = JointCoordinates(found.coordinates[0])
-            pose = joints if by_joints else found.pose[:, robot.coordinate_places]
+            joints = JointCoordinates(posture.coordinates[0])
+            pose = joints if by_joints else posture.pose[:, robot.coordinate_places]
         return TestPose(pose, written.wrench(self.wrench, robot.space))
 
 
@@ -367,7 +367,7 @@ def _table(robot: Any, postures: Any) -> str:
 
     units = coordinate_units(robot)
     if not isinstance(postures, JointCoordinates):
-        units = {f"pose_{own.value}": POSE_UNITS[own.value] for own in robot.coordinates}
+        units = {f"pose_{c.value}": POSE_UNITS[c.value] for c in robot.coordinates}
     shown = {"rad": ("deg", 180 / np.pi), "m": ("mm", 1e3)}
     lines = [",".join(["posture", *(f"{name} [{shown[u][0]}]" for name, u in units.items())])]
     rows = coordinates_of(postures) * [shown[u][1] for u in units.values()]

@@ -57,11 +57,11 @@ def group(of: type, *names: str) -> Any:
 
 def _fields(of: type, names: Sequence[str] | None = None) -> Iterator[Field[Any]]:
     """The options of a class, those of its groups in their places."""
-    for own in fields(of):
-        if "group" in own.metadata:
-            yield from _fields(own.metadata["group"], own.metadata["names_of_group"])
-        elif names is None or own.name in names:
-            yield own
+    for entry in fields(of):
+        if "group" in entry.metadata:
+            yield from _fields(entry.metadata["group"], entry.metadata["names_of_group"])
+        elif names is None or entry.name in names:
+            yield entry
 
 
 class ExplainedArgument(click.Argument):
@@ -72,16 +72,16 @@ class ExplainedArgument(click.Argument):
         self.text = text
 
 
-def built(of: type, given: Mapping[str, Any], names: Sequence[str] | None = None) -> Any:
+def built(of: type, arguments: Mapping[str, Any], names: Sequence[str] | None = None) -> Any:
     """The object of a class, of what the command line has for its fields."""
-    found = {}
-    for own in fields(of):
-        if "group" in own.metadata:
-            inner = own.metadata["group"], given, own.metadata["names_of_group"]
-            found[own.name] = built(*inner)
-        elif names is None or own.name in names:
-            found[own.name] = given[own.name]
-    return of(**found)
+    values = {}
+    for entry in fields(of):
+        if "group" in entry.metadata:
+            inner = entry.metadata["group"], arguments, entry.metadata["names_of_group"]
+            values[entry.name] = built(*inner)
+        elif names is None or entry.name in names:
+            values[entry.name] = arguments[entry.name]
+    return of(**values)
 
 
 @dataclass_transform(
@@ -110,10 +110,10 @@ class Command:
         """Paragraphs of its help: what it does, examples, and what its exit status means."""
         paragraphs = inspect.cleandoc(cls.__doc__ or "").split("\n\n")
         for i, text in enumerate(paragraphs):
-            lines = [own.strip() for own in text.replace("\n  ", " ").split("\n")]
+            lines = [line.strip() for line in text.replace("\n  ", " ").split("\n")]
             if lines[0].startswith("$ "):
                 head = "Example:" if len(lines) == 1 else "Examples:"
-                shown = (f"  robostiff {own.removeprefix('$ ')}" for own in lines)
+                shown = (f"  robostiff {line.removeprefix('$ ')}" for line in lines)
                 paragraphs[i] = "\n".join(["\b", head, *shown])
         if "Exit status" not in paragraphs[-1]:
             paragraphs.append(_STATUS)
@@ -122,17 +122,17 @@ class Command:
     @classmethod
     def parameters(cls) -> list[click.Parameter]:
         """Its fields, as the parser has them."""
-        found: list[click.Parameter] = []
-        for own in _fields(cls):
-            words = dict(own.metadata["words"])
-            if own.default is not MISSING and not words.get("multiple"):
-                words["default"] = own.default
-            if "names" in own.metadata:
-                found.append(click.Option([*own.metadata["names"], own.name], **words))
+        parameters: list[click.Parameter] = []
+        for entry in _fields(cls):
+            words = dict(entry.metadata["words"])
+            if entry.default is not MISSING and not words.get("multiple"):
+                words["default"] = entry.default
+            if "names" in entry.metadata:
+                parameters.append(click.Option([*entry.metadata["names"], entry.name], **words))
             else:
-                words |= {"text": own.metadata["text"], "required": own.default is MISSING}
-                found.append(ExplainedArgument([own.name], **words))
-        return found
+                words |= {"text": entry.metadata["text"], "required": entry.default is MISSING}
+                parameters.append(ExplainedArgument([entry.name], **words))
+        return parameters
 
 
 def _files(*_: Any) -> list[CompletionItem]:
@@ -147,8 +147,8 @@ def robot_names(_context: Any, _parameter: Any, incomplete: str) -> list[Complet
 
     from robostiff.robots import shipped_names
 
-    found = sorted(name for name in shipped_names() if name.startswith(incomplete))
-    return [*_files(), *map(CompletionItem, found)]
+    names = sorted(name for name in shipped_names() if name.startswith(incomplete))
+    return [*_files(), *map(CompletionItem, names)]
 
 
 def robot_argument(metavar: str = "ROBOT", more: str = "") -> Any:
@@ -303,13 +303,13 @@ def named_values(option: str, texts: tuple[str, ...], expected: str) -> list[tup
     >>> named_values("--load", ("tip = 0 0 -80 N",), "NAME=NUMBERS")
     [('tip', '0 0 -80 N')]
     """
-    found = []
+    pairs = []
     for text in texts:
         name, equals, value = (piece.strip() for piece in text.rpartition("="))
         if not (name and equals and value):
             raise InputError(option, got=text, expected=expected)
-        found.append((name, value))
-    return found
+        pairs.append((name, value))
+    return pairs
 
 
 def named_once(option: str, texts: tuple[str, ...], expected: str) -> dict[str, str]:
@@ -320,9 +320,9 @@ def named_once(option: str, texts: tuple[str, ...], expected: str) -> dict[str, 
     >>> named_once("--set", ("R=350mm", "h=1"), "NAME=VALUE")
     {'R': '350mm', 'h': '1'}
     """
-    found: dict[str, str] = {}
+    values: dict[str, str] = {}
     for name, value in named_values(option, texts, expected):
-        if name in found:
+        if name in values:
             raise InputError(option, got=f"{name}={value}", expected=f"one value for {name}")
-        found[name] = value
-    return found
+        values[name] = value
+    return values

@@ -54,7 +54,7 @@ def show(answer: str | Mapping[str, Any]) -> None:
     if isinstance(answer, str):
         lines = []
         for line in map(shown, answer.split("\n")):
-            styles = (own for start, own in _STYLES.items() if f"{line}\n".startswith(start))
+            styles = (look for start, look in _STYLES.items() if f"{line}\n".startswith(start))
             style = next(styles, None)
             lines.append(line if style is None else click.style(line, **style))
         click.echo("\n".join(lines))
@@ -71,22 +71,22 @@ def new_file(option: str, path: str | Path, overwrite: bool = False) -> Path:
     """
     wanted = Path(path)
     try:
-        there, is_file = wanted.exists() or wanted.is_symlink(), wanted.is_file()
+        is_there, is_file = wanted.exists() or wanted.is_symlink(), wanted.is_file()
         in_folder = wanted.absolute().parent.is_dir()
     except (OSError, ValueError) as error:  # a name too long, or with a zero in it
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(option, got=str(path), expected=f"the name of a file ({reason})") from None
     if not in_folder:
         raise InputError(option, got=str(path), expected="a file in an existing folder")
-    if there and not (is_file and overwrite):
+    if is_there and not (is_file and overwrite):
         hint = "take another name, or write --overwrite to replace it"
         if not is_file:
             hint = "this is no regular file and is not replaced: take another name"
         raise InputError(option, got=str(path), expected="a new file", hint=hint)
     context = click.get_current_context(silent=True)
     named = [] if context is None else context.params.values()
-    files = [own for own in named if isinstance(own, str) and own and Path(own).is_file()]
-    if there and sum(wanted.samefile(own) for own in files) > 1:
+    files = [text for text in named if isinstance(text, str) and text and Path(text).is_file()]
+    if is_there and sum(wanted.samefile(file) for file in files) > 1:
         raise InputError(option, got=str(path), expected="another file than those that are read")
     return wanted
 
@@ -132,15 +132,15 @@ def draw(picture: Picture, path: Path, other: Picture | None = None) -> None:
     from robostiff import plot
     from robostiff.whole_file import whole_file
 
-    with whole_file(path) as begun:
+    with whole_file(path) as draft:
         if path.suffix.lower() != ".html":
             figure: Any = plot.Matplotlib().draw(picture).figure
-            figure.savefig(begun, format=path.suffix.lower()[1:], dpi=200, bbox_inches="tight")
+            figure.savefig(draft, format=path.suffix.lower()[1:], dpi=200, bbox_inches="tight")
             return
         drawn = plot.Plotly().draw(picture)
         if other is None:
-            begun.write_text(drawn.to_html(), "utf-8")
+            draft.write_text(drawn.to_html(), "utf-8")
             return
         from robostiff.plot.backend import swinging_page
 
-        begun.write_text(swinging_page(drawn, plot.Plotly().draw(other)), "utf-8")
+        draft.write_text(swinging_page(drawn, plot.Plotly().draw(other)), "utf-8")

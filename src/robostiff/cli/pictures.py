@@ -100,8 +100,8 @@ class Plot(Command, name="plot"):
                 with suppress(ValueError):
                     at[name] = float(value)
             quantity = None if self.quantity is None else self.quantity.replace("-", "_")
-            found, data = read_map(self.model.source), plot.PictureData()
-            draw(plot.map_overview(found, quantity, at=at, backend=data), path)
+            dataset, data = read_map(self.model.source), plot.PictureData()
+            draw(plot.map_overview(dataset, quantity, at=at, backend=data), path)
         else:
             first, *other = self._of_robot(what)
             draw(first, path, *other)
@@ -123,13 +123,13 @@ class Plot(Command, name="plot"):
                 expected="a map, FILE.zarr or FILE.nc, with --what map; a robot with all else",
                 hint=None if is_map else f"robostiff map {source} ... --plot FILE draws a new one",
             )
-        for name, given, of in (
+        for name, value, of in (
             ("--wrench", self.wrench, _OF_LOADS),
             ("--quantity", self.quantity, ("map",)),
             ("--cut", self.cuts or None, ("map",)),
         ):
-            if given is not None and what not in of:
-                raise InputError(name, got=given, expected=f"--what {' or '.join(of)} beside it")
+            if value is not None and what not in of:
+                raise InputError(name, got=value, expected=f"--what {' or '.join(of)} beside it")
         if self.wrench is None and what in _OF_LOADS:
             expected = '--wrench beside it, such as "500 N 0 0 0 0 0"'
             raise InputError(f"--what {what}", expected=expected)
@@ -160,11 +160,11 @@ class Plot(Command, name="plot"):
                 return (plot.energy_shares(bent, backend=data),)
             return (plot.robot(robot, deflection=bent, colouring=plot.Colouring.PARTS, **shown),)
         if what == "modes":
-            found = modes(robot, **place)
-            return tuple(plot.mode(found, self.mode, side, backend=data) for side in (1.0, -1.0))
+            shapes = modes(robot, **place)
+            return tuple(plot.mode(shapes, self.mode, side, backend=data) for side in (1.0, -1.0))
         result, drawn = stiffness(robot, **place), {"within": robot, "backend": data}
         if what == "ellipsoids":
-            qualities = {own.name.lower().replace("_", "-"): own for own in plot.Quality}
+            qualities = {q.name.lower().replace("_", "-"): q for q in plot.Quality}
             quality = written.chosen("--quality", self.quality, qualities)
             return (plot.ellipsoid(result, quality, **drawn),)
         if what == "matrix":
