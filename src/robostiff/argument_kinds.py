@@ -124,7 +124,7 @@ class _Kinds:
             parameter = self.parameters.get(name)
             if parameter is None or parameter.annotation is parameter.empty:
                 continue  # of keywords of any name, or self, which may not be complete
-            if before and (value is parameter.default or name in _NAMED or _is_left(value)):
+            if before and (value is parameter.default or name in _NAMED or _is_exempt(value)):
                 continue
             key = name, before, owners
             if key not in self._hints:
@@ -144,7 +144,7 @@ _NAMED = {"robot", "linkage", "network", "tolerance", "measured", "budget", "seq
 _LONG, _SHOWN, _MOST_MEMBERS = 100, 40, 8
 
 
-def _is_left(value: Any) -> bool:
+def _is_exempt(value: Any) -> bool:
     """Whether it is an array, a quantity with a unit or a long list."""
     if hasattr(value, "shape") or hasattr(type(value), "to_root_units"):
         return True

@@ -75,11 +75,6 @@ def six_coordinates(text: str, option: str) -> list[float]:
     return _read_coordinates(tuple(Coordinate), text, option)
 
 
-def length_and_angle(text: str, option: str) -> list[float]:
-    """A length and an angle (2,) [m, rad]."""
-    return parse_quantities(text, [Dimension.LENGTH, Dimension.ANGLE], ["length", "angle"], option)
-
-
 _TOOL_POSE = re.compile(r"\s*tip\s(?P<tip>.+?)\saxis\s(?P<axis>.+?)(?:\sspin\s(?P<spin>.+))?\s*$")
 
 

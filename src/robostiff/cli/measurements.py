@@ -188,6 +188,7 @@ class Identify(Command, name="identify"):
         from robostiff.identification.identify import KnownFrames, UnknownFrames, identify
         from robostiff.identification.measurements import Measurements
         from robostiff.identification.search import Robust, Squares
+        from robostiff.io.units import Dimension, parse_quantities
         from robostiff.robots.shipped import robot_file, shipped_names
 
         losses = {"squares": Squares(), "robust": Robust()}
@@ -200,6 +201,8 @@ class Identify(Command, name="identify"):
         if self.instrument is not None or markers:
             place = self.instrument and written.six_coordinates(self.instrument, "--instrument")
             frames = KnownFrames(markers or None, place)
+        units, names = (Dimension.LENGTH, Dimension.ANGLE), ("length", "angle")
+        sigma = parse_quantities(self.sigma, units, names, "--sigma") if self.sigma else ()
         expected = "NAME=[BODY] X Y Z"
         measured = Measurements.read(
             self.path,
@@ -207,7 +210,7 @@ class Identify(Command, name="identify"):
             joints=self.postures,
             columns=None if self.columns is None else self.columns.split(","),
             hooks={name: _hook(x) for name, x in named_values("--hook", self.hooks, expected)},
-            sigma=written.length_and_angle(self.sigma, "--sigma") if self.sigma else (),
+            sigma=sigma,
         )
         result = identify(
             robot,

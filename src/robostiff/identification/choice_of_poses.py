@@ -203,10 +203,10 @@ def choose_poses(
     """
     by_joints = isinstance(candidates, JointCoordinates) or robot.is_posed_by_joints
     changed, unknowns = with_unknowns(robot, parameters, fixed, by_joints=by_joints)
-    given = as_floats("forces", [] if forces is None else forces, _FORCES)
-    if given.ndim not in {1, 2} or given.shape[-1] not in {0, 3}:
-        raise InputError("forces", got=f"shape {given.shape}", expected=_FORCES)
-    loads = np.vstack([np.zeros(3), given.reshape(-1, 3)])
+    F = as_floats("forces", [] if forces is None else forces, _FORCES)
+    if F.ndim not in {1, 2} or F.shape[-1] not in {0, 3}:
+        raise InputError("forces", got=f"shape {F.shape}", expected=_FORCES)
+    loads = np.vstack([np.zeros(3), F.reshape(-1, 3)])
     q = getattr(candidates, "values", candidates)
     q = np.atleast_2d(as_floats("candidates", q, "postures (N, n)"))
     names = tuple(markers)
@@ -219,10 +219,10 @@ def choose_poses(
     rows = np.flatnonzero(reached.reached & reached.within_limits)
     if len(rows) < (least := 1 if repeats else count):
         raise InputError("candidates", got=f"{len(rows)} in reach", expected=f"at least {least}")
-    each = len(loads) * len(names)
+    readings = len(loads) * len(names)
     measured = Measurements(
-        kind(np.repeat(q[rows], each, axis=0)),
-        np.zeros((len(rows) * each, 3)),
+        kind(np.repeat(q[rows], readings, axis=0)),
+        np.zeros((len(rows) * readings, 3)),
         forces=np.tile(np.repeat(loads, len(names), axis=0), (len(rows), 1)),
         hooks=None if hook is None else as_floats("hook", hook, "three numbers [m]", "m", (3,)),
         bodies=body,
@@ -247,16 +247,16 @@ def choose_poses(
         )
     M = np.swapaxes(J, 1, 2) @ J
     before = np.zeros(M.shape[1:])
-    every = [np.asarray(np.linalg.qr(J.reshape(-1, len(x)), mode="r"))]
+    rates = [np.asarray(np.linalg.qr(J.reshape(-1, len(x)), mode="r"))]
     if existing is not None:
         measured_before = model.of(existing, x)
-        every.append(measured_before.predicted(x)[1] * scale / measured_before.sigma[:, None])
-        before = every[1].T @ every[1]
+        rates.append(measured_before.predicted(x)[1] * scale / measured_before.sigma[:, None])
+        before = rates[1].T @ rates[1]
     total = M.sum(axis=0) + before
-    report = identifiability(np.concatenate(every) / scale, model.unknowns)
+    report = identifiability(np.concatenate(rates) / scale, model.unknowns)
     lost = [unknowns[k].name for k in report.fixed if k < p]
     if lost:
-        words = [own for own in report.not_identified if any(name in own for name in lost)]
+        words = [s for s in report.not_identified if any(name in s for name in lost)]
         raise NoAnswerError("no choice of these postures determines all: " + "; ".join(words))
     T = (
         _rates_at(criterion, statics, changed, x[:p]) * scale[:p]
@@ -293,8 +293,7 @@ def _serve(model: ReadingModel, J: np.ndarray, nominal: np.ndarray) -> np.ndarra
     lost = (codes & int(Status.UNREACHABLE | Status.NO_EQUILIBRIUM)) != 0
     lost = lost[model.statics.states.of_readings].reshape(len(J), -1).any(axis=1)
     good = np.isfinite(J).all(axis=(1, 2)) & ~lost
-    each = enumerate(model.parameters)
-    elastic = [k for k, unknown in each if unknown.kind is not UnknownKind.GEOMETRY]
+    elastic = [k for k, u in enumerate(model.parameters) if u.kind is not UnknownKind.GEOMETRY]
     if elastic:
         good &= np.nan_to_num(np.abs(J[:, :, elastic].sum(axis=2)).max(axis=1)) >= _SEEN
     return good
@@ -309,8 +308,8 @@ def _rates_at(
     by_joints = isinstance(criterion.postures, JointCoordinates)
     wrenches = np.zeros((len(q), 6))
     wrenches[:, list(robot.space.rows)] = as_floats("wrenches", criterion.wrenches, "[N, N m]")
-    given = JointCoordinates(q) if by_joints else q
-    readings = Measurements(given, np.zeros((len(q), 3)), wrenches=wrenches)
+    postures = JointCoordinates(q) if by_joints else q
+    readings = Measurements(postures, np.zeros((len(q), 3)), wrenches=wrenches)
     states = States.of(robot, readings, np.eye(3))
     rates = statics.with_states(states).checked(values)[0].at(values).rates[:, :3]
     if not np.isfinite(rates).all():

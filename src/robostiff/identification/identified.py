@@ -102,7 +102,7 @@ class Identified(InNotebooks):
     @property
     def names(self) -> tuple[str, ...]:
         """Of the unknowns that were found: rows of covariance and correlations."""
-        return tuple(self.unknowns[k].name for k in self._found)
+        return tuple(self.unknowns[k].name for k in self._identified)
 
     @cached_property
     def values(self) -> dict[str, float]:
@@ -124,7 +124,7 @@ class Identified(InNotebooks):
         return dict(zip((unknown.name for unknown in self.unknowns), x.tolist(), strict=True))
 
     @cached_property
-    def _found(self) -> list[int]:
+    def _identified(self) -> list[int]:
         if self.fit.too_few:
             return []
         return [k for k in range(len(self.unknowns)) if k not in self.fit.identifiability.fixed]
@@ -135,7 +135,7 @@ class Identified(InNotebooks):
         known, sigma = self.fit.known, self.model.sigma
         y, J = self.model.predicted(self.fit.x)
         r = (self.model.values - y)[known] / sigma[known]
-        A = J[known][:, self._found] / sigma[known][:, None]
+        A = J[known][:, self._identified] / sigma[known][:, None]
         scale = getattr(self.fit.loss, "scale", None)
         if scale is not None:
             size = 1.0 if self.measured.has_sigma else 1.4826 * float(np.median(np.abs(r)))
@@ -146,7 +146,7 @@ class Identified(InNotebooks):
     @property
     def degrees_of_freedom(self) -> int:
         """Numbers that were read less those that were found."""
-        return int(np.count_nonzero(self.fit.known)) - len(self._found)
+        return int(np.count_nonzero(self.fit.known)) - len(self._identified)
 
     @cached_property
     def chi_square(self) -> float:
@@ -191,14 +191,14 @@ class Identified(InNotebooks):
     @cached_property
     def at_bound(self) -> dict[str, str]:
         """Unknowns at a bound: ``least`` or ``largest``."""
-        found = {}
-        for k, d in zip(self._found, np.sqrt(np.diag(self.covariance)), strict=True):
+        sides = {}
+        for k, d in zip(self._identified, np.sqrt(np.diag(self.covariance)), strict=True):
             low, high = (bound[k] for bound in self.fit.bounds)
             if self.fit.x[k] - low <= _AT_BOUND * d:
-                found[self.unknowns[k].name] = "least"
+                sides[self.unknowns[k].name] = "least"
             elif high - self.fit.x[k] <= _AT_BOUND * d:
-                found[self.unknowns[k].name] = "largest"
-        return found
+                sides[self.unknowns[k].name] = "largest"
+        return sides
 
     def interval(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
         """Intervals that hold a true value with this probability, by name.
@@ -215,15 +215,15 @@ class Identified(InNotebooks):
         def width(p: float) -> float:
             return float(norm.ppf(p) if self.measured.has_sigma else t.ppf(p, dof))
 
-        both, one = width(0.5 + 0.5 * level), width(level)
-        found = {}
+        two_sided, one_sided = width(0.5 + 0.5 * level), width(level)
+        intervals = {}
         for name, d in self.std.items():
             x, side = self.values[name], self.at_bound.get(name)
-            found[name] = (
-                x - d * (0.0 if side == "least" else one if side else both),
-                x + d * (0.0 if side == "largest" else one if side else both),
+            intervals[name] = (
+                x - d * (0.0 if side == "least" else one_sided if side else two_sided),
+                x + d * (0.0 if side == "largest" else one_sided if side else two_sided),
             )
-        return found
+        return intervals
 
     def stiffness_interval(self, name: str, level: float = 0.95) -> tuple[float, float, float]:
         """Stiffness of a compliance, and the image of its interval; infinite where it reaches 0."""
@@ -239,9 +239,9 @@ class Identified(InNotebooks):
     @staticmethod
     def _as_values(model: ReadingModel, numbers: np.ndarray) -> np.ndarray:
         """Numbers (M,) where readings (N, width) have them."""
-        found = np.full(model.measured.values.shape, np.nan)
-        found.ravel()[model.read] = numbers
-        return found
+        values = np.full(model.measured.values.shape, np.nan)
+        values.ravel()[model.read] = numbers
+        return values
 
     @cached_property
     def _left_out(self) -> tuple[np.ndarray, np.ndarray]:
@@ -320,22 +320,22 @@ class Identified(InNotebooks):
             FitStatus.OUTLIERS: bool(self.outliers),
             FitStatus.NOT_CONVERGED: not self.fit.converged,
         }
-        found = FitStatus.OK
+        result = FitStatus.OK
         for status, holds in facts.items():
-            found |= status if holds else FitStatus.OK
-        return found
+            result |= status if holds else FitStatus.OK
+        return result
 
     @cached_property
     def advice(self) -> tuple[str, ...]:
         """What to do, in sentences."""
         if self.fit.too_few:
             return (self.fit.too_few,)
-        found = [*self.not_identified, *self.weak, *self.correlated]
+        sentences = [*self.not_identified, *self.weak, *self.correlated]
         for name, side in self.at_bound.items():
-            found.append(f"{name} is at its {side} value: its interval has one side")
+            sentences.append(f"{name} is at its {side} value: its interval has one side")
         if FitStatus.DOES_NOT_FIT in self.status:
             size = (self.chi_square / self.degrees_of_freedom) ** 0.5
-            found.append(
+            sentences.append(
                 f"residuals are {number(size, 3)} times as "
                 "large as the given standard deviations allow: something moves that is not among "
                 "the parameters, or sigma is too small"
@@ -343,16 +343,16 @@ class Identified(InNotebooks):
         if self.outliers:
             places = [self.measured.place(k) for k in self.outliers[:5]]
             more = len(self.outliers) - len(places)
-            found.append(
+            sentences.append(
                 f"far from the fit to the others: {', '.join(places)}"
                 f"{f' and {more} more' if more else ''}; read again or remove them"
             )
         if not self.fit.converged:
-            found.append("the search did not end; give fewer parameters, or other start values")
+            sentences.append("the search did not end; give fewer parameters, or other start values")
         lost = int(np.count_nonzero(~self.fit.known))
         if lost:
-            found.append(f"{lost} numbers near singular postures were left out")
-        return tuple(found)
+            sentences.append(f"{lost} numbers near singular postures were left out")
+        return tuple(sentences)
 
     @cached_property
     def robot(self) -> Robot:
@@ -365,8 +365,7 @@ class Identified(InNotebooks):
     def _without_play(self) -> dict[str, float]:
         """Values of the parameters by name, play zero."""
         self._check_rows()
-        each = self.model.parameters
-        return {own.name: 0.0 if own.plays else self.values[own.name] for own in each}
+        return {p.name: 0.0 if p.plays else self.values[p.name] for p in self.model.parameters}
 
     @property
     def estimate(self) -> tuple[Robot, dict[str, float], np.ndarray]:
@@ -377,13 +376,13 @@ class Identified(InNotebooks):
         Raises NoAnswerError where there are too few readings.
         """
         rest = self._without_play()
-        rows = [k for k, i in enumerate(self._found) if i < len(self.model.parameters)]
-        rows = [k for k in rows if not self.unknowns[self._found[k]].plays]
-        found = {self.names[k]: rest.pop(self.names[k]) for k in rows}
+        rows = [k for k, i in enumerate(self._identified) if i < len(self.model.parameters)]
+        rows = [k for k in rows if not self.unknowns[self._identified[k]].plays]
+        values = {self.names[k]: rest.pop(self.names[k]) for k in rows}
         robot = self.model.statics.robot
         robot = robot.substituted(rest) if rest else robot
-        changed = replace(robot, nominal={**robot.nominal, **found})
-        return changed, found, self.covariance[np.ix_(rows, rows)]
+        changed = replace(robot, nominal={**robot.nominal, **values})
+        return changed, values, self.covariance[np.ix_(rows, rows)]
 
     def _check_rows(self) -> None:
         if self.fit.too_few:
@@ -402,7 +401,7 @@ class Identified(InNotebooks):
             When a value has no place of its own in the file.
         """
         self._check_rows()
-        found, intervals = {}, self.interval(level)
+        values, intervals = {}, self.interval(level)
         about = f"({number(100 * level)} %), from {Path(self.measured.source).name}"
         for unknown in self.model.parameters:
             value, comment = self.values[unknown.name], "not identified"
@@ -411,8 +410,8 @@ class Identified(InNotebooks):
                 half, is_length = 0.5 * (high - low), unknown.kind is UnknownKind.GEOMETRY
                 size = number(half, 2) if is_length else f"{number(100 * half / abs(value), 2)} %"
                 comment = f"+-{size} {about}, {len(self.measured)} readings"
-            found[unknown] = value, comment
-        write_values(found, self.robot, path, source)
+            values[unknown] = value, comment
+        write_values(values, self.robot, path, source)
 
     def predict(self, measured: Measurements) -> tuple[np.ndarray, np.ndarray]:
         """What would be read elsewhere, and its standard deviation by that of the unknowns.
@@ -429,7 +428,7 @@ class Identified(InNotebooks):
         self._check_rows()
         model = self.model.of(measured, self.fit.x)
         y, J = model.predicted(self.fit.x)
-        L = J[:, self._found] @ self._inverse_root * self.sigma
+        L = J[:, self._identified] @ self._inverse_root * self.sigma
         return self._as_values(model, y), self._as_values(model, np.linalg.norm(L, axis=1))
 
     def fitted_to(self, measured: Measurements, loss: Squares | Robust | None = None) -> Identified:
@@ -460,12 +459,12 @@ class Identified(InNotebooks):
         errors = np.full(self.measured.values.shape, np.nan)
         for k in range(folds):
             out = fold[posture] == k
-            kept = self.measured.chosen(~out)
-            if set(kept.marker_names) != set(self.model.names):
+            rest = self.measured.chosen(~out)
+            if set(rest.marker_names) != set(self.model.names):
                 raise InputError("folds", got=folds, expected="less: a marker is in one part alone")
-            model = self.fitted_to(kept)
-            there = self.measured.chosen(out)
-            errors[out] = np.where(there.is_read, there.values - model.predict(there)[0], np.nan)
+            model = self.fitted_to(rest)
+            part = self.measured.chosen(out)
+            errors[out] = np.where(part.is_read, part.values - model.predict(part)[0], np.nan)
         rows = [not kind.of_drive for kind in self.measured.kinds]
         rms, of_fit = (
             float(np.sqrt(np.nanmean(gaps[rows][:, :3] ** 2))) for gaps in (errors, self.residuals)
@@ -475,10 +474,10 @@ class Identified(InNotebooks):
     def __repr__(self) -> str:
         if self.fit.too_few:
             return f"<Identified: {self.fit.too_few}; status {self.status}>"
-        found = [each.name for each in self.model.parameters if each.name in self.std]
+        names = [unknown.name for unknown in self.model.parameters if unknown.name in self.std]
         parts = [
             f"{name} = {number(self.values[name])} +- {number(self.std[name], 2)}"
-            for name in found[:8]
+            for name in names[:8]
         ]
-        more = [f"{len(found) - 8} more"] if len(found) > 8 else []
+        more = [f"{len(names) - 8} more"] if len(names) > 8 else []
         return f"<Identified: {', '.join([*parts, *more])}; status {self.status}>"

@@ -101,9 +101,9 @@ def known_frames(
     turned: tuple[int, ...] = ()
     if known.turns is None:
         turned = tuple(k for k, name in enumerate(names) if Reading.POSE in kinds[name])
-    given = known.turns or {}
+    vectors_of = known.turns or {}
     vectors = [
-        as_floats(f"turn of {name!r}", given.get(name, np.zeros(3)), "[rad]", "rad", (3,))
+        as_floats(f"turn of {name!r}", vectors_of.get(name, np.zeros(3)), "[rad]", "rad", (3,))
         for name in names
     ]
     return instrument, markers, turn_by_vector(np.reshape(vectors, (-1, 3))), turned
@@ -144,8 +144,8 @@ def nearest_frames(
     def fitted_frames(Q: np.ndarray, b: np.ndarray, m: np.ndarray) -> tuple[float, Any, Any, Any]:
         for _ in range(_ROUNDS):
             if markers is None:
-                each = np.einsum("nji,nj->ni", A, y @ Q.T + b - P)
-                sums = [np.bincount(which, each[:, i], count) for i in range(3)]
+                local = np.einsum("nji,nj->ni", A, y @ Q.T + b - P)
+                sums = [np.bincount(which, local[:, i], count) for i in range(3)]
                 m = np.array(sums).T / np.maximum(np.bincount(which, minlength=count), 1)[:, None]
             if instrument is None:
                 Q, b = _absolute_orientation(y, in_world(m))
@@ -160,9 +160,9 @@ def nearest_frames(
         M[:, i, 3 * i : 3 * i + 3], M[:, i, 9 + i] = y, 1.0
         if markers is None:
             M[np.arange(len(y))[:, None], i, 12 + 3 * which[:, None] + np.arange(3)] = -A[:, i]
-    found = np.linalg.lstsq(M.reshape(-1, M.shape[2]), in_world(m).ravel(), rcond=1e-9)[0]
-    Q = _nearest_turn(found[:9].reshape(3, 3))
-    m = found[12:].reshape(-1, 3) if markers is None else m
+    solution = np.linalg.lstsq(M.reshape(-1, M.shape[2]), in_world(m).ravel(), rcond=1e-9)[0]
+    Q = _nearest_turn(solution[:9].reshape(3, 3))
+    m = solution[12:].reshape(-1, 3) if markers is None else m
     starts.append(fitted_frames(Q, np.mean(in_world(m) - y @ Q.T, axis=0), m))
     _, Q, b, m = min(starts, key=lambda start: start[0])
     return Q.T, b, m
@@ -178,11 +178,11 @@ def _absolute_orientation(y: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.
     """Rotation Q and shift b by which ``Q y + b`` is nearest to w, both (N, 3) (Kabsch)."""
     from scipy.spatial.transform import Rotation
 
-    middle, other = y.mean(axis=0), w.mean(axis=0)
+    y0, w0 = y.mean(axis=0), w.mean(axis=0)
     with warnings.catch_warnings():  # points on one line leave a turn open, which others decide
         warnings.simplefilter("ignore")
-        Q = Rotation.align_vectors(w - other, y - middle)[0].as_matrix()
-    return Q, other - Q @ middle
+        Q = Rotation.align_vectors(w - w0, y - y0)[0].as_matrix()
+    return Q, w0 - Q @ y0
 
 
 _UNKNOWN, _SQUARES = UnknownFrames(), Squares()
@@ -303,7 +303,7 @@ def _model_of(
     R = np.eye(3) if instrument is None else turn_by_vector(instrument[3:])
     states = States.of(robot, measured, R)
     small = all(kind in MOTIONS for kind in measured.kinds) and not states.sites
-    small &= all(one.kind in (UnknownKind.COMPLIANCE, UnknownKind.FACTOR) for one in parameters)
+    small &= all(u.kind in (UnknownKind.COMPLIANCE, UnknownKind.FACTOR) for u in parameters)
     p = np.array([unknown.nominal for unknown in parameters])
     statics: FiniteLoads | SmallLoads = SmallLoads(states, robot, tuple(x.name for x in parameters))
     if not small:
@@ -342,8 +342,8 @@ def _model_of(
         rows = np.isfinite(origins).all(axis=1) & measured.is_read[:, :3].all(axis=1)
         rows &= [kind in (Reading.POINT, Reading.POSE) for kind in measured.kinds]
         which = np.array([names.index(n) if n in names else 0 for n in measured.markers])[rows]
-        seen = measured.values[rows, :3], origins[rows], places.axes[state][rows], which
-        R, b, m = nearest_frames(*seen, instrument, markers, len(names))
+        points = measured.values[rows, :3], origins[rows], places.axes[state][rows], which
+        R, b, m = nearest_frames(*points, instrument, markers, len(names))
     for k in turned:
         rows = [i for i, marker in enumerate(measured.markers)
                 if marker == names[k] and measured.kinds[i] is Reading.POSE]  # fmt: skip

@@ -57,12 +57,12 @@ def tracker_points(
             spread = np.where(spread == 0, np.min(spread, where=spread > 0, initial=np.inf), spread)
             si[f"sigma_{a.lower()}"] = 0.5 * spread
     words = table.words.get("Delete", ("",) * len(table.rows))
-    kept = np.array([word in ("", "0") for word in words])
+    valid = np.array([word in ("", "0") for word in words])
     for column, spread in si.items():
-        for row in np.flatnonzero(kept & np.isnan(spread))[:1]:
+        for row in np.flatnonzero(valid & np.isnan(spread))[:1]:
             at = Location(name, table.rows[row] + 1, path=column)
             raise FileError(at, "value", got="nothing", expected="a finite number")
-    return si, kept, tuple(k + 1 for k in table.rows)
+    return si, valid, tuple(k + 1 for k in table.rows)
 
 
 def with_headings(name: str, lines: Sequence[str], columns: Sequence[str]) -> tuple[str, ...]:
@@ -71,7 +71,7 @@ def with_headings(name: str, lines: Sequence[str], columns: Sequence[str]) -> tu
     Raises FileError for a line with another count of fields.
     """
     named = [place for place, heading in enumerate(columns) if heading.strip()]
-    found = ["\t".join(columns[place] for place in named)]
+    written = ["\t".join(columns[place] for place in named)]
     for k, line in enumerate(lines, 1):
         fields = re.split(r"[\t;,]|\s+", line.strip()) if line.strip() else []
         is_row = bool(fields) and not line.lstrip().startswith("#")
@@ -82,8 +82,8 @@ def with_headings(name: str, lines: Sequence[str], columns: Sequence[str]) -> tu
                 got=f"{len(fields)} fields",
                 expected=f"{len(columns)}, one for each of columns=",
             )
-        found.append("\t".join(fields[place] for place in named) if is_row else line)
-    return tuple(found)
+        written.append("\t".join(fields[place] for place in named) if is_row else line)
+    return tuple(written)
 
 
 def auto_id_lines(robot: Robot, name: str, lines: Sequence[str]) -> tuple[str, ...] | None:
@@ -101,23 +101,23 @@ def auto_id_lines(robot: Robot, name: str, lines: Sequence[str]) -> tuple[str, .
             numbers.append([float(word) for word in row[1:]])
         except ValueError:
             numbers.append(None)
-    given = [k for k, row in enumerate(rows) if "".join(row).strip()]
-    begins = 1 if given and numbers[given[0]] is None else 0
-    ours = begins and any(heading.partition("[")[0].strip() in joints for heading in rows[given[0]])
-    if not joints or ours or not given[begins:] or len(rows[given[0]]) != 7 + len(joints):
+    full = [k for k, row in enumerate(rows) if "".join(row).strip()]
+    begins = 1 if full and numbers[full[0]] is None else 0
+    ours = begins and any(heading.partition("[")[0].strip() in joints for heading in rows[full[0]])
+    if not joints or ours or not full[begins:] or len(rows[full[0]]) != 7 + len(joints):
         return None
-    turned = any(any((numbers[k] or [])[3:6]) for k in given[begins:])
+    turned = any(any((numbers[k] or [])[3:6]) for k in full[begins:])
     headings = ["marker", *_TAG[: 6 if turned else 3]]
     headings += [f"{joint} [{'deg' if unit == 'rad' else 'mm'}]" for joint, unit in joints.items()]
-    found = ["\t".join(headings)]
+    written = ["\t".join(headings)]
     for k, row in enumerate(numbers):
-        if k not in given[begins:]:
-            found.append("")
+        if k not in full[begins:]:
+            written.append("")
             continue
         if row is None or len(row) != 6 + len(joints):
             expected = "numbers behind the tag: X, Y, Z, roll, pitch, yaw, joints"
             raise FileError(Location(name, k + 1, 1), "point", got=lines[k][:60], expected=expected)
         turn = vector_of_rotation(Rotation.from_euler("ZYX", row[5:2:-1], degrees=True).as_matrix())
         values = [*row[:3], *(turn if turned else ()), *row[6:]]
-        found.append("\t".join(["tool", *map(repr, map(float, values))]))
-    return tuple(found)
+        written.append("\t".join(["tool", *map(repr, map(float, values))]))
+    return tuple(written)

@@ -127,16 +127,16 @@ def read_measurements(
                 expected="a file with a line for each point",
                 hint='write joints="joints.csv", or --postures joints.csv',
             )
-        si, kept, places = points
-        table = _Table.read(robot, str(joints), lines_of(joints), hooks, known, given=si)
-        if len(table.lines) != len(kept):
+        si, valid, places = points
+        table = _Table.read(robot, str(joints), lines_of(joints), hooks, known, readings=si)
+        if len(table.lines) != len(valid):
             raise FileError(
                 Location(str(joints)),
                 "postures",
                 got=f"{len(table.lines)} lines",
-                expected=f"{len(kept)}, one for each point of {path}",
+                expected=f"{len(valid)}, one for each point of {path}",
             )
-        return table.measurements(np.flatnonzero(kept).tolist(), places, str(path))
+        return table.measurements(np.flatnonzero(valid).tolist(), places, str(path))
     if joints is not None:
         expected = "a tracker export, with X [mm], Y [mm], Z [mm] and U(95) in its first line"
         raise FileError(Location(str(path), 1), "points of a tracker", expected=expected)
@@ -173,16 +173,16 @@ class _Table:
         lines: tuple[str, ...],
         hooks: Mapping[str, Any] | None,
         known: Mapping[str, float],
-        given: Mapping[str, np.ndarray] | None = None,
+        readings: Mapping[str, np.ndarray] | None = None,
         first: int = 1,
     ) -> _Table:
-        """Of lines from `first` on; where readings are `given`, with postures and loads alone."""
+        """Of lines from `first` on; where `readings` come, with postures and loads alone."""
         units = coordinate_units(robot) | {f"pose_{name}": u for name, u in POSE_UNITS.items()}
-        units |= _LOADS | (_UNITS if given is None else {})
-        not_here = () if given is None else _UNITS.keys()
+        units |= _LOADS | (_UNITS if readings is None else {})
+        not_here = () if readings is None else _UNITS.keys()
         several: dict[str, list[str]] = {}  # columns of markers in a line, by their names
         header = next((line for line in lines if line.strip() and line.lstrip()[0] != "#"), "")
-        for heading in re.split("[\t;,]", header) if given is None else ():
+        for heading in re.split("[\t;,]", header) if readings is None else ():
             match = _OF_MARKER.match(heading)
             if match:
                 name = match["name"].strip()
@@ -206,14 +206,12 @@ class _Table:
             if column.name in bound:
                 why = "it is no free coordinate of the robot"
                 warn_of_slip(f"{column.at}: column {column.name!r} is not read: {why}")
-        for what, begins in (("along", "u_"), ("distance", "from_")):
-            for column in table.columns if what not in table.si else ():
+        for key, begins in (("along", "u_"), ("distance", "from_")):
+            for column in table.columns if key not in table.si else ():
                 if column.name.startswith(begins):
-                    warn_of_slip(
-                        f"{column.at}: column {column.name!r} is not read without {what!r}"
-                    )
+                    warn_of_slip(f"{column.at}: column {column.name!r} is not read without {key!r}")
         read = {name for columns, _ in _READINGS.values() for name in columns}
-        if given is None and not several and not read & table.si.keys():
+        if readings is None and not several and not read & table.si.keys():
             raise FileError(
                 header,
                 "names of columns",
@@ -223,19 +221,19 @@ class _Table:
             )
         si, words = dict(table.si), table.words
         if several:  # a row for each marker of a line
-            if both := {"marker", *_AXES} & (table.words.keys() | table.si.keys()):
-                got, expected = f"{min(both)} and {min(several)}.x", "markers in one of these ways"
+            if mixed := {"marker", *_AXES} & (table.words.keys() | table.si.keys()):
+                got, expected = f"{min(mixed)} and {min(several)}.x", "markers in one of these ways"
                 raise FileError(header, "names of columns", got=Words(got), expected=expected)
             si = {name: np.repeat(numbers, len(several)) for name, numbers in si.items()}
-            words = {name: tuple(x for x in one for _ in several) for name, one in words.items()}
+            words = {name: tuple(x for x in word for _ in several) for name, word in words.items()}
             none = np.full(len(table.rows), np.nan)
             for a in _AXES:
-                each = [table.si.get(f"{name}.{a}", none) for name in several]
-                si[a] = np.array(each).T.ravel()
+                per_marker = [table.si.get(f"{name}.{a}", none) for name in several]
+                si[a] = np.array(per_marker).T.ravel()
             words["marker"] = (*several,) * len(table.rows)
         rows = (np.repeat(table.rows, max(len(several), 1)) + first).tolist()
         default = {name: np.full(len(rows), number) for name, number in known.items()}
-        si = {**default, **si, **(given or {})}
+        si = {**default, **si, **(readings or {})}
         return cls(robot, path, tuple(rows), names, si, words, hooks or {}, bool(several))
 
     def at(self, row: int) -> Location:
@@ -247,8 +245,8 @@ class _Table:
     def columns(self, names: Collection[str], default: float = np.nan) -> np.ndarray:
         """Values (N, names), those that are missing by default."""
         none = np.full(len(self.lines), np.nan)
-        each = np.array([self.si.get(name, none) for name in names]).T
-        return np.where(np.isnan(each), default, each)
+        values = np.array([self.si.get(name, none) for name in names]).T
+        return np.where(np.isnan(values), default, values)
 
     def postures(self) -> np.ndarray | JointCoordinates:
         """Postures of all lines, those that are left out from the line of the same name."""
@@ -272,21 +270,21 @@ class _Table:
                 )
             for column in si.values() if missing else ():
                 column[row] = column[before]
-        found = postures_of(self.robot, self.names, si, len(self.lines))
-        if isinstance(found, JointCoordinates) or not self.robot.coordinates:
-            return found
-        return found[:, self.robot.coordinate_places]
+        postures = postures_of(self.robot, self.names, si, len(self.lines))
+        if isinstance(postures, JointCoordinates) or not self.robot.coordinates:
+            return postures
+        return postures[:, self.robot.coordinate_places]
 
     def _hooks(self) -> tuple[np.ndarray, list[str]]:
         """Where loads act (N, 3), in frames of bodies, and these; not a number at the origins."""
-        found, bodies = self.columns([f"at_{a}" for a in _AXES]), [""] * len(self.lines)
+        places, bodies = self.columns([f"at_{a}" for a in _AXES]), [""] * len(self.lines)
         for row in range(len(self.lines)):
-            point, name = found[row], self.word("at", row)
+            point, name = places[row], self.word("at", row)
             if name in self.hooks:
-                given: Any = self.hooks[name]
-                if len(given) == 2:
-                    bodies[row], given = given
-                found[row] = as_floats(f"hook {name!r}", given, "three numbers [m]", "m", (3,))
+                hook: Any = self.hooks[name]
+                if len(hook) == 2:
+                    bodies[row], hook = hook
+                places[row] = as_floats(f"hook {name!r}", hook, "three numbers [m]", "m", (3,))
             elif "/" in name:
                 bodies[row] = name
             elif name not in ("", "tip"):
@@ -297,7 +295,7 @@ class _Table:
                 raise FileError(
                     self.at(row), "hook", got="a part of it", expected="at_x, at_y, at_z"
                 )
-        return found, bodies
+        return places, bodies
 
     def measurements(
         self, rows: list[int], lines: tuple[int, ...], source: str = ""
@@ -320,8 +318,8 @@ class _Table:
         values, sigma, kinds = self._values(set(rows))
         toward = np.full((count, 3), np.nan)
         for kind, word in ((Reading.ALONG, "u"), (Reading.DISTANCE, "from")):
-            mine = [member is kind for member in kinds]
-            toward[mine] = self.columns([f"{word}_{a}" for a in _AXES])[mine]
+            of_kind = [member is kind for member in kinds]
+            toward[of_kind] = self.columns([f"{word}_{a}" for a in _AXES])[of_kind]
         postures = self.postures()
         directions = [self._one_of(_DIRECTIONS, "direction", row) for row in range(count)]
         markers = self.words.get("marker", ("marker",) * count)
@@ -370,19 +368,19 @@ class _Table:
         return fields, rows
 
     def _values(self, lines: set[int]) -> tuple[np.ndarray, np.ndarray, list[Reading]]:
-        """What was read (N, 3 or 6) in lines that are asked for, its sigma, and its kind."""
+        """What was read (N, 3 or 6) in these lines, its sigma, and its kind."""
         count, kinds = len(self.lines), [Reading.POINT] * len(self.lines)
         values, sigma = np.full((count, 6), np.nan), np.full((count, 6), np.nan)
         for word, (names, deviations) in _READINGS.items():
-            numbers, mine = self.columns(names), self.columns(deviations)
+            numbers, sd = self.columns(names), self.columns(deviations)
             if "sigma_x" in deviations:
-                mine[:, :3] = np.where(np.isnan(mine[:, :3]), self.columns(["sigma"]), mine[:, :3])
+                sd[:, :3] = np.where(np.isnan(sd[:, :3]), self.columns(["sigma"]), sd[:, :3])
             read = np.isfinite(numbers)
             for row in np.flatnonzero(read.any(axis=1)).tolist():
                 if np.isfinite(values[row]).any():
                     got = f"{kinds[row].value} and {word}"
                     raise FileError(self.at(row), "reading", got=got, expected="one kind of value")
-                values[row, : len(names)], sigma[row, : len(names)] = numbers[row], mine[row]
+                values[row, : len(names)], sigma[row, : len(names)] = numbers[row], sd[row]
                 posed = word == "point" and read[row, 3:].any()
                 if posed and not read[row].all():
                     raise FileError(

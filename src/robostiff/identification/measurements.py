@@ -111,12 +111,12 @@ class Measurements:
 
     def __post_init__(self) -> None:
         by_joints, rowwise = isinstance(self.postures, JointCoordinates), np.ndim(self.sigma) == 2
-        given = self.postures.values if by_joints else self.postures
-        q = np.atleast_2d(as_floats("postures", given, "coordinates (N, n), a reading a row"))
+        postures = self.postures.values if by_joints else self.postures
+        q = np.atleast_2d(as_floats("postures", postures, "coordinates (N, n), a reading a row"))
         count = len(q)
         changed: dict[str, Any] = {
             "postures": JointCoordinates(q) if by_joints else q,
-            **{name: _each(name, getattr(self, name), count, own) for name, own in _EACH.items()},
+            **{name: _each(name, getattr(self, name), count, t) for name, t in _EACH.items()},
         }
         has_poses = Reading.POSE in changed["kinds"]
         for name, (most, none) in _ARRAYS.items():
@@ -150,8 +150,8 @@ class Measurements:
             numbers = self.toward[k]
             if kind.of_drive and not self.drives[k]:
                 raise InputError(f"drive of {self.place(k)}", got="none", expected="its name")
-            bad = not np.isfinite(numbers).all() or (kind is Reading.ALONG and not numbers.any())
-            if kind in (Reading.ALONG, Reading.DISTANCE) and bad:
+            lost = not np.isfinite(numbers).all() or (kind is Reading.ALONG and not numbers.any())
+            if kind in (Reading.ALONG, Reading.DISTANCE) and lost:
                 what = "a direction" if kind is Reading.ALONG else "a fixed point"
                 raise InputError(f"toward of {self.place(k)}", got="none", expected=what)
 
@@ -170,8 +170,8 @@ class Measurements:
         from robostiff.identification.measurement_file import read_measurements
 
         fields, rows = read_measurements(robot, path, joints, columns, hooks, sigma)
-        found = cls(**fields)
-        return found if len(rows) == len(found) else found.chosen(rows)
+        result = cls(**fields)
+        return result if len(rows) == len(result) else result.chosen(rows)
 
     @property
     def is_read(self) -> np.ndarray:
@@ -197,14 +197,14 @@ class Measurements:
         loads = (self.coordinates, self.wrenches, self.forces, np.nan_to_num(self.hooks))
         for k, direction in enumerate(self.directions):
             reading = self.markers[k], self.drives[k], self.kinds[k], self.axes[k], self.bodies[k]
-            key = (*reading, self.references[k], *(each[k].tobytes() for each in loads))
+            key = (*reading, self.references[k], *(array[k].tobytes() for array in loads))
             groups.setdefault(key, {}).setdefault(direction, []).append(k)
-        found = [
+        gaps = [
             self.values[rows[1]].mean(axis=0) - self.values[rows[-1]].mean(axis=0)
             for rows in groups.values()
             if 1 in rows and -1 in rows
         ]
-        return np.array(found).reshape(-1, self.values.shape[1])
+        return np.array(gaps).reshape(-1, self.values.shape[1])
 
     @property
     def has_sigma(self) -> bool:
@@ -243,12 +243,12 @@ class Measurements:
         Behind them stand the readings as they are, which displacements refer to.
         """
         count = len(self)
-        found = self.chosen(np.tile(np.arange(count), 2))
-        wrenches, forces, shift = found.wrenches, found.forces, sign * self.sigma_wrench[:, k]
+        moved = self.chosen(np.tile(np.arange(count), 2))
+        wrenches, forces, shift = moved.wrenches, moved.forces, sign * self.sigma_wrench[:, k]
         at_hook = act_at_hooks(self.hooks, self.bodies) & (k < 3)
         wrenches[:count, k] += np.where(at_hook, 0.0, shift)
         forces[:count, k % 3] += np.where(at_hook, shift, 0.0)
-        return replace(found, wrenches=wrenches, forces=forces)
+        return replace(moved, wrenches=wrenches, forces=forces)
 
     def __len__(self) -> int:
         return len(self.values)
@@ -267,14 +267,14 @@ class Measurements:
         )
 
 
-def _rows(name: str, given: ArrayLike, count: int, size: int, *, may_miss: bool) -> np.ndarray:
+def _rows(name: str, values: ArrayLike, count: int, size: int, *, may_miss: bool) -> np.ndarray:
     """One row a reading (N, size); not a number where it may be missing."""
     expected = f"({size},) or ({count}, {size})"
     try:
-        missing = np.isnan(np.asarray(given, dtype=float)) if may_miss else None
+        missing = np.isnan(np.asarray(values, dtype=float)) if may_miss else None
     except (TypeError, ValueError):
         missing = None
-    filled = given if missing is None else np.where(missing, 0.0, np.asarray(given, dtype=float))
+    filled = values if missing is None else np.where(missing, 0.0, np.asarray(values, dtype=float))
     numbers = as_floats(name, filled, expected)
     if missing is not None:
         numbers = np.where(missing, np.nan, numbers)
@@ -283,11 +283,11 @@ def _rows(name: str, given: ArrayLike, count: int, size: int, *, may_miss: bool)
     return np.broadcast_to(numbers, (count, size)).copy()
 
 
-def _each(name: str, given: Any, count: int, kind: type) -> tuple[Any, ...]:
+def _each(name: str, values: Any, count: int, kind: type) -> tuple[Any, ...]:
     """One of a kind for each reading."""
-    if isinstance(given, kind):
-        return (given,) * count
-    several = tuple(given) if isinstance(given, Sequence) else ()
+    if isinstance(values, kind):
+        return (values,) * count
+    several = tuple(values) if isinstance(values, Sequence) else ()
     if len(several) != count or not all(isinstance(item, kind) for item in several):
-        raise InputError(name, got=given, expected=f"a {kind.__name__}, or {count} of them")
+        raise InputError(name, got=values, expected=f"a {kind.__name__}, or {count} of them")
     return several

@@ -48,12 +48,12 @@ class ReadingModel:
             frames += [(name, ("place", name), "m") for name in self.names]
         turned = (self.names[k] for k in self.turned)
         frames += [(f"{name} turn", ("turn", name), "rad") for name in turned]
-        found = [
+        unknowns = [
             Unknown(f"{name} {a}", UnknownKind.FRAME, 0.0, unit, frame=frame)
             for name, frame, unit in frames
             for a in "xyz"
         ]
-        return (*self.parameters, *found)
+        return (*self.parameters, *unknowns)
 
     def of(self, measured: Measurements, x: np.ndarray) -> ReadingModel:
         """Other readings of the same markers, by the kernel that is compiled already, near x."""
@@ -69,20 +69,20 @@ class ReadingModel:
 
         By differences over a standard deviation to both sides; loads of references stay.
         """
-        measured, found = self.measured, np.zeros(len(self.values))
+        measured, errors = self.measured, np.zeros(len(self.values))
         inside = self.statics.robot.space.rows
         for k in np.flatnonzero(measured.sigma_wrench.any(axis=0)):
             if k not in inside:
                 continue
-            each = []
+            sides = []
             for sign in (1.0, -1.0):
                 moved = measured.with_loads_moved(int(k), sign)
                 states = States.of(self.statics.robot, moved, self.frames(x)[0])
                 statics = self.statics.with_states(states)
-                there = replace(self, measured=moved, statics=statics)
-                each.append(there.predicted(x)[0][: len(found)])
-            found = np.hypot(found, np.nan_to_num(0.5 * (each[0] - each[1])))
-        return replace(self, by_loads=found if measured.sigma_wrench.any() else None)
+                model = replace(self, measured=moved, statics=statics)
+                sides.append(model.predicted(x)[0][: len(errors)])
+            errors = np.hypot(errors, np.nan_to_num(0.5 * (sides[0] - sides[1])))
+        return replace(self, by_loads=errors if measured.sigma_wrench.any() else None)
 
     @cached_property
     def read(self) -> np.ndarray:
@@ -120,7 +120,7 @@ class ReadingModel:
 
         Raises InputError for a name that is none, or of a rigid drive.
         """
-        found = np.zeros(len(self.measured), dtype=int)
+        places = np.zeros(len(self.measured), dtype=int)
         if isinstance(self.statics, FiniteLoads):
             robot, known = self.statics.robot, self.statics.compiled.drives
             prefix = f"{robot.legs[0].name}/" if robot.is_serial else ""
@@ -131,8 +131,8 @@ class ReadingModel:
                     expected = f"an elastic drive: {', '.join(known)}"
                     subject = f"drive of {self.measured.place(int(k))}"
                     raise InputError(subject, got=name, expected=expected)
-                found[k] = known.index(drive)
-        return found
+                places[k] = known.index(drive)
+        return places
 
     @cached_property
     def is_motion(self) -> np.ndarray:
@@ -203,9 +203,9 @@ class ReadingModel:
         if self.instrument is None:
             parts += [R @ by_place, -skew(y) @ rotvec_rate(r)]
         if self.markers is None:
-            each = np.zeros((count, 3, len(names), 3))
-            each[np.arange(count), :, marker] = R @ by_marker
-            parts.append(each.reshape(count, 3, -1))
+            block = np.zeros((count, 3, len(names), 3))
+            block[np.arange(count), :, marker] = R @ by_marker
+            parts.append(block.reshape(count, 3, -1))
         if self.turned:
             parts.append(np.zeros((count, 3, 3 * len(self.turned))))
         J = np.zeros((count, width, len(x)))

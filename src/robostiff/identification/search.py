@@ -94,12 +94,12 @@ def _fitted(
         report = again
         x, converged = _searched(model, x, report.fixed, bounds, loss, known)
     statics, _ = model.statics.checked(x[: len(model.parameters)])
-    there = replace(model, statics=statics)
-    if not np.array_equal(_known(there, x), known):  # near singular postures it has become another
-        before, known = np.count_nonzero(known), _known(there, x)
-        x, converged = _searched(there, x, report.fixed, bounds, loss, known)
+    at_end = replace(model, statics=statics)
+    if not np.array_equal(_known(at_end, x), known):  # near singular postures it has become another
+        before, known = np.count_nonzero(known), _known(at_end, x)
+        x, converged = _searched(at_end, x, report.fixed, bounds, loss, known)
         converged = converged and bool(np.count_nonzero(known) >= _KEPT * before)
-    return there, Fit(x, start, bounds, loss, report, converged, known)
+    return at_end, Fit(x, start, bounds, loss, report, converged, known)
 
 
 def _rates(model: ReadingModel, x: np.ndarray) -> np.ndarray:
@@ -161,7 +161,7 @@ def _searched(
         z, converged = _gauss_newton(at, z, low, high)
     if not converged:
         length = np.linalg.norm(at(z)[1], axis=0)
-        found = least_squares(
+        result = least_squares(
             lambda z: at(z)[0],
             np.clip(z, low, high),
             jac=lambda z: at(z)[1],  # pyright: ignore[reportArgumentType]
@@ -174,7 +174,7 @@ def _searched(
             gtol=_ENDS,
             max_nfev=_MOST_STEPS,
         )
-        z, converged = found.x, found.status > 0
+        z, converged = result.x, result.status > 0
         if not robust:
             z, _ = _gauss_newton(at, z, low, high)
     x = x.copy()

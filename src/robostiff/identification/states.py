@@ -100,9 +100,9 @@ class States:
             turn[on_platform] = turn_by_vector(pose[on_platform, 3:])
         forces = np.einsum("nij,nj->ni", turn, measured.forces)
         hooks = np.nan_to_num(measured.hooks)
-        each = [(body, tuple(at)) for body, at in zip(measured.bodies, hooks.tolist(), strict=True)]
-        sites = tuple(dict.fromkeys(own for own in each if own[0]))
-        at_sites = np.array([[own == site for site in sites] for own in each]).reshape(len(q), -1)
+        rows = [(body, tuple(at)) for body, at in zip(measured.bodies, hooks.tolist(), strict=True)]
+        sites = tuple(dict.fromkeys(at for at in rows if at[0]))
+        at_sites = np.array([[at == site for site in sites] for at in rows]).reshape(len(q), -1)
         on_bodies = at_sites[:, :, None] * forces[:, None, :]
         forces = forces * ~at_sites.any(axis=1, keepdims=True)
         point = robot.numeric.reference_point
@@ -182,18 +182,18 @@ class FiniteLoads:
 
     def with_states(self, states: States) -> FiniteLoads:
         """The same for other states, by the same kernel where loads are at the same places."""
-        found = replace(self, states=states, lost=None)
+        result = replace(self, states=states, lost=None)
         if states.sites == self.states.sites:
-            vars(found)["compiled"] = self.compiled
-        return found
+            vars(result)["compiled"] = self.compiled
+        return result
 
     @cached_property
     def factors(self) -> np.ndarray:
         """By which parameters are multiplied in states (S, n): half a sign where they are play."""
-        found = np.ones((len(self.states.coordinates), len(self.names)))
+        factors = np.ones((len(self.states.coordinates), len(self.names)))
         if self.plays:
-            found[:, [name in self.plays for name in self.names]] = 0.0
-            vars(self)["factors"] = found  # without play
+            factors[:, [name in self.plays for name in self.names]] = 0.0
+            vars(self)["factors"] = factors  # without play
             nominal = np.array([unknown.nominal for unknown in self.parameters])
             strains = self._answer(nominal, slice(None), again=False)[1].drives[:, 1]
             sizes = np.nanmax(np.abs(strains), axis=0, initial=0.0)
@@ -201,29 +201,29 @@ class FiniteLoads:
                 strain = strains[:, self.compiled.drives.index(joint)]
                 size = sizes[self.compiled.drives.index(joint)]
                 strain = np.where(np.abs(np.nan_to_num(strain)) > _NO_STRAIN * size, strain, 0.0)
-                found[:, self.names.index(name)] = 0.5 * np.sign(strain)
-        return found
+                factors[:, self.names.index(name)] = 0.5 * np.sign(strain)
+        return factors
 
     @cached_property
     def commanded(self) -> np.ndarray:
         """Coordinates of all drives without load (S, drives), by their names `compiled.drives`."""
         robot = self.robot.numeric
         posture = find_posture(robot, self.states.pose)
-        each = zip(robot.legs, posture.coordinates, actuator_places(robot), strict=True)
-        found = {
+        legs = zip(robot.legs, posture.coordinates, actuator_places(robot), strict=True)
+        coordinates = {
             f"{leg.name}/{leg.chain.coordinate_names[place]}": q[:, place]
-            for leg, q, places in each
+            for leg, q, places in legs
             for place in places
         }
         none = np.full(len(self.states.coordinates), np.nan)
-        return np.array([found.get(name, none) for name in self.compiled.drives]).T
+        return np.array([coordinates.get(name, none) for name in self.compiled.drives]).T
 
     def _answer(
         self, values: np.ndarray, rows: np.ndarray | slice, *, again: bool
     ) -> tuple[Equilibrium, Platforms]:
         """Of some states."""
         states, q = self.states, self.states.coordinates[rows]
-        found = self.compiled.evaluate(
+        result = self.compiled.evaluate(
             JointCoordinates(q) if states.by_joints else q,
             states.wrenches[rows][:, list(self.robot.space.rows)],
             hooks=states.levers[rows],
@@ -231,8 +231,8 @@ class FiniteLoads:
             parameters=dict(zip(self.names, (values * self.factors[rows]).T, strict=True)),
             again=again,
         )
-        assert found.platforms is not None  # noqa: S101 - it was compiled with them
-        return found, found.platforms
+        assert result.platforms is not None  # noqa: S101 - it was compiled with them
+        return result, result.platforms
 
     def at(self, values: np.ndarray) -> PlacesInStates:
         """Places at values (n,) of the parameters; no rates in lost states."""
@@ -252,18 +252,18 @@ class FiniteLoads:
 
         And status codes (S,). Without it all states that the kernel guards are lost.
         """
-        every, places = self._answer(values, slice(None), again=False)
-        lost, codes = every.guarded.copy(), every.status_codes
+        answer, places = self._answer(values, slice(None), again=False)
+        lost, codes = answer.guarded.copy(), answer.status_codes
         rows = np.flatnonzero(lost)
         if rows.size:
-            sure, other = self._answer(values, rows, again=True)
-            shift = np.abs(other.points - places.points[rows]).max(axis=1)
-            turn = np.abs(other.axes - places.axes[rows]).max(axis=(1, 2))
+            sure, direct = self._answer(values, rows, again=True)
+            shift = np.abs(direct.points - places.points[rows]).max(axis=1)
+            turn = np.abs(direct.axes - places.axes[rows]).max(axis=(1, 2))
             lost[rows] = ~((shift <= _AGREES) & (turn <= _AGREES))
             codes[rows] = sure.status_codes
-        found = replace(self, lost=lost)
-        vars(found).update(compiled=self.compiled, factors=self.factors)
-        return found, codes
+        result = replace(self, lost=lost)
+        vars(result).update(compiled=self.compiled, factors=self.factors)
+        return result, codes
 
 
 @dataclass(frozen=True, eq=False)
@@ -278,9 +278,9 @@ class SmallLoads:
     def _unloaded(self) -> tuple[np.ndarray, np.ndarray]:
         """Reference points and axes of the platform in the states."""
         robot = self.robot.numeric
-        found = find_posture(robot, self.states.pose).pose.reshape(-1, 6)
-        R = turn_by_vector(found[:, 3:])
-        return found[:, :3] + R @ robot.reference_point, R
+        poses = find_posture(robot, self.states.pose).pose.reshape(-1, 6)
+        R = turn_by_vector(poses[:, 3:])
+        return poses[:, :3] + R @ robot.reference_point, R
 
     @cached_property
     def compiled(self):
@@ -294,9 +294,9 @@ class SmallLoads:
 
     def with_states(self, states: States) -> SmallLoads:
         """The same kernel for other states."""
-        found = SmallLoads(states, self.robot, self.names)
-        vars(found)["compiled"] = self.compiled
-        return found
+        result = SmallLoads(states, self.robot, self.names)
+        vars(result)["compiled"] = self.compiled
+        return result
 
     def checked(self, values: np.ndarray) -> tuple[SmallLoads, np.ndarray]:
         """Itself, and status codes (S,): what its kernel does not answer is computed again."""
@@ -305,14 +305,14 @@ class SmallLoads:
     def at(self, values: np.ndarray) -> PlacesInStates:
         """Places at values (n,) of the parameters."""
         (points, R), rows = self._unloaded, list(self.robot.space.rows)
-        given = dict(zip(self.names, values.tolist(), strict=True))
-        answer = self.compiled.evaluate(self.states.pose, parameters=given)
+        by_name = dict(zip(self.names, values.tolist(), strict=True))
+        answer = self.compiled.evaluate(self.states.pose, parameters=by_name)
         B = R @ self.states.levers
         W = self.states.wrenches.copy()
         W[:, 3:] += B[:, [1, 2, 0], [2, 0, 1]] - B[:, [2, 0, 1], [1, 2, 0]]
-        each = [answer.values[output.name] for output in self.compiled.kernel.outputs]
-        moved = np.zeros((len(W), 6, len(each)))
-        for k, C in enumerate(each):
+        compliances = [answer.values[output.name] for output in self.compiled.kernel.outputs]
+        moved = np.zeros((len(W), 6, len(compliances)))
+        for k, C in enumerate(compliances):
             moved[:, rows, k] = np.einsum("sij,sj->si", C, W[:, rows])
         none, moves = np.zeros((len(W), 2, 0)), (moved[:, :, 0], moved[:, :, 1:])
         return PlacesInStates(points, R, *moves, answer.status_codes, none, none[..., None])

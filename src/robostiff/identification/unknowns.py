@@ -107,7 +107,7 @@ def with_unknowns(
     InputError
         When a name fits nothing, or lengths are asked for where poses are given.
     """
-    found, unknowns = _with_unknowns(robot, tuple(patterns), tuple(fixed), shared=shared)
+    symbolic, unknowns = _with_unknowns(robot, tuple(patterns), tuple(fixed), shared=shared)
     for unknown in unknowns:
         if unknown.kind is UnknownKind.GEOMETRY and not by_joints:
             raise InputError(
@@ -116,22 +116,22 @@ def with_unknowns(
                 expected="postures in joints: what the drives are commanded to",
                 hint="give joints of an arm; of legs, identify compliances",
             )
-    return found, unknowns
+    return symbolic, unknowns
 
 
 @kept
 def _with_unknowns(
     robot: Robot, patterns: tuple[str, ...], fixed: tuple[str, ...], *, shared: bool
 ) -> tuple[Robot, tuple[Unknown, ...]]:
-    candidates = {own[0].name: own for own in _candidates(robot.numeric)}
+    candidates = {pair[0].name: pair for pair in _candidates(robot.numeric)}
     symbols = {str(symbol): symbol for symbol in robot.symbols}
     # known names by the name of the unknown that is one number for them
     names, groups = [*symbols, *candidates], {}
     for pattern in (*patterns, *fixed):
         if not any(_fits(name, pattern) for name in names):
-            what = "to identify" if pattern in patterns else "that is fixed"
+            purpose = "to identify" if pattern in patterns else "that is fixed"
             raise InputError(
-                f"parameter of {robot.name!r} {what}",
+                f"parameter of {robot.name!r} {purpose}",
                 got=pattern,
                 expected="one of " + ", ".join(names[:40]),
                 hint='parameters of a file are symbols of rs.load(file, symbols=("upper",))',
@@ -150,9 +150,9 @@ def _with_unknowns(
         got = "none that is not fixed" if patterns else "none"
         raise InputError("parameters to identify", got=got, expected='names, such as "arm/joint*"')
     chosen = {name for names in groups.values() for name in names}
-    others = {name: robot.nominal[name] for name in symbols if name not in chosen}
-    if others:
-        robot = robot.substituted(others)
+    constants = {name: robot.nominal[name] for name in symbols if name not in chosen}
+    if constants:
+        robot = robot.substituted(constants)
     unknowns, replaced, nominal = [], {}, dict(robot.nominal)
     for group, names in groups.items():
         if names[0] in symbols:
@@ -161,9 +161,9 @@ def _with_unknowns(
                 unknowns.append(unknown)
             continue
         first, *alike = (candidates[name][0] for name in names)
-        if any(own.kind is not first.kind or own.unit != first.unit for own in alike):
+        if any(other.kind is not first.kind or other.unit != first.unit for other in alike):
             raise InputError(f"shared {group!r}", got="parts of several kinds", expected="one kind")
-        if not np.allclose([own.nominal for own in alike], first.nominal, rtol=1e-9):
+        if not np.allclose([other.nominal for other in alike], first.nominal, rtol=1e-9):
             raise InputError(
                 f"shared {group!r}", got="parts of different compliance", expected="equal parts"
             )
@@ -180,7 +180,7 @@ def _with_unknowns(
         for leg in robot.legs
     )
     nominal |= {unknown.name: unknown.nominal for unknown in unknowns}
-    nominal = {name: value for name, value in nominal.items() if name not in others}
+    nominal = {name: value for name, value in nominal.items() if name not in constants}
     return replace(robot, legs=legs, nominal=nominal), tuple(unknowns)
 
 
@@ -277,8 +277,8 @@ def _changed(
                 _changed(branch.chain, f"{name}/{branch.name}/", symbols, candidates)
                 for branch in element.branches
             )
-            each = zip(element.branches, chains, strict=True)
-            branches = tuple(replace(branch, chain=chain) for branch, chain in each)
+            pairs = zip(element.branches, chains, strict=True)
+            branches = tuple(replace(branch, chain=chain) for branch, chain in pairs)
             elements.append(replace(element, branches=branches))
             continue
         several: tuple[Element, ...] = (element,)
@@ -325,5 +325,5 @@ def _of_symbol(robot: Robot, name: str) -> tuple[Robot, Unknown]:
 
 def spring_values(robot: Robot) -> dict[str, float]:
     """Compliances of all drives and springs of a robot of numbers, by name."""
-    each = (unknown for unknown, _ in _candidates(robot))
-    return {own.name: own.nominal for own in each if own.kind is UnknownKind.COMPLIANCE}
+    unknowns = (unknown for unknown, _ in _candidates(robot))
+    return {u.name: u.nominal for u in unknowns if u.kind is UnknownKind.COMPLIANCE}

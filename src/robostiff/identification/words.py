@@ -63,7 +63,7 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
     n, length = len(unknowns), np.linalg.norm(J, axis=0)
     # columns that are nothing beside those of their kind
     springs = (UnknownKind.COMPLIANCE, UnknownKind.FACTOR)
-    scaled = length * [abs(one.nominal) if one.kind in springs else 1.0 for one in unknowns]
+    scaled = length * [abs(u.nominal) if u.kind in springs else 1.0 for u in unknowns]
     kinds = [(unknown.kind, unknown.unit) for unknown in unknowns]
     largest = {kind: max(scaled[[other == kind for other in kinds]]) for kind in kinds}
     fixed = [k for k in range(n) if scaled[k] <= _NO_COLUMN * largest[kinds[k]]]
@@ -135,15 +135,15 @@ def _correlated(R: np.ndarray, unknowns: Sequence[Unknown], least: float, most: 
     d = np.sqrt(np.diag(covariance))
     size = np.abs(covariance / np.outer(d, d))
     together = (size > least) & (size <= most)
-    found = []
-    for i, one in enumerate(unknowns):
+    sentences = []
+    for i, unknown in enumerate(unknowns):
         others = [unknowns[j] for j in range(i + 1, len(unknowns)) if together[i, j]]
-        if others and one.kind is not UnknownKind.FRAME:
-            found.append(
-                f"errors of {one.name} go together with those of {_listed(others)}, correlations "
-                f"above {least}: other postures or loads would tell them apart"
+        if others and unknown.kind is not UnknownKind.FRAME:
+            sentences.append(
+                f"errors of {unknown.name} go together with those of {_listed(others)}, "
+                f"correlations above {least}: other postures or loads would tell them apart"
             )
-    return found
+    return sentences
 
 
 def _listed(unknowns: Sequence[Unknown]) -> str:

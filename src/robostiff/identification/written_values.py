@@ -26,7 +26,7 @@ _DOCUMENTS = (".yaml", ".yml", ".json")
 
 
 def write_values(
-    found: Mapping[Unknown, tuple[float, str]],
+    identified: Mapping[Unknown, tuple[float, str]],
     robot: Robot,
     path: str | os.PathLike[str],
     source: str | os.PathLike[str],
@@ -59,7 +59,7 @@ def write_values(
     changes: dict[tuple[Any, ...], tuple[str, str]] = {}
     entries: list[str] = []
     data = deepcopy(document.data)
-    for unknown, (value, comment) in found.items():
+    for unknown, (value, comment) in identified.items():
         text = f"{value:.12g} {unknown.unit}".strip()
         if unknown.kind is UnknownKind.COMPLIANCE and unknown.name != unknown.parameter:
             # a stiffness where one is written
@@ -82,25 +82,25 @@ def write_values(
         first = document.key_location(["joints", next(iter(document.data["joints"]))])
         top, indent = (first.line or 1) - 1, (first.column or 1) - 1
         lines[top:top] = [" " * indent + entry for entry in entries]
-    with whole_file(path) as begun:
-        begun.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    with whole_file(path) as draft:
+        draft.write_text("\n".join(lines) + "\n", encoding="utf-8")
         if not is_side:
-            _check(found, robot, begun, source)
-        elif read_document(begun).data != data:
+            _check(identified, robot, draft, source)
+        elif read_document(draft).data != data:
             raise _shared(source, "a value")
 
 
 def _check(
-    found: Mapping[Unknown, tuple[float, str]],
+    identified: Mapping[Unknown, tuple[float, str]],
     robot: Robot,
     written: Path,
     source: str | os.PathLike[str],
 ) -> None:
     """Raise unless a written file has the values that were found, and all others as before."""
-    names = [unknown.parameter for unknown in found if unknown.parameter]
+    names = [unknown.parameter for unknown in identified if unknown.parameter]
     again = model_from_document(read_document(written), symbols=names)
     values, expected = spring_values(again.numeric), spring_values(robot)
-    for unknown, (value, _) in found.items():
+    for unknown, (value, _) in identified.items():
         if unknown.parameter:
             expected[unknown.name], values[unknown.name] = value, again.nominal[unknown.parameter]
             if unknown.name != unknown.parameter:
@@ -142,10 +142,10 @@ def _place(document: Document, unknown: Unknown) -> tuple[Any, ...] | None:
         return ("joints", part, "stiffness") if "stiffness" in entry else None
     legs = data["legs"]
     several = enumerate(legs) if isinstance(legs, list) else [(None, legs)]
-    for i, one in several:
-        if i is not None and one.get("name") != leg:
+    for i, entries in several:
+        if i is not None and entries.get("name") != leg:
             continue
-        chain: Sequence[Any] = one["chain"] if isinstance(one.get("chain"), list) else ()
+        chain: Sequence[Any] = entries["chain"] if isinstance(entries.get("chain"), list) else ()
         for j, element in enumerate(chain):
             if element.get("name") == part and "stiffness" in element:
                 return ("legs", *([] if i is None else [i]), "chain", j, "stiffness")
@@ -157,8 +157,8 @@ def _pattern(document: Document, unknown: Unknown) -> str | None:
     if unknown.parameter or unknown.kind is not UnknownKind.COMPLIANCE:
         return None
     joint, entries = unknown.name.partition("/")[2], document.data.get("joints", {})
-    found = key_of_joint(entries, joint)
-    if found is None or found == joint or "stiffness" not in entries[found]:
+    key = key_of_joint(entries, joint)
+    if key is None or key == joint or "stiffness" not in entries[key]:
         return None
     begins = [document.key_location(["joints", *path]).line for path in ([], [next(iter(entries))])]
-    return found if begins[0] != begins[1] else None
+    return key if begins[0] != begins[1] else None

@@ -6,7 +6,6 @@ import io
 import json
 import math
 import os
-from collections.abc import Hashable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -80,16 +79,13 @@ def write_map_netcdf(found: xarray.Dataset, path: str | os.PathLike[str]) -> Non
             whole.dimensions = {str(name): size for name, size in found.sizes.items()}
             whole.attrs.update({name: text for name, text in found.attrs.items() if text != ""})
             for name, array in found.variables.items():
-                _write_variable(whole, str(name), array, _coordinates_of(found, name))
+                # names of the coordinates of a quantity that are no dimensions
+                near = {n: set(c.dims) for n, c in found.coords.items() if n not in found.dims}
+                names = [str(n) for n, dims in near.items() if dims <= set(array.dims)]
+                text = " ".join(names) if name in found.data_vars else ""
+                _write_variable(whole, str(name), array, text)
         if file.error is not None:
             raise file.error
-
-
-def _coordinates_of(ds: xarray.Dataset, name: Hashable) -> str:
-    """Names of the coordinates of a quantity that are no dimensions."""
-    dims = set(ds[name].dims)
-    names = [n for n, c in ds.coords.items() if n not in ds.dims and dims.issuperset(c.dims)]
-    return " ".join(map(str, names)) if name in ds.data_vars else ""
 
 
 def _write_variable(whole: Any, name: str, array: xarray.Variable, coordinates: str) -> None:

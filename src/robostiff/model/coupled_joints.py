@@ -112,7 +112,7 @@ def coupling(
     offset : float or formula
         [m, rad]
     stiffness : float or formula, optional
-        Of a belt or gear, felt at `joint` while the other one is held [N/m, N m/rad]; rigid when
+        Of a belt or gear at `joint`, while the other one is locked [N/m, N m/rad]; rigid when
         left out.
     """
     if not is_formula(ratio) and ratio == 0:

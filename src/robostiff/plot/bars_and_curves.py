@@ -255,8 +255,8 @@ def load_curve(
     leaves = leaves | np.concatenate([[False], ~stable[:-1]])[: len(stable)]
     curves = [Curve("stable", times * np.where(stable, along, np.nan), factor, Category(0))]
     if not np.all(stable):
-        lost = times * np.where(leaves, along, np.nan)
-        curves.append(Curve("unstable", lost, factor, Category(1), is_dashed=True))
+        unstable = times * np.where(leaves, along, np.nan)
+        curves.append(Curve("unstable", unstable, factor, Category(1), is_dashed=True))
     marks = times * np.where(curve["stable"].to_numpy(), at, np.nan)
     factors = curve["factor"].to_numpy()
     curves.append(Curve("at the given loads", marks, factors, Category(0), has_marks=True))

@@ -355,10 +355,10 @@ def wrench_items(point: np.ndarray, size: float, F: np.ndarray, is_flat: bool) -
     return items
 
 
-def turning_arrow(way: np.ndarray, paint: Paint, label: str) -> list[Item]:
-    """The way (n, 3) of a point around an axis, with an arrow head."""
-    line = Path(way[:-4], paint, LineWeight.LINE, label=label, about=label)
-    return [line, Arrow(way[-5], way[-1], paint)]
+def turning_arrow(points: np.ndarray, paint: Paint, label: str) -> list[Item]:
+    """The way, points (n, 3), of a point around an axis, with an arrow head."""
+    line = Path(points[:-4], paint, LineWeight.LINE, label=label, about=label)
+    return [line, Arrow(points[-5], points[-1], paint)]
 
 
 Posed = Snapshot | Network | CableStiffness

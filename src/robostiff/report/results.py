@@ -241,11 +241,11 @@ def finite_load_section(contents: ReportContents) -> Section | None:
             rows = []
             names = zip(space.wrench_order, space.twist_order, strict=True)
             for i, (force, motion) in enumerate(names):
-                alike = slice(space.translations)
+                half = slice(space.translations)
                 if i >= space.translations:
-                    alike = slice(space.translations, None)
+                    half = slice(space.translations, None)
                 part: Cell = "from none"
-                if K[i, i] > KNOWN * np.max(np.diagonal(K)[alike]):
+                if K[i, i] > KNOWN * np.max(np.diagonal(K)[half]):
                     part = Number(100 * float(result.K[i, i] / K[i, i] - 1), "%")
                 rows.append([f"{force}/{motion}", part])
             tables.append(Table(["diagonal of K", "change by the load"], rows))

@@ -23,10 +23,10 @@ def index_length(result: Stiffness, length: float | None) -> float:
     if length is None:
         return float(result.length)
     expected = f"a length above 0, from {_SHORTEST:.0e} m"
-    given = as_float("characteristic length", length, expected, "m")
-    if given < _SHORTEST:
+    L = as_float("characteristic length", length, expected, "m")
+    if L < _SHORTEST:
         raise InputError("characteristic length", got=length, expected=expected)
-    return given
+    return L
 
 
 def checked_metric(metric: ArrayLike, size: int) -> np.ndarray:
@@ -117,15 +117,15 @@ def eigenstiffness(
     else:
         L = None
         inverse_root = np.linalg.inv(np.linalg.cholesky(checked_metric(metric, n)))
-    found = eigenparts(inverse_root @ parts.K @ inverse_root.T, parts.rank)
-    twists = found.directions @ inverse_root
+    eigen = eigenparts(inverse_root @ parts.K @ inverse_root.T, parts.rank)
+    twists = eigen.directions @ inverse_root
     motions = []
     for twist in twists:
         spatial = np.zeros(6)
         spatial[list(result.space.rows)] = twist
         screw = screw_of_twist(spatial, result.reference_point, float(result.length))
         motions.append(FreeMotion(twist, screw))
-    return Eigenstiffness(found.values, twists, tuple(motions), L, parts.status)
+    return Eigenstiffness(eigen.values, twists, tuple(motions), L, parts.status)
 
 
 @dataclass(frozen=True)

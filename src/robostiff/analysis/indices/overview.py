@@ -60,11 +60,12 @@ def _of_result(index: Callable[..., _Index]) -> cached_property[_Index]:
     """An index by its function, of the result and, where it takes one, of the length."""
     needs_length = "length" in index.__annotations__
 
-    def found(own: StiffnessIndices) -> _Index:
-        return index(own.result, length=own.length) if needs_length else index(own.result)
+    def value(indices: StiffnessIndices) -> _Index:
+        result = indices.result
+        return index(result, length=indices.length) if needs_length else index(result)
 
-    found.__doc__ = f"By `{index.__name__}`" + (", with the length." if needs_length else ".")
-    return cached_property(found)
+    value.__doc__ = f"By `{index.__name__}`" + (", with the length." if needs_length else ".")
+    return cached_property(value)
 
 
 @dataclass(frozen=True, repr=False)
@@ -110,7 +111,7 @@ class StiffnessIndices(InNotebooks):
         return f"<StiffnessIndices of {self.result.name!r}, status {self.status}>"
 
 
-INDEX_NAMES = [name for name, own in vars(StiffnessIndices).items() if type(own) is cached_property]
+INDEX_NAMES = [name for name, x in vars(StiffnessIndices).items() if type(x) is cached_property]
 """Of all indices, in the order in which pages have them."""
 
 
@@ -143,7 +144,7 @@ class IndicesOfPoses(StatusOfPoses):
         """Of forces [N/m] and then of moments [N m/rad], each ascending (..., n)."""
         return self._numbers(
             lambda known: principal_stiffnesses(self.result.matrix[known]),
-            lambda one: one.principal,
+            lambda single: single.principal,
         )
 
     @cached_property
@@ -155,7 +156,7 @@ class IndicesOfPoses(StatusOfPoses):
             k = 1 / principal_stiffnesses(self.result.compliances[known])
             return np.concatenate([k[:, :d][:, ::-1], k[:, d:][:, ::-1]], axis=-1)
 
-        return self._numbers(inverses, lambda one: one.collinear)
+        return self._numbers(inverses, lambda single: single.collinear)
 
     @property
     def worst_deflection(self) -> np.ma.MaskedArray:
@@ -182,7 +183,7 @@ class IndicesOfPoses(StatusOfPoses):
             K, C = self.result.matrix[known], self.result.compliances[known]
             return largest(K / scale[known]) * largest(C * scale[known])
 
-        return self._numbers(ratios, lambda one: one.condition.two_norm)[..., 0]
+        return self._numbers(ratios, lambda single: single.condition.two_norm)[..., 0]
 
     def _numbers(
         self,
@@ -195,16 +196,16 @@ class IndicesOfPoses(StatusOfPoses):
             values = together(slice(None))
             return np.ma.MaskedArray(values, np.zeros(values.shape, dtype=bool))
         values = together(known)
-        found = np.ma.masked_all((*known.shape, values.shape[-1]))
-        found.data[...] = np.nan  # what is read past the mask is no number
-        found[known] = values
+        numbers = np.ma.masked_all((*known.shape, values.shape[-1]))
+        numbers.data[...] = np.nan  # what is read past the mask is no number
+        numbers[known] = values
         for place in map(tuple, np.argwhere(self.answered & ~known)):
             value = alone(self[place])
             if isinstance(value, StationaryStiffness):
-                found[place] = np.concatenate([value.translational, value.rotational])
+                numbers[place] = np.concatenate([value.translational, value.rotational])
             elif value is not None:
-                found[place] = value
-        return found
+                numbers[place] = value
+        return numbers
 
     def __repr__(self) -> str:
         poses, known = self.answered.size, int(np.count_nonzero(self.answered))
@@ -216,8 +217,8 @@ class IndicesOfPoses(StatusOfPoses):
     def __iter__(self) -> Iterator[Any]:
         """Indices of one pose after the other, or of one row of a larger batch; None for none."""
         for i in range(len(self)):
-            one = self.result[i]
-            yield self[i] if one.batch_shape or one.status.has_stiffness else None
+            result = self.result[i]
+            yield self[i] if result.batch_shape or result.status.has_stiffness else None
 
     def each(self, index: Callable[[StiffnessIndices], Any]) -> np.ma.MaskedArray:
         """One number of every pose (...), such as ``lambda one: one.collinear.smallest``.

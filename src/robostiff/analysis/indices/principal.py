@@ -197,9 +197,9 @@ def directional_stiffness(result: Stiffness, direction: ArrayLike) -> Directiona
     17.9 N/um free, 32.3 N/um held
     """
     parts = stiffness_parts(result)
-    given = as_floats("direction", direction, "three numbers x y z", "")
+    x = as_floats("direction", direction, "three numbers x y z", "")
     is_planar = parts.space is Space.PLANAR
-    u = _vector(np.append(given, 0.0) if is_planar and given.shape == (2,) else given, "direction")
+    u = _vector(np.append(x, 0.0) if is_planar and x.shape == (2,) else x, "direction")
     if is_planar and abs(u[2]) > _SMALL:
         expected = "a direction in the x-y plane: the robot is planar"
         raise InputError("direction", got=direction, expected=expected)
@@ -259,11 +259,11 @@ def _along(
     return DirectionalStiffness(u, stiffness_free, stiffness_held, unit, status)
 
 
-def _vector(given: ArrayLike, subject: str) -> np.ndarray:
-    u = as_floats(subject, given, "three numbers x y z", "", (3,))
+def _vector(vector: ArrayLike, subject: str) -> np.ndarray:
+    u = as_floats(subject, vector, "three numbers x y z", "", (3,))
     size = np.linalg.norm(u)
     if size == 0:
-        raise InputError(subject, got=given, expected="a direction, not zero")
+        raise InputError(subject, got=vector, expected="a direction, not zero")
     return u / size
 
 

@@ -138,14 +138,14 @@ def eigenscrews(result: Stiffness) -> Eigenscrews:
         twists.append(Eigentwist(float(k), turn, screw))
     axes = []
     for wrench, twist in product(wrenches, twists):
-        one, other = wrench.screw, twist.screw
-        if one is None or one.point is None or other.point is None or not twist.stiffness > 0:
+        f, t = wrench.screw, twist.screw
+        if f is None or f.point is None or t.point is None or not twist.stiffness > 0:
             continue
-        parallel = np.linalg.norm(np.cross(one.axis, other.axis)) < _SMALL
-        apart = np.linalg.norm(np.cross(other.point - one.point, one.axis)) >= _SMALL * length
-        if one.is_rotation and other.is_rotation and parallel and not apart:  # on the same line
+        parallel = np.linalg.norm(np.cross(f.axis, t.axis)) < _SMALL
+        apart = np.linalg.norm(np.cross(t.point - f.point, f.axis)) >= _SMALL * length
+        if f.is_rotation and t.is_rotation and parallel and not apart:  # on the same line
             stiffness = wrench.stiffness, twist.stiffness
-            axes.append(CompliantAxis(twist.direction, other.point, *stiffness))
+            axes.append(CompliantAxis(twist.direction, t.point, *stiffness))
     return Eigenscrews(tuple(wrenches), tuple(twists), tuple(axes), parts.status)
 
 
@@ -209,7 +209,7 @@ def centre_of_stiffness(result: Stiffness) -> Centre:
     Returns
     -------
     Centre
-        Along a line where forces of one direction alone are met, nowhere where none are.
+        Along a line where only forces of one direction are resisted, nowhere where none are.
 
     References
     ----------
@@ -280,8 +280,8 @@ def _symmetric_point(
     values, vectors = np.linalg.eigh(system)
     if not one_direction and values[0] > _LOST * values[-1]:
         return np.linalg.solve(system, turned), None
-    held = vectors[:, 1:]
-    return held @ ((held.T @ turned) / values[1:]), vectors[:, 0]
+    known = vectors[:, 1:]
+    return known @ ((known.T @ turned) / values[1:]), vectors[:, 0]
 
 
 def _axial(B: np.ndarray) -> np.ndarray:

@@ -53,9 +53,9 @@ class EigenPart:
 
     def solve(self, load: np.ndarray) -> np.ndarray:
         """Displacements (d, m) under loads (d, m) without components along free directions."""
-        held = self.values > 0
-        e = self.directions[held]
-        return e.T @ ((e @ load) / self.values[held, None])
+        stiff = self.values > 0
+        e = self.directions[stiff]
+        return e.T @ ((e @ load) / self.values[stiff, None])
 
 
 @dataclass(frozen=True)
@@ -74,8 +74,8 @@ class StationaryStiffness:
     @classmethod
     def of(cls, forces: EigenPart, moments: EigenPart, status: Status) -> Self:
         """Those of two symmetric matrices."""
-        own = (forces.values, forces.directions, moments.values, moments.directions)
-        return cls(*own, status)
+        parts = (forces.values, forces.directions, moments.values, moments.directions)
+        return cls(*parts, status)
 
 
 @dataclass(frozen=True)
@@ -147,8 +147,8 @@ class StiffnessParts:
         """Of a Schur complement, in which values that are not above rounding are zero."""
         if self.rigidity is not None:
             values = np.linalg.eigvalsh(0.5 * (free + free.T))
-            held = np.count_nonzero(values > self.rigidity * values[-1])
-            rank = min(rank, int(held))
+            above = np.count_nonzero(values > self.rigidity * values[-1])
+            rank = min(rank, int(above))
         return eigenparts(free, rank)
 
 
@@ -172,16 +172,16 @@ def _parts_of(result: Stiffness) -> StiffnessParts:
     answer = result.details()
     tolerance, space = answer.tolerance.independence, answer.space
     U, values, _ = np.linalg.svd(answer.held)
-    held = U[:, : int(np.count_nonzero(values > tolerance))]
+    H = U[:, : int(np.count_nonzero(values > tolerance))]
     d = space.translations
-    forces = np.linalg.svd(held[:d], compute_uv=False)
+    forces = np.linalg.svd(H[:d], compute_uv=False)
     v = result.reference_point - result.origin
     if np.any(v):
         s = scaling(answer.length, space)
         v = v[:d]
-        held = np.linalg.qr(move_wrench((s[:, None] * held).T, v).T / s[:, None])[0]
-    moments = np.linalg.svd(held[d:], compute_uv=False)
-    ranks = (int(np.count_nonzero(own > tolerance)) for own in (forces, moments))
+        H = np.linalg.qr(move_wrench((s[:, None] * H).T, v).T / s[:, None])[0]
+    moments = np.linalg.svd(H[d:], compute_uv=False)
+    ranks = (int(np.count_nonzero(x > tolerance)) for x in (forces, moments))
     C = result.compliance
     rigidity = None if C is not None or answer.invertible else answer.tolerance.rigidity
     return StiffnessParts(result, result.K, C, *ranks, rigidity=rigidity)
@@ -241,7 +241,7 @@ def _readable(values: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 
 def _along_axes(basis: np.ndarray) -> list[np.ndarray]:
     """An orthonormal basis of the same span, nearest to the axes, largest components positive."""
-    found: list[np.ndarray] = []
+    vectors: list[np.ndarray] = []
     rest = basis
     while len(rest):
         shadows = rest.T @ rest  # columns: the axes projected on what is left
@@ -249,7 +249,7 @@ def _along_axes(basis: np.ndarray) -> list[np.ndarray]:
         axis = int(np.argmax(sizes > 0.999 * sizes.max()))
         e = shadows[axis] / np.linalg.norm(shadows[axis])
         e = e * np.copysign(1.0, e[int(np.argmax(np.abs(e) > 0.999 * np.abs(e).max()))])
-        found.append(e + 0.0)
+        vectors.append(e + 0.0)
         without = rest - np.outer(rest @ e, e)
         rest = np.linalg.svd(without)[2][: len(rest) - 1]
-    return sorted(found, key=lambda e: int(np.argmax(np.abs(e))))
+    return sorted(vectors, key=lambda e: int(np.argmax(np.abs(e))))

@@ -110,13 +110,13 @@ class MapEvaluator:
     @property
     def outputs(self) -> list[Output]:
         """Outputs of kernels from which the quantities follow."""
-        every: dict[Output, set[Quantity]] = {
+        uses: dict[Output, set[Quantity]] = {
             _STIFFNESS: {Quantity.STIFFNESS, Quantity.INDICES},
             _PRINCIPAL: {Quantity.PRINCIPAL_STIFFNESS},
             _WORST: {Quantity.WORST_DEFLECTION},
             DeflectionUnder(self.wrench): {Quantity.DEFLECTION, Quantity.ACTUATOR_FORCES},
         }
-        return [own for own, quantities in every.items() if quantities & set(self.quantities)]
+        return [output for output, quantities in uses.items() if quantities & set(self.quantities)]
 
     def with_kernel(self, backend: Backend) -> MapEvaluator:
         """The same quantities by a kernel.
@@ -165,25 +165,25 @@ class MapEvaluator:
         guarded = np.zeros(len(poses), dtype=bool)
         if self.kernel is None:
             for part in chunks_of(slice(0, len(poses)), _CHUNK):
-                found = self.direct.compute(self, poses[part])
+                result = self.direct.compute(self, poses[part])
                 for variable in self.variables:
-                    out[variable.name][part] = found[variable.name]
-                guarded[part] = found.get("guarded", False)
+                    out[variable.name][part] = result[variable.name]
+                guarded[part] = result.get("guarded", False)
             return guarded
         values = {v.name: out[v.name] for v in self.variables if v.dtype == "float64"}
-        for where, found in self.kernel.results(self.columns.as_pose(poses), values):
-            guarded[where] = found.guarded
-            if _STIFFNESS.name in found.values:
-                found.values[_STIFFNESS.name][found.guarded] = np.nan
-            known = self.of_outputs(found.values, found.rank) | {"status": found.status_codes}
+        for where, result in self.kernel.results(self.columns.as_pose(poses), values):
+            guarded[where] = result.guarded
+            if _STIFFNESS.name in result.values:
+                result.values[_STIFFNESS.name][result.guarded] = np.nan
+            known = self.of_outputs(result.values, result.rank) | {"status": result.status_codes}
             for name in known.keys() - values.keys():
                 out[name][where] = known[name]
         rows = np.flatnonzero(guarded)
         if rows.size and again:
-            some = {name: array[rows] for name, array in out.items()}
-            replace(self, kernel=None).evaluate(poses_at(poses, rows), some)
-            for name, own in some.items():
-                out[name][rows] = own
+            recomputed = {name: array[rows] for name, array in out.items()}
+            replace(self, kernel=None).evaluate(poses_at(poses, rows), recomputed)
+            for name, array in recomputed.items():
+                out[name][rows] = array
         return guarded
 
     def of_outputs(
@@ -194,23 +194,23 @@ class MapEvaluator:
         Eigenvalues that are not among them are those of K, and may be below zero.
         """
         wanted, d = set(self.quantities), self.robot.space.translations
-        found = {"rank": rank}
+        results = {"rank": rank}
         if Quantity.STIFFNESS in wanted:
-            found["K"] = values[_STIFFNESS.name]
+            results["K"] = values[_STIFFNESS.name]
         if Quantity.PRINCIPAL_STIFFNESS in wanted:
             if _PRINCIPAL.name in values:  # of a semidefinite K: what is below zero is rounding
                 k = np.maximum(values[_PRINCIPAL.name], 0.0)
             else:
                 k = principal_stiffnesses(values[_STIFFNESS.name], definite=False)
-            found |= {"translational_stiffness": k[:, :d], "rotational_stiffness": k[:, d:]}
+            results |= {"translational_stiffness": k[:, :d], "rotational_stiffness": k[:, d:]}
         if Quantity.INDICES in wanted:
-            found |= stiffness_indices(values[_STIFFNESS.name], rank, self.length)
+            results |= stiffness_indices(values[_STIFFNESS.name], rank, self.length)
         if Quantity.WORST_DEFLECTION in wanted:
-            found["worst_deflection"] = values[_WORST.name]
+            results["worst_deflection"] = values[_WORST.name]
         if Quantity.DEFLECTION in wanted and DeflectionUnder.name in values:
             twist = values[DeflectionUnder.name]
-            found |= {"displacement": twist[:, :d], "rotation": twist[:, d:]}
-        return found
+            results |= {"displacement": twist[:, :d], "rotation": twist[:, d:]}
+        return results
 
 
 @dataclass(frozen=True)
@@ -241,28 +241,28 @@ def poses_at(poses: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(poses.T[:, rows]).T
 
 
-def _of_legs(asked: MapEvaluator, poses: np.ndarray) -> dict[str, np.ndarray]:
-    pose, near = asked.columns.as_pose(poses), np.array(asked.near) if asked.near else None
-    result = direct_stiffness(cast(Any, asked.robot), pose, near=near)
+def _of_legs(e: MapEvaluator, poses: np.ndarray) -> dict[str, np.ndarray]:
+    pose, near = e.columns.as_pose(poses), np.array(e.near) if e.near else None
+    result = direct_stiffness(cast(Any, e.robot), pose, near=near)
     values: dict[str, np.ndarray] = {}
     codes = result.status_codes
-    for output in asked.outputs:
+    for output in e.outputs:
         values[output.name], of_load = values_of(output, result)
         codes = codes | of_load
-    found = asked.of_outputs(values, result.rank) | {"status": codes}
-    if Quantity.ACTUATOR_FORCES in asked.quantities:
-        snapshot = find_posture(cast("Robot", asked.robot), pose, near=near).snapshot
-        found["actuator_force"] = _actuator_forces(snapshot, result, np.array(asked.wrench))
-    return found
+    results = e.of_outputs(values, result.rank) | {"status": codes}
+    if Quantity.ACTUATOR_FORCES in e.quantities:
+        snapshot = find_posture(cast("Robot", e.robot), pose, near=near).snapshot
+        results["actuator_force"] = _actuator_forces(snapshot, result, np.array(e.wrench))
+    return results
 
 
 def _actuator_forces(snapshot: Any, result: Stiffness, wrench: np.ndarray) -> np.ndarray:
     """Load on each actuator (N, actuators) [N or N m]: what its chain carries along it."""
     bent = DeflectionsOfPoses(np.broadcast_to(wrench, (*result.batch_shape, len(wrench))), result)
     rows, blocks, forces = list(result.space.rows), result.details().leg_blocks, []
-    for leg, own, solved in zip(snapshot.legs, bent.leg_wrenches, blocks, strict=True):
-        F = np.zeros((len(own), 6))
-        F[:, rows] = own.data  # no number where the load has no answer
+    for leg, wrenches, solved in zip(snapshot.legs, bent.leg_wrenches, blocks, strict=True):
+        F = np.zeros((len(wrenches), 6))
+        F[:, rows] = wrenches.data  # no number where the load has no answer
         forces += [
             np.einsum("...i,...i->...", freedom_twist(element, result.origin), carried)
             for element, carried in carried_by(leg, solved, F, rows)
@@ -271,30 +271,30 @@ def _actuator_forces(snapshot: Any, result: Stiffness, wrench: np.ndarray) -> np
     return np.stack(forces, axis=-1)
 
 
-def _of_cables(asked: MapEvaluator, poses: np.ndarray) -> dict[str, np.ndarray]:
+def _of_cables(evaluator: MapEvaluator, poses: np.ndarray) -> dict[str, np.ndarray]:
     """Tensions balance the weight; winches are locked before the wrench acts.
 
     A deflection is linear, and known where no cable becomes slack. Loads among the columns are
     balanced by the tensions instead.
     """
-    robot, columns = cast("CableRobot", asked.robot), asked.columns
+    robot, columns = cast("CableRobot", evaluator.robot), evaluator.columns
     F = columns.wrenches(poses) if columns.loads else None
     result = cable_stiffness(robot, columns.as_pose(poses), F)
     K, rank, status = stiffness_where_answered(result), result.rank, result.status_codes
-    C, of_wrench = np.full_like(K, np.nan), any(own.needs_wrench for own in asked.quantities)
-    if of_wrench or Quantity.WORST_DEFLECTION in asked.quantities:
+    C, of_wrench = np.full_like(K, np.nan), any(q.needs_wrench for q in evaluator.quantities)
+    if of_wrench or Quantity.WORST_DEFLECTION in evaluator.quantities:
         stable = (rank == robot.space.size) & ((status & int(Status.UNSTABLE)) == 0)
         C[stable] = scaled_inverse(K[stable], result.placed.characteristic_length[stable])
 
     values = {_STIFFNESS.name: K}
-    if Quantity.WORST_DEFLECTION in asked.quantities:
+    if Quantity.WORST_DEFLECTION in evaluator.quantities:
         values[_WORST.name] = worst_deflection(C)
-    found = asked.of_outputs(values, rank)
+    results = evaluator.of_outputs(values, rank)
     tensions = np.where(result.answered[:, None], result.tensions, np.nan)
-    found |= {"status": status, "tension": tensions}
-    found |= {"least_tension": tensions.min(axis=-1), "greatest_tension": tensions.max(axis=-1)}
+    results |= {"status": status, "tension": tensions}
+    results |= {"least_tension": tensions.min(axis=-1), "greatest_tension": tensions.max(axis=-1)}
     if of_wrench:
-        x = C @ np.array(asked.wrench)  # tensions then are t - k A x
+        x = C @ np.array(evaluator.wrench)  # tensions then are t - k A x
         change = np.einsum("nij,ni->nj", structure_matrix(result.placed), x)
         tensions = result.tensions - result.axial * change
         slack = np.any(tensions < -_TAUT * result.tensions.max(axis=-1, keepdims=True), axis=-1)
@@ -302,9 +302,9 @@ def _of_cables(asked: MapEvaluator, poses: np.ndarray) -> dict[str, np.ndarray]:
         beyond = np.any(are_beyond_limits(robot, tensions), axis=-1)
         d = robot.space.translations
         status = status | slack * np.uint16(Status.SLACK)
-        found["status"] = status | beyond * np.uint16(Status.BEYOND_LIMITS)
-        found |= {"displacement": x[:, :d], "rotation": x[:, d:], "actuator_force": tensions}
-    return found
+        results["status"] = status | beyond * np.uint16(Status.BEYOND_LIMITS)
+        results |= {"displacement": x[:, :d], "rotation": x[:, d:], "actuator_force": tensions}
+    return results
 
 
 _LEGS = DirectForm(_of_legs, "wrench-basis, batched", 2 * _CHUNK)

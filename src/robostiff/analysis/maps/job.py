@@ -146,8 +146,8 @@ class Partition:
 
     def slices(self, index: int) -> tuple[slice, ...]:
         """Where a block lies."""
-        every = zip(self.place(index), self.block, self.shape, strict=True)
-        return tuple(slice(i * b, min(i * b + b, n)) for i, b, n in every)
+        axes = zip(self.place(index), self.block, self.shape, strict=True)
+        return tuple(slice(i * b, min(i * b + b, n)) for i, b, n in axes)
 
     def run(self, index: int) -> tuple[int, int]:
         """First pose of a block in memory order, and the first after it."""
@@ -187,7 +187,7 @@ class MapJob:
     def answers(self) -> tuple[Variable, ...]:
         """What is computed at each pose; the magnitude of a vector follows it."""
         computed = self.evaluator.variables
-        return tuple(own for v in computed for own in (v, v.magnitude) if own is not None)
+        return tuple(x for v in computed for x in (v, v.magnitude) if x is not None)
 
     @cached_property
     def variables(self) -> tuple[Variable, ...]:
@@ -252,13 +252,13 @@ class MapJob:
             places = {v.name: np.moveaxis(out[v.name], -1, 0) for v in evaluator.variables}
             guarded = evaluator.evaluate(poses, places, again=again)
         else:
-            some = self.room(int(np.count_nonzero(chosen)), evaluator.variables)
-            places = {v.name: np.moveaxis(some[v.name], -1, 0) for v in evaluator.variables}
+            part = self.room(int(np.count_nonzero(chosen)), evaluator.variables)
+            places = {v.name: np.moveaxis(part[v.name], -1, 0) for v in evaluator.variables}
             guarded = np.zeros(len(poses), dtype=bool)
             guarded[chosen] = evaluator.evaluate(poses_at(poses, chosen), places, again=again)
             for v in evaluator.variables:
                 out[v.name][...] = EXCLUDED if v.name == "status" else v.missing
-                out[v.name][..., chosen] = some[v.name]
+                out[v.name][..., chosen] = part[v.name]
         for variable in evaluator.variables:
             if variable.magnitude:
                 components = out[variable.name].astype(float)
@@ -268,7 +268,7 @@ class MapJob:
 
 def identity(job: MapJob) -> dict[str, Any]:
     """Everything on which a map depends, part by part."""
-    own, selected = job.evaluator, None
+    e, selected = job.evaluator, None
     if job.where is not None:
         # Functions cannot be compared: the poses that it selects in some blocks
         count, selected = len(job.partition), []
@@ -276,13 +276,13 @@ def identity(job: MapJob) -> dict[str, Any]:
             answer = job.selected(job.poses(job.partition.slices(int(k))))
             selected.append(np.packbits(np.asarray(answer, dtype=bool)))
     names = ("quantities", "wrench", "length", "dtype", "near")
-    asked = {**{name: getattr(own, name) for name in names}, "method": own.direct.about}
+    settings = {**{name: getattr(e, name) for name in names}, "method": e.direct.about}
     return {
-        "robot": plain(own.robot),
+        "robot": plain(e.robot),
         "poses": plain([job.source.description(), job.partition.block]),
-        "quantities": plain(asked),
+        "quantities": plain(settings),
         "selection": plain(selected),
-        "method": own.method,
+        "method": e.method,
         "version of robostiff": __version__,
     }
 
@@ -300,22 +300,22 @@ def coordinate_arrays(job: MapJob) -> dict[str, tuple[tuple[str, ...], Any, dict
     Coordinates that each pose has of its own are variables of the job instead.
     """
     source = job.source
-    found: dict[str, tuple[tuple[str, ...], Any, dict[str, Any]]] = {}
+    arrays: dict[str, tuple[tuple[str, ...], Any, dict[str, Any]]] = {}
     for name, values in source.axis_values().items():
         attributes = {"units": job.columns.unit_of(name), "long_name": _meaning(job, name)}
-        found[name] = (name,), values, attributes
+        arrays[name] = (name,), values, attributes
     parameter = source.parameter()
     if parameter is not None:
         name, unit, values = parameter
         long_name = "time" if unit == "s" else "length along the path"
         attributes = {"units": unit, "long_name": long_name}
-        found[name] = source.dims, values, attributes
+        arrays[name] = source.dims, values, attributes
     for variable in job.answers:
         for dim, labels in zip(variable.dims, variable.labels, strict=False):
-            found[dim] = (dim,), np.array(labels), {"long_name": dim}
+            arrays[dim] = (dim,), np.array(labels), {"long_name": dim}
         if not isinstance(variable.units, str):
             about = {"long_name": f"unit of each entry of {variable.name}"}
-            found[f"{variable.name}_units"] = variable.dims, np.array(variable.units), about
+            arrays[f"{variable.name}_units"] = variable.dims, np.array(variable.units), about
     taken = {v.name for v in job.answers} | {d for v in job.variables for d in v.dims}
     taken |= {"entry", "progress"}  # of a store
     for name in source.names:
@@ -326,14 +326,14 @@ def coordinate_arrays(job: MapJob) -> dict[str, tuple[tuple[str, ...], Any, dict
                 expected=f"none of {', '.join(sorted(taken))}, and without /",
                 hint="rename the joint in its file",
             )
-    return found
+    return arrays
 
 
-def own_coordinates(job: MapJob) -> list[str]:
+def auxiliary_coordinates(job: MapJob) -> list[str]:
     """Names of the coordinates that are no dimension: of single poses, time, units of entries."""
-    found = [v.name for v in job.coordinates]
-    found += [name for name, (dims, *_) in coordinate_arrays(job).items() if dims != (name,)]
-    return found
+    names = [v.name for v in job.coordinates]
+    names += [name for name, (dims, *_) in coordinate_arrays(job).items() if dims != (name,)]
+    return names
 
 
 def variable_attributes(job: MapJob, variable: Variable) -> dict[str, Any]:
@@ -348,13 +348,13 @@ def variable_attributes(job: MapJob, variable: Variable) -> dict[str, Any]:
         flags = status_flags()
         attributes |= {key: list(flags) for key in ("flag_masks", "flag_values")}
         attributes["flag_meanings"] = " ".join(flags.values())
-    return {name: own for name, own in attributes.items() if own}
+    return {name: value for name, value in attributes.items() if value}
 
 
 def map_attributes(job: MapJob) -> dict[str, Any]:
     """Attributes that are known before the first pose is computed."""
-    asked, columns = job.evaluator, job.columns
-    robot = asked.robot
+    evaluator, columns = job.evaluator, job.columns
+    robot = evaluator.robot
     attributes: dict[str, Any] = {
         "Conventions": "CF-1.11",
         "title": f"stiffness map of {robot.name}",
@@ -362,19 +362,19 @@ def map_attributes(job: MapJob) -> dict[str, Any]:
         "robot_title": robot.title,
         "source": robot.source.strip(),
         "robostiff_version": __version__,
-        "method": asked.method,
+        "method": evaluator.method,
         "conventions": _CONVENTIONS,
         "reference_point": [float(x) for x in robot.reference_point],
         "reference_point_comment": "in the platform frame [m]",
         "pose_coordinates": " ".join(columns.names),
         "home_pose": list(columns.home),
         "wrench_order": " ".join(robot.space.wrench_order),
-        "characteristic_length": asked.length,
+        "characteristic_length": evaluator.length,
     }
-    if asked.wrench:
-        attributes["wrench"] = list(asked.wrench)
-    if asked.near:
-        attributes["near"] = list(asked.near)
+    if evaluator.wrench:
+        attributes["wrench"] = list(evaluator.wrench)
+    if evaluator.near:
+        attributes["near"] = list(evaluator.near)
     return attributes
 
 

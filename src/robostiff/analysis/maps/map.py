@@ -22,9 +22,9 @@ from robostiff.analysis.maps.job import (
     MapJob,
     MapSummary,
     Selection,
+    auxiliary_coordinates,
     coordinate_arrays,
     map_attributes,
-    own_coordinates,
     summary_attributes,
     variable_attributes,
 )
@@ -222,7 +222,7 @@ class MapArrays:
             arrays[v.name] = (*job.source.dims, *v.dims), values, about
         attributes = {**map_attributes(job), **summary_attributes(summary)}
         made = xarray.Dataset({**arrays, **coordinate_arrays(job)}, attrs=attributes)
-        return made.set_coords(own_coordinates(job))
+        return made.set_coords(auxiliary_coordinates(job))
 
 
 def _fill(
@@ -269,11 +269,11 @@ def checked_job(
         expected = "Compiled(), Batched() or UnderLoad()"
         raise InputError("method of a map", got=method, expected=expected)
     has_loads = method is not None and method.has_loads
-    given = [quantities] if isinstance(quantities, Quantity | str) else list(quantities)
-    if strange := [own for own in given if not isinstance(own, Quantity)]:
+    chosen = [quantities] if isinstance(quantities, Quantity | str) else list(quantities)
+    if strange := [q for q in chosen if not isinstance(q, Quantity)]:
         expected = ", ".join(f"Quantity.{member.name}" for member in Quantity)
         raise InputError("quantity of a map", got=strange[0], expected=expected)
-    wanted = tuple(quantity for quantity in Quantity if quantity in given)
+    wanted = tuple(quantity for quantity in Quantity if quantity in chosen)
     F = _wrench(robot, wanted, wrench, has_loads)
     if has_loads and isinstance(robot, Linkage):
         raise InputError(
@@ -282,8 +282,8 @@ def checked_job(
             expected="a Robot",
             hint="rs.equilibrium(linkage, values) answers at one configuration",
         )
-    own = _near(robot, near, method)
-    if own:
+    q_near = _near(robot, near, method)
+    if q_near:
         method = Batched()  # a kernel has the posture of home
     columns = pose_columns(robot, poses.names, F if has_loads else None)
     poses.check_units(dict(zip(columns.names, columns.units, strict=True)))
@@ -301,12 +301,12 @@ def checked_job(
         float_type = np.dtype(dtype).name
     if float_type not in ("float64", "float32"):
         raise InputError("dtype of a map", got=dtype, expected="float64 or float32")
-    evaluator = MapEvaluator(robot, columns, wanted, F, size, own, float_type)
+    evaluator = MapEvaluator(robot, columns, wanted, F, size, q_near, float_type)
     if check_room is not None:  # before a kernel is made
         check_room(MapJob(evaluator, poses, where))
     count = math.prod(poses.shape)
-    elements = [own for leg in getattr(robot, "legs", ()) for own in leg.chain.elements]
-    bends = any(is_elastic(own) for own in elements if not isinstance(own, Joint))
+    elements = [element for leg in getattr(robot, "legs", ()) for element in leg.chain.elements]
+    bends = any(is_elastic(element) for element in elements if not isinstance(element, Joint))
     pays = _LINKAGE_PAYS if isinstance(robot, Linkage) else _PAYS if bends else _RIGID_PAYS
     if method is not None:
         evaluator = method.evaluator(evaluator, count)
@@ -377,10 +377,10 @@ def check_room(job: MapJob, path: Path | None) -> None:
 def _wrench(
     robot: Mapped, quantities: tuple[Quantity, ...], wrench: ArrayLike | None, acts: bool
 ) -> tuple[float, ...]:
-    asked = [quantity.value for quantity in quantities if quantity.needs_wrench]
-    if wrench is None and (acts or not asked):
+    names = [quantity.value for quantity in quantities if quantity.needs_wrench]
+    if wrench is None and (acts or not names):
         return ()
-    if not asked and not acts:
+    if not names and not acts:
         raise InputError(
             "wrench of a map",
             got=wrench,
@@ -388,7 +388,7 @@ def _wrench(
             hint="add Quantity.DEFLECTION (--quantity deflection), or for K under this wrench "
             "method=UnderLoad() (--under-load)",
         )
-    subject = f"wrench of {asked[0]}" if wrench is None else "wrench"
+    subject = f"wrench of {names[0]}" if wrench is None else "wrench"
     return tuple(map(float, given_wrenches(wrench, robot.space, subject=subject)))
 
 
@@ -400,8 +400,8 @@ def _near(robot: Mapped, near: Near, method: MapMethod | None) -> tuple[float, .
         raise InputError(
             f"near of {robot.name!r}", got=near, expected="none: only robots of legs have postures"
         )
-    given = near_coordinates(robot, near)
-    if given is None:
+    q = near_coordinates(robot, near)
+    if q is None:
         return ()
     if robot.is_posed_by_joints:
         raise InputError(
@@ -415,4 +415,4 @@ def _near(robot: Mapped, near: Near, method: MapMethod | None) -> tuple[float, .
             got=method,
             expected="Batched(), or none: kernels have the posture of home",
         )
-    return tuple(float(x) for x in np.concatenate(given))
+    return tuple(float(x) for x in np.concatenate(q))

@@ -75,8 +75,8 @@ class PoseColumns:
 
     def wrenches(self, poses: np.ndarray) -> np.ndarray:
         """Of a map under load the wrench at each pose times its factor (N, n) [N, N m]."""
-        own = poses[:, len(self.names) - self.loads :]
-        return own[:, :-1] * own[:, -1:]
+        loads = poses[:, len(self.names) - self.loads :]
+        return loads[:, :-1] * loads[:, -1:]
 
     def unit_of(self, name: str) -> str:
         """Unit of one of them."""
@@ -104,13 +104,13 @@ def pose_columns(
     ('x', 'y', 'rz', 'Fx', 'Fy', 'Mz', 'factor')
     """
     if isinstance(robot, Linkage):
-        every = {name: c.name for c in robot.connections for name in c.coordinate_names}
+        connection_of = {name: c.name for c in robot.connections for name in c.coordinate_names}
         subject = f"coordinate of linkage {robot.name!r}"
-        strange = [name for name in used if name not in every]
+        strange = [name for name in used if name not in connection_of]
         if strange or not used:
-            expected = f"some of its joints: {', '.join(every)}"
+            expected = f"some of its joints: {', '.join(connection_of)}"
             raise InputError(subject, got=strange[0] if strange else "none", expected=expected)
-        joints = tuple(dict.fromkeys(every[name] for name in used))
+        joints = tuple(dict.fromkeys(connection_of[name] for name in used))
         driven = driven_by(robot.in_floats, joints)
         if missing := [name for name in joints if name not in driven.drives]:
             expected = "joints between base and platform: this one changes nothing"
@@ -119,8 +119,8 @@ def pose_columns(
         home = tuple(driven.at_home.tolist())
         return PoseColumns(driven.inputs, driven.units, home, of_joints=True, drives=sizes)
     loads = () if wrench is None else (*robot.space.wrench_order, FACTOR)
-    own = [name for name in used if name not in loads]
-    columns = _of_robot(robot, own, may_be_none=bool(used and loads))
+    names = [name for name in used if name not in loads]
+    columns = _of_robot(robot, names, may_be_none=bool(used and loads))
     if wrench is None:
         return columns
     return replace(
@@ -141,13 +141,13 @@ def _of_robot(robot: Robot | CableRobot, used: Sequence[str], may_be_none: bool)
     if not used and may_be_none:
         return joints if by_joints and joints is not None else _of_platform(robot, free)
     if joints is not None and wanted and wanted <= set(joints.names):
-        if not by_joints and (both := wanted & set(six)):
+        if not by_joints and (shared := wanted & set(six)):
             expected = "a name that a joint or the platform has alone"
-            raise InputError(subject, got=min(both), expected=expected, hint="rename the joint")
+            raise InputError(subject, got=min(shared), expected=expected, hint="rename the joint")
         return joints
-    for names, every in ((free, free), (six, SIX)):
+    for names, coordinates in ((free, free), (six, SIX)):
         if wanted and wanted <= set(names):
-            return _of_platform(robot, every)
+            return _of_platform(robot, coordinates)
     allowed = six if joints is None else (*six, *joints.names)
     if strange := [name for name in used if name not in allowed]:
         expected = f"some of {', '.join(six)}"

@@ -109,12 +109,12 @@ class PoseList(PoseSource):
         if time is not None and path_length is not None:
             raise InputError("time and path_length", expected="one of them")
         self._parameter: tuple[str, str, np.ndarray] | None = None
-        for name, unit, given in (("time", "s", time), ("s", "m", path_length)):
-            if given is not None:
-                own = f"{name} of a {subject}"
-                values = as_floats(own, given, "finite numbers", unit)
+        for name, unit, numbers in (("time", "s", time), ("s", "m", path_length)):
+            if numbers is not None:
+                label = f"{name} of a {subject}"
+                values = as_floats(label, numbers, "finite numbers", unit)
                 if values.shape != (len(rows),):
-                    raise InputError(own, got=values.shape, expected=f"({len(rows)},)")
+                    raise InputError(label, got=values.shape, expected=f"({len(rows)},)")
                 self._parameter = (name, unit, values)
 
     def parameter(self) -> tuple[str, str, np.ndarray] | None:
@@ -132,19 +132,19 @@ class PoseList(PoseSource):
         units = [POSE_UNITS[name] for name in self.names if name in POSE_UNITS]
         if len(units) == len(self.names) or not holds_quantities(poses):
             return as_floats(subject, poses, expected, units), {}
-        every: Any = poses
+        rows: Any = poses
         try:
-            columns = list(zip(*every, strict=True))
+            columns = list(zip(*rows, strict=True))
         except (TypeError, ValueError):
             raise InputError(subject, got=str(poses), expected=expected) from None
         if len(columns) != len(self.names):
             raise InputError(subject, got=f"{len(columns)} columns", expected=expected)
-        found = [
+        readings = [
             read_coordinate(f"{subject}, column {name!r}", list(column), "finite numbers", name)
             for name, column in zip(self.names, columns, strict=True)
         ]
-        given = {n: unit for n, (_, unit) in zip(self.names, found, strict=True) if unit}
-        return np.stack([values for values, _ in found], axis=-1), given
+        joint_units = {n: unit for n, (_, unit) in zip(self.names, readings, strict=True) if unit}
+        return np.stack([values for values, _ in readings], axis=-1), joint_units
 
     def values(self, part: tuple[slice, ...]) -> np.ndarray:
         """Coordinates of some of the poses (names, N)."""
@@ -193,11 +193,11 @@ class RandomPoses(PoseSource):
         self.seed: int = int(seed)
         self.ranges: dict[str, tuple[float, float]] = {}
         units: dict[str, str] = {}
-        for name, given in ranges.items():
+        for name, bounds in ranges.items():
             subject, expected = f"range of {name!r}", "lowest and highest value"
-            ends, unit = read_coordinate(subject, given, expected, name)
+            ends, unit = read_coordinate(subject, bounds, expected, name)
             if ends.shape != (2,) or ends[0] > ends[1]:
-                raise InputError(subject, got=given, expected=expected)
+                raise InputError(subject, got=bounds, expected=expected)
             self.ranges[name] = (float(ends[0]), float(ends[1]))
             units |= {name: unit} if unit else {}
         self.names: tuple[str, ...] = tuple(self.ranges)
@@ -217,8 +217,8 @@ class RandomPoses(PoseSource):
     @cached_property
     def _keys(self) -> np.ndarray:
         """One for each coordinate, a pose is a place in its sequence."""
-        each = [np.random.SeedSequence(self.seed, spawn_key=(k,)) for k in range(len(self.names))]
-        return np.array([own.generate_state(1, np.uint64)[0] for own in each])
+        seeds = [np.random.SeedSequence(self.seed, spawn_key=(k,)) for k in range(len(self.names))]
+        return np.array([seed.generate_state(1, np.uint64)[0] for seed in seeds])
 
 
 _MOST_VALUES = 10**8
@@ -315,12 +315,12 @@ class Grid(PoseSource):
                     expected="an Axis",
                     hint=f"write {name}=Axis(-0.1, 0.1, 21)",
                 )
-        given = self.axes.items()
+        items = self.axes.items()
         self.names: tuple[str, ...] = tuple(self.axes)
         self.dims: tuple[str, ...] = self.names
-        self.shape: tuple[int, ...] = tuple(int(axis.count) for _, axis in given)
+        self.shape: tuple[int, ...] = tuple(int(axis.count) for _, axis in items)
         self.units_given: Mapping[str, str] = {
-            name: axis.unit_given for name, axis in given if axis.unit_given
+            name: axis.unit_given for name, axis in items if axis.unit_given
         }
 
     def description(self) -> Mapping[str, Any]:
@@ -334,5 +334,5 @@ class Grid(PoseSource):
 
     def values(self, part: tuple[slice, ...]) -> np.ndarray:
         """Coordinates of the poses of a block (names, ...)."""
-        own = [axis.at(where) for axis, where in zip(self.axes.values(), part, strict=True)]
-        return np.stack(np.broadcast_arrays(*np.ix_(*own)))
+        coordinates = [axis.at(where) for axis, where in zip(self.axes.values(), part, strict=True)]
+        return np.stack(np.broadcast_arrays(*np.ix_(*coordinates)))

@@ -60,9 +60,9 @@ class BlockReductions:
     reductions: tuple[Reduction, ...]
 
     @cached_property
-    def each(self) -> list[tuple[Reduction, Variable]]:
+    def pairs(self) -> list[tuple[Reduction, Variable]]:
         """Each reduction with each of its variables."""
-        return [(own, v) for own in self.reductions for v in own.variables(self.job)]
+        return [(r, v) for r in self.reductions for v in r.variables(self.job)]
 
     @cached_property
     def pieces(self) -> Partition:
@@ -85,28 +85,28 @@ class BlockReductions:
         """Counts of a block, and what reductions have of it."""
         job, pieces = self.job, self.pieces
         room = job.room(math.prod(pieces.block), job.answers)
-        states = [own.begun(math.prod(v.shape)) for own, v in self.each]
+        states = [reduction.begun(math.prod(v.shape)) for reduction, v in self.pairs]
         statuses, guarded = Counter[int](), 0
-        left: list[np.ndarray] = []  # poses of the direct form, and behind them their numbers
+        rest: list[np.ndarray] = []  # poses of the direct form, and behind them their numbers
         for piece in self.blocks[index]:
             poses, (start, stop) = job.poses(pieces.slices(piece)), pieces.run(piece)
             arrays = {name: rows[..., : stop - start] for name, rows in room.items()}
             doubtful = np.flatnonzero(job.fill(poses, arrays, again=False))
             guarded += doubtful.size
             if doubtful.size and job.evaluator.kernel is not None:
-                left.append(np.vstack([poses[doubtful].T, start + doubtful]))
+                rest.append(np.vstack([poses[doubtful].T, start + doubtful]))
                 statuses.subtract(arrays["status"][doubtful].tolist())
                 for rows in (arrays[v.name] for v in job.answers if v.is_float):
                     rows[..., doubtful] = np.nan
             self._add(states, statuses, arrays, range(start, stop))
             is_last = piece == self.blocks[index][-1]
-            if left and (is_last or sum(x.shape[1] for x in left) > _TOGETHER):
-                together = np.concatenate(left, axis=1)
+            if rest and (is_last or sum(x.shape[1] for x in rest) > _TOGETHER):
+                together = np.concatenate(rest, axis=1)
                 direct = replace(job, evaluator=replace(job.evaluator, kernel=None), where=None)
-                arrays, left = job.room(together.shape[1], job.answers), []
+                arrays, rest = job.room(together.shape[1], job.answers), []
                 direct.fill(together[:-1].T, arrays)
                 self._add(states, statuses, arrays, together[-1].astype(int).tolist())
-        closed = [own.closed(state) for (own, _), state in zip(self.each, states, strict=True)]
+        closed = [r.closed(state) for (r, _), state in zip(self.pairs, states, strict=True)]
         return MapSummary(dict(sorted((+statuses).items())), guarded), closed
 
     def _add(
@@ -118,8 +118,8 @@ class BlockReductions:
     ) -> None:
         """Add poses of such numbers to what was found before."""
         statuses.update(count_of_each(arrays["status"]))
-        for (own, v), state in zip(self.each, states, strict=True):
-            own.extend(state, arrays[v.name].reshape(-1, len(numbers)), numbers)
+        for (reduction, v), state in zip(self.pairs, states, strict=True):
+            reduction.extend(state, arrays[v.name].reshape(-1, len(numbers)), numbers)
 
 
 @dataclass
@@ -159,7 +159,7 @@ class ReducedMap:
                 if about["format"] != _FORMAT:
                     raise ValueError("another format")
                 made.states = [
-                    {name: data[f"{k}.{name}"] for name in own} for k, own in about["states"]
+                    {name: data[f"{k}.{name}"] for name in names} for k, names in about["states"]
                 ]
                 made.done = set(data["done"].tolist())
             made.summary = MapSummary(dict(about["statuses"]), about["guarded"])
@@ -178,8 +178,8 @@ class ReducedMap:
 
     @property
     def _identity(self) -> dict[str, Any]:
-        own = plain([self.work.reductions, self.work.pieces.block])
-        return {**identity(self.work.job), "reductions": own}
+        reductions = plain([self.work.reductions, self.work.pieces.block])
+        return {**identity(self.work.job), "reductions": reductions}
 
     def gathered(self, run: Run[BlockFound]) -> Iterator[tuple[int, MapSummary]]:
         """Run what is not done, add blocks in any order, and keep the state now and then."""
@@ -187,8 +187,8 @@ class ReducedMap:
         todo = (k for k in range(len(work.blocks)) if k not in self.done)
         try:
             for index, (summary, states) in run(work.compute, todo):
-                pairs = zip(work.each, self.states, states, strict=True) if self.states else ()
-                self.states = [own.added(a, b) for (own, _), a, b in pairs] or states
+                pairs = zip(work.pairs, self.states, states, strict=True) if self.states else ()
+                self.states = [reduction.added(a, b) for (reduction, _), a, b in pairs] or states
                 self.summary += summary
                 self.done.add(index)
                 if time.monotonic() - saved > _SAVED:
@@ -210,10 +210,10 @@ class ReducedMap:
             "states": [[k, list(state)] for k, state in enumerate(self.states)],
         }
         arrays: dict[str, Any] = {
-            f"{k}.{name}": own for k, state in enumerate(self.states) for name, own in state.items()
+            f"{k}.{name}": x for k, state in enumerate(self.states) for name, x in state.items()
         }
         arrays |= {"about": np.array(json.dumps(about)), "done": np.array(sorted(self.done))}
-        with whole_file(self.path) as begun, begun.open("wb") as file:
+        with whole_file(self.path) as draft, draft.open("wb") as file:
             np.savez_compressed(file, **arrays)
 
     def dataset(self) -> xarray.Dataset:
@@ -223,15 +223,15 @@ class ReducedMap:
         job = self.work.job
         arrays: dict[str, Any] = {}
         coordinates: dict[str, Any] = {}
-        for (own, v), state in zip(self.work.each, self.states, strict=True):
-            for name, labels, values, has_unit in own.found(state, v.name, math.prod(v.shape), job):
+        for (r, v), state in zip(self.work.pairs, self.states, strict=True):
+            for name, labels, values, has_unit in r.found(state, v.name, math.prod(v.shape), job):
                 coordinates |= {dim: (dim, list(known)) for dim, known in labels.items()}
                 about = {"long_name": f"{name.removeprefix(v.name)[1:]} of the {v.long_name}"}
                 if isinstance(v.units, str) and has_unit:
                     about["units"] = v.units
                 shape = (*values.shape[:-1], *v.shape)
                 arrays[name] = (*labels, *v.dims), values.reshape(shape), about
-        dims = {dim for own, _, _ in arrays.values() for dim in own}
+        dims = {dim for names, _, _ in arrays.values() for dim in names}
         known = coordinate_arrays(job).items()
         coordinates |= {name: array for name, array in known if dims.issuperset(array[0])}
         attributes = {**map_attributes(job), **summary_attributes(self.summary)}

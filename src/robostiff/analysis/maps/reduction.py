@@ -68,7 +68,7 @@ class Reduction(ABC):
 
     def added(self, a: State, b: State) -> State:
         """What it has of both: sums of counts."""
-        return {name: own + b[name] for name, own in a.items()}
+        return {name: counts + b[name] for name, counts in a.items()}
 
     @abstractmethod
     def found(self, state: State, name: str, entries: int, job: MapJob) -> Iterator[Found]:
@@ -99,19 +99,19 @@ class Extremes(Reduction):
     def extend(self, state: State, values: np.ndarray, numbers: Sequence[int]) -> None:
         """Look for the poses of entries that are beyond those before alone."""
         for k, (end, is_no_further) in enumerate(((np.fmin, np.less), (np.fmax, np.greater))):
-            found, ends, at = end.reduce(values, axis=1), state["ends"][:, k], state["at"][:, k]
-            for entry in np.flatnonzero(~(is_no_further(ends, found) | np.isnan(found))):
-                number = numbers[int(np.argmax(values[entry] == found[entry]))]
-                if ends[entry] != found[entry] or number < at[entry]:
-                    ends[entry], at[entry] = found[entry], number
+            best, ends, at = end.reduce(values, axis=1), state["ends"][:, k], state["at"][:, k]
+            for entry in np.flatnonzero(~(is_no_further(ends, best) | np.isnan(best))):
+                number = numbers[int(np.argmax(values[entry] == best[entry]))]
+                if ends[entry] != best[entry] or number < at[entry]:
+                    ends[entry], at[entry] = best[entry], number
 
     def added(self, a: State, b: State) -> State:
         """The lower and the higher ones; where they are the same, the first pose."""
         sign = np.array([1.0, -1.0])
         x, y = a["ends"] * sign, b["ends"] * sign
         earlier = (x == y) & (a["at"] <= b["at"])
-        kept = np.isnan(y) | (x < y) | earlier
-        return {name: np.where(kept, a[name], b[name]) for name in ("ends", "at")}
+        from_a = np.isnan(y) | (x < y) | earlier
+        return {name: np.where(from_a, a[name], b[name]) for name in ("ends", "at")}
 
     def found(self, state: State, name: str, entries: int, job: MapJob) -> Iterator[Found]:
         """Values and coordinates [m, rad] are none where no pose has an answer."""
@@ -152,11 +152,11 @@ class Quantiles(Reduction):
     shares: tuple[float, ...] = (0.05, 0.25, 0.5, 0.75, 0.95)
 
     def __init__(self, of: str | None = None, shares: ArrayLike = shares) -> None:
-        given = as_floats("shares of quantiles", shares, "numbers from 0 to 1")
-        if given.ndim != 1 or not given.size or not np.all((given >= 0) & (given <= 1)):
+        numbers = as_floats("shares of quantiles", shares, "numbers from 0 to 1")
+        if numbers.ndim != 1 or not numbers.size or not np.all((numbers >= 0) & (numbers <= 1)):
             raise InputError("shares of quantiles", got=shares, expected="numbers from 0 to 1")
         object.__setattr__(self, "of", of)
-        object.__setattr__(self, "shares", tuple(given.tolist()))
+        object.__setattr__(self, "shares", tuple(numbers.tolist()))
 
     def begun(self, entries: int) -> State:
         """Which row of the counts numbers of a first half have; row 0 for those without, so far."""
@@ -170,17 +170,17 @@ class Quantiles(Reduction):
         """Count numbers by their digits; those whose first half is new get a row."""
         with np.errstate(over="ignore"):
             values = np.ascontiguousarray(values, dtype=np.float32)
-        for own, table in zip(values, state["table"], strict=True):
-            left = own[count_by_digits(own, table, state["counts"])]
-            if not left.size:
+        for row, table in zip(values, state["table"], strict=True):
+            rest = row[count_by_digits(row, table, state["counts"])]
+            if not rest.size:
                 continue
-            new, before = np.unique(left.view(np.uint32) >> 16), int(state["rows"])
+            new, before = np.unique(rest.view(np.uint32) >> 16), int(state["rows"])
             table[new] = range(before, before + len(new))
             state["rows"] += len(new)
             if (missing := before + len(new) - len(state["counts"])) > 0:
                 more = np.zeros((missing + before, PLACES), dtype=int)  # rarely: twice as many
                 state["counts"] = np.concatenate([state["counts"], more])
-            count_by_digits(left, table, state["counts"])
+            count_by_digits(rest, table, state["counts"])
 
     def closed(self, state: State) -> State:
         """The counts, and of which entries and first halves of numbers they are, in order."""
@@ -192,8 +192,8 @@ class Quantiles(Reduction):
         """The rows of both."""
         numbers = np.union1d(a["numbers"], b["numbers"])
         counts = np.zeros((len(numbers), PLACES), dtype=int)
-        for own in (a, b):
-            counts[np.searchsorted(numbers, own["numbers"])] += own["counts"]
+        for state in (a, b):
+            counts[np.searchsorted(numbers, state["numbers"])] += state["counts"]
         return {"numbers": numbers, "counts": counts}
 
     def found(self, state: State, name: str, entries: int, job: MapJob) -> Iterator[Found]:
@@ -256,11 +256,11 @@ class Histogram(_Counts):
     """
 
     def __init__(self, of: str, edges: ArrayLike) -> None:
-        given = as_floats("edges of a histogram", edges, "ascending numbers")
-        if given.ndim != 1 or len(given) < 2 or not np.all(np.diff(given) > 0):
+        numbers = as_floats("edges of a histogram", edges, "ascending numbers")
+        if numbers.ndim != 1 or len(numbers) < 2 or not np.all(np.diff(numbers) > 0):
             raise InputError("edges of a histogram", got=edges, expected="ascending numbers")
         object.__setattr__(self, "of", of)
-        object.__setattr__(self, "edges", tuple(given.tolist()))
+        object.__setattr__(self, "edges", tuple(numbers.tolist()))
 
     def found(self, state: State, name: str, entries: int, job: MapJob) -> Iterator[Found]:
         """Counts from each edge to the next; values beyond the edges are left out."""
@@ -290,9 +290,9 @@ class ShareAbove(_Counts):
     """
 
     def __init__(self, of: str, limits: ArrayLike) -> None:
-        given = np.unique(as_floats("limits of a share", limits, "numbers"))
+        numbers = np.unique(as_floats("limits of a share", limits, "numbers"))
         object.__setattr__(self, "of", of)
-        object.__setattr__(self, "edges", tuple(given.tolist()))
+        object.__setattr__(self, "edges", tuple(numbers.tolist()))
 
     def found(self, state: State, name: str, entries: int, job: MapJob) -> Iterator[Found]:
         """None where no pose has an answer."""
@@ -304,18 +304,18 @@ class ShareAbove(_Counts):
 
 def check_reductions(reductions: Sequence[Reduction], job: MapJob) -> None:
     """Raise InputError where one is none, or its variable is no quantity of the map."""
-    for own in reductions:
-        if not isinstance(own, Reduction):
+    for reduction in reductions:
+        if not isinstance(reduction, Reduction):
             raise InputError(
                 "reduction of a map",
-                got=own,
+                got=reduction,
                 expected="Extremes(), Quantiles(), Histogram(name, edges), ShareAbove(name, limit)",
             )
-        own.variables(job)
-    names = [(type(own), v.name) for own in reductions for v in own.variables(job)]
-    twice = next((own for own in names if names.count(own) > 1), None)
+        reduction.variables(job)
+    names = [(type(r), v.name) for r in reductions for v in r.variables(job)]
+    twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         got = f"{twice[0].__name__} of {twice[1]} twice"
         raise InputError("reductions of a map", got=got, expected="each once")
-    if len({own.shares for own in reductions if isinstance(own, Quantiles)}) > 1:
+    if len({r.shares for r in reductions if isinstance(r, Quantiles)}) > 1:
         raise InputError("shares of quantiles", expected="the same ones for all variables")

@@ -98,7 +98,7 @@ def _blocks(
         done, running = wait(running, return_when=FIRST_COMPLETED)
         for future in done:
             try:
-                found = future.result()
+                result = future.result()
             except Exception as error:
                 if type(error).__name__ != "KilledWorker":  # of Dask, perhaps not installed
                     raise
@@ -107,7 +107,7 @@ def _blocks(
                     "far are safe: give the workers more memory, and resume"
                 ) from None
             running |= {pool.submit(_computed, compute, k) for k in islice(rest, 1)}
-            yield found
+            yield result
 
 
 def _ignore_interrupts() -> None:
@@ -210,8 +210,8 @@ def followed(
     `before` is what an earlier run has done, of a total of poses.
     """
     started, summary = time.monotonic(), before
-    for _, own in blocks:
-        summary += own
+    for _, block in blocks:
+        summary += block
         if progress is not None:
             seconds, resumed = time.monotonic() - started, before.poses + summary.resumed
             progress(Progress(summary.poses, total, resumed, seconds, summary.guarded))

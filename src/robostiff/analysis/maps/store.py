@@ -29,10 +29,10 @@ from robostiff.analysis.maps.job import (
     MOST_POSES,
     MapJob,
     MapSummary,
+    auxiliary_coordinates,
     coordinate_arrays,
     identity,
     map_attributes,
-    own_coordinates,
     summarize,
     summary_attributes,
     variable_attributes,
@@ -59,9 +59,9 @@ def create_store(path: Path, job: MapJob) -> None:
 
     if not path.parent.is_dir():
         raise InputError("store of a map", got=str(path), expected="a path in an existing folder")
-    begun, partition = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}"), job.partition
+    draft, partition = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}"), job.partition
     try:
-        root = zarr.create_group(begun)
+        root = zarr.create_group(draft)
         for v in job.variables:
             entries: dict[str, str] = {}
             if v.is_symmetric:
@@ -88,7 +88,7 @@ def create_store(path: Path, job: MapJob) -> None:
                 attributes=words,
             )
         marks = {"shape": (len(partition),), "chunks": (1,), "dtype": "int64"}
-        files = sorted(own for own in begun.glob("*/**/*") if own.is_file())
+        files = sorted(file for file in draft.glob("*/**/*") if file.is_file())
         root.create_array(_DONE, compressors=Crc32cCodec(), **marks)
         about = {
             "parts": identity(job),
@@ -96,24 +96,24 @@ def create_store(path: Path, job: MapJob) -> None:
             "complete": False,
             "ranges": {},
             "checksums": {
-                own.relative_to(begun).as_posix(): _checksum(own.read_bytes()) for own in files
+                file.relative_to(draft).as_posix(): _checksum(file.read_bytes()) for file in files
             },
         }
-        coordinates = {"coordinates": " ".join(own_coordinates(job))}
-        _describe(begun, {**map_attributes(job), **coordinates, _IDENTITY: about})
+        coordinates = {"coordinates": " ".join(auxiliary_coordinates(job))}
+        _describe(draft, {**map_attributes(job), **coordinates, _IDENTITY: about})
         if path.exists():
             raise already_there(path)
-        begun.rename(path)
+        draft.rename(path)
     finally:
-        shutil.rmtree(begun, ignore_errors=True)
+        shutil.rmtree(draft, ignore_errors=True)
 
 
 def _describe(path: Path, attributes: Mapping[str, Any]) -> None:
     """Write the description of a store, with a checksum of all the rest in it."""
     content = {"zarr_format": 3, "node_type": "group", "attributes": {**attributes}}
     content["attributes"]["checksum"] = _checksum(json.dumps(content, sort_keys=True).encode())
-    with whole_file(path / _DESCRIPTION) as begun:
-        begun.write_text(json.dumps(content))
+    with whole_file(path / _DESCRIPTION) as draft:
+        draft.write_text(json.dumps(content))
 
 
 def _checksum(content: bytes) -> str:
@@ -149,12 +149,12 @@ def _undamaged(path: Path, what: str) -> Iterator[None]:
 
 def check_same_map(path: Path, parts: Mapping[str, Any], identity: Mapping[str, Any]) -> None:
     """Raise where a map that was begun depends on other parts than the one that is asked for."""
-    other = [part for part in identity if parts.get(part) != identity[part]]
-    if other:
-        changes = [own for p in other for own in differences(parts.get(p), identity[p], p)]
+    different = [part for part in identity if parts.get(part) != identity[part]]
+    if different:
+        changes = [x for p in different for x in differences(parts.get(p), identity[p], p)]
         more = f", and {len(changes) - _NAMED} more" if len(changes) > _NAMED else ""
         raise InputError(
-            f"map in {str(path)!r}: one with other {' and other '.join(other)}",
+            f"map in {str(path)!r}: one with other {' and other '.join(different)}",
             expected=f"the very map that was begun; different are "
             f"{', '.join(changes[:_NAMED])}{more}",
             hint="use another path, or remove that map",
@@ -212,9 +212,9 @@ class MapStore:
         with _undamaged(self.path, "arrays"):
             root: Any = zarr.open_group(self.path, mode="r+", zarr_format=3, use_consolidated=False)
             # A chunk of zeros is written, too: a chunk that is not there is lost.
-            every = {"write_empty_chunks": True}
+            settings = {"write_empty_chunks": True}
             names = (*(v.name for v in self.job.variables), _DONE)
-            return {name: root[name].with_config(every) for name in names}
+            return {name: root[name].with_config(settings) for name in names}
 
     def compute(self, index: int) -> MapSummary:
         """Compute a block and put it on disk, unless it is there, and sum it up."""
@@ -228,8 +228,8 @@ class MapStore:
                 }
                 count = stored["status"].size
                 flat = {name: values.reshape(-1, count) for name, values in stored.items()}
-                found = summarize(flat | {"status": flat["status"][0]}, job.answers, mark - 1)
-                return replace(found, resumed=found.poses)
+                known = summarize(flat | {"status": flat["status"][0]}, job.answers, mark - 1)
+                return replace(known, resumed=known.poses)
         shape = tuple(where.stop - where.start for where in part)
         block = job.room(math.prod(shape), job.variables)
         summary = job.compute(index, block)
@@ -267,8 +267,8 @@ def _attributes(path: Path) -> dict[str, Any]:
     with _undamaged(path, _DESCRIPTION):
         content = json.loads(text)
         attributes = content["attributes"]
-        own, about = attributes.pop("checksum"), attributes[_IDENTITY]
-        if own != _checksum(json.dumps(content, sort_keys=True).encode()):
+        written, about = attributes.pop("checksum"), attributes[_IDENTITY]
+        if written != _checksum(json.dumps(content, sort_keys=True).encode()):
             raise damaged(path, f"a {_DESCRIPTION} that was changed")
     for file, checksum in about["checksums"].items():
         text = _description(path, file)
@@ -298,10 +298,10 @@ def open_map(path: Path) -> xarray.Dataset:
         import xarray
     about = _attributes(path)[_IDENTITY]
     with _undamaged(path, "contents"):
-        found = xarray.open_zarr(path, chunks=None, consolidated=False, zarr_format=3)
-        poses, arrays = found["status"].dims, {}
+        store = xarray.open_zarr(path, chunks=None, consolidated=False, zarr_format=3)
+        poses, arrays = store["status"].dims, {}
         for name, (dims, shape, is_symmetric) in about["variables"].items():
-            stored = found[name].variable
+            stored = store[name].variable
             lead = stored.ndim - len(poses)
             sizes = zip(stored.shape[lead:], stored.encoding["chunks"][lead:], strict=True)
             blocks = [(b,) * (n // b) + ((n % b,) if n % b else ()) for n, b in sizes]
@@ -312,21 +312,21 @@ def open_map(path: Path) -> xarray.Dataset:
                 dtype=stored.dtype,
                 meta=np.empty((0,) * (len(poses) + len(dims)), stored.dtype),
             )
-            attributes = {k: own for k, own in stored.attrs.items() if k != _ENTRIES}
+            attributes = {k: value for k, value in stored.attrs.items() if k != _ENTRIES}
             if name in about["ranges"]:
                 attributes["actual_range"] = about["ranges"][name]
             arrays[name] = (*poses, *dims), values, attributes
         coordinates: dict[str, Any] = {
             # NetCDF and older programs know no texts of any length
-            str(name): own.copy(data=np.array(own.values.tolist()))
-            if own.dtype.kind in "TO"
-            else own
-            for name, own in found.coords.items()
+            str(name): array.copy(data=np.array(array.values.tolist()))
+            if array.dtype.kind in "TO"
+            else array
+            for name, array in store.coords.items()
             if name not in arrays
         }
-        kept = {name: own for name, own in found.attrs.items() if name not in _OWN}
-        opened = xarray.Dataset(arrays, coordinates, kept)
-        return opened.set_coords([name for name in arrays if name in found.coords])
+        words = {name: value for name, value in store.attrs.items() if name not in _OWN}
+        opened = xarray.Dataset(arrays, coordinates, words)
+        return opened.set_coords([name for name in arrays if name in store.coords])
 
 
 def _block(
@@ -338,14 +338,14 @@ def _block(
     block_id: tuple[int, ...],
 ) -> np.ndarray:
     """A block of a variable (poses, *shape of a pose)."""
-    own = len(shape)
-    place = (*[0] * (1 if is_symmetric else own), *block_id[: len(block_id) - own])
+    axes = len(shape)
+    place = (*[0] * (1 if is_symmetric else axes), *block_id[: len(block_id) - axes])
     values = _chunk(path, name, place, is_complete)
     if is_symmetric:
         entries, (row, column) = np.empty(shape, dtype=int), np.triu_indices(shape[0])
         entries[row, column] = entries[column, row] = range(len(row))
         values = values[entries]
-    return np.moveaxis(values, range(own), range(-own, 0))
+    return np.moveaxis(values, range(axes), range(-axes, 0))
 
 
 def _chunk(path: Path, name: str, place: tuple[int, ...], is_needed: bool = True) -> np.ndarray:

@@ -166,10 +166,10 @@ def map_variables(
     >>> [v.name for v in map_variables(robot, [Quantity.PRINCIPAL_STIFFNESS])]
     ['translational_stiffness', 'rotational_stiffness', 'rank', 'status']
     """
-    found = [own for quantity in quantities for own in _variables_of(quantity, robot)]
+    variables = [variable for quantity in quantities for variable in _variables_of(quantity, robot)]
     is_symmetric = not (is_loaded or isinstance(robot, CableRobot))
     whole = {"dtype": dtype, "is_symmetric": is_symmetric}
-    return (*(replace(own, **whole) if own.name == "K" else own for own in found), RANK, STATUS)
+    return (*(replace(v, **whole) if v.name == "K" else v for v in variables), RANK, STATUS)
 
 
 def _variables_of(quantity: Quantity, robot: Mapped) -> Iterator[Variable]:
@@ -191,12 +191,12 @@ def _variables_of(quantity: Quantity, robot: Mapped) -> Iterator[Variable]:
             )
         case Quantity.PRINCIPAL_STIFFNESS:
             words = "eigenvalues of the {} block of K, {} held; ascending"
-            for kind, size, unit, *own in (
+            for kind, size, unit, *parts in (
                 ("translation", d, "N/m", "force-displacement", "rotations"),
                 ("rotation", space.size - d, "N m/rad", "moment-rotation", "displacements"),
             ):
                 name, dims = f"{kind}al_stiffness", (f"principal_{kind}",)
-                yield Variable(name, dims, (size,), unit, words.format(*own))
+                yield Variable(name, dims, (size,), unit, words.format(*parts))
         case Quantity.WORST_DEFLECTION:
             words = "largest displacement per unit force over all directions, no moment"
             note = "none where a force can drive a free motion"
@@ -209,12 +209,12 @@ def _variables_of(quantity: Quantity, robot: Mapped) -> Iterator[Variable]:
             words, note = "log10 of the determinant of K scaled to N/m", "none where K is singular"
             yield Variable("log10_determinant", (), (), "1", words, note=note)
         case Quantity.DEFLECTION:
-            for name, own, unit, words in (
+            for name, axes, unit, words in (
                 ("displacement", twist[:d], "m", "displacement of the reference point"),
                 ("rotation", twist[d:], "rad", "rotation of the platform"),
             ):
-                about = (f"{name}_axis",), (len(own),), unit, f"{words} under the wrench"
-                yield Variable(name, *about, labels=(own,), is_vector=True)
+                about = (f"{name}_axis",), (len(axes),), unit, f"{words} under the wrench"
+                yield Variable(name, *about, labels=(axes,), is_vector=True)
         case Quantity.ACTUATOR_FORCES:
             yield _actuator_forces(robot)
         case Quantity.TENSIONS:
@@ -239,9 +239,9 @@ def _actuator_forces(robot: Mapped) -> Variable:
             hint="rs.deflection(linkage, values, wrench) has the loads of actuators at each pose",
         )
     if isinstance(robot, CableRobot):
-        found = [(name, "N") for name in robot.cable_names]
+        forces = [(name, "N") for name in robot.cable_names]
     else:
-        found = [
+        forces = [
             (f"{leg.name}/{name}", screw.load_unit)
             for leg in robot.legs
             for name, role, screw in zip(
@@ -249,10 +249,10 @@ def _actuator_forces(robot: Mapped) -> Variable:
             )
             if isinstance(role, Actuated)
         ]
-    if not found:
+    if not forces:
         subject = f"actuator forces of {robot.name!r}"
         raise InputError(subject, got="no actuated joint", expected="at least one")
-    names, units = map(tuple, zip(*found, strict=True))
+    names, units = map(tuple, zip(*forces, strict=True))
     return Variable(
         "actuator_force",
         ("actuator",),

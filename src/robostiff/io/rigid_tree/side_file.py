@@ -400,7 +400,7 @@ class DescribedTree:
 
 
 def _root(name: str, undecided: Collection[str], tree: RigidTree) -> tuple[str, float, float]:
-    """The joint of its own that moves another one in the end: its name, factor and offset."""
+    """The joint that a mimic joint follows in the end: its name, factor and offset."""
     by_name = {joint.name: joint for joint in tree.joints}
     passed, factor, offset = [name], 1.0, 0.0
     while factor != 0 and passed[-1] in undecided:
