@@ -355,18 +355,18 @@ class _Judge:
 def _exchanged(
     M: np.ndarray, judge: _Judge, chosen: np.ndarray, repeats: bool
 ) -> tuple[float, np.ndarray]:
-    """The value that no exchange of one posture betters, and the postures."""
+    """The value that no exchange of one posture betters, of M (N, n, n), and postures (k,)."""
     chosen = chosen.copy()
     value = float(judge.of(M[chosen].sum(axis=0)[None])[0])
     for _ in range(_MOST_SWEEPS):
         start = value
         for place in range(len(chosen)):
             rest = np.delete(chosen, place)
-            able = np.arange(len(M)) if repeats else np.setdiff1d(np.arange(len(M)), rest)
-            values = judge.of(M[rest].sum(axis=0) + M[able])
+            free = np.arange(len(M)) if repeats else np.setdiff1d(np.arange(len(M)), rest)
+            values = judge.of(M[rest].sum(axis=0) + M[free])
             best = int(np.argmin(values))
             if values[best] < value:
-                value, chosen[place] = float(values[best]), able[best]
+                value, chosen[place] = float(values[best]), free[best]
         if not start - value > _GAIN * max(abs(value), 1.0 if judge.T is None else 0.0):
             break
     return value, chosen

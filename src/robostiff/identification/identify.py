@@ -364,7 +364,7 @@ def _model_of(
 
 
 def _check_points(model: ReadingModel, start: np.ndarray, places: PlacesInStates) -> None:
-    """Raise where points are far from those of the nominal robot."""
+    """Raise where points are far from those of the nominal robot with unknowns `start` (n,)."""
     measured = model.measured
     rows = np.array([kind in (Reading.POINT, Reading.POSE) for kind in measured.kinds])[:, None]
     rows = (rows & (np.arange(measured.values.shape[1]) < 3)).ravel()[model.read]

@@ -116,7 +116,7 @@ class Measurements:
         count = len(q)
         changed: dict[str, Any] = {
             "postures": JointCoordinates(q) if by_joints else q,
-            **{name: _each(name, getattr(self, name), count, t) for name, t in _EACH.items()},
+            **{name: _column(name, getattr(self, name), count, t) for name, t in _EACH.items()},
         }
         has_poses = Reading.POSE in changed["kinds"]
         for name, (most, none) in _ARRAYS.items():
@@ -283,7 +283,7 @@ def _rows(name: str, values: ArrayLike, count: int, size: int, *, may_miss: bool
     return np.broadcast_to(numbers, (count, size)).copy()
 
 
-def _each(name: str, values: Any, count: int, kind: type) -> tuple[Any, ...]:
+def _column(name: str, values: Any, count: int, kind: type) -> tuple[Any, ...]:
     """One of a kind for each reading."""
     if isinstance(values, kind):
         return (values,) * count

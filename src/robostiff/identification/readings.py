@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from robostiff.identification.measurement_kinds import Reading
 from robostiff.identification.measurements import Measurements
 from robostiff.identification.states import MOTIONS, FiniteLoads, PlacesInStates, SmallLoads, States
 from robostiff.identification.unknowns import Unknown, UnknownKind
+from robostiff.kept import kept_for_last
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector
 from robostiff.spatial import skew
 from robostiff.spatial.rotation import vector_of_rotation
@@ -160,13 +160,7 @@ class ReadingModel:
 
     def predicted(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Readings (M,) and their rates (M, n) with the unknowns; of the last x they are kept."""
-        if self._last.get("x") != x.tobytes():
-            self._last.update(x=x.tobytes(), found=self._predicted(x))
-        return self._last["found"]
-
-    @cached_property
-    def _last(self) -> dict[str, Any]:
-        return {}
+        return kept_for_last(ReadingModel._predicted, self, x)
 
     def _predicted(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         measured, states = self.measured, self.statics.states

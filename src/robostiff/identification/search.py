@@ -86,6 +86,7 @@ def _fitted(
     bounds: tuple[np.ndarray, np.ndarray],
     loss: Squares | Robust,
 ) -> tuple[ReadingModel, Fit]:
+    """The fit from unknowns `start` (n,) on, within bounds (n,), and the model with its states."""
     known = _known(model, start)
     report = identifiability(_rates(model, start)[known], model.unknowns)
     x, converged = _searched(model, start, report.fixed, bounds, loss, known)
@@ -127,7 +128,10 @@ def _searched(
     loss: Squares | Robust,
     known: np.ndarray,
 ) -> tuple[np.ndarray, bool]:
-    """Where the sum is least over what is not fixed; and whether the search ended."""
+    """Unknowns (n,) of the least sum, from x (n,) on, some fixed; and whether the search ended.
+
+    Of the numbers of readings those that are `known` (M,) count.
+    """
     from scipy.optimize import least_squares
 
     free = np.array([k for k in range(len(x)) if k not in set(fixed)], dtype=int)

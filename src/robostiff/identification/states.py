@@ -221,7 +221,7 @@ class FiniteLoads:
     def _answer(
         self, values: np.ndarray, rows: np.ndarray | slice, *, again: bool
     ) -> tuple[Equilibrium, Platforms]:
-        """Of some states."""
+        """Equilibria and platforms in some states, at values (n,) of the parameters."""
         states, q = self.states, self.states.coordinates[rows]
         result = self.compiled.evaluate(
             JointCoordinates(q) if states.by_joints else q,

@@ -257,6 +257,7 @@ def _of_formula(force: Any) -> tuple[Callable[[float], float], ...]:
 
 
 def _of_table(table: np.ndarray) -> tuple[Callable[[float], float], ...]:
+    """Force, its rate and its energy by the motion, of rows (N, 2) of motion and force."""
     from scipy.interpolate import PchipInterpolator
 
     q, F = table.T

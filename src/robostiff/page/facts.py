@@ -411,8 +411,8 @@ def _elastic(part: dict[str, Any]) -> dict[str, Cell]:
         "elastic part": part["name"],
         "between": ", ".join(part.get("between", ())),
         "end": f"({row(part['point'])})",
-        "forces x y z [N/m]": _each(part["translation"]),
-        "moments x y z [N m/rad]": _each(part["rotation"]),
+        "forces x y z [N/m]": _in_a_row(part["translation"]),
+        "moments x y z [N m/rad]": _in_a_row(part["rotation"]),
         "length": Number(part["length"], "m") if "length" in part else "",
     }
 
@@ -434,7 +434,7 @@ def _cable(part: dict[str, Any]) -> dict[str, Cell]:
 _CELLS = {"joint": _joint, "elastic": _elastic, "cable": _cable}
 
 
-def _each(values: list[float | None]) -> str:
+def _in_a_row(values: list[float | None]) -> str:
     """Load over displacement in each direction alone."""
     words = ["rigid" if v is None else "free" if v == 0 else number(v) for v in values]
     return "rigid" if set(words) == {"rigid"} else ", ".join(words)

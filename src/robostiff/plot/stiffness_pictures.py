@@ -324,6 +324,7 @@ def matrix(
 def _shades(
     scaled: np.ndarray, is_zero: np.ndarray, shade: Shade
 ) -> tuple[np.ndarray, ColourScale]:
+    """Places (n, n) of entries on a scale of colours; not a number where they are zero."""
     if shade is Shade.COUPLING:
         size = np.sqrt(np.where(np.diag(is_zero), 1.0, np.diag(scaled)))
         label = "entry over root of the diagonal's"

@@ -155,35 +155,35 @@ class NamedColours(Palette):
     Examples
     --------
     >>> named = named_colours()
-    >>> named.ground, named.every[0]
+    >>> named.ground, named.pairs[0]
     ('hsl(0,0%,0%)', ('#ffffff', '#16191d'))
     """
 
     # light and dark colour of each name given so far
-    every: list[tuple[str, ...]] = field(default_factory=list)
+    pairs: list[tuple[str, ...]] = field(default_factory=list)
 
     def along(self, stops: tuple[str, ...], where: float) -> str:
         """Name of the colours at a place from 0 to 1 along some stops."""
-        parts = zip(*(self.every[int(name[4:-7])] for name in stops), strict=True)
+        parts = zip(*(self.pairs[int(name[4:-7])] for name in stops), strict=True)
         colours = (t.palette.along(stop, where) for t, stop in zip(Theme, parts, strict=True))
-        return _name(self.every, tuple(colours))
+        return _name(self.pairs, tuple(colours))
 
 
 def named_colours() -> NamedColours:
     """Names of all colours of a palette, to which those are added that are mixed of them."""
-    every: list[tuple[str, ...]] = []
+    pairs: list[tuple[str, ...]] = []
     names: dict[str, Any] = {}
     for entry in fields(Palette):
         values = [getattr(theme.palette, entry.name) for theme in Theme]
         single = isinstance(values[0], str)
         named = [
-            _name(every, pair) for pair in zip(*([o] if single else o for o in values), strict=True)
+            _name(pairs, pair) for pair in zip(*([o] if single else o for o in values), strict=True)
         ]
         names[entry.name] = named[0] if single else tuple(named)
-    return NamedColours(**names, every=every)
+    return NamedColours(**names, pairs=pairs)
 
 
-def _name(every: list[tuple[str, ...]], colours: tuple[str, ...]) -> str:
-    if colours not in every:
-        every.append(colours)
-    return f"hsl({every.index(colours)},0%,0%)"
+def _name(pairs: list[tuple[str, ...]], colours: tuple[str, ...]) -> str:
+    if colours not in pairs:
+        pairs.append(colours)
+    return f"hsl({pairs.index(colours)},0%,0%)"

@@ -114,7 +114,7 @@ def figures_json(figures: Sequence[Figure]) -> str:
     named = named_colours()
     drawn = [figure.data(named) for figure in figures]
     colours = {
-        theme.value: row for theme, row in zip(Theme, zip(*named.every, strict=True), strict=True)
+        theme.value: row for theme, row in zip(Theme, zip(*named.pairs, strict=True), strict=True)
     }
     return json.dumps(_short({"colours": colours, "figures": drawn}), separators=(",", ":"))
 

@@ -245,6 +245,7 @@ def stiffness_about_axis(result: Stiffness, axis: ArrayLike) -> DirectionalStiff
 def _along(
     parts: StiffnessParts, u: np.ndarray, free: EigenPart, held: EigenPart, unit: str
 ) -> DirectionalStiffness:
+    """Stiffness along a unit vector (d,), of the parts of K with all else free and held."""
     status = parts.status
     tolerance = parts.result.details().tolerance.independence
     along = free.directions @ u

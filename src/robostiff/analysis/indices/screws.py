@@ -298,6 +298,7 @@ def _centre(
     moved: np.ndarray,
     moved_block: np.ndarray,
 ) -> Centre:
+    """The centre at v (d,) from the reference point, and K or C moved there (n, n)."""
     d = parts.space.translations
     point = parts.result.reference_point + np.append(v, np.zeros(3 - d))
     if line is not None:

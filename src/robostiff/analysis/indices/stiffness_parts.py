@@ -240,7 +240,7 @@ def _readable(values: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 
 
 def _along_axes(basis: np.ndarray) -> list[np.ndarray]:
-    """An orthonormal basis of the same span, nearest to the axes, largest components positive."""
+    """Orthonormal basis of the span of rows (k, d), near the axes, largest components positive."""
     vectors: list[np.ndarray] = []
     rest = basis
     while len(rest):

@@ -242,6 +242,7 @@ def poses_at(poses: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 
 def _of_legs(e: MapEvaluator, poses: np.ndarray) -> dict[str, np.ndarray]:
+    """Rank, status and variables at poses (N, names), by the batched form."""
     pose, near = e.columns.as_pose(poses), np.array(e.near) if e.near else None
     result = direct_stiffness(cast(Any, e.robot), pose, near=near)
     values: dict[str, np.ndarray] = {}

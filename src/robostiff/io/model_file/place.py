@@ -65,7 +65,7 @@ class Place(DocumentPlace):
                 quantity = parse(value).evaluate(self.names, self.mathematics)
                 has_unit = not quantity.is_bare
                 fits = not has_unit or quantity.measures(dimension)
-                number = to_si(quantity, dimension, got=None if fits else self._came(value))
+                number = to_si(quantity, dimension, got=None if fits else self._as_written(value))
             else:
                 number = self.mathematics.bare(to_si(value, dimension))
         if self.is_exact:  # checked at its nominal value
@@ -77,7 +77,7 @@ class Place(DocumentPlace):
             low = f"at least {least:g} in SI units"
             expected, hint = ("a positive one", hint) if number <= 0 else (low, None)
         if expected is not None:
-            got = self._came(value)
+            got = self._as_written(value)
             raise self.error(dimension.noun, got=got, expected=expected, hint=hint)
         question(number, dimension, self.document.location, self.path, has_unit=has_unit)
         return number
@@ -131,7 +131,7 @@ class Place(DocumentPlace):
         in_leg = self.leg and self.leg not in subject
         return super().error(f"{subject} (in {self.leg})" if in_leg else subject, **words)
 
-    def _came(self, value: str | float) -> Any:
+    def _as_written(self, value: str | float) -> Any:
         """What is written here; with its value, where the text is more than a quantity."""
         if not isinstance(value, str):
             return value

@@ -235,13 +235,13 @@ def _couplings(
     couplings = []
     for i, coupling in enumerate(graph.couplings):
         for name, factor in coupling.sum.items():
-            there = place.at("couplings", i, "sum", name)
+            at = place.at("couplings", i, "sum", name)
             if name not in known:
-                raise there.unknown("motion of a joint", name, known)
+                raise at.unknown("motion of a joint", name, known)
             if len(known[name]) > 1:
-                raise there.error("motion of a joint", got=name, expected="a name of one motion")
+                raise at.error("motion of a joint", got=name, expected="a name of one motion")
             if factor == 0:
-                raise there.error("factor", got=factor, expected="a number other than zero")
+                raise at.error("factor", got=factor, expected="a number other than zero")
         terms = tuple((*known[name][0], float(factor)) for name, factor in coupling.sum.items())
         couplings.append(CouplingElement(coupling.name or f"coupling{i + 1}", terms, coupling.k))
     return tuple(couplings)

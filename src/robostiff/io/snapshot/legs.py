@@ -395,7 +395,7 @@ def snapshot_to_data(snapshot: Snapshot) -> dict[str, Any]:
 def _chain(leg: PlacedLeg, name: str, prefix: str) -> dict[str, Any]:
     """A leg or a branch; names lose the ``block/branch/`` that the reader puts before them."""
     alone = [e.alone if isinstance(e, CoupledFreedom) else e for e in leg.elements]
-    roles = _held_alone(leg, {e.name for e in alone if _is_rigid(e)})
+    roles = _locked_by_couplings(leg, {e.name for e in alone if _is_rigid(e)})
     elements = [
         replace(e, role=roles[e.name]) if isinstance(e, PlacedFreedom) and e.name in roles else e
         for e in alone
@@ -438,7 +438,7 @@ def _chain(leg: PlacedLeg, name: str, prefix: str) -> dict[str, Any]:
     return data
 
 
-def _held_alone(leg: PlacedLeg, rigid: set[str]) -> dict[str, Role]:
+def _locked_by_couplings(leg: PlacedLeg, rigid: set[str]) -> dict[str, Role]:
     """Joints that a coupling holds by themselves, as all others of its sum are held rigidly."""
     roles: dict[str, Role] = {}
     sums = [e for e in leg.elements if isinstance(e, CoupledFreedom) and len(e.sum) > 1]
