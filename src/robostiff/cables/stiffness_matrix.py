@@ -170,10 +170,10 @@ def axial_stiffness(robot: CableRobot, lengths: np.ndarray, tensions: np.ndarray
     array([25000.])
     """
     cables = robot.cables
-    stretch = np.array([0.0 if own.EA is None else 1.0 / own.EA for own in cables])
-    winches = [own.winch_stiffness for own in cables]
+    stretch = np.array([0.0 if cable.EA is None else 1.0 / cable.EA for cable in cables])
+    winches = [cable.winch_stiffness for cable in cables]
     give = np.array([0.0 if k is None else 1.0 / k for k in winches])
-    guide = np.array([own.guide_length for own in cables])
+    guide = np.array([cable.guide_length for cable in cables])
     unstrained = (lengths + guide - tensions * give) / (1.0 + tensions * stretch)
     if np.any((unstrained <= 0) & (stretch > 0) & (lengths > 0)):
         i = int(np.argwhere((unstrained <= 0) & (stretch > 0) & (lengths > 0))[0][-1])
@@ -378,31 +378,31 @@ def stability(W: np.ndarray, K: np.ndarray, size: np.ndarray, tolerance: Toleran
     (array([1]), array([2]))
     """
     U, values, _ = np.linalg.svd(W)
-    held = np.count_nonzero(values > tolerance.independence, axis=-1)
+    stretching = np.count_nonzero(values > tolerance.independence, axis=-1)
     doubtful = np.any(tolerance.leaves_in_doubt(values), axis=-1)
     free, unstable = np.zeros((2, *K.shape[:-1]), dtype=bool)
     motions = np.empty_like(K)
-    for r in np.unique(held):
-        rows = held == r
+    for r in np.unique(stretching):
+        rows = stretching == r
         H, N, K_r = U[rows, :, :r], U[rows, :, r:], K[rows]
         H_T = np.swapaxes(H, -1, -2)
-        own, directions = np.linalg.eigh(H_T @ K_r @ H)
-        largest = np.abs(own).max(axis=-1, initial=0.0)[:, None]
-        doubtful[rows] |= np.any(np.abs(own) <= tolerance.near_rigidity * largest, axis=-1)
+        eigenvalues, directions = np.linalg.eigh(H_T @ K_r @ H)
+        largest = np.abs(eigenvalues).max(axis=-1, initial=0.0)[:, None]
+        doubtful[rows] |= np.any(np.abs(eigenvalues) <= tolerance.near_rigidity * largest, axis=-1)
         H = H @ directions
-        motions[rows, :, :r], unstable[rows, :r] = H, own < -_ROUNDING * largest
-        regular = np.all(own != 0, axis=-1)[:, None]
+        motions[rows, :, :r], unstable[rows, :r] = H, eigenvalues < -_ROUNDING * largest
+        regular = np.all(eigenvalues != 0, axis=-1)[:, None]
         pushed = np.swapaxes(H, -1, -2) @ K_r @ N
-        divisor = np.where(regular, own, 1.0)[:, :, None]
+        divisor = np.where(regular, eigenvalues, 1.0)[:, :, None]
         M = N - H @ np.where(regular[:, :, None], pushed / divisor, 0.0)
-        left = np.swapaxes(N, -1, -2) @ K_r @ M
-        own, turned = np.linalg.eigh(0.5 * (left + np.swapaxes(left, -1, -2)))
+        schur = np.swapaxes(N, -1, -2) @ K_r @ M
+        eigenvalues, turned = np.linalg.eigh(0.5 * (schur + np.swapaxes(schur, -1, -2)))
         # Rounding of the large elastic entries reaches the small ones.
         near = np.maximum(tolerance.near_independence * size[rows, None], 1e-13 * largest)
         floor = np.maximum(tolerance.independence * size[rows, None], 1e-15 * largest)
-        lost = np.abs(own) <= floor
+        lost = np.abs(eigenvalues) <= floor
         motions[rows, :, r:] = M @ turned
-        free[rows, r:], unstable[rows, r:] = lost, (own < 0) & ~lost
-        doubtful[rows] |= np.any(~lost & (np.abs(own) <= near), axis=-1)
+        free[rows, r:], unstable[rows, r:] = lost, (eigenvalues < 0) & ~lost
+        doubtful[rows] |= np.any(~lost & (np.abs(eigenvalues) <= near), axis=-1)
     rank = K.shape[-1] - np.count_nonzero(free, axis=-1)
-    return Stability(held, rank, motions, free, unstable, doubtful)
+    return Stability(stretching, rank, motions, free, unstable, doubtful)

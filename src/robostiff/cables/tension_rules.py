@@ -82,15 +82,15 @@ class TensionProblem:
         # Some rows may be dependent: they are replaced by independent ones.
         U, values, _ = np.linalg.svd(self.W[pose])
         rank = int(np.count_nonzero(values > 1e-9))
-        held, lost = U[:, :rank], U[:, rank:]
+        span, lost = U[:, :rank], U[:, rank:]
         if np.abs(lost.T @ self.F[pose]).max(initial=0.0) > _BALANCED * size:
             return False
         from scipy.optimize import linprog
 
         found = linprog(
             np.zeros(self.W.shape[-1]),
-            A_eq=held.T @ self.W[pose],
-            b_eq=-held.T @ self.F[pose] / size,
+            A_eq=span.T @ self.W[pose],
+            b_eq=-span.T @ self.F[pose] / size,
             bounds=bounds,
             method="highs",
         )
@@ -187,7 +187,7 @@ def _best_length(
     lengths at which a tension meets a limit.
     """
     d = (step[:, None, :] @ W)[:, 0]
-    own = -np.einsum("ni,ni->n", F, step)
+    needed = -np.einsum("ni,ni->n", F, step)
     moving = np.abs(d) > 1e-15 * np.abs(d).max(axis=-1, keepdims=True)
     safe = np.where(moving, d, 1.0)
     meets = np.concatenate([(low - raw) / safe, (high - raw) / safe], axis=-1)
@@ -198,7 +198,7 @@ def _best_length(
         at = np.where(np.isfinite(lengths), lengths, 0.0)
         tensions = raw[:, None, :] + at[..., None] * d[:, None, :]
         tensions = np.minimum(np.maximum(tensions, low), high)
-        return own[:, None] - (tensions @ d[..., None])[..., 0]
+        return needed[:, None] - (tensions @ d[..., None])[..., 0]
 
     slopes = np.where(np.isfinite(meets), slope(meets), -np.inf)
     # The last break point with a rising slope; the maximum lies between it and the next.
@@ -211,8 +211,8 @@ def _best_length(
     # Beyond the last break point the slope is linear; two points determine it.
     unit = np.maximum(start, 1.0)
     probe, slope_end = end, np.take_along_axis(slopes, beyond, axis=-1)[:, 0]
-    if not np.all(met := np.isfinite(end) & (end > start)):
-        probe = np.where(met, end, start + unit)
+    if not np.all(bounded := np.isfinite(end) & (end > start)):
+        probe = np.where(bounded, end, start + unit)
         slope_end = slope(probe[:, None])[:, 0]
     fall = slope_start - slope_end
     ends = fall > 1e-14 * np.abs(slope_start)
@@ -224,7 +224,7 @@ def _best_length(
     nothing = (np.abs(d) <= _NO_WORK * most[:, None]) & ~np.isfinite(limits)
     available = np.sum(d * np.where(nothing, 0.0, limits), axis=-1)
     size = np.abs(F).max(axis=-1) + np.abs(low).max()
-    forever = (~ends & (slope_start > 0)) | (own - available > _PROVEN * most * size)
+    forever = (~ends & (slope_start > 0)) | (needed - available > _PROVEN * most * size)
     return np.where(forever, start + unit, np.maximum(length, 0.0)), forever
 
 

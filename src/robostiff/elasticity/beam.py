@@ -253,7 +253,7 @@ def tapered_compliance(
     Parameters
     ----------
     segments : sequence of (length, material, section)
-        From base to tip. A smooth taper is met with an error that falls with the square of the
+        From base to tip. For a smooth taper the error falls with the square of the
         number of segments, each given the cross-section at its middle.
     theory : BeamTheory
         `EulerBernoulli()`, the default, or `Timoshenko()`.
@@ -290,8 +290,8 @@ def tapered_compliance(
     compliances = exact_arrays(*(beam_compliance(*piece, theory) for piece in pieces))
     total: NDArray[Any] | None = None
     to_tip: Any = np.zeros((), dtype=compliances[0].dtype)
-    for own, (length, _, _) in zip(reversed(compliances), reversed(pieces), strict=True):
-        moved = move_compliance(own, np.stack([to_tip, 0 * to_tip, 0 * to_tip], axis=-1))
+    for C, (length, _, _) in zip(reversed(compliances), reversed(pieces), strict=True):
+        moved = move_compliance(C, np.stack([to_tip, 0 * to_tip, 0 * to_tip], axis=-1))
         total = moved if total is None else total + moved
-        to_tip = to_tip + (exact_number(length) if own.dtype == object else np.asarray(length))
+        to_tip = to_tip + (exact_number(length) if C.dtype == object else np.asarray(length))
     return np.asarray(total)

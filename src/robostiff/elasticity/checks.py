@@ -59,27 +59,27 @@ def left_open(bounds: Iterable[Bounds]) -> tuple[Bounds, ...]:
 def error_at(
     named: Sequence[tuple[str, Bounds]], symbols: tuple[Any, ...], rows: np.ndarray
 ) -> InputError | None:
-    """The first that values (symbols, N) do not meet, with names of parts; None of all met."""
-    formulas = [x for _, own in named for x in (own.low, own.value, own.high) if x is not None]
+    """The first bound that values (symbols, N) miss, by the names of parts; None if all hold."""
+    formulas = [x for _, b in named for x in (b.low, b.value, b.high) if x is not None]
     with np.errstate(all="ignore"):
         numbers = iter(_function(symbols, tuple(formulas))(*rows))
-    for name, own in named:
+    for name, bound in named:
         low, value = next(numbers), next(numbers)
-        rounding = 1e-12 if own.or_at else 0.0  # 1 - 0.9 - 0.1 is below zero
-        met = low < value + rounding
-        if own.high is not None:
-            met = met & (value < next(numbers) + rounding)
-        if not np.all(met):  # of a value that is not a number either
-            met, value = (np.broadcast_to(x, rows.shape[1:]) for x in (met, value))
-            k = int(np.argmin(met))
-            used = {s for x in own.differences.values() for s in x.free_symbols}
+        rounding = 1e-12 if bound.or_at else 0.0  # 1 - 0.9 - 0.1 is below zero
+        inside = low < value + rounding
+        if bound.high is not None:
+            inside = inside & (value < next(numbers) + rounding)
+        if not np.all(inside):  # of a value that is not a number either
+            inside, value = (np.broadcast_to(x, rows.shape[1:]) for x in (inside, value))
+            k = int(np.argmin(inside))
+            used = {s for x in bound.differences.values() for s in x.free_symbols}
             pairs = zip(symbols, rows[:, k].tolist(), strict=True)
             given = ", ".join(f"{symbol} = {x}" for symbol, x in pairs if symbol in used)
             return InputError(
-                f"{own.subject} of {name!r} in row {k}, {given}",
+                f"{bound.subject} of {name!r} in row {k}, {given}",
                 got=float(value[k]),
-                expected=own.expected,
-                hint=own.hint,
+                expected=bound.expected,
+                hint=bound.hint,
             )
     return None
 

@@ -57,15 +57,15 @@ class Material:
     bounds: Any = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        own = []
+        positive = []
         if self.density is not None:
             density = positive_number(f"density of {self.name!r}", self.density, "kg/m^3")
             object.__setattr__(self, "density", density)
         for name, words in (("E", "Young's modulus E"), ("G", "shear modulus G")):
             subject = f"{words} of {self.name!r}"
             object.__setattr__(self, name, positive_number(subject, getattr(self, name), "Pa"))
-            own.append(Bounds(subject, getattr(self, name)))
-        bounds = own if self.bounds is None else self.bounds
+            positive.append(Bounds(subject, getattr(self, name)))
+        bounds = positive if self.bounds is None else self.bounds
         object.__setattr__(self, "bounds", left_open(bounds))
 
     @classmethod

@@ -72,7 +72,7 @@ class CrossSection:
     bounds: Any = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        own = []
+        positive = []
         for name, words, unit in (
             ("A", "area A", "m^2"),
             ("Iy", "second moment of area Iy", "m^4"),
@@ -86,8 +86,8 @@ class CrossSection:
                 continue
             subject = f"{words} of the cross-section"
             object.__setattr__(self, name, positive_number(subject, value, unit))
-            own.append(Bounds(subject, getattr(self, name)))
-        bounds = own if self.bounds is None else self.bounds
+            positive.append(Bounds(subject, getattr(self, name)))
+        bounds = positive if self.bounds is None else self.bounds
         object.__setattr__(self, "bounds", left_open(bounds))
 
 
@@ -348,12 +348,12 @@ def _rectangle_torsion_constant(b: Any, h: Any) -> Any:
         p, q = b**20, h**20
         return (p * _torsion_series(b, h) + q * _torsion_series(h, b)) / (p + q)
     short, long = (b, h) if ratio < 1 else (h, b)
-    own = float(long / short)
+    aspect = float(long / short)
     # tanh x = 1 - 2 / (exp(2x) + 1): the ones sum to 31/32 zeta(5), and the rest, at most
     # exp(-n pi), / n^5 is below 1e-20 from the sixth odd n on.
-    powers = [(n, math.exp(-n * math.pi * own)) for n in range(1, 10, 2)]
+    powers = [(n, math.exp(-n * math.pi * aspect)) for n in range(1, 10, 2)]
     rest = sum(2 * x / (1 + x) / n**5 for n, x in powers)
-    factor = (1 - 192 / math.pi**5 / own * (_ONES - rest)) / 3
+    factor = (1 - 192 / math.pi**5 / aspect * (_ONES - rest)) / 3
     # Exact arithmetic beside formulas takes a number for it.
     return long * short**3 * (exact_number(factor) if is_formula(ratio) else factor)
 

@@ -61,17 +61,17 @@ def symmetric_formulas(matrix: np.ndarray, kind: MatrixKind) -> tuple[Bounds, ..
     expected = "no negative eigenvalue: a spring does not push in the direction it is pulled"
     bounds = []
     for block in _blocks(matrix):
-        held: list[int] = []
+        pivots: list[int] = []
         for i in block:
-            rows = [*held, i]
+            rows = [*pivots, i]
             minor: Any = sp.Matrix(matrix[np.ix_(rows, rows)]).det(method="berkowitz")
             if minor.is_zero is False or sp.simplify(minor) != 0:
                 names = ", ".join(kind.rows[j] for j in rows)
                 words = f"determinant of the rows {names} of the {kind.name}"
-                may_vanish = kind is COMPLIANCE and not held  # a rigid direction
+                may_vanish = kind is COMPLIANCE and not pivots  # a rigid direction
                 bounds.append(Bounds(words, minor, expected=expected, or_at=may_vanish))
-                held = rows
-            elif not held and len(block) > 1:
+                pivots = rows
+            elif not pivots and len(block) > 1:
                 entry = f"entry [{kind.rows[i]}, {kind.columns[i]}] = 0"
                 raise InputError(f"{kind.name}, {entry}", expected=expected)
     return tuple(bounds)
@@ -251,8 +251,8 @@ def elasticity_from_stiffness(stiffness: Any) -> Elasticity:
         return _from_formulas(formulas)
     K = checked_symmetric(stiffness, STIFFNESS)
     spectrum = scaled_spectrum(K, STIFFNESS)
-    held = spectrum.values > spectrum.threshold
-    if held.all():
+    stiff = spectrum.values > spectrum.threshold
+    if stiff.all():
         # Scaled to a unit diagonal, so that units and sizes do not matter.
         scale = np.sqrt(np.diagonal(K))
         unit = K / np.outer(scale, scale)
@@ -263,10 +263,10 @@ def elasticity_from_stiffness(stiffness: Any) -> Elasticity:
             vars(found)["modes"] = np.linalg.inv(np.linalg.cholesky(unit)).T / scale[:, None]
         return found
     _refuse_penalty(K, spectrum)
-    basis = spectrum.scale[:, None] * spectrum.vectors[:, held]
-    compliance = (basis / spectrum.values[held]) @ basis.T
-    free = spectrum.scale[:, None] * spectrum.vectors[:, ~held]
-    freedoms = free @ np.linalg.inv(free[_leading_rows(spectrum.vectors[:, ~held])])
+    basis = spectrum.scale[:, None] * spectrum.vectors[:, stiff]
+    compliance = (basis / spectrum.values[stiff]) @ basis.T
+    free = spectrum.scale[:, None] * spectrum.vectors[:, ~stiff]
+    freedoms = free @ np.linalg.inv(free[_leading_rows(spectrum.vectors[:, ~stiff])])
     return Elasticity((compliance + compliance.T) / 2, freedoms)
 
 

@@ -78,13 +78,13 @@ class ChainProblem:
         t = Space.of_size(K.shape[-1]).translations
         diagonal = np.abs(np.einsum("...ii->...i", K))
         transmitted = np.abs(self.W).max(axis=-1, initial=0.0)
-        blocks, held = (
+        blocks, carried = (
             np.stack([values[..., :t].max(axis=-1), values[..., t:].max(axis=-1)], axis=-1)
             for values in (diagonal, transmitted)
         )
         whole = np.einsum("...ii->...i", other).max(axis=-1)[..., None]
         part = blocks / np.where(whole > 0, whole, 1.0)
-        return np.min(np.where(held > self.tolerance.rounding, part, 1.0), axis=-1)
+        return np.min(np.where(carried > self.tolerance.rounding, part, 1.0), axis=-1)
 
     @property
     def _near_dependence(self) -> np.ndarray:

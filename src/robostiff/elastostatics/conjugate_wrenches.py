@@ -73,10 +73,10 @@ class ConjugateWrenches(PoseBatch):
     ) -> list[np.ndarray]:
         """Wrenches (..., n, k) of each leg, from the sizes (..., m, k) of those of all legs."""
         found, start, first = [], 0, 0
-        for own in parts:
-            stop, last = start + own.unit.shape[-1], first + own.rigid.shape[-1]
-            elastic = own.unit @ sizes[..., start:stop, :]
-            found.append(elastic + own.rigid @ rigid_sizes[..., first:last, :])
+        for leg in parts:
+            stop, last = start + leg.unit.shape[-1], first + leg.rigid.shape[-1]
+            elastic = leg.unit @ sizes[..., start:stop, :]
+            found.append(elastic + leg.rigid @ rigid_sizes[..., first:last, :])
             start, first = stop, last
         return found
 
@@ -141,11 +141,11 @@ def conjugate_wrenches(
 
 def alike(decisions: np.ndarray) -> Iterator[tuple[Any, np.ndarray]]:
     """Groups of poses with the same decisions, as an index, and the decisions, arrays of int."""
-    every = decisions.reshape(-1, decisions.shape[-1])
-    if len(every) and np.all(every == every[0]):
-        yield Ellipsis, every[0]
+    rows = decisions.reshape(-1, decisions.shape[-1])
+    if len(rows) and np.all(rows == rows[0]):
+        yield Ellipsis, rows[0]
         return
-    for decision in np.unique(every, axis=0):
+    for decision in np.unique(rows, axis=0):
         yield np.all(decisions == decision, axis=-1), decision
 
 
@@ -168,12 +168,12 @@ def eliminated(
     """
     found = []
     blurred = np.zeros(np.broadcast_shapes(G.shape[:-2], sizes.shape[:-1]), dtype=bool)
-    for left in range(pivots, 0, -1):
-        energies = np.einsum("...pm,...pm->...m", G[..., :left], G[..., :left])
+    for count in range(pivots, 0, -1):
+        energies = np.einsum("...pm,...pm->...m", G[..., :count], G[..., :count])
         place = np.argmax(energies, axis=-1)
-        if left > 1 and np.any(place != 0):
-            chosen = np.arange(left) == place[..., None]
-            G, X = _swapped(G, chosen, left), _swapped(X, chosen, left)
+        if count > 1 and np.any(place != 0):
+            chosen = np.arange(count) == place[..., None]
+            G, X = _swapped(G, chosen, count), _swapped(X, chosen, count)
         g, x = G[..., 0], X[..., 0]
         energy = np.max(energies, axis=-1)
         safe = np.where(energy > 0, energy, 1.0)
@@ -187,12 +187,12 @@ def eliminated(
     return found, X, blurred
 
 
-def _swapped(A: np.ndarray, chosen: np.ndarray, left: int) -> np.ndarray:
+def _swapped(A: np.ndarray, chosen: np.ndarray, count: int) -> np.ndarray:
     """The chosen column first, and the first in its place."""
-    first, pivots = A[..., 0], A[..., :left]
+    first, pivots = A[..., 0], A[..., :count]
     column = np.einsum("...pm,...m->...p", pivots, chosen.astype(float))
     swapped = np.where(chosen[..., None, :], first[..., None], pivots)
-    swapped = np.concatenate([column[..., None], swapped[..., 1:], A[..., left:]], axis=-1)
+    swapped = np.concatenate([column[..., None], swapped[..., 1:], A[..., count:]], axis=-1)
     return swapped
 
 
@@ -312,15 +312,16 @@ def least_energy(
     rigid_shares, doubtful = np.zeros((*batch, k, n)), np.zeros(batch, dtype=bool)
     ranks = np.stack([by_rigid, np.broadcast_to(rank, batch)], axis=-1)
     for group, decision in alike(np.concatenate([elastic, stiff, ranks], axis=-1)):
-        own, of_rigid = np.flatnonzero(decision[:m]), np.flatnonzero(decision[m : m + k])
+        of_elastic, of_rigid = np.flatnonzero(decision[:m]), np.flatnonzero(decision[m : m + k])
         found = _shared(
-            unit[group][..., own],
-            compliance[group][..., own],
+            unit[group][..., of_elastic],
+            compliance[group][..., of_elastic],
             rigid[group][..., of_rigid],
             int(decision[-2]),
             int(decision[-1]),
         )
-        shares[group], modes[group] = _in_rows(found.shares, own, m), _in_rows(found.modes, own, m)
+        shares[group] = _in_rows(found.shares, of_elastic, m)
+        modes[group] = _in_rows(found.modes, of_elastic, m)
         rigid_shares[group] = _in_rows(found.rigid_shares, of_rigid, k)
         doubtful[group] = found.doubtful
     return LeastEnergy(shares, rigid_shares, modes, doubtful)

@@ -369,13 +369,13 @@ class IndexRules(Form):
         for i in range(J_q.shape[-1]):
             # Poses may differ in the axis of a joint: each coordinate in turn takes its own.
             for p in range(J_q.shape[-2]):
-                own = turns[..., p - t, i] if p >= t else moves[..., p, i] & ~turns[..., i].any(-1)
-                own = own & ~problem.redundant[..., i]
+                fits = turns[..., p - t, i] if p >= t else moves[..., p, i] & ~turns[..., i].any(-1)
+                fits = fits & ~problem.redundant[..., i]
                 # (19), or (18) where the axis is shifted.
-                trivial = own & ~moves[..., i].any(axis=-1) if p >= t else own
+                trivial = fits & ~moves[..., i].any(axis=-1) if p >= t else fits
                 if np.any(trivial):
                     K[trivial] = eliminate_index(K[trivial], p)
-                quasi = own & ~trivial
+                quasi = fits & ~trivial
                 if np.any(quasi):
                     J = J_q[..., i][quasi]
                     K[quasi] = eliminate_quasi_trivial(K[quasi], p, J[..., :t] / J[..., p, None])

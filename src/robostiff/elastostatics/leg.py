@@ -107,11 +107,11 @@ def wrenches_and_margins(
             towards = towards + W[..., 0] * (leading - first)[..., None]
             towards = towards / (size * np.abs(leading))[..., None]
             W = W[..., 1:] - towards[..., :, None] * drive[..., None, 1:]
-        elif not np.all(lost):  # poses that decide differently, each group on its own
+        elif not np.all(lost):  # poses that decide differently, each group by itself
             several, margins = np.zeros((*lost.shape, n, n)), np.zeros((*lost.shape, joints))
             for group in (lost, ~lost):
-                own, margins[group] = wrenches_and_margins(J_q[group], independence)
-                several[group, :, : own.shape[-1]] = own
+                W_group, margins[group] = wrenches_and_margins(J_q[group], independence)
+                several[group, :, : W_group.shape[-1]] = W_group
             return several, margins
     # Unit vectors carry no smaller parts than these: an axis-aligned chain keeps its exact zeros.
     return np.where(np.abs(W) <= _ROUNDING, 0.0, W), margins
@@ -301,17 +301,17 @@ def aggregate(legs: Sequence[CartesianStiffness]) -> CartesianStiffness:
             expected="one space and one batch of poses",
         )
     n = first.space.size
-    held, rigid = (
-        poses_side_by_side(np.concatenate(own, axis=-1), 2)
-        for own in ([leg.held for leg in legs], [leg.rigid for leg in legs])
+    wrenches, rigid = (
+        poses_side_by_side(np.concatenate(stack, axis=-1), 2)
+        for stack in ([leg.held for leg in legs], [leg.rigid for leg in legs])
     )
-    margin = smallest_singular_value(held)
+    margin = smallest_singular_value(wrenches)
     tolerance = first.tolerance
     full = np.asarray(margin > tolerance.independence)
     rank = np.full(first.batch_shape, n)
     doubtful = np.array(full & (margin <= tolerance.near_independence))
     if not np.all(full):
-        values = np.linalg.svd(held[~full], compute_uv=False)
+        values = np.linalg.svd(wrenches[~full], compute_uv=False)
         rank[~full] = np.count_nonzero(values > tolerance.independence, axis=-1)
         doubtful[~full] = np.any(tolerance.leaves_in_doubt(values), axis=-1)
     status = np.bitwise_or.reduce([leg.status_codes for leg in legs])
@@ -332,7 +332,7 @@ def aggregate(legs: Sequence[CartesianStiffness]) -> CartesianStiffness:
         matrix=K,
         status_codes=np.asarray(status, dtype=np.uint16),
         rank=rank,
-        held=held,
+        held=wrenches,
         redundant=np.concatenate([leg.redundant for leg in legs], axis=-1),
         length=first.length,
         rigid=rigid,

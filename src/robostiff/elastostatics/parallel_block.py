@@ -162,54 +162,54 @@ def block_of(
     missing = max(0, A.shape[-2] - A.shape[-1])  # columns, which are zero
     padded = np.pad(A, [(0, 0)] * (A.ndim - 1) + [(0, missing)])
     U, values, _ = np.linalg.svd(padded, full_matrices=False)
-    held = values > tolerance.independence
+    fixed = values > tolerance.independence
     doubtful = np.any(tolerance.leaves_in_doubt(values), axis=-1)
     for branch in branches:
         doubtful = doubtful | np.any(tolerance.leaves_in_doubt(branch.margins), axis=-1)
-    own = [branch.conjugate for branch in branches]
+    wrenches = [branch.conjugate for branch in branches]
     unit, rigid = (
-        _on_bodies([getattr(one, name) for one in own], ends, bodies) for name in ("unit", "rigid")
+        _on_bodies([getattr(w, name) for w in wrenches], ends, bodies) for name in ("unit", "rigid")
     )
-    compliance = np.concatenate([one.compliance for one in own], axis=-1)
-    rank = np.count_nonzero(held, axis=-1)
+    compliance = np.concatenate([w.compliance for w in wrenches], axis=-1)
+    rank = np.count_nonzero(fixed, axis=-1)
     shared = least_energy(unit, compliance, rigid, rank, tolerance)
     # Unit vectors carry no smaller parts than rounding: aligned blocks keep exact zeros.
-    free = np.where(np.abs(U) <= _ROUNDING, 0.0, U) * ~held[..., None, :]
+    free = np.where(np.abs(U) <= _ROUNDING, 0.0, U) * ~fixed[..., None, :]
     mechanisms, loads, on_loaded = free, np.eye(n), A
     if bodies > 1:
-        inverse = np.where(held, 1.0 / np.where(held, values, 1.0), 0.0)
+        inverse = np.where(fixed, 1.0 / np.where(fixed, values, 1.0), 0.0)
         carried = U[..., :n, :] * inverse[..., None, :]
         # motions of the loaded body among those of all, and what it transmits without them
         U, values, _ = np.linalg.svd(free[..., :n, :], full_matrices=False)
-        U, held = U[..., ::-1], values[..., ::-1] <= tolerance.independence
+        U, fixed = U[..., ::-1], values[..., ::-1] <= tolerance.independence
         doubtful = doubtful | np.any(tolerance.leaves_in_doubt(values), axis=-1)
-        free, W = U * ~held[..., None, :], U * held[..., None, :]
+        free, W = U * ~fixed[..., None, :], U * fixed[..., None, :]
         # of all wrenches with the others in equilibrium the largest that unit ones come to
         Y, sizes, _ = np.linalg.svd(np.swapaxes(W, -1, -2) @ carried, full_matrices=False)
         some = sizes > tolerance.independence
         on_loaded = W @ Y * np.where(some, 1.0 / np.where(some, sizes, 1.0), 0.0)[..., None, :]
         loads = np.eye(n) - free @ np.swapaxes(free, -1, -2)
-    most = int(np.max(np.count_nonzero(~held, axis=-1), initial=0))
-    few = int(np.min(np.count_nonzero(~held, axis=-1), initial=n))
+    most = int(np.max(np.count_nonzero(~fixed, axis=-1), initial=0))
+    few = int(np.min(np.count_nonzero(~fixed, axis=-1), initial=n))
     on_first, on_first_rigid, modes = (
         part[..., :n] @ loads for part in (shared.shares, shared.rigid_shares, shared.modes)
     )
     if bodies > 1:  # what is nothing beside a unit load is rounding
         modes = np.where(np.max(np.abs(on_first), axis=-1, keepdims=True) > _NOTHING, modes, 0.0)
-    carried = ConjugateWrenches.carried(own, on_first, on_first_rigid)
+    carried = ConjugateWrenches.carried(wrenches, on_first, on_first_rigid)
     margins = np.concatenate([branch.margins for branch in branches], axis=-1)
     return BlockCompliance(
         modes=modes,
         length=length,
         held=on_loaded,
-        W=(U * held[..., None, :])[..., : n - few],
+        W=(U * fixed[..., None, :])[..., : n - few],
         # Twists in metres and radians again.
         J_q=free[..., n - most :] / s[..., :, None],
-        present=~held[..., n - most :],
+        present=~fixed[..., n - most :],
         shares=np.stack([one * s[..., :, None] / s[..., None, :] for one in carried], axis=-3),
         mechanisms=mechanisms,
         redundant=margins <= tolerance.independence,
-        doubtful=doubtful | shared.doubtful | np.logical_or.reduce([one.doubtful for one in own]),
+        doubtful=doubtful | shared.doubtful | np.logical_or.reduce([w.doubtful for w in wrenches]),
     )
 
 
@@ -221,11 +221,11 @@ def _on_bodies(
     if all(pair == (0, 1) for pair in ends):
         return np.concatenate(wrenches, axis=-1)
     placed = []
-    for own, (a, b) in zip(wrenches, ends, strict=True):
-        on_each = np.zeros((*own.shape[:-2], bodies + 1, n, own.shape[-1]))
-        on_each[..., a, :, :] -= own
-        on_each[..., b, :, :] += own
-        placed.append(on_each[..., 1:, :, :].reshape(*own.shape[:-2], bodies * n, -1))
+    for W, (a, b) in zip(wrenches, ends, strict=True):
+        on_each = np.zeros((*W.shape[:-2], bodies + 1, n, W.shape[-1]))
+        on_each[..., a, :, :] -= W
+        on_each[..., b, :, :] += W
+        placed.append(on_each[..., 1:, :, :].reshape(*W.shape[:-2], bodies * n, -1))
     return np.concatenate(placed, axis=-1)
 
 
@@ -270,8 +270,8 @@ class Details(CartesianStiffness):
     @classmethod
     def of(cls, whole: CartesianStiffness, **more: Any) -> Details:
         """A stiffness about an origin, with what else was found."""
-        own = {one.name: getattr(whole, one.name) for one in fields(CartesianStiffness)}
-        return cls(**{**own, **more})
+        values = {one.name: getattr(whole, one.name) for one in fields(CartesianStiffness)}
+        return cls(**{**values, **more})
 
     @cached_property
     def at_reference(self) -> np.ndarray:

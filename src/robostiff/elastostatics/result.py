@@ -62,12 +62,12 @@ def definite_inverse(K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     C, certain = empty_batch((len(given),), (n, n)), np.ones(len(given), dtype=bool)
     places = [(i, j) for i in range(n) for j in range(i, n)]
     for start in range(0, len(given), _AT_ONCE):
-        own = slice(start, start + _AT_ONCE)
-        rows, inverse = (np.moveaxis(every[own], 0, -1) for every in (given, C))
+        chunk = slice(start, start + _AT_ONCE)
+        rows, inverse = (np.moveaxis(array[chunk], 0, -1) for array in (given, C))
         A, product = {place: rows[place].copy() for place in places}, np.empty(rows.shape[-1])
         with np.errstate(all="ignore"):
             for k in range(n):
-                certain[own] &= A[k, k] * _FEW_LOST > rows[k, k]
+                certain[chunk] &= A[k, k] * _FEW_LOST > rows[k, k]
                 A[k, k] = factor = -1 / A[k, k]
                 column = [A[min(i, k), max(i, k)] for i in range(n)]
                 scaled = [entry * factor for entry in column]
@@ -257,8 +257,8 @@ class CartesianStiffness(StiffnessOfPoses, PoseBatch):
     @cached_property
     def shared(self) -> LeastEnergy:
         """How these wrenches share a load, with the least energy; in scaled coordinates."""
-        own = self.wrenches
-        return least_energy(own.unit, own.compliance, own.rigid, self.rank, self.tolerance)
+        w = self.wrenches
+        return least_energy(w.unit, w.compliance, w.rigid, self.rank, self.tolerance)
 
     @property
     def decision(self) -> RankDecision:

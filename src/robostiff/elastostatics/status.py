@@ -170,12 +170,12 @@ class PoseBatch:
 
     def __getitem__(self, index: Any) -> Self:
         """The same at one pose, or at some poses, of the batch."""
-        return _mapped(lambda own: np.asarray(own[index]), self)
+        return _mapped(lambda array: np.asarray(array[index]), self)
 
     def reshaped(self, batch: tuple[int, ...]) -> Self:
         """The same under another batch shape."""
         axes = len(self.batch_shape)
-        return _mapped(lambda own: own.reshape((*batch, *own.shape[axes:])), self)
+        return _mapped(lambda array: array.reshape((*batch, *array.shape[axes:])), self)
 
     @classmethod
     def joined(cls, parts: Sequence[Self], batch: tuple[int, ...] | None = None) -> Self:
@@ -186,7 +186,7 @@ class PoseBatch:
 
         def one_batch(*stacks: np.ndarray) -> np.ndarray:
             most = np.max([stack.shape[1:] for stack in stacks], axis=0).astype(int)
-            missing = [[(0, 0), *((0, k) for k in most - own.shape[1:])] for own in stacks]
+            missing = [[(0, 0), *((0, k) for k in most - stack.shape[1:])] for stack in stacks]
             return np.concatenate([np.pad(s, k) for s, k in zip(stacks, missing, strict=True)])
 
         whole = parts[0] if len(parts) == 1 else _mapped(one_batch, *parts)
@@ -201,17 +201,17 @@ def _mapped(f: Callable[..., np.ndarray], first: Any, *others: Any) -> Any:
     elif any(other is None for other in others):
         found = None
     elif isinstance(first, PoseBatch):
-        own = vars(first)
-        every = {}
+        values = vars(first)
+        mapped = {}
         for name in first.__dataclass_fields__:  # type: ignore[attr-defined]
-            is_alone = not others and type(own[name]) is np.ndarray  # most of all calls
+            is_alone = not others and type(values[name]) is np.ndarray  # most of all calls
             rest = [getattr(other, name) for other in others]
-            every[name] = f(own[name]) if is_alone else _mapped(f, own[name], *rest)
-        found = type(first)(**every)
+            mapped[name] = f(values[name]) if is_alone else _mapped(f, values[name], *rest)
+        found = type(first)(**mapped)
     elif isinstance(first, str):
-        found = "; ".join(dict.fromkeys(own for own in (first, *others) if own))
+        found = "; ".join(dict.fromkeys(text for text in (first, *others) if text))
     elif isinstance(first, tuple) and not isinstance(next(iter(first), None), str):
-        found = tuple(_mapped(f, *own) for own in zip(first, *others, strict=True))
+        found = tuple(_mapped(f, *entries) for entries in zip(first, *others, strict=True))
     elif isinstance(first, dict):
-        found = {key: _mapped(f, first[key], *(own[key] for own in others)) for key in first}
+        found = {key: _mapped(f, first[key], *(other[key] for other in others)) for key in first}
     return found

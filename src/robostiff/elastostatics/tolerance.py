@@ -182,8 +182,8 @@ def smallest_compliance(
         return np.ones(trace.shape)
     A = np.einsum("...im,...im->...m", W, W)[..., :, None] * np.eye(m)
     idle = np.eye(m) - np.where(A > 0, 1.0, 0.0) * np.eye(m)
-    held = np.where(trace > 0, trace, 1.0)[..., None, None]
-    A = product(transposed(W), product(C, W)) / held + idle
+    scale = np.where(trace > 0, trace, 1.0)[..., None, None]
+    A = product(transposed(W), product(C, W)) / scale + idle
     bound = np.atleast_1d(_determinant_bound(A))
     doubtful = bound < _CERTAIN
     if np.any(doubtful):
@@ -232,14 +232,14 @@ def smallest_held_stiffness(
     least = np.max(diagonal, axis=-1, keepdims=True) * _CERTAIN
     size = np.sqrt(np.where(diagonal > least, diagonal, np.where(least > 0, least, 1.0)))
     unit = np.reshape(K / (size[..., :, None] * size[..., None, :]), (-1, n, n))
-    held = np.ravel(rank)
+    ranks = np.ravel(rank)
     value = _determinant_bound(unit)
-    doubtful = (value < _CERTAIN) | (held < n)
+    doubtful = (value < _CERTAIN) | (ranks < n)
     if np.any(doubtful):
         eigenvalues = np.linalg.eigvalsh(unit[doubtful])
-        place = np.minimum(n - held[doubtful], n - 1)[:, None]
+        place = np.minimum(n - ranks[doubtful], n - 1)[:, None]
         value[doubtful] = np.take_along_axis(eigenvalues, place, axis=-1)[:, 0]
-        value[held == 0] = 1.0
+        value[ranks == 0] = 1.0
     return value.reshape(K.shape[:-2])
 
 

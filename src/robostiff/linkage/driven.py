@@ -144,15 +144,15 @@ class DrivenLinkage:
         """
         values = self.values(rows)
         if self.drives and not self._start.is_closed:
-            each = ({name: own[i] for name, own in values.items()} for i in range(len(rows)))
-            return [_nearest(self.part, frozenset(self.drives), own) for own in each]
-        found, left = [self.home] * len(rows), np.arange(len(rows) if self.drives else 0)
-        for loops in self._loops if left.size else ():
-            there = loops.followed({name: own[left] for name, own in values.items()})
-            for i, one in zip(left, there, strict=True):
+            driven = ({name: x[i] for name, x in values.items()} for i in range(len(rows)))
+            return [_nearest(self.part, frozenset(self.drives), q) for q in driven]
+        found, open_ = [self.home] * len(rows), np.arange(len(rows) if self.drives else 0)
+        for loops in self._loops if open_.size else ():
+            reached = loops.followed({name: x[open_] for name, x in values.items()})
+            for i, one in zip(open_, reached, strict=True):
                 found[i] = one
-            left = left[[not one.is_closed for one in there]]
-            if not left.size:
+            open_ = open_[[not one.is_closed for one in reached]]
+            if not open_.size:
                 break
         return found
 
@@ -165,7 +165,7 @@ class DrivenLinkage:
     def _loops(self) -> list[LoopsOfLinkage]:
         """Loops that passive joints keep closed, then those that all joints do that may move."""
         moving = _movable(self.part, frozenset(self.drives))
-        return [LoopsOfLinkage.of(self.part, self._start.coordinates, own) for own in moving]
+        return [LoopsOfLinkage.of(self.part, self._start.coordinates, joints) for joints in moving]
 
     def rounded(self, found: Sequence[Configuration]) -> dict[int, Configuration]:
         """Closed configurations moved by rounding along the motion that their loops hold least.
@@ -180,12 +180,11 @@ class DrivenLinkage:
         x = np.array([row(one.coordinates) for one in found])
         _, values, V_T = np.linalg.svd(closing.loops.rates(x))
         largest = values.max(axis=-1, initial=0.0)[:, None]
-        held = np.count_nonzero(values > _FREE * largest, axis=-1) - 1
-        each = range(len(found))
-        rows = [k for k in each if held[k] >= 0 and values[k, held[k]] <= _REGULAR * values[k, 0]]
+        last = np.count_nonzero(values > _FREE * largest, axis=-1) - 1
+        rows = [k for k, j in enumerate(last) if j >= 0 and values[k, j] <= _REGULAR * values[k, 0]]
         if not rows:
             return {}
-        steps = [V_T[k, held[k]] * _ROUNDING / values[k, held[k]] for k in rows]
+        steps = [V_T[k, last[k]] * _ROUNDING / values[k, last[k]] for k in rows]
         moved = closing.configurations(closing.loops.moved(x[rows], np.array(steps)))
         return dict(zip(rows, moved, strict=True))
 
@@ -211,7 +210,7 @@ class DrivenLinkage:
         scale = np.array([_TURN if screw.turns else reach for screw in self._freedoms])
         for shrink in range(nearer, _SHRINKS):
             shifts = scale * _NEARER**shrink * random.uniform(-1, 1, (2 * COUNT, len(scale)))
-            found = [there for there in self.at(self.at_home + shifts) if there.is_closed]
+            found = [one for one in self.at(self.at_home + shifts) if one.is_closed]
             if len(found) >= COUNT:
                 return found[:COUNT]
         raise InputError(
@@ -223,17 +222,17 @@ class DrivenLinkage:
 
     def following(self, samples: Sequence[Configuration]) -> tuple[Connection, ...]:
         """Joints that follow: passive ones, or all that may where only these close the loops."""
-        own = [
+        movable = [
             c
             for c in self.part.connections
             if c.may_move and c.name not in self.drives and c.name in self.part.tree.in_loops
         ]
-        passive = [c for c in own if c.is_passive]
-        others = [c.name for c in own if c not in passive]
+        passive = [c for c in movable if c.is_passive]
+        others = [c.name for c in movable if c not in passive]
         still = self.home.coordinates
         if any(all(np.array_equal(s.coordinates[n], still[n]) for n in others) for s in samples):
             return tuple(passive)
-        return tuple(own)
+        return tuple(movable)
 
 
 @kept
@@ -247,10 +246,10 @@ def driven_by(linkage: Linkage, joints: tuple[str, ...] | None) -> DrivenLinkage
         return Frame(tidied(frame.R).astype(float), tidied_point(frame.p).astype(float))
 
     part = essential(linkage)
-    own = [replace(c, before=tidy(c.before), after=tidy(c.after)) for c in part.connections]
-    part = replace(part, connections=tuple(own))
+    connections = [replace(c, before=tidy(c.before), after=tidy(c.after)) for c in part.connections]
+    part = replace(part, connections=tuple(connections))
     if joints is None:
-        joints = tuple(own.name for own in part.joints if isinstance(own.role, Actuated))
+        joints = tuple(joint.name for joint in part.joints if isinstance(joint.role, Actuated))
     else:
         linkage.check_names(joints)
         known = {joint.name for joint in part.joints}
@@ -324,23 +323,23 @@ def close(linkage: Linkage, values: JointValues | None = None) -> Configuration:
     return DrivenLinkage(linkage, tuple(given), home).at(row[None])[0]
 
 
-def _movable(linkage: Linkage, held: frozenset[str]) -> list[tuple[Connection, ...]]:
+def _movable(linkage: Linkage, fixed: frozenset[str]) -> list[tuple[Connection, ...]]:
     """The passive joints that may move; then all that may, where these are more."""
-    movable = tuple(c for c in linkage.connections if c.may_move and c.name not in held)
+    movable = tuple(c for c in linkage.connections if c.may_move and c.name not in fixed)
     passive = tuple(c for c in movable if c.is_passive)
     return [passive] if len(passive) == len(movable) else [passive, movable]
 
 
 def _nearest(
-    linkage: Linkage, held: frozenset[str], values: Mapping[str, np.ndarray]
+    linkage: Linkage, fixed: frozenset[str], values: Mapping[str, np.ndarray]
 ) -> Configuration:
     """Closed at values of some joints, as near to the home coordinates of the others as it goes.
 
-    Passive joints move, or all that may and are not held, where only these close the loops.
+    Passive joints move, or all that may and are not fixed, where only these close the loops.
     """
     guess = {c.name: values.get(c.name, c.home) for c in linkage.connections}
-    passive, *every = _movable(linkage, held)
+    passive, *others = _movable(linkage, fixed)
     found = LoopsOfLinkage.of(linkage, guess, passive).nearest
-    if found.is_closed or not every:
+    if found.is_closed or not others:
         return found
-    return LoopsOfLinkage.of(linkage, guess, every[0]).nearest
+    return LoopsOfLinkage.of(linkage, guess, others[0]).nearest

@@ -112,7 +112,7 @@ def _between_base_and_platform(linkage: Linkage) -> Linkage:
     for name, pair in ends.items():
         for body in pair:
             at[body].add(name)
-    loose = [body for body, own in at.items() if len(own) == 1 and body not in ground]
+    loose = [body for body, names in at.items() if len(names) == 1 and body not in ground]
     for body in loose:  # what hangs on one connection, then what hung on that
         for name in at.pop(body):
             (other,) = set(ends.pop(name)) - {body}
@@ -120,11 +120,11 @@ def _between_base_and_platform(linkage: Linkage) -> Linkage:
             if len(at[other]) == 1 and other not in ground:
                 loose.append(other)
     bodies = set(at)
-    for cut in [body for body, own in at.items() if len(own) != 2 or body in ground]:
+    for cut in [body for body, names in at.items() if len(names) != 2 or body in ground]:
         rest = [body for body in at if body != cut]
         first = connected_parts(rest, [pair for pair in ends.values() if cut not in pair])
         grounded = {first[body] for body in ground - {cut}}
-        bodies -= {body for body, own in first.items() if own not in grounded}
+        bodies -= {body for body, part in first.items() if part not in grounded}
     kept = tuple(c for c in linkage.connections if {c.a, c.b} <= bodies)
     others = [c for c in linkage.connections if not {c.a, c.b} <= bodies]
     return _with(linkage, kept, _with_others(linkage.masses, kept, others))
@@ -141,28 +141,28 @@ def _with_others(
     carriers = {body: (body, Frame.identity()) for c in kept for body in (c.a, c.b)}
     waiting = list(carriers)
     total = {body: list(masses.get(body, ())) for body in carriers}
-    left = list(others)
+    rest = list(others)
     while waiting:
         body = waiting.pop()
         whole, place = carriers[body]
-        for c in [own for own in left if body in (own.a, own.b)]:
-            left.remove(c)
+        for c in [one for one in rest if body in (one.a, one.b)]:
+            rest.remove(c)
             start = Frame.identity() if body == c.a else _across(c).inverse
             if isinstance(c.element, Link):
                 total[whole] += [
                     (
-                        own
-                        if own.centre is not None
-                        else replace(own, centre=0.5 * c.element.to, span=None)
+                        mass
+                        if mass.centre is not None
+                        else replace(mass, centre=0.5 * c.element.to, span=None)
                     ).seen_from(place @ start @ c.before)
-                    for own in c.element.masses
+                    for mass in c.element.masses
                 ]
             other = c.b if body == c.a else c.a
             if other not in carriers:
                 seen = place @ (_across(c) if body == c.a else start)
                 carriers[other] = whole, seen
                 waiting.append(other)
-                total[whole] += [own.seen_from(seen) for own in masses.get(other, ())]
+                total[whole] += [mass.seen_from(seen) for mass in masses.get(other, ())]
     return total
 
 
@@ -183,9 +183,9 @@ def _with(
             expected="joints or elastic parts that connect them",
             hint="floating joints connect nothing",
         )
-    held = linkage.held & {c.name for c in kept}
-    own = {body: tuple(several) for body, several in masses.items() if several}
-    return replace(linkage, connections=kept, held=held, masses=own)
+    fixed = linkage.held & {c.name for c in kept}
+    of_bodies = {body: tuple(several) for body, several in masses.items() if several}
+    return replace(linkage, connections=kept, held=fixed, masses=of_bodies)
 
 
 def placed_branches(
@@ -198,12 +198,12 @@ def placed_branches(
     Connections are placed where they begin in the world, at coordinates of numbers or of entries.
     """
     for a, b, path in branches([(c.a, c.b) for c in part.connections], (part.base, part.platform)):
-        own = (part.connections[i] for i, _ in path)
-        yield a, b, [(c, place_chain(c.chain, q[c.name], *start_of(c))) for c in own]
+        connections = (part.connections[i] for i, _ in path)
+        yield a, b, [(c, place_chain(c.chain, q[c.name], *start_of(c))) for c in connections]
 
 
 def branches_of_linkage(
-    part: Linkage, every: Sequence[Configuration]
+    part: Linkage, samples: Sequence[Configuration]
 ) -> tuple[Snapshot, list[tuple[int, int]]]:
     """Series paths between the bodies of an essential linkage, placed at N configurations.
 
@@ -211,7 +211,7 @@ def branches_of_linkage(
     """
 
     def frame_of(body: str) -> tuple[np.ndarray, np.ndarray]:
-        R, p = zip(*(one.places[body] for one in every), strict=True)
+        R, p = zip(*(one.places[body] for one in samples), strict=True)
         return np.array(R), np.array(p)
 
     def start_of(c: Connection) -> tuple[np.ndarray, np.ndarray]:
@@ -219,17 +219,17 @@ def branches_of_linkage(
         return R @ c.before.R, p + R @ c.before.p
 
     q = {
-        c.name: np.array([one.coordinates.get(c.name, ()) for one in every]).reshape(
-            len(every), c.chain.size
+        c.name: np.array([one.coordinates.get(c.name, ()) for one in samples]).reshape(
+            len(samples), c.chain.size
         )
         for c in part.connections
     }
     legs, ends, number = [], [], {part.base: 0, part.platform: 1}
     for a, b, path in placed_branches(part, q, start_of):
         elements = [
-            replace(own, name=f"{c.name}/{own.name}")
+            replace(element, name=f"{c.name}/{element.name}")
             for c, placed in path
-            for own in placed.elements
+            for element in placed.elements
         ]
         legs.append(PlacedLeg(f"branch {len(legs)}", tuple(elements), path[-1][1].p))
         ends.append((number.setdefault(a, len(number)), number.setdefault(b, len(number))))
@@ -243,15 +243,15 @@ def network_of(part: Linkage, found: Configuration) -> Network:
     joints, springs, nodes = [], [], []
     for body in part.bodies:
         frame = found.frames[body]
-        each = (own.placed(own.name, frame.R, frame.p) for own in part.masses.get(body, ()))
-        nodes.append(Node(body, frame.p, tuple(chain.from_iterable(each))))
+        at_node = (mass.placed(mass.name, frame.R, frame.p) for mass in part.masses.get(body, ()))
+        nodes.append(Node(body, frame.p, tuple(chain.from_iterable(at_node))))
     for c in part.connections:
         if isinstance(c.element, Link):
             base = found.frames[c.a] @ c.before
             leg = placed_with_masses(c.name, c.chain, found.coordinates[c.name], base)
-            (own,) = leg.springs
+            (spring,) = leg.springs
             masses = tuple(replace(mass, after=0) for mass in leg.masses)
-            place = own.point, own.rotation, own.elasticity
+            place = spring.point, spring.rotation, spring.elasticity
             springs.append(SpringElement(c.name, c.a, c.b, *place, masses))
         else:
             start = found.frames[c.a] @ c.before
@@ -302,7 +302,7 @@ def robot_of(
     InputError
         When a leg has no compliance at all, or joints of different legs are coupled.
     """
-    ends, own = (part.base, part.platform), []
+    ends, connections = (part.base, part.platform), []
     # A description has zero coordinates where no posture was chosen.
     chosen = any(np.any(q) for q in found.coordinates.values())
     for c in part.connections:
@@ -310,21 +310,21 @@ def robot_of(
         if isinstance(element, Joint):
             home = tuple(found.coordinates[c.name].tolist())
             element = replace(element, home=home, home_given=chosen)
-        own.append(replace(c, element=element))
-    ways = list(branches([(c.a, c.b) for c in own], ends))
+        connections.append(replace(c, element=element))
+    ways = list(branches([(c.a, c.b) for c in connections], ends))
     if any((a, b) != ends for a, b, _ in ways):
         return None
-    each, serial = [], len(ways) == 1
+    legs, serial = [], len(ways) == 1
     for path in sorted((path for *_, path in ways), key=lambda path: path[0]):
-        way = [own[i] if forward else turned_round(own[i]) for i, forward in path]
+        way = [connections[i] if forward else turned_round(connections[i]) for i, forward in path]
         elements, end = _elements(way, part.masses), way[-1].after
         if serial:  # an arm ends in the frame of the platform
             elements += _rigid(end, "the platform")
-            each.append(Leg(part.name, way[0].before, Chain(tuple(elements)), Frame.identity()))
+            legs.append(Leg(part.name, way[0].before, Chain(tuple(elements)), Frame.identity()))
         else:  # a leg ends where it meets the platform
             attachment = Frame(end.inverse.R + 0.0, end.inverse.p + 0.0)  # without negative zeros
-            each.append(Leg(way[0].name, way[0].before, Chain(tuple(elements)), attachment))
-    legs = _coupled(each, couplings)
+            legs.append(Leg(way[0].name, way[0].before, Chain(tuple(elements)), attachment))
+    legs = _coupled(legs, couplings)
     robot = Robot(
         part.name,
         legs,
@@ -338,7 +338,7 @@ def robot_of(
 
 
 def _coupled(legs: Sequence[Leg], couplings: Sequence[Coupling]) -> tuple[Leg, ...]:
-    own: dict[int, list[Coupling]] = {}
+    of_leg: dict[int, list[Coupling]] = {}
     for one in couplings:
         names = {name for name, _ in one.terms}
         fits = [i for i, leg in enumerate(legs) if names <= {e.name for e, _ in leg.chain.moving}]
@@ -348,9 +348,9 @@ def _coupled(legs: Sequence[Leg], couplings: Sequence[Coupling]) -> tuple[Leg, .
                 got="joints of different legs, one of which follows the other",
                 expected=f"joints of one leg, or a role of its own for {one.terms[0][0]!r}",
             )
-        own.setdefault(fits[0], []).append(one)
+        of_leg.setdefault(fits[0], []).append(one)
     return tuple(
-        replace(leg, chain=Chain(leg.chain.elements, tuple(own.get(i, ()))))
+        replace(leg, chain=Chain(leg.chain.elements, tuple(of_leg.get(i, ()))))
         for i, leg in enumerate(legs)
     )
 
@@ -361,8 +361,8 @@ def _elements(chain: list[Connection], masses: Mapping[str, tuple[Mass, ...]]) -
     for i, connection in enumerate(chain):
         if i > 0:
             to, body = way @ connection.before, connection.a
-            own = tuple(mass.seen_from(way) for mass in masses.get(body, ()))
-            elements += [Rigid(to, f"body {body}", own)] if own else _rigid(to, connection.name)
+            mass = tuple(m.seen_from(way) for m in masses.get(body, ()))
+            elements += [Rigid(to, f"body {body}", mass)] if mass else _rigid(to, connection.name)
         if connection.element is not None:
             elements.append(connection.element)
         way = connection.after

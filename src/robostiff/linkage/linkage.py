@@ -236,11 +236,11 @@ def turned_round(connection: Connection) -> Connection:
         elasticity = moved(element.elasticity, element.axes, -to)
         masses = tuple(
             replace(
-                own,
-                centre=None if own.centre is None else own.centre - to,
-                span=None if own.span is None else (1 - own.span[1], 1 - own.span[0]),
+                mass,
+                centre=None if mass.centre is None else mass.centre - to,
+                span=None if mass.span is None else (1 - mass.span[1], 1 - mass.span[0]),
             )
-            for own in element.masses
+            for mass in element.masses
         )
         element = Link(-to, elasticity, np.eye(3), element.name, masses)
     elif element is not None and element.kind is JointKind.SPHERICAL:
@@ -344,11 +344,11 @@ class MovedBodies:
 
     def row(self, q: Mapping[str, np.ndarray]) -> np.ndarray:
         """Postures (..., size) at coordinates (..., size) of each connection."""
-        own = {name: np.asarray(q[name]) for name in self.places}
-        batch = np.broadcast_shapes(*(x.shape[:-1] for x in own.values()))
-        row = np.empty((*batch, self.tree.size), np.result_type(float, *own.values()))
+        arrays = {name: np.asarray(q[name]) for name in self.places}
+        batch = np.broadcast_shapes(*(x.shape[:-1] for x in arrays.values()))
+        row = np.empty((*batch, self.tree.size), np.result_type(float, *arrays.values()))
         for name, (places, sign) in self.places.items():
-            row[..., places] = sign * own[name]
+            row[..., places] = sign * arrays[name]
         return row
 
 
@@ -377,8 +377,8 @@ def moved_bodies(linkage: Linkage) -> MovedBodies:
         joints.append(frames[cut.a].to(cut.before.R, cut.before.p))
         end, moving = beyond(cut)
         pairs = (moving, led[cut.b]), (led[cut.b], moving)
-        own, leading = (tuple(i for i in x if i not in y) for x, y in pairs)
-        tree.ends.append(LoopEnd(end, frames[cut.b], own, leading))
+        moving, leading = (tuple(i for i in x if i not in y) for x, y in pairs)
+        tree.ends.append(LoopEnd(end, frames[cut.b], moving, leading))
     return MovedBodies(tree, frames, tuple(joints), places)
 
 
@@ -397,8 +397,8 @@ class LoopsOfLinkage:
     ) -> LoopsOfLinkage:
         """The loops that some joints may close."""
         bodies, in_loops = moved_bodies(linkage), linkage.tree.in_loops
-        own, tree = [c for c in moving if c.name in in_loops], bodies.tree
-        unknowns = np.array([i for c in own for i in bodies.places[c.name][0]], dtype=int)
+        closing, tree = [c for c in moving if c.name in in_loops], bodies.tree
+        unknowns = np.array([i for c in closing for i in bodies.places[c.name][0]], dtype=int)
         x = bodies.row(start)
         placed = tree.placed(x[None])
         points = (placed.at(one)[1] for one in (*bodies.frames.values(), *bodies.joints))
@@ -411,7 +411,7 @@ class LoopsOfLinkage:
             parts=(ClosurePart(np.arange(0), equations, np.arange(unknowns.size)),),
             length=float(max(map(np.linalg.norm, points))) or 1.0,
         )
-        return cls(linkage, start, own, loops)
+        return cls(linkage, start, closing, loops)
 
     @property
     def nearest(self) -> Configuration:
@@ -427,10 +427,10 @@ class LoopsOfLinkage:
         return self._arrived(follow(loops, loops.start, given))
 
     def _arrived(self, found: Followed, lost: bool = False) -> list[Configuration]:
-        each = zip(self.configurations(found.x), found.elsewhere, strict=True)
+        pairs = zip(self.configurations(found.x), found.elsewhere, strict=True)
         return [
             replace(one, elsewhere=lost or bool(elsewhere), closes_at_home=True)
-            for one, elsewhere in each
+            for one, elsewhere in pairs
         ]
 
     def _turn_by_turn(self, given: np.ndarray) -> Configuration:
@@ -461,8 +461,8 @@ class LoopsOfLinkage:
         shift, turn = ends.missed
         found = []
         for i, row in enumerate(x):
-            moved = {name: sign * row[own] for name, (own, sign) in bodies.places.items()}
-            there = {name: (R[i], p[i]) for name, (R, p) in frames.items()}
+            moved = {name: sign * row[places] for name, (places, sign) in bodies.places.items()}
+            of_bodies = {name: (R[i], p[i]) for name, (R, p) in frames.items()}
             gaps = {c.name: (float(shift[i, k]), float(turn[i, k])) for k, c in enumerate(cuts)}
-            found.append(Configuration({**self.start, **moved}, there, gaps, self.loops.length))
+            found.append(Configuration({**self.start, **moved}, of_bodies, gaps, self.loops.length))
         return found

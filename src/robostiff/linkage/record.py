@@ -53,8 +53,8 @@ def record_linkage_closure(
             bodies.places[c.name][0], ({name: 1} for name in c.coordinate_names), strict=True
         )
     found = [*openings(tree, tree.placed(bodies.row(q)), moving, length)]
-    unknowns = [name for own in moving.values() for name in own]
-    parts = independent_parts(unknowns, [own.rates for own in found])
+    unknowns = [name for rates in moving.values() for name in rates]
+    parts = independent_parts(unknowns, [opening.rates for opening in found])
     groups = [([found[k] for k in loops], names) for names, loops in parts]
     joints = [
         (c.element, c.coordinate_names, q[c.name] * bodies.places[c.name][1], c.freedoms)
@@ -142,8 +142,8 @@ def record_linkage(
 
     legs = []
     for a, b, path in placed_branches(part, q, start_of):
-        every = [e for _, own in path for e in own.parts]
-        legs.append((a, b, PlacedLeg(path[0][0].name, _simple(every, recorder), reference)))
+        elements = [e for _, chain in path for e in chain.parts]
+        legs.append((a, b, PlacedLeg(path[0][0].name, _simple(elements, recorder), reference)))
     legs.sort(key=lambda leg: sum(f.is_passive for f in leg[2].freedoms))
     chains = [BodyChain(leg.name, a, b, leg) for a, b, leg in legs]
     world = WorkingFrame(np.eye(3, dtype=int).astype(object), reference)

@@ -47,9 +47,9 @@ class _ReadSteps(Sequence[Step]):
     names: Mapping[int, str]
 
     @cached_property
-    def _made(self) -> tuple[Step, ...]:
+    def _steps(self) -> tuple[Step, ...]:
         count, operations = len(self), map(_OPERATIONS.__getitem__, self.letters)
-        columns: list[list[Any]] = [[None if k < 0 else k for k in own] for own in (self.a, self.b)]
+        columns: list[list[Any]] = [[None if k < 0 else k for k in x] for x in (self.a, self.b)]
         columns += [0.0] * count, [""] * count
         for column, known in zip(columns[2:], (self.numbers, self.names), strict=True):
             for i, value in known.items():
@@ -61,16 +61,16 @@ class _ReadSteps(Sequence[Step]):
         return len(self.letters)
 
     def __iter__(self) -> Iterator[Step]:
-        return iter(self._made)
+        return iter(self._steps)
 
     def __getitem__(self, place: Any) -> Any:
-        return self._made[place]
+        return self._steps[place]
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Sequence) and self._made == tuple(other)
+        return isinstance(other, Sequence) and self._steps == tuple(other)
 
     def __hash__(self) -> int:
-        return hash(self._made)
+        return hash(self._steps)
 
 
 @dataclass(frozen=True)

@@ -206,20 +206,20 @@ class Record:
         if not isinstance(value, Entry):
             short = shortened(value)
             return 0 if short is not value and abs(float(short)) <= _SAME * scale else short
-        own = self._samples[value.step]
-        first = float(own[0])  # most differ at the first sample
+        samples = self._samples[value.step]
+        first = float(samples[0])  # most differ at the first sample
         for number, near in ((0, _SAME * scale), (1, _SAME), (-1, _SAME)):
-            if abs(first - number) <= near and np.all(np.abs(own - number) <= near):
+            if abs(first - number) <= near and np.all(np.abs(samples - number) <= near):
                 return number
-        exponent, digits = _leading_digits(own[0])
+        exponent, digits = _leading_digits(samples[0])
         near = self._by_value.get
         below, same, above = (exponent, digits - 1), (exponent, digits), (exponent, digits + 1)
         for earlier in sorted([*near(below, ()), *near(same, ()), *near(above, ())]):
             if earlier >= value.step:
                 break
             other = self._samples[earlier]  # the same up to one sign
-            sign = 1.0 if other[0] * own[0] > 0 else -1.0
-            if np.all(np.abs(other - sign * own) <= _SAME * np.abs(own)):
+            sign = 1.0 if other[0] * samples[0] > 0 else -1.0
+            if np.all(np.abs(other - sign * samples) <= _SAME * np.abs(samples)):
                 return self.at(earlier) if sign > 0 else -self.at(earlier)
         return value
 

@@ -3,7 +3,7 @@
 The platform is loaded against the base, which closes one more loop. Wrenches in equilibrium
 circulate: every chain outside of a spanning tree has wrenches of its own, as the leg of a robot
 has, and chains of the tree carry sums of these, which their passive joints restrict. K follows from
-the energy of what is left. So do legs on a flexible platform, whose parts are chains, too.
+the energy of the other wrenches. So do legs on a flexible platform, whose parts are chains, too.
 """
 
 from __future__ import annotations
@@ -101,8 +101,8 @@ def circulating(
     for flow, sign in zip(flows, signs, strict=True):
         for w in flow.wrenches:
             # What the loop carries over the load's edge is the opposite of the load.
-            held = [x * int(-sign[_LOAD]) for x in w] if _LOAD in sign else [0] * n
-            columns.append([*held, *(int(len(columns) == i) for i in range(count))])
+            end = [x * int(-sign[_LOAD]) for x in w] if _LOAD in sign else [0] * n
+            columns.append([*end, *(int(len(columns) == i) for i in range(count))])
     inner = {
         chain.name: chain.parts
         if isinstance(chain.parts, LocalLeg)
@@ -129,7 +129,7 @@ def circulating(
     energy: list[list[Any]] = [[0] * len(shares) for _ in shares]
     add_energy_in_shares(energy, shares, [flow.carried for flow in flows])
     for chain, local in inner.items():
-        sums = [[dot(own, row) for row in zip(*over[chain], strict=True)] for own in shares]
+        sums = [[dot(share, row) for row in zip(*over[chain], strict=True)] for share in shares]
         each = zip(energy, energy_of(local, sums, rows), strict=True)
         energy = [[x + y for x, y in zip(*pair, strict=True)] for pair in each]
     # What they hold the platform by; what vanishes at all samples is 0, as closed loops have it.
@@ -159,16 +159,16 @@ def circulating(
 
 
 def _flow(chain: BodyChain, recorder: LegRecorder, frame: WorkingFrame) -> _Flow:
-    """A chain of its own wrenches, in the frame in which these are shortest."""
+    """A chain that closes a loop, its wrenches in the frame in which these are shortest."""
     tried: list[tuple[Any, ...]] = []
     rows, about = recorder.space.rows, recorder.reference
     if isinstance(chain.parts, LocalLeg):
         carried = carried_by(chain.parts, rows, recorder.length)
         wrenches = [to_world(w, frame, about, rows) for w in carried.wrenches]
         return _Flow(wrenches, carried.wrenches, carried)
-    for _, own, local in recorder.promising(chain.parts):
+    for _, working, local in recorder.promising(chain.parts):
         carried = carried_by(local, rows, recorder.length)
-        wrenches = [to_world(w, own, about, rows) for w in carried.wrenches]
+        wrenches = [to_world(w, working, about, rows) for w in carried.wrenches]
         entries = [x for row in (*wrenches, *carried.energy) for x in row]
         cost = recorder.record.cost(x.step for x in entries if isinstance(x, Entry))
         tried.append((cost, len(tried), wrenches, carried))
@@ -202,8 +202,8 @@ def legs_on_platform(
         local = local_leg(leg, origin, recorder.record, recorder.length)
         parts.append(BodyChain(f"part {part.name}", _node(part.a), _node(part.b), local))
     legs = (
-        BodyChain(f"leg {leg.name}", _BASE, _node(name), own.leg)
-        for leg, name, own in zip(robot.legs, robot.holds, placed, strict=True)
+        BodyChain(f"leg {leg.name}", _BASE, _node(name), formula.leg)
+        for leg, name, formula in zip(robot.legs, robot.holds, placed, strict=True)
     )
     frame = WorkingFrame(pose.R, pose.p)
     tool = _node(platform.tool)

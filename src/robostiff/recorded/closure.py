@@ -89,15 +89,15 @@ class RecordedSteps:
 
     def composed(self, program: Program) -> Program:
         """The same with the steps before it, from the inputs alone."""
-        record, values = self._taken(self.steps)
+        record, values = self._after(self.steps)
         return Program.of(record, self.ended(program, values))
 
     def begun(self) -> Program:
         """The first steps, from the inputs alone: much in them is known."""
-        record, values = self._taken(self.first_steps)
+        record, values = self._after(self.first_steps)
         return Program.of(record, [values[name] for name in self.state])
 
-    def _taken(self, steps: int) -> tuple[Record, dict[str, Any]]:
+    def _after(self, steps: int) -> tuple[Record, dict[str, Any]]:
         """Inputs and state after some steps, as entries of a record of the inputs."""
         record = self.empty_record(self.inputs)
         values: dict[str, Any] = {name: record.input(name) for name in self.inputs}
@@ -272,8 +272,8 @@ def record_closure(
     guesses, waiting = [], iter(joints)
     for leg, solver, q in zip(finder.robot.legs, finder.solvers, each_leg, strict=True):
         names = [next(waiting) for _ in range(leg.chain.size)]
-        every = np.concatenate([q, solver.home[None]])
-        guesses.append(GuessedLeg.of(leg, names, every, moving))
+        samples = np.concatenate([q, solver.home[None]])
+        guesses.append(GuessedLeg.of(leg, names, samples, moving))
         state |= guesses[-1].state
     record = Record({**inputs, **state}, most)
     entries = with_inputs(robot, record)
@@ -292,21 +292,21 @@ def record_closure(
     passive = {name for name, role in zip(joints, roles, strict=True) if isinstance(role, Passive)}
     if not passive.issuperset(step.undetermined):
         return None
-    held, elsewhere = tuple(step.undetermined), ()
-    if {*same, *open_.values()} - {*held, *step.following, *start}:
+    undetermined, elsewhere = tuple(step.undetermined), ()
+    if {*same, *open_.values()} - {*undetermined, *step.following, *start}:
         # Not the whole step is needed, but its determinants: what is known of all closed postures
         # holds on as well where assembly modes meet, and beyond.
         elsewhere = step.determinants
         unknown = {k: name for k, name in open_.items() if name in start}
         step = newton_step(legs, pose, r, unknown, finder.length)
-    q = {name: x for own in legs for name, x in zip(own.names, own.q, strict=True)}
+    q = {name: x for leg in legs for name, x in zip(leg.names, leg.q, strict=True)}
     turns = []  # positive where a limited turn is the one that the careful closure reports
-    for own in legs:
-        chain = own.leg.chain
+    for leg in legs:
+        chain = leg.leg.chain
         for i, (low, high) in enumerate(chain.limits.T.tolist()):
             if not chain.freedoms[i].is_rotation or math.isinf(low):
                 continue
-            x, centre = own.q[i], min(max(nominal(chain.home[i]), low), high)
+            x, centre = leg.q[i], min(max(nominal(chain.home[i]), low), high)
             turns += [math.pi - (x - centre), math.pi + (x - centre)]
             if high >= centre + math.pi or low <= centre - math.pi:
                 turns += [x - low, high - x]
@@ -320,7 +320,7 @@ def record_closure(
         angles=[name for guess in guesses for name in guess.angles],
         determinants=elsewhere,
     )
-    return closure and replace(closure, held=held, same=same)
+    return closure and replace(closure, held=undetermined, same=same)
 
 
 def steps_from_home(

@@ -65,13 +65,13 @@ def transmitted_by(
         ]
         # A pivot is lost if it is small at all samples, safe if it is large at each of them.
         drives = [
-            0 if most_size(drive) <= _LOST * own else drive
-            for drive, own in zip(drives, sizes, strict=True)
+            0 if most_size(drive) <= _LOST * size else drive
+            for drive, size in zip(drives, sizes, strict=True)
         ]
         # What passes a joint that none of the wrenches moves has no size.
         safety = [
-            least_size(drive) / own if own else 0.0
-            for drive, own in zip(drives, sizes, strict=True)
+            least_size(drive) / size if size else 0.0
+            for drive, size in zip(drives, sizes, strict=True)
         ]
         active = [i for i, drive in enumerate(drives) if not is_zero(drive)]
         redundant.append(not active)
@@ -89,8 +89,8 @@ def transmitted_by(
             # one of the two drives does not vanish.
             (other,) = (i for i in active if i != pivot)
             both = drive * drive + drives[other] * drives[other]
-            own = float(np.hypot(sizes[pivot], sizes[other]))
-            losses.append(_loss(both, float(np.sqrt(least_size(both))) / own))
+            whole = float(np.hypot(sizes[pivot], sizes[other]))
+            losses.append(_loss(both, float(np.sqrt(least_size(both))) / whole))
             alone[-1] = both
             combined = [
                 (0 if is_zero(x) else drive * x) - (0 if is_zero(y) else drives[other] * y)
@@ -118,8 +118,8 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
     A wrench that meets no compliance is an `InputError` that names the leg. (One that holds nothing
     may: it is left out.)
     """
-    left = [list(w) for w in wrenches]
-    n = len(left)
+    columns = [list(w) for w in wrenches]
+    n = len(columns)
     M = [list(row) for row in energy]
     first = [least_size(M[i][i]) for i in range(n)]
     done: list[Column] = []
@@ -131,11 +131,11 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
         part = {i: least_size(M[i][i]) / first[i] if first[i] > 0 else 0.0 for i in open_}
 
         # Pivots that keep their digits and internal stress come first, then what is alone.
-        holds = {i: not all(map(is_zero, left[i])) for i in open_}
+        holds = {i: not all(map(is_zero, columns[i])) for i in open_}
         coupled = {i: sum(not is_zero(M[i][j]) for j in range(n) if j != i) for i in open_}
         pivot = min(open_, key=lambda i: (part[i] < _LITTLE, holds[i], coupled[i], -part[i]))
         if part[pivot] <= _RIGID:
-            if all(most_size(x) <= _RIGID for i in open_ for x in left[i]):
+            if all(most_size(x) <= _RIGID for i in open_ for x in columns[i]):
                 break  # internal stress between rigid branches
             raise InputError(
                 f"leg {leg!r}",
@@ -144,17 +144,17 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
                 hint="give a link or an actuator of the leg its elasticity",
             )
         open_.remove(pivot)
-        own = M[pivot][pivot]
-        if isinstance(own, Entry) and own is not start[pivot]:
-            losses.append(start[pivot] / own)
-        mu.append(own)
-        done.append(left[pivot])
+        diagonal = M[pivot][pivot]
+        if isinstance(diagonal, Entry) and diagonal is not start[pivot]:
+            losses.append(start[pivot] / diagonal)
+        mu.append(diagonal)
+        done.append(columns[pivot])
         for i in open_:
             shared = M[pivot][i]
             if is_zero(shared):
                 continue
-            factor = shortened(shared / own)
-            left[i] = [a - factor * b for a, b in zip(left[i], left[pivot], strict=True)]
+            factor = shortened(shared / diagonal)
+            columns[i] = [a - factor * b for a, b in zip(columns[i], columns[pivot], strict=True)]
             for j in open_:
                 if j >= i:
                     M[i][j] = M[j][i] = M[i][j] - factor * M[pivot][j]
@@ -208,26 +208,26 @@ def carried_by(leg: LocalLeg, rows: Sequence[int], length: float) -> Carried:
     inner = sum(map(len, ways))
     columns: list[Column] = []
     conditions: list[Column] = []
-    for number, own in enumerate(ways):
+    for number, group in enumerate(ways):
         first = len(columns)
-        for k, w in enumerate(own):
+        for k, w in enumerate(group):
             end = w if number == 0 else [0] * n
             columns.append([*end, *(int(j == first + k) for j in range(inner))])
         if number:
             # It carries the same wrench as the first block does: F - A x = 0.
             for row in range(n):
                 condition: Column = [int(row == i) for i in range(n)] + [0] * inner
-                condition[n + first : n + first + len(own)] = [-w[row] for w in own]
+                condition[n + first : n + first + len(group)] = [-w[row] for w in group]
                 conditions.append(condition)
-    scale += [1.0 / wrench_size(w, scale) for own in ways for w in own]
+    scale += [1.0 / wrench_size(w, scale) for group in ways for w in group]
     idle = [0] * inner
     found = transmitted_by([*conditions, *([*t, *idle] for t in twists)], columns, scale)
     branches = [branch for block in blocks for branch in block]
-    held = [way[:n] for way in found.wrenches]
-    energy = energy_of(leg, held, rows)
+    wrenches = [way[:n] for way in found.wrenches]
+    energy = energy_of(leg, wrenches, rows)
     add_energy_in_shares(energy, [way[n:] for way in found.wrenches], branches)
     return Carried(
-        wrenches=held,
+        wrenches=wrenches,
         energy=energy,
         losses=[*found.losses, *(loss for branch in branches for loss in branch.losses)],
         redundant=(

@@ -55,18 +55,18 @@ class Factors:
 
     def solved(self, F: Sequence[Any]) -> list[Any]:
         """Solution x of K x = F, for K of full rank."""
-        left = list(F)
+        rest = list(F)
         y: list[Any] = []
         for column, pivot in zip(self.columns, self.pivots, strict=True):
-            own = left[pivot]
-            y.append(own)
-            if not is_zero(own):
-                left = [a if is_zero(c) else a - c * own for a, c in zip(left, column, strict=True)]
+            y_k = rest[pivot]
+            y.append(y_k)
+            if not is_zero(y_k):
+                rest = [a if is_zero(c) else a - c * y_k for a, c in zip(rest, column, strict=True)]
         x: list[Any] = [0] * self.size
-        for column, pivot, d, own in reversed(
+        for column, pivot, d, y_k in reversed(
             list(zip(self.columns, self.pivots, self.d, y, strict=True))
         ):
-            total = own / d
+            total = y_k / d
             for i, c in enumerate(column):
                 if i != pivot and not (is_zero(c) or is_zero(x[i])):
                     total = total - c * x[i]
@@ -80,31 +80,31 @@ def factors_of(K: Upper, size: int) -> Factors:
     The order is chosen at the samples once for all poses; a pivot that vanishes elsewhere shows in
     its loss.
     """
-    left = [[K[min(i, j), max(i, j)] for j in range(size)] for i in range(size)]
-    diagonal = [left[i][i] for i in range(size)]
+    M = [[K[min(i, j), max(i, j)] for j in range(size)] for i in range(size)]
+    diagonal = [M[i][i] for i in range(size)]
     first = [least_size(x) for x in diagonal]
     columns, d, pivots, losses = [], [], [], []
     open_ = list(range(size))
     while open_:
-        part = {i: least_size(left[i][i]) / first[i] if first[i] > 0 else 0.0 for i in open_}
+        part = {i: least_size(M[i][i]) / first[i] if first[i] > 0 else 0.0 for i in open_}
         pivot = max(open_, key=lambda i: part[i])
         if part[pivot] <= _LOST:
             break
         open_.remove(pivot)
-        own = left[pivot][pivot]
-        if isinstance(own, Entry):
+        d_k = M[pivot][pivot]
+        if isinstance(d_k, Entry):
             whole = usual_size(diagonal[pivot])
-            losses.append((whole if own is diagonal[pivot] else diagonal[pivot] + whole) / own)
+            losses.append((whole if d_k is diagonal[pivot] else diagonal[pivot] + whole) / d_k)
         column: list[Any] = [0] * size
         column[pivot] = 1
         for i in open_:
-            column[i] = left[pivot][i] / own
+            column[i] = M[pivot][i] / d_k
         for i in open_:
             for j in open_:
                 if j >= i and not is_zero(column[i]):
-                    left[i][j] = left[j][i] = left[i][j] - column[i] * left[pivot][j]
+                    M[i][j] = M[j][i] = M[i][j] - column[i] * M[pivot][j]
         columns.append(column)
-        d.append(own)
+        d.append(d_k)
         pivots.append(pivot)
     return Factors(columns, d, pivots, losses, size)
 

@@ -1,4 +1,4 @@
-"""What a record says of its own answer at a pose: one number, a sum of flags."""
+"""Whether the answer of a record at a pose can be trusted: one number, a sum of flags."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class _Tests:
     def all(self) -> Any:
         """1 where all of them are passed."""
         record = self._record
-        bounds = [greater(Entry(record, own), least_) for own, least_ in self._bounds.items()]
+        bounds = [greater(Entry(record, step), least_) for step, least_ in self._bounds.items()]
         product: Any = 1
         for test in (*bounds, *self._others.values()):
             product = product * test
@@ -90,16 +90,16 @@ class _Tests:
         record = self._record
         operation, a, b = record.operations[loss.step]
         tests = [greater(most**2, loss * loss)]
-        for own, other in ((a, b), (b, a)) if operation is Operation.MULTIPLY else ():
-            inner, below, _ = record.operations[own]
+        for inverse, other in ((a, b), (b, a)) if operation is Operation.MULTIPLY else ():
+            inner, below, _ = record.operations[inverse]
             if inner is Operation.RECIPROCAL and np.all(record.sample(below) > 0):
                 above = record.at(other)
                 if isinstance(above, Entry):
                     tests.append(greater(Entry(record, below) * most, above))
-                elif below in self._known or own not in self._known:
+                elif below in self._known or inverse not in self._known:
                     return self.add_above(Entry(record, below), float(above) / most)
                 else:
-                    tests.append(greater(most / float(above), Entry(record, own)))
+                    tests.append(greater(most / float(above), Entry(record, inverse)))
         self.add(min(tests, key=self._more))
 
     def _more(self, entry: Entry) -> int:

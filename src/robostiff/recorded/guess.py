@@ -53,14 +53,14 @@ class GuessedLeg:
         balls: list[dict[str, np.ndarray]] = []
         angles = []
         for element, place in chain.moving:
-            own = {names[i]: q[:, i] for i in range(place.start, place.stop) if chain.free[i]}
+            samples = {names[i]: q[:, i] for i in range(place.start, place.stop) if chain.free[i]}
             if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
                 if place.start not in closing:
-                    found = _same_turn(own, balls)
+                    found = _same_turn(samples, balls)
                     same |= found
-                    balls += [] if found else [own]
+                    balls += [] if found else [samples]
                 continue
-            for (name, x), screw in zip(own.items(), element.freedoms, strict=False):
+            for (name, x), screw in zip(samples.items(), element.freedoms, strict=False):
                 known = turns if screw.turns else slides
                 one = _same(x, known)
                 if one is not None:
@@ -151,13 +151,13 @@ def _same(x: np.ndarray, known: Mapping[str, np.ndarray]) -> Same | None:
 
 
 def _same_turn(
-    own: Mapping[str, np.ndarray], balls: Sequence[Mapping[str, np.ndarray]]
+    samples: Mapping[str, np.ndarray], balls: Sequence[Mapping[str, np.ndarray]]
 ) -> dict[str, Same]:
     """The same of the coordinates of a ball joint, if one of others turns as it does; or {}."""
-    if all(map(is_still, own.values())):
-        return {name: (None, float(x[-1])) for name, x in own.items()}
+    if all(map(is_still, samples.values())):
+        return {name: (None, float(x[-1])) for name, x in samples.items()}
     for ball in balls:
-        pairs = list(zip(own.items(), ball.items(), strict=True))
+        pairs = list(zip(samples.items(), ball.items(), strict=True))
         if all(np.max(np.abs(x - y)) <= _SAME for (_, x), (_, y) in pairs):
             return {name: _same(x, {other: y}) or (other, 1.0) for (name, x), (other, y) in pairs}
     return {}
@@ -199,8 +199,8 @@ def following_balls(leg: Leg) -> list[int]:
         if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL
         if isinstance(element.role, Passive) and chain.free[place].all()
     ]
-    each = ([b for b in balls if b in end.moving] for end in tree_of_leg(leg, np.eye(3)).ends)
-    return [own[-1] for own in each if own]
+    in_loops = ([b for b in balls if b in end.moving] for end in tree_of_leg(leg, np.eye(3)).ends)
+    return [loop[-1] for loop in in_loops if loop]
 
 
 def axes_behind_balls(
@@ -217,8 +217,8 @@ def axes_behind_balls(
     placed.R_wanted[0] = R_end
 
     def behind(ball: int) -> np.ndarray:
-        k, own = next((k, end) for k, end in enumerate(tree.ends) if ball in end.moving)
-        leading = [other for other in balls if other in own.leading]
+        k, loop = next((k, end) for k, end in enumerate(tree.ends) if ball in end.moving)
+        leading = [other for other in balls if other in loop.leading]
         R_wanted = placed.R_wanted[k]
         return (behind(leading[0]) @ R_wanted if leading else R_wanted) @ placed.R[k].T
 
@@ -228,7 +228,7 @@ def axes_behind_balls(
 def with_nominal(robot: Symbolic) -> dict[str, np.ndarray]:
     """Values of the parameters at the samples, the nominal ones last, as at home."""
     samples = parameter_samples(robot)
-    return {name: np.append(own, float(robot.nominal[name])) for name, own in samples.items()}
+    return {name: np.append(x, float(robot.nominal[name])) for name, x in samples.items()}
 
 
 def nominal(value: Any) -> float:

@@ -36,21 +36,21 @@ def lower_bound(record: Record, step: int) -> float:
     (1.0, -inf)
     """
     bounds: dict[int, float] = {}
-    for own in record.needed([step]):  # each step once: many share their arguments
-        operation, a, b = record.operations[own]
+    for i in record.needed([step]):  # each step once: many share their arguments
+        operation, a, b = record.operations[i]
         match operation:
             case Operation.NUMBER:
-                bounds[own] = float(a)
+                bounds[i] = float(a)
             case Operation.SQUARE_ROOT:
-                bounds[own] = 0.0
+                bounds[i] = 0.0
             case Operation.ADD:
-                bounds[own] = bounds[a] + bounds[b]
+                bounds[i] = bounds[a] + bounds[b]
             case Operation.MULTIPLY if a == b:
-                bounds[own] = 0.0
+                bounds[i] = 0.0
             case Operation.MULTIPLY if min(bounds[a], bounds[b]) >= 0:
-                bounds[own] = bounds[a] * bounds[b]
+                bounds[i] = bounds[a] * bounds[b]
             case _:
-                bounds[own] = -math.inf
+                bounds[i] = -math.inf
     return bounds[step]
 
 
@@ -142,12 +142,12 @@ class LegRecorder:
             K = stiffness_entries([leg], len(self.space.rows)).values()
             return self.record.cost(x.step for x in (*K, *leg.losses) if isinstance(x, Entry))
 
-        return min((self._in_frame(leg, *own) for own in self.promising(leg)), key=cost)
+        return min((self._in_frame(leg, *choice) for choice in self.promising(leg)), key=cost)
 
     def promising(self, leg: PlacedLeg) -> list[tuple[int, WorkingFrame, LocalLeg]]:
         """The working frames from which a leg looks simplest, with their numbers."""
         frames = self._frames(leg)
-        seen = [local_leg(leg, own, self.record, self.length) for own in frames]
+        seen = [local_leg(leg, frame, self.record, self.length) for frame in frames]
         best = sorted(range(len(frames)), key=lambda i: seen[i].entries)[:_PROMISING]
         return [(i, frames[i], seen[i]) for i in best]
 
@@ -185,9 +185,9 @@ class LegRecorder:
         frames = list(working_frames(leg, world))
         if self.space is Space.PLANAR:
             frames = [
-                WorkingFrame(own.R, np.array([*own.p[:2], self.reference[2]], dtype=object))
-                for own in frames
-                if self.record.simplified(own.R[2, 2]) == 1  # it keeps the plane
+                WorkingFrame(frame.R, np.array([*frame.p[:2], self.reference[2]], dtype=object))
+                for frame in frames
+                if self.record.simplified(frame.R[2, 2]) == 1  # it keeps the plane
             ]
         return frames
 
@@ -213,10 +213,10 @@ def compliance_ratio(
     """
     if not conjugate.mu:
         return 1.0
-    own = list(rows)
-    scale = np.array([1.0] * 3 + [length] * 3)[own]
+    places = list(rows)
+    scale = np.array([1.0] * 3 + [length] * 3)[places]
     C = _compliance(leg, length, count)
-    trace = np.einsum("sii,i->s", C[:, own][:, :, own], scale**2)
+    trace = np.einsum("sii,i->s", C[:, places][:, :, places], scale**2)
     ratios = []
     for w, mu in zip(conjugate.wrenches, conjugate.mu, strict=True):
         unit = at_samples(w, count) / scale
@@ -230,8 +230,8 @@ def _compliance(leg: LocalLeg, length: float, count: int) -> np.ndarray:
     """Compliance of a leg about the origin of its frame, joints held (samples, 6, 6)."""
     C = np.zeros((count, 6, 6))
     for spring in leg.springs:
-        p, R, own = (at_samples(x, count) for x in (spring.p, spring.R, spring.compliance))
-        placed = PlacedSpring("", p, R, Elasticity(own))
+        p, R, compliance = (at_samples(x, count) for x in (spring.p, spring.R, spring.compliance))
+        placed = PlacedSpring("", p, R, Elasticity(compliance))
         C = C + spring_compliance(placed, np.zeros((count, 3)))
     for twist, stiffness in leg.drives:
         t = at_samples(twist, count)
@@ -255,5 +255,5 @@ def _rigid_block(block: Sequence[LocalLeg], length: float, count: int) -> BlockC
 def at_samples(values: Column | np.ndarray, count: int) -> np.ndarray:
     """Values of entries and numbers at the samples (samples, ...)."""
     entries = np.asarray(values, dtype=object)
-    each = [x.sample if isinstance(x, Entry) else np.full(count, float(x)) for x in entries.flat]
-    return np.array(each).T.reshape(count, *entries.shape)
+    samples = [x.sample if isinstance(x, Entry) else np.full(count, float(x)) for x in entries.flat]
+    return np.array(samples).T.reshape(count, *entries.shape)

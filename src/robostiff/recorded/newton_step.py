@@ -65,29 +65,29 @@ class SparseElimination:
         self, equations: Iterable[LinearEquation], unknowns: Iterable[str]
     ) -> list[LinearEquation]:
         """The equations that are left when unknowns are eliminated where they stand."""
-        left, open_ = list(equations), list(unknowns)
+        rest, open_ = list(equations), list(unknowns)
         pivots = []
-        while (found := self._next(left, open_)) is not None:
-            own, name = found
-            left.remove(own)
+        while (found := self._next(rest, open_)) is not None:
+            chosen, name = found
+            rest.remove(chosen)
             open_.remove(name)
-            pivot = own.rates.pop(name)
+            pivot = chosen.rates.pop(name)
             pivots.append(pivot)
-            own = LinearEquation(
-                {other: rate / pivot for other, rate in own.rates.items()}, own.right / pivot
+            chosen = LinearEquation(
+                {other: rate / pivot for other, rate in chosen.rates.items()}, chosen.right / pivot
             )
-            self._solved_for.append((name, own))
-            for equation in left:
+            self._solved_for.append((name, chosen))
+            for equation in rest:
                 if name in equation.rates:
                     factor = equation.rates.pop(name)
-                    for other, rate in own.rates.items():
+                    for other, rate in chosen.rates.items():
                         value = equation.rates.pop(other, 0) - factor * rate
                         if self._size(value)[1] * equation.weight > _LOST:
                             equation.rates[other] = value
-                    equation.right = equation.right - factor * own.right
+                    equation.right = equation.right - factor * chosen.right
         self.pivots.append(pivots)
         self.undetermined += open_
-        return left
+        return rest
 
     def solution(self) -> dict[str, Any]:
         """Every unknown; 0 for those that no equation determines."""
@@ -102,7 +102,7 @@ class SparseElimination:
 
     def determinants(self) -> list[Any]:
         """Of each group of which pivots were taken, but for a constant sign."""
-        return [reduce(mul, own) for own in self.pivots if own]
+        return [reduce(mul, pivots) for pivots in self.pivots if pivots]
 
     def _next(
         self, equations: list[LinearEquation], unknowns: list[str]
@@ -117,10 +117,10 @@ class SparseElimination:
                 largest[name] = max(largest[name], size)
         best: tuple[Any, ...] = ()
         for number, equation in enumerate(equations):
-            own = [name for name in unknowns if name in equation.rates]
-            most = max((self._size(equation.rates[name])[1] for name in own), default=0.0)
+            names = [name for name in unknowns if name in equation.rates]
+            most = max((self._size(equation.rates[name])[1] for name in names), default=0.0)
             entries = sum(isinstance(rate, Entry) for rate in equation.rates.values())
-            for name in own:
+            for name in names:
                 rate = equation.rates[name]
                 least, usual = self._size(rate)
                 part = least * equation.weight / largest[name]
@@ -187,7 +187,7 @@ class LegAtGuess:
 
 @dataclass(frozen=True)
 class NewtonStep:
-    """What one Newton step says of a guess."""
+    """One Newton step from a guess."""
 
     steps: dict[str, Any]  # by how much each unknown moves [m, rad]
     size: Any  # sum of the squares of all steps, as parts of the length and radians
@@ -220,16 +220,16 @@ def newton_step(
     groups: list[ClosureGroup] = []
     following: dict[str, Any] = {}
     joints: list[JointAtGuess] = []
-    for own in legs:
-        openings, turns = _openings(own, pose, open_, turning, length)
+    for guess in legs:
+        openings, turns = _openings(guess, pose, open_, turning, length)
         for ball, turn in turns.items():
             where = slice(ball, ball + 3)
-            turned = vector_of_turn_near(turn, own.home[where])
-            following |= zip(own.names[where], turned, strict=True)
-        groups.append((openings, own.free))
-        freedoms = own.leg.chain.freedoms
-        for element, place in own.leg.chain.moving:
-            joints.append((element, own.names[place], own.q[place], freedoms[place]))
+            turned = vector_of_turn_near(turn, guess.home[where])
+            following |= zip(guess.names[where], turned, strict=True)
+        groups.append((openings, guess.free))
+        freedoms = guess.leg.chain.freedoms
+        for element, place in guess.leg.chain.moving:
+            joints.append((element, guess.names[place], guess.q[place], freedoms[place]))
     shared = {name: length if k < 3 else 1.0 for k, name in open_.items()}
     return replace(step_of_groups(groups, shared, joints, length), following=following)
 
@@ -272,9 +272,9 @@ def openings(
     shifts = placed.p_wanted - placed.p
     for k, end in enumerate(tree.ends):
         way, path = [k], list(end.moving)
-        while met := [ball for ball in balls if ball in tree.ends[way[-1]].leading]:
+        while crossed := [ball for ball in balls if ball in tree.ends[way[-1]].leading]:
             inner = tree.ends[way[-1]]
-            way.append(next(i for i, own in enumerate(tree.ends) if met[0] in own.moving))
+            way.append(next(i for i, other in enumerate(tree.ends) if crossed[0] in other.moving))
             path += [i for i in tree.ends[way[-1]].moving if i not in inner.leading]
         ball = next((ball for ball in balls if ball in end.moving), None)
         center = placed.p[k] if ball is None else placed.points[ball]
@@ -315,25 +315,25 @@ def step_of_groups(
     before it.
     """
     elimination = SparseElimination()
-    left: list[LinearEquation] = []
+    coupled: list[LinearEquation] = []
     shifts: list[Any] = []
     chords: list[Any] = []
     for openings, unknowns in groups:
-        shifts += (x * x for own in openings for x in own.gaps if not is_zero(x))
-        chords += (x * x for own in openings for x in own.chords if not is_zero(x))
+        shifts += (x * x for opening in openings for x in opening.gaps if not is_zero(x))
+        chords += (x * x for opening in openings for x in opening.chords if not is_zero(x))
         equations = []
-        for own in openings:
-            for row, missing in enumerate((*own.shift, *own.turn)):
+        for opening in openings:
+            for row, missing in enumerate((*opening.shift, *opening.turn)):
                 weight = 1 / length if row < 3 else 1.0
-                rates = {name: rate[row] for name, rate in own.rates.items()}
+                rates = {name: rate[row] for name, rate in opening.rates.items()}
                 for name, x in [*rates.items()]:  # what moves nothing is left out
                     least = _STILL if isinstance(x, Entry) else _NO_NUMBER
                     if most_size(x) * weight <= least:
                         del rates[name]
                 if rates:
                     equations.append(LinearEquation(rates, missing, weight))
-        left += elimination.eliminate(equations, unknowns)
-    elimination.eliminate(left, shared)
+        coupled += elimination.eliminate(equations, unknowns)
+    elimination.eliminate(coupled, shared)
     found = elimination.solution()
     moved = [x for x in found.values() if not is_zero(x)]
     steps = {name: found.get(name, 0) * unit for name, unit in shared.items()}
@@ -360,20 +360,20 @@ def step_of_groups(
 
 
 def _openings(
-    own: LegAtGuess,
+    guess: LegAtGuess,
     pose: FormulaPose,
     open_: dict[int, str],
     turning: np.ndarray | None,
     length: float,
 ) -> tuple[list[Opening], dict[int, np.ndarray]]:
     """What is open in a leg, seen from its base, and turns (3, 3) of the balls that follow."""
-    leg, tree = own.leg, tree_of_leg(own.leg, np.eye(3))
+    leg, tree = guess.leg, tree_of_leg(guess.leg, np.eye(3))
     R_base, p_base = tidied(leg.base.R), tidied_point(leg.base.p)
     arm = R_base.T @ (pose.R @ tidied_point(leg.attachment.p))
-    placed = tree.placed(own.q, own.turned)
+    placed = tree.placed(guess.q, guess.turned)
     placed.R_wanted[0] = R_base.T @ pose.R @ tidied(leg.attachment.R)
     placed.p_wanted[0] = R_base.T @ (pose.p - p_base) + arm
-    found = [*openings(tree, placed, own.moving, length, own.turned)]
+    found = [*openings(tree, placed, guess.moving, length, guess.turned)]
     for opening in found:
         if opening.outer == 0:
             arm_now = arm + (opening.center - placed.p[0])
@@ -382,6 +382,8 @@ def _openings(
                 v = R_base[k] * length if k < 3 else cross(w, arm_now)
                 opening.add(name, np.array([*v, *w], dtype=object) * -1)
     turns = {
-        i: placed.axes[i : i + 3] @ own.turned[i] for i in (x.ball for x in found) if i is not None
+        i: placed.axes[i : i + 3] @ guess.turned[i]
+        for i in (x.ball for x in found)
+        if i is not None
     }
     return found, turns

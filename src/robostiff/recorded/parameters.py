@@ -182,7 +182,7 @@ def closed_samples(robot: Robot, finder: PostureFinder) -> tuple[np.ndarray, lis
         return posture.pose, list(posture.coordinates)
     found = []
     for k in range(COUNT):
-        other = robot.substituted({name: float(own[k]) for name, own in values.items()})
+        other = robot.substituted({name: float(x[k]) for name, x in values.items()})
         chosen = robot.coordinate_places
         closed = posture_finder(other).find(posture.pose[k : k + 1, chosen])
         if not closed.reached.all():
@@ -192,8 +192,8 @@ def closed_samples(robot: Robot, finder: PostureFinder) -> tuple[np.ndarray, lis
                 expected="parameters that may change a little while the legs reach the platform",
             )
         found.append(closed)
-    each = zip(*(closed.coordinates for closed in found), strict=True)
-    return np.concatenate([own.pose for own in found]), [np.concatenate(own) for own in each]
+    legs = zip(*(closed.coordinates for closed in found), strict=True)
+    return np.concatenate([one.pose for one in found]), [np.concatenate(q) for q in legs]
 
 
 def coordinates_at_home(robot: Robot, finder: PostureFinder) -> list[float | Entry]:

@@ -142,8 +142,8 @@ class RobotOnEntries:
         inputs |= parameter_samples(robot)
         if closure is not None:
             poses, names = closed_samples(robot, finder)[0], (*closure.inputs, *closure.start)
-            each = zip(ALL_COORDINATES, poses.T, strict=True)
-            inputs |= {own.value: samples for own, samples in each if own.value in names}
+            columns = zip(ALL_COORDINATES, poses.T, strict=True)
+            inputs |= {c.value: samples for c, samples in columns if c.value in names}
         record = Record(inputs, most)
         robot = with_inputs(robot, record)
         legs = [changed(leg) for leg in robot.legs]
@@ -157,16 +157,16 @@ class RobotOnEntries:
                 other, factor = same.get(joint, (joint, 1.0))
                 q.append(factor if other is None else record.input(other) * factor)
             ends = np.cumsum([leg.chain.size for leg in legs])[:-1]
-            each = np.split(np.array(q, dtype=object), ends)
+            columns = np.split(np.array(q, dtype=object), ends)
             if closure is None:
-                pairs = zip(legs, each, strict=True)
+                pairs = zip(legs, columns, strict=True)
                 placed = tuple(place_leg_at_joints(leg, x) for leg, x in pairs)
                 pose = placed[0].platform
             else:
                 six = pose_on_entries(robot, finder, record, (*closure.inputs, *closure.start))
                 pose = FormulaPose.of_coordinates(six)
                 below = []  # but for the bodies that the platform holds by ball joints
-                for leg, twin, x in zip(legs, finder.robot.legs, each, strict=True):
+                for leg, twin, x in zip(legs, finder.robot.legs, columns, strict=True):
                     frames = tidied(leg.base.R), pose.R @ tidied(leg.attachment.R)
                     turned = axes_behind_balls(leg, x, following_balls(twin), *frames)
                     turned = {ball: tidied(R) for ball, R in turned.items()}
@@ -188,9 +188,9 @@ class RobotOnEntries:
 def _joint_samples(robot: Robot, finder: PostureFinder) -> dict[str, np.ndarray]:
     samples = closed_samples(robot, finder)[1]
     found = {}
-    for leg, own in zip(robot.legs, samples, strict=True):
+    for leg, q in zip(robot.legs, samples, strict=True):
         start = "q" if robot.is_serial else f"{leg.name}/"
-        found |= {f"{start}{i}": own[:, i] for i in range(leg.chain.size)}
+        found |= {f"{start}{i}": q[:, i] for i in range(leg.chain.size)}
     return found
 
 
@@ -201,8 +201,8 @@ def record_at_pose(robot: Robot, finder: PostureFinder, most: int | None = None)
 
 def record_at_joints(robot: Robot, finder: PostureFinder, most: int | None = None) -> RecordedRobot:
     """Record a robot at coordinates of all its legs, a serial arm at those of its joints."""
-    own = RobotOnEntries.of(robot, finder, by_pose=False, most=most)
-    return replace(own.recorded, joints=own.coordinates)
+    on_entries = RobotOnEntries.of(robot, finder, by_pose=False, most=most)
+    return replace(on_entries.recorded, joints=on_entries.coordinates)
 
 
 def record_with_closure(
@@ -215,8 +215,8 @@ def record_with_closure(
     closure = record_closure(robot, finder, tuple(_joint_samples(robot, finder)), most)
     if closure is None:
         return None
-    own = RobotOnEntries.of(robot, finder, by_pose=False, closure=closure, most=most)
-    return replace(own.recorded, joints=own.coordinates, closure=closure)
+    on_entries = RobotOnEntries.of(robot, finder, by_pose=False, closure=closure, most=most)
+    return replace(on_entries.recorded, joints=on_entries.coordinates, closure=closure)
 
 
 def assembled(
@@ -230,23 +230,23 @@ def assembled(
     else:  # equal legs are recorded in the same working frame
         frames: dict[Any, int] = {}
         legs = []
-        for model, own in zip(robot.legs, placed, strict=True):
+        for model, formula in zip(robot.legs, placed, strict=True):
             chain = model.chain
             joints = zip(chain.freedoms, chain.roles, strict=True)
             moved = ((screw.turns, screw.slides, type(role)) for screw, role in joints)
             shape = tuple(map(type, chain.elements)), tuple(moved)
-            leg = recorder.leg(own.leg, frames.get(shape))
+            leg = recorder.leg(formula.leg, frames.get(shape))
             frames[shape] = leg.frame
             legs.append(leg)
-    gaps = [_CLOSED - gap for own in placed for gap in own.gap]
-    softest = [e.stiffness for own in placed for e in own.leg.freedoms if e.coordinate is not None]
-    positive = (*softest, *(x for own in placed for x in own.lengths))
+    gaps = [_CLOSED - gap for p in placed for gap in p.gap]
+    softest = [e.stiffness for p in placed for e in p.leg.freedoms if e.coordinate is not None]
+    positive = (*softest, *(x for p in placed for x in p.lengths))
     lengths = [_as_part(x) for x in positive if isinstance(x, Entry)]
     limits: list[Any] = []  # distances from them, as parts of their range
-    for leg, own in zip(robot.legs, placed, strict=True):
+    for leg, formula in zip(robot.legs, placed, strict=True):
         for i, (low, high) in enumerate(leg.chain.limits.T.tolist()):
             if np.isfinite(low):
-                q, by_range = own.coordinate(i), 1 / (high - low)
+                q, by_range = formula.coordinate(i), 1 / (high - low)
                 limits += [(q - low) * by_range, (high - q) * by_range]
     K = stiffness_entries(legs, robot.space.size)
     # Radicands that can become negative, as parts of what they are at the samples; and losses, of
@@ -268,7 +268,7 @@ def assembled(
         legs=tuple(legs),
         K=K,
         reach=(*lengths, *gaps, *radicands.values()),
-        closure_losses=(*losses, *(loss for own in placed for loss in own.losses)),
+        closure_losses=(*losses, *(loss for p in placed for loss in p.losses)),
         limits=tuple(limits),
         mass=_mass(robot, placed),
         gaps=tuple(gaps),
@@ -278,25 +278,25 @@ def assembled(
 def _mass(robot: Robot, placed: Sequence[PlacedFormula]) -> Any:
     """Mass of all parts [kg], that of telescopes as long as they are."""
     parts = () if robot.platform is None else robot.platform.parts
-    values: list[Any] = [own.value for own in robot.platform_masses]
-    values += [own.value for part in parts for own in part.masses]
+    values: list[Any] = [mass.value for mass in robot.platform_masses]
+    values += [mass.value for part in parts for mass in part.masses]
 
-    def add_all(elements: Sequence[Any], own: PlacedFormula, coordinate: int) -> int:
+    def add_all(elements: Sequence[Any], formula: PlacedFormula, coordinate: int) -> int:
         """Add the masses of elements from a coordinate of the leg on, and count it on."""
         for element in elements:
             if isinstance(element, ParallelBlock):
                 for branch in element.branches:
-                    coordinate = add_all(branch.chain.elements, own, coordinate)
+                    coordinate = add_all(branch.chain.elements, formula, coordinate)
                 continue
             values.extend(mass.value for mass in getattr(element, "masses", ()))
             for beam in getattr(element, "beams", ()):
-                length = beam.fixed + beam.share * own.coordinate(coordinate)
+                length = beam.fixed + beam.share * formula.coordinate(coordinate)
                 values.append(beam.mass_at(np.asarray(length, dtype=object)))
             coordinate += getattr(element, "size", 0)
         return coordinate
 
-    for leg, own in zip(robot.legs, placed, strict=True):
-        add_all(leg.chain.elements, own, 0)
+    for leg, formula in zip(robot.legs, placed, strict=True):
+        add_all(leg.chain.elements, formula, 0)
     known = (np.asarray(value, dtype=object).item() for value in values if value is not None)
     return sum(known, 0)
 

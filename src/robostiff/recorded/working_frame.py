@@ -99,8 +99,7 @@ def working_frames(leg: PlacedLeg, world: WorkingFrame) -> Iterator[WorkingFrame
     """Candidate frames: the world, and the axes of springs and joints at each of their points.
 
     A slide or turn and the next axis across it make a frame, too. A long leg has too many pairs of
-    axes and points, which are as many times as long to see: axes are then tried at points as far
-    along the leg.
+    axes and points: axes are then tried at points as far along the leg.
     """
     yield world
     rotations = [e.rotation for e in leg.springs]
@@ -113,7 +112,7 @@ def working_frames(leg: PlacedLeg, world: WorkingFrame) -> Iterator[WorkingFrame
     pairs = [(R, p) for R in rotations for p in points]
     if len(pairs) > _MOST_FRAMES:
         along = np.arange(_OF_LONG_LEGS) / _OF_LONG_LEGS
-        axes, at = ((along * len(own)).astype(int) for own in (rotations, points))
+        axes, at = ((along * len(choices)).astype(int) for choices in (rotations, points))
         pairs = [(rotations[i], points[k]) for i, k in zip(axes, at, strict=True)]
     tried: set[tuple[Any, ...]] = set()
     for R, p in pairs:
@@ -186,8 +185,8 @@ def cross(a: Any, b: Any) -> Column:
 def _twist(freedom: Screw, frame: WorkingFrame, record: Record, length: float) -> Column:
     """Column (17) about the frame's origin."""
     if isinstance(freedom, CoupledFreedom):
-        moves = [(t, _twist(own, frame, record, length)) for _, t, own in freedom.moves]
-        return [dot([t for t, _ in moves], [own[row] for _, own in moves]) for row in range(6)]
+        moves = [(t, _twist(screw, frame, record, length)) for _, t, screw in freedom.moves]
+        return [dot([t for t, _ in moves], [twist[row] for _, twist in moves]) for row in range(6)]
     p = [record.simplified(x, length) for x in turned_back(frame.R, freedom.point - frame.p)]
     axis = [record.simplified(x) for x in turned_back(frame.R, freedom.axis)]
     here = Screw(np.array(axis, dtype=object), np.array(p, dtype=object), freedom.pitch)

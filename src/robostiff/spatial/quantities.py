@@ -119,10 +119,10 @@ def _converted(subject: str, value: Any, expected: str, units: Any) -> Any:
     entries = list(value)
     plain = [entry.magnitude if is_pint(entry) else entry for entry in entries]
     if not any(isinstance(entry, list | tuple) or np.ndim(entry) for entry in plain):
-        own = _of_entries(subject, len(entries), expected, units)
+        entry_units = _of_entries(subject, len(entries), expected, units)
         return [
             _number(f"{subject}, entry [{k}]", entry, unit) if is_pint(entry) else entry
-            for k, (entry, unit) in enumerate(zip(entries, own, strict=True))
+            for k, (entry, unit) in enumerate(zip(entries, entry_units, strict=True))
         ]
     return [_converted(subject, entry, expected, units) for entry in entries]
 
@@ -144,13 +144,13 @@ def _array(subject: str, value: Any, units: Sequence[str]) -> np.ndarray:
     found = np.zeros(numbers.shape)
     fits = {unit: _fits(value, unit) for unit in units}
     for k, unit in enumerate(units):
-        own = value[..., k]
+        entry = value[..., k]
         if fits[unit]:
-            found[..., k] = _number(subject, own, unit)
+            found[..., k] = _number(subject, entry, unit)
         elif not any(fits.values()) or np.any(numbers[..., k] != 0):
             raise _wrong(
                 f"{subject}, entry [{k}]",
-                own,
+                entry,
                 unit,
                 hint="write a list of quantities, each with its own unit"
                 if any(fits.values())
