@@ -67,7 +67,7 @@ slow: $(STAMP)-peers
 	$(BIN)/python -m pytest $(PYTEST_ARGS) -q -m 'slow or peer'
 
 # Where they are, so that no other test is collected.
-PEER_TESTS = $(shell grep -rlE 'needs\(|urdf\.examples' tests --include='test_*.py')
+PEER_TESTS = $(shell grep -rlE 'mark\.needs|urdf\.examples' tests --include='test_*.py')
 
 peers: $(STAMP)-peers
 	$(BIN)/python -m pytest $(PYTEST_ARGS) -q -m 'peer and not slow' $(PEER_TESTS)
