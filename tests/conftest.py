@@ -5,7 +5,7 @@ import os
 import sys
 import weakref
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from copy import copy
 from dataclasses import fields
 from functools import wraps
@@ -15,6 +15,7 @@ from typing import Any
 
 import jaxtyping
 import pytest
+from _pytest.doctest import DoctestModule
 from hypothesis import HealthCheck, settings
 
 from tests.other_programs import PEERS, is_there
@@ -53,6 +54,24 @@ settings.load_profile("repeatable")
 # Modules and tests stay to the end: looking through them for garbage again and again takes long.
 gc.disable()
 _SLOW = frozenset((Path(__file__).parent / "slow_tests.txt").read_text().splitlines())
+
+
+class _ExamplesWhereThereAreSome:
+    """Half of the modules have no example; looking through their objects takes seconds."""
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_collect_file(
+        self, file_path: Path
+    ) -> Generator[None, list[pytest.Collector], list[pytest.Collector]]:
+        found = yield
+        if file_path.suffix == ".py" and b">>>" not in file_path.read_bytes():
+            return [one for one in found if not isinstance(one, DoctestModule)]
+        return found
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """What a conftest.py says of files is said of those beside it alone; a plugin, of all."""
+    config.pluginmanager.register(_ExamplesWhereThereAreSome())
 
 
 _LEFT_OUT: pytest.StashKey[dict[str, int]] = pytest.StashKey()
