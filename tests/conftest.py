@@ -9,6 +9,7 @@ from collections.abc import Generator, Iterator
 from copy import copy
 from dataclasses import fields
 from functools import wraps
+from inspect import getsource
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -24,10 +25,13 @@ from tests.other_programs import PEERS, is_there
 # wait for one another busily.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-# Records are made anew, but where many tests need those of the same robots and none is about them;
-# those of the user stay as they are.
+# Records of the same robots are made once by all workers, in a folder of this run; those of the
+# user stay as they are.
+_SHARED = "ROBOSTIFF_RECORDS_OF_TESTS"
+if _SHARED not in os.environ:
+    _RECORDS = TemporaryDirectory(prefix="robostiff-records-")
+    os.environ[_SHARED] = _RECORDS.name
 os.environ["ROBOSTIFF_CACHE"] = "off"
-_RECORDS = TemporaryDirectory(prefix="robostiff-records-")
 
 _UNTIMED = [HealthCheck.too_slow, HealthCheck.data_too_large]
 
@@ -196,8 +200,25 @@ def _shipped_robots_are_built_once() -> None:
     document.read_document, model_file.model_from_document = read_once, build_once
 
 
+def _shared_records_answer_where_they_pay() -> None:
+    """A record of another test does not change the way in which a question is answered.
+
+    Users' calls read a record that is there at once; here it is read where it would be made.
+    """
+    from robostiff.analysis.posed_stiffness import KeptRecord
+
+    seek = KeptRecord._seek
+
+    def seek_where_it_pays(self: KeptRecord, pays: bool) -> None:
+        if pays or os.environ["ROBOSTIFF_CACHE"] != os.environ[_SHARED]:
+            seek(self, pays)
+
+    KeptRecord._seek = seek_where_it_pays
+
+
 def pytest_collection_finish() -> None:
     """Look for garbage in what the tests leave alone."""
+    _shared_records_answer_where_they_pay()
     _shipped_robots_are_built_once()
     _shipped_robots_are_derived_once()
     gc.collect()
@@ -208,8 +229,14 @@ def pytest_collection_finish() -> None:
 # Where formulas are tested by themselves; what is built on them calls them with the same shapes
 # thousands of times, at a third of the time of its tests. All slow tests check them.
 _SHAPES_CHECKED = {"cases", "elastostatics", "paper", "recorded"}
-#: Calls of all functions with any arguments.
-_ANY_ARGUMENTS = "tests/laws/test_odd_arguments.py"
+#: What is tested there is how records are made, and what is found in them.
+_ABOUT_RECORDS = tuple(
+    f"tests/{name}"
+    for name in (
+        *("recorded/", "compiled/", "analysis/kernels/test_disagreement.py"),
+        "analysis/kernels/test_records_on_disk.py",
+    )
+)
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -219,6 +246,9 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     folder = item.nodeid.split("/")[1]
     is_checked = folder in _SHAPES_CHECKED or item.get_closest_marker("slow") is not None
     jaxtyping.config.update("jaxtyping_disable", not is_checked)
-    is_recorded_once = folder == "identification" or item.nodeid.startswith(_ANY_ARGUMENTS)
-    os.environ["ROBOSTIFF_CACHE"] = _RECORDS.name if is_recorded_once else "off"
     _IS_CHANGED = "monkeypatch" in getattr(item, "fixturenames", ())
+    # Fixtures change folders and limits; a test that changes more asks for it itself.
+    function = getattr(item, "function", None)
+    changes = function is not None and "monkeypatch.setattr" in getsource(function)
+    is_anew = changes or item.nodeid.startswith(_ABOUT_RECORDS)
+    os.environ["ROBOSTIFF_CACHE"] = "off" if is_anew else os.environ[_SHARED]
