@@ -192,7 +192,7 @@ def test_quantity_that_was_computed_is_described():
 
 
 def test_quantity_of_another_registry_is_refused():
-    foreign = pint.UnitRegistry()
+    foreign = pint.get_application_registry()
     assert "expected a length" in refusal(to_si, foreign.Quantity(1.0, "m"), Dimension.LENGTH)
 
 
@@ -286,7 +286,7 @@ def test_noise_is_read_or_refused(text):
 @pytest.mark.parametrize("text", ["3 kN/mm", "2 N m/rad", "5 deg", "7 rad/(N m)", "4 psi", "2 m/s"])
 def test_quantities_are_those_of_pint(text):
     own = parse_quantity(text)
-    theirs = pint.UnitRegistry().parse_expression(text.replace(" m/rad", " * m / rad"))
+    theirs = pint.get_application_registry().parse_expression(text.replace(" m/rad", " * m / rad"))
     m, kg, s, rad = own.units.powers
     assert own.magnitude == pytest.approx(theirs.to_base_units().magnitude, rel=1e-15)
     powers = {"[length]": m, "[mass]": kg, "[time]": s}
