@@ -114,15 +114,15 @@ def test_every_example_is_what_it_claims(dimension):
 
 
 @pytest.mark.parametrize("given", list(Dimension))
-@pytest.mark.parametrize("wanted", list(Dimension))
-def test_every_other_dimension_is_refused(given, wanted):
+def test_every_other_dimension_is_refused(given):
     quantity = parse_quantity(f"7 {given.si_unit}")
-    same = quantity.units.powers[:3] == parse_quantity(f"7 {wanted.si_unit}").units.powers[:3]
-    if given is Dimension.NUMBER or given is wanted:
-        assert to_si(quantity, wanted) == 7
-    elif not same:
-        with pytest.raises(InputError):
-            to_si(quantity, wanted)
+    for wanted in Dimension:
+        same = quantity.units.powers[:3] == parse_quantity(f"7 {wanted.si_unit}").units.powers[:3]
+        if given is Dimension.NUMBER or given is wanted:
+            assert to_si(quantity, wanted) == 7
+        elif not same:
+            with pytest.raises(InputError):
+                to_si(quantity, wanted)
 
 
 @pytest.mark.parametrize(
