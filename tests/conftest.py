@@ -39,7 +39,7 @@ _UNTIMED = [HealthCheck.too_slow, HealthCheck.data_too_large]
 settings.register_profile(
     "repeatable",
     derandomize=True,
-    max_examples=25,
+    max_examples=12,
     deadline=None,
     database=None,
     suppress_health_check=_UNTIMED,
