@@ -5,16 +5,18 @@ import os
 import sys
 import weakref
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from copy import copy
 from dataclasses import fields
 from functools import wraps
+from inspect import getsource
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import jaxtyping
 import pytest
+from _pytest.doctest import DoctestModule
 from hypothesis import HealthCheck, settings
 
 from tests.other_programs import PEERS, is_there
@@ -23,10 +25,13 @@ from tests.other_programs import PEERS, is_there
 # wait for one another busily.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-# Records are made anew, but where many tests need those of the same robots and none is about them;
-# those of the user stay as they are.
+# Records of the same robots are made once by all workers, in a folder of this run; those of the
+# user stay as they are.
+_SHARED = "ROBOSTIFF_RECORDS_OF_TESTS"
+if _SHARED not in os.environ:
+    _RECORDS = TemporaryDirectory(prefix="robostiff-records-")
+    os.environ[_SHARED] = _RECORDS.name
 os.environ["ROBOSTIFF_CACHE"] = "off"
-_RECORDS = TemporaryDirectory(prefix="robostiff-records-")
 
 _UNTIMED = [HealthCheck.too_slow, HealthCheck.data_too_large]
 
@@ -34,7 +39,7 @@ _UNTIMED = [HealthCheck.too_slow, HealthCheck.data_too_large]
 settings.register_profile(
     "repeatable",
     derandomize=True,
-    max_examples=25,
+    max_examples=12,
     deadline=None,
     database=None,
     suppress_health_check=_UNTIMED,
@@ -53,6 +58,24 @@ settings.load_profile("repeatable")
 # Modules and tests stay to the end: looking through them for garbage again and again takes long.
 gc.disable()
 _SLOW = frozenset((Path(__file__).parent / "slow_tests.txt").read_text().splitlines())
+
+
+class _ExamplesWhereThereAreSome:
+    """Half of the modules have no example; looking through their objects takes seconds."""
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_collect_file(
+        self, file_path: Path
+    ) -> Generator[None, list[pytest.Collector], list[pytest.Collector]]:
+        found = yield
+        if file_path.suffix == ".py" and b">>>" not in file_path.read_bytes():
+            return [one for one in found if not isinstance(one, DoctestModule)]
+        return found
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """What a conftest.py says of files is said of those beside it alone; a plugin, of all."""
+    config.pluginmanager.register(_ExamplesWhereThereAreSome())
 
 
 _LEFT_OUT: pytest.StashKey[dict[str, int]] = pytest.StashKey()
@@ -177,8 +200,25 @@ def _shipped_robots_are_built_once() -> None:
     document.read_document, model_file.model_from_document = read_once, build_once
 
 
+def _shared_records_answer_where_they_pay() -> None:
+    """A record of another test does not change the way in which a question is answered.
+
+    Users' calls read a record that is there at once; here it is read where it would be made.
+    """
+    from robostiff.analysis.posed_stiffness import KeptRecord
+
+    seek = KeptRecord._seek
+
+    def seek_where_it_pays(self: KeptRecord, pays: bool) -> None:
+        if pays or os.environ["ROBOSTIFF_CACHE"] != os.environ[_SHARED]:
+            seek(self, pays)
+
+    KeptRecord._seek = seek_where_it_pays
+
+
 def pytest_collection_finish() -> None:
     """Look for garbage in what the tests leave alone."""
+    _shared_records_answer_where_they_pay()
     _shipped_robots_are_built_once()
     _shipped_robots_are_derived_once()
     gc.collect()
@@ -189,8 +229,14 @@ def pytest_collection_finish() -> None:
 # Where formulas are tested by themselves; what is built on them calls them with the same shapes
 # thousands of times, at a third of the time of its tests. All slow tests check them.
 _SHAPES_CHECKED = {"cases", "elastostatics", "paper", "recorded"}
-#: Calls of all functions with any arguments.
-_ANY_ARGUMENTS = "tests/laws/test_odd_arguments.py"
+#: What is tested there is how records are made, and what is found in them.
+_ABOUT_RECORDS = tuple(
+    f"tests/{name}"
+    for name in (
+        *("recorded/", "compiled/", "analysis/kernels/test_disagreement.py"),
+        "analysis/kernels/test_records_on_disk.py",
+    )
+)
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -200,6 +246,9 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     folder = item.nodeid.split("/")[1]
     is_checked = folder in _SHAPES_CHECKED or item.get_closest_marker("slow") is not None
     jaxtyping.config.update("jaxtyping_disable", not is_checked)
-    is_recorded_once = folder == "identification" or item.nodeid.startswith(_ANY_ARGUMENTS)
-    os.environ["ROBOSTIFF_CACHE"] = _RECORDS.name if is_recorded_once else "off"
     _IS_CHANGED = "monkeypatch" in getattr(item, "fixturenames", ())
+    # Fixtures change folders and limits; a test that changes more asks for it itself.
+    function = getattr(item, "function", None)
+    changes = function is not None and "monkeypatch.setattr" in getsource(function)
+    is_anew = changes or item.nodeid.startswith(_ABOUT_RECORDS)
+    os.environ["ROBOSTIFF_CACHE"] = "off" if is_anew else os.environ[_SHARED]

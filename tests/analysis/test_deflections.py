@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from robostiff import (
@@ -26,7 +26,6 @@ POSE = np.array([0.03, -0.02, 0.62, 0.1, -0.15, 0.2])
 LOAD = np.array([120.0, -40, 300, 12, -7, 5])
 
 
-@settings(max_examples=40)
 @given(robots(), st.integers(0, 2**32 - 1))
 def test_shares_add_up_to_the_work_of_the_load(robot: FreeRobot, seed: int):
     K = stiffness(robot.snapshot).K

@@ -115,7 +115,7 @@ def test_one_pose_by_the_record_is_a_row_of_many(name, recorded_at_once):
     robot: Any = rs.load(name)
     pose = posed(robot, 40, 0.6)
     many = rs.stiffness(robot, pose)
-    for i in range(40):
+    for i in range(0, 40, 3):
         own = row_of(pose, i)
         alone = rs.stiffness(robot, own)
         assert (alone.status, int(alone.rank)) == (many[i].status, int(many[i].rank))

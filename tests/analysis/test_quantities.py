@@ -24,8 +24,11 @@ from robostiff.io.units import make_quantity, make_unit
 from robostiff.network import compliance_between
 from robostiff.spatial import as_floats, holds_quantities
 
-UREG = pint.UnitRegistry()
-Q = UREG.Quantity
+
+def Q(number: Any, unit: str | None = None) -> Any:
+    """A quantity of the one registry of all tests, which is read where one is needed first."""
+    return pint.get_application_registry().Quantity(number, unit)
+
 
 ALIKE = {
     "m": ("m", "mm", "um", "km", "inch", "ft"),

@@ -2,7 +2,7 @@
 
 import pytest
 import sympy as sp
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from robostiff.analytic import ExactField, canonical
@@ -27,7 +27,6 @@ positive = st.recursive(
 flat = positive.filter(lambda e: not any(p.exp.q == 2 for p in e.atoms(sp.Pow)))
 
 
-@settings(deadline=None, max_examples=60)
 @given(positive, positive)
 def test_formulas_with_nested_roots_keep_their_values(f, g):
     formula = sp.sqrt(f) * g - sp.sqrt(g) / f
@@ -36,14 +35,12 @@ def test_formulas_with_nested_roots_keep_their_values(f, g):
     assert abs(number(back) - number(formula)) < 1e-30 * (1 + abs(number(formula)))
 
 
-@settings(deadline=None, max_examples=60)
 @given(flat, flat)
 def test_the_root_of_a_product_is_the_product_of_roots(f, g):
     zero = sp.sqrt(sp.expand(f * g)) - sp.sqrt(f) * sp.sqrt(g)
     assert ExactField([zero]).element(zero).is_zero
 
 
-@settings(deadline=None, max_examples=60)
 @given(flat, flat)
 def test_what_is_not_zero_can_be_divided_by(f, g):
     root = sp.sqrt(f) + sp.sqrt(g) - 1

@@ -104,7 +104,7 @@ def test_steps_that_become_numbers_are_put_in(steps):
 
 def test_quantities_are_converted(closed):
     pint = pytest.importorskip("pint")
-    Q = pint.UnitRegistry().Quantity
+    Q = pint.get_application_registry().Quantity
     values = {"R": Q(500, "mm"), "r": Q(300, "mm"), "h": 0.75, "k": Q(200, "N/um")}
     assert_agrees(numbers(closed.substituted(values)), numeric_K(**VALUES))
     assert_agrees(closed.lambdify()(**values), numeric_K(**VALUES))

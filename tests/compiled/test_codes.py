@@ -77,7 +77,7 @@ def plainly(program: Program, inputs: np.ndarray) -> np.ndarray:
     return np.array([np.broadcast_to(row, inputs.shape[1]) for row in rows], dtype=float)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60)
 @given(programs())
 def test_arrays_as_one_after_the_other(program: Program):
     inputs = np.random.default_rng(0).uniform(-1, 1, (3, 7))
@@ -87,7 +87,7 @@ def test_arrays_as_one_after_the_other(program: Program):
 
 
 @needs_compiler
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(programs())
 def test_machine_code_as_arrays(program: Program):
     inputs = np.random.default_rng(1).uniform(-1, 1, (3, 11))

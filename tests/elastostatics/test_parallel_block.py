@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from robostiff.elastostatics import Tolerance, block_compliance, chain_stiffness
@@ -37,7 +37,6 @@ def whole_stiffness(branches) -> np.ndarray:
     return np.sum([chain_stiffness(C, J_q, length=LENGTH).K for C, J_q in branches], axis=0)
 
 
-@settings(max_examples=40)
 @given(st.one_of(regular, in_plane))
 def test_compliance_and_freedoms_are_those_of_the_sum_of_stiffnesses(free):
     branches = branches_of(free)
@@ -57,7 +56,6 @@ def test_compliance_and_freedoms_are_those_of_the_sum_of_stiffnesses(free):
     assert np.abs(C - expected).max() <= allowed * np.abs(expected).max()
 
 
-@settings(max_examples=40)
 @given(st.one_of(regular, in_plane), SEEDS)
 def test_shares_balance_the_wrench_and_have_the_energy_of_the_block(free, seed):
     branches = branches_of(free)
@@ -74,7 +72,6 @@ def test_shares_balance_the_wrench_and_have_the_energy_of_the_block(free, seed):
     assert energy == pytest.approx(F @ block.C @ F, rel=1e-9)
 
 
-@settings(max_examples=30)
 @given(st.lists(chains(joints=st.integers(0, 1)), min_size=2, max_size=3), SEEDS)
 def test_no_other_shares_have_less_energy(free, seed):
     branches = branches_of(free)
@@ -128,7 +125,6 @@ def test_a_soft_branch_leaves_the_shares_of_the_others_alone(soft):
         assert own == pytest.approx(k / whole, abs=1e-9)
 
 
-@settings(max_examples=40)
 @given(st.one_of(regular, in_plane))
 def test_millimetres_decide_and_answer_alike(free):
     branches = branches_of(free)
@@ -145,7 +141,6 @@ def test_millimetres_decide_and_answer_alike(free):
     assert np.abs(back - C).max() <= allowed * max(np.abs(C).max(), 1e-300)
 
 
-@settings(max_examples=20)
 @given(st.lists(SEEDS, min_size=2, max_size=4, unique=True))
 def test_poses_of_a_batch_have_the_freedoms_they_have_alone(seeds):
     """Two hinges in line at some poses, apart at the others."""

@@ -478,13 +478,13 @@ def read_or_refuse(content):
         assert "\n" not in message
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100)
 @given(st.binary(max_size=60))
 def test_random_bytes(content):
     read_or_refuse(content)
 
 
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=100)
 @given(st.text(alphabet="ab1 \n\t-:?,[]{}#&*!|>'\"%@`\\ux0.é~<=\r", max_size=40))
 def test_random_yaml_punctuation(text):
     read_or_refuse(text.encode())
@@ -496,7 +496,7 @@ def test_truncated_files(text):
         read_or_refuse(text[:end].encode())
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=60)
 @given(st.data())
 def test_mutated_files(data):
     content = bytearray(ROBOT.encode())

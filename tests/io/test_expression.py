@@ -194,7 +194,7 @@ def raised(parts):
         return f"({text})^{exponent}", math.nan
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100)
 @given(st.recursive(leaves(), branches, max_leaves=12))
 def test_random_trees_agree_with_python(tree):
     text, expected = tree
@@ -441,7 +441,7 @@ def test_long_expression_is_shown_around_the_column():
     assert len(message) < 220
 
 
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=100)
 @given(st.text(alphabet="0123.eE+-*/^(), Rmkphisqrtnda\u00b0", max_size=40))
 def test_noise_is_computed_or_refused(text):
     try:
@@ -451,7 +451,7 @@ def test_noise_is_computed_or_refused(text):
     assert math.isfinite(result.magnitude)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100)
 @given(st.text(max_size=30))
 def test_any_text_is_computed_or_refused(text):
     try:

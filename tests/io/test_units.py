@@ -114,15 +114,15 @@ def test_every_example_is_what_it_claims(dimension):
 
 
 @pytest.mark.parametrize("given", list(Dimension))
-@pytest.mark.parametrize("wanted", list(Dimension))
-def test_every_other_dimension_is_refused(given, wanted):
+def test_every_other_dimension_is_refused(given):
     quantity = parse_quantity(f"7 {given.si_unit}")
-    same = quantity.units.powers[:3] == parse_quantity(f"7 {wanted.si_unit}").units.powers[:3]
-    if given is Dimension.NUMBER or given is wanted:
-        assert to_si(quantity, wanted) == 7
-    elif not same:
-        with pytest.raises(InputError):
-            to_si(quantity, wanted)
+    for wanted in Dimension:
+        same = quantity.units.powers[:3] == parse_quantity(f"7 {wanted.si_unit}").units.powers[:3]
+        if given is Dimension.NUMBER or given is wanted:
+            assert to_si(quantity, wanted) == 7
+        elif not same:
+            with pytest.raises(InputError):
+                to_si(quantity, wanted)
 
 
 @pytest.mark.parametrize(
@@ -192,7 +192,7 @@ def test_quantity_that_was_computed_is_described():
 
 
 def test_quantity_of_another_registry_is_refused():
-    foreign = pint.UnitRegistry()
+    foreign = pint.get_application_registry()
     assert "expected a length" in refusal(to_si, foreign.Quantity(1.0, "m"), Dimension.LENGTH)
 
 
@@ -286,7 +286,7 @@ def test_noise_is_read_or_refused(text):
 @pytest.mark.parametrize("text", ["3 kN/mm", "2 N m/rad", "5 deg", "7 rad/(N m)", "4 psi", "2 m/s"])
 def test_quantities_are_those_of_pint(text):
     own = parse_quantity(text)
-    theirs = pint.UnitRegistry().parse_expression(text.replace(" m/rad", " * m / rad"))
+    theirs = pint.get_application_registry().parse_expression(text.replace(" m/rad", " * m / rad"))
     m, kg, s, rad = own.units.powers
     assert own.magnitude == pytest.approx(theirs.to_base_units().magnitude, rel=1e-15)
     powers = {"[length]": m, "[mass]": kg, "[time]": s}

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -108,7 +108,6 @@ def roots(case: LegCase, q: np.ndarray) -> np.ndarray:
     return np.array(found)
 
 
-@settings(max_examples=25, deadline=None)
 @given(
     kind=st.sampled_from(["UPS", "UCU", "PUS", "RUS", "SPU"]),
     seed=st.integers(0, 10**6),

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from scipy.linalg import block_diag
 
 import robostiff as rs
@@ -37,7 +37,6 @@ def leg_of(chain: rs.Chain, base: Frame) -> rs.Leg:
     return rs.Leg("leg", base, elastic, Frame.identity())
 
 
-@settings(max_examples=150)
 @given(element_chains())
 def test_columns_of_all_joints(case: tuple[rs.Chain, Frame, np.random.Generator]):
     chain, base, rng = case
@@ -94,7 +93,6 @@ class DeflectedWalk(ChainWalk):
         self.met += 1
 
 
-@settings(max_examples=150)
 @given(element_chains())
 def test_columns_of_virtual_springs(case: tuple[rs.Chain, Frame, np.random.Generator]):
     chain, base, rng = case

@@ -66,17 +66,17 @@ def few_springs_chain(seed: int) -> FreeChain:
 
 
 @pytest.mark.parametrize("make", [general_chain, redundant_chain, few_springs_chain])
-@pytest.mark.parametrize("seed", range(16))
-def test_agrees_to_1e_11(make, seed: int):
-    C, J_q = make(seed).matrices()
-    K, rank = exact_stiffness(C, J_q)
-    result = chain_stiffness(C, J_q)
-    assert int(result.rank) == rank
-    assert np.array_equal(np.flatnonzero(~result.redundant), independent_columns(J_q))
-    if rank == 0:
-        assert not result.K.any()
-    else:
-        assert distance(result.K, K) <= 1e-11
+def test_agrees_to_1e_11(make):
+    for seed in range(16):
+        C, J_q = make(seed).matrices()
+        K, rank = exact_stiffness(C, J_q)
+        result = chain_stiffness(C, J_q)
+        assert int(result.rank) == rank
+        assert np.array_equal(np.flatnonzero(~result.redundant), independent_columns(J_q))
+        if rank == 0:
+            assert not result.K.any()
+        else:
+            assert distance(result.K, K) <= 1e-11
 
 
 def test_exact_rank_tells_a_redundant_joint_from_a_nearly_redundant_one():

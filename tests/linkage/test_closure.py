@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -40,7 +40,6 @@ def _ring(rng, held=frozenset()):
     return Linkage("ring", tuple(connections), "o", "b", np.zeros(3), held)
 
 
-@settings(max_examples=20, deadline=None)
 @given(st.integers(0, 10**6))
 def test_rates_of_the_gaps_are_their_finite_differences(seed):
     rng = np.random.default_rng(seed)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from robostiff import (
@@ -56,7 +56,6 @@ def star(robot: Robot, stiffer: float = 1.0) -> Robot:
     return replace(robot, legs=legs, platform=FlexiblePlatform((hub, *ends), arms, "hub"))
 
 
-@settings(max_examples=40)
 @given(robots_on_platforms())
 def test_same_as_the_network_of_all_bodies(given_robot: OnPlatform):
     snapshot = given_robot.snapshot
@@ -70,7 +69,6 @@ def test_same_as_the_network_of_all_bodies(given_robot: OnPlatform):
         assert distance(result.K, expected.K) < max(1e-10, 100 * given_robot.robot.rounding())
 
 
-@settings(max_examples=20)
 @given(robots_on_platforms(kinds=("beam", "spring", "rigid")), st.integers(0, 2**32 - 1))
 def test_energies_of_legs_and_platform_add_up_to_the_work_of_the_load(
     given_robot: OnPlatform, seed: int
@@ -86,7 +84,6 @@ def test_energies_of_legs_and_platform_add_up_to_the_work_of_the_load(
     assert np.allclose(np.sum(carried, axis=0), F, rtol=0, atol=1e-9 * np.abs(carried).max())
 
 
-@settings(max_examples=20)
 @given(robots_on_platforms(kinds=("beam",)))
 def test_stiff_beams_come_near_to_the_rigid_platform(given_robot: OnPlatform):
     snapshot = given_robot.snapshot

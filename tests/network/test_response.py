@@ -231,7 +231,7 @@ def test_a_tapered_beam_has_loads_at_its_ends_only():
 
 def test_quantities():
     pint = pytest.importorskip("pint")
-    unit = pint.UnitRegistry()
+    unit = pint.get_application_registry()
     network = straight(("a", "c"))
     loads = {"b": [0, 0, 1] * unit.kN, "ab": rs.DistributedForce([0, 0, 2] * unit("kN/m"))}
     found = rs.network_response(network, loads, settlements={"a": [0, 0, 1, 0, 0, 0] * unit.mm})

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import robostiff as rs
@@ -86,7 +86,6 @@ def test_branches_of_a_parallelogram_are_displaced_with_their_bodies():
         assert [name for name in names if name in springs] == springs
 
 
-@settings(max_examples=25)
 @given(robots(), st.integers(0, 2**32 - 1))
 def test_legs_of_random_robots_close(free: FreeRobot, seed: int):
     answer = rs.stiffness(free.snapshot)

@@ -1,6 +1,6 @@
 """Rules of the source that no linter knows."""
 
-import ast
+import re
 from pathlib import Path
 
 from tests.project.shown_output import ROOT
@@ -41,7 +41,6 @@ def test_slow_tests_exist():
 def test_one_name_is_one_class():
     places: dict[str, list[str]] = {}
     for module in MODULES:
-        for node in ast.parse(module.read_text(encoding="utf-8")).body:
-            if isinstance(node, ast.ClassDef):
-                places.setdefault(node.name, []).append(named(module))
+        for name in re.findall(r"^class (\w+)", module.read_text(encoding="utf-8"), re.MULTILINE):
+            places.setdefault(name, []).append(named(module))
     assert {name: own for name, own in places.items() if len(own) > 1} == {}

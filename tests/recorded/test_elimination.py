@@ -23,7 +23,7 @@ def matrices(leg: PlacedLeg, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return leg_compliance(leg, at), passive_jacobian(leg, at)[0]
 
 
-@settings(max_examples=60, deadline=None, phases=(Phase.explicit, Phase.generate))
+@settings(max_examples=20, deadline=None, phases=(Phase.explicit, Phase.generate))
 @given(
     st.one_of(
         *(chains(), chains(), chains(joints=st.just(0))),
@@ -65,7 +65,7 @@ def test_every_working_frame_tells_the_same(chain: FreeChain, seed: int):
         assert distance(K, answer.K) <= max(1e-9, rounding(C))
 
 
-@settings(max_examples=25, deadline=None, phases=(Phase.explicit, Phase.generate))
+@settings(max_examples=12, deadline=None, phases=(Phase.explicit, Phase.generate))
 @given(planar_chains(), st.integers(0, 2**16))
 def test_in_the_plane(chain: FreeChain, seed: int):
     own = LegAtPoints.of(chain.placed(), seed)

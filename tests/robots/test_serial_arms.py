@@ -337,7 +337,7 @@ def test_symbols_stay_exact():
 
 def test_quantities_of_pint():
     pint = pytest.importorskip("pint")
-    Q = pint.UnitRegistry().Quantity
+    Q = pint.get_application_registry().Quantity
     assert rs.DHRow(a=Q(425, "mm"), alpha=Q(90, "deg")) == rs.DHRow(a=0.425, alpha=np.pi / 2)
     with pytest.raises(rs.InputError, match=r"d of a row .* got '3 kilogram', expected a length"):
         rs.DHRow(d=Q(3, "kg"))

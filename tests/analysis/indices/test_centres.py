@@ -7,7 +7,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import robostiff as rs
@@ -41,7 +41,6 @@ def test_coupling_is_symmetric_about_the_centres(seed: int):
     assert 0 < compliance.coupling < 1
 
 
-@settings(max_examples=40)
 @given(SEEDS)
 def test_axes_of_eigenscrews_balance_about_the_centres(seed: int):
     result = random_body(seed)

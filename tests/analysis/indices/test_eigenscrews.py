@@ -7,7 +7,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import robostiff as rs
@@ -52,7 +52,6 @@ def test_eigenscrews_are_all_of_K(seed: int):
     assert distance(rebuilt(eigenscrews(result), result.reference_point), result.K) <= 1e-7
 
 
-@settings(max_examples=40)
 @given(SEEDS, st.integers(1, 5))
 def test_eigenscrews_are_all_of_a_singular_K(seed: int, number: int):
     result = on_struts(seed, number)
@@ -62,7 +61,6 @@ def test_eigenscrews_are_all_of_a_singular_K(seed: int, number: int):
     assert held == int(result.rank) == number
 
 
-@settings(max_examples=40)
 @given(robots())
 def test_eigenscrews_are_all_of_K_of_any_robot(robot: FreeRobot):
     result = rs.stiffness(robot.snapshot)
@@ -75,7 +73,6 @@ def test_eigenscrews_are_all_of_K_of_any_robot(robot: FreeRobot):
     assert sum(k.stiffness > 0 for k in all_of(found)) == int(result.rank)
 
 
-@settings(max_examples=40)
 @given(SEEDS)
 def test_an_eigenwrench_displaces_along_itself_without_turning(seed: int):
     result = random_body(seed)
@@ -88,7 +85,6 @@ def test_an_eigenwrench_displaces_along_itself_without_turning(seed: int):
         assert np.allclose(twist[3:], 0.0, atol=1e-6 / wrench.stiffness)
 
 
-@settings(max_examples=40)
 @given(SEEDS)
 def test_a_couple_of_an_eigentwist_turns_about_itself(seed: int):
     result = random_body(seed)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import robostiff as rs
@@ -67,7 +67,6 @@ def numbers_of(found: Any) -> np.ndarray:
     return np.array([*own, found.centre_of_stiffness.coupling, found.centre_of_compliance.coupling])
 
 
-@settings(max_examples=40)
 @given(SEEDS, SEEDS, st.floats(0.05, 5.0))
 def test_axes_do_not_matter_and_places_turn_with_the_robot(seed: int, other: int, length: float):
     R = any_rotation(other)
@@ -104,7 +103,6 @@ def screws_of(found: Any) -> list[Screw]:
     return [own.screw for own in (*found.eigenscrews.wrenches, *found.eigenscrews.twists)]
 
 
-@settings(max_examples=40)
 @given(SEEDS, SEEDS)
 def test_what_depends_on_the_reference_point_and_what_does_not(seed: int, other: int):
     result = random_body(seed)

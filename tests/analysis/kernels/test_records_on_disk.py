@@ -227,11 +227,16 @@ def test_a_step_works_only_on_steps_before_it(name, place, value):
 def test_records_under_load_are_kept_with_all_that_acts(cache, monkeypatch):
     """Closed by the record or before, with parameters, drives, and what acts beside the wrench."""
     cases = [
-        ("3-rpr", {}, {"drives": True}),
-        ("3-rpr", {}, {"preload": {"leg1/actuator": 5.0}}),
-        ("gough-stewart-b", {"symbols": ("k",)}, {"parameters": ("k",), "platforms": True}),
-        ("gough-stewart-b", {}, {"loads": {"platform": rs.Mass(2e4)}, "beams": rs.Linear()}),
-        ("six-joint-arm", {}, {"sites": [("arm/forearm", (0.0, 0.0, 0.1))]}),
+        ("3-rpr", {}, {"drives": True, "preload": {"leg1/actuator": 5.0}}),
+        (
+            "gough-stewart-b",
+            {"symbols": ("k",)},
+            {
+                **{"parameters": ("k",), "platforms": True},
+                **{"loads": {"platform": rs.Mass(2e4)}, "beams": rs.Linear()},
+            },
+        ),
+        ("two-link-arm", {}, {"sites": [("arm/forearm", (0.1, 0.0, 0.0))]}),
     ]
 
     def all_of_them():
@@ -254,7 +259,7 @@ def test_records_under_load_are_kept_with_all_that_acts(cache, monkeypatch):
             other.has_arms,
             other.drives,
         )
-        poses, wrench = around_home(one.robot, 20), np.ones(one.robot.space.size)
+        poses, wrench = around_home(one.robot, 5), np.ones(one.robot.space.size)
         answers = one.evaluate(poses, wrench), other.evaluate(poses, wrench)
         np.testing.assert_array_equal(*(np.ma.getdata(answer.K) for answer in answers))
         assert not np.all(answers[1].guarded)

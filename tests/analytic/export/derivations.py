@@ -1,6 +1,8 @@
 """Derivations written by hand, independent of the elimination that usually makes them."""
 
 import random
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 
 import numpy as np
 import sympy as sp
@@ -148,27 +150,39 @@ def badly_named():
     return Derivation('name "with" */ quotes\n', K, (), K)
 
 
-ALL = {
-    f.__name__: f()
-    for f in (
-        equation_4,
-        oblique,
-        in_steps,
-        gough_stewart_b,
-        redundant,
-        numbers_only,
-        nothing,
-        one_term,
-        all_functions,
-        badly_named,
-    )
-}
+class _Made(Mapping[str, Derivation]):
+    """Derivations by name, each made when it is asked for first."""
+
+    def __init__(self, *functions: Callable[[], Derivation]) -> None:
+        self.functions = {f.__name__: cache(f) for f in functions}
+
+    def __getitem__(self, name: str) -> Derivation:
+        return self.functions[name]()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.functions)
+
+    def __len__(self) -> int:
+        return len(self.functions)
+
+
+ALL = _Made(
+    *(equation_4, oblique, in_steps, gough_stewart_b, redundant),
+    *(numbers_only, nothing, one_term, all_functions, badly_named),
+)
 
 
 def random_values(derivation, seed):
     """A value between 0.3 and 2.3 for each symbol, in the order of the arguments."""
     generator = random.Random(seed)  # noqa: S311
     return {symbol: generator.uniform(0.3, 2.3) for symbol in derivation.symbols}
+
+
+@cache
+def named_values(name, seed):
+    """Values of the derivation of this name, and K at them with 40 digits."""
+    values = random_values(ALL[name], seed)
+    return values, exact(ALL[name], values)
 
 
 def exact(derivation, values):

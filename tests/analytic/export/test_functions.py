@@ -18,6 +18,7 @@ from tests.analytic.export.derivations import (
     equation_4,
     exact,
     in_steps,
+    named_values,
     of_signed_symbols,
     random_values,
 )
@@ -39,10 +40,10 @@ writers = pytest.mark.parametrize("language", WRITERS)
 def test_functions_give_the_substituted_formula(language, name, tmp_path):
     f = READERS[language](ALL[name], tmp_path)
     for seed in range(2):
-        values = random_values(ALL[name], seed)
+        values, expected = named_values(name, seed)
         K = f(*values.values())
-        assert K.shape == ALL[name].K.shape
-        assert largest_difference(K, exact(ALL[name], values)) < 1e-13
+        assert K.shape == expected.shape
+        assert largest_difference(K, expected) < 1e-13
 
 
 def guarded():
@@ -96,13 +97,13 @@ def octave(folder, script):
 @pytest.mark.needs("Octave")
 def test_octave_gives_the_substituted_formula(tmp_path):
     lines, expected = [], []
-    for i, derivation in enumerate(ALL.values()):
+    for i, (name, derivation) in enumerate(ALL.items()):
         source = matlab_function(derivation, f"formula_{i}")
         (tmp_path / f"formula_{i}.m").write_text(source, encoding="utf-8")
-        values = random_values(derivation, i)
+        values, K = named_values(name, i % 2)
         arguments = ", ".join(repr(x) for x in values.values())
         lines.append(f"printf('%.17g ', formula_{i}({arguments})'); printf('\\n');")
-        expected.append(exact(derivation, values))
+        expected.append(K)
     rows = octave(tmp_path, "\n".join(lines) + "\n").splitlines()
     for row, K in zip(rows, expected, strict=True):
         assert largest_difference(np.array(row.split(), dtype=float).reshape(K.shape), K) < 1e-13
@@ -130,12 +131,12 @@ def test_octave_refuses_where_the_formula_does_not_hold(tmp_path):
 
 
 @writers
-@pytest.mark.parametrize("name", ALL)
-def test_lines_are_short_and_comments_end(language, name):
-    source = WRITERS[language](ALL[name])
-    assert max(map(len, source.splitlines())) <= 100
-    assert source.isascii()
-    assert source.count("*/") == (language == "c")
+def test_lines_are_short_and_comments_end(language):
+    for derivation in ALL.values():
+        source = WRITERS[language](derivation)
+        assert max(map(len, source.splitlines())) <= 100
+        assert source.isascii()
+        assert source.count("*/") == (language == "c")
 
 
 def test_names_of_steps_are_kept_and_what_nobody_needs_is_left_out():
@@ -244,13 +245,13 @@ def test_long_names_stay_apart_in_matlab(tmp_path):
 @pytest.mark.parametrize("name", ["equation_4", "oblique", "in_steps", "one_term"])
 def test_arrays_broadcast(name):
     derivation = ALL[name]
-    sets = [[random_values(derivation, 7 * i + j) for j in range(4)] for i in range(3)]
+    sets = [[random_values(derivation, 7 * i + j) for j in range(3)] for i in range(2)]
     first, *others = derivation.symbols
-    # The first argument varies along the first axis alone, as an array (3, 1).
+    # The first argument varies along the first axis alone, as an array (2, 1).
     arguments = [np.array([[row[0][first]] for row in sets])]
     arguments += [np.array([[values[s] for values in row] for row in sets]) for s in others]
     K = in_python(derivation)(*arguments)
-    shape = (3, 4) if others else (3, 1)
+    shape = (2, 3) if others else (2, 1)
     assert K.shape == (*shape, *derivation.K.shape)
     for i, j in np.ndindex(*shape):
         values = {first: sets[i][0][first], **{s: sets[i][j][s] for s in others}}

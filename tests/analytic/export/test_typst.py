@@ -3,7 +3,7 @@ import re
 
 import pytest
 import sympy as sp
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from robostiff.analytic.derivation import Derivation
@@ -97,7 +97,6 @@ def test_every_displayed_formula_is_fitted_to_the_page_of_a_pdf(name, tmp_path):
         assert path.read_bytes() == first
 
 
-@settings(max_examples=25)
 @given(st.lists(expressions, min_size=3, max_size=3), st.text(min_size=1, max_size=12))
 def test_any_expression_and_any_name_compile(entries, name):
     typst = pytest.importorskip("typst")

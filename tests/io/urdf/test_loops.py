@@ -307,19 +307,17 @@ def test_loops_that_cannot_close_are_reported(tmp_path):
 
 
 def test_a_drive_slightly_beyond_a_fold_does_not_lack_digits(tmp_path):
-    """The crank reaches as far as both rods are long, and a hundredth of a millimetre less."""
+    """The elbows are as far apart as both rods are long, and 0.05 mm more."""
     path, file = _five_bar(tmp_path, FIVE_BAR_SIDE)
     linkage = rs.load_linkage(path, side=file)
+    fold = np.arcsin((np.hypot(0.15, 0.25) + np.hypot(0.05, 0.25) - 0.2) / 0.6)
 
     def gap(angle):
         found = close(linkage, {"left crank": angle, "right crank": -angle})
         return found, max(shift for shift, _ in found.gaps.values())
 
-    near, far = 0.0, 1.5
-    for _ in range(60):
-        middle = (near + far) / 2
-        near, far = (middle, far) if gap(middle)[0].is_closed else (near, middle)
-    found, missing = gap(far + 1e-4)
+    assert gap(fold - 1e-4)[0].is_closed
+    found, missing = gap(fold + 1e-4)
     assert 0 < missing < 1e-4
     assert not found.is_closed
     assert found.advice.startswith("give joint values nearer to home")
