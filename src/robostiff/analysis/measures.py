@@ -30,7 +30,8 @@ from robostiff.record import Program, Record, greater, plain_root
 from robostiff.spatial import Space
 from robostiff.spatial.batch import empty_batch
 
-_AT_ONCE = 4096  # poses: few enough for the cache
+# Poses: few enough for the cache, and no power of two, at which rows would share lines of it.
+_AT_ONCE = 8184
 _MANY = 30_000  # matrices, which take as long as machine code for them takes to make
 _SWEEPS = 12
 _ROUNDING = 1e-9  # of the largest eigenvalue, where the rank is decided
@@ -53,19 +54,20 @@ def symmetric_eigenvalues(A: np.ndarray) -> np.ndarray:
     >>> symmetric_eigenvalues(np.array([[[2.0, 1.0], [1.0, 2.0]]]))
     array([[1., 3.]])
     """
-    n = A.shape[-1]
-    values, (row, column) = empty_batch((len(A),), (n,)), np.triu_indices(n)
+    n, places = A.shape[-1], [*combinations_with_replacement(range(A.shape[-1]), 2)]
+    values = empty_batch((len(A),), (n,))
     sweep = _sweep(n, by_machine_code=len(A) >= _MANY and machine_code_is_available())
     for start in range(0, len(A), _AT_ONCE):
         own = A[start : start + _AT_ONCE]
-        a = np.array([own[:, i, j] for i, j in zip(row, column, strict=True)])
-        after, scale = np.empty(a.shape), np.sum(a[row == column] ** 2, axis=0)
+        a, after = np.empty((2, len(places) + 1, len(own)))
+        for entry, (i, j) in zip(a, places, strict=False):
+            entry[...] = own[:, i, j]
         for _ in range(_SWEEPS if n > 1 else 0):
-            if np.all(np.sum(a[row != column] ** 2, axis=0) <= _DONE * scale):
-                break
-            sweep.evaluate(a, after)
+            sweep.evaluate(a[:-1], after)
             a, after = after, a
-        rows = [*a[row == column]]
+            if np.max(a[-1]) <= 0:
+                break
+        rows = [entry for entry, (i, j) in zip(a, places, strict=False) if i == j]
         for i in range(n):  # sorted without moving the poses in memory
             for j in range(n - 1 - i):
                 low, high = np.minimum(*rows[j : j + 2]), np.maximum(*rows[j : j + 2])
@@ -77,23 +79,29 @@ def symmetric_eigenvalues(A: np.ndarray) -> np.ndarray:
 
 @cache
 def _sweep(n: int, *, by_machine_code: bool) -> MachineCode | ArrayCode:
-    """Code that makes each entry off the diagonal zero once, in the upper triangle (rows, N)."""
+    """Code that makes each entry off the diagonal zero once, in the upper triangle (rows, N).
+
+    A last row is above zero where more is left of these entries than rounding.
+    """
     places = list(combinations_with_replacement(range(n), 2))
     record = Record({f"{i} {j}": [1.0 + i + 3 * j] for i, j in places})
     a: dict[tuple[int, int], Any] = {(i, j): record.input(f"{i} {j}") for i, j in places}
     for p, q in combinations(range(n), 2):
         difference = a[q, q] - a[p, p]
         # t = tan of the smaller angle; zero where all is zero, as of diagonal matrices.
-        square = difference * difference
-        root = plain_root(square) + plain_root(square + 4 * a[p, q] * a[p, q]) + _TINY
-        t = (4 * greater(difference, 0) - 2) * a[p, q] / root
+        side, twice = 2 * greater(difference, 0) - 1, 2 * a[p, q]
+        root = plain_root(difference * difference + twice * twice)
+        t = side * twice / (side * difference + root + _TINY)
         c = 1 / plain_root(1 + t * t)
         s, moved = t * c, t * a[p, q]
         a |= {(p, p): a[p, p] - moved, (q, q): a[q, q] + moved, (p, q): 0}
         for r in set(range(n)) - {p, q}:
             rp, rq = (min(r, p), max(r, p)), (min(r, q), max(r, q))
             a[rp], a[rq] = c * a[rp] - s * a[rq], s * a[rp] + c * a[rq]
-    program = Program.of(record, [a[place] for place in places])
+    squares = {(i, j): a[i, j] * a[i, j] for i, j in places}
+    whole = sum(squares[i, i] for i in range(n))
+    apart = sum(squares[p, q] for p, q in combinations(range(n), 2)) - _DONE * whole
+    program = Program.of(record, [*(a[place] for place in places), apart])
     return MachineCode(program) if by_machine_code else ArrayCode(program)
 
 

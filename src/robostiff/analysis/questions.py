@@ -278,7 +278,7 @@ class PosesOfRobot(Question):
         left = tuple(place for place in robot.space.rows if place not in free)
         # Where the legs decide the others, those of home are right at home alone.
         at_home = not request.batch and np.array_equal(numbers[0], self.finder.home_pose)
-        if not free or not (request.open == left or at_home):
+        if not (request.open == left or at_home):
             return None
         return robot, numbers if free == [*range(numbers.shape[1])] else numbers[:, free]
 

@@ -102,10 +102,10 @@ def place_cables(robot: CableRobot, R: np.ndarray, p: np.ndarray) -> PlacedCable
 
     weight = robot.weight
     point = np.zeros(3) if weight is None else weight.point
-    carried = in_world(np.stack([robot.reference_point, point]))
+    carried = in_world(np.array([robot.reference_point, point]))
     return PlacedCables(
-        exit_points=np.stack([cable.exit_point for cable in robot.cables]),
-        attachments=in_world(np.stack([cable.attachment for cable in robot.cables])),
+        exit_points=np.array([cable.exit_point for cable in robot.cables]),
+        attachments=in_world(np.array([cable.attachment for cable in robot.cables])),
         reference_point=carried[..., 0, :],
         weight_force=np.zeros(3) if weight is None else weight.force,
         weight_point=carried[..., 1, :],

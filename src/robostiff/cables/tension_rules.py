@@ -203,14 +203,13 @@ def _best_length(
     slopes = np.where(np.isfinite(meets), slope(meets), -np.inf)
     # The last break point with a rising slope; the maximum lies between it and the next.
     rising = (slopes > 0).sum(axis=-1)
-    first = np.maximum(rising - 1, 0)[:, None]
-    start = np.take_along_axis(meets, first, axis=-1)[:, 0]
-    slope_start = np.take_along_axis(slopes, first, axis=-1)[:, 0]
+    each, first = np.arange(len(d)), np.maximum(rising - 1, 0)
+    start, slope_start = meets[each, first], slopes[each, first]
     beyond = np.minimum(first + 1, meets.shape[-1] - 1)
-    end = np.take_along_axis(meets, beyond, axis=-1)[:, 0]
+    end = meets[each, beyond]
     # Beyond the last break point the slope is linear; two points determine it.
     unit = np.maximum(start, 1.0)
-    probe, slope_end = end, np.take_along_axis(slopes, beyond, axis=-1)[:, 0]
+    probe, slope_end = end, slopes[each, beyond]
     if not np.all(bounded := np.isfinite(end) & (end > start)):
         probe = np.where(bounded, end, start + unit)
         slope_end = slope(probe[:, None])[:, 0]

@@ -7,6 +7,7 @@ recorder) gives object arrays with exact zeros. Nothing is validated here; `beam
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from numbers import Integral
 from typing import Any
@@ -193,19 +194,19 @@ def uniform_beam(C: np.ndarray) -> UniformBeam | None:
     >>> beam.length, uniform_beam(np.eye(6)) is None
     (0.5, True)
     """
-    diagonal = np.diagonal(C)
-    if not np.all(diagonal > 0) or not C[1, 5] > 0:
+    rows = C.tolist()
+    stretch, dy, dz, twist, ry, rz = diagonal = [rows[i][i] for i in range(6)]
+    if not all(own > 0 for own in diagonal) or not (L := 2.0 * rows[1][5] / rz) > 0:
         return None
-    L = 2.0 * C[1, 5] / C[5, 5]
-    stretch, dy, dz, twist, ry, rz = (float(entry) for entry in diagonal)
     shear_y, shear_z = dy / L - rz * L / 3.0, dz / L - ry * L / 3.0
     size_y, size_z = dy / L, dz / L
     if shear_y < -_ALIKE * size_y or shear_z < -_ALIKE * size_z:
         return None
     shear_y = shear_y if shear_y > _ALIKE * size_y else 0.0
     shear_z = shear_z if shear_z > _ALIKE * size_z else 0.0
-    expected = np.diag(diagonal)
-    expected[[1, 5], [5, 1]], expected[[2, 4], [4, 2]] = 0.5 * L * rz, -0.5 * L * ry
-    if np.any(np.abs(C - expected) > _ALIKE * np.sqrt(np.outer(diagonal, diagonal))):
-        return None
-    return UniformBeam(float(L), L / stretch, L / ry, L / rz, L / twist, shear_y, shear_z)
+    across = {(1, 5): 0.5 * L * rz, (2, 4): -0.5 * L * ry}
+    for i, j in np.ndindex(6, 6):
+        apart = abs(rows[i][j] - across.get((min(i, j), max(i, j)), 0.0))
+        if i != j and apart > _ALIKE * math.sqrt(diagonal[i] * diagonal[j]):
+            return None
+    return UniformBeam(L, L / stretch, L / ry, L / rz, L / twist, shear_y, shear_z)

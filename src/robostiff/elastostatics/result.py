@@ -37,7 +37,8 @@ def scaled_inverse(K: np.ndarray, length: np.ndarray) -> np.ndarray:
 
 # Diagonal entry over pivot: with less, an inverse has nine digits of matrices that have twelve.
 _FEW_LOST = 1e3
-_AT_ONCE = 2048  # poses: few enough for the cache
+# Poses: few enough for the cache, and enough to hide what calls of NumPy cost.
+_AT_ONCE = 6136
 
 
 def definite_inverse(K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

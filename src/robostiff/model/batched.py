@@ -18,6 +18,7 @@ _OWN_AXES = {
     **dict.fromkeys(("origin", "reference_point"), 1),
     "rotation": 2,
 }
+_PLAIN = {str, int, float, bool, type(None)}
 
 
 class BatchedPart:
@@ -29,17 +30,22 @@ class BatchedPart:
 
 
 def _at(value: Any, own_axes: int | None, rows: int | slice) -> Any:
-    if isinstance(value, np.ndarray):
+    kind = type(value)
+    if kind is np.ndarray:
         return value if own_axes is None else one_of(value, own_axes, rows)
-    if isinstance(value, tuple):
-        return tuple(_at(entry, own_axes, rows) for entry in value)
-    if isinstance(value, Elasticity):
+    if kind is tuple:
+        return tuple([_at(entry, own_axes, rows) for entry in value])
+    if kind is Elasticity:
         return value.one(rows)
-    if not isinstance(value, BatchedPart | Screw):
+    if not issubclass(kind, BatchedPart | Screw):
         return value
-    names = names_of(type(value))
-    values = {name: _at(getattr(value, name), _OWN_AXES.get(name), rows) for name in names}
-    return type(value)(**values)
+    found = object.__new__(kind)  # what holds at all poses does so at one
+    fields = vars(found)
+    for name in names_of(kind):
+        entry = getattr(value, name)
+        is_plain = type(entry) in _PLAIN
+        fields[name] = entry if is_plain else _at(entry, _OWN_AXES.get(name), rows)
+    return found
 
 
 def one_of(values: np.ndarray, own_axes: int, index: int | slice) -> np.ndarray:

@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 # Bodies that are no longer divided.
-_LEAF = 8
+_LEAF = 16
 # Columns of a front that are eliminated together, and stored.
 _PANEL = 96
 
@@ -231,10 +231,14 @@ def _panels(K: BlockMatrix, pieces: Sequence[int]) -> Iterator[FrontPanel]:
 def _add(F: np.ndarray, place: np.ndarray, left: np.ndarray) -> None:
     """Add to some columns of a front what a child leaves to the bodies at `place`.
 
-    Of symmetric matrices the lower halves are enough.
+    Of symmetric matrices the lower halves are enough. Bodies side by side are added at once.
     """
     if len(place):
         n = len(left) // len(place)
         inside = int(np.searchsorted(place, F.shape[1] // n))
-        rows = (n * place[:, None] + np.arange(n)).ravel()
-        F[np.ix_(rows, rows[: n * inside])] += left[:, : n * inside]
+        apart = (np.flatnonzero(np.diff(place) != 1) + 1).tolist()
+        runs = [(n * a, n * b, n * int(place[a])) for a, b in pairwise([0, *apart, len(place)])]
+        for i, (c, end, column) in enumerate(runs):
+            if c < (d := min(end, n * inside)):
+                for a, b, row in runs[i:]:
+                    F[row : row + b - a, column : column + d - c] += left[a:b, c:d]

@@ -438,14 +438,17 @@ class SaddlePointSystem:
 def _refined(
     step: Callable[[np.ndarray], np.ndarray], x: np.ndarray, most: int
 ) -> tuple[np.ndarray, float]:
-    """Solution by a step from nothing and some more, and the last one as a part of it."""
-    x, last = x + step(x), np.inf
+    """Solution by a step from nothing and some more, and the last one as a part of it.
+
+    Steps shrink by one factor: where the next one would be rounding, it is left out.
+    """
+    x, last = x + step(x), 1.0
     for _ in range(most):
         change = step(x)
         x += change
         whole = np.abs(x).max(initial=np.finfo(float).tiny)
         before, last = last, float(np.abs(change).max(initial=0.0) / whole)
-        if last < _ROUNDING or not last < before:
+        if not last < before or (last < _ENOUGH and last * last < _ROUNDING * before):
             break
     return x, last
 

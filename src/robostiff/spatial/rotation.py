@@ -36,9 +36,10 @@ def matrix_of_rotation(r: np.ndarray) -> np.ndarray:
            [ 1.,  0.,  0.],
            [ 0.,  0.,  1.]])
     """
-    a = np.sqrt(np.einsum("...i,...i->...", r, r) + _TINY)
+    x, y, z = r.ravel().tolist() if r.size == 3 else (r[..., i] for i in range(3))
+    a = np.sqrt(x * x + y * y + z * z + _TINY)
     factor, c = np.sin(0.5 * a) / a, np.cos(0.5 * a)
-    v = [r[..., i] * factor for i in range(3)]
+    v = [x * factor, y * factor, z * factor]
     R = empty_batch(r.shape[:-1], (3, 3))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         R[..., i, i] = 1.0 - 2.0 * (v[j] * v[j] + v[k] * v[k])

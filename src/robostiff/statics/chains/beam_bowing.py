@@ -20,9 +20,9 @@ from robostiff.statics.chains.elements import Bending, Element, FiniteJoint, Fin
 # Of a compliance: shear that is rounding.
 _NONE = 1e-9
 # Integrals over s of products of the slopes of inner modes, and of those with the cubic of a turn;
-# of products of their third derivatives, less the means. Of the first and the third inner mode.
-_SLOPES = np.array([[1 / 42, -(5**0.5) / 420], [-(5**0.5) / 420, 1 / 154]])
-_SHEARED = np.array([[60.0, 36 * 5**0.5], [36 * 5**0.5, 360.0]])
+# of products of their third derivatives, less the means. Of the first and the third inner mode, and
+# of both before the latter.
+_SLOPES, _SHEARED = (1 / 42, -(5**0.5) / 420, 1 / 154), (60.0, 36 * 5**0.5, 360.0)
 _WITH_TURN, _ENDS = (-(5**0.5) / 60, 0.0), (5**0.5, 3.0)
 
 
@@ -92,16 +92,16 @@ def bending(
         b, l = with_shift * with_shift * (1 / stiff) * soft, slopes * (1 / stiff) * (soft * L)
         forms.append((*of_shift, b, l))
         # the first and the third: c^T (K + N S)^-1 c in partial fractions
-        K = np.eye(2, dtype=int) + _SHEARED * e
-        S = _SLOPES + np.eye(2) * (2 * e) + _SHEARED * (e * e)
+        K = [i + x * e for i, x in zip((1, 0, 1), _SHEARED, strict=True)]
+        each = zip(_SLOPES, (1, 0, 1), _SHEARED, strict=True)
+        S = [slope + i * (2 * e) + x * (e * e) for slope, i, x in each]
         c = [x - y * e for x, y in zip(_WITH_TURN, _ENDS, strict=True)]
         by = 2 / _determinant(K, K)
         mean, product = _determinant(K, S) * 0.5 * by, _determinant(S, S) * 0.5 * by
         apart = square_root(mean * mean - product)
         first, last = mean + apart, mean - apart
         whole, part = (
-            (c[0] * c[0] * M[1, 1] + c[1] * c[1] * M[0, 0] - c[0] * c[1] * M[0, 1] * 2) * by
-            for M in (K, S)
+            (c[0] * c[0] * M[2] + c[1] * c[1] * M[0] - c[0] * c[1] * M[1] * 2) * by for M in (K, S)
         )
         half = 0.5 * (1 / apart) * (soft * L * L)
         forms.append((*of_turn, (whole * first - part) * half, first * (soft * L)))
@@ -114,9 +114,9 @@ def bending(
     return Bending(*found)
 
 
-def _determinant(A: np.ndarray, B: np.ndarray) -> Any:
-    """Of symmetric (2, 2) arrays: twice the determinant where they are one, bilinear."""
-    return A[0, 0] * B[1, 1] + A[1, 1] * B[0, 0] - A[0, 1] * B[0, 1] * 2
+def _determinant(A: Sequence[Any], B: Sequence[Any]) -> Any:
+    """Of symmetric (2, 2) matrices: twice the determinant where they are one, bilinear."""
+    return A[0] * B[2] + A[2] * B[0] - A[1] * B[1] * 2
 
 
 # Under this name an elasticity keeps what has been worked out of it.
