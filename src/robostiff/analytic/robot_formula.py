@@ -342,9 +342,13 @@ def _derivation(
     numbers.check(K, definitions)
 
     def conditions() -> tuple[Condition, ...]:
-        each = _turned(placed, found).items()
-        firsts = {i: first for i, (first, way) in each if way.mirror is None}
-        return conditions_of(placed, None, placed.recorded, firsts)
+        # Mirror images of one leg are turns of one another.
+        kinds: dict[Any, list[int]] = {}
+        for i, (first, way) in _turned(placed, found).items():
+            is_image = way.mirror is not None
+            kinds.setdefault((first, is_image), [] if is_image else [first]).append(i)
+        firsts = {i: own[0] for own in kinds.values() for i in own}
+        return conditions_of(placed, None, firsts)
 
     whole: Any = K
     if written_out is not None:
