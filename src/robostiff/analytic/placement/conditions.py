@@ -76,6 +76,8 @@ def conditions_of(
     of_firsts: dict[int, list[Condition]] = {}  # a leg that is turned has those of the first
     for i in wanted:
         first = (firsts or {}).get(i, i)
+        if placed.robot.legs[i].chain.has_blocks:  # whose words name branches
+            first = i
         if first not in of_firsts:
             of_firsts[first] = list(_of_leg(placed, first, read, is_alone=only is not None))
         for c in of_firsts[first]:
