@@ -316,7 +316,7 @@ def test_conditions_and_vectors_are_found_when_they_are_first_looked_at(pose, mo
     def looked_at(*_, **__):
         raise NotImplementedError
 
-    for name in ("conditions_of", "_at_vector_level"):
+    for name in ("conditions_of", "vector_form"):
         monkeypatch.setattr(f"robostiff.analytic.robot_formula.{name}", looked_at)
     derivation = rs.derive("gough-stewart-b", pose=pose)
     assert derivation.K.shape == (6, 6)

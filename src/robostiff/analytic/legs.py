@@ -21,7 +21,12 @@ from robostiff.analytic.chain import Closed, Steps, derive_chain
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.exact.definition import Definition, Unwritten, count_of, used_definitions
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
-from robostiff.analytic.placement.agreement import AGREED, check_value, closed_places
+from robostiff.analytic.placement.agreement import (
+    AGREED,
+    RobotInNumbers,
+    check_value,
+    closed_places,
+)
 from robostiff.analytic.placement.conditions import conditions_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot, place_robot
 from robostiff.analytic.placement.robot_pose import AtHome, PoseFormula
@@ -341,7 +346,10 @@ def derive_leg(
     check_leg(found, placed)
 
     def in_vectors() -> VectorForm | None:
-        whole = None if placed.robot.platform else vector_form(place_robot(robot, pose or AtHome()))
+        again = place_robot(robot, pose or AtHome())
+        whole = None if robot.platform else vector_form(again)
+        if whole is not None:
+            RobotInNumbers.of(again).check(whole.K, whole.definitions)
         return whole and whole.of_leg(leg)
 
     return replace(found, at_vector_level=Unwritten(in_vectors))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
@@ -165,9 +165,7 @@ def derive_robot(
         except (FormulaTooLargeError, OutsideFieldError):
             pass  # too long, or with the size of a length of either sign
     # On a record of its own: this one has steps of the elimination, longer for the same values.
-    return _in_steps(
-        placed, lambda: _at_vector_level(place_robot(robot, pose)), remark, asked=asked
-    )
+    return _in_steps(placed, lambda: place_robot(robot, pose), remark, asked=asked)
 
 
 def _readable(placed: PlacedRobot, limit: int, *, is_home: bool, closed: bool) -> RobotDerivation:
@@ -189,7 +187,7 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
     numbers, count = None, len(placed.entries.legs)
     with suppress(InputError):  # of a robot without an answer the wrenches say why
         numbers = RobotInNumbers.of(placed)
-    turned = {} if numbers is None else _turned(placed, numbers)
+    images = turned = {} if numbers is None else _turned(placed, numbers)
     legs = {i: placed.place(i).leg for i in range(count) if i not in turned}
     in_series = not any(
         leg.blocks
@@ -223,7 +221,7 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
     plain = found.before or found
     in_names = InNames(found.K, named, found.definitions, (plain.definitions, plain.K))
     parts = placed, found.K, legs, found.definitions, in_names, found.written_out
-    return _derivation(*parts, numbers=numbers)
+    return _derivation(*parts, numbers=numbers, images=images if numbers else None)
 
 
 def _turned(placed: PlacedRobot, numbers: RobotInNumbers) -> dict[int, tuple[int, Image]]:
@@ -251,7 +249,7 @@ def _in_given_symbols(leg: LegDerivation, write: Callable[[Any], Any], n: int) -
 
 
 def _in_steps(
-    placed: PlacedRobot, level: Callable[[], Any], remark: str, *, asked: bool
+    placed: PlacedRobot, again: Callable[[], PlacedRobot], remark: str, *, asked: bool
 ) -> RobotDerivation:
     """The record itself, its steps named."""
     recorded = placed.recorded
@@ -299,7 +297,7 @@ def _in_steps(
         c = tuple(reading(mu) for mu in recorded.legs[i].mu)
         legs.append(replace(each[i], wrenches=w, compliances=c, definitions=new))
     return _derivation(
-        placed, K, legs, reading.definitions, remark=remark, level=level, steps_asked=asked
+        placed, K, legs, reading.definitions, remark=remark, again=again, steps_asked=asked
     )
 
 
@@ -332,26 +330,32 @@ def _derivation(
     named: InNames | None = None,
     written_out: Callable[[Any], Any] | None = None,
     remark: str = "",
-    level: Callable[[], Any] | None = None,
+    again: Callable[[], PlacedRobot] | None = None,
     *,
     steps_asked: bool = False,
     numbers: RobotInNumbers | None = None,
+    images: Mapping[int, tuple[int, Image]] | None = None,
 ) -> RobotDerivation:
     """What was found, compared with numbers; names may be written out, and compared, later."""
-    numbers = found = numbers or RobotInNumbers.of(placed)
-    numbers.check(K, definitions)
+    in_numbers = numbers or RobotInNumbers.of(placed)
+    in_numbers.check(K, definitions)
 
     def conditions() -> tuple[Condition, ...]:
-        each = _turned(placed, found).items()
-        firsts = {i: first for i, (first, way) in each if way.mirror is None}
-        return conditions_of(placed, None, placed.recorded, firsts)
+        # Mirror images of one leg are turns of one another.
+        kinds: dict[Any, list[int]] = {}
+        turned = _turned(placed, in_numbers) if images is None else images
+        for i, (first, way) in turned.items():
+            is_image = way.mirror is not None
+            kinds.setdefault((first, is_image), [] if is_image else [first]).append(i)
+        firsts = {i: own[0] for own in kinds.values() for i in own}
+        return conditions_of(placed, None, firsts)
 
     whole: Any = K
     if written_out is not None:
 
         def write() -> sp.ImmutableMatrix:
             plain = written_out(K)
-            numbers.check(plain)
+            in_numbers.check(plain)
             return plain
 
         whole, definitions = Unwritten(cache(write)), ()
@@ -363,8 +367,13 @@ def _derivation(
         "meanings": placed.meanings,
     }
 
-    def in_vectors() -> Any:
-        form = level() if level else _at_vector_level(placed)
+    def in_vectors() -> VectorForm | InSeries | None:
+        if placed.robot.platform is not None:
+            return None
+        at = again() if again else placed
+        form = vector_form(at) or series_form(at)
+        if form is not None:
+            in_numbers.check(form.K, form.definitions)
         return form and replace(form, **own)
 
     return RobotDerivation(
@@ -379,15 +388,9 @@ def _derivation(
         remark=remark,
         named=named and replace(named, **own),
         at_vector_level=Unwritten(in_vectors),
-        general_rank=numbers.rank,
+        general_rank=in_numbers.rank,
         steps_asked=steps_asked,
     )
-
-
-def _at_vector_level(placed: PlacedRobot) -> VectorForm | InSeries | None:
-    if placed.robot.platform is not None:
-        return None
-    return vector_form(placed) or series_form(placed)
 
 
 def _bare_leg(placed: PlacedLeg, redundant: Sequence[bool]) -> LegDerivation:

@@ -17,7 +17,6 @@ from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.exact.definition import count_of, used_definitions
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.legs import LegGeometry
-from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import ClosedReading
@@ -56,26 +55,16 @@ _SAME = 1e-9
 
 
 def series_form(placed: PlacedRobot) -> InSeries | VectorForm | None:
-    """The springs of an arm, or of legs with one chain; None of others, and where one is rigid.
-
-    Raises
-    ------
-    DisagreementError
-        When it differs from the numerical form at random parameters and poses.
-    """
+    """The springs of an arm, or of legs with one chain; None of others, and where one is rigid."""
     try:
         if is_arm(placed):
             geometry = LegGeometry.of(placed.legs[0].leg, placed)
             if geometry.elastic_directions < placed.entries.space.size:
                 return None
-            found = _in_entries(geometry) or _in_vectors(placed)
-        else:
-            found = _legs(placed)
+            return _in_entries(geometry) or _in_vectors(placed)
+        return _legs(placed)
     except (UnusualPartError, FormulaTooLargeError):
         return None
-    if found is not None:
-        RobotInNumbers.of(placed).check(found.K, found.definitions)
-    return found
 
 
 def is_arm(placed: PlacedRobot, links: int = 0) -> bool:

@@ -40,11 +40,11 @@ def _at(value: Any, own_axes: int | None, rows: int | slice) -> Any:
     if not issubclass(kind, BatchedPart | Screw):
         return value
     found = object.__new__(kind)  # what holds at all poses does so at one
-    fields = vars(found)
+    attributes = vars(found)
     for name in names_of(kind):
         entry = getattr(value, name)
         is_plain = type(entry) in _PLAIN
-        fields[name] = entry if is_plain else _at(entry, _OWN_AXES.get(name), rows)
+        attributes[name] = entry if is_plain else _at(entry, _OWN_AXES.get(name), rows)
     return found
 
 

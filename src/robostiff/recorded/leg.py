@@ -134,7 +134,7 @@ class LegRecorder:
         InputError
             When a transmitted wrench meets no compliance.
         """
-        if frame is not None and frame < len(frames := self._frames(leg)):
+        if frame is not None and frame < len(frames := self.frames(leg)):
             local = local_leg(leg, frames[frame], self.record, self.length)
             return self._in_frame(leg, frame, frames[frame], local)
 
@@ -146,7 +146,7 @@ class LegRecorder:
 
     def promising(self, leg: PlacedLeg) -> list[tuple[int, WorkingFrame, LocalLeg]]:
         """The working frames from which a leg looks simplest, with their numbers."""
-        frames = self._frames(leg)
+        frames = self.frames(leg)
         seen = [local_leg(leg, frame, self.record, self.length) for frame in frames]
         best = sorted(range(len(frames)), key=lambda i: seen[i].entries)[:_PROMISING]
         return [(i, frames[i], seen[i]) for i in best]
@@ -180,7 +180,8 @@ class LegRecorder:
             and lower_bound(self.record, x.step) < _ENOUGH * doubt * usual_size(x)
         ]
 
-    def _frames(self, leg: PlacedLeg) -> list[WorkingFrame]:
+    def frames(self, leg: PlacedLeg) -> list[WorkingFrame]:
+        """Working frames of a leg; in the plane those that keep it."""
         world = WorkingFrame(np.eye(3, dtype=int).astype(object), self.reference)
         frames = list(working_frames(leg, world))
         if self.space is Space.PLANAR:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
 from itertools import combinations
@@ -24,13 +24,15 @@ from robostiff.elastostatics.tolerance import DEFAULT_TOLERANCE
 from robostiff.errors import OpenAtHomeError
 from robostiff.kinematics import FormulaPose, place_leg, posture_finder
 from robostiff.kinematics.closure.body import tidied
-from robostiff.kinematics.formula import PlacedFormula, place_leg_at_joints
+from robostiff.kinematics.formula import place_leg_at_joints
 from robostiff.kinematics.formula_modes import other_modes
 from robostiff.model import CoupledFreedom, PlacedFreedom, PlacedLeg, with_entries
 from robostiff.model.entries import bounds_of
 from robostiff.record import Entry, Operation, Record, is_zero
-from robostiff.recorded import RecordedRobot, entry_reader
+from robostiff.recorded import LegRecorder, RecordedLeg, entry_reader
+from robostiff.recorded.elimination import Transmitted, transmitted_by
 from robostiff.recorded.leg import at_samples, lower_bound
+from robostiff.recorded.working_frame import WorkingFrame, local_leg
 from robostiff.spatial import cross, exact_number
 from robostiff.spatial.batch import poses_side_by_side
 
@@ -46,23 +48,20 @@ _SEED = 5
 
 
 def conditions_of(
-    placed: PlacedRobot,
-    only: str | None = None,
-    recorded: RecordedRobot | None = None,
-    firsts: Mapping[int, int] | None = None,
+    placed: PlacedRobot, only: str | None = None, firsts: Mapping[int, int] | None = None
 ) -> tuple[Condition, ...]:
     """Conditions in the given symbols, beside denominators that do not vanish; of one leg alone.
 
-    `recorded`: the elimination from which the formula is, if it is from one; `firsts`: numbers of
-    legs that are turned with those of the legs from which they are.
+    `firsts`: numbers of legs that are turned with those of the legs from which they are.
 
     Where the legs decide some of the symbols, the formula is right only for values at which they
     close; the gaps say so. They are written at postures that are not closed, as they would vanish
     at those of the record.
     """
     read = ClosedReading(placed.record, placed.written_out)
-    legs = [leg for leg in placed.legs if only in (None, leg.leg.name)]
-    part = placed.robot if only is None else next(x for x in placed.robot.legs if x.name == only)
+    names = [leg.name for leg in placed.robot.legs]
+    wanted = [i for i, name in enumerate(names) if only in (None, name)]
+    part = placed.robot if only is None else placed.robot.legs[wanted[0]]
     found: list[Condition] = []
     known: set[Any] = set()
     # That parts exist: a wall leaves a hollow, a stiffness is positive. Once of legs alike.
@@ -74,41 +73,28 @@ def conditions_of(
                 known.add(expression)
                 subject = f"{own.subject} of {name!r}"
                 found.append(Condition(f"{subject} is {words}", _decisive(expression)))
-    # What K is divided by and does not vanish, at the samples, and the squares of it.
-    divisors, record = list[np.ndarray](), placed.record
-    K = [] if recorded is None else [x.step for x in recorded.K.values() if isinstance(x, Entry)]
-    for step in record.needed(K):
-        if record.operations[step][0] is Operation.RECIPROCAL:
-            at = record.sample(record.arguments(step)[0])
-            divisors += [at, at**2]
-    # Those on a flexible platform are eliminated as one.
-    eliminated = None if recorded is None or placed.robot.platform is not None else recorded.legs
-    of_firsts: dict[Any, list[Condition]] = {}  # a leg that is turned has those of the first
-    for i, leg in enumerate(legs):
-        own, name = leg.leg, leg.leg.name
-        first = i if own.blocks else (firsts or {}).get(i, i)
-        key = first, tuple(x.name for x in own.parts)
-        if key not in of_firsts:
-            alone = () if eliminated is None else eliminated[i].alone
-            of_firsts[key] = list(_of_leg(placed, leg, read, alone, divisors))
-        for c in of_firsts[key]:
-            words = c.words.replace(f"leg {c.leg!r}", f"leg {name!r}") if i != first else c.words
-            found.append(replace(c, words=words, leg=name if i != first else c.leg))
-    found += _nearest_to_home(placed, legs, read)
+    of_firsts: dict[int, list[Condition]] = {}  # a leg that is turned has those of the first
+    for i in wanted:
+        first = (firsts or {}).get(i, i)
+        if placed.robot.legs[i].chain.has_blocks:  # whose words name branches
+            first = i
+        if first not in of_firsts:
+            of_firsts[first] = list(_of_leg(placed, first, read, is_alone=only is not None))
+        for c in of_firsts[first]:
+            words = c.words.replace(f"leg {c.leg!r}", f"leg {names[i]!r}")
+            found.append(replace(c, words=words, leg=names[i]) if i != first else c)
+    found += _nearest_to_home(placed, {names[i] for i in wanted}, read)
     return (*found, *(_following(placed, read) if placed.following else ()))
 
 
 def _of_leg(
-    placed: PlacedRobot,
-    leg: PlacedFormula,
-    read: ClosedReading,
-    alone: Sequence[Any],
-    divisors: Sequence[np.ndarray],
+    placed: PlacedRobot, number: int, read: ClosedReading, *, is_alone: bool
 ) -> Iterator[Condition]:
     """That a leg reaches, closes, and that its passive joints are independent.
 
-    `alone`: what the elimination found of each passive joint, if the formula is from one.
+    `is_alone`: whether it is eliminated joint by joint, so that any of these may be redundant.
     """
+    leg = placed.place(number)
     name = leg.leg.name
     for length in leg.lengths:
         if isinstance(length, Entry) and lower_bound(placed.record, length.step) < 0:
@@ -125,12 +111,14 @@ def _of_leg(
         yield from _closing(name, leg.gap, read)
     stretched = list(_stretched(leg.leg, read))
     yield from (own for own, _ in stretched)
-    if placed.robot.platform is None:
-        yield from _independent(name, alone, read, stretched, divisors)
+    # Legs on a flexible platform are eliminated as one.
+    if not is_alone and placed.robot.platform is None:
+        own = placed.eliminated[number] if placed.eliminated else _transmitted(placed, leg.leg)
+        yield from _independent(name, own, read, stretched)
 
 
 def _nearest_to_home(
-    placed: PlacedRobot, legs: Iterable[PlacedFormula], read: ClosedReading
+    placed: PlacedRobot, wanted: Container[str], read: ClosedReading
 ) -> Iterator[Condition]:
     """That numbers choose the assembly modes of the formula: at home, by home coordinates.
 
@@ -147,7 +135,6 @@ def _nearest_to_home(
     except OpenAtHomeError:  # there is no home near the nominal values, where numbers begin
         return
     home = FormulaPose(*home_frame(placed.entries))
-    wanted = {leg.leg.name for leg in legs}
     every = list(zip(placed.entries.legs, placed.solvers, finder.solvers, strict=True))
     modes: dict[int, dict[Any, np.ndarray]] = {}
     for i, (leg, solver, near) in enumerate(every):
@@ -201,20 +188,46 @@ def _all_of(values: Iterable[Any]) -> Any:
     return -_any_of([-x for x in values])
 
 
+def _transmitted(placed: PlacedRobot, leg: PlacedLeg) -> Transmitted:
+    """Wrenches that a leg transmits, in the frame in which fewest entries of its twists vary."""
+    record, length, space = placed.record, placed.length, placed.entries.space
+    recorder = LegRecorder(record, placed.reference, space, length)
+    passive = tuple(f for f in leg.freedoms if f.is_passive)
+    if not passive:
+        return Transmitted([], [], (), ())
+    e, p = (at_samples([getattr(f, x) for f in passive], record.count) for x in ("axis", "point"))
+
+    def varying(frame: WorkingFrame) -> int:
+        R, at = at_samples(frame.R, record.count), at_samples(frame.p, record.count)
+        twists = np.stack([e, np.cross(p - at[:, None], e) / length], axis=1) @ R[:, None]
+        return int(np.sum(np.ptp(twists, axis=0) > _SAME))
+
+    frame = min(recorder.frames(leg), key=varying)
+    local = local_leg(replace(leg, elements=passive), frame, record, length)
+    twists = [[twist[row] for row in space.rows] for twist in local.twists]
+    scale = [1.0 if row < 3 else length for row in space.rows]
+    return transmitted_by(twists, np.eye(len(scale), dtype=int).tolist(), scale)
+
+
 def _independent(
-    leg: str,
-    alone: Sequence[Any],
+    name: str,
+    leg: RecordedLeg | Transmitted,
     read: ClosedReading,
     stretched: Sequence[tuple[Condition, np.ndarray]],
-    divisors: Sequence[np.ndarray],
 ) -> Iterator[Condition]:
     """That no further passive joint of a leg depends on those before it: it would transmit more.
 
-    `stretched`: the conditions that are there, see `_stretched`; `divisors`: see `_divisors`.
+    `stretched`: the conditions that are there, see `_stretched`.
     """
-    known, product = [1.0, *(x for _, x in stretched), *divisors], sp.Integer(1)
+    known, product, record = [1.0, *(x for _, x in stretched)], sp.Integer(1), read.record
+    # What its wrenches are divided by and does not vanish, at the samples, and the squares of it.
+    entries = (x for w in leg.wrenches for x in w)
+    for step in record.needed(x.step for x in entries if isinstance(x, Entry)):
+        if record.operations[step][0] is Operation.RECIPROCAL:
+            at = record.sample(record.arguments(step)[0])
+            known += [at, at**2]
     met = [own.expression for own, _ in stretched]
-    for own in alone:
+    for own in leg.alone:
         at = own.sample if isinstance(own, Entry) else np.ones(1)
         with np.errstate(all="ignore"):
             ratios = [np.abs(at / x) for x in known]
@@ -225,8 +238,8 @@ def _independent(
         if _may_vanish(square, met):
             product *= square / sp.Integer(10) ** int(np.log10(np.mean(at)))
     if product != 1:
-        words = f"the passive joints of leg {leg!r} are independent"
-        yield Condition(words, product - _STRETCHED, leg=leg)
+        words = f"the passive joints of leg {name!r} are independent"
+        yield Condition(words, product - _STRETCHED, leg=name)
 
 
 def _may_vanish(square: Any, met: Sequence[Any]) -> bool:

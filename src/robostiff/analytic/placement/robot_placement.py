@@ -31,7 +31,7 @@ from robostiff.kinematics.pose import six_coordinates
 from robostiff.model import Leg, Robot, with_entries
 from robostiff.model.entries import as_meant
 from robostiff.record import Entry, Record
-from robostiff.recorded import RecordedRobot, assembled, entry_reader
+from robostiff.recorded import RecordedLeg, RecordedRobot, assembled, entry_reader
 from robostiff.spatial import exact_number
 
 _SAMPLES = 5
@@ -102,6 +102,11 @@ class PlacedRobot:
     def recorded(self) -> RecordedRobot:
         """Its elimination on the same record, when it is first looked at."""
         return assembled(self.entries, self.record, self.platform, self.legs, self.length)
+
+    @property
+    def eliminated(self) -> tuple[RecordedLeg, ...]:
+        """The legs of this elimination; none where it was not looked at."""
+        return vars(self)["recorded"].legs if "recorded" in vars(self) else ()
 
 
 def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:

@@ -59,12 +59,6 @@ class SampledLeg:
         pairs = pairwise([np.zeros(len(self.J)), *ranks])
         return tuple(bool(np.all(after == before)) for before, after in pairs)
 
-    @property
-    def stiffness(self) -> np.ndarray:
-        """W (W^T C W)^-1 W^T over the wrenches that it transmits (count, n, n)."""
-        W = np.linalg.svd(self.J)[0][:, :, self.C.shape[1] - (self.transmitted or 0) :]
-        return W @ np.linalg.pinv(W.mT @ self.C @ W, hermitian=True) @ W.mT
-
     @classmethod
     def of(cls, leg: PlacedLeg, around: WrenchSearch) -> SampledLeg | None:
         """A leg in numbers; None where a block holds different motions at different samples."""

@@ -16,7 +16,6 @@ import sympy as sp
 from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.exact.definition import used_definitions
 from robostiff.analytic.exact.exact_points import values_of
-from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.placement.turned_legs import COMPONENTS, averages, orbits_of
 from robostiff.analytic.reading.record_reading import ClosedReading
@@ -68,23 +67,14 @@ from robostiff.spatial import Space
 
 
 def vector_form(placed: PlacedRobot) -> VectorForm | None:
-    """The vector form of a placed robot; None where its legs are no struts of one kind.
-
-    Raises
-    ------
-    DisagreementError
-        When it differs from the numerical form at random parameters and poses.
-    """
+    """The vector form of a placed robot; None where its legs are no struts of one kind."""
     if placed.robot.is_posed_by_joints or placed.follows.at_joints:
         return None
     try:
         found = _Recognition(placed).form()
     except (FormulaTooLargeError, NotHeldByUnitWrenchesError):
         return None
-    if found is None:
-        return None
-    RobotInNumbers.of(placed).check(found.K, found.definitions)
-    return replace(found, average=_average_of(found, placed))
+    return found and replace(found, average=_average_of(found, placed))
 
 
 def _average_of(found: VectorForm, placed: PlacedRobot) -> sp.ImmutableMatrix | None:
@@ -159,7 +149,10 @@ class _Recognition:
         is_dyad = any(rod.carrier is Carrier.DYAD for rod in rods)
         if len(rods) < count or (placed.given is None and is_dyad):
             return None
-        each, parallel = [self.writer.of(i, rod) for i, rod in enumerate(rods)], {}
+        each, parallel = list[LegInVectors | None](), {}
+        for i, rod in enumerate(rods):
+            before = [(other, leg) for other, leg in zip(rods, each, strict=False) if leg]
+            each.append(self.writer.of(i, rod, before))
         if None in each:
             each, parallel = self._parallel(rods)
         kinds: dict[Any, list[int]] = {}

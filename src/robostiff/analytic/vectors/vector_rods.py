@@ -12,7 +12,7 @@ What all vectors are at the samples follows from the same equations.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
@@ -164,6 +164,18 @@ class Bar:
         in_rods = [] if self.width == 0 else [1 / (self.width * SINE), sp.S.Half]
         of_carrier = [x for x in self.scalars() if x in (_F, _H) and varies(self.at.of(x))]
         return [*(x / SINE for x in of_carrier), *in_rods]  # of a force, each rod has half
+
+    def give_angle(self, used: Sequence[Any]) -> list[Any]:
+        """Cosine and sine of its angle to what lies across it, of the directions that are used.
+
+        That is the axis of the joint, or what is square to it; none of links.
+        """
+        across = [x for x in used if x not in (U, G)] or [self.first] * (G in used)
+        if self.carrier is Carrier.DYAD or not across:
+            return []
+        for e in angle_of(self, N if N in used else self.first):
+            self.at.give(e)
+        return across
 
     def named(self, scalars: list[Any]) -> list[tuple[np.ndarray, Any]]:
         """Some of them with their values; whole numbers need no name."""

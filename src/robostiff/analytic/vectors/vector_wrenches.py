@@ -7,7 +7,7 @@ couple; where more of them do, the leg has a small matrix of compliances.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
@@ -36,7 +36,6 @@ from robostiff.analytic.vectors.vector_rods import (
     N,
     Platform,
     U,
-    angle_of,
     are_along,
     varies,
 )
@@ -91,9 +90,18 @@ class WrenchWriter:
     read: KnownReading
     platform: Platform
 
-    def of(self, number: int, rod: Bar) -> LegInVectors | None:
-        """A leg; None where a wrench has another direction, or acts along another line."""
+    def of(
+        self, number: int, rod: Bar, before: Sequence[tuple[Bar, LegInVectors]] = ()
+    ) -> LegInVectors | None:
+        """A leg; None where a wrench has another direction, or acts along another line.
+
+        `before`: legs that are known, of which one may hold as this one does.
+        """
         own, search = self.placed.legs[number].leg, self.springs.search
+        for other, leg in before:
+            is_alike = other.carrier is rod.carrier and other.first == rod.first
+            if is_alike and self.is_stiffness(own, leg, rod):
+                return leg
         basis = search.basis(own)
         if basis is None or not basis.wrenches:
             return None
@@ -108,15 +116,10 @@ class WrenchWriter:
             return None
         used = [w.first or w.second for *_, w in found]
         self.read.known = rod.named(rod.scalars())
-        if rod.carrier is not Carrier.DYAD:
-            # What lies across both is written by the axis of the joint, or by what is square to it.
-            across = [x for x in used if x not in (U, G)] or [rod.first] * (G in used)
+        if across := rod.give_angle(used):
             if any(not are_along(rod.at.of(x), rod.at.of(across[0])) for x in across):
                 return None
-            for e in angle_of(rod, N if N in used else rod.first) if across else ():
-                rod.at.give(e)
-            if across:
-                self.read.known += rod.named([*rod.scalars_across(), COSINE, SINE])
+            self.read.known += rod.named([*rod.scalars_across(), COSINE, SINE])
         for bars in (_bars_of(own, rod, self) if N in used else None, None):
             leg = self._in_scalars(own, found, basis, bars)
             if bars is None or self.is_stiffness(own, leg, rod):
@@ -146,9 +149,12 @@ class WrenchWriter:
         return None
 
     def is_stiffness(self, own: PlacedLeg, leg: LegInVectors, rod: Bar) -> bool:
-        """Whether a leg as it is written has its stiffness at the samples."""
+        """Whether a leg as it is written transmits and meets what it does at the samples."""
         search = self.springs.search
-        rows = list(search.space.rows)
+        rows, sample = list(search.space.rows), SampledLeg.of(own, search)
+        if sample is None or sample.transmitted != len(leg.wrenches):
+            return False
+        rod.give_angle([w.first or w.second for w in leg.wrenches])
         W = np.stack([rod.at.of(w) for w in leg.wrenches], axis=2)[:, rows]
         W /= search.scale[rows][:, None]
         C = np.zeros((rod.at.count, *2 * (len(leg.wrenches),)))
@@ -158,11 +164,10 @@ class WrenchWriter:
             leg.entries, values_of(leg.entries.values(), given, self.read.definitions), strict=True
         ):
             C[:, i, j] = C[:, j, i] = value
-        wanted = SampledLeg.of(own, search)
-        found = W @ np.linalg.pinv(C, hermitian=True) @ W.mT
-        return wanted is not None and bool(
-            np.max(np.abs(found - wanted.stiffness)) < SAME * np.max(np.abs(wanted.stiffness))
-        )
+        met = W.mT @ sample.C @ W
+        sizes = np.sqrt(np.einsum("nii->ni", met))
+        is_met = np.abs(met - C) <= SAME * sizes[:, :, None] * sizes[:, None]
+        return bool(np.all(is_met) and np.all(np.abs(W.mT @ sample.J) <= SAME * np.max(np.abs(W))))
 
     def _in_scalars(
         self, own: PlacedLeg, found: list[_Written], basis: Basis, bars: _OfBars | None
