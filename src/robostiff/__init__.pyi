@@ -7,7 +7,6 @@ from robostiff.analysis import CableTensions as CableTensions
 from robostiff.analysis import CompiledAnswer as CompiledAnswer
 from robostiff.analysis import CompiledStiffness as CompiledStiffness
 from robostiff.analysis import Deflection as Deflection
-from robostiff.analysis import DeflectionsOfPoses as DeflectionsOfPoses
 from robostiff.analysis import Stiffness as Stiffness
 from robostiff.analysis import cable_stiffness as cable_stiffness
 from robostiff.analysis import cable_tensions as cable_tensions

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.analysis import DeflectionsOfPoses, compiled_stiffness, posed_stiffness, questions
+from robostiff.analysis import Deflection, compiled_stiffness, posed_stiffness, questions
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.compiled import MachineCode
 from robostiff.elastostatics import CartesianStiffness
@@ -189,7 +189,7 @@ def test_questions_by_the_record_say_what_the_direct_form_says(name, spread, rec
     for i in np.flatnonzero(expected.has_compliance):
         assert_same(C.data[i], expected[i].compliance)
     F = 100 * np.random.default_rng(1).uniform(-1, 1, (40, n))
-    bent, alone = rs.deflection(robot, pose, F, at=at), DeflectionsOfPoses(F, expected)
+    bent, alone = rs.deflection(robot, pose, F, at=at), Deflection(F, expected)
     np.testing.assert_array_equal(bent.status_codes, alone.status_codes)
     np.testing.assert_array_equal(bent.answered, alone.answered)
     for i in np.flatnonzero(bent.answered):

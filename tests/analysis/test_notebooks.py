@@ -70,7 +70,8 @@ def test_deflection_shows_load_displacement_and_who_bends():
 
 def test_rotations_that_are_rounding_are_shown_as_zero():
     bent = rs.deflection(rs.load("double-pantograph"), wrench=[0, 0, -100, 0, 0, 0])
-    bent = replace(bent, moved=np.add(bent.twist, [0, 0, 0, 1e-14, 0, -1e-14]))
+    rounded = np.add(bent.twist, [0, 0, 0, 1e-14, 0, -1e-14])
+    bent = replace(bent, of_loads=replace(bent.elements, twist=rounded))
     found = re.findall(r'<data value="([^"]*)">[^<]*</data>\sµrad', bent._repr_html_())
     assert [float(value) for value in found] == [0, 0, 0]
 

@@ -144,9 +144,9 @@ def _deflection(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> A
     columns, status = [], Status.OK
     for F in np.eye(n):
         bent = rs.deflection(snapshot, wrench=F)
-        if bent.moved is None:
+        if not bent.has_answer:
             return Answer("deflection", error=f"NoDeflection: {bent.status}")
-        columns.append(bent.moved)
+        columns.append(bent.twist)
         status |= bent.status
     return Answer("deflection", None, status, int(known.rank), np.array(columns).T)
 

@@ -397,7 +397,7 @@ ANSWERS = {
         rs.CompiledAnswer,
         rs.CompiledStiffness,
     ),
-    *(rs.CompiledLoading, rs.CriticalLoad, rs.Deflection, rs.DeflectionsOfPoses),
+    *(rs.CompiledLoading, rs.CriticalLoad, rs.Deflection),
     *(rs.Equilibrium, rs.IndicesOfPoses, rs.Mode, rs.Modes),
     *(rs.RobotDerivation, rs.Stiffness, rs.StiffnessIndices),
     *(rs.Compensation, rs.Optimum, rs.Tolerances, rs.Identified, rs.ChosenPoses),

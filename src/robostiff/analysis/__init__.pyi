@@ -11,7 +11,6 @@ from robostiff.analysis.compiled_stiffness import compile_stiffness as compile
 from robostiff.analysis.deflection_under_load import (
     ActuatorLoad,
     Deflection,
-    DeflectionsOfPoses,
     JointReaction,
     PartShare,
 )
@@ -29,7 +28,6 @@ __all__ = [
     "CompiledAnswer",
     "CompiledStiffness",
     "Deflection",
-    "DeflectionsOfPoses",
     "FreeMotion",
     "JointReaction",
     "Outcome",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -13,7 +13,7 @@ from robostiff.analysis.result import Stiffness
 from robostiff.analysis.snapshot_stiffness import branches_of, name_of_part
 from robostiff.elastostatics import BlockCompliance, ConjugateWrenches, Status, scaling
 from robostiff.elastostatics.status import StatusOfPoses
-from robostiff.errors import NoAnswerError
+from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import freedom_twist
 from robostiff.markup import InNotebooks
 from robostiff.model import Actuated, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
@@ -102,36 +102,12 @@ class ActuatorLoad:
         return part_name(self.leg, self.joint)
 
 
-@dataclass(frozen=True, repr=False)
-class Deflection(InNotebooks):
-    """Deflection of a robot under a wrench.
+@dataclass(frozen=True)
+class LoadedElements:
+    """What loads do to the elements of a robot at one pose; attributes as those of `Deflection`."""
 
-    Attributes
-    ----------
-    wrench : (n,) array
-        The load about the reference point, world axes [N, N m].
-    stiffness : Stiffness
-        What it was computed from.
-    status : Status
-        That of the stiffness, or ``UNBALANCED`` when the load would drive a free motion.
-    moved : (n,) array or None
-        See `twist`.
-    parts : tuple of PartShare
-        Every elastic part, largest energy first.
-    reactions : tuple of JointReaction
-    actuators : tuple of ActuatorLoad
-    leg_wrenches : tuple of (n,) arrays
-        What each leg carries about ``stiffness.origin``, world axes [N, N m]; none for a network.
-    work_of_loads : float or None
-        Of forces and weights at bodies, on their displacements [J]; None where there are none.
-    forces : tuple of NodeForce
-        These, of a network.
-    """
-
-    wrench: np.ndarray
-    stiffness: Stiffness
     status: Status
-    moved: np.ndarray | None
+    twist: np.ndarray | None = None
     parts: tuple[PartShare, ...] = ()
     reactions: tuple[JointReaction, ...] = ()
     actuators: tuple[ActuatorLoad, ...] = ()
@@ -139,41 +115,143 @@ class Deflection(InNotebooks):
     work_of_loads: float | None = None
     forces: tuple[NodeForce, ...] = ()
 
+
+@dataclass(frozen=True, repr=False)
+class Deflection(StatusOfPoses, InNotebooks):
+    """Deflection of a robot under a wrench at one pose, or at each of many.
+
+    Of many, `twist`, `energy` and `leg_wrenches` are arrays that begin with the axes of the batch,
+    masked where a pose has no answer; ``[i]`` is one of them, which has all else.
+
+    Attributes
+    ----------
+    wrench : (..., n) array
+        The load about the reference point, world axes [N, N m].
+    stiffness : Stiffness
+        What it was computed from.
+    of_loads : LoadedElements or None
+        Of one pose with loads at bodies besides; else it follows when first used.
+    """
+
+    wrench: np.ndarray
+    stiffness: Stiffness
+    of_loads: LoadedElements | None = None
+
+    @cached_property
+    def elements(self) -> LoadedElements:
+        """What the loads do at one pose.
+
+        Raises
+        ------
+        InputError
+            Of many.
+        """
+        if self.stiffness.batch_shape:
+            poses = f"{self.stiffness.rows.size} poses"
+            raise InputError(
+                f"deflection of {self.stiffness.name!r}", got=poses, expected="one: [i]"
+            )
+        return self.of_loads or loaded_elements(self.stiffness, self.wrench)
+
+    @cached_property
+    def _found(self) -> tuple[np.ndarray, np.ndarray]:
+        """Status (...) and twists about the reference point (..., n)."""
+        if not self.stiffness.batch_shape:
+            twist = self.elements.twist
+            twist = np.full(self.wrench.shape, np.nan) if twist is None else twist
+            return np.array(int(self.elements.status), dtype=np.uint16), twist
+        C, known = self.stiffness.inverted
+        codes = np.array(self.stiffness.status_codes)
+        if known.all():
+            return codes, np.einsum("...ij,...j->...i", C, self.wrench)
+        twist = np.full(self.wrench.shape, np.nan)
+        if known.any():
+            twist[known] = np.einsum("...ij,...j->...i", C[known], self.wrench[known])
+        rest, n = self.stiffness.not_inverted, self.wrench.shape[-1]
+        loads = _loads(rest, self.wrench[~known].reshape(*rest.batch_shape, n))
+        codes[~known] = loads.status_codes.ravel()
+        twist[~known] = move_twist(loads.twist, rest.offset).reshape(-1, n)
+        return codes, twist
+
     @property
-    def twist(self) -> np.ndarray:
-        """Displacement of the reference point and rotation of the platform (n,) [m, rad].
+    def status_codes(self) -> np.ndarray:
+        """Status of every pose (...): of its stiffness, or ``UNBALANCED``.
+
+        The latter where a load would drive a free motion.
+        """
+        return self._found[0]
+
+    @property
+    def answered(self) -> np.ndarray:
+        """Which poses have a deflection (...)."""
+        return ~np.isnan(self._found[1][..., 0])
+
+    @property
+    def has_answer(self) -> bool:
+        """Whether there is a deflection; of many, one of each."""
+        return bool(np.all(self.answered))
+
+    @property
+    def twist(self) -> Any:
+        """Displacement of the reference point and rotation of the platform (..., n) [m, rad].
 
         Where free motions remain, the least displacement, to which any of them may be added.
 
         Raises
         ------
         NoAnswerError
-            When there is none; the message says why.
+            When there is none at a single pose; the message says why.
         """
-        if self.moved is None:
+        if self.batch_shape:
+            return self._masked(self._found[1])
+        if self.elements.twist is None:
             raise NoAnswerError(
                 f"no deflection of {self.stiffness.name!r} ({self.status}): "
                 + "; ".join(self.advice)
             )
-        return self.moved
-
-    def __repr__(self) -> str:
-        if not self.has_answer:
-            return f"<Deflection of {self.stiffness.name!r}, status {self.status}>"
-        length = float(self.stiffness.length)
-        moved = self.stiffness.space.without_rounding(self.twist, length)
-        twist = ", ".join(f"{x:.4g}" for x in moved)
-        return f"<Deflection of {self.stiffness.name!r}: ({twist}) m, rad, status {self.status}>"
+        return self.elements.twist
 
     @property
-    def has_answer(self) -> bool:
-        """Whether there is a deflection."""
-        return self.moved is not None
+    def energy(self) -> Any:
+        """Elastic energy, half the work of all loads: F . t / 2 with the wrench alone (...) [J]."""
+        work = np.sum(self.wrench * self.twist, axis=-1)
+        return work / 2 if self.batch_shape else 0.5 * (float(work) + (self.work_of_loads or 0.0))
 
     @property
-    def energy(self) -> float:
-        """Elastic energy, half of the work of all loads: of F . t with the wrench alone [J]."""
-        return 0.5 * (float(self.wrench @ self.twist) + (self.work_of_loads or 0.0))
+    def parts(self) -> tuple[PartShare, ...]:
+        """Every elastic part, largest energy first."""
+        return self.elements.parts
+
+    @property
+    def reactions(self) -> tuple[JointReaction, ...]:
+        """What every joint carries."""
+        return self.elements.reactions
+
+    @property
+    def actuators(self) -> tuple[ActuatorLoad, ...]:
+        """What every drive carries."""
+        return self.elements.actuators
+
+    @property
+    def leg_wrenches(self) -> tuple[np.ndarray, ...]:
+        """What each leg carries about ``stiffness.origin``, world axes (..., n) [N, N m].
+
+        None for a network.
+        """
+        if self.batch_shape:
+            wrenches = _loads(self.stiffness, self.wrench).wrenches
+            return tuple(map(self._masked, wrenches))
+        return self.elements.leg_wrenches
+
+    @property
+    def work_of_loads(self) -> float | None:
+        """Of forces and weights at bodies, on their displacements [J]; None without any."""
+        return self.elements.work_of_loads
+
+    @property
+    def forces(self) -> tuple[NodeForce, ...]:
+        """Forces and weights at bodies, of a network."""
+        return self.elements.forces
 
     @property
     def advice(self) -> tuple[str, ...]:
@@ -181,20 +259,46 @@ class Deflection(InNotebooks):
         extra = Status(self.status & ~self.stiffness.status)
         return (*self.stiffness.advice, *extra.advice)
 
+    def _masked(self, values: np.ndarray) -> np.ma.MaskedArray:
+        mask = np.broadcast_to(~self.answered[..., None], values.shape)
+        return np.ma.MaskedArray(values, mask)
 
-def deflection_at(
+    def __repr__(self) -> str:
+        whole = f"Deflection of {self.stiffness.name!r}"
+        if self.batch_shape:
+            poses, known = self.answered.size, int(np.count_nonzero(self.answered))
+            return f"<{whole}, {poses} poses, {known} answered>"
+        if not self.has_answer:
+            return f"<{whole}, status {self.status}>"
+        length = float(self.stiffness.length)
+        moved = self.stiffness.space.without_rounding(self.twist, length)
+        twist = ", ".join(f"{x:.4g}" for x in moved)
+        return f"<{whole}: ({twist}) m, rad, status {self.status}>"
+
+    def __len__(self) -> int:
+        return len(self.wrench) if self.batch_shape else 1
+
+    def __iter__(self) -> Iterator[Deflection]:
+        """One pose after the other, or one row of a larger batch."""
+        return (self[i] for i in range(len(self)))
+
+    def __getitem__(self, index: Any) -> Deflection:
+        """The deflection at one pose, or at some poses."""
+        return Deflection(self.wrench[index], self.stiffness[index])
+
+
+def loaded_elements(
     answer: Stiffness, wrench: np.ndarray, forces: tuple[NodeForce, ...] = ()
-) -> Deflection:
-    """How a robot deflects at the single pose of an answer, under a wrench about its point.
+) -> LoadedElements:
+    """What a wrench about its point does to a robot at the single pose of an answer.
 
     Forces at the bodies of a network act, too.
     """
-    none = Deflection(wrench, answer, answer.status, None)
     if Status.UNREACHABLE in answer.status:
-        return none
+        return LoadedElements(answer.status)
     if not loads_known(answer):
         few = Status.ILL_CONDITIONED if answer.status.has_stiffness else Status.OK
-        return replace(none, status=answer.status | few)
+        return LoadedElements(answer.status | few)
     placed: Any = answer.placed()
     if not answer.question.has_legs:
         at_own = placed.reference_point - answer.reference_point
@@ -202,11 +306,11 @@ def deflection_at(
         tolerance = answer.details().tolerance
         found = network_under_loads(placed, move_wrench(wrench, v), forces, tolerance)
         if found.status:
-            return replace(none, status=answer.status | found.status)
+            return LoadedElements(answer.status | found.status)
         inside = found.loads()
-        return replace(
-            none,
-            moved=found.twist(placed.platform, answer.reference_point),
+        return LoadedElements(
+            answer.status,
+            found.twist(placed.platform, answer.reference_point),
             parts=_shares(inside.energies),
             reactions=tuple(JointReaction(*own) for own in inside.reactions),
             actuators=tuple(ActuatorLoad(*own) for own in inside.actuators),
@@ -215,7 +319,7 @@ def deflection_at(
         )
     loads = leg_loads(answer, move_wrench(wrench, -answer.offset))
     if loads.status_codes:
-        return replace(none, status=answer.status | Status(int(loads.status_codes)))
+        return LoadedElements(answer.status | Status(int(loads.status_codes)))
     details, rows = answer.details(), list(answer.space.rows)
     energies: list[tuple[str, str, float]] = []
     reactions: list[JointReaction] = []
@@ -240,9 +344,9 @@ def deflection_at(
             if isinstance(element.role, Actuated):
                 own_drive = leg.name, element.name, load, travel, element.load_unit
                 actuators.append(ActuatorLoad(*own_drive))
-    return replace(
-        none,
-        moved=move_twist(loads.twist, answer.offset),
+    return LoadedElements(
+        answer.status,
+        move_twist(loads.twist, answer.offset),
         parts=_shares(energies),
         reactions=tuple(reactions),
         actuators=tuple(actuators),
@@ -349,88 +453,3 @@ def _loads(answer: Stiffness, wrench: np.ndarray) -> LegLoads:
     lost = ~known & answer.answered
     codes[lost] |= np.uint16(Status.ILL_CONDITIONED)
     return LegLoads(twist, codes, of_legs)
-
-
-@dataclass(frozen=True, repr=False)
-class DeflectionsOfPoses(StatusOfPoses):
-    """How a robot deflects at a batch of poses; shares of energy are computed when first used.
-
-    ``found[i]`` is the `Deflection` of one pose, ``found[found.answered]`` are those of some.
-
-    Attributes
-    ----------
-    wrench : (..., n) array
-        The load at each pose about its reference point, world axes [N, N m].
-    stiffness : Stiffness
-        What it was computed from.
-    """
-
-    wrench: np.ndarray
-    stiffness: Stiffness
-
-    @cached_property
-    def _found(self) -> tuple[np.ndarray, np.ndarray]:
-        """Status (...) and twists about the reference point (..., n)."""
-        C, known = self.stiffness.inverted
-        codes = np.array(self.stiffness.status_codes)
-        if known.all():
-            return codes, np.einsum("...ij,...j->...i", C, self.wrench)
-        twist = np.full(self.wrench.shape, np.nan)
-        if known.any():
-            twist[known] = np.einsum("...ij,...j->...i", C[known], self.wrench[known])
-        rest, n = self.stiffness.not_inverted, self.wrench.shape[-1]
-        loads = _loads(rest, self.wrench[~known].reshape(*rest.batch_shape, n))
-        codes[~known] = loads.status_codes.ravel()
-        twist[~known] = move_twist(loads.twist, rest.offset).reshape(-1, n)
-        return codes, twist
-
-    @property
-    def status_codes(self) -> np.ndarray:
-        """Status of every pose (...); ``UNBALANCED`` where a load drives a free motion."""
-        return self._found[0]
-
-    @property
-    def answered(self) -> np.ndarray:
-        """Which poses have a deflection (...)."""
-        return ~np.isnan(self._found[1][..., 0])
-
-    @property
-    def twist(self) -> np.ma.MaskedArray:
-        """Displacement of the reference points and rotation of the platform (..., n) [m, rad].
-
-        Masked where there is none, which the status explains. Where free motions remain, the least
-        displacement.
-        """
-        return self._masked(self._found[1])
-
-    @property
-    def energy(self) -> np.ma.MaskedArray:
-        """Elastic energy, half of F . t (...) [J]; masked where there is no deflection."""
-        return np.ma.sum(self.wrench * self.twist, axis=-1) / 2
-
-    @property
-    def leg_wrenches(self) -> tuple[np.ma.MaskedArray, ...]:
-        """What each leg carries about ``stiffness.origin``, world axes (..., n) [N, N m]."""
-        return tuple(self._masked(own) for own in _loads(self.stiffness, self.wrench).wrenches)
-
-    def _masked(self, values: np.ndarray) -> np.ma.MaskedArray:
-        mask = np.broadcast_to(~self.answered[..., None], values.shape)
-        return np.ma.MaskedArray(values, mask)
-
-    def __repr__(self) -> str:
-        poses, known = self.answered.size, int(np.count_nonzero(self.answered))
-        return f"<DeflectionsOfPoses of {self.stiffness.name!r}, {poses} poses, {known} answered>"
-
-    def __len__(self) -> int:
-        return len(self.wrench)
-
-    def __iter__(self) -> Iterator[Any]:
-        """One pose after the other, or one row of a larger batch."""
-        return (self[i] for i in range(len(self)))
-
-    def __getitem__(self, index: Any) -> Any:
-        """The deflection at one pose, with all that bends, or at some poses."""
-        some = self.stiffness[index]
-        if some.batch_shape:
-            return replace(self, wrench=self.wrench[index], stiffness=some)
-        return deflection_at(some, self.wrench[index])

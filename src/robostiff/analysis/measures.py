@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.analysis.cable_stiffness import CableStiffness
-from robostiff.analysis.deflection_under_load import DeflectionsOfPoses
+from robostiff.analysis.deflection_under_load import Deflection
 from robostiff.analysis.result import Stiffness
 from robostiff.compiled import (
     ArrayCode,
@@ -205,7 +205,7 @@ def values_of(output: Output, result: Stiffness) -> tuple[np.ndarray, np.ndarray
         case DeflectionUnder() | DisplacementUnder():
             wrench = np.array(output.wrench)
             F = np.broadcast_to(wrench, (*result.batch_shape, len(wrench)))
-            bent = DeflectionsOfPoses(F, result)
+            bent = Deflection(F, result)
             values, of_load = bent.twist.filled(np.nan), bent.status_codes
             if isinstance(output, DisplacementUnder):
                 values = np.linalg.norm(values[:, : result.space.translations], axis=-1)

@@ -26,6 +26,7 @@ from robostiff.model.checks import FARTHEST, FULL_TURN
 
 if TYPE_CHECKING:
     from robostiff.analysis.cable_stiffness import CableStiffness
+    from robostiff.analysis.deflection_under_load import Deflection
     from robostiff.linkage import DriveValues, Linkage
     from robostiff.model.cable import CableRobot
     from robostiff.network import Network
@@ -348,15 +349,15 @@ def deflection(
     at: ArrayLike | None = None,
     near: Near = None,
     tolerance: Tolerance = DEFAULT_TOLERANCE,
-) -> Any:
+) -> Deflection:
     """Deflection of the platform under a wrench, and how the parts of the robot share in it.
 
     Parameters as for `robostiff.deflection`, which takes loads at bodies besides.
 
     Returns
     -------
-    Deflection or DeflectionsOfPoses
-        The latter of a batch.
+    Deflection
+        Of one pose, or of a batch.
 
     Raises
     ------
@@ -364,8 +365,8 @@ def deflection(
         When the wrench or the pose does not fit.
     """
     answer = stiffness_by_record(robot, pose, at, near, tolerance)
-    from robostiff.analysis.deflection_under_load import DeflectionsOfPoses, deflection_at
+    from robostiff.analysis.deflection_under_load import Deflection
 
     hint = "write deflection(robot, pose, wrench) or wrench=[...]: the pose comes first"
     F = given_wrenches(wrench, answer.space, answer.batch_shape, hint=hint)
-    return DeflectionsOfPoses(F, answer) if answer.batch_shape else deflection_at(answer, F)
+    return Deflection(F, answer)

@@ -4,25 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, cast, overload
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis import (
-    ActuatorLoad,
-    Deflection,
-    DeflectionsOfPoses,
-    JointReaction,
-    Stiffness,
-    stiffness,
-)
+from robostiff.analysis import ActuatorLoad, Deflection, JointReaction, Stiffness, stiffness
 from robostiff.analysis import deflection as deflection_under_wrench
-from robostiff.analysis.deflection_under_load import deflection_at, leg_loads, loads_known
+from robostiff.analysis.deflection_under_load import (
+    LoadedElements,
+    leg_loads,
+    loaded_elements,
+    loads_known,
+)
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
-from robostiff.kinematics.pose import OnePose
 from robostiff.linkage import DriveValues, Linkage
 from robostiff.model import Actuated, Robot, Snapshot
 from robostiff.network import Network, NodeForce
@@ -47,31 +44,6 @@ _DRIVEN = 1e-6
 _FREE, _PULLS = 1e-12, 1e-9
 
 
-@overload
-def deflection(
-    robot: Robot | Snapshot | Network | Linkage,
-    pose: OnePose = None,
-    wrench: ArrayLike | None = None,
-    *,
-    loads: Loads | None = None,
-    gravity: Gravity = None,
-    at: ArrayLike | None = None,
-    near: Near = None,
-    tolerance: Tolerance = DEFAULT_TOLERANCE,
-) -> Deflection: ...
-@overload
-def deflection(
-    robot: Robot | Snapshot | Network | Linkage,
-    pose: Sequence[Sequence[float]],
-    wrench: ArrayLike | None = None,
-    *,
-    loads: Loads | None = None,
-    gravity: Gravity = None,
-    at: ArrayLike | None = None,
-    near: Near = None,
-    tolerance: Tolerance = DEFAULT_TOLERANCE,
-) -> DeflectionsOfPoses: ...
-@overload
 def deflection(
     robot: Robot | Snapshot | Network | Linkage,
     pose: Pose | DriveValues = None,
@@ -82,18 +54,7 @@ def deflection(
     at: ArrayLike | None = None,
     near: Near = None,
     tolerance: Tolerance = DEFAULT_TOLERANCE,
-) -> Any: ...
-def deflection(
-    robot: Robot | Snapshot | Network | Linkage,
-    pose: Pose | DriveValues = None,
-    wrench: ArrayLike | None = None,
-    *,
-    loads: Loads | None = None,
-    gravity: Gravity = None,
-    at: ArrayLike | None = None,
-    near: Near = None,
-    tolerance: Tolerance = DEFAULT_TOLERANCE,
-) -> Deflection | DeflectionsOfPoses:
+) -> Deflection:
     """Deflection of the platform under small loads, and how the parts of the robot share in it.
 
     The loads are so small that the geometry does not change, and all is proportional to them. It
@@ -126,9 +87,9 @@ def deflection(
 
     Returns
     -------
-    Deflection or DeflectionsOfPoses
-        The latter of a batch. With `loads`, `gravity` or springs between bodies, rigid drives are
-        not listed, and the `stiffness` of a robot with such springs is that of its legs.
+    Deflection
+        Of one pose, or of a batch. With `loads`, `gravity` or springs between bodies, rigid drives
+        are not listed, and the `stiffness` of a robot with such springs is that of its legs.
 
     Raises
     ------
@@ -172,7 +133,7 @@ def deflection(
     if not np.any(none):  # springs between its bodies are relaxed
         relaxed = (replace(s, constant=-s.stiffness * s.length) for s in problem.legs.springs)
         problem = replace(problem, legs=replace(problem.legs, springs=tuple(relaxed)))
-    return _at_bodies(problem, F, answer)
+    return Deflection(F, answer, _at_bodies(problem, F, answer))
 
 
 def _of_network(
@@ -204,14 +165,15 @@ def _of_network(
             )
             for one in own
         ]
-    return deflection_at(rest.stiffness, rest.wrench, tuple(forces))
+    elements = loaded_elements(rest.stiffness, rest.wrench, tuple(forces))
+    return Deflection(rest.wrench, rest.stiffness, elements)
 
 
-def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness) -> Deflection:
+def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness) -> LoadedElements:
     """A robot under small loads at its bodies and a wrench, from its stiffness at that pose."""
 
-    def none(status: Status) -> Deflection:
-        return Deflection(F, stiffness, stiffness.status | status, None)
+    def none(status: Status) -> LoadedElements:
+        return LoadedElements(stiffness.status | status)
 
     if Status.UNREACHABLE in stiffness.status or not loads_known(stiffness):
         return none(Status.ILL_CONDITIONED if stiffness.status.has_stiffness else Status.OK)
@@ -253,11 +215,9 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     joints = [(part, part.load) for part in parts if part.load is not None]
     each = ((leg.name, own) for leg in placed.legs for own in leg.freedoms)
     driven = {(leg, own.name) for leg, own in each if isinstance(own.role, Actuated)}
-    return Deflection(
-        wrench=F,
-        stiffness=stiffness,
-        status=status,
-        moved=t,
+    return LoadedElements(
+        status,
+        t,
         parts=shares_of(parts),
         reactions=tuple(
             JointReaction(part.leg, part.part, part.wrench, part.point) for part, _ in joints

@@ -12,7 +12,7 @@ import numpy as np
 
 from robostiff.analysis.cable_stiffness import are_beyond_limits, cable_stiffness
 from robostiff.analysis.compiled_stiffness import CompiledStiffness, compile_stiffness
-from robostiff.analysis.deflection_under_load import DeflectionsOfPoses, carried_by
+from robostiff.analysis.deflection_under_load import Deflection, carried_by
 from robostiff.analysis.maps.pose_columns import Mapped, PoseColumns
 from robostiff.analysis.maps.variables import Quantity, Variable, map_variables
 from robostiff.analysis.measures import (
@@ -259,7 +259,7 @@ def _of_legs(e: MapEvaluator, poses: np.ndarray) -> dict[str, np.ndarray]:
 
 def _actuator_forces(snapshot: Any, result: Stiffness, wrench: np.ndarray) -> np.ndarray:
     """Load on each actuator (N, actuators) [N or N m]: what its chain carries along it."""
-    bent = DeflectionsOfPoses(np.broadcast_to(wrench, (*result.batch_shape, len(wrench))), result)
+    bent = Deflection(np.broadcast_to(wrench, (*result.batch_shape, len(wrench))), result)
     rows, blocks, forces = list(result.space.rows), result.details().leg_blocks, []
     for leg, wrenches, solved in zip(snapshot.legs, bent.leg_wrenches, blocks, strict=True):
         F = np.zeros((len(wrenches), 6))
