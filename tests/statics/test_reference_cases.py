@@ -114,7 +114,7 @@ def test_critical_load_of_a_tilted_platform_is_a_turning_point():
     found = rs.critical_load(robot, wrench=data["load"])
     assert found.is_limit
     assert "snaps through" in found.mode
-    state = found._required.found.state
+    state = found._critical_point.found.state
     from scipy.spatial.transform import Rotation
 
     with mp.workdps(60):

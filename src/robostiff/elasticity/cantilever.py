@@ -196,7 +196,7 @@ def uniform_beam(C: np.ndarray) -> UniformBeam | None:
     """
     rows = C.tolist()
     stretch, dy, dz, twist, ry, rz = diagonal = [rows[i][i] for i in range(6)]
-    if not all(own > 0 for own in diagonal) or not (L := 2.0 * rows[1][5] / rz) > 0:
+    if not all(c > 0 for c in diagonal) or not (L := 2.0 * rows[1][5] / rz) > 0:
         return None
     shear_y, shear_z = dy / L - rz * L / 3.0, dz / L - ry * L / 3.0
     size_y, size_z = dy / L, dz / L

@@ -79,7 +79,7 @@ def cable_response(
     if before.status & barred:
         return CableResponse(F, before, before.status | Status.NO_EQUILIBRIUM, 0.0)
     problem = Postures(robot, cables=before).loaded(0, Acting()).problem
-    event, found, carried = _followed(problem, LoadCase(np.zeros(len(F)), F))
+    event, found, carried = _outcome(problem, LoadCase(np.zeros(len(F)), F))
     names = before.cable_names
     slack = None if event is None else SlackEvent(event[0], names[event[1]])
     if found is None:
@@ -108,7 +108,7 @@ def cable_response(
     return CableResponse(F, before, status, 1.0, moved, after, slack, beyond)
 
 
-def _followed(
+def _outcome(
     problem: EquilibriumProblem, loading: LoadCase
 ) -> tuple[tuple[float, int] | None, FoundEquilibrium | None, float]:
     """The first slack cable, the whole load's equilibrium, and the part that is carried.
@@ -121,18 +121,18 @@ def _followed(
         return None, here if here.converged else None, 1.0
     event, whole = None, None
     for last, shortest in ((1.0, _SHORTEST), (_FURTHEST, _BEYOND)):
-        for found in _walk(here, last, shortest):
+        for found in _long_steps(here, last, shortest):
             event = event or _first_slack(here, found)
             here = found
             if whole is not None and event is not None:
                 return event, whole, 1.0
         if whole is None and here.factor < last:
             steps, seen = [], [start]
-            for own in path(problem, loading):
-                steps.append(own)
-                seen += [own.found] if own.is_stable else []
-                if own.critical or own.found.factor >= last:
-                    seen += [point.found for point in own.critical[:1]]
+            for step in path(problem, loading):
+                steps.append(step)
+                seen += [step.found] if step.is_stable else []
+                if step.critical or step.found.factor >= last:
+                    seen += [point.found for point in step.critical[:1]]
                     break
             ended, critical, carried = first_critical(steps, last)
             is_carried = critical is None and carried == last
@@ -145,7 +145,7 @@ def _followed(
     return event, whole, 1.0
 
 
-def _walk(here: FoundEquilibrium, last: float, shortest: float) -> Iterator[FoundEquilibrium]:
+def _long_steps(here: FoundEquilibrium, last: float, shortest: float) -> Iterator[FoundEquilibrium]:
     """Stable equilibria near by each other under the growing load, after one up to a factor."""
     problem, loading, step = here.problem, here.loading, min(1.0, last - here.factor)
     while here.converged and here.factor < last and step > shortest:
@@ -179,7 +179,7 @@ def _first_slack(before: FoundEquilibrium, after: FoundEquilibrium) -> tuple[flo
 
     def least(factor: float) -> float:
         if factor not in known:
-            near = known[min(known, key=lambda own: abs(own - factor))]
+            near = known[min(known, key=lambda other: abs(other - factor))]
             found = near.under(factor)
             if not found.converged:  # the cable is already slack
                 return -1.0

@@ -129,10 +129,10 @@ def equilibrium(
             return recorded
     answers = []
     loaded: LoadedPosture | None = None
-    for i, own in enumerate(given):
+    for i, row in enumerate(given):
         if loaded is None or postures.batch:
             loaded = postures.loaded(i, acting)
-        answers.append(solved(loaded, *((own,) if displacement is None else (None, own))))
+        answers.append(solved(loaded, *((row,) if displacement is None else (None, row))))
     return Equilibrium.of(postures.robot.name, space, answers if each.ndim > 1 else answers[0])
 
 
@@ -166,8 +166,8 @@ def _by_record(
     moved = np.zeros((len(wrenches), 6))
     moved[:, list(robot.space.rows)] = np.nan_to_num(found.known["displacement"])
     unloaded = np.nan_to_num(posture.pose)
-    R, own = turn_by_vector(moved[:, 3:]), turn_by_vector(unloaded[:, 3:])
-    arm = own @ robot.in_floats.reference_point
+    R, R_0 = turn_by_vector(moved[:, 3:]), turn_by_vector(unloaded[:, 3:])
+    arm = R_0 @ robot.in_floats.reference_point
     place = unloaded[:, :3] + moved[:, :3] + arm - (R @ arm[..., None])[..., 0]
-    pose = np.concatenate([place, vector_of_rotation(R @ own)], axis=-1)
+    pose = np.concatenate([place, vector_of_rotation(R @ R_0)], axis=-1)
     return replace(found, known={**found.known, "pose": pose})

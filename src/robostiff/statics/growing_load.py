@@ -71,27 +71,27 @@ class CriticalLoad(InNotebooks):
         NoAnswerError
             Where none was found.
         """
-        return self._required.factor
+        return self._critical_point.factor
 
     @property
     def mode(self) -> str:
         """How the robot leaves its place, in words."""
-        return self._required.words
+        return self._critical_point.words
 
     @property
     def leg(self) -> str | None:
         """The leg that buckles while the platform stays; None where the platform moves."""
-        return self._required.leg
+        return self._critical_point.leg
 
     @property
     def twist(self) -> np.ndarray:
         """Motion of the platform, about its point, per metre or radian (r,)."""
-        return self._required.twist
+        return self._critical_point.twist
 
     @property
     def is_limit(self) -> bool:
         """Whether no larger load is carried at all: the platform snaps through."""
-        return self._required.is_limit
+        return self._critical_point.is_limit
 
     @property
     def advice(self) -> tuple[str, ...]:
@@ -99,7 +99,7 @@ class CriticalLoad(InNotebooks):
         return self.status.advice
 
     @property
-    def _required(self) -> CriticalPoint:
+    def _critical_point(self) -> CriticalPoint:
         if self.point is None:
             searched = [f"none up to factor {self.searched_to:g}"] if self.searched_to else []
             why = "; ".join((*searched, *self.advice))
@@ -245,16 +245,16 @@ def load_path(
     grows = "load_path(robot, pose, [0, 0, -1000, 0, 0, 0], factors)"
     acting = Acting(loads, gravity, preload, beams, at, laws or {})
     loaded, F = one_loaded_posture(robot, pose, wrench, near, acting, grows)
-    each = [solved(loaded, factor * F, None, standing=True) for factor in s]
-    found = Equilibrium.of(loaded.name, loaded.space, each)
+    answers = [solved(loaded, factor * F, None, standing=True) for factor in s]
+    found = Equilibrium.of(loaded.name, loaded.space, answers)
     with needs_extra("maps", "maps"):
         import xarray
     space, along = loaded.space, _path(loaded, F, float(s.max()))
-    energy = np.array([own.energy if own.has_answer else np.nan for own in found])
-    steps = [own.found.displacement for own in along]
-    critical = [point for own in along for point in own.critical]
-    beyond = np.logical_or.accumulate([bool(own.critical) for own in along])
-    stable = np.array([own.is_stable for own in along], dtype=bool)
+    energy = np.array([answer.energy if answer.has_answer else np.nan for answer in found])
+    steps = [step.found.displacement for step in along]
+    critical = [point for step in along for point in step.critical]
+    beyond = np.logical_or.accumulate([bool(step.critical) for step in along])
+    stable = np.array([step.is_stable for step in along], dtype=bool)
     codes = np.where(stable, 0, Status.UNSTABLE)
     codes |= np.where(beyond, Status.BEYOND_CRITICAL_LOAD, 0)
     whole = {"long_name": "from the unloaded posture", "units": "m, rad"}
@@ -267,7 +267,7 @@ def load_path(
         "margin": (("factor",), found.margin.filled(np.nan)),
         "stable": (("factor",), found.stable),
         "status_code": (("factor",), found.status_codes),
-        "path_factor": (("step",), np.array([own.found.factor for own in along])),
+        "path_factor": (("step",), np.array([step.found.factor for step in along])),
         "path_displacement": (
             ("step", "twist"),
             np.array(steps).reshape(len(steps), space.size),
@@ -275,8 +275,8 @@ def load_path(
         ),
         "path_stable": (("step",), stable),
         "path_status_code": (("step",), codes.astype(np.uint16)),
-        "critical_factor": (("critical",), np.array([own.factor for own in critical])),
-        "critical_mode": (("critical",), np.array([own.words for own in critical], dtype=str)),
+        "critical_factor": (("critical",), np.array([point.factor for point in critical])),
+        "critical_mode": (("critical",), np.array([point.words for point in critical], dtype=str)),
     }
     coordinates = {
         "factor": s,
@@ -300,16 +300,16 @@ def _path(loaded: LoadedPosture, F: np.ndarray, furthest: float) -> list[OnPath]
     loading = LoadCase(nothing, F, share=1.0, share_rate=0.0)
     found: list[OnPath] = []
     for step in path(problem, loading, largest=0.1 * furthest):
-        own, at = step, step.found
+        on_path, at = step, step.found
         if at.factor > furthest:  # the last step ends at the largest factor
-            last = own.at(furthest)
+            last = on_path.at(furthest)
             at = last if last.converged else at
             is_stable = least_margin(at).value >= 0
-            met = tuple(point for point in own.critical if point.factor <= at.factor)
-            own = OnPath(at, is_stable, met)
-        if found and own.is_stable != found[-1].is_stable:
-            found += [OnPath(point.found, True) for point in own.critical[-1:]]
-        found.append(own)
+            passed = tuple(point for point in on_path.critical if point.factor <= at.factor)
+            on_path = OnPath(at, is_stable, passed)
+        if found and on_path.is_stable != found[-1].is_stable:
+            found += [OnPath(point.found, True) for point in on_path.critical[-1:]]
+        found.append(on_path)
         if found[1:] and not 0 <= at.factor < furthest:
             break
     return found

@@ -76,12 +76,12 @@ class UnderLoad(StandingLoads, MapMethod):
                 hint="rs.equilibrium(robot, pose, wrench).parts has the loads on drives",
             )
         if isinstance(like.robot, CableRobot):
-            standing = [own for own in ("loads", "gravity", "preload", "by") if getattr(self, own)]
-            asked = [*standing, *(own.value for own in quantities if own.needs_wrench)]
-            if asked:
+            standing = [key for key in ("loads", "gravity", "preload", "by") if getattr(self, key)]
+            refused = [*standing, *(q.value for q in quantities if q.needs_wrench)]
+            if refused:
                 raise InputError(
                     f"map of cable robot {like.robot.name!r} under load",
-                    got=", ".join(asked),
+                    got=", ".join(refused),
                     expected="UnderLoad() alone, whose wrench the tensions balance",
                 )
             return like

@@ -116,7 +116,7 @@ class CarriedLoads:
 
     def _now(self, bodies: np.ndarray, points: np.ndarray) -> np.ndarray:
         """Where points (n, 3) of bodies are, by the numbers of these [m]."""
-        R, t = (own[bodies] for own in self._bodies)
+        R, t = (x[bodies] for x in self._bodies)
         return (R @ points[..., None])[..., 0] + t
 
     @cached_property
@@ -148,7 +148,7 @@ class CarriedLoads:
         """Every joint and elastic part, leg by leg from base to platform."""
         found: list[tuple[Owner, LoadedPart]] = []
         legs, state = self.problem.legs, self.state
-        energies, pushing = legs.energies(state.legs), iter(state.legs.held)
+        energies, pushing = legs.energies(state.legs), iter(state.legs.multipliers)
         sums: defaultdict[tuple[int, int], list[tuple[str, np.ndarray, float, float]]]
         sums = defaultdict(list)
         at, (R, t) = legs.numbers.of_chains, self._bodies
@@ -203,9 +203,9 @@ class CarriedLoads:
         at = legs.numbers.of_chains
         np.add.at(W, at.chains[at.load_bodies], wrench_at(about, points, forces))
         found = {leg: np.zeros(6) for leg in self.problem.leg_names}
-        for chain, own in zip(legs.chains, W, strict=True):
+        for chain, wrench in zip(legs.chains, W, strict=True):
             if chain.start is None:
-                found[chain.owner.leg] += own
+                found[chain.owner.leg] += wrench
         return tuple(found.values())
 
     def about_the_tool(self, by_twist: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
@@ -222,21 +222,21 @@ class CarriedLoads:
         )
         where, moved = self._where, np.eye(6)[:, rows]  # twist of the tool
         W, K = np.zeros((platform, 6)), np.zeros((platform, 6, len(rows)))
-        parts = [own for own in legs.chains if own.owner.leg == platform]
-        held = {None, *(body for own in parts for body in (own.start, own.end))}
+        parts = [chain for chain in legs.chains if chain.owner.leg == platform]
+        nodes = {None, *(body for part in parts for body in (part.start, part.end))}
         for c, chain in enumerate(legs.chains):
-            if chain.owner.leg == platform or chain.end not in held:
+            if chain.owner.leg == platform or chain.end not in nodes:
                 continue
-            own, rate, node = np.zeros(6), np.zeros((6, len(rows))), moved
-            own[rows], rate[rows] = self.state.legs.W[c], by_twist[legs.numbers.W[c]]
+            wrench, rate, node = np.zeros(6), np.zeros((6, len(rows))), moved
+            wrench[rows], rate[rows] = self.state.legs.W[c], by_twist[legs.numbers.W[c]]
             arm = np.zeros(3)
             if chain.end is not None:
                 node = np.zeros((6, len(rows)))
                 node[rows] = by_twist[legs.numbers.bodies[chain.end]]
                 arm = where.legs.p[chain.end] - where.p
-            rate[3:] += skew(arm) @ rate[:3] - skew(own[:3]) @ (node - moved)[:3]
-            own[3:] += np.cross(arm, own[:3])
-            W[chain.owner.leg] += own
+            rate[3:] += skew(arm) @ rate[:3] - skew(wrench[:3]) @ (node - moved)[:3]
+            wrench[3:] += np.cross(arm, wrench[:3])
+            W[chain.owner.leg] += wrench
             K[chain.owner.leg] += rate
         return list(W[:, rows]), list(K[:, rows])
 
@@ -253,7 +253,7 @@ class CarriedLoads:
         if problem.steady is not None:
             on_platform[rows] += problem.steady.moment
             applied.append(problem.steady.weights.acting(where.R)[0])
-        forces, points = (own[: legs.numbers.of_chains.first_anchor] for own in self._acting)
+        forces, points = (x[: legs.numbers.of_chains.first_anchor] for x in self._acting)
         applied += [*wrench_at(about, points, forces)]
         carried: list[np.ndarray] = []
         if legs.springs:
@@ -262,7 +262,7 @@ class CarriedLoads:
                 force = self._pulls[spring] * (1 - 2 * side)
                 carried.append(wrench_at(about, points[side, spring], force))
         carried += self.reactions()
-        both = np.array([*applied, *(-own for own in carried)])[:, rows] / problem.scale
+        both = np.array([*applied, *(-W for W in carried)])[:, rows] / problem.scale
         stiffness = np.max(np.abs(problem.at_rest.K / np.outer(problem.scale, problem.scale)))
         if np.abs(both[: len(applied)]).sum() <= _ROUNDING * problem.length * stiffness:
             return True
@@ -320,9 +320,9 @@ class BodyPlaces:
     def since(self, other: BodyPlaces, times: float = 1.0) -> BodyPlaces:
         """How far all bodies have moved since another state, so many times, beside no motion."""
         return BodyPlaces(
-            {name: _since(own, other.behind[name], times) for name, own in self.behind.items()},
+            {name: _since(place, other.behind[name], times) for name, place in self.behind.items()},
             _since(self.platform, other.platform, times),
-            {name: _since(own, other.nodes[name], times) for name, own in self.nodes.items()},
+            {name: _since(place, other.nodes[name], times) for name, place in self.nodes.items()},
         )
 
 
@@ -332,8 +332,8 @@ def body_places(problem: EquilibriumProblem, state: State) -> BodyPlaces:
     platform = BodyPlace(state.R, state.p - state.R @ problem.point)
     legs = problem.legs
     R, t = legs.bodies(state.legs)
-    every = [[BodyPlace(R[i], t[i]) for i in own] for own in legs.numbers.of_chains.bodies]
-    for chain, moved in zip(legs.chains, every, strict=True):
+    places = [[BodyPlace(R[i], t[i]) for i in bodies] for bodies in legs.numbers.of_chains.bodies]
+    for chain, moved in zip(legs.chains, places, strict=True):
         for element, place in zip(chain.elements, moved[1:], strict=True):
             found[f"{chain.owner.name}/{element.name}"] = place  # the last of a beam counts
     for coupling in legs.couplings:
@@ -341,9 +341,9 @@ def body_places(problem: EquilibriumProblem, state: State) -> BodyPlaces:
         leg, joint = legs.chains[c].owner.name, legs.chains[c].elements[k].name
         found[f"{leg}/{coupling.drive.name}"] = found[f"{leg}/{joint}"]
     for node, spot in problem.nodes.items():
-        nodes[node] = platform if spot is None else every[spot.chain][spot.after]
+        nodes[node] = platform if spot is None else places[spot.chain][spot.after]
     return BodyPlaces(found, platform, nodes)
 
 
-def _since(own: BodyPlace, other: BodyPlace, times: float) -> BodyPlace:
-    return BodyPlace(np.eye(3) + times * (own.R - other.R), times * (own.t - other.t))
+def _since(place: BodyPlace, other: BodyPlace, times: float) -> BodyPlace:
+    return BodyPlace(np.eye(3) + times * (place.R - other.R), times * (place.t - other.t))

@@ -73,7 +73,7 @@ class Mode:
         problem = self.equilibrium.problem
         motion = _of_legs(problem, self.shape)[: problem.legs.numbers.total]
         stored = energies_of(problem.legs, motion, np.zeros(problem.legs.inner_modes.shape))
-        return tuple(own for own in shares(stored) if own.energy > 0)
+        return tuple(share for share in shares(stored) if share.energy > 0)
 
     @cached_property
     def words(self) -> str:
@@ -100,10 +100,10 @@ class Mode:
         By so little that none has turned, or moved by the length of the robot, by more than a
         thousandth [rad].
         """
-        own, step = self.equilibrium, _of_legs(self.equilibrium.problem, self.shape)
-        part = _PART / max(own.problem.size_of_legs(step), own.problem.size_of(self.twist))
-        moved = own.problem.moved(own.state, part * self.twist, part * step)
-        return body_places(own.problem, moved).since(body_places(own.problem, own.state))
+        found, step = self.equilibrium, _of_legs(self.equilibrium.problem, self.shape)
+        part = _PART / max(found.problem.size_of_legs(step), found.problem.size_of(self.twist))
+        moved = found.problem.moved(found.state, part * self.twist, part * step)
+        return body_places(found.problem, moved).since(body_places(found.problem, found.state))
 
     def __str__(self) -> str:
         rate = f"{self.frequency:.4g} Hz" if self.growth == 0 else f"grows by {self.growth:.4g} /s"
@@ -265,14 +265,15 @@ def modes(
     """
     postures = postures_of(robot, pose, near)
     given = postures.beside(wrenches_of("wrench", wrench, postures.robot.space))
-    acting, own = Acting(loads, gravity, preload, beams, at, laws or {}), masses or {}
-    each = tuple(
-        _modes_of(postures.loaded(i, acting, own), F) for i, F in enumerate(np.atleast_2d(given))
+    acting, carried = Acting(loads, gravity, preload, beams, at, laws or {}), masses or {}
+    answers = tuple(
+        _modes_of(postures.loaded(i, acting, carried), F)
+        for i, F in enumerate(np.atleast_2d(given))
     )
     if given.ndim == 1:
-        return each[0]
-    codes = np.array([int(one.status) for one in each], dtype=np.uint16)
-    return Modes(postures.robot.name, postures.robot.space, codes, poses=each)
+        return answers[0]
+    codes = np.array([int(one.status) for one in answers], dtype=np.uint16)
+    return Modes(postures.robot.name, postures.robot.space, codes, poses=answers)
 
 
 def _modes_of(loaded: LoadedPosture, wrench: np.ndarray) -> Modes:

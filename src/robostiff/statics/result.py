@@ -97,8 +97,8 @@ class Equilibrium(StatusOfPoses, InNotebooks):
 
     def __getitem__(self, index: Any) -> Equilibrium:
         """One of many, or some of them."""
-        known = {name: own[index] for name, own in self.known.items()}
-        codes, rows = (np.asarray(own[index]) for own in (self.status_codes, self.rows))
+        known = {name: array[index] for name, array in self.known.items()}
+        codes, rows = (np.asarray(array[index]) for array in (self.status_codes, self.rows))
         return replace(self, status_codes=codes, rows=rows, known=known)
 
     def __iter__(self) -> Iterator[Equilibrium]:
@@ -188,17 +188,17 @@ class Equilibrium(StatusOfPoses, InNotebooks):
     @property
     def advice(self) -> tuple[str, ...]:
         """What to know about this answer, a sentence each."""
-        own = self.status.advice
+        advice = self.status.advice
         if self.batch_shape:
-            return own
+            return advice
         if self.held and not self.has_answer:
             return (_NOT_FREE, *Status.RIGID_DIRECTION.advice)
         if self.has_answer and isinstance(self.posed, CableRobot):
             tensions = np.array([cable.tension for cable in self.springs])
-            own = (*beyond_limits(self.posed, tensions), *own)
+            advice = (*beyond_limits(self.posed, tensions), *advice)
         if self.critical is None:
-            return own
-        return (f"at {self.critical.factor:.4g} of the load {self.critical.words}", *own)
+            return advice
+        return (f"at {self.critical.factor:.4g} of the load {self.critical.words}", *advice)
 
     @property
     def critical_factor(self) -> float | None:
@@ -285,8 +285,8 @@ class Equilibrium(StatusOfPoses, InNotebooks):
             )
         known, scale = found.known, found.problem.scale
         C = np.linalg.inv(known.K_total / np.outer(scale, scale))
-        if known.held is not None:
-            C = C @ known.held.free @ known.held.free.T
+        if known.held_platform is not None:
+            C = C @ known.held_platform.free @ known.held_platform.free.T
         return C / np.outer(scale, scale)
 
     @property
@@ -328,10 +328,10 @@ class Equilibrium(StatusOfPoses, InNotebooks):
         found = self._require()
         if not self.held:
             return found.loading.wrench + found.loading.wrench_rate
-        held, scale = found.known.held, found.problem.scale
-        if held is None:
+        platform, scale = found.known.held_platform, found.problem.scale
+        if platform is None:
             return -found.known.missing
-        return -held.free @ (held.free.T @ (found.known.missing / scale)) * scale
+        return -platform.free @ (platform.free.T @ (found.known.missing / scale)) * scale
 
     @property
     def energy(self) -> float:
@@ -408,7 +408,7 @@ class Equilibrium(StatusOfPoses, InNotebooks):
     @property
     def _known_stiffness(self) -> Linearised:
         known = self._require().known
-        if known.held is not None:
+        if known.held_platform is not None:
             raise NoAnswerError(
                 f"no stiffness matrix of {self.name!r} under load ({self.status}): "
                 f"{self.status.advice[0]}; its compliance is there"

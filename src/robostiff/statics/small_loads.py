@@ -128,8 +128,8 @@ def deflection(
             hint="cables have cable_response(robot, pose, wrench=...), or 'robostiff cables'",
         )
     acting = Acting(loads, none, beams=Linear(), at=at)
-    asked, F = one_loaded_posture(robot, pose, wrench, near, acting)
-    problem, answer = asked.problem, stiffness(replace(robot, springs=()), pose, **options)
+    loaded, F = one_loaded_posture(robot, pose, wrench, near, acting)
+    problem, answer = loaded.problem, stiffness(replace(robot, springs=()), pose, **options)
     if not np.any(none):  # springs between its bodies are relaxed
         relaxed = (replace(s, constant=-s.stiffness * s.length) for s in problem.legs.springs)
         problem = replace(problem, legs=replace(problem.legs, springs=tuple(relaxed)))
@@ -152,7 +152,7 @@ def _of_network(
     points = {"platform": point} | points
     forces = list(network.weights(pull)) if np.any(pull) else []
     frame_of = {name: (np.eye(3), at) for name, at in points.items()}.get
-    for name, own in given_forces(loads, pull, network.space, frame_of).items():
+    for name, several in given_forces(loads, pull, network.space, frame_of).items():
         if name not in points:
             known = ", ".join(list(network.free_nodes)[:5])
             raise InputError("loads", got=name, expected=f"a node that moves, or platform: {known}")
@@ -163,7 +163,7 @@ def _of_network(
                 load_vector("force", name, one.force),
                 points[name] if one.point is None else load_vector("point", name, one.point),
             )
-            for one in own
+            for one in several
         ]
     elements = loaded_elements(rest.stiffness, rest.wrench, tuple(forces))
     return Deflection(rest.wrench, rest.stiffness, elements)
@@ -188,10 +188,10 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     # what the loads at bodies are worth at the platform: legs bend under them while it is held
     status, has_springs = stiffness.status, bool(problem.legs.springs)
     if has_springs or known.rigid or has_flexible_platform:
-        held = _with_springs(problem, known)
-        if held is None:
+        deflected = _with_springs(problem, known)
+        if deflected is None:
             return none(Status.UNBALANCED)
-        t, is_free = held
+        t, is_free = deflected
         status = status if is_free else status & ~Status.FREE_MOTIONS
     else:
         carried = leg_loads(stiffness, move_wrench(known.by_factor, to_origin))
@@ -202,8 +202,8 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     state = problem.moved(at_rest, nothing, step)
     legs, forces = problem.legs, None
     if has_springs:  # tension among them, as the bodies move
-        own = legs.pulls(at_rest.legs, 0.0)
-        forces = (own.D @ (own.J @ step[: legs.numbers.total])[..., None])[..., 0] + own.rate
+        pulls = legs.pulls(at_rest.legs, 0.0)
+        forces = (pulls.D @ (pulls.J @ step[: legs.numbers.total])[..., None])[..., 0] + pulls.rate
     loaded = CarriedLoads(problem, state, small=True, forces=forces)
     if not loaded.are_balanced(F):
         return none(Status.ILL_CONDITIONED)
@@ -213,8 +213,8 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     if has_flexible_platform:  # nodes are where they are without load
         wrenches = loaded.about_the_tool(known.by_twist)[0]
     joints = [(part, part.load) for part in parts if part.load is not None]
-    each = ((leg.name, own) for leg in placed.legs for own in leg.freedoms)
-    driven = {(leg, own.name) for leg, own in each if isinstance(own.role, Actuated)}
+    freedoms = ((leg.name, joint) for leg in placed.legs for joint in leg.freedoms)
+    driven = {(leg, joint.name) for leg, joint in freedoms if isinstance(joint.role, Actuated)}
     return LoadedElements(
         status,
         t,

@@ -116,8 +116,8 @@ def solved(
             found = replace(found, converged=False)
         else:
             found, margins = ended, named_margins(ended.known)
-    held = found.known.held
-    if target is not None and held and np.linalg.norm(held.gap) > _OPEN * problem.length:
+    platform = found.known.held_platform
+    if target is not None and platform and np.linalg.norm(platform.gap) > _OPEN * problem.length:
         # legs stay open at the pose of the platform
         status |= Status.NO_EQUILIBRIUM
         return Solution(status, held=True)
@@ -127,10 +127,11 @@ def solved(
             status |= Status.FREE_MOTIONS
         return Solution(status, critical)
     where = found, loaded.frame, loaded.posed
-    return _judged(loaded, found, Solution(status, critical, margins, target is not None, *where))
+    answer = Solution(status, critical, margins, target is not None, *where)
+    return _with_status(loaded, found, answer)
 
 
-def _judged(loaded: LoadedPosture, found: FoundEquilibrium, answer: Solution) -> Solution:
+def _with_status(loaded: LoadedPosture, found: FoundEquilibrium, answer: Solution) -> Solution:
     """An answer with its status."""
     known, loading, carried, status = found.known, found.loading, answer.carried, answer.status
     if not answer.held:
@@ -141,6 +142,6 @@ def _judged(loaded: LoadedPosture, found: FoundEquilibrium, answer: Solution) ->
     if not (known.regular and loaded.problem.at_rest.regular):
         status |= Status.REDUNDANT_JOINTS
     if isinstance(loaded.posed, CableRobot):
-        tensions = np.array([own.tension for own in carried.springs()])
+        tensions = np.array([spring.tension for spring in carried.springs()])
         status |= status_of_cables(loaded.posed, tensions)
     return replace(answer, status=status if answer.margin >= 0 else status | Status.UNSTABLE)

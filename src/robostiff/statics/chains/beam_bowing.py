@@ -107,9 +107,9 @@ def bending(
         forms.append((*of_turn, (whole * first - part) * half, first * (soft * L)))
         forms.append((r, 0, (part - whole * last) * half, last * (soft * L)))
     shapes = (V.shape[1],), (), (), ()
-    found = [np.zeros((len(forms), *own), dtype=int).astype(V.dtype) for own in shapes]
-    for i, own in enumerate(forms):
-        for values, value in zip(found, own, strict=True):
+    found = [np.zeros((len(forms), *shape), dtype=int).astype(V.dtype) for shape in shapes]
+    for i, form in enumerate(forms):
+        for values, value in zip(found, form, strict=True):
             values[i] = value
     return Bending(*found)
 
@@ -120,7 +120,7 @@ def _determinant(A: Sequence[Any], B: Sequence[Any]) -> Any:
 
 
 # Under this name an elasticity keeps what has been worked out of it.
-_OWN = "_as_elements"
+_ELEMENTS = "_as_elements"
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ class Linear:
     """Elastic parts as linear springs: axial load does not change how a beam bends.
 
     At 0.3 of the Euler load, 30 % of the bending compliance of a cantilever are missed; the
-    change of geometry between the ends of the part is met all the same.
+    change of geometry between the ends of the part is taken into account.
     """
 
 
@@ -239,7 +239,7 @@ class ElementsOfParts:
         elasticity = spring.elasticity
         turned = None if self.space is Space.SPATIAL else spring.rotation.tobytes()
         # with a part that is alike at all poses it stays known
-        kept = vars(elasticity).setdefault(_OWN, {})
+        kept = vars(elasticity).setdefault(_ELEMENTS, {})
         if (turned, self.treated) not in kept:
             free = np.array(elasticity.freedoms, dtype=float)
             entries = elasticity.compliance.tobytes(), free.tobytes(), turned
@@ -247,7 +247,7 @@ class ElementsOfParts:
                 C, beam = elasticity.compliance, elasticity.as_beam
                 treated = self.treated if beam is not None else Linear()
                 parts = (treated.elements or 1) if isinstance(treated, Bowing) else 0
-                own = elastic_element(
+                element = elastic_element(
                     self.space,
                     np.array(spring.rotation, dtype=float),
                     (C, free),
@@ -256,10 +256,10 @@ class ElementsOfParts:
                     partial(_modes, elasticity),
                     inner=isinstance(treated, Bowing) and treated.has_inner_modes,
                 )
-                self.known[entries] = own, 0.0 if beam is None else beam.length, parts
+                self.known[entries] = element, 0.0 if beam is None else beam.length, parts
             kept[turned, self.treated] = self.known[entries]
-        own, length, parts = kept[turned, self.treated]
-        return in_series(own, spring, length, parts)
+        element, length, parts = kept[turned, self.treated]
+        return in_series(element, spring, length, parts)
 
 
 def _modes(
@@ -272,7 +272,7 @@ def _modes(
     return np.concatenate([modes, free], axis=1), k
 
 
-#: Motions (r, m) of an elastic part by coordinates of their own, and the stiffness of these (m,),
+#: Motions (r, m) of an elastic part by its coordinates, and the stiffness of these (m,),
 #: from its compliance (r, r) and its freedoms (r, f).
 Modes = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
@@ -298,28 +298,30 @@ def elastic_element(
     if length is not None:
         axial, part, planes = parts / C[0, 0], length / parts, bending_planes(space, rotation)
         C = part_of_beam(C, length, parts)
-    own, C_own, free = among_motions(space, rotation, C, free)
-    modes, k = modes_of(C_own, free)
-    V, nowhere = own @ modes, np.zeros(3, dtype=int).astype(C.dtype)
+    motions, C_in, free = among_motions(space, rotation, C, free)
+    modes, k = modes_of(C_in, free)
+    V, nowhere = motions @ modes, np.zeros(3, dtype=int).astype(C.dtype)
     bent = bending(V, C, part, planes, inner=inner)
     return FiniteSpring("", nowhere, rotation, V, k, axial, bent)
 
 
-def in_series(own: FiniteSpring, spring: PlacedSpring, length: Any, parts: int) -> list[Element]:
+def in_series(
+    element: FiniteSpring, spring: PlacedSpring, length: Any, parts: int
+) -> list[Element]:
     """The elements of an elastic part where it is, from those in no place.
 
     Parts of a beam of some length [m], of numbers or of entries, end with the last at its point.
     """
     point, rotation = (
-        np.asarray(each, dtype=own.point.dtype) for each in (spring.point, spring.rotation)
+        np.asarray(each, dtype=element.point.dtype) for each in (spring.point, spring.rotation)
     )
-    shared = own.modes, own.stiffness, own.axial, own.bending
-    own = FiniteSpring(spring.name, point, rotation, *shared)
+    shared = element.modes, element.stiffness, element.axial, element.bending
+    element = FiniteSpring(spring.name, point, rotation, *shared)
     if parts < 2:
-        return [own]
+        return [element]
     x = rotation[:, 0] * length
-    nearer = [replace(own, point=point + x * ((i + 1) / parts - 1)) for i in range(parts - 1)]
-    return [*nearer, own]
+    nearer = [replace(element, point=point + x * ((i + 1) / parts - 1)) for i in range(parts - 1)]
+    return [*nearer, element]
 
 
 def among_motions(

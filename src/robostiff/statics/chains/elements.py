@@ -162,7 +162,7 @@ class Bending:
         themselves among it; in numbers.
         """
         z, N_, k_ = (self.z @ y[..., None])[..., 0], N[..., None, None], k[..., None, None]
-        root, own = np.sqrt(self.b), np.eye(self.l.shape[-1])
+        root, identity = np.sqrt(self.b), np.eye(self.l.shape[-1])
         a = -N[..., None] * root * z / self.pivots(N)  # each of which stores a^2 / 2
         of_y = along + _times(self.s * z + root * a, self.z)
         of_a = root * z + self.l * a
@@ -170,7 +170,7 @@ class Bending:
         return (
             _outer(of_y, of_y) * k_ - _outer(along, along) * k_ + N_ * S,
             _outer(of_a, of_y) * k_ + N_ * (root[..., None] * self.z),
-            _outer(of_a, of_a) * k_ + (1 + N_ * self.l[..., None]) * own,
+            _outer(of_a, of_a) * k_ + (1 + N_ * self.l[..., None]) * identity,
         )
 
 
@@ -366,7 +366,7 @@ class FiniteBodySpring:
     is_cable: bool = False
 
     @staticmethod
-    def placed(own: PlacedBodySpring, points: np.ndarray, spots: Spots) -> FiniteBodySpring:
+    def placed(spring: PlacedBodySpring, points: np.ndarray, spots: Spots) -> FiniteBodySpring:
         """A spring at one pose, of numbers or of entries.
 
         Raises
@@ -375,24 +375,24 @@ class FiniteBodySpring:
             When its ends are in one point, and it pulls there: nowhere.
         """
         d = points[1] - points[0]
-        length, constant = square_root(d @ d), own.tension - own.stiffness * own.length
-        if abs(constant) <= _NONE * max(abs(own.tension), own.stiffness * own.length):
+        length, constant = square_root(d @ d), spring.tension - spring.stiffness * spring.length
+        if abs(constant) <= _NONE * max(abs(spring.tension), spring.stiffness * spring.length):
             constant = 0.0
         size = max(usual_size(x) for x in points.flat)
-        rest = abs(constant) > _NONE * own.stiffness * size
+        rest = abs(constant) > _NONE * spring.stiffness * size
         if usual_size(length) <= _NONE * size and rest:
             raise InputError(
-                f"spring {own.name!r}",
+                f"spring {spring.name!r}",
                 got="both ends in one point at the unloaded posture",
                 expected="points apart: there the direction of its pull is not determined",
                 hint="a spring of free length 0 alone may have no length",
             )
-        known = own.stiffness, length, constant, own.is_cable
-        return FiniteBodySpring(own.name, points, spots, *known)
+        known = spring.stiffness, length, constant, spring.is_cable
+        return FiniteBodySpring(spring.name, points, spots, *known)
 
     def renumbered(self, chains: Mapping[int, int]) -> FiniteBodySpring:
         """The same by other numbers of the chains."""
-        a, b = (own and own._replace(chain=chains.get(own.chain, own.chain)) for own in self.spots)
+        a, b = (s and s._replace(chain=chains.get(s.chain, s.chain)) for s in self.spots)
         return replace(self, spots=(a, b))
 
     def energy(self, length: float, tension: float) -> float:
@@ -419,18 +419,18 @@ class SpringArrays:
     @staticmethod
     def of(springs: Sequence[FiniteBodySpring]) -> SpringArrays:
         """Of some springs."""
-        each = [(side, i, own.spots[side]) for side in (0, 1) for i, own in enumerate(springs)]
-        held = [(side, i, spot) for side, i, spot in each if spot is not None]
+        each = [(side, i, s.spots[side]) for side in (0, 1) for i, s in enumerate(springs)]
+        attached = [(side, i, spot) for side, i, spot in each if spot is not None]
         return SpringArrays(
-            np.array([[own.points[side] for own in springs] for side in (0, 1)]),
-            np.array([[own.spots[side] is None for own in springs] for side in (0, 1)]),
-            tuple((spot, springs[i].points[side]) for side, i, spot in held),
-            np.array([i for _, i, _ in held], dtype=int),
-            np.array([side for side, *_ in held], dtype=int),
-            np.array([own.stiffness for own in springs]),
-            np.array([own.length for own in springs]),
-            np.array([own.constant for own in springs]),
-            np.array([own.is_cable for own in springs]),
+            np.array([[spring.points[side] for spring in springs] for side in (0, 1)]),
+            np.array([[spring.spots[side] is None for spring in springs] for side in (0, 1)]),
+            tuple((spot, springs[i].points[side]) for side, i, spot in attached),
+            np.array([i for _, i, _ in attached], dtype=int),
+            np.array([side for side, *_ in attached], dtype=int),
+            np.array([spring.stiffness for spring in springs]),
+            np.array([spring.length for spring in springs]),
+            np.array([spring.constant for spring in springs]),
+            np.array([spring.is_cable for spring in springs]),
         )
 
     def at(self, anchors: np.ndarray, rates: np.ndarray, share: float) -> Pulls:
@@ -450,7 +450,7 @@ class SpringArrays:
         steady = np.where(self.is_cable, 1, share)
         constant = steady * self.constant - (1 - steady) * k * self.length
         if of_entries:
-            by = np.array([reciprocal(own) for own in length], dtype=object)
+            by = np.array([reciprocal(x) for x in length], dtype=object)
         else:
             slack = self.is_cable & (k * length + constant < 0)
             k, constant = np.where(slack, 0.0, k), np.where(slack, 0.0, constant)

@@ -97,15 +97,15 @@ def solved(
         x = scale * x[..., :-1]
     else:
         inverse = np.empty(A.shape)
-        for i, own in enumerate(scaled):
+        for i, S in enumerate(scaled):
             try:
-                inverse[i] = np.linalg.inv(own)
-                regular[i] = _norm(own) * _norm(inverse[i]) < _SINGULAR
+                inverse[i] = np.linalg.inv(S)
+                regular[i] = _norm(S) * _norm(inverse[i]) < _SINGULAR
             except np.linalg.LinAlgError:
                 regular[i] = False
             if not regular[i]:  # the inverse of least squares
-                inverse[i] = np.linalg.pinv(own, rcond=LOST)
-                regular[i] = np.linalg.cond(own) < 1.0 / LOST
+                inverse[i] = np.linalg.pinv(S, rcond=LOST)
+                regular[i] = np.linalg.cond(S) < 1.0 / LOST
         x = scale * (inverse @ (scale * b))
     for _ in range(refinements):
         rest = scale * (b - A @ x)
@@ -136,7 +136,7 @@ class Closure:
         return Closure(rows, sizes, A.shape[1] - m - ranks)
 
     def solve(self, A: np.ndarray, b: np.ndarray, refinements: int) -> Bordered:
-        """``A x = b`` (N, n, k) but for the missing directions, which are left."""
+        """``A x = b`` (N, n, k) but for the missing directions, which stay open."""
         N, n, m, d = len(A), A.shape[1], self.sizes.shape[1], int(self.deficits.max())
         U = np.linalg.svd(_scaled(A, self.rows, self.sizes))[0]
         kept = np.arange(d) >= d - self.deficits[:, None]
@@ -163,8 +163,8 @@ class Closure:
 class Bordered:
     """Steps of legs with rigid parts.
 
-    `found` (N, n, k) is without what is carried in the missing directions, `gaps` (N, d, k) what is
-    left of the closure there, `carried` (N, n, d) unit wrenches Λ of these among the unknowns.
+    `found` (N, n, k) is without what is carried in the missing directions, `gaps` (N, d, k) what
+    the closure misses there, `carried` (N, n, d) unit wrenches Λ of these among the unknowns.
     """
 
     regular: np.ndarray  # (N,)
@@ -191,13 +191,13 @@ class HeldPlatform:
         `length` is that of the robot [m]; `rank`: how many directions are held; found, at the
         unloaded posture, when None.
         """
-        every = np.concatenate([own.reshape(-1, own.shape[2]) for own in gaps])
-        U, values, Vt = np.linalg.svd(every[:, 1:-1] / scale)
+        G = np.concatenate([leg.reshape(-1, leg.shape[2]) for leg in gaps])
+        U, values, Vt = np.linalg.svd(G[:, 1:-1] / scale)
         if rank is None:
             # Against motions of their own size: loops that are closed twice may hold nothing.
             rank = int(np.sum(values * length > _LOST))
         inverse = (Vt[:rank].T / values[:rank]) @ U[:, :rank].T
-        return HeldPlatform(Vt[rank:].T, -inverse @ every[:, 0], inverse)
+        return HeldPlatform(Vt[rank:].T, -inverse @ G[:, 0], inverse)
 
     @property
     def rank(self) -> int:
@@ -205,14 +205,14 @@ class HeldPlatform:
         return len(self.free) - self.free.shape[1]
 
     def within(self, K: np.ndarray) -> np.ndarray:
-        """A stiffness (r, r) among the motions left, beside which held ones have its size."""
+        """A stiffness (r, r) among the free motions, beside which held ones have its size."""
         P = self.free @ self.free.T
         inside = P @ K @ P
         size = float(np.linalg.norm(inside)) or 1.0
         return inside + size * (np.eye(len(P)) - P)
 
     def missing(self, K: np.ndarray, b: np.ndarray) -> np.ndarray:
-        """What ``within(K)`` is to be solved for: balance among motions left, gaps closed."""
+        """What ``within(K)`` is to be solved for: balance among free motions, gaps closed."""
         P = self.free @ self.free.T
         size = float(np.linalg.norm(P @ K @ P)) or 1.0
         return P @ (b - K @ self.gap) + size * self.gap

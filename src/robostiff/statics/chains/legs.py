@@ -52,7 +52,7 @@ class LegState:
     # (bodies, 3, 3) and (bodies, 3): between chains: their axes, and where their points are [m]
     R: np.ndarray
     p: np.ndarray
-    held: np.ndarray  # what rigid couplings push their sums with [N or N m]
+    multipliers: np.ndarray  # what rigid couplings push their sums with [N or N m]
     axial: np.ndarray  # (B,): axial forces of beams with bowing [N]
 
 
@@ -104,14 +104,14 @@ class Legs:
     def numbers(self) -> LegNumbers:
         """Where all unknowns are."""
         meeting: list[Sequence[tuple[int, int]]] = [(c.place, *c.terms) for c in self.couplings]
-        meeting += [[own for own in spring.spots if own is not None] for spring in self.springs]
+        meeting += [[spot for spot in spring.spots if spot is not None] for spring in self.springs]
         kind = LegsKind(
-            tuple(own.kind for own in self.chains),
+            tuple(chain.kind for chain in self.chains),
             len(self.points),
             self.rows,
             tuple(spot for spot, _ in self.spring_arrays.anchors),
-            tuple(tuple(c for c, _ in own) for own in meeting),
-            tuple((own.place[0], own.drive.turns) for own in self.rigid),
+            tuple(tuple(c for c, _ in spots) for spots in meeting),
+            tuple((coupling.place[0], coupling.drive.turns) for coupling in self.rigid),
         )
         return numbers_of(kind)
 
@@ -140,7 +140,7 @@ class Legs:
     @cached_property
     def rigid(self) -> list[FiniteCoupling]:
         """Couplings whose sums stay 0."""
-        return [own for own in self.couplings if own.is_rigid]
+        return [coupling for coupling in self.couplings if coupling.is_rigid]
 
     @cached_property
     def beams(self) -> list[tuple[int, int, FiniteSpring]]:
@@ -161,13 +161,13 @@ class Legs:
     def unloaded(self) -> LegState:
         """The posture from which they are loaded."""
         at, R = self.numbers, np.tile(np.eye(3), (len(self.points), 1, 1))
-        x, W, held, axial = (np.zeros(n.shape) for n in (at.x, at.W, at.held, at.beams[:, 0]))
-        return LegState(x, W, R, self.points, held, axial)
+        x, W, z, axial = (np.zeros(n.shape) for n in (at.x, at.W, at.multipliers, at.beams[:, 0]))
+        return LegState(x, W, R, self.points, z, axial)
 
     def owners(self, block: ComponentBlock) -> list[Owner]:
         """The first leg of every component; `NOBODY` where springs hold the platform alone."""
-        each = [[self.chains[c].owner for c in own] for own in block.chains]
-        return [min((o for o in own if o != NOBODY), default=NOBODY) for own in each]
+        each = [[self.chains[c].owner for c in chains] for chains in block.chains]
+        return [min((o for o in owners if o != NOBODY), default=NOBODY) for owners in each]
 
     def bodies(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
         """Where all bodies of chains are, by their numbers there; see `MovingChains.moved`."""
@@ -188,9 +188,9 @@ class Legs:
     def sum_rows(self) -> list[np.ndarray]:
         """Of every coupling: the factors of its sum, by unknown (T,)."""
         found = []
-        for own in self.couplings:
-            a = np.zeros(self.numbers.total, dtype=int).astype(own.factors.dtype)
-            for place, factor in zip(own.terms, own.factors, strict=True):
+        for coupling in self.couplings:
+            a = np.zeros(self.numbers.total, dtype=int).astype(coupling.factors.dtype)
+            for place, factor in zip(coupling.terms, coupling.factors, strict=True):
                 a[self.numbers.x[self.places[place]]] = factor
             found.append(a)
         return found
@@ -223,25 +223,25 @@ class Legs:
         np.add.at(r, at.bodies[at.ends[inner]], (state.W + half)[inner])
         blocks = at.as_blocks(A)
         rigid = iter(range(len(self.rigid)))  # closures ``s = 0`` of rigid couplings, else energy
-        for own, s in zip(self.couplings, self.sums(state), strict=True):
-            x = np.concatenate([at.x[at.places[place]] for place in own.terms])
-            factors, push = own.factors, own.drive.preload
-            if own.is_rigid:
+        for coupling, s in zip(self.couplings, self.sums(state), strict=True):
+            x = np.concatenate([at.x[at.places[place]] for place in coupling.terms])
+            factors, push = coupling.factors, coupling.drive.preload
+            if coupling.is_rigid:
                 i = next(rigid)
-                row = at.held[i]
+                row = at.multipliers[i]
                 A[at.place(row, x)] += factors
                 A[at.place(x, row)] -= factors
                 r[row] += s
-                r[x] -= factors * state.held[i]
+                r[x] -= factors * state.multipliers[i]
                 continue
-            A[at.place(x[:, None], x)] += own.drive.tangent(s) * np.outer(factors, factors)
-            r[x] += (own.drive.force(s) - share.value * push) * factors
+            A[at.place(x[:, None], x)] += coupling.drive.tangent(s) * np.outer(factors, factors)
+            r[x] += (coupling.drive.force(s) - share.value * push) * factors
             r_factor[x] -= share.rate * push * factors
         if pulls is not None:
             K = pulls.stiffness
-            for block, own in zip(at.blocks, blocks, strict=True):
-                for each, u in zip(own, block.coordinates, strict=True):
-                    each[: block.free, : block.free] += K[np.ix_(u, u)]
+            for block, matrices in zip(at.blocks, blocks, strict=True):
+                for matrix, u in zip(matrices, block.coordinates, strict=True):
+                    matrix[: block.free, : block.free] += K[np.ix_(u, u)]
             r_factor += share.rate * pulls.by_share
         return LegEquations(blocks, r, r_factor, state, half, terms, pulls)
 
@@ -302,7 +302,7 @@ class Legs:
             state.W + step[at.W],
             matrix_of_rotation(twists[:, 3:]) @ state.R,
             state.p + twists[:, :3],
-            state.held + step[at.held],
+            state.multipliers + step[at.multipliers],
             state.axial + step[at.total :],
         )
 
@@ -321,12 +321,12 @@ class Legs:
     def energies(self, state: LegState) -> list[list[float]]:
         """Elastic energy of every element of every chain [J], preloads left out."""
         found = self.arrays.energies(state.x, state.axial)
-        return [found[own[1:]].tolist() for own in self.numbers.of_chains.bodies]
+        return [found[bodies[1:]].tolist() for bodies in self.numbers.of_chains.bodies]
 
     def load_potential(self, state: LegState, share: float) -> float:
         """Potential of loads on its bodies and of preloads, 0 at the unloaded posture [J]."""
         pushed = zip(self.couplings, self.sums(state), strict=True)
-        total = -sum(own.drive.preload * s for own, s in pushed)
+        total = -sum(coupling.drive.preload * s for coupling, s in pushed)
         return share * (total + self.arrays.load_potential(state.x, *self._starting(state)))
 
     def twists(self, state: LegState, about: np.ndarray, spots: Sequence[Spot]) -> np.ndarray:
@@ -336,10 +336,10 @@ class Legs:
         of_chain = np.array([c for c, _ in spots])
         body = np.array([at.bodies[c][after] for c, after in spots])
         for c in np.unique(of_chain).tolist():
-            columns, own = at.columns[c], np.flatnonzero(of_chain == c)
-            moving = at.body[columns, None] <= body[own]
+            columns, on_chain = at.columns[c], np.flatnonzero(of_chain == c)
+            moving = at.body[columns, None] <= body[on_chain]
             unknowns = self.numbers.columns[columns, None]
-            found[unknowns, own] = by_columns[columns, None] * moving[..., None]
+            found[unknowns, on_chain] = by_columns[columns, None] * moving[..., None]
         return np.moveaxis(found, 0, -1)
 
     @cached_property
@@ -361,16 +361,16 @@ class Legs:
         found[at.x] = sizes
         body = [1.0 / length if row < 3 else 1.0 for row in self.rows]
         found[at.bodies], found[at.W] = body, body
-        found[at.held] = [1.0 if own.drive.turns else 1.0 / length for own in self.rigid]
+        found[at.multipliers] = [1.0 if c.drive.turns else 1.0 / length for c in self.rigid]
         return found
 
     def without(self, gone: Sequence[int]) -> Legs:
         """The legs but for some chains that are a component each, alone."""
-        left = [c for c in range(len(self.chains)) if c not in set(gone)]
-        number = {c: i for i, c in enumerate(left)}
+        rest = [c for c in range(len(self.chains)) if c not in set(gone)]
+        number = {c: i for i, c in enumerate(rest)}
         return replace(
             self,
-            chains=tuple(self.chains[c] for c in left),
-            springs=tuple(own.renumbered(number) for own in self.springs),
-            couplings=tuple(own.renumbered(number) for own in self.couplings),
+            chains=tuple(self.chains[c] for c in rest),
+            springs=tuple(spring.renumbered(number) for spring in self.springs),
+            couplings=tuple(coupling.renumbered(number) for coupling in self.couplings),
         )

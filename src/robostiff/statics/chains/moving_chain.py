@@ -94,8 +94,8 @@ class FiniteTurn:
             factors = np.where(is_near, factors, np.concatenate(far, axis=-1))
         SS = S @ S
         b, c, first = (
-            own[..., None]
-            for own in (factors[..., :1], factors[..., 1:2], 1 - u * factors[..., 1:2])
+            factor[..., None]
+            for factor in (factors[..., :1], factors[..., 1:2], 1 - u * factors[..., 1:2])
         )
         unit = np.eye(3, dtype=int)
         return FiniteTurn(r, u, S * first + SS * b + unit, S * b + SS * c + unit, factors)
@@ -184,10 +184,10 @@ class MovingChains:
         anchors: Sequence[np.ndarray] = (),
     ) -> None:
         self._kind, self._at, at = np.asarray(ends).dtype, numbers, numbers
-        every = [e for c in chains for e in c.elements]
-        springs = [e for e in every if isinstance(e, FiniteSpring)]
+        elements = [e for c in chains for e in c.elements]
+        springs = [e for e in elements if isinstance(e, FiniteSpring)]
         self._set_springs(springs)
-        joints = [e for e in every if isinstance(e, FiniteJoint)]
+        joints = [e for e in elements if isinstance(e, FiniteJoint)]
         self._axis = self._array([e.axis for e in joints], 3)
         self._slide = self._array([e.slide for e in joints])[:, None]
         self._turning = np.array([int(e.turns) for e in joints], dtype=int)[:, None]
@@ -203,18 +203,18 @@ class MovingChains:
         identity = np.eye(3, dtype=int).astype(self._kind)
         self._axes, self._points = np.tile(identity, (at.total, 1, 1)), self._zeros(at.total, 3)
         self._axes[at.spring_bodies] = self._array([e.rotation for e in springs], 3, 3)
-        for chain, own in zip(chains, at.bodies, strict=True):
+        for chain, bodies in zip(chains, at.bodies, strict=True):
             if chain.start is not None:
-                self._points[own[0]] = points[chain.start]
-            for body, e in zip(own[1:].tolist(), chain.elements, strict=True):
+                self._points[bodies[0]] = points[chain.start]
+            for body, e in zip(bodies[1:].tolist(), chain.elements, strict=True):
                 self._points[body] = e.point
         self._steps = self._frames(at.before, self._axes, self._points)
         self._end_frames = self._frames(at.last, np.tile(identity, (len(ends), 1, 1)), ends)
         # loads, and behind them anchors, which have no force of their own
         loads, bodies = [load for c in chains for load in c.loads], at.load_bodies
-        self.load_point: np.ndarray = self._array([*(own.point for own in loads), *anchors], 3)
+        self.load_point: np.ndarray = self._array([*(load.point for load in loads), *anchors], 3)
         self.load_force: np.ndarray = self._zeros(len(bodies), 3)
-        self.load_force[: len(loads)] = self._array([own.force for own in loads], 3)
+        self.load_force[: len(loads)] = self._array([load.force for load in loads], 3)
         arms = (self.load_point - self._points[bodies])[..., None]
         self._load_offset = np.swapaxes(self._axes[bodies], -1, -2) @ arms
         # velocities of elements by their coordinates, and twists of bodies by themselves
@@ -231,18 +231,18 @@ class MovingChains:
     def _array(self, values: Sequence[Any], *shape: int) -> np.ndarray:
         """Values one behind the other (n, *shape)."""
         found = self._zeros(len(values), *shape)
-        for i, own in enumerate(values):
-            found[i] = own
+        for i, value in enumerate(values):
+            found[i] = value
         return found
 
-    def _set_springs(self, every: Sequence[FiniteSpring]) -> None:
-        self._modes = self._zeros(len(every), 6, WIDE)
-        self.mode_stiffness: np.ndarray = self._zeros(len(every), WIDE)
-        for i, e in enumerate(every):
+    def _set_springs(self, springs: Sequence[FiniteSpring]) -> None:
+        self._modes = self._zeros(len(springs), 6, WIDE)
+        self.mode_stiffness: np.ndarray = self._zeros(len(springs), WIDE)
+        for i, e in enumerate(springs):
             self._modes[i, :, : e.size], self.mode_stiffness[i, : e.size] = e.modes, e.stiffness
         self._elastic = self.mode_stiffness[..., None] * np.eye(WIDE, dtype=int)
         self.beams: np.ndarray = self._at.beams
-        beams = [every[i] for i in self.beams.tolist()]
+        beams = [springs[i] for i in self.beams.tolist()]
         self.axial: np.ndarray = self._array([e.axial for e in beams])
         self.along: np.ndarray = self._modes[self.beams, 0]
         forms = [len(e.bending.s) for e in beams]
@@ -285,21 +285,21 @@ class MovingChains:
         s, c = (sine(half), cosine(half)) if x.dtype == object else (np.sin(half), np.cos(half))
         th = (self._modes @ self.spring_coordinates(x)[..., None])[..., 0]
         turned = FiniteTurn.of(th[:, 3:])
-        own, before = self._zeros(2, self._at.total, 4, 4)
+        motion, before = self._zeros(2, self._at.total, 4, 4)
         joints, springs, starts = self._at.joint_bodies, self._at.spring_bodies, self._at.starts
-        own[joints, :3, :3] = (
+        motion[joints, :3, :3] = (
             np.eye(3, dtype=int)
             + self._axis_skew * (2 * s * c)
             + self._axis_skew_squared * (2 * s * s)
         )
-        own[joints, :3, 3] = self._axis * self._slide * q
-        own[springs, :3, :3], own[springs, :3, 3] = turned.R, th[:, :3]
-        own[:, 3, 3] = 1
-        behind = own.copy()
+        motion[joints, :3, 3] = self._axis * self._slide * q
+        motion[springs, :3, :3], motion[springs, :3, 3] = turned.R, th[:, :3]
+        motion[:, 3, 3] = 1
+        behind = motion.copy()
         behind[starts, :3, :3], behind[starts, :3, 3] = R, p
-        for here, there in self._at.levels:
-            np.matmul(behind[there], self._steps[here], out=before[here])
-            np.matmul(before[here], own[here], out=behind[here])
+        for outer, inner in self._at.levels:
+            np.matmul(behind[inner], self._steps[outer], out=before[outer])
+            np.matmul(before[outer], motion[outer], out=behind[outer])
         return before, behind, turned
 
     def spring_coordinates(self, x: np.ndarray) -> np.ndarray:
@@ -322,8 +322,8 @@ class MovingChains:
 
         With a nearer the base than b, ``d_b v_a = w_a x v_b`` and ``d_b w_a = 0``; with b nearer,
         ``d_b v_a = w_b x v_a`` and ``d_b w_a = w_b x w_a``, the Lie bracket. Within an element,
-        ``d_b v_a = d_b w_a x s + w_a x (w_b x s)``, s from its point to the one that moves. A force
-        f feels of that ``w_a . (J_b x f)``, with J_b the velocity of its own point by b, and within
+        ``d_b v_a = d_b w_a x s + w_a x (w_b x s)``, s from its point to the one that moves. The
+        tangent has ``w_a . (J_b x f)`` of a force f, J_b the velocity of its point by b, and within
         an element ``w_a . ((w_b x s) x f)``. The antisymmetric part, ``w_a . (w_b x m) / 2`` of the
         moment m of the end wrench, is left out: see `Legs.steps`.
 
@@ -371,9 +371,9 @@ class MovingChains:
         tangent[self._at.diagonal[columns]] += self.stiffness
         gradient[columns] += self.stiffness * q - self.preload * share
         for i, law in self.laws:
-            column, own, k = columns[i], float(q[i]), self.stiffness[i]
-            gradient[column] += law.at(own) - k * own
-            tangent[self._at.diagonal[column]] += law.tangent(own) - k
+            column, q_i, k = columns[i], float(q[i]), self.stiffness[i]
+            gradient[column] += law.at(q_i) - k * q_i
+            tangent[self._at.diagonal[column]] += law.tangent(q_i) - k
         y = self.spring_coordinates(x)
         beams = self.bending.terms(y[self.beams], axial, self.along, self.axial)
         if len(bodies):
@@ -431,8 +431,8 @@ class MovingChains:
         rates = self._zeros(len(points), 3, len(self._at.body))
         for body, load in zip(*self._at.reach, strict=True):
             if load >= self._at.first_anchor:
-                i, own = load - self._at.first_anchor, np.flatnonzero(self._at.body == body)
-                rates[i, :, own] = v[own] + crossed(w[own], (points[i] - C[body])[None])
+                i, columns = load - self._at.first_anchor, np.flatnonzero(self._at.body == body)
+                rates[i, :, columns] = v[columns] + crossed(w[columns], (points[i] - C[body])[None])
         return points, rates
 
     def twists(self, x: np.ndarray, R: np.ndarray, p: np.ndarray, about: np.ndarray) -> np.ndarray:

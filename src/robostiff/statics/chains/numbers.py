@@ -88,23 +88,23 @@ class ChainNumbers:
         self.total: int = int(first[-1])  # of bodies
         #: Of every chain: at its start, and behind each of its elements.
         self.bodies: list[np.ndarray] = [
-            first[: n + 1] + own for n, own in zip(lengths, rank, strict=True)
+            first[: n + 1] + place for n, place in zip(lengths, rank, strict=True)
         ]
         #: The first and the last of these (C,).
         self.starts, self.last = (
-            np.array([own[i] for own in self.bodies], dtype=int) for i in (0, -1)
+            np.array([bodies[i] for bodies in self.bodies], dtype=int) for i in (0, -1)
         )
         self.chains: np.ndarray = np.zeros(self.total, dtype=int)
-        for c, own in enumerate(self.bodies):
-            self.chains[own] = c
+        for c, bodies in enumerate(self.bodies):
+            self.chains[bodies] = c
         #: Bodies behind elements, and those before them, step by step outwards.
         self.levels: list[tuple[slice, slice]] = [
             (slice(first[k + 1], first[k + 1] + n), slice(first[k], first[k] + n))
             for k, n in enumerate(longer)
         ]
         self.before: np.ndarray = np.zeros(self.total, dtype=int)
-        for here, there in self.levels:
-            self.before[here] = np.arange(there.start, there.stop)
+        for outer, inner in self.levels:
+            self.before[outer] = np.arange(inner.start, inner.stop)
         moved = [0 if c.start is None else len(kind.rows) for c in chains]
         sizes = [[n, *(e.size for e in c.elements)] for n, c in zip(moved, chains, strict=True)]
         stops = np.cumsum([0, *map(sum, sizes)])
@@ -112,9 +112,9 @@ class ChainNumbers:
         self.columns: list[slice] = list(
             itertools.starmap(slice, itertools.pairwise(stops.tolist()))
         )
-        every = [np.repeat(b, n) for b, n in zip(self.bodies, sizes, strict=True)]
+        repeated = [np.repeat(b, n) for b, n in zip(self.bodies, sizes, strict=True)]
         #: Body that each column moves, and its chain (Q,).
-        self.body: np.ndarray = np.concatenate([_NONE, *every])
+        self.body: np.ndarray = np.concatenate([_NONE, *repeated])
         self.of_chain: np.ndarray = np.repeat(np.arange(C), width)
         #: Columns that are coordinates of elements, in order; and those that are twists of bodies.
         self.coordinates: np.ndarray = np.flatnonzero(self.body >= len(chains))
@@ -128,22 +128,22 @@ class ChainNumbers:
         #: Of each column: its pair with itself; that with the k-th behind it stands k further.
         self.diagonal: np.ndarray = start[self.of_chain] + i * n - i * (i - 1) // 2
         self._set_elements(chains)
-        loads = [(c, after) for c, own in enumerate(chains) for after in own.loads]
+        loads = [(c, after) for c, chain in enumerate(chains) for after in chain.loads]
         self.first_anchor: int = len(loads)
         loads += kind.anchors
         bodies = [self.bodies[c][after] for c, after in loads]
         #: Bodies of loads, then, from the first anchor on, of these (L,).
         self.load_bodies: np.ndarray = np.array(bodies, dtype=int)
         beyond = [self.bodies[c][chains[c].start is None : after + 1] for c, after in loads]
-        of_load = np.repeat(np.arange(len(loads)), [len(own) for own in beyond])
+        of_load = np.repeat(np.arange(len(loads)), [len(bodies) for bodies in beyond])
         #: Bodies whose motion moves a load, and that load.
         self.reach: tuple[np.ndarray, np.ndarray] = np.concatenate([_NONE, *beyond]), of_load
 
     def _set_elements(self, chains: Sequence[ChainKind]) -> None:
         pairs = zip(chains, self.bodies, strict=True)
-        each = [(b, e) for c, own in pairs for b, e in zip(own[1:], c.elements, strict=True)]
-        firsts = np.cumsum([0, *(e.size for _, e in each)]).tolist()
-        numbered = [(b, i, e) for (b, e), i in zip(each, firsts, strict=False)]
+        elements = [e for c, b in pairs for e in zip(b[1:], c.elements, strict=True)]
+        firsts = np.cumsum([0, *(e.size for _, e in elements)]).tolist()
+        numbered = [(b, i, e) for (b, e), i in zip(elements, firsts, strict=False)]
         joints = [(b, i) for b, i, e in numbered if not e.is_spring]
         springs = [(b, i, e) for b, i, e in numbered if e.is_spring]
         self.joint_bodies, self.joint_x = np.array(joints, dtype=int).reshape(-1, 2).T
@@ -177,7 +177,7 @@ class LegNumbers:
     starts: np.ndarray
     ends: np.ndarray
     x: np.ndarray
-    held: np.ndarray
+    multipliers: np.ndarray
     bodies: np.ndarray
     W: np.ndarray
     rows: np.ndarray
@@ -190,21 +190,21 @@ class LegNumbers:
         #: Coordinates of each chain among all, and of all elements, by chain and place there.
         self.coordinates: list[slice] = _slices(counts)
         self.places: dict[tuple[int, int], slice] = {}
-        for c, (chain, own) in enumerate(zip(chains, self.coordinates, strict=True)):
+        for c, (chain, whole) in enumerate(zip(chains, self.coordinates, strict=True)):
             for k, at in enumerate(_slices([e.size for e in chain.elements])):
-                self.places[c, k] = slice(own.start + at.start, own.start + at.stop)
+                self.places[c, k] = slice(whole.start + at.start, whole.start + at.stop)
         #: Bodies where chains begin, -1 for the base, and where they end, -1 for the platform (C,).
         self.starts, self.ends = (
-            np.array([-1 if own is None else own for own in each], dtype=int)
-            for each in ([c.start for c in chains], [c.end for c in chains])
+            np.array([-1 if body is None else body for body in bodies], dtype=int)
+            for bodies in ([c.start for c in chains], [c.end for c in chains])
         )
         self.on_platform: np.ndarray = np.flatnonzero(self.ends < 0)
         self.inner_chains: np.ndarray = np.flatnonzero(self.ends >= 0)
         meeting: list[list[Hashable]] = [
-            [c, *((b,) for b in (own.start, own.end) if b is not None)]
-            for c, own in enumerate(chains)
+            [c, *((b,) for b in (chain.start, chain.end) if b is not None)]
+            for c, chain in enumerate(chains)
         ]
-        meeting += [list[Hashable](own) for own in kind.meeting if own]
+        meeting += [list[Hashable](spots) for spots in kind.meeting if spots]
         nodes: list[Hashable] = [*range(len(chains)), *((b,) for b in range(kind.bodies))]
         first, found = connected_parts(nodes, meeting), dict[Hashable, Component]()
         for c in range(len(chains)):
@@ -215,14 +215,14 @@ class LegNumbers:
             found[first[c]].rigid.append(i)
         self.components: list[Component] = list(found.values())
         #: Coordinates (U,); of rigid couplings; twists of bodies (bodies, r); wrenches (C, r).
-        self.x, self.held = (np.zeros(n, dtype=int) for n in (sum(counts), len(kind.rigid)))
+        self.x, self.multipliers = (np.zeros(n, dtype=int) for n in (sum(counts), len(kind.rigid)))
         self.bodies, self.W = (np.zeros((n, r), dtype=int) for n in (kind.bodies, len(chains)))
         self._set_blocks(kind)
         # where chains contribute to the tangent, and what the twist of the platform does
         a, b = self.of_chains.pairs
         self.off_diagonal: np.ndarray = np.flatnonzero(a != b)  # pairs of different columns
         starts = (_NONE if c.start is None else self.bodies[c.start] for c in kind.chains)
-        both = zip(starts, (self.x[own] for own in self.coordinates), strict=True)
+        both = zip(starts, (self.x[place] for place in self.coordinates), strict=True)
         #: Columns of `ChainTerms` (Q,).
         self.columns: np.ndarray = np.concatenate(
             [_NONE, *(part for pair in both for part in pair)]
@@ -230,9 +230,9 @@ class LegNumbers:
         a, b, across = self.columns[a], self.columns[b], self.W[self.of_chains.of_chain]
         to, one = self.W[self.inner_chains], self.columns[:, None]
         fro = self.bodies[self.ends[self.inner_chains]]
-        every = [(a, b), (b[a != b], a[a != b]), (across, one), (one, across), (to, fro), (fro, to)]
+        pairs = [(a, b), (b[a != b], a[a != b]), (across, one), (one, across), (to, fro), (fro, to)]
         #: Of all that chains contribute to the tangent; of it, last, what bodies between them do.
-        self.entries: np.ndarray = np.concatenate([self.place(i, j).ravel() for i, j in every])
+        self.entries: np.ndarray = np.concatenate([self.place(i, j).ravel() for i, j in pairs])
         self.constants: np.ndarray = np.repeat([-1.0, 1.0], to.size)
         #: Of the residual, by the twist of the platform (T, r).
         self.by_twist: np.ndarray = np.zeros((self.total, len(kind.rows)))
@@ -246,31 +246,33 @@ class LegNumbers:
         for i, (c, _) in enumerate(beams):
             of_chain[c].append(i)
         kinds: dict[Hashable, list[Component]] = defaultdict(list)
-        for own in self.components:
-            elements = tuple(chains[c].elements for c in own.chains)
-            turns = tuple(kind.rigid[i][1] for i in own.rigid)
-            kinds[elements, len(own.bodies), turns].append(own)
+        for component in self.components:
+            elements = tuple(chains[c].elements for c in component.chains)
+            turns = tuple(kind.rigid[i][1] for i in component.rigid)
+            kinds[elements, len(component.bodies), turns].append(component)
         blocks, rows, local, total, entries = [], [_NONE], [_NONE], 0, 0
         for alike in kinds.values():
             at = []
-            for own, inner, rigid in alike:
-                parts = [self.x[self.coordinates[c]] for c in own] + [self.bodies[b] for b in inner]
-                parts += [*(self.W[c] for c in own), *(self.held[i : i + 1] for i in rigid)]
+            for several, inner, rigid in alike:
+                parts = [self.x[self.coordinates[c]] for c in several]
+                parts += [self.bodies[b] for b in inner]
+                parts += [self.W[c] for c in several]
+                parts += [self.multipliers[i : i + 1] for i in rigid]
                 n = sum(map(len, parts))
                 at.append(np.arange(total, total + n))
-                for part, place in zip(parts, _slices([len(own) for own in parts]), strict=True):
+                for part, place in zip(parts, _slices(list(map(len, parts))), strict=True):
                     part[:] = at[-1][place]
                 rows.append(entries + n * np.arange(n))
                 local.append(np.arange(n))
                 total, entries = total + n, entries + n * n
             free = sum(e.size for c in alike[0].chains for e in chains[c].elements)
-            own_beams = [[i for c in own for i in of_chain[c]] for own, *_ in alike]
+            beams_of = [[i for c in one.chains for i in of_chain[c]] for one in alike]
             blocks.append(
                 ComponentBlock(
                     np.array(at),
                     free + r * len(alike[0].bodies),
-                    np.array([own for own, *_ in alike]),
-                    np.array(own_beams, dtype=int),
+                    np.array([one.chains for one in alike]),
+                    np.array(beams_of, dtype=int),
                 )
             )
         self.total: int = total  # T
@@ -280,8 +282,8 @@ class LegNumbers:
         #: Coordinates of beams (B, 6); any where one has fewer.
         self.beams: np.ndarray = np.zeros((len(beams), WIDE), dtype=int)
         for at, place in zip(self.beams, beams, strict=True):
-            own = self.x[self.places[place]]
-            at[: len(own)] = own
+            x = self.x[self.places[place]]
+            at[: len(x)] = x
 
     def place(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """Of entries of the flat tangent, by unknowns of one component."""
@@ -289,14 +291,14 @@ class LegNumbers:
 
     def summed(self, places: np.ndarray, values: Sequence[np.ndarray]) -> np.ndarray:
         """The flat tangent: contributions added up at their places."""
-        size = sum(own.at.size * own.at.shape[1] for own in self.blocks)
-        return summed(places, np.concatenate([own.ravel() for own in values]), size)
+        size = sum(block.at.size * block.at.shape[1] for block in self.blocks)
+        return summed(places, np.concatenate([array.ravel() for array in values]), size)
 
     def as_blocks(self, A: np.ndarray) -> tuple[np.ndarray, ...]:
         """The blocks (N, n, n) of a flat tangent."""
         found, start = [], 0
-        for own in self.blocks:
-            N, n = own.at.shape
+        for block in self.blocks:
+            N, n = block.at.shape
             found.append(A[start : start + N * n * n].reshape(N, n, n))
             start += N * n * n
         return tuple(found)
@@ -306,9 +308,9 @@ class LegNumbers:
 def numbers_of(kind: LegsKind) -> LegNumbers:
     """The numbers of all legs of a kind: alike at all poses, and under all wrenches."""
     found = LegNumbers(kind)
-    for own in (*vars(found).values(), *vars(found.of_chains).values()):
-        if isinstance(own, np.ndarray):  # robots share them
-            own.setflags(write=False)
+    for array in (*vars(found).values(), *vars(found.of_chains).values()):
+        if isinstance(array, np.ndarray):  # robots share them
+            array.setflags(write=False)
     return found
 
 

@@ -59,11 +59,11 @@ def refined(step: PathStep) -> CriticalPoint | float:
         return smooth
     problem, left, right, at_ends = step.here.problem, 0.0, step.arc, [step.here, step.found]
     found = step.found
-    at_left, at_right = (least_margin(own).value for own in at_ends)
-    best = min(at_ends, key=lambda own: abs(least_margin(own).value))
+    at_left, at_right = (least_margin(end).value for end in at_ends)
+    best = min(at_ends, key=lambda end: abs(least_margin(end).value))
     smallest = min(abs(at_left), abs(at_right))
     small = _SMALL * min(1.0, max(abs(at_left), abs(at_right)))
-    met = {at_left: step.here.factor, at_right: found.factor}
+    factors = {at_left: step.here.factor, at_right: found.factor}
     for trial in range(_TRIALS + _HALVES):
         h = (left * at_right - right * at_left) / (at_right - at_left)
         if trial >= _TRIALS:
@@ -72,14 +72,14 @@ def refined(step: PathStep) -> CriticalPoint | float:
         if not found.converged:  # equations that are singular to rounding: a little aside
             h += _ASIDE * (left - h)
             found = step.along(h)
-        one, other = (own.displacement * problem.scale for own in at_ends)
+        one, other = (end.displacement * problem.scale for end in at_ends)
         near = _TORN * step.unit * abs(right - left) + _SAME * problem.length
         if not found.converged and smallest < _NEARLY * small:
             break
         if not found.converged or np.linalg.norm(one - other) > near:
             return _TOWARDS * h
         value = least_margin(found).value
-        met[value] = found.factor
+        factors[value] = found.factor
         if abs(value) < smallest:
             smallest, best = abs(value), found
         if smallest < small:
@@ -89,7 +89,7 @@ def refined(step: PathStep) -> CriticalPoint | float:
             if abs(earlier) <= 10 * small or earlier * at_left > 0:
                 break
             h, found, value, smallest = h + _ASIDE * (left - h), before, earlier, np.inf
-            met = {own: factor for own, factor in met.items() if own * at_left > 0}
+            factors = {margin: factor for margin, factor in factors.items() if margin * at_left > 0}
         if value * at_right < 0:
             left, at_left, at_ends[0] = right, at_right, at_ends[1]
         else:
@@ -97,9 +97,9 @@ def refined(step: PathStep) -> CriticalPoint | float:
         right, at_right, at_ends[1] = h, value, found
     else:
         # It leaps at a corner, as where a cable becomes slack: the mode is that behind it.
-        leaving = min(at_ends, key=lambda own: least_margin(own).value)
+        leaving = min(at_ends, key=lambda end: least_margin(end).value)
         return point_at(leaving)
-    return replace(point_at(best), factor=_at_zero(met))
+    return replace(point_at(best), factor=_at_zero(factors))
 
 
 def _on_a_smooth_way(step: PathStep) -> CriticalPoint | None:
@@ -120,31 +120,31 @@ def _on_a_smooth_way(step: PathStep) -> CriticalPoint | None:
             return None
         h, beside = _secant(left, right)
     low, high = beside, 2.0 * h - beside
-    arcs, every = [], []
-    for own in low + (high - low) * _NODES:
-        found = step.along(own)
+    arcs, equilibria = [], []
+    for arc in low + (high - low) * _NODES:
+        found = step.along(arc)
         if found.converged and abs(least_margin(found).value) > _BLURRED:
-            arcs, every = [*arcs, own], [*every, found]
-    values, most = np.array([least_margin(own).value for own in every]), len(arcs) - 1
+            arcs, equilibria = [*arcs, arc], [*equilibria, found]
+    values, most = np.array([least_margin(one).value for one in equilibria]), len(arcs) - 1
     if len(arcs) < _ENOUGH or np.min(values) > 0 or np.max(values) < 0:
         return None
     line = Polynomial.fit(arcs, values, most - 1)
     if np.max(np.abs(line(np.array(arcs)) - values)) > _SMOOTH * _WIDE:
         return None
     roots = Polynomial.fit(arcs, values, most).roots()
-    inside = [own.real for own in roots if own.imag == 0 and low <= own.real <= high]
+    inside = [root.real for root in roots if root.imag == 0 and low <= root.real <= high]
     if len(inside) != 1:
         return None
-    factors = Polynomial.fit(arcs, [own.factor for own in every], most)
+    factors = Polynomial.fit(arcs, [one.factor for one in equilibria], most)
     factor = float(factors(inside[0]))
     stable = np.flatnonzero(values > 0)
     best = int(stable[np.argmin(values[stable])])
-    at = every[best]
-    # It is met itself, or, a singular point of the equations, a little on the stable side.
-    for own in (inside[0], inside[0] + _ASIDE * (arcs[best] - inside[0])):
-        met = step.along(own)
-        if met.converged and abs(met.factor - factors(own)) < _SMOOTH * abs(factor):
-            at = met
+    at = equilibria[best]
+    # It is reached itself, or, a singular point of the equations, a little on the stable side.
+    for arc in (inside[0], inside[0] + _ASIDE * (arcs[best] - inside[0])):
+        trial = step.along(arc)
+        if trial.converged and abs(trial.factor - factors(arc)) < _SMOOTH * abs(factor):
+            at = trial
             break
     return replace(point_at(at), factor=factor)
 
@@ -164,29 +164,29 @@ def singular(step: PathStep) -> CriticalPoint | None:
     regular = Regular.of(step.here.known)
     if regular.ratio(step.found.known) > _BESIDE:
         return None
-    along, every, ratios = [], [], []
+    along, equilibria, ratios = [], [], []
     for h in _AROUND * step.arc:
         found = step.along(h)
         ratio = regular.ratio(found.known)
         if found.converged and abs(ratio) > _BESIDE:
-            along, every, ratios = [*along, h], [*every, found], [*ratios, ratio]
+            along, equilibria, ratios = [*along, h], [*equilibria, found], [*ratios, ratio]
     signs = np.flatnonzero(np.diff(np.sign(ratios)))
     if not len(signs):
         return None
-    left, right = every[signs[0]], every[signs[0] + 1]
+    left, right = equilibria[signs[0]], equilibria[signs[0] + 1]
     if Regular.of(left.known).ratio(right.known) > 0:
         return None  # the posture has only turned far from that before the step
     ends, most = (along[signs[0]], along[signs[0] + 1]), len(along) - 1
     roots = Polynomial.fit(along, ratios, most).roots()
-    h = next(own.real for own in roots if own.imag == 0 and ends[0] < own.real < ends[1])
-    factor = float(Polynomial.fit(along, [own.factor for own in every], most)(h))
+    h = next(root.real for root in roots if root.imag == 0 and ends[0] < root.real < ends[1])
+    factor = float(Polynomial.fit(along, [one.factor for one in equilibria], most)(h))
     words = "rigid bars lie in a singular posture, where another assembly mode begins"
     return CriticalPoint(factor, words, None, np.zeros(left.problem.size), False, left)
 
 
-def _at_zero(met: dict[float, float]) -> float:
+def _at_zero(factors: dict[float, float]) -> float:
     """Load factor at the margin 0, by the polynomial through the four points nearest to it."""
-    nearest = sorted(met.items(), key=lambda own: abs(own[0]))[:4]
+    nearest = sorted(factors.items(), key=lambda pair: abs(pair[0]))[:4]
     total = 0.0
     for i, (m, factor) in enumerate(nearest):
         weight = 1.0
@@ -300,8 +300,7 @@ def path(problem: EquilibriumProblem, loading: LoadCase, largest: float = 0.25) 
                 h *= 0.5
                 continue
             found, following = beyond, _direction(beyond, None, unit)
-        ahead_margin = least_margin(found).value
-        remains = ahead_margin >= 0
+        remains = (ahead_margin := least_margin(found).value) >= 0
         step = replace(step, found=found)
         point = refined(step) if remains != is_stable else None
         # On a stable branch the load grows: so the determinant of K and of this arc has its sign.
@@ -312,8 +311,9 @@ def path(problem: EquilibriumProblem, loading: LoadCase, largest: float = 0.25) 
             else isinstance(point, CriticalPoint)
             and point.factor < here.factor - _BACK * (1.0 + abs(here.factor))
         )
-        if remains and margin + slope * h < 0 and h > _LEAST * before:
-            falls = falls or _is_lost_between(step)
+        if not falls and remains and margin + slope * h < 0 and h > _LEAST * before:
+            middle = step.along(0.5 * h)  # stability may be lost there, and come back
+            falls = middle.converged and least_margin(middle).value < 0
         if leapt or (is_stable and falls):
             h = max(point, _LEAST * h) if leapt else 0.5 * h
             continue
@@ -321,7 +321,7 @@ def path(problem: EquilibriumProblem, loading: LoadCase, largest: float = 0.25) 
         flat = known or (singular(step) if branches else None)
         if flat is not None and known is None and (flat.factor - found.factor) * following[-1] > 0:
             ahead, flat = flat, None
-        critical = sorted(filter(None, [flat, point]), key=lambda own: own.factor)
+        critical = sorted(filter(None, [flat, point]), key=lambda one: one.factor)
         yield OnPath(found, remains, tuple(critical), step)
         direction, here, is_stable = following, found, remains
         margin, slope, before = ahead_margin, (ahead_margin - margin) / h, h
@@ -336,12 +336,6 @@ def _next(before: PathStep, largest: float) -> float:
     shift = max(before.unit * float(np.linalg.norm(ahead[:-1])), 1e-12 * problem.length)
     more = 2.5 if steps <= _STRAIGHT else 1.6 if steps < _EASILY - 1 else 1.2
     return min(of_load, _FURTHEST * problem.length / shift, more * before.arc)
-
-
-def _is_lost_between(step: PathStep) -> bool:
-    """Whether stability is lost and comes back within a step, by its middle."""
-    middle = step.along(0.5 * step.arc)
-    return middle.converged and least_margin(middle).value < 0
 
 
 def _start(
@@ -417,19 +411,19 @@ def first_critical(
     found to be stable: `up_to`, unless the path ended before or a critical point was met.
     """
     here, furthest = None, 0.0
-    for own in steps:
-        if own.found.factor < 0:
+    for step in steps:
+        if step.found.factor < 0:
             break
-        furthest = max(furthest, own.found.factor)
-        if own.critical:
-            first = own.critical[0]
+        furthest = max(furthest, step.found.factor)
+        if step.critical:
+            first = step.critical[0]
             if first.factor > up_to:
-                last = own.at(up_to)
+                last = step.at(up_to)
                 if least_margin(last).value >= 0:
                     return last, None, up_to
                 first = replace(first, factor=up_to)  # another margin is lost just before it
             return here, first, first.factor
-        here = own.at(up_to)
+        here = step.at(up_to)
         if here.factor >= up_to:
             break
     return here, None, min(up_to, furthest)

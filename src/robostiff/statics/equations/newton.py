@@ -94,7 +94,7 @@ def equilibrium_at(
         # stiffness, load and step are the same where a robot has only turned
         scale = problem.scale
         scaled = known.K_total / np.outer(scale, scale), known.missing / scale, part * twist * scale
-        now = np.array([np.linalg.norm(own) for own in scaled])
+        now = np.array([np.linalg.norm(x) for x in scaled])
         alike = alike + 1 if np.all(np.abs(now - before) <= _REPEATS * now) else 0
         before = now
         # It slides or spins on for ever, unless a law of a joint has still to stop it.
@@ -105,12 +105,12 @@ def equilibrium_at(
         if refined and size < _NOTHING:
             return FoundEquilibrium(loading, state, factor, known, True, done, direct)
         if size < _DONE or (size < _NEAR and size > 0.3 * last):
-            return _ended(problem, loading, factor, state, done, direct)
+            return _found_at(problem, loading, factor, state, done, direct)
         last = size
-    return replace(_ended(problem, loading, factor, start, done), converged=False)
+    return replace(_found_at(problem, loading, factor, start, done), converged=False)
 
 
-def _ended(
+def _found_at(
     problem: EquilibriumProblem,
     loading: LoadCase,
     factor: float,
@@ -173,7 +173,7 @@ class PathStep:
             if size < _DONE or (size < _NEAR and size > 0.3 * last):
                 if SHARP < abs(h) < TURNS * float(np.linalg.norm(moved)):
                     break
-                return _ended(problem, loading, factor, state, done)
+                return _found_at(problem, loading, factor, state, done)
             last = size
             known = problem.linearised(state, loading, factor)
         return replace(here, converged=False)

@@ -90,7 +90,7 @@ class Linearised:
     """The equations of a robot at a state, legs eliminated.
 
     Where rigid parts hold the platform, its matrices and what has to be carried are those among
-    the motions left, and steps of the legs include what rigid parts carry.
+    its free motions, and steps of the legs include what rigid parts carry.
     """
 
     problem: EquilibriumProblem
@@ -104,13 +104,13 @@ class Linearised:
     by_twist: np.ndarray
     factor_steps: np.ndarray
     equations: LegEquations
-    held: HeldPlatform | None  # what rigid parts hold of the platform, where they do
+    held_platform: HeldPlatform | None  # what rigid parts hold of the platform, where they do
     regular: bool  # the coordinates of all legs follow from the pose of the platform
 
     @property
     def rigid(self) -> bool:
         """Whether some leg cannot follow the platform."""
-        return self.held is not None
+        return self.held_platform is not None
 
 
 @dataclass(frozen=True)
@@ -154,8 +154,8 @@ class EquilibriumProblem:
     @cached_property
     def free(self) -> np.ndarray:
         """Coordinates and twists of bodies among the unknowns."""
-        every = [own.coordinates.ravel() for own in self.blocks]
-        return np.concatenate([np.zeros(0, dtype=int), *every])
+        coordinates = [block.coordinates.ravel() for block in self.blocks]
+        return np.concatenate([np.zeros(0, dtype=int), *coordinates])
 
     @cached_property
     def at_rest(self) -> Linearised:
@@ -171,10 +171,10 @@ class EquilibriumProblem:
         if plain.regular:
             return plain, None
         closures = tuple(
-            Closure.of(A, self.units[own.at[0, own.free :]], self.units[own.coordinates])
-            for own, A in zip(self.blocks, plain.equations.A, strict=True)
+            Closure.of(A, self.units[block.at[0, block.free :]], self.units[block.coordinates])
+            for block, A in zip(self.blocks, plain.equations.A, strict=True)
         )
-        if not any(np.any(own.deficits) for own in closures):
+        if not any(np.any(closure.deficits) for closure in closures):
             return plain, None
         return self._linearised(self.unloaded, loading, 0.0, 2, closures, None), closures
 
@@ -189,7 +189,7 @@ class EquilibriumProblem:
     ) -> Linearised:
         """The equations at a state."""
         rest, closures = self._at_rest
-        if state is self.unloaded and self.loads_platform_alone and not (refinements or rest.held):
+        if state is self.unloaded and self.loads_platform_alone and not (refinements or rest.rigid):
             acting, rate, turning = self._on_platform(state, loading, factor)
             return replace(
                 rest,
@@ -197,7 +197,7 @@ class EquilibriumProblem:
                 missing=rest.missing + acting,
                 by_factor=rest.by_factor + rate,
             )
-        rank = 0 if rest.held is None else rest.held.rank
+        rank = 0 if rest.held_platform is None else rest.held_platform.rank
         return self._linearised(state, loading, factor, refinements, closures, rank)
 
     def _linearised(
@@ -211,54 +211,54 @@ class EquilibriumProblem:
     ) -> Linearised:
         eq = self.legs.equations(state.legs, state.R, state.p, loading.shares(factor))
         wanted = -np.column_stack([eq.r, self.legs.numbers.by_twist, eq.r_factor])
-        every, regular = np.zeros(wanted.shape), True
+        solution, regular = np.zeros(wanted.shape), True
         lacking: dict[int, Bordered] = {}
         for g, (block, A) in enumerate(zip(self.blocks, eq.A, strict=True)):
             if closures is not None and np.any(closures[g].deficits):
                 lacking[g] = closures[g].solve(A, wanted[block.at], refinements)
-                regulars, every[block.at] = lacking[g].regular, lacking[g].found
+                regulars, solution[block.at] = lacking[g].regular, lacking[g].found
             else:
                 rows = self.units[block.at[0, block.free :]]
                 first = unit_free(A, self.units[block.coordinates], rows)
-                every[block.at], regulars = solved(A, wanted[block.at], first, refinements)
+                solution[block.at], regulars = solved(A, wanted[block.at], first, refinements)
             regular = regular and bool(np.all(regulars))
         # what only the base holds has no end on the platform
         ends = self.legs.numbers.on_platform
         twist = np.eye(self.size, self.size + 2, 1)
-        every = self.legs.steps(eq, every, twist)
-        carried = every[self.legs.numbers.W[ends]].sum(axis=0)
+        solution = self.legs.steps(eq, solution, twist)
+        carried = solution[self.legs.numbers.W[ends]].sum(axis=0)
         K = carried[:, 1:-1]
         acting, rate, turning = self._on_platform(state, loading, factor)
         missing = acting - state.legs.W[ends].sum(axis=0) - carried[:, 0]
         by_factor, K_total = rate - carried[:, -1], K - turning
-        held = None
+        platform = None
         if lacking:
-            held = HeldPlatform.of(
-                [own.gaps for own in lacking.values()], self.scale, self.length, rank
+            platform = HeldPlatform.of(
+                [bordered.gaps for bordered in lacking.values()], self.scale, self.length, rank
             )
             across = np.column_stack([missing, -K_total, by_factor]) / self.scale[:, None]
-            z, at = held.inverse.T @ across, 0
-            for g, own in lacking.items():
-                N, d = own.gaps.shape[:2]
-                more = own.carried @ z[at : at + N * d].reshape(N, d, -1)
-                every[self.blocks[g].at] += more
+            z, at = platform.inverse.T @ across, 0
+            for g, bordered in lacking.items():
+                N, d = bordered.gaps.shape[:2]
+                more = bordered.carried @ z[at : at + N * d].reshape(N, d, -1)
+                solution[self.blocks[g].at] += more
                 at += N * d
             s = np.outer(self.scale, self.scale)
-            missing = held.missing(K_total / s, missing / self.scale) * self.scale
-            by_factor = held.free @ (held.free.T @ (by_factor / self.scale)) * self.scale
-            K, K_total = held.within(K / s) * s, held.within(K_total / s) * s
-            held = held if held.rank else None
+            missing = platform.missing(K_total / s, missing / self.scale) * self.scale
+            by_factor = platform.free @ (platform.free.T @ (by_factor / self.scale)) * self.scale
+            K, K_total = platform.within(K / s) * s, platform.within(K_total / s) * s
+            platform = platform if platform.rank else None
         return Linearised(
             problem=self,
             K=K,
             K_total=K_total,
             missing=missing,
             by_factor=by_factor,
-            steps=every[:, 0],
-            by_twist=every[:, 1:-1],
-            factor_steps=every[:, -1],
+            steps=solution[:, 0],
+            by_twist=solution[:, 1:-1],
+            factor_steps=solution[:, -1],
             equations=eq,
-            held=held,
+            held_platform=platform,
             regular=regular,
         )
 
@@ -266,19 +266,19 @@ class EquilibriumProblem:
     def loads_platform_alone(self) -> bool:
         """Whether neither preloads, forces nor springs between bodies act on the legs."""
         arrays = self.legs.arrays
-        pushed = any(own.drive.preload for own in self.legs.couplings) or np.any(arrays.preload)
+        pushed = any(c.drive.preload for c in self.legs.couplings) or np.any(arrays.preload)
         return not (self.legs.springs or pushed or arrays.load_force.size)
 
     @property
     def has_laws(self) -> bool:
         """Whether some joint follows a law of its own, which may change with its coordinate."""
-        drives = [own.drive for own in self.legs.couplings]
-        return bool(self.legs.arrays.laws) or any(own.law is not None for own in drives)
+        drives = [coupling.drive for coupling in self.legs.couplings]
+        return bool(self.legs.arrays.laws) or any(drive.law is not None for drive in drives)
 
     @property
     def has_corners(self) -> bool:
         """Whether paths may have corners: laws of joints, and cables that become slack."""
-        return self.has_laws or any(own.is_cable for own in self.legs.springs)
+        return self.has_laws or any(spring.is_cable for spring in self.legs.springs)
 
     def stepped(
         self, state: State, known: Linearised, twist: np.ndarray, more: float, cap: float
@@ -309,7 +309,7 @@ class EquilibriumProblem:
     def leg_names(self) -> dict[int, str]:
         """Names of the legs by their numbers."""
         owners = {chain.owner for chain in self.legs.chains} - {NOBODY}
-        return {own.leg: own.name for own in sorted(owners)}
+        return {owner.leg: owner.name for owner in sorted(owners)}
 
     def by_leg(self, ends: np.ndarray) -> tuple[np.ndarray, ...]:
         """Sums by leg (...) of what all chains on the platform have (C, ...)."""

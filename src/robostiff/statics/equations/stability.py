@@ -64,7 +64,7 @@ class Margin:
         return self.basis @ np.linalg.eigh(self.form)[1][:, 0]
 
     def among(self, motions: np.ndarray) -> Margin:
-        """The same in coordinates of which the columns of a matrix are its own."""
+        """The same margin, where its coordinates are motions in the columns of a matrix."""
         return replace(self, basis=motions @ self.basis)
 
 
@@ -122,7 +122,7 @@ def _ratios(Q: np.ndarray, T: np.ndarray) -> list[Margin]:
     """Least eigenvalues of ``T^T Q T``."""
     form = np.swapaxes(T, -1, -2) @ Q @ T
     values = np.linalg.eigvalsh(form)[:, 0].tolist()
-    return [Margin(*each) for each in zip(values, form, T, strict=True)]
+    return list(map(Margin, values, form, T))
 
 
 def _norm(A: np.ndarray) -> np.ndarray:
@@ -142,8 +142,8 @@ def platform_margin(known: Linearised) -> Margin:
     """Of the platform, legs in equilibrium; its mode is a twist (r,)."""
     problem = known.problem
     scale = np.outer(problem.scale, problem.scale)
-    free = np.eye(problem.size) if known.held is None else known.held.free
-    now, before = (free.T @ (own.K_total / scale) @ free for own in (known, problem.at_rest))
+    free = np.eye(problem.size) if known.held_platform is None else known.held_platform.free
+    now, before = (free.T @ (at.K_total / scale) @ free for at in (known, problem.at_rest))
     (found,) = margins(now[None], before[None])
     return found.among(free / problem.scale[:, None])
 
@@ -155,8 +155,8 @@ def leg_margins(known: Linearised) -> dict[int, Margin]:
     for g, (block, missing) in enumerate(zip(problem.blocks, problem.missing, strict=True)):
         if block.free <= block.closures - missing and not block.beams.size:
             continue  # the platform holds all coordinates
-        own = margins_of(problem, known.equations, g)
-        for row, (owner, one) in enumerate(zip(problem.legs.owners(block), own, strict=True)):
+        of_block = margins_of(problem, known.equations, g)
+        for row, (owner, one) in enumerate(zip(problem.legs.owners(block), of_block, strict=True)):
             # A margin of 0 is that of a joint that nothing holds, such as the spin of a rod.
             if one is not None and one.value != 0.0:
                 # legs that are held together have one margin, under the first of them
@@ -183,22 +183,22 @@ def margins_of(problem: EquilibriumProblem, eq: LegEquations, g: int) -> list[Ma
     Q0[:, :m, :m] = unloaded_curvature(legs, g)
     C = eq.A[g][:, m:, :m] * problem.units[block.at[0, m:]][:, None]
     # Without springs between bodies: what these add to a passive joint may be rounding.
-    scale = unit_sizes(C, np.diagonal(own_curvature(legs, g), axis1=-2, axis2=-1))
+    scale = unit_sizes(C, np.diagonal(elastic_curvature(legs, g), axis1=-2, axis2=-1))
     columns = C * scale[:, None]
     rows = np.linalg.norm(columns, axis=2)
     columns = columns / np.where(rows > 0, rows, 1.0)[..., None]
     found: list[Margin | None] = [None] * len(Q)
     inner = Q.shape[1] - m
-    for each, motions in left_by(columns):
+    for alike, motions in null_motions(columns):
         k = motions.shape[-1]
         if not k + inner:
             continue
-        N = np.zeros((len(each), m + inner, k + inner))
-        N[:, :m, :k], N[:, m:, k:] = motions * scale[each, :, None], np.eye(inner)
+        N = np.zeros((len(alike), m + inner, k + inner))
+        N[:, :m, :k], N[:, m:, k:] = motions * scale[alike, :, None], np.eye(inner)
         across = np.swapaxes(N, -1, -2)
-        pairs = across @ Q[each] @ N, across @ Q0[each] @ N
-        for leg, own, least in zip(each, N, margins(*pairs), strict=True):
-            found[leg] = least.among(own)
+        pairs = across @ Q[alike] @ N, across @ Q0[alike] @ N
+        for leg, basis, least in zip(alike, N, margins(*pairs), strict=True):
+            found[leg] = least.among(basis)
     return found
 
 
@@ -218,7 +218,7 @@ def unit_sizes(C: np.ndarray, stiff: np.ndarray) -> np.ndarray:
     return np.where(passive, typical / np.where(passive, moved, 1.0), size)
 
 
-def left_by(C: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+def null_motions(C: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Legs and orthonormal motions (legs, m, k) on which closures (N, c, m) of one rank vanish."""
     count, m = C.shape[1:]
     if count < m:
@@ -270,8 +270,8 @@ def may_be_singular(problem: EquilibriumProblem) -> bool:
     """
     chains = problem.legs.chains
     for block, lacking in zip(problem.blocks, problem.missing, strict=True):
-        own = [chains[c] for c in block.chains[0] if chains[c].owner != NOBODY]
-        if lacking or len(own) > 1 or (own and own[0].size <= problem.size):
+        of_leg = [chains[c] for c in block.chains[0] if chains[c].owner != NOBODY]
+        if lacking or len(of_leg) > 1 or (of_leg and of_leg[0].size <= problem.size):
             return True
     return False
 
@@ -281,8 +281,8 @@ def whole_closure(known: Linearised) -> np.ndarray:
     problem, eq, units = known.problem, known.equations, known.problem.units
     G = np.zeros((len(units), len(units) + problem.size))
     for block, A in zip(problem.blocks, eq.A, strict=True):
-        for at, own in zip(block.at, A, strict=True):
-            G[at[:, None], at[: block.free]] = own[:, : block.free] / units[at[: block.free]]
+        for at, M in zip(block.at, A, strict=True):
+            G[at[:, None], at[: block.free]] = M[:, : block.free] / units[at[: block.free]]
     G[:, len(units) :] = problem.legs.numbers.by_twist * problem.length / problem.scale
     closures = np.delete(np.arange(len(units)), problem.free)
     kept = np.append(problem.free, np.arange(len(units), G.shape[1]))
@@ -296,8 +296,8 @@ def energies_of(legs: Legs, motion: np.ndarray, inner: np.ndarray) -> list[tuple
     """
     x = motion[legs.numbers.x]
     found = [
-        (legs.chains[c].owner.name, beam.name, 0.5 * float(own @ own))
-        for (c, _, beam), own in zip(legs.beams, inner, strict=True)
+        (legs.chains[c].owner.name, beam.name, 0.5 * float(amplitudes @ amplitudes))
+        for (c, _, beam), amplitudes in zip(legs.beams, inner, strict=True)
     ]
     for (c, k), at in legs.places.items():
         e = legs.chains[c].elements[k]
@@ -322,7 +322,7 @@ def with_modes(legs: Legs, eq: LegEquations, g: int) -> np.ndarray:
     whole, *others = arrays.bending.with_modes(y, eq.state.axial, arrays.along, arrays.axial)
     parts = whole - eq.terms.beams.curvature, *others  # A has those in balance
     for i, first in enumerate(block.beams[0]):
-        more, mixed, inside = (own[block.beams[:, i]] for own in parts)
+        more, mixed, inside = (array[block.beams[:, i]] for array in parts)
         beam, modes = legs.beams[first][2], m + forms * i + np.arange(forms)
         at = legs.numbers.beams[first, : beam.size] - block.at[0, 0]
         found[:, at[:, None], at] += more[:, : beam.size, : beam.size]
@@ -340,19 +340,19 @@ def whole_motion(
     """A motion of component i of a block, as in `with_modes`, as `energies_of` takes them."""
     motion, inner = np.zeros(legs.numbers.total), np.zeros(legs.inner_modes.shape)
     motion[block.coordinates[i]] = mode[: block.free]
-    own = np.zeros_like(inner[block.beams[i]])
-    own[legs.inner_modes[block.beams[i]]] = mode[block.free :]
-    inner[block.beams[i]] = own
+    amplitudes = np.zeros_like(inner[block.beams[i]])
+    amplitudes[legs.inner_modes[block.beams[i]]] = mode[block.free :]
+    inner[block.beams[i]] = amplitudes
     return motion, inner
 
 
 @kept
-def own_curvature(legs: Legs, g: int) -> np.ndarray:
+def elastic_curvature(legs: Legs, g: int) -> np.ndarray:
     """Curvature of the elastic energy of parts and couplings, unloaded (N, m, m), of block g."""
     u = legs.numbers.blocks[g].coordinates
     h = legs.stiffness[u][..., None] * np.eye(u.shape[1])
-    for own, a in zip(legs.couplings, legs.sum_rows, strict=True):
-        h += float(own.drive.stiffness) * a[u][:, :, None] * a[u][:, None]
+    for coupling, a in zip(legs.couplings, legs.sum_rows, strict=True):
+        h += float(coupling.drive.stiffness) * a[u][:, :, None] * a[u][:, None]
     return h
 
 
@@ -360,9 +360,9 @@ def own_curvature(legs: Legs, g: int) -> np.ndarray:
 def unloaded_curvature(legs: Legs, g: int) -> np.ndarray:
     """The same with that of springs between bodies (N, m, m)."""
     if not legs.springs:
-        return own_curvature(legs, g)
-    K, own = legs.pulls(legs.unloaded, 0.0).stiffness, legs.numbers.blocks[g].coordinates
-    return own_curvature(legs, g) + np.array([K[np.ix_(u, u)] for u in own])
+        return elastic_curvature(legs, g)
+    K, coordinates = legs.pulls(legs.unloaded, 0.0).stiffness, legs.numbers.blocks[g].coordinates
+    return elastic_curvature(legs, g) + np.array([K[np.ix_(u, u)] for u in coordinates])
 
 
 @dataclass(frozen=True)
@@ -398,7 +398,7 @@ class CriticalPoint:
 def least_margin(found: FoundEquilibrium) -> Margin:
     """The least margin, of the platform or of a leg."""
     every = platform_margin(found.known), *leg_margins(found.known).values()
-    return min(every, key=lambda own: own.value)
+    return min(every, key=lambda margin: margin.value)
 
 
 def point_at(found: FoundEquilibrium, least: Margin | None = None) -> CriticalPoint:
@@ -413,7 +413,7 @@ def point_at(found: FoundEquilibrium, least: Margin | None = None) -> CriticalPo
         parts = energies_of(
             problem.legs, *whole_motion(problem.legs, problem.blocks[g], i, least.mode)
         )
-        name, part, _ = max(parts, key=lambda own: own[2])
+        name, part, _ = max(parts, key=lambda one: one[2])
         words = f"leg {name!r} buckles while the platform stays: most in {part!r}"
         return CriticalPoint(found.factor, words, name, np.zeros(problem.size), False, found)
     mode = least.mode
@@ -434,10 +434,10 @@ def point_at(found: FoundEquilibrium, least: Margin | None = None) -> CriticalPo
     bent = np.zeros(legs.inner_modes.shape)
     for g, block in enumerate(problem.blocks):
         m, Q = block.free, with_modes(legs, known.equations, g)
-        own = moved[block.coordinates]
-        inner = -np.linalg.pinv(Q[:, m:, m:]) @ Q[:, m:, :m] @ own[..., None]
+        coordinates = moved[block.coordinates]
+        inner = -np.linalg.pinv(Q[:, m:, m:]) @ Q[:, m:, :m] @ coordinates[..., None]
         for i, mode in enumerate(inner[..., 0]):
-            bent += whole_motion(legs, block, i, np.append(own[i], mode))[1]
+            bent += whole_motion(legs, block, i, np.append(coordinates[i], mode))[1]
     parts = energies_of(legs, moved, bent)
     beams = parts[: len(bent)]
     if sum(one[2] for one in beams) > 0.5 * sum(one[2] for one in parts):

@@ -16,7 +16,7 @@ from robostiff.statics.chains.elements import FiniteJoint, Spot
 from robostiff.statics.chains.legs import Legs, LegState
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, State
 from robostiff.statics.equations.stability import (
-    left_by,
+    null_motions,
     unit_sizes,
     unloaded_curvature,
     whole_closure,
@@ -81,14 +81,14 @@ def velocities(
     ``B^T B`` is the mass matrix. Unknown rates of bodies are twists about a point (3,) [m].
     """
     found = [np.zeros((0, legs.numbers.total))]
-    points = [own for own in masses if not own.is_along_part]
+    points = [carried for carried in masses if not carried.is_along_part]
     if points:
-        spots = [own.spot for own in points]
-        at = legs.now(state, spots, np.array([own.mass.centre for own in points]))
-        roots = np.sqrt(np.array([own.mass.value for own in points], dtype=float))
+        spots = [carried.spot for carried in points]
+        at = legs.now(state, spots, np.array([carried.mass.centre for carried in points]))
+        roots = np.sqrt(np.array([carried.mass.value for carried in points], dtype=float))
         moved = _about(at - about, legs.twists(state, about, spots))[:, :3]
         found.append((roots[:, None, None] * moved).reshape(3 * len(points), -1))
-    along = [own for own in masses if own.is_along_part]
+    along = [carried for carried in masses if carried.is_along_part]
     if along:
         found.append(_velocities_of_parts(legs, state, about, along))
     return np.concatenate(found)
@@ -102,28 +102,28 @@ def _velocities_of_parts(
     An element of a part is straight between its ends where these are now, and its sections move as
     `motion_of_section` says.
     """
-    n = np.array([own.parts for own in masses])
+    n = np.array([carried.parts for carried in masses])
     of_mass = np.repeat(np.arange(len(masses)), n)  # of each element
-    i = np.concatenate([np.arange(own.parts) for own in masses])
+    i = np.concatenate([np.arange(carried.parts) for carried in masses])
     near = [
-        Spot(spot.chain, spot.after - own.parts + k)
-        for own in masses
-        for spot in (own.spot,)
-        for k in range(own.parts)
+        Spot(spot.chain, spot.after - carried.parts + k)
+        for carried in masses
+        for spot in (carried.spot,)
+        for k in range(carried.parts)
     ]
-    ends = [*near, *(own._replace(after=own.after + 1) for own in near)]
+    ends = [*near, *(spot._replace(after=spot.after + 1) for spot in near)]
     R, t = legs.places_of(state, ends)
-    start = np.array([own.mass.start for own in masses])[of_mass]
-    x = np.array([own.end for own in masses])[of_mass] - start
-    y = np.array([own.part.rotation[:, 1] for own in masses if own.part])[of_mass]
+    start = np.array([carried.mass.start for carried in masses])[of_mass]
+    x = np.array([carried.end for carried in masses])[of_mass] - start
+    y = np.array([carried.part.rotation[:, 1] for carried in masses if carried.part])[of_mass]
     n, count = n[of_mass], len(near)
     # ends of all elements, and their axes, as they are now
     steps = np.concatenate([i, i + 1]) / np.tile(n, 2)
     at = (R @ (np.tile(start, (2, 1)) + np.tile(x, (2, 1)) * steps[:, None])[..., None])[..., 0] + t
     chord = at[count:] - at[:count]
     axes = _axes(chord, ((R[:count] + R[count:]) @ y[..., None])[..., 0])
-    shear, radii = (np.array(own)[of_mass] for own in zip(*map(_beam_numbers, masses), strict=True))
-    spans, aside = (np.array(own)[of_mass] for own in zip(*map(_spread, masses), strict=True))
+    shear, radii = (np.array(v)[of_mass] for v in zip(*map(_beam_numbers, masses), strict=True))
+    spans, aside = (np.array(v)[of_mass] for v in zip(*map(_spread, masses), strict=True))
     aside = (np.swapaxes(_axes(x, y), -1, -2) @ aside[..., None])[..., 0]
     # sections, as parts s of their elements, and their masses; a mass at one point is all in one
     first, last = (spans * n[:, None] - i[:, None]).T
@@ -132,7 +132,7 @@ def _velocities_of_parts(
     share = np.maximum(high - low, 0.0) / np.where(is_point, 1.0, last - first)
     is_in = np.minimum((spans[:, 0] * n).astype(int), n - 1) == i
     s, share = np.where(is_point[:, None], first[:, None], s), np.where(is_point, is_in, share)
-    weight = np.array([own.mass.value for own in masses], dtype=float)[of_mass] * share
+    weight = np.array([carried.mass.value for carried in masses], dtype=float)[of_mass] * share
     # their velocities by those of both ends, and these by the unknowns
     length = np.linalg.norm(chord, axis=-1)
     phi = shear / (x * x).sum(axis=-1)[:, None] * (n * n)[:, None]
@@ -147,23 +147,23 @@ def _velocities_of_parts(
     return (rows @ both).reshape(12 * count, -1)
 
 
-def _beam_numbers(own: CarriedMass) -> tuple[tuple[float, float], np.ndarray]:
+def _beam_numbers(carried: CarriedMass) -> tuple[tuple[float, float], np.ndarray]:
     """``12 E I / (G A)`` in x-y and x-z [m^2], and radii of gyration (3,) of spread mass [m]."""
-    part, x = cast("PlacedSpring", own.part), own.end - own.mass.start
+    part, x = cast("PlacedSpring", carried.part), carried.end - carried.mass.start
     beam = part.elasticity.as_beam
     if beam is None or part.rotation[:, 0] @ x < (1 - _ASIDE) * np.linalg.norm(x):
         return (0.0, 0.0), np.zeros(3)
     radii = np.sqrt(np.array([beam.EIy + beam.EIz, beam.EIy, beam.EIz]) / beam.EA)
     shear = 12 * beam.EIz * beam.shear_y, 12 * beam.EIy * beam.shear_z
-    return shear, radii if own.mass.span is not None else np.zeros(3)
+    return shear, radii if carried.mass.span is not None else np.zeros(3)
 
 
-def _spread(own: CarriedMass) -> tuple[tuple[float, float], np.ndarray]:
+def _spread(carried: CarriedMass) -> tuple[tuple[float, float], np.ndarray]:
     """Where along its part a mass begins and ends, and how far it is beside it (3,) [m]."""
-    mass = own.mass
+    mass = carried.mass
     if mass.span is not None:
         return mass.span, np.zeros(3)
-    x, aside = own.end - mass.start, np.asarray(mass.centre, dtype=float) - mass.start
+    x, aside = carried.end - mass.start, np.asarray(mass.centre, dtype=float) - mass.start
     s = float(np.clip(aside @ x / (x @ x), 0.0, 1.0))
     return (s, s), aside - s * x
 
@@ -221,8 +221,8 @@ def motion_of_section(s: ArrayLike, length: ArrayLike, phi: ArrayLike) -> np.nda
             6 * bent / L,
             3 * s**2 - 2 * s + f * s,
         )
-        for row, own in ((v, of_shift), (r, of_turn)):
-            for column, entry in zip(columns, own, strict=True):
+        for row, factors in ((v, of_shift), (r, of_turn)):
+            for column, entry in zip(columns, factors, strict=True):
                 found[..., row, column] = entry / (1 + f)
     return found
 
@@ -262,8 +262,8 @@ def vibrations(
     n = len(problem.free) + r
     stiff = np.zeros(n)
     for g, block in enumerate(problem.blocks):
-        own = np.diagonal(unloaded_curvature(legs, g), axis1=-2, axis2=-1)
-        stiff[number[block.coordinates]] = own
+        curvature = np.diagonal(unloaded_curvature(legs, g), axis1=-2, axis2=-1)
+        stiff[number[block.coordinates]] = curvature
     # motions that keep the robot together, in robot lengths and radians
     C = whole_closure(known) * np.append(
         problem.units[problem.free], problem.scale / problem.length
@@ -271,7 +271,7 @@ def vibrations(
     size = unit_sizes(C, stiff)
     C = C * size
     rows = np.linalg.norm(C, axis=1)
-    ((_, motions),) = left_by((C / np.where(rows > 0, rows, 1.0)[:, None])[None])
+    ((_, motions),) = null_motions((C / np.where(rows > 0, rows, 1.0)[:, None])[None])
     Z = motions[0] * size[:, None]
     # second variation of the energy, less the work of loads and wrenches
     KZ = np.zeros(Z.shape)
@@ -285,9 +285,9 @@ def vibrations(
         L = np.linalg.cholesky(K)
         inverse = np.linalg.inv(L)
     except np.linalg.LinAlgError:
-        return _loose(Z, K, B)
+        return _without_stiffness(Z, K, B)
     if not np.linalg.norm(L) * np.linalg.norm(inverse) < _CLEARLY:
-        return _loose(Z, K, B)
+        return _without_stiffness(Z, K, B)
     B = B @ inverse.T
     values = np.linalg.svd(B, compute_uv=False)  # a third of the time of all
     values = values[values > _MASSLESS * np.max(values, initial=0.0)]
@@ -300,7 +300,7 @@ def _shapes(Z: np.ndarray, B: np.ndarray, count: int) -> np.ndarray:
     return (Z @ Vt[:count].T / values[:count]).T
 
 
-def _loose(
+def _without_stiffness(
     Z: np.ndarray, K: np.ndarray, B: np.ndarray
 ) -> tuple[np.ndarray, Callable[[], np.ndarray]]:
     """Where some motion meets no stiffness, or a negative one."""
@@ -309,12 +309,12 @@ def _loose(
     k = int(np.sum(values > _MASSLESS * np.max(values, initial=0.0)))
     heavy, light = Vt[:k].T / values[:k], Vt[k:].T
     w, Q = np.linalg.eigh(light.T @ K @ light)
-    held = np.abs(w) > least
-    follow = light @ Q[:, held]
-    moved = heavy - follow @ ((follow.T @ K @ heavy) / w[held][:, None])
-    squares, own = np.linalg.eigh(moved.T @ K @ moved)
+    stiff = np.abs(w) > least
+    follow = light @ Q[:, stiff]
+    moved = heavy - follow @ ((follow.T @ K @ heavy) / w[stiff][:, None])
+    squares, modes = np.linalg.eigh(moved.T @ K @ moved)
     none = np.abs(squares) <= _LOOSE * np.max(np.abs(squares), initial=0.0)
-    return np.where(none, 0.0, squares), partial(np.array, (Z @ moved @ own).T)
+    return np.where(none, 0.0, squares), partial(np.array, (Z @ moved @ modes).T)
 
 
 def mass_rows(problem: EquilibriumProblem, masses: CarriedMasses, state: State) -> np.ndarray:
@@ -323,7 +323,7 @@ def mass_rows(problem: EquilibriumProblem, masses: CarriedMasses, state: State) 
     Velocities of points times roots of masses.
     """
     r, legs, rows, free = problem.size, problem.legs, list(problem.rows), len(problem.free)
-    pairs = [(own.drive, a) for own, a in zip(legs.couplings, legs.sum_rows, strict=True)]
+    pairs = [(coupling.drive, a) for coupling, a in zip(legs.couplings, legs.sum_rows, strict=True)]
     for (c, k), at in legs.places.items():
         element, unit = legs.chains[c].elements[k], np.zeros(legs.numbers.total)
         if isinstance(element, FiniteJoint) and element.inertia:

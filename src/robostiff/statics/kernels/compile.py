@@ -40,7 +40,7 @@ _LONGEST = 30_000
 _AGREES = 1e-8
 # Of the largest stiffness of the platform: none.
 _FREE = 1e-10
-# Postures at which struts are asked how soon they buckle.
+# Postures at which the buckling loads of struts are computed.
 _POSTURES, _SPREAD = 16, 0.3
 # Last fields of `CompiledLoading`, which are kept on disk.
 _PARTS = 6
@@ -158,8 +158,8 @@ def compile_loaded(
     else:
         found = _recorded(robot, *given, drives)
         if file is not None:
-            every = [getattr(found, own.name) for own in fields(found)]
-            file.write(tuple(every[-_PARTS:]))
+            values = [getattr(found, field.name) for field in fields(found)]
+            file.write(tuple(values[-_PARTS:]))
     closure = found.closure and found.closure.by(code)
     return replace(found, kernel=found.kernel.by(chosen), closure=closure)
 
@@ -187,7 +187,7 @@ def _recorded(
     finder = posture_finder(robot.numeric)
     recorded = record_robot(robot, finder)
     loaded_postures = _loaded_postures(finder, standing)
-    force = _small_force(robot, [own.problem for own in loaded_postures])
+    force = _small_force(robot, [posture.problem for posture in loaded_postures])
     try:
         loading = record_loading(
             robot,
@@ -278,7 +278,7 @@ def _small_force(robot: Robot, problems: Sequence[EquilibriumProblem]) -> float:
     NoAnswerError
         When the platform is not held in all directions, or is rigid.
     """
-    problem = next((own for own in problems if not own.at_rest.rigid), None)
+    problem = next((one for one in problems if not one.at_rest.rigid), None)
     if problem is None:
         raise _rigid(robot)
     values = np.linalg.eigvalsh(problem.at_rest.K / np.outer(problem.scale, problem.scale))
@@ -317,10 +317,10 @@ def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> C
         F[0] = 0.0
         answer = found.in_arrays.evaluate(pose, F, parameters=values)
         rows = np.reshape(list(values.values()), (len(values), len(given)))
-        for other, own in ParameterValues(robot, rows).groups(~answer.guarded):
-            part = given[own] if pose is given else JointCoordinates(given[own])
+        for other, group in ParameterValues(robot, rows).groups(~answer.guarded):
+            part = given[group] if pose is given else JointCoordinates(given[group])
             postures = postures_of(other, part, None)
-            for i, k in enumerate(own):
+            for i, k in enumerate(group):
                 solution = solved(postures.loaded(i, acting), F[k])
                 one = Equilibrium.of(robot.name, robot.space, solution)
                 where = f"{robot.name!r} at {given[k].tolist()} under {F[k].tolist()}"

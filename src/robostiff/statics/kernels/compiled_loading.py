@@ -120,17 +120,17 @@ class SolvedOnDemand(dict[int, Solution]):
                 yield part, None
                 continue
             for i, k in enumerate(part.tolist()):
-                own, forces = self.levers[k, :split], self.levers[k, split:].reshape(-1, 3)
+                levers, forces = self.levers[k, :split], self.levers[k, split:].reshape(-1, 3)
                 loads: dict[str, Any] = dict(loading.standing.loads or {})
                 for (body, point), force in zip(loading.sites, forces, strict=True):
                     before = each_load(body, loads[body]) if body in loads else ()
                     loads[body] = (*before, Weight(force, point))
                 acting = Acting(**{**loading.standing.given, "loads": loads or None}, laws={})
                 loaded = postures.loaded(i, acting)
-                if own.any():  # the wrench has their forces
+                if levers.any():  # the wrench has their forces
                     dead = loaded.problem.dead
-                    own_levers = dead.levers + loaded.frame[0] @ own.reshape(3, 3)
-                    problem = replace(loaded.problem, dead=replace(dead, levers=own_levers))
+                    total = dead.levers + loaded.frame[0] @ levers.reshape(3, 3)
+                    problem = replace(loaded.problem, dead=replace(dead, levers=total))
                     loaded = replace(loaded, problem=problem)
                 self[k] = solved(loaded, self.F[k])
             yield part, postures.posture
@@ -243,7 +243,7 @@ class CompiledLoading:
         robot, space = self.robot, self.robot.space
         # poses are closed before the record, or by it; or they are coordinates of legs
         names, joints = self.kernel.inputs, 0
-        if self.closure is None and names[0] not in {own.value for own in ALL_COORDINATES}:
+        if self.closure is None and names[0] not in {c.value for c in ALL_COORDINATES}:
             others = len(robot.symbols) + space.size + 9 * self.has_platforms
             joints = len(names) - others - 3 * len(self.sites)
         inputs = KernelInputs(robot, joints)
@@ -264,11 +264,11 @@ class CompiledLoading:
         shapes["forces at sites"] = forces, (len(self.sites), 3), "N"
         for what, (value, shape, unit) in shapes.items():
             expected = f"{shape}, or one for each of {count} poses [{unit}]"
-            own = as_floats(what, np.zeros(shape) if value is None else value, expected)
-            if own.shape not in {shape, (count, *shape)}:
-                raise InputError(what, got=f"shape {own.shape}", expected=expected)
-            own = np.broadcast_to(own, (count, *shape)).reshape(count, -1)
-            levers = np.hstack([levers, own])
+            array = as_floats(what, np.zeros(shape) if value is None else value, expected)
+            if array.shape not in {shape, (count, *shape)}:
+                raise InputError(what, got=f"shape {array.shape}", expected=expected)
+            array = np.broadcast_to(array, (count, *shape)).reshape(count, -1)
+            levers = np.hstack([levers, array])
         values = ParameterValues.of(robot, parameters, count)
         rows = inputs.rows(pose, given, values)
         n, d, r = len(values.rows), len(self.drives), space.size
@@ -281,15 +281,15 @@ class CompiledLoading:
             "wrench": F,
         }
         if self.has_platforms:
-            each = (3,), (3, 3), (6, n), (2, d), (2, d, n)
-            known["platforms"] = Platforms(*(np.full((count, *size), np.nan) for size in each))
+            sizes = (3,), (3, 3), (6, n), (2, d), (2, d, n)
+            known["platforms"] = Platforms(*(np.full((count, *size), np.nan) for size in sizes))
         solutions = SolvedOnDemand(self, given, by_joints, F, levers, values)
         codes = np.empty(count, dtype=np.uint16)
         answer = Equilibrium(robot.name, space, codes, solutions, np.arange(count), known)
 
         def fill(part: slice) -> None:
-            for own in chunks_of(part):
-                self._fill(rows, np.hstack([F[own], levers[own]]), own, answer, arms)
+            for chunk in chunks_of(part):
+                self._fill(rows, np.hstack([F[chunk], levers[chunk]]), chunk, answer, arms)
 
         in_shares(fill, count, threads)
         known["K_total"] = _matrices(known["K"], F, arms)

@@ -29,8 +29,8 @@ class SymmetricElimination:
     """Elimination of ``[[T, J^T], [J, 0]]``, whose signs say whether T is positive where J x = 0.
 
     Pairs of a free coordinate and a multiplier come first: ``[[a, b], [b, 0]]`` has the determinant
-    ``-b^2`` whatever the load. Elastic coordinates then have positive pivots, and the multipliers
-    that are left negative ones. Where all signs are so, the matrix has as many positive eigenvalues
+    ``-b^2`` whatever the load. Elastic coordinates then have positive pivots, and the other
+    multipliers negative ones. Where all signs are so, the matrix has as many positive eigenvalues
     as coordinates: T reduced to the closure is positive definite.
     """
 
@@ -84,73 +84,73 @@ class SymmetricElimination:
             When the leg has a direction without compliance.
         """
         for motion, multiplier in carried:
-            self._two(motion, multiplier)
+            self._eliminate_pair(motion, multiplier)
         taken = {name for _, name in carried}
-        free_left, left = list(free), [name for name in multipliers if name not in taken]
-        while free_left:
-            found = self._pair(free_left, left)
+        open_free, rest = list(free), [name for name in multipliers if name not in taken]
+        while open_free:
+            found = self._best_pair(open_free, rest)
             if found is None:
                 break
             q, j = found
-            free_left.remove(q)
-            left.remove(j)
-            self._two(q, j)
+            open_free.remove(q)
+            rest.remove(j)
+            self._eliminate_pair(q, j)
         open_ = list(elastic)
         while open_:
-            own = min(open_, key=lambda name: (len(self.A[name]), elastic.index(name)))
-            open_.remove(own)
-            pivot = self.A[own].get(own, 0)
+            chosen = min(open_, key=lambda name: (len(self.A[name]), elastic.index(name)))
+            open_.remove(chosen)
+            pivot = self.A[chosen].get(chosen, 0)
             self.pivots.append(_as_part(pivot))
-            self._one(own)
-        for name in free_left:  # left at zero, where nothing drives it and loads do not push it
+            self._eliminate_one(chosen)
+        for name in open_free:  # left at zero, where nothing drives it and loads do not push it
             row, right = self.A.pop(name), self.right.pop(name)
             for other in row:
                 if other != name:
                     del self.A[other][name]
-            held = row.get(name, 0) * (1 / by_loads) + _NOTHING
+            resistance = row.get(name, 0) * (1 / by_loads) + _NOTHING
             driven = right * (1 / by_loads)
-            self.still += [held, _NOTHING**2 - driven * driven]
+            self.still += [resistance, _NOTHING**2 - driven * driven]
             self._solved.append(({name: {}}, {name: 0}))
         # in units of the robot's length: what carries a force is a spring of some compliance
-        sizes = {name: self._size(name, name)[1] * self._scale[name] ** 2 for name in left}
+        sizes = {name: self._size(name, name)[1] * self._scale[name] ** 2 for name in rest}
         softest = max(sizes.values(), default=0.0)
-        while left:
-            own = max(left, key=lambda name: self._size(name, name)[0] * self._scale[name] ** 2)
-            if self._size(own, own)[0] * self._scale[own] ** 2 <= _LOST * softest:
-                raise RigidLegError(own)
-            left.remove(own)
-            self.pivots.append(_as_part(-self.A[own][own]))
-            self._one(own)
+        while rest:
+            chosen = max(rest, key=lambda name: self._size(name, name)[0] * self._scale[name] ** 2)
+            if self._size(chosen, chosen)[0] * self._scale[chosen] ** 2 <= _LOST * softest:
+                raise RigidLegError(chosen)
+            rest.remove(chosen)
+            self.pivots.append(_as_part(-self.A[chosen][chosen]))
+            self._eliminate_one(chosen)
 
     def solution(self, known: dict[int, Any]) -> dict[int, Any]:
         """Every unknown that was eliminated, from the others."""
         found = dict(known)
         for rows, rights in reversed(self._solved):
-            for name, own in rows.items():
+            for name, row in rows.items():
                 value = rights[name]
-                for other, rate in own.items():
+                for other, rate in row.items():
                     if not is_zero(found[other]):
                         value = value - rate * found[other]
                 found[name] = value
         return found
 
-    def _one(self, own: int) -> None:
-        row = self.A.pop(own)
-        pivot, right = row.pop(own), self.right.pop(own)
+    def _eliminate_one(self, k: int) -> None:
+        row = self.A.pop(k)
+        pivot, right = row.pop(k), self.right.pop(k)
         inverse = 1 / pivot
         solved = {name: value * inverse for name, value in row.items()}
         new_right = right * inverse
         for name in row:
-            del self.A[name][own]
+            del self.A[name][k]
         names = list(row)
         for i, a in enumerate(names):
             for b in names[i:]:
                 self.add(a, b, -(solved[a] * row[b]))
             if not is_zero(right):
                 self.right[a] = self.right[a] - solved[a] * right
-        self._solved.append(({own: solved}, {own: new_right}))
+        self._solved.append(({k: solved}, {k: new_right}))
 
-    def _two(self, q: int, j: int) -> None:
+    def _eliminate_pair(self, q: int, j: int) -> None:
         """A pair, by ``[[a, b], [b, d]]^-1 = [[d, -b], [-b, a]] / (a d - b^2)``."""
         first, second = self.A.pop(q), self.A.pop(j)
         a, b, d = first.pop(q, 0), first.pop(j), second.pop(j, 0)
@@ -178,15 +178,15 @@ class SymmetricElimination:
             for other in names[i:]:
                 self.add(one, other, -(x * rows[q][other] + y * rows[j][other]))
             self.right[one] = self.right[one] - (x * rights[q] + y * rights[j])
-        rows = {k: {n: v for n, v in own.items() if not is_zero(v)} for k, own in rows.items()}
+        rows = {k: {n: v for n, v in row.items() if not is_zero(v)} for k, row in rows.items()}
         self._solved.append((rows, rights))
 
-    def _pair(self, free: Sequence[int], left: Sequence[int]) -> tuple[int, int] | None:
+    def _best_pair(self, free: Sequence[int], multipliers: Sequence[int]) -> tuple[int, int] | None:
         best: tuple[Any, ...] | None = None
         for q in free:
             sizes = {
                 j: tuple(s / self._scale[j] for s in self._size(q, j))
-                for j in left
+                for j in multipliers
                 if j in self.A[q]
             }
             largest = max((least for least, _ in sizes.values()), default=0.0)
@@ -215,7 +215,7 @@ def _as_part(value: Any) -> Any:
 class Factored:
     """``K + A`` eliminated in order, K symmetric and A antisymmetric.
 
-    As long as A has nothing to say, what is left is symmetric.
+    Up to the first row in which A is not zero, the rest stays symmetric.
     """
 
     # entries and numbers: parts of rows that are taken from those below, and rows that are left
@@ -232,23 +232,23 @@ class Factored:
         """K is given by its upper triangle, A by all of it; none where left out."""
         n = 1 + max(j for _, j in K)
         A = np.zeros((n, n), dtype=int) if antisymmetric is None else antisymmetric
-        left = {(i, j): K[min(i, j), max(i, j)] for i in range(n) for j in range(n)}
+        rest = {(i, j): K[min(i, j), max(i, j)] for i in range(n) for j in range(n)}
         lower, inverses, whole = {}, [], False
         for k in range(n):
             if not whole and not all(is_zero(a) for a in A[k]):
                 whole = True
                 for i in range(k, n):
                     for j in range(i, n):
-                        upper = left[i, j]
-                        left[i, j], left[j, i] = upper + A[i, j], upper + A[j, i]
-            inverses.append(reciprocal(left[k, k]))
+                        upper = rest[i, j]
+                        rest[i, j], rest[j, i] = upper + A[i, j], upper + A[j, i]
+            inverses.append(reciprocal(rest[k, k]))
             for i in range(k + 1, n):
-                lower[i, k] = part = (left[i, k] if whole else left[k, i]) * inverses[k]
+                lower[i, k] = part = (rest[i, k] if whole else rest[k, i]) * inverses[k]
                 if is_zero(part):
                     continue
                 for j in range(k + 1 if whole else i, n):
-                    left[i, j] = left[i, j] - part * left[k, j]
-        return cls(lower, left, inverses, [left[k, k] for k in range(n)])
+                    rest[i, j] = rest[i, j] - part * rest[k, j]
+        return cls(lower, rest, inverses, [rest[k, k] for k in range(n)])
 
     def solved(self, right: Sequence[Any]) -> list[Any]:
         """Solution x of ``(K + A) x = right``."""

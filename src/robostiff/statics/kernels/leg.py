@@ -84,25 +84,25 @@ class RecordedElements:
         rotation, C, free = map(self.array, values)
         beam = 2 * C[1, 5] / C[5, 5] if like[0].bows else None
         inner, parts = bool(np.any(like[0].bending.b)), len(like)
-        own = elastic_element(
+        element = elastic_element(
             self.space, rotation, (C, free), beam, parts, self._modes_of, inner=inner
         )
-        return in_series(own, spring, 0 if beam is None else beam, parts)
+        return in_series(element, spring, 0 if beam is None else beam, parts)
 
     def _modes_of(self, C: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Twists F with ``sum F F^T = C``, rotations first, as in bending; and freedoms."""
-        left, modes = C.copy(), []
+        S, modes = C.copy(), []
         for i in reversed(range(len(C))):
-            pivot = left[i, i]
+            pivot = S[i, i]
             if usual_size(pivot) <= _LOST**0.5 * usual_size(C[i, i]):
                 continue
-            column = left[:, i] * reciprocal(square_root(pivot))
+            column = S[:, i] * reciprocal(square_root(pivot))
             modes.append(column)
             for a, b in np.ndindex(i + 1, i + 1):
                 if not (is_zero(column[a]) or is_zero(column[b])):
-                    rest = left[a, b] - column[a] * column[b]
+                    rest = S[a, b] - column[a] * column[b]
                     size = usual_size(C[a, a]) * usual_size(C[b, b])
-                    left[a, b] = 0 if usual_size(rest) ** 2 <= _LOST * size else rest
+                    S[a, b] = 0 if usual_size(rest) ** 2 <= _LOST * size else rest
         V, stiffness = [], []
         for i, column in enumerate([*modes, *free.T]):
             shifts = np.arange(len(column)) < self.space.translations
@@ -140,7 +140,7 @@ class MovedBody:
     @property
     def coordinates(self) -> list[str]:
         """Names: of the shift, and of the quaternion, scalar first."""
-        return [f"{self.name}.{own}" for own in ("x", "y", "z", "q0", "q1", "q2", "q3")]
+        return [f"{self.name}.{part}" for part in ("x", "y", "z", "q0", "q1", "q2", "q3")]
 
     @property
     def start(self) -> dict[str, float]:
@@ -204,24 +204,24 @@ class RecordedLegs:
     @cached_property
     def bodies(self) -> dict[int, MovedBody]:
         """The bodies between its chains."""
-        held = [chain.start for chain in self.legs.chains if chain.owner == NOBODY]
+        on_platform = [chain.start for chain in self.legs.chains if chain.owner == NOBODY]
         points = enumerate(self.legs.points)
-        return {b: MovedBody(f"b{b}", p) for b, p in points if b not in held}
+        return {b: MovedBody(f"b{b}", p) for b, p in points if b not in on_platform}
 
     @cached_property
     def sizes(self) -> list[float]:
         """A unit of each coordinate: a radian, or the length of the robot [m]."""
-        every = (e for chain in self.legs.chains for e in chain.elements)
-        return [size for e in every for size in [unit(e, self.length)] * e.size]
+        elements = (e for chain in self.legs.chains for e in chain.elements)
+        return [size for e in elements for size in [unit(e, self.length)] * e.size]
 
     @cached_property
     def drives(self) -> dict[str, tuple[int, Any]]:
         """Elastic joints, by ``leg/joint``: numbers of their coordinates, and stiffnesses."""
         found = {}
         for c, chain in enumerate(self.legs.chains):
-            own = iter(self.legs.numbers.x[self.legs.numbers.coordinates[c]].tolist())
+            unknowns = iter(self.legs.numbers.x[self.legs.numbers.coordinates[c]].tolist())
             for e in chain.elements:
-                first, *_ = [next(own) for _ in range(e.size)]
+                first, *_ = [next(unknowns) for _ in range(e.size)]
                 if isinstance(e, FiniteJoint) and not is_zero(e.stiffness):
                     found[f"{chain.owner.name}/{e.name}"] = first, e.stiffness
         return found
@@ -229,14 +229,14 @@ class RecordedLegs:
     @cached_property
     def samples(self) -> dict[str, float]:
         """Sizes of coordinates, wrenches and axial forces under the force, by their names."""
-        legs, at, held = self.legs, self.legs.numbers, {}
+        legs, at, multipliers = self.legs, self.legs.numbers, {}
         usual = dict(zip(at.x.tolist(), [1e-3 * size for size in self.sizes], strict=True))
         for W, chain in zip(at.W.tolist(), legs.chains, strict=True):
             if chain.owner != NOBODY:
                 usual |= dict(zip(W, self.force * self.length / self.lengths, strict=True))
-        for u, own in zip(at.held.tolist(), legs.rigid, strict=True):
-            held[u] = self.force * self.length / unit(own.drive, self.length)
-        found = {f"u{u}": float(size) for u, size in (usual | held).items()}
+        for u, coupling in zip(at.multipliers.tolist(), legs.rigid, strict=True):
+            multipliers[u] = self.force * self.length / unit(coupling.drive, self.length)
+        found = {f"u{u}": float(size) for u, size in (usual | multipliers).items()}
         return found | {f"u{at.total + i}": self.force for i in range(len(legs.beams))}
 
     @property
@@ -270,51 +270,51 @@ class RecordedLegs:
             u[at.W],
             _entries([x for R, _ in places for x in R.flat]).reshape(-1, 3, 3),
             _entries([x for _, p in places for x in p]).reshape(-1, 3),
-            u[at.held],
+            u[at.multipliers],
             u[at.total :],
         )
         eq = legs.equations(state, platform.R, platform.p, Share(share, 0))
         units = np.ones(at.total)
         units[at.bodies], units[at.W] = self.lengths, self.lengths
-        units[at.held] = [unit(own.drive, self.length) for own in legs.rigid]
+        units[at.multipliers] = [unit(coupling.drive, self.length) for coupling in legs.rigid]
         for number, (size, residual) in enumerate(zip(units.tolist(), eq.r, strict=True)):
             elimination.unknown(number, size)
             elimination.add_right(number, -residual)
         for block, A in zip(at.blocks, eq.A, strict=True):
-            for own, rates in zip(block.at.tolist(), A, strict=True):
-                for i, j in zip(*np.tril_indices(len(own)), strict=True):
-                    elimination.add(own[i], own[j], rates[i, j])
+            for numbers, rates in zip(block.at.tolist(), A, strict=True):
+                for i, j in zip(*np.tril_indices(len(numbers)), strict=True):
+                    elimination.add(numbers[i], numbers[j], rates[i, j])
         moment = np.zeros(6, dtype=int).astype(object)
         for c in at.on_platform:
             start, W = legs.chains[c].start, state.W[c]
             is_platform = legs.chains[c].owner == NOBODY
             moment[rows] = moment[rows] + (eq.r[at.bodies[start]] if is_platform else W)
-            for number, t, own in zip(at.W[c].tolist(), self.twist, W + eq.half[c], strict=True):
+            for number, t, force in zip(at.W[c].tolist(), self.twist, W + eq.half[c], strict=True):
                 elimination.add(number, t, -1)
-                elimination.add_right(t, -own)
-        elimination.pivots += [own for own in eq.terms.beams.pivots.flat if isinstance(own, Entry)]
+                elimination.add_right(t, -force)
+        elimination.pivots += [x for x in eq.terms.beams.pivots.flat if isinstance(x, Entry)]
         for spring, length in zip(legs.springs, eq.pulls.length if eq.pulls else (), strict=True):
             if spring.constant and isinstance(length, Entry):
                 elimination.pivots.append(length * (1 / usual_size(length)))
-        for own in at.components:
-            self._eliminate(elimination, own)
+        for component in at.components:
+            self._eliminate(elimination, component)
         return eq, moment[3:]
 
-    def _eliminate(self, elimination: SymmetricElimination, own: Component) -> None:
+    def _eliminate(self, elimination: SymmetricElimination, component: Component) -> None:
         """Eliminate a component."""
         legs, at = self.legs, self.legs.numbers
         follow = [at.x[legs.places[one.place]][0] for one in legs.couplings if not one.is_rigid]
-        elastic, free, left = [], [], list(own.bodies)
-        multipliers, carried = at.held[own.rigid].tolist(), []
-        for c in own.chains:
+        elastic, free, bodies = [], [], list(component.bodies)
+        multipliers, carried = at.multipliers[component.rigid].tolist(), []
+        for c in component.chains:
             chain = legs.chains[c]
             stiffness = (k for e in chain.elements for k in np.ravel(e.stiffness))
             for u, k in zip(at.x[at.coordinates[c]].tolist(), stiffness, strict=True):
                 (free if is_zero(k) and u not in follow else elastic).append(u)
             multipliers += at.W[c].tolist()
             end = chain.start if chain.owner == NOBODY else chain.end
-            if end in left:
-                left.remove(end)
+            if end in bodies:
+                bodies.remove(end)
                 carried += zip(at.bodies[end].tolist(), at.W[c].tolist(), strict=True)
         elimination.eliminate(elastic, free, multipliers, carried, self.force * self.length)
 
@@ -328,15 +328,15 @@ class RecordedLegs:
         """Its unknowns after a step; and steps of its coordinates, in radians and lengths."""
         rows, at = list(self.legs.rows), self.legs.numbers
         step = _entries([found[u] for u in range(at.total)])[:, None]
-        step[at.W], step[at.held] = -step[at.W], -step[at.held]
+        step[at.W], step[at.multipliers] = -step[at.W], -step[at.multipliers]
         step = self.legs.steps(eq, step, platform_twist[rows][:, None])[:, 0]
         after = {name: values[name] + step[int(name[1:])] for name in self.samples}
         for b, body in self.bodies.items():
             twist = np.zeros(6, dtype=int).astype(object)
             twist[rows] = step[at.bodies[b]]
             after |= body.stepped(values, twist)
-        each = zip(step[at.x], self.sizes, strict=True)
-        return after, [x * (1 / size) for x, size in each]
+        pairs = zip(step[at.x], self.sizes, strict=True)
+        return after, [x * (1 / size) for x, size in pairs]
 
 
 def _entries(values: Sequence[Any]) -> np.ndarray:
@@ -373,9 +373,9 @@ def marked(leg: Leg, bodies: Collection[str], *, weigh: bool) -> Leg:
             carries = weigh and isinstance(element, Rigid | Link) and bool(element.masses)
             if carries or prefix + element.name in bodies:
                 name = _MARK + element.name
-                own = Link(np.zeros(3), Elasticity(np.zeros((6, 6))), np.eye(3), name)
+                mark = Link(np.zeros(3), Elasticity(np.zeros((6, 6))), np.eye(3), name)
                 # behind a joint its body begins; a link is given in the frame before it
-                pair.insert(1 if isinstance(element, Joint | ParallelBlock) else 0, own)
+                pair.insert(1 if isinstance(element, Joint | ParallelBlock) else 0, mark)
             elements += pair
         return replace(chain, elements=tuple(elements))
 
@@ -397,9 +397,9 @@ def unmarked(
     """
     frames: dict[str, tuple[np.ndarray, np.ndarray]] = {}
     placed = []
-    for leg, own in zip(here.robot.legs, here.placed, strict=True):
-        without = _unmarked(mark(leg).chain, own.leg, f"{own.leg.name}/", frames, weigh)
-        placed.append(replace(own, leg=without))
+    for leg, formula in zip(here.robot.legs, here.placed, strict=True):
+        without = _unmarked(mark(leg).chain, formula.leg, f"{formula.leg.name}/", frames, weigh)
+        placed.append(replace(formula, leg=without))
     return replace(here, placed=tuple(placed)), frames
 
 
@@ -410,7 +410,7 @@ def _unmarked(
     frames: dict[str, tuple[np.ndarray, np.ndarray]],
     weigh: bool,
 ) -> PlacedLeg:
-    left = iter(placed.elements)
+    rest = iter(placed.elements)
     kept: list[PlacedElement] = []
     masses: list[PlacedMass] = []
     R, p = np.eye(3), np.zeros(3)
@@ -420,24 +420,24 @@ def _unmarked(
                 centre = element.transform.p * 0.5 if mass.centre is None else mass.centre
                 masses.append(PlacedMass(element.name, mass.value, p + R @ centre, len(kept)))
             continue
-        own = next(left)
-        if isinstance(own, PlacedSpring) and element.name.startswith(_MARK):
-            R, p = own.rotation, own.point
-            frames[prefix + own.name.replace(_MARK, "")] = R, p
+        part = next(rest)
+        if isinstance(part, PlacedSpring) and element.name.startswith(_MARK):
+            R, p = part.rotation, part.point
+            frames[prefix + part.name.replace(_MARK, "")] = R, p
             continue
-        if isinstance(own, PlacedBlock) and isinstance(element, ParallelBlock):
-            pairs = zip(element.branches, own.branches, strict=True)
-            each = (_unmarked(b.chain, leg, prefix, frames, weigh) for b, leg in pairs)
-            own = replace(own, branches=tuple(each))
-        kept.append(own)
+        if isinstance(part, PlacedBlock) and isinstance(element, ParallelBlock):
+            pairs = zip(element.branches, part.branches, strict=True)
+            branches = (_unmarked(b.chain, leg, prefix, frames, weigh) for b, leg in pairs)
+            part = replace(part, branches=tuple(branches))
+        kept.append(part)
         if isinstance(element, Joint):
-            kept += [next(left) for _ in range(element.size - 1)]
+            kept += [next(rest) for _ in range(element.size - 1)]
         elif isinstance(element, Link):
-            masses += _along(element, own, R, p, len(kept))
+            masses += _along(element, part, R, p, len(kept))
         elif isinstance(element, Telescope):
-            last: Any = own
+            last: Any = part
             for beam in element.beams:
-                start, last = last, next(left)
+                start, last = last, next(rest)
                 kept.append(last)
                 length = (last.point - start.point) @ last.rotation[:, 0]
                 value = beam.mass_at(np.asarray(length, dtype=object))
@@ -447,22 +447,22 @@ def _unmarked(
     return replace(placed, elements=tuple(kept), masses=tuple(masses) if weigh else ())
 
 
-def _along(link: Link, own: Any, R: np.ndarray, p: np.ndarray, after: int) -> Iterator[PlacedMass]:
+def _along(link: Link, part: Any, R: np.ndarray, p: np.ndarray, after: int) -> Iterator[PlacedMass]:
     """Masses of an elastic part that begins in the frame (R, p)."""
     for mass in link.masses:
         if mass.is_spread and np.any(link.to):
-            yield _spread(mass.value, own, p, mass.span or (0.0, 1.0), after)
+            yield _spread(mass.value, part, p, mass.span or (0.0, 1.0), after)
         else:  # where it turns does not matter to its weight
             centre = p + R @ (link.to * 0.5 if mass.centre is None else mass.centre)
             start = p if np.any(link.to) else None
-            yield PlacedMass(own.name, mass.value, centre, after, start)
+            yield PlacedMass(part.name, mass.value, centre, after, start)
 
 
 def _spread(
-    value: Any, own: PlacedSpring, start: np.ndarray, span: tuple[float, float], after: int
+    value: Any, part: PlacedSpring, start: np.ndarray, span: tuple[float, float], after: int
 ) -> PlacedMass:
-    centre = start + (own.point - start) * (0.5 * (span[0] + span[1]))
-    return PlacedMass(own.name, value, centre, after, start, span)
+    centre = start + (part.point - start) * (0.5 * (span[0] + span[1]))
+    return PlacedMass(part.name, value, centre, after, start, span)
 
 
 def _part_of(name: str) -> str:
@@ -475,12 +475,12 @@ def placed_springs(
 ) -> tuple[PlacedBodySpring, ...]:
     """Springs between bodies of a robot, as they are `placed` in numbers, with ends on entries."""
     found = []
-    for spring, own in zip(springs, placed, strict=True):
+    for spring, numeric in zip(springs, placed, strict=True):
         points = []
         for end in spring.between:
             R, p = frames[end.body]
             points.append(np.array(p, dtype=object) + np.array(R, dtype=object) @ end.at)
-        found.append(replace(own, points=(points[0], points[1])))
+        found.append(replace(numeric, points=(points[0], points[1])))
     return tuple(found)
 
 

@@ -142,8 +142,8 @@ class LoadedRobot:
         elimination = SymmetricElimination()
         for name in twist:
             elimination.unknown(name, 1.0)
-        for name, own in zip(twist, self.wrench, strict=True):
-            elimination.add_right(name, own)
+        for name, force in zip(twist, self.wrench, strict=True):
+            elimination.add_right(name, force)
         body = self.platform.moved(values)
         legs, moment = self.legs.add_to(elimination, values, body, share)
         buckling, terms = [], None
@@ -152,7 +152,7 @@ class LoadedRobot:
             moment = moment + terms.moment
             for number, t, length in zip(self.struts, terms.t, terms.lengths, strict=True):
                 buckling += self.buckling[number].checks(t, length, SAFE)
-        acting, turning = (own * share for own in self.dead.acting(body.R))
+        acting, turning = (x * share for x in self.dead.acting(body.R))
         moment = moment - acting[3:]
         for name, row in zip(twist, rows, strict=True):
             elimination.add_right(name, acting[row])
@@ -161,7 +161,7 @@ class LoadedRobot:
         K = {
             (i, j): elimination.A[twist[i]].get(twist[j], 0) for i in range(n) for j in range(i, n)
         }
-        K_total = {(i, j): own - turning[rows[i], rows[j]] for (i, j), own in K.items()}
+        K_total = {(i, j): entry - turning[rows[i], rows[j]] for (i, j), entry in K.items()}
         right = [elimination.right[name] for name in twist]
         A = _antisymmetric(moment)[np.ix_(rows, rows)]
         return _Equations(elimination, K, K_total, A, right, legs, buckling, terms)
@@ -183,19 +183,19 @@ class LoadedRobot:
         struts = [*self.struts.values()]
         if not struts:
             return self.step(values, at, twist, falls=False)
-        forces = [own.first_force(np.array(twist, dtype=object)) for own in struts]
+        forces = [strut.first_force(np.array(twist, dtype=object)) for strut in struts]
         # with forces in the struts, which turn, and stretch them alike
-        s = [f * reciprocal(own.length) for own, f in zip(struts, forces, strict=True)]
-        softer = reduce(add, s) * reciprocal(reduce(add, (own.stiffness for own in struts)))
+        s = [f * reciprocal(strut.length) for strut, f in zip(struts, forces, strict=True)]
+        softer = reduce(add, s) * reciprocal(reduce(add, (strut.stiffness for strut in struts)))
         of_forces, moment = turning_forces(struts, self.platform.moved(self.start), s)
         rows = self.space.rows
         stretched = {
-            (i, j): own - own * softer + of_forces.get((rows[i], rows[j]), 0)
-            for (i, j), own in K.items()
+            (i, j): entry - entry * softer + of_forces.get((rows[i], rows[j]), 0)
+            for (i, j), entry in K.items()
         }
         factored = Factored.of(stretched, _antisymmetric(moment)[np.ix_(rows, rows)])
         twist = factored.solved(right)
-        forces = [own.first_force(np.array(twist, dtype=object)) for own in struts]
+        forces = [strut.first_force(np.array(twist, dtype=object)) for strut in struts]
         after = self.step(values, at, twist, falls=False, checks=factored.pivots)
         for forces_that_turn in (True, True, False):
             values |= zip((*self.start, *HANDED), after, strict=True)
@@ -235,8 +235,8 @@ class LoadedRobot:
         found = at.elimination.solution(dict(zip(self.legs.twist, twist, strict=True)))
         after = self.platform.stepped(values, full)
         moved = self.sizes(twist)
-        own, motion = self.legs.stepped(values, at.legs, found, full)
-        after |= own
+        of_legs, motion = self.legs.stepped(values, at.legs, found, full)
+        after |= of_legs
         moved += motion
         size = reduce(add, (x * x for x in moved if not is_zero(x)))
         (size, margin), part = handed_on(values, size, values[_PART]), HALF**2
@@ -256,15 +256,15 @@ class LoadedRobot:
         unloaded = self.unloaded.K
         if self.legs.legs.springs:
             unloaded = self.equations({**values, **self.start}, share=0).K
-        rest = {place: own - unloaded[place] * SAFE for place, own in at.K_total.items()}
+        rest = {place: entry - unloaded[place] * SAFE for place, entry in at.K_total.items()}
         safe_part = Factored.of(rest)
         twist = safe_part.solved(at.right)
-        left = [x for x in self.sizes(twist) if not is_zero(x)]
-        gap = reduce(add, (x * x for x in left)) * (1e-12 / _ARRIVED) ** 2
+        sizes = [x for x in self.sizes(twist) if not is_zero(x)]
+        gap = reduce(add, (x * x for x in sizes)) * (1e-12 / _ARRIVED) ** 2
         n = self.space.size
         safe: list[Any] = [
             *safe_part.pivots,
-            *(own - _PIVOT for own in at.elimination.pivots if isinstance(own, Entry)),
+            *(pivot - _PIVOT for pivot in at.elimination.pivots if isinstance(pivot, Entry)),
             *at.elimination.still,
             *at.buckling,
             *(
@@ -308,15 +308,15 @@ class LoadedRobot:
         loads = [k * q for k, q in zip(stiffnesses, deflections, strict=True)]
         of_drives, last = [*deflections, *loads], 12 + len(at.right)
         for name in self.parameters:
-            every = [*unloaded, *at.right, *steps, *loads]
-            moved = derivatives_along(record, every, {name: 1})
+            quantities = [*unloaded, *at.right, *steps, *loads]
+            moved = derivatives_along(record, quantities, {name: 1})
             spin = np.reshape(np.array(moved[3:12], dtype=object), (3, 3)) @ R.T
             found += [*moved[:3], spin[2, 1], spin[0, 2], spin[1, 0]]
             found += at.factored.solved(moved[12:last])
             of_steps, softer = moved[last : last + len(drives)], moved[last + len(drives) :]
             of_drives += of_steps
             of_drives += [
-                k * own + more for k, own, more in zip(stiffnesses, of_steps, softer, strict=True)
+                k * rate + more for k, rate, more in zip(stiffnesses, of_steps, softer, strict=True)
             ]
         return found + of_drives
 
@@ -401,17 +401,17 @@ def record_loading(
     forces = given_forces(standing.loads, gravity, robot.space, partial(frame_of, frames))
     for k, (body, at) in enumerate(sites):
         R, p = frame_of(frames, body) or (np.eye(3), np.zeros(3))  # no body is refused later
-        own = DeadForce(np.array(given[3 * k : 3 * k + 3], dtype=object), p + R @ at)
-        forces[body] = (*forces.get(body, ()), own)
+        at_site = DeadForce(np.array(given[3 * k : 3 * k + 3], dtype=object), p + R @ at)
+        forces[body] = (*forces.get(body, ()), at_site)
     acting = [*forces.pop(PLATFORM, ())]
     snapshot = cast("Snapshot", loaded_postures[0].posed)
     assembly = of_legs(
-        [own.leg for own in here.placed],
+        [formula.leg for formula in here.placed],
         None,
         [
-            PlacedMass(PLATFORM, own.value, here.pose.p + here.pose.R @ at)
-            for own in (here.robot.platform_masses if weigh else ())
-            for at in (np.zeros(3) if own.centre is None else own.centre,)
+            PlacedMass(PLATFORM, mass.value, here.pose.p + here.pose.R @ at)
+            for mass in (here.robot.platform_masses if weigh else ())
+            for at in (np.zeros(3) if mass.centre is None else mass.centre,)
         ],
         placed_springs(springs, snapshot.springs, frames),
     )
@@ -429,11 +429,11 @@ def record_loading(
     )
     dead = on_platform([*acting, *found.on_platform], reference)
     dead = replace(dead, levers=dead.levers + hooks)
-    problems = [own.problem for own in loaded_postures]
+    problems = [posture.problem for posture in loaded_postures]
     straight: dict[int, RecordedStrut] = {}
     if not drives:  # of a strut the force alone is computed
         straight = recorded_struts(found.legs, unloaded.legs, problems)
-    struts = {found.legs.chains[c].owner.leg: own for c, own in straight.items()}
+    struts = {found.legs.chains[c].owner.leg: strut for c, strut in straight.items()}
     legs = RecordedLegs(found.legs.without([*straight]), L, force)
     loaded = LoadedRobot(
         unloaded,

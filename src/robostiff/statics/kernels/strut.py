@@ -97,22 +97,22 @@ def add_struts(
     rates, tensions, lengths, turning = [], [], [], []
     W: list[Any] = [0] * 6
     K: dict[tuple[int, int], Any] = {(i, j): 0 for i in range(6) for j in range(i, 6)}
-    for number, own in enumerate(struts):
-        c = R @ (own.B - own.reference)
-        d = c + (at - own.A)
+    for number, strut in enumerate(struts):
+        c = R @ (strut.B - strut.reference)
+        d = c + (at - strut.A)
         square = d @ d
         by = reciprocal(square_root(square))
-        unloaded = own.length
-        soft = own.stiffness * unloaded * by
-        s = own.stiffness - soft
-        g = np.concatenate([d, cross(c, at - own.A)])
+        unloaded = strut.length
+        soft = strut.stiffness * unloaded * by
+        s = strut.stiffness - soft
+        g = np.concatenate([d, cross(c, at - strut.A)])
         turning.append(s if forces is None else forces[number] * by)
-        scaled = g * ((soft if forces is None else own.stiffness - turning[-1]) * (by * by))
+        scaled = g * ((soft if forces is None else strut.stiffness - turning[-1]) * (by * by))
         for i in range(6):
             W[i] = W[i] + g[i] * s
             for j in range(i, 6):
                 K[i, j] = K[i, j] + scaled[i] * g[j]
-        rates.append((own.stiffness * by, g))
+        rates.append((strut.stiffness * by, g))
         tensions.append(s * (square * by))
         lengths.append(unloaded)
     of_forces, moment = turning_forces(struts, body, turning)
@@ -122,8 +122,8 @@ def add_struts(
         W[3:] = moment
     for (i, j), value in K.items():
         elimination.add(names[i], names[j], value)
-    for name, own in zip(names, W, strict=True):
-        elimination.add_right(name, -own)
+    for name, force in zip(names, W, strict=True):
+        elimination.add_right(name, -force)
     return StrutForces(moment, rates, tensions, lengths)
 
 
@@ -142,11 +142,11 @@ def turning_forces(
         np.zeros(3, dtype=int).astype(object),
         np.zeros((3, 3), dtype=int).astype(object),
     )
-    for own, part in zip(struts, s, strict=True):
-        scaled = (R @ (own.B - own.reference)) * part
+    for strut, part in zip(struts, s, strict=True):
+        scaled = (R @ (strut.B - strut.reference)) * part
         total = total + part
         turning = turning + scaled
-        apart = apart + scaled[:, None] * (own.A - first)[None, :]
+        apart = apart + scaled[:, None] * (strut.A - first)[None, :]
     G = turning[:, None] * (at - first)[None, :] - apart
     K: dict[tuple[int, int], Any] = {}
     x, y, z = turning
@@ -165,17 +165,17 @@ def recorded_struts(
     `unloaded` are all legs without load: a strut has the stiffness of its own, by one wrench; a leg
     of several branches is none. `problems` have the robot in numbers.
     """
-    straight = set.intersection(*(struts_among(own) for own in problems[:_POSTURES]))
+    straight = set.intersection(*(struts_among(problem) for problem in problems[:_POSTURES]))
     taken = [c for one in legs.couplings for c, _ in (one.place, *one.terms)]
     taken += [spot.chain for spring in legs.springs for spot in spring.spots if spot is not None]
     found = {}
-    for c, own in enumerate(legs.chains):
-        joints = (e for e in own.elements if isinstance(e, FiniteJoint))
-        pushed = own.loads or not all(is_zero(e.preload) for e in joints)
-        if own.owner.leg not in straight or c in taken or pushed:
+    for c, chain in enumerate(legs.chains):
+        joints = (e for e in chain.elements if isinstance(e, FiniteJoint))
+        pushed = chain.loads or not all(is_zero(e.preload) for e in joints)
+        if chain.owner.leg not in straight or c in taken or pushed:
             continue
-        A, *_, B = _turning_points(own)
-        leg = unloaded[own.owner.leg]
+        A, *_, B = _turning_points(chain)
+        leg = unloaded[chain.owner.leg]
         if len(leg.wrenches) > 1:
             continue
         (wrench,), (mu,) = leg.wrenches, leg.mu
@@ -192,18 +192,16 @@ def struts_among(problem: EquilibriumProblem) -> set[int]:
     stay straight is another question, of their buckling.
     """
     legs, random = problem.legs, np.random.default_rng(11)
-    single = [own.chains[0] for own in legs.numbers.components if len(own.chains) == 1]
+    single = [part.chains[0] for part in legs.numbers.components if len(part.chains) == 1]
     points = {c: _turning_points(legs.chains[c]) for c in single}
-    points = {
-        c: own for c, own in points.items() if len(own) >= _TURNS and np.any(own[0] != own[-1])
-    }
+    points = {c: p for c, p in points.items() if len(p) >= _TURNS and np.any(p[0] != p[-1])}
     if not points or problem.size < 6 or problem.at_rest.rigid:
         return set()
     nothing, length = np.zeros(problem.size), problem.length
     turn, shift = _FAR * random.uniform(-1, 1, (2, 3))
     target = matrix_of_rotation(turn), problem.point + length * shift
     loading = LoadCase(nothing, nothing, 0.0, 0.0)
-    held = equilibrium_at(problem, loading, 0.0, problem.unloaded, target)
+    elsewhere = equilibrium_at(problem, loading, 0.0, problem.unloaded, target)
     found = set()
     for c, (A, *_, B) in points.items():
         unit = (B - A) / np.linalg.norm(B - A)
@@ -211,8 +209,8 @@ def struts_among(problem: EquilibriumProblem) -> set[int]:
         arm = target[0] @ (B - problem.point)
         d = arm + target[1] - A
         force = k * (1 - np.linalg.norm(B - A) / np.linalg.norm(d)) * d
-        off = held.state.legs.W[c] - np.concatenate([force, np.cross(arm, force)])
-        if held.converged and np.max(np.abs(off / problem.scale)) <= _SAME * k * length:
+        off = elsewhere.state.legs.W[c] - np.concatenate([force, np.cross(arm, force)])
+        if elsewhere.converged and np.max(np.abs(off / problem.scale)) <= _SAME * k * length:
             found.add(legs.chains[c].owner.leg)
     return found
 
@@ -242,10 +240,10 @@ class Buckling:
     def checks(self, t: Any, length: Any, safe: float) -> list[Any]:
         """Entries that are positive where the margin is above `safe`."""
         found = []
-        for sign, own in ((1.0, self.push), (-1.0, self.pull)):
-            if np.any(own):
-                g: Any = float(own[0])
-                for c in own[1:]:
+        for sign, polynomial in ((1.0, self.push), (-1.0, self.pull)):
+            if np.any(polynomial):
+                g: Any = float(polynomial[0])
+                for c in polynomial[1:]:
                     g = g * length + float(c)
                 found.append(1.0 - safe + t * g * sign)
         if found:
@@ -265,7 +263,7 @@ def buckling_of(
     seen: dict[int, list[tuple[float, float, float]]] = {k: [] for k in struts}
     for problem in problems if struts else ():
         legs = problem.legs
-        chains = {c: own for c, own in enumerate(legs.chains) if own.owner.leg in seen}
+        chains = {c: chain for c, chain in enumerate(legs.chains) if chain.owner.leg in seen}
         at, lengths = legs.numbers, {}
         step = np.zeros(at.total + len(legs.beams))  # under a force of one newton along the struts
         for c, chain in chains.items():
@@ -273,7 +271,7 @@ def buckling_of(
             d = B - A
             lengths[c] = float(np.linalg.norm(d))
             shift = np.append(d / lengths[c], np.zeros(3))
-            beams = [at.total + i for i, (own, *_) in enumerate(legs.beams) if own == c]
+            beams = [at.total + i for i, (k, *_) in enumerate(legs.beams) if k == c]
             rows = np.concatenate([at.x[at.coordinates[c]], at.W[c], beams]).astype(int)
             by_shift = problem.at_rest.by_twist @ shift
             step[rows] = by_shift[rows] / (by_shift[at.W[c]] @ shift)
@@ -285,9 +283,9 @@ def buckling_of(
                 if chains.keys().isdisjoint(block.chains[:, 0].tolist()):
                     continue
                 margins = margins_of(problem, eq, g)
-                for (c, *_), own in zip(block.chains.tolist(), margins, strict=True):
+                for (c, *_), margin in zip(block.chains.tolist(), margins, strict=True):
                     # nothing is lost where the platform holds all, or something spins
-                    lost = 1.0 - own.value if own and own.value else 0.0
+                    lost = 1.0 - margin.value if margin and margin.value else 0.0
                     rates.get(c, []).append(max(0.0, lost) / force)
         for c, (pull, push) in rates.items():
             seen[legs.chains[c].owner.leg].append((lengths[c], pull, push))
@@ -297,12 +295,12 @@ def buckling_of(
         length = of_length[:, 0]
         spread = np.ptp(length) > 1e-6 * length.max()
         found = np.zeros((2, _DEGREE + 1))
-        for fit, own in zip(found, of_length.T[1:], strict=True):
-            if np.any(own > _NONE * of_length[:, 1:].max()):
+        for fit, values in zip(found, of_length.T[1:], strict=True):
+            if np.any(values > _NONE * of_length[:, 1:].max()):
                 degree = min(_DEGREE, len(np.unique(length.round(9))) - 1) if spread else 0
-                line = np.polyfit(length, own, degree)
+                line = np.polyfit(length, values, degree)
                 fit[-len(line) :] = line * _PART
-                fit[-1] += _MISSED * float(np.max(np.abs(np.polyval(line, length) - own)))
+                fit[-1] += _MISSED * float(np.max(np.abs(np.polyval(line, length) - values)))
         edge = 0.0 if spread else 1e-6 * float(length.max())
         bounds[index] = Buckling(float(length.min()) - edge, float(length.max()) + edge, *found)
     return bounds

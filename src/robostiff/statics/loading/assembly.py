@@ -159,10 +159,10 @@ def of_legs(
         a, b = (platform_body(platform, node) for node in (part.a, part.b))
         axes = platform.rotation @ part.axes
         spring = PlacedSpring(part.name, platform.in_world(part.point), axes, part.elasticity)
-        own = () if is_rigid(spring) else (spring,)
-        place = NamedBody(b, len(found.members), len(own), number)
+        parts = () if is_rigid(spring) else (spring,)
+        place = NamedBody(b, len(found.members), len(parts), number)
         found.masses += [(mass, place) for mass in platform.masses[part.name]]
-        found.members.append(Member(a, b, own, number))
+        found.members.append(Member(a, b, parts, number))
     found.nodes.setdefault(model.tool, PLATFORM)
     return found
 
@@ -273,24 +273,24 @@ def _of_cables(before: CableStiffness) -> Assembly:
     What cables and weight leave is held by others, as a force at the reference point and a moment.
     """
     placed, rows = before.placed, list(before.space.rows)
-    left = np.zeros(6)
+    missing = np.zeros(6)
     if before.answered:
-        left[rows] = before.missing_wrench
+        missing[rows] = before.missing_wrench
     ends = zip(placed.exit_points, placed.attachments, strict=True)
     each = zip(before.cable_names, ends, before.axial, placed.lengths, before.tensions, strict=True)
     return Assembly(
         BASE,
         PLATFORM,
         springs=tuple(
-            PlacedBodySpring(name, (BASE, PLATFORM), at, *map(float, own), is_cable=True)
-            for name, at, *own in each
+            PlacedBodySpring(name, (BASE, PLATFORM), at, *map(float, numbers), is_cable=True)
+            for name, at, *numbers in each
         ),
         expected="body but the platform",
         steady=(
             DeadForce(placed.weight_force, placed.weight_point),
-            DeadForce(left[:3], placed.reference_point),
+            DeadForce(missing[:3], placed.reference_point),
         ),
-        moment=np.where(np.arange(6) < 3, 0.0, left)[rows],
+        moment=np.where(np.arange(6) < 3, 0.0, missing)[rows],
     )
 
 
@@ -318,13 +318,13 @@ def _of_network(network: Network) -> Assembly:
         else:
             several = len(e.freedoms) > 1
             names = [f"{e.name}[{i}]" if several else e.name for i in range(len(e.freedoms))]
-            named = (replace(own, name=n) for own, n in zip(e.freedoms, names, strict=True))
+            named = (replace(freedom, name=n) for freedom, n in zip(e.freedoms, names, strict=True))
             parts = tuple(filter(moves, named))
         if all(map(is_rigid, parts)):
             parts = ()
         found.members.append(Member(e.a, e.b, parts, 0))
         if isinstance(e, JointElement):
-            moving = [i for i, own in enumerate(e.freedoms) if moves(own)]
+            moving = [i for i, freedom in enumerate(e.freedoms) if moves(freedom)]
             for k, i in enumerate(moving):
                 places[e.name, e.a, e.b, i] = number, k
                 found.joints.setdefault(parts[k].name, (number, k))
@@ -334,20 +334,20 @@ def _of_network(network: Network) -> Assembly:
             place = NamedBody(e.b, number, 1) if along else NamedBody(e.b)
             found.masses.append((mass, place))
     found.members += [Member(network.fixed[0], other, (), 0) for other in network.fixed[1:]]
-    own = connected_parts(
+    of_body = connected_parts(
         (network.fixed[0], network.platform, *found.points),
         [(m.a, m.b) for m in found.members if not m.parts],
     )
-    if own[network.platform] == network.fixed[0]:
+    if of_body[network.platform] == network.fixed[0]:
         raise InputError(
             f"platform of {network.name!r}",
             got="one that rigid parts hold",
             expected="one that moves against the fixed bodies",
         )
-    others = [name for name in dict.fromkeys(own.values()) if name != network.fixed[0]]
+    others = [name for name in dict.fromkeys(of_body.values()) if name != network.fixed[0]]
     listed = ", ".join([str(name) for name in others if name != network.platform][:5])
     found.expected = f"the name of a body that moves, or platform: {listed}"
-    still = {name for name, body in own.items() if body == network.fixed[0]}
+    still = {name for name, body in of_body.items() if body == network.fixed[0]}
     found.names = {name: at for name, at in found.names.items() if name not in still}
     moving = ((m, at) for m, at in found.masses if at.member is not None or at.body not in still)
     found.masses = list(moving)

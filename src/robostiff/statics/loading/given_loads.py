@@ -93,11 +93,11 @@ def acting_gravity(
         When it is given for a robot without masses, or is no vector.
     """
     if gravity is None:
-        own = getattr(getattr(robot, "in_floats", robot), "gravity", None)
-        return _NONE if own is None else own
+        of_robot = getattr(getattr(robot, "in_floats", robot), "gravity", None)
+        return _NONE if of_robot is None else of_robot
     pull = gravity_vector("gravity", gravity)
-    several = [own if isinstance(own, Sequence) else (own,) for own in (loads or {}).values()]
-    if any(isinstance(one, Mass) for own in several for one in own):
+    several = [x if isinstance(x, Sequence) else (x,) for x in (loads or {}).values()]
+    if any(isinstance(one, Mass) for group in several for one in group):
         return pull
     if np.any(pull) and not has_masses(robot):
         raise InputError(
@@ -118,8 +118,8 @@ def has_masses(machine: Any) -> bool:
     >>> has_masses(load("hexapod")), has_masses(load("gough-stewart-b"))
     (True, False)
     """
-    own = getattr(machine, "masses", ())
-    several = own.values() if isinstance(own, Mapping) else (own,)
+    masses = getattr(machine, "masses", ())
+    several = masses.values() if isinstance(masses, Mapping) else (masses,)
     density = getattr(getattr(machine, "material", None), "density", None)
     known = (getattr(machine, "mass", None), density)
     if any(several) or getattr(machine, "platform_masses", ()) or any(x is not None for x in known):
@@ -154,14 +154,14 @@ def given_forces(
         down = gravity_vector("gravity", "-y" if space is Space.PLANAR else "-z")
     found: dict[str, tuple[DeadForce, ...]] = {}
     for name, value in (loads or {}).items():
-        for own in each_load(name, value):
-            if isinstance(own, Mass):
-                force, at = down * own.value, _place(name, own, frame_of)
-            elif isinstance(own, DeadForce):
-                at = None if own.point is None else load_vector("point", name, own.point)
-                force = load_vector("force", name, own.force)
+        for load in each_load(name, value):
+            if isinstance(load, Mass):
+                force, at = down * load.value, _place(name, load, frame_of)
+            elif isinstance(load, DeadForce):
+                at = None if load.point is None else load_vector("point", name, load.point)
+                force = load_vector("force", name, load.force)
             else:
-                force, at = own.force, _in_frame(name, own.point, frame_of)
+                force, at = load.force, _in_frame(name, load.point, frame_of)
             found[name] = (*found.get(name, ()), DeadForce(force, at))
     return found
 
@@ -179,10 +179,10 @@ def on_platform(forces: Sequence[DeadForce], point: np.ndarray) -> DeadForces:
     """Forces on the platform, about a point of it (3,) [m], of numbers or of entries."""
     force = np.zeros(3, dtype=int).astype(point.dtype)
     levers = np.outer(force, force)
-    for own in forces:
-        force = force + own.force
-        if own.point is not None:
-            levers = levers + np.outer(own.point - point, own.force)
+    for load in forces:
+        force = force + load.force
+        if load.point is not None:
+            levers = levers + np.outer(load.point - point, load.force)
     return DeadForces(force, levers)
 
 
@@ -242,12 +242,12 @@ def given_masses(
             mass = as_float(subject, one.value if isinstance(one, Mass) else one, expected, "kg")
             if not (np.isfinite(mass) and mass > 0):
                 raise InputError(subject, got=mass, expected=expected)
-            own = one if isinstance(one, Mass) else Mass(mass, name=name)
-            centre, frame = _place(name, own, frame_of), frame_of(name)
+            given = one if isinstance(one, Mass) else Mass(mass, name=name)
+            centre, frame = _place(name, given, frame_of), frame_of(name)
             centre = places.get(name, np.zeros(3)) if centre is None else centre
-            R = np.eye(3) if frame is None or own.point is not None else frame[0]
-            there = replace(own, centre=None, point=None, span=None)
-            found.setdefault(name, []).extend(there.placed(name, R, centre))
+            R = np.eye(3) if frame is None or given.point is not None else frame[0]
+            bare = replace(given, centre=None, point=None, span=None)
+            found.setdefault(name, []).extend(bare.placed(name, R, centre))
     return found
 
 
@@ -259,17 +259,17 @@ def check_own_laws(laws: Laws, snapshot: Snapshot) -> None:
     InputError
         When a name is no joint, or a law has another stiffness without motion than its drive.
     """
-    joints = {f"{leg.name}/{own.name}": own for leg in snapshot.legs for own in leg.freedoms}
+    joints = {f"{leg.name}/{joint.name}": joint for leg in snapshot.legs for joint in leg.freedoms}
     for name, law in laws.items():
         joint = joints.get(name)
         if joint is None:
             raise unknown_name("laws", name, joints, "leg/joint")
         k = 0.0 if joint.stiffness is None else float(joint.stiffness)
-        own = law.tangent(0.0)
-        if abs(own - k) > _ALIKE * max(abs(own), abs(k)):
+        slope = law.tangent(0.0)
+        if abs(slope - k) > _ALIKE * max(abs(slope), abs(k)):
             raise InputError(
                 f"law of {name!r}",
-                got=f"a slope of {own:.8g} without motion",
+                got=f"a slope of {slope:.8g} without motion",
                 expected="the stiffness of its drive, " + (f"{k:.8g}" if k else "which is rigid"),
-                hint=f"small loads meet that of the drive: write stiffness: {own:.8g} there",
+                hint=f"small loads meet that of the drive: write stiffness: {slope:.8g} there",
             )

@@ -100,12 +100,12 @@ def loaded_legs(
     for name, forces in loads.items():
         place, point = chains.named(name, "loads")
         spot = chains.spot(place, "loads")
-        for own in forces:
-            at = point if own.point is None else own.point
+        for load in forces:
+            at = point if load.point is None else load.point
             if spot is None:
-                on_platform.append(DeadForce(own.force, at))
+                on_platform.append(DeadForce(load.force, at))
             else:
-                chains.load(spot, at, own.force)
+                chains.load(spot, at, load.force)
     carried: list[CarriedMass] = []
     masses: list[PlacedMass] = []
     for mass, place in assembly.masses:
@@ -122,10 +122,10 @@ def loaded_legs(
         if spot is None:
             masses += several
         else:
-            carried += [CarriedMass(own, spot) for own in several]
-    held = {name: body for name, body in assembly.nodes.items() if chains.is_held(body)}
-    nodes = {name: chains.spot(NamedBody(body), "loads") for name, body in held.items()}
-    springs = [chains.spring(own) for own in assembly.springs]
+            carried += [CarriedMass(m, spot) for m in several]
+    bodies = {name: body for name, body in assembly.nodes.items() if chains.is_held(body)}
+    nodes = {name: chains.spot(NamedBody(body), "loads") for name, body in bodies.items()}
+    springs = [chains.spring(spring) for spring in assembly.springs]
     legs = chains.legs(springs, platform_point, rows)
     return LoadedAssembly(legs, on_platform, CarriedMasses(tuple(carried), tuple(masses)), nodes)
 
@@ -136,10 +136,10 @@ def weight(masses: Sequence[tuple[Any, Any]], gravity: np.ndarray) -> list[DeadF
         return []
     value, centre = masses[0][0], np.array(masses[0][1])
     if masses[1:]:
-        value = reduce(add, (each for each, _ in masses))
+        value = reduce(add, (m for m, _ in masses))
         if is_zero(value):
             return []
-        centre = reduce(add, (np.array(at) * each for each, at in masses)) * (1 / value)
+        centre = reduce(add, (np.array(at) * m for m, at in masses)) * (1 / value)
     return [DeadForce(gravity * value, centre)]
 
 
@@ -171,16 +171,16 @@ class _Chains:
             of_body = {b: b for b in bodies}
         found = _Chains(assembly, of_body, make)
         pairs = {k: (of_body[m.a], of_body[m.b]) for k, m in enumerate(members)}
-        pairs = {k: own for k, own in pairs.items() if own[0] != own[1]}
+        pairs = {k: pair for k, pair in pairs.items() if pair[0] != pair[1]}
         for way in _ways(members, pairs, (of_body[base], of_body[platform])):
             found.add(way, pairs)
-        for own in assembly.couplings:
-            found.couple(own)
+        for coupling in assembly.couplings:
+            found.couple(coupling)
         return found
 
     def add(self, way: _Way, pairs: Mapping[int, tuple[Body, Body]]) -> None:
         """A chain of members in series."""
-        number, own = len(self.elements), []
+        number, elements = len(self.elements), []
         leg = self.assembly.members[way[0][0]].leg
         name = self.assembly.legs[leg]
         body = pairs[way[0][0]][not way[0][1]]
@@ -189,21 +189,21 @@ class _Chains:
             self.at.setdefault(known, (number, 0))
         for k, forward in way:
             parts = self.assembly.members[k].parts
-            counts = [len(own)]
+            counts = [len(elements)]
             for part in parts if forward else parts[::-1]:
                 if isinstance(part, PlacedFreedom):
                     joint = part if forward else replace(part, axis=-part.axis)
-                    own.append(self.make.joint(joint))
+                    elements.append(self.make.joint(joint))
                 else:
-                    own += self.make.spring(part, name)
-                counts.append(len(own))
+                    elements += self.make.spring(part, name)
+                counts.append(len(elements))
             self.behind[k] = number, counts if forward else counts[::-1]
             body = pairs[k][forward]
             for known in ((body, leg), (body, None)):
                 if known not in self.at or body == self.of_body[self.assembly.platform]:
-                    self.at[known] = number, len(own)
+                    self.at[known] = number, len(elements)
         self.ends.append((start, body))
-        self.elements.append(own)
+        self.elements.append(elements)
         self.owners.append(Owner(leg, name, min(k for k, _ in way)))
         self.loads.append([])
 
@@ -212,26 +212,26 @@ class _Chains:
         chain, counts = self.behind[place[0]]
         return chain, min(counts[place[1]], counts[place[1] + 1])
 
-    def couple(self, own: SumOfJoints) -> None:
+    def couple(self, coupling: SumOfJoints) -> None:
         """A coupling of joints."""
-        places = tuple(self.element(place) for place, _ in own.terms)
-        factors = self.make.array([factor for _, factor in own.terms])
-        drive, is_rigid = self.make.joint(own.drive), own.drive.stiffness is None
-        follows = self.element(own.follows)
+        places = tuple(self.element(place) for place, _ in coupling.terms)
+        factors = self.make.array([factor for _, factor in coupling.terms])
+        drive, is_rigid = self.make.joint(coupling.drive), coupling.drive.stiffness is None
+        follows = self.element(coupling.follows)
         self.couplings.append(FiniteCoupling(drive, is_rigid, follows, places, factors))
 
     def push(self, preload: Mapping[str, Any]) -> None:
         """Add the preloads of joints and couplings, by their names."""
         sums = {
-            own.name: i
-            for i, own in enumerate(self.assembly.couplings)
-            if own.drive.stiffness is not None
+            coupling.name: i
+            for i, coupling in enumerate(self.assembly.couplings)
+            if coupling.drive.stiffness is not None
         }
         for name, value in preload.items():
             if name in sums:
-                own = self.couplings[sums[name]]
-                drive = replace(own.drive, preload=own.drive.preload + value)
-                self.couplings[sums[name]] = replace(own, drive=drive)
+                coupling = self.couplings[sums[name]]
+                drive = replace(coupling.drive, preload=coupling.drive.preload + value)
+                self.couplings[sums[name]] = replace(coupling, drive=drive)
                 continue
             joints = self.assembly.joints
             if name not in joints and name not in self.assembly.names:
@@ -249,19 +249,19 @@ class _Chains:
 
     def follow(self, laws: Laws) -> None:
         """Give laws of their own to joints and couplings that are not rigid, by ``leg/joint``."""
-        left, known = dict(laws), []
+        rest, known = dict(laws), []
 
         def under(joint: FiniteJoint, owner: Owner) -> FiniteJoint:
             known.append(f"{owner.name}/{joint.name}")
-            return joint.under(left.pop(known[-1])) if known[-1] in left else joint
+            return joint.under(rest.pop(known[-1])) if known[-1] in rest else joint
 
         for i, sum_ in enumerate(self.couplings):
             if not sum_.is_rigid:
                 drive = under(sum_.drive, self.owners[sum_.place[0]])
                 self.couplings[i] = replace(sum_, drive=drive)
-        for own, owner in zip(self.elements, self.owners, strict=True):
-            own[:] = [under(e, owner) if isinstance(e, FiniteJoint) else e for e in own]
-        for name in left:
+        for elements, owner in zip(self.elements, self.owners, strict=True):
+            elements[:] = [under(e, owner) if isinstance(e, FiniteJoint) else e for e in elements]
+        for name in rest:
             raise unknown_name("laws", name, known, "leg/joint")
 
     def named(self, name: str, subject: str) -> tuple[NamedBody, np.ndarray]:
@@ -283,21 +283,21 @@ class _Chains:
             return Spot(chain, counts[place.parts])
         body = place.body
         if place.member is not None:
-            own = self.assembly.members[place.member]
-            body = own.b if place.parts else own.a
+            member = self.assembly.members[place.member]
+            body = member.b if place.parts else member.a
         body = self.of_body[body]
         if place.member is None and body == self.of_body[self.assembly.platform]:
             return None
         found = self.at.get((body, place.leg)) or self.at.get((body, None))
         if found is None:
-            held = "a body that beams, springs or joints hold"
-            raise InputError(subject, got=body, expected=held)
+            expected = "a body that beams, springs or joints hold"
+            raise InputError(subject, got=body, expected=expected)
         return Spot(*found)
 
     def load(self, spot: Spot, point: Any, force: Any) -> None:
         """Add a force at a point of a body."""
-        own = BodyLoad(spot.after, self.make.array(point), self.make.array(force))
-        self.loads[spot.chain].append(own)
+        load = BodyLoad(spot.after, self.make.array(point), self.make.array(force))
+        self.loads[spot.chain].append(load)
 
     def carried(self, mass: PlacedMass, place: NamedBody, spot: Spot) -> CarriedMass:
         """A mass; one along an elastic part is carried by the bodies at its ends."""
@@ -312,15 +312,15 @@ class _Chains:
     def weigh(self, carried: Sequence[CarriedMass], gravity: np.ndarray) -> None:
         """Add weights: those of one body are one force at their centre."""
         on_bodies = defaultdict(list)
-        for own in carried:
-            for point in own.mass.lumped(own.parts, own.end):
-                spot = Spot(own.spot.chain, own.spot.after - own.parts + point.after)
+        for one in carried:
+            for point in one.mass.lumped(one.parts, one.end):
+                spot = Spot(one.spot.chain, one.spot.after - one.parts + point.after)
                 on_bodies[spot].append((point.value, point.point))
         for spot, several in on_bodies.items():
-            for own in weight(several, gravity):
-                self.load(spot, own.point, own.force)
+            for dead in weight(several, gravity):
+                self.load(spot, dead.point, dead.force)
 
-    def spring(self, own: PlacedBodySpring) -> FiniteBodySpring:
+    def spring(self, spring: PlacedBodySpring) -> FiniteBodySpring:
         """A spring between bodies, chains by their numbers here.
 
         Raises
@@ -329,15 +329,15 @@ class _Chains:
             When it names no body.
         """
         spots: list[Spot | None] = []
-        for name in own.bodies:
+        for name in spring.bodies:
             names, spot = self.assembly.names, None
             if name in names:
                 spot = self.spot(names[name][0], "springs")
             elif name not in (BASE, PLATFORM):
                 known = f"{BASE}, {PLATFORM} or leg/part"
-                raise unknown_name(f"body of spring {own.name!r}", name, names, known)
+                raise unknown_name(f"body of spring {spring.name!r}", name, names, known)
             spots.append(None if name == BASE else spot or ON_PLATFORM)
-        return FiniteBodySpring.placed(own, self.make.array(own.points), (spots[0], spots[1]))
+        return FiniteBodySpring.placed(spring, self.make.array(spring.points), (spots[0], spots[1]))
 
     def legs(
         self, springs: Sequence[FiniteBodySpring], point: np.ndarray, rows: tuple[int, ...]
@@ -348,9 +348,9 @@ class _Chains:
         has a body of its own that an empty chain joins with that.
         """
         base, platform = (self.of_body[b] for b in (self.assembly.base, self.assembly.platform))
-        held = [[at.chain for at in own.spots if at not in (None, ON_PLATFORM)] for own in springs]
-        meeting: list[Sequence[Hashable]] = [own for own in held if own]
-        meeting += [[c for c, _ in (own.place, *own.terms)] for own in self.couplings]
+        attached = [[at.chain for at in s.spots if at not in (None, ON_PLATFORM)] for s in springs]
+        meeting: list[Sequence[Hashable]] = [chains for chains in attached if chains]
+        meeting += [[c for c, _ in (one.place, *one.terms)] for one in self.couplings]
         for c, ends in enumerate(self.ends):
             meeting.append([c, *((b,) for b in ends if b not in (base, platform))])
         nodes = [*range(len(self.ends)), *((b,) for ends in self.ends for b in ends)]
@@ -360,17 +360,17 @@ class _Chains:
         found = []
         for c, (ends, owner) in enumerate(zip(self.ends, self.owners, strict=True)):
             numbers: list[int | None] = []
-            for body, beyond, own in zip(ends, (platform, base), (base, platform), strict=True):
+            for body, beyond, usual in zip(ends, (platform, base), (base, platform), strict=True):
                 key = first[c], body
-                numbers.append(None if body == own else bodies.setdefault(key, len(bodies)))
+                numbers.append(None if body == usual else bodies.setdefault(key, len(bodies)))
                 if body == beyond:
                     joined.setdefault(key, owner)
             elements, loads = tuple(self.elements[c]), tuple(self.loads[c])
             found.append(FiniteChain(numbers[0], numbers[1], elements, loads, owner))
         last: dict[Hashable, int] = {}
-        for own, chains in zip(springs, held, strict=True):
+        for spring, chains in zip(springs, attached, strict=True):
             key = (first[chains[0]] if chains else None), platform
-            if ON_PLATFORM in own.spots:
+            if ON_PLATFORM in spring.spots:
                 bodies.setdefault(key, len(bodies))
                 joined.setdefault(key, NOBODY)
         for (component, body), owner in joined.items():
@@ -380,8 +380,8 @@ class _Chains:
                 last[component] = len(found)
                 found.append(FiniteChain(bodies[component, body], None, (), owner=owner))
         numbered = (
-            own.renumbered({ON_PLATFORM.chain: last.get(first[chains[0]] if chains else None, -1)})
-            for own, chains in zip(springs, held, strict=True)
+            s.renumbered({ON_PLATFORM.chain: last.get(first[chains[0]] if chains else None, -1)})
+            for s, chains in zip(springs, attached, strict=True)
         )
         points = [self.assembly.points.get(body, point) for _, body in bodies]
         places = self.make.array([*points, point])[:-1]
@@ -389,17 +389,17 @@ class _Chains:
 
 
 def _ways(
-    members: Sequence[Member], pairs: Mapping[int, tuple[Body, Body]], held: tuple[Body, Body]
+    members: Sequence[Member], pairs: Mapping[int, tuple[Body, Body]], outer: tuple[Body, Body]
 ) -> list[_Way]:
     """Members in series, cut where elastic parts change their direction, and before they close.
 
-    Pairs are the bodies of the members, `held` the base and the platform.
+    Pairs are the bodies of the members, `outer` the base and the platform.
     """
     legs: dict[Body, set[int]] = defaultdict(set)
     for k, ends in pairs.items():
         for body in ends:
             legs[body].add(members[k].leg)
-    shared = [body for body, own in legs.items() if len(own) > 1 and body not in held]
+    shared = [body for body, meeting in legs.items() if len(meeting) > 1 and body not in outer]
     springs = {k for k in pairs if any(isinstance(p, PlacedSpring) for p in members[k].parts)}
     numbers = list(pairs)
 
@@ -407,21 +407,21 @@ def _ways(
         return {forward for k, forward in way if k in springs}
 
     found = []
-    for start, _, path in branches(list(pairs.values()), [*held, *shared]):
-        own: _Way = []
+    for start, _, path in branches(list(pairs.values()), [*outer, *shared]):
+        piece: _Way = []
         body = start
         for i, forward in path:
             step = numbers[i], forward
             body = pairs[step[0]][forward]
-            if own and (body == start or len(leading([*own, step])) > 1):
-                found.append(own)
-                own = []
-            own.append(step)
-        found.append(own)
+            if piece and (body == start or len(leading([*piece, step])) > 1):
+                found.append(piece)
+                piece = []
+            piece.append(step)
+        found.append(piece)
     turned = []
     for way in found:
         (first, ahead), (last, forward) = way[0], way[-1]
-        against = pairs[first][not ahead] == held[1] or pairs[last][forward] == held[0]
+        against = pairs[first][not ahead] == outer[1] or pairs[last][forward] == outer[0]
         if leading(way) == {False} or (against and not leading(way)):
             turned.append([(k, not forward) for k, forward in reversed(way)])
         else:

@@ -66,7 +66,7 @@ class LoadedPosture:
     posed : Snapshot, Network or CableRobot
         The robot at that posture; of cables the robot itself.
     masses : CarriedMasses
-        That vibrate; none unless they were asked for.
+        That vibrate; none where an equilibrium alone is computed.
     """
 
     name: str
@@ -144,14 +144,14 @@ class Postures:
         InputError
             When postures are not along one axis, with one of these or as many.
         """
-        batch, own = self.batch, given.shape[:-1]
-        if len(batch) > 1 or (batch and own not in {(), (1,), batch}):
+        batch, shape = self.batch, given.shape[:-1]
+        if len(batch) > 1 or (batch and shape not in {(), (1,), batch}):
             raise InputError(
                 "batch under load",
-                got=f"poses {batch}, wrenches {own}",
+                got=f"poses {batch}, wrenches {shape}",
                 expected="poses along one axis, with one wrench or as many",
             )
-        return np.broadcast_to(given, (*(batch or own), given.shape[-1]))
+        return np.broadcast_to(given, (*(batch or shape), given.shape[-1]))
 
     def _loaded(self, i: int, acting: Acting, masses: Masses | None) -> LoadedPosture:
         pull = acting_gravity(self.robot, acting.gravity, acting.loads)
@@ -168,8 +168,8 @@ class Postures:
             if name in frames or self.posture is None:
                 return frames.get(name)
             bodies, k = bodies_of(self.posture), i if self.batch else 0
-            own = bodies.get(name) or bodies.get(name.partition("[")[0].partition(".beam")[0])
-            return None if own is None else (one_of(own.R, 2, k), one_of(own.p, 1, k))
+            body = bodies.get(name) or bodies.get(name.partition("[")[0].partition(".beam")[0])
+            return None if body is None else (one_of(body.R, 2, k), one_of(body.p, 1, k))
 
         forces = given_forces(acting.loads, pull, posed.space, frame_of)
         usual = {"platform": point} | {name: at for name, (_, at) in assembly.names.items()}
@@ -180,7 +180,7 @@ class Postures:
             ElementsOfParts(posed.space, acting.beams),
             point,
             posed.space.rows,
-            {name: own for name, own in forces.items() if name != "platform"},
+            {name: several for name, several in forces.items() if name != "platform"},
             {
                 name: as_float(f"preload of {name!r}", value, "one number [N or N m]")
                 for name, value in (acting.preload or {}).items()
@@ -204,20 +204,20 @@ class Postures:
         )
         # what was given has to act with its moments: forces, and the masses of the robot, by points
         wanted = [
-            (usual[name] if own.point is None else own.point, own.force)
+            (usual[name] if load.point is None else load.point, load.force)
             for name, several in forces.items()
-            for own in several
+            for load in several
         ]
         if np.any(pull) and assembly.masses:
             wanted += [(m.centre, m.value * pull) for m in posed.moving_masses(problem.nodes)]
         wanted += [(load.point, -load.force) for c in found.legs.chains for load in c.loads]
-        each = np.array(
+        W = np.array(
             [
                 -problem.dead.acting(np.eye(3))[0],
                 *(wrench_at(point, np.asarray(at), np.asarray(f)) for at, f in wanted),
             ]
         ) / np.repeat([1.0, problem.length], 3)
-        if np.linalg.norm(each.sum(axis=0)) > _MISSED * np.sum(np.linalg.norm(each, axis=1)):
+        if np.linalg.norm(W.sum(axis=0)) > _MISSED * np.sum(np.linalg.norm(W, axis=1)):
             raise NoAnswerError(
                 f"no answer of {posed.name!r}: its loads are not those that are given"
             )
@@ -227,29 +227,29 @@ class Postures:
     @kept
     def _placed(self, masses: bool) -> Snapshot:
         """All postures of a robot of legs, its masses in place or not."""
-        own = cast("Posture", self.posture)
-        snapshot = with_body_springs(own) if own.robot.springs else own.snapshot
-        return replace(with_masses(own), springs=snapshot.springs) if masses else snapshot
+        posture = cast("Posture", self.posture)
+        snapshot = with_body_springs(posture) if posture.robot.springs else posture.snapshot
+        return replace(with_masses(posture), springs=snapshot.springs) if masses else snapshot
 
     def _posed(self, i: int, masses: bool) -> tuple[Any, tuple[np.ndarray, np.ndarray], Status]:
         """The robot in its posture i, the frame of its platform, and what is to be said of it."""
-        own = self.posture
+        posture = self.posture
         if self.cables is not None:
             before = self.cables[i] if self.batch else self.cables
             frame = turn_by_vector(before.pose[3:]), before.pose[:3]
             return before, frame, before.status & _LASTING
-        if own is None:
+        if posture is None:
             point = np.asarray(self.robot.reference_point, dtype=float)
             return self.robot, (np.eye(3), point), Status.OK
         k = i if self.batch else 0
         snapshot, status = self._placed(masses).one(k), Status.OK
-        if not own.reached[k]:
+        if not posture.reached[k]:
             status |= Status.UNREACHABLE
-        elif not own.within_limits[k]:
+        elif not posture.within_limits[k]:
             status |= Status.BEYOND_LIMITS
-        if own.undetermined[k]:
+        if posture.undetermined[k]:
             status |= Status.ILL_CONDITIONED
-        return snapshot, (turn_by_vector(own.pose[k, 3:]), own.pose[k, :3]), status
+        return snapshot, (turn_by_vector(posture.pose[k, 3:]), posture.pose[k, :3]), status
 
 
 def postures_of(robot: Any, pose: Any, near: Near) -> Postures:
