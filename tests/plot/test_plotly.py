@@ -39,7 +39,7 @@ class _ByNames:
     def draw(self, picture: Any) -> None:
         named = named_colours()
         drawn = str(plotly_figure(picture, named).to_json())
-        for theme, colours in zip(Theme, zip(*named.every, strict=True), strict=True):
+        for theme, colours in zip(Theme, zip(*named.pairs, strict=True), strict=True):
             shown = re.sub(r"hsl\((\d+),0%,0%\)", lambda at, c=colours: c[int(at[1])], drawn)
             assert shown == plotly_figure(picture, theme.palette).to_json()
 
