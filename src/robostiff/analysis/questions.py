@@ -260,8 +260,8 @@ class PosesOfRobot(Question):
     def recordable(self) -> tuple[Any, JointCoordinates | np.ndarray] | None:
         """The robot and its free coordinates, where they are asked for as a record gives them.
 
-        That is not so for other methods, tolerances and postures than a record has, and for a
-        structure, which has one pose alone.
+        That is not so for other methods, tolerances and postures than a record has. A structure
+        has none free, and is asked at home.
         """
         request, numbers, robot = self.request, self.numbers, self.finder.robot
         if (
@@ -424,8 +424,8 @@ def _advice_on(posture: Posture, finder: PostureFinder, tolerance: Tolerance) ->
             moving.append(repr(solver.leg.name))
         elif not (np.any(solver.leg.chain.home_given) if by_joints else solver.posture_is_given):
             not_given.append(k)
-    several = {k for i in rows for k in _in_several(posture, finder, not_given, i, tolerance)}
-    names = [repr(finder.solvers[k].leg.name) for k in sorted(several)]
+    each = (_in_several(posture, finder, not_given, row, tolerance) for row in rows.tolist())
+    names = [repr(finder.solvers[k].leg.name) for k in sorted({k for own in each for k in own})]
     advice = [
         f"the drives of leg {name} can move while the platform stands still, and the pose alone "
         "does not say how it stands: the posture nearest to home is taken; choose one by joint "
