@@ -396,3 +396,19 @@ def test_a_leg_that_transmits_nothing_has_a_record(recorded_at_once):
     found = rs.stiffness(robot, poses)
     assert not found.K.any()
     assert not found.details().matrix.any()  # the direct form, which must agree
+
+
+def test_a_structure_is_answered_by_its_record_where_it_stands(
+    recorded_at_once, asked_of_direct_form
+):
+    beam = beam_link([0, 0.1, 0.5], STEEL, ROD)
+    feet = [shift_by(x, 0, 0) for x in (0, 1)]
+    legs = tuple(Leg(f"leaf {i}", foot, Chain((beam,)), foot) for i, foot in enumerate(feet))
+    robot = rs.Robot("stage", legs, home=shift_by(0, 0.1, 0.5), coordinates=())
+    direct = direct_stiffness(robot)
+    rs.stiffness(robot)
+    asked_of_direct_form.clear()
+    K = rs.stiffness(robot).K
+    assert not asked_of_direct_form
+    assert np.abs(K - direct.K).max() < 1e-10 * K.max()
+    assert rs.stiffness(robot, [0, 0.1, 0.6, 0, 0, 0]).status == rs.Status.UNREACHABLE

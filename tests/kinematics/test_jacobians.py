@@ -7,13 +7,7 @@ from scipy.linalg import block_diag
 
 import robostiff as rs
 from robostiff.elasticity import Elasticity
-from robostiff.kinematics import (
-    freedom_twist,
-    freedom_twists,
-    leg_compliance,
-    passive_jacobian,
-    place_chain,
-)
+from robostiff.kinematics import freedom_twists, leg_compliance, passive_jacobian, place_chain
 from robostiff.kinematics.closure.motion_tree import AT_REST, MotionTree, advanced
 from robostiff.kinematics.frames import ChainWalk, Way
 from robostiff.kinematics.turn import turn_by_vector
@@ -74,7 +68,7 @@ def spring_jacobian(leg: PlacedLeg, at: np.ndarray) -> tuple[np.ndarray, np.ndar
             columns.append(J_v @ block_rotation(element.rotation))
             blocks.append(element.elasticity.compliance)
         elif isinstance(element, PlacedFreedom) and element.stiffness is not None:
-            columns.append(freedom_twist(element, at)[:, None])
+            columns.append(element.twist(at)[:, None])
             blocks.append(np.array([[1.0 / element.stiffness]]))
     return np.hstack(columns), np.asarray(block_diag(*blocks))
 
@@ -105,7 +99,7 @@ def test_columns_of_virtual_springs(case: tuple[rs.Chain, Frame, np.random.Gener
     for element in leg.elements:
         if isinstance(element, PlacedFreedom):
             if element.stiffness is not None:
-                assert np.array_equal(J_theta[:, column], freedom_twist(element, at))
+                assert np.array_equal(J_theta[:, column], element.twist(at))
                 assert np.isclose(K_theta_inverse[column, column], 1 / element.stiffness)
                 column += 1
             continue
@@ -154,7 +148,7 @@ def test_a_column_with_the_arm_reversed_is_caught():
 
     right = twist_rate(frame, at)
     assert np.abs(right - wrong).max() > 0.1
-    assert np.abs(right - freedom_twist(freedom, at)).max() <= CLOSE
+    assert np.abs(right - freedom.twist(at)).max() <= CLOSE
 
 
 @pytest.mark.parametrize("shape", [(), (1,), (3, 1, 2)])

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.kinematics import freedom_twist
 from robostiff.network import network_of_snapshot
 from robostiff.plot.displacement import end_key, finite_motions, motion_under, node_key
 from robostiff.plot.picture import LineWeight, Marks, Path, Text
@@ -74,7 +73,7 @@ def test_bodies_of_a_network_move_as_its_springs_and_joints_let_them(load):
     for joint in network.joints:
         point = joint.freedoms[0].point
         moved = motion_between(motions, joint, point)
-        free = np.array([freedom_twist(freedom, point) for freedom in joint.freedoms]).T
+        free = np.array([freedom.twist(point) for freedom in joint.freedoms]).T
         q = np.linalg.lstsq(free, moved, rcond=None)[0]
         assert np.abs(moved - free @ q).max() <= 1e-9 * np.abs(tip).max()
         stiffness = np.array([freedom.stiffness or 0.0 for freedom in joint.freedoms])

@@ -14,7 +14,6 @@ from robostiff.analysis.snapshot_stiffness import branches_of, name_of_part
 from robostiff.elastostatics import BlockCompliance, ConjugateWrenches, Status, scaling
 from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.kinematics import freedom_twist
 from robostiff.markup import InNotebooks
 from robostiff.model import Actuated, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.network import NodeForce, network_under_loads
@@ -337,7 +336,7 @@ def loaded_elements(
                 energies.append((*name_of_part(leg, element.name), energy))
                 continue
             reactions.append(JointReaction(leg.name, element.name, F_here, element.point))
-            load, k = float(freedom_twist(element, answer.origin) @ F), element.stiffness
+            load, k = float(element.twist(answer.origin) @ F), element.stiffness
             travel = 0.0 if k is None else float(load / k)
             if k is not None:
                 energies.append((leg.name, element.name, 0.5 * load * travel))

@@ -68,10 +68,8 @@ def symmetric_eigenvalues(A: np.ndarray) -> np.ndarray:
             if np.max(a[-1]) <= 0:
                 break
         rows = [entry for entry, (i, j) in zip(a, places, strict=False) if i == j]
-        for i in range(n):  # sorted without moving the poses in memory
-            for j in range(n - 1 - i):
-                low, high = np.minimum(*rows[j : j + 2]), np.maximum(*rows[j : j + 2])
-                rows[j : j + 2] = low, high
+        for j in (0, 1, 0)[: n * (n - 1) // 2]:  # sorted without moving the poses in memory
+            rows[j : j + 2] = np.minimum(*rows[j : j + 2]), np.maximum(*rows[j : j + 2])
         for i, own in enumerate(rows):
             values[start : start + _AT_ONCE, i] = own
     return values

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import singledispatch
 from importlib import import_module
@@ -24,7 +25,6 @@ from robostiff.kinematics import (
     place_chain,
     posture_finder,
 )
-from robostiff.kinematics.closure import LegSolver
 from robostiff.kinematics.pose import Given, PoseRequest, check_is_not_posed
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import PlacedLeg, Robot, Snapshot
@@ -260,8 +260,8 @@ class PosesOfRobot(Question):
     def recordable(self) -> tuple[Any, JointCoordinates | np.ndarray] | None:
         """The robot and its free coordinates, where they are asked for as a record gives them.
 
-        That is not so for other methods, tolerances and postures than a record has, and for a
-        structure, which has one pose alone.
+        That is not so for other methods, tolerances and postures than a record has. A structure
+        has none free, and is asked at home.
         """
         request, numbers, robot = self.request, self.numbers, self.finder.robot
         if (
@@ -418,15 +418,14 @@ def _advice_on(posture: Posture, finder: PostureFinder, tolerance: Tolerance) ->
     rows = np.flatnonzero(posture.reached)
     if rows.size > _POSES:
         rows = rows[np.linspace(0, rows.size - 1, _POSES, dtype=int)]
-    names, moving, by_joints = [], [], finder.robot.is_posed_by_joints
-    for solver, q in zip(finder.solvers, posture.coordinates, strict=True):
+    moving, not_given, by_joints = [], [], finder.robot.is_posed_by_joints
+    for k, solver in enumerate(finder.solvers):
         if solver.has_redundant_drives:
             moving.append(repr(solver.leg.name))
-            continue
-        given = np.any(solver.leg.chain.home_given) if by_joints else solver.posture_is_given
-        matter = (_matters(finder, solver, posture.pose[i], q[i], tolerance) for i in rows)
-        if not given and any(matter):
-            names.append(repr(solver.leg.name))
+        elif not (np.any(solver.leg.chain.home_given) if by_joints else solver.posture_is_given):
+            not_given.append(k)
+    each = (_in_several(posture, finder, not_given, row, tolerance) for row in rows.tolist())
+    names = [repr(finder.solvers[k].leg.name) for k in sorted({k for own in each for k in own})]
     advice = [
         f"the drives of leg {name} can move while the platform stands still, and the pose alone "
         "does not say how it stands: the posture nearest to home is taken; choose one by joint "
@@ -443,20 +442,24 @@ def _advice_on(posture: Posture, finder: PostureFinder, tolerance: Tolerance) ->
     return tuple(advice)
 
 
-def _matters(
-    finder: PostureFinder, solver: LegSolver, pose: np.ndarray, q: np.ndarray, tolerance: Tolerance
-) -> bool:
-    others = solver.alternatives(pose)
-    if not len(others):
-        return False
-    leg, robot = solver.leg, finder.robot
-    every = np.concatenate([q[None], others])
-    placed = place_chain(leg.chain, every, leg.base.R, leg.base.p)
-    own = PlacedLeg(leg.name, placed.elements, placed.p)
-    at = np.broadcast_to(placed.p[0], placed.p.shape)
-    snapshot = Snapshot(robot.name, (own,), at, robot.space)
-    K = solve_snapshot(snapshot, DEFAULT_METHOD, tolerance).legs[0].matrix
-    s = scaling(np.array(finder.length), robot.space)
-    K = K / np.outer(s, s)
-    apart = np.max(np.abs(K[1:] - K[0]), axis=(-1, -2))
-    return bool(np.any(apart > _SAME * np.max(np.abs(K[0]))))
+def _in_several(
+    posture: Posture, finder: PostureFinder, numbers: Sequence[int], row: int, tolerance: Tolerance
+) -> Iterator[int]:
+    """Those of some legs that reach a pose in several postures of different stiffness."""
+    legs: dict[int, dict[int, PlacedLeg]] = defaultdict(dict)  # by how many others they have
+    for k in numbers:
+        leg, others = finder.solvers[k].leg, finder.solvers[k].alternatives(posture.pose[row])
+        if len(others):
+            every = np.concatenate([posture.coordinates[k][[row]], others])
+            placed = place_chain(leg.chain, every, leg.base.R, leg.base.p)
+            legs[len(others)][k] = PlacedLeg(leg.name, placed.elements, placed.p)
+    space, reference = finder.robot.space, posture.snapshot.reference_point[row]
+    s = scaling(np.array(finder.length), space)
+    for count, alike in legs.items():
+        at = np.broadcast_to(reference, (count + 1, 3))
+        snapshot = Snapshot(finder.robot.name, tuple(alike.values()), at, space)
+        solved = solve_snapshot(snapshot, DEFAULT_METHOD, tolerance).legs
+        for k, leg in zip(alike, solved, strict=True):
+            K = leg.matrix / np.outer(s, s)
+            if np.any(np.abs(K[1:] - K[0]) > _SAME * np.max(np.abs(K[0]))):
+                yield k

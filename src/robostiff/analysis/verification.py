@@ -195,16 +195,15 @@ def verify(
         K, reason = (None, "a rigid direction") if rigid else (other.K, "")
         known = name, K, int(other.rank), reason, Status.ILL_CONDITIONED in why
         comparisons.append(_compared(reference, agreement, *known))
+    K, reason = None, "no rigid direction" if Status.RIGID_DIRECTION in reference.status else ""
     try:
-        K, reason = energy_stiffness(network, tolerance), ""
-        if Status.RIGID_DIRECTION in reference.status:
-            reason = "no rigid direction"
-        comparisons.append(_compared(reference, agreement, "energy", K, None, reason, False))
+        K = energy_stiffness(network, tolerance)
     except TooFewDigitsError as error:
-        comparisons.append(Comparison("energy", Outcome.DOES_NOT_HOLD, None, None, str(error)))
+        energy = Comparison("energy", Outcome.DOES_NOT_HOLD, None, None, str(error))
+        return Verification(reference, (*comparisons, energy), agreement)
     except NoAnswerError as error:
-        known = "energy", None, None, str(error), False
-        comparisons.append(_compared(reference, agreement, *known))
+        reason = str(error)
+    comparisons.append(_compared(reference, agreement, "energy", K, None, reason, False))
     return Verification(reference, tuple(comparisons), agreement)
 
 

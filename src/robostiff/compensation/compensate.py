@@ -14,14 +14,7 @@ from numpy.typing import ArrayLike
 from robostiff.compiled import Backend
 from robostiff.elastostatics.status import Status, StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.kinematics import (
-    JointCoordinates,
-    Pose,
-    Posture,
-    actuator_names,
-    freedom_twist,
-    posture_finder,
-)
+from robostiff.kinematics import JointCoordinates, Pose, Posture, actuator_names, posture_finder
 from robostiff.kinematics.closure.leg_forms import beyond_limits
 from robostiff.kinematics.machine_pose import actuator_places
 from robostiff.kinematics.pose import Near
@@ -382,7 +375,7 @@ class _Commands:
                 "coordinates are no commands"
             )
         moving = [e for e in leg.elements if isinstance(e, PlacedFreedom)]
-        columns = [freedom_twist(e, self.pose[:, :3]) for e in moving]
+        columns = [e.twist(self.pose[:, :3]) for e in moving]
         J = np.stack([np.broadcast_to(c, (len(self.F), 6)) for c in columns], axis=-1)
         return np.linalg.pinv(J, rcond=1e-9)
 

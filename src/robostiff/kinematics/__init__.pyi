@@ -2,7 +2,6 @@ from robostiff.kinematics.formula import FormulaPose, PlacedFormula, place_leg, 
 from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.kinematics.hybrid_machine import Module, hybrid_machine
 from robostiff.kinematics.jacobians import (
-    freedom_twist,
     freedom_twists,
     leg_compliance,
     passive_jacobian,
@@ -38,7 +37,6 @@ __all__ = [
     "actuator_names",
     "branches",
     "find_posture",
-    "freedom_twist",
     "freedom_twists",
     "hybrid_machine",
     "leg_compliance",

@@ -31,20 +31,13 @@ from robostiff.spatial.batch import (
 from robostiff.spatial.screw import twists_of_screws
 
 
-def freedom_twist(
-    freedom: PlacedFreedom, at: Float[np.ndarray, "*batch 3"]
-) -> Float[np.ndarray, "*batch 6"]:
-    """Twist of the point `at` per unit of a joint coordinate, eq. (17), world axes (..., 6)."""
-    return freedom.twist(at)
-
-
 def freedom_twists(
     freedoms: Iterable[PlacedFreedom], at: Float[np.ndarray, "*batch 3"]
 ) -> Float[np.ndarray, "*batch 6 q"]:
     """Columns (17) of several joints about the point `at`, world axes (..., 6, q)."""
     every = list(freedoms)
     if not every or any(type(one) is not PlacedFreedom for one in every):
-        return _columns([freedom_twist(one, at) for one in every], at)
+        return _columns([one.twist(at) for one in every], at)
     shapes = {own.shape[:-1] for one in every for own in (one.axis, one.point)}
     batch = np.broadcast_shapes(at.shape[:-1], *shapes)
     e = matrix_of_columns([one.axis for one in every], batch, 3)
@@ -77,7 +70,7 @@ def passive_jacobian(
     for element in elements:
         if isinstance(element, PlacedFreedom):
             if element.is_passive:
-                columns.append(freedom_twist(element, at))
+                columns.append(element.twist(at))
                 names.append(element.name)
         else:
             J = product(twist_transport(at - element.point), block_rotation(element.rotation))
@@ -218,7 +211,7 @@ def _loads_of_drives(
     drives: Sequence[PlacedFreedom], at: np.ndarray, wrenches: np.ndarray, length: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     axes = wrenches.ndim - 2
-    twists = beside([freedom_twist(drive, drive.point) for drive in drives], axes, 1)
+    twists = beside([drive.twist(drive.point) for drive in drives], axes, 1)
     unit, size = _unit(twists[..., None], length)
     softness = [1.0 / np.sqrt(np.asarray(drive.stiffness, dtype=float)) for drive in drives]
     v = beside([drive.point for drive in drives], axes, 1) - at

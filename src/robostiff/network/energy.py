@@ -6,7 +6,6 @@ import numpy as np
 
 from robostiff.elastostatics import Status, Tolerance
 from robostiff.errors import NoAnswerError, TooFewDigitsError
-from robostiff.kinematics import freedom_twist
 from robostiff.network.elements import JointElement, SpringElement, beam_stiffness_12
 from robostiff.network.equations import Equations, equations_of
 from robostiff.network.network import Network
@@ -88,7 +87,7 @@ def energy_stiffness(network: Network, tolerance: Tolerance = _DEFAULT_TOLERANCE
             if place is None:
                 continue
             k = starts[places[id(joint)]] + place
-            twist = freedom_twist(joint.freedoms[number], _point(joint, equations))
+            twist = joint.freedoms[number].twist(_point(joint, equations))
             rows = list(network.space.rows)
             row[k] = factor / np.linalg.norm(twist[rows] * equations.scale)
         if own.stiffness is None:
@@ -216,7 +215,7 @@ def _coordinates(
     T = np.zeros((len(rows), len(moving)))
     k = np.zeros(len(moving))
     for i, freedom in enumerate(moving):
-        twist = freedom_twist(freedom, at)[rows] * scale
+        twist = freedom.twist(at)[rows] * scale
         size = np.linalg.norm(twist)
         T[:, i] = twist / size
         if not freedom.is_passive:

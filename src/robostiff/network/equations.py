@@ -13,7 +13,6 @@ from robostiff.elastostatics import Tolerance, matrix_length, scaling, transmitt
 from robostiff.elastostatics.tolerance import check_compliance_in_plane, check_joints_in_plane
 from robostiff.errors import InputError
 from robostiff.kept import kept
-from robostiff.kinematics import freedom_twist
 from robostiff.network.elements import BeamElement, CouplingElement, Element, SpringElement
 from robostiff.network.network import Network
 from robostiff.spatial import Space, block_rotation, compliance_modes, twist_transport
@@ -64,7 +63,7 @@ def coupled_motion(
         place = joint.place(number)
         if place is None:
             continue
-        twists = np.array([freedom_twist(f, at)[rows] * scale for f in joint.moving]).T
+        twists = np.array([f.twist(at)[rows] * scale for f in joint.moving]).T
         row = factor * np.linalg.pinv(twists)[place][None, :]
         found += [(joint.a, at, -row), (joint.b, at, row)]
     size = float(np.sqrt(sum(np.sum(row**2) for _, _, row in found)))
@@ -134,7 +133,7 @@ def _as_spring(
     at = of_node if element.point is None else element.point
     C, J, names = _RIGID, _NO_FREEDOM, ()
     for freedom in element.freedoms:
-        twist = freedom_twist(freedom, at)
+        twist = freedom.twist(at)
         if freedom.is_passive:
             J = np.column_stack([J, twist])
             names += (f"{element.name}/{freedom.name}",)

@@ -313,22 +313,20 @@ def condensed_system(
     number = np.full(len(names), -1)
     number[order] = np.arange(len(order))
     unknowns = (n * order[:, None] + np.arange(n)).ravel()
+    stiffness: list[np.ndarray] = []
     try:
-        stiffness = tuple(_stiffness(own.S, is_left_out[own.rows]) for own in matrix.parts)
+        for own in matrix.parts:
+            out, identity = is_left_out[own.rows], np.eye(own.S.shape[-1])
+            soft = own.S + _LITTLE * ~np.any(own.S, axis=1)[:, :, None] * identity
+            either = out[:, :, None] | out[:, None, :]
+            inverse = np.linalg.inv(np.where(either, identity, soft))
+            stiffness.append(np.where(either, 0.0, inverse))
         held = is_left_out[: n * len(names)].reshape(-1, n)
         K = BlockMatrix.of_elements(number, _of_bodies(matrix.parts, stiffness, held))
         factors = CholeskyFactors.of(K, [*map(len, pieces)], unknowns)
     except np.linalg.LinAlgError:
         return None
-    return CondensedSystem(matrix, stiffness, factors, np.array(pinned, dtype=int))
-
-
-def _stiffness(S: np.ndarray, left_out: np.ndarray) -> np.ndarray:
-    """``(S + D)^-1`` of connections (N, m, m), 0 of those wrenches (N, m) that are left out."""
-    identity = np.eye(S.shape[-1])
-    soft = S + _LITTLE * ~np.any(S, axis=1)[:, :, None] * identity
-    either = left_out[:, :, None] | left_out[:, None, :]
-    return np.where(either, 0.0, np.linalg.inv(np.where(either, identity, soft)))
+    return CondensedSystem(matrix, tuple(stiffness), factors, np.array(pinned, dtype=int))
 
 
 def _of_bodies(
@@ -446,8 +444,8 @@ def _refined(
     for _ in range(most):
         change = step(x)
         x += change
-        whole = np.abs(x).max(initial=np.finfo(float).tiny)
-        before, last = last, float(np.abs(change).max(initial=0.0) / whole)
+        part = np.abs(change).max(initial=0.0) / np.abs(x).max(initial=np.finfo(float).tiny)
+        before, last = last, float(part)
         if not last < before or (last < _ENOUGH and last * last < _ROUNDING * before):
             break
     return x, last

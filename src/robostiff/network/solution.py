@@ -20,7 +20,6 @@ from robostiff.elastostatics.conjugate_wrenches import conjugate_wrenches
 from robostiff.elastostatics.leg import loads_of_modes, transmitted
 from robostiff.elastostatics.tolerance import smallest_held_stiffness
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.kinematics import freedom_twist
 from robostiff.model import Actuated
 from robostiff.network.elements import JointElement, NodeForce
 from robostiff.network.equations import Equations, equations_of
@@ -389,7 +388,7 @@ class LoadedNetwork:
                 at = element.freedoms[0].point
                 reactions.append((element.name, names, move_wrench(F, at - point), at))
             for freedom in element.freedoms:
-                load = float(freedom_twist(freedom, point) @ F)
+                load = float(freedom.twist(point) @ F)
                 k_own = freedom.stiffness
                 travel = 0.0 if k_own is None else load / k_own
                 if k_own is not None:

@@ -37,7 +37,7 @@ from robostiff.compiled.codes import chunks_of
 from robostiff.elastostatics import Status
 from robostiff.elastostatics.result import scaled_inverse
 from robostiff.errors import InputError
-from robostiff.kinematics import find_posture, freedom_twist
+from robostiff.kinematics import find_posture
 from robostiff.linkage import Linkage
 from robostiff.model import Actuated, PlacedFreedom, Robot
 from robostiff.model.cable import CableRobot
@@ -265,7 +265,7 @@ def _actuator_forces(snapshot: Any, result: Stiffness, wrench: np.ndarray) -> np
         F = np.zeros((len(wrenches), 6))
         F[:, rows] = wrenches.data  # no number where the load has no answer
         forces += [
-            np.einsum("...i,...i->...", freedom_twist(element, result.origin), carried)
+            np.einsum("...i,...i->...", element.twist(result.origin), carried)
             for element, carried in carried_by(leg, solved, F, rows)
             if isinstance(element, PlacedFreedom) and isinstance(element.role, Actuated)
         ]

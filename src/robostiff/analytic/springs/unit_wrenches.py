@@ -20,7 +20,7 @@ from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.elasticity import Elasticity
 from robostiff.elastostatics.parallel_block import block_compliance
 from robostiff.elastostatics.tolerance import Tolerance
-from robostiff.kinematics.jacobians import freedom_twist, spring_compliance
+from robostiff.kinematics.jacobians import spring_compliance
 from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, square_root
 from robostiff.recorded.leg import at_samples
@@ -85,7 +85,7 @@ class SampledLeg:
                 own = Elasticity(at_samples(part.elasticity.compliance, record.count))
                 own = spring_compliance(PlacedSpring("", p, R, own), reference)
             else:
-                twist = at_samples(freedom_twist(part, at), record.count)
+                twist = at_samples(part.twist(at), record.count)
                 if part.is_passive:
                     # Twists by shifts over the length, wrenches by moments: their work stays.
                     twist = twist * np.where(np.arange(6) < 3, 1 / around.length, 1.0)
@@ -152,7 +152,7 @@ class UnitWrench:
     def work_on(self, freedom: PlacedFreedom, record: Record, length: float) -> Any:
         """Work on a unit motion of a joint."""
         at = freedom.point if self.point is None else self.point
-        twist = freedom_twist(freedom, np.asarray(at, dtype=object))
+        twist = freedom.twist(np.asarray(at, dtype=object))
         part = twist[3:] if self.point is None else twist[:3]
         total = part[0] * self.direction[0] + part[1] * self.direction[1]
         return record.simplified(total + part[2] * self.direction[2], length)
