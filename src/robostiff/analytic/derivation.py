@@ -348,14 +348,11 @@ class InNames(Formula):
         Their wrenches and compliances in names; without K.
     definitions : tuple of Definition
         What the names stand for, in the order in which they can be computed.
-    in_lengths : (definitions, K)
-        The same without names of components, so that what is zero in K is seen at once.
     """
 
     K: sp.ImmutableMatrix
     legs: tuple[LegDerivation, ...]
     definitions: tuple[Definition, ...] = ()  # pyright: ignore[reportIncompatibleMethodOverride]
-    in_lengths: tuple[Any, ...] = field(default=(), compare=False, repr=False)
 
     keeps_numbers = is_of_legs = True
 

@@ -218,8 +218,7 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
     each = zip(bare, (found.leg(first, way) for first, way in ways), strict=True)
     named = tuple(replace(leg, wrenches=w, compliances=c) for leg, (w, c) in each)
     legs = [_in_given_symbols(own, found.written_out, found.K.rows) for own in named]
-    plain = found.before or found
-    in_names = InNames(found.K, named, found.definitions, (plain.definitions, plain.K))
+    in_names = InNames(found.K, named, found.definitions)
     parts = placed, found.K, legs, found.definitions, in_names, found.written_out
     return _derivation(*parts, numbers=numbers, images=images if numbers else None)
 

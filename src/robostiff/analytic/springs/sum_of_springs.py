@@ -64,7 +64,6 @@ class SumOfSprings:
     legs: Mapping[int, LegInNames]  # by leg number: those that are no images of others
     # lengths L, products EA of beams, compliances c; in the order in which they can be computed
     definitions: tuple[Definition, ...]
-    before: SumOfSprings | None = None  # the same without names for components of unit vectors
 
     def leg(self, first: int, way: Image | None = None) -> LegInNames:
         """One of these legs, or its image, of which the wrenches are not yet written."""
@@ -149,8 +148,8 @@ def sum_of_springs(
         for number, leg in legs.items()
     }
     results = [plain, *(x for leg in in_names.values() for own in leg for x in own)]
-    before = SumOfSprings(plain, in_names, used_definitions(definitions, results))
-    found = _with_components(before, shorter, placed)
+    found = SumOfSprings(plain, in_names, used_definitions(definitions, results))
+    found = _with_components(found, shorter, placed)
     formulas = *different_entries(found.K.flat()), *(d.expression for d in found.definitions)
     at_most = sum(map(count_of, formulas))
     if at_most > PRINTED and operations_of(found.K, found.definitions) > PRINTED:
@@ -233,7 +232,7 @@ def _with_components(
     matrix = sp.ImmutableMatrix(K.rows, K.cols, [put.get(x, x) for x in K.flat()])
     others = (x for one in written.others for x in one)
     used = used_definitions(written.definitions, [matrix, *others])
-    return SumOfSprings(matrix, legs, used, before=found)
+    return SumOfSprings(matrix, legs, used)
 
 
 def _in_names(expression: Any, definitions: Sequence[Definition]) -> Any:
