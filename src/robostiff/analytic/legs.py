@@ -39,6 +39,7 @@ from robostiff.analytic.vectors.forms import VectorForm, inverse_in_steps, trans
 from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import InputError
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Robot
+from robostiff.recorded import LegRecorder
 from robostiff.recorded.leg import at_samples
 from robostiff.recorded.working_frame import (
     LocalLeg,
@@ -46,7 +47,6 @@ from robostiff.recorded.working_frame import (
     WorkingFrame,
     energy_of,
     local_leg,
-    working_frames,
 )
 from robostiff.spatial import Space
 
@@ -71,15 +71,9 @@ class LegGeometry:
         record, length, space = placed.record, placed.length, placed.entries.space
         rows, count = space.rows, record.count
         scale = np.array([1.0 if row < 3 else length for row in rows])
-        world = WorkingFrame(np.eye(3, dtype=int).astype(object), placed.reference)
         best: tuple[Any, WorkingFrame, LocalLeg] | None = None
-        for number, one in enumerate(working_frames(own, world)):
-            frame = one
-            if space is Space.PLANAR:
-                if record.simplified(one.R[2, 2]) != 1:
-                    continue
-                in_plane = np.array([*one.p[:2], placed.reference[2]], dtype=object)
-                frame = WorkingFrame(one.R, in_plane)
+        frames = LegRecorder(record, placed.reference, space, length).frames(own)
+        for number, frame in enumerate(frames):
             local = local_leg(own, frame, record, length)
             # J_q and C at the samples; rotations at the characteristic length.
             J = at_samples([[t[i] for i in rows] for t in local.twists], count)
@@ -94,13 +88,13 @@ class LegGeometry:
         if best is None:
             raise InputError(f"leg {own.name!r}", expected="axes in the plane of the robot")
         _, frame, local = best
-        springs: list[LocalSpring] = []
+        springs, world = list[LocalSpring](), np.eye(3, dtype=int).astype(object)
         for spring in local.springs:
             # One that is alike in all directions is in the axes of the leg.
             C = at_samples(spring.compliance, count)
             each = np.repeat(C[:, [0, 3], [0, 3]], 3, axis=1)
             is_alike = np.max(np.abs(C - each[:, :, None] * np.eye(6))) <= _NOTHING * np.max(abs(C))
-            springs.append(replace(spring, R=world.R) if is_alike else spring)
+            springs.append(replace(spring, R=world) if is_alike else spring)
         local = replace(local, springs=springs)
         units = [[int(k == row) for k in range(6)] for row in rows]
         loads = [
