@@ -76,26 +76,26 @@ def rank_locus(derivation: RobotDerivation, rank: int) -> Locus:
     FormulaTooLargeError
         When a minor is too long to be factored.
     """
-    own = of_legs(derivation)
-    n = own.K.rows
+    form = of_legs(derivation)
+    n = form.K.rows
     if rank == 0:
         return {}, ""
-    if any(not leg.joints and len(leg.wrenches) == n for leg in own.legs):
-        return {}, "a leg without passive joints holds it in all directions" * (own is derivation)
-    minors = math.comb(sum(len(leg.wrenches) for leg in own.legs), rank)
+    if any(not leg.joints and len(leg.wrenches) == n for leg in form.legs):
+        return {}, "a leg without passive joints holds it in all directions" * (form is derivation)
+    minors = math.comb(sum(len(leg.wrenches) for leg in form.legs), rank)
     minors *= math.comb(n, rank)
     if minors > _MOST_MINORS:
         return {}, f"where it drops is not searched in {minors} minors of its wrenches"
-    for longest in (*[math.inf] * (own is not derivation), *_LONGEST[:-1]):
+    for longest in (*[math.inf] * (form is not derivation), *_LONGEST[:-1]):
         with suppress(FormulaTooLargeError):
             return _locus(derivation, longest, rank)
     return _locus(derivation, _LONGEST[-1], rank)
 
 
 def _locus(derivation: RobotDerivation, longest: float, rank: int) -> Locus:
-    written, own = written_steps(derivation, longest), of_legs(derivation)
-    W = [written(w) for leg in own.legs for w in leg.wrenches]
-    c = [written(x) for leg in own.legs for x in leg.compliances]
+    written, form = written_steps(derivation, longest), of_legs(derivation)
+    W = [written(w) for leg in form.legs for w in leg.wrenches]
+    c = [written(x) for leg in form.legs for x in leg.compliances]
     if rank_in_numbers(W) != rank:
         return {}, "where it drops is hidden by the names of its steps"
     field = ExactField([x for w in W for x in w])
@@ -104,7 +104,7 @@ def _locus(derivation: RobotDerivation, longest: float, rank: int) -> Locus:
     for (_, above, below, square), x in zip(each, c, strict=True):
         order = Counter({zero: -2 * n for zero, n in _orders(field, below).items()})
         order.subtract(_irreducible(square))
-        if own is derivation:  # of any length; wrenches made conjugate have denominators
+        if form is derivation:  # of any length; wrenches made conjugate have denominators
             no_zeros |= order.keys()
             order.update(_orders(f := ExactField([x]), f.element(x).den))
         else:
@@ -120,7 +120,7 @@ def _locus(derivation: RobotDerivation, longest: float, rank: int) -> Locus:
         orders.append(order)
     least = {x: 2 * min(order[x] for order in orders) for x in set().union(*orders)}
     factors = {zero: int(n) for zero, n in least.items() if n > 0 and zero not in no_zeros}
-    names = {d.symbol for d in own.definitions}
+    names = {d.symbol for d in form.definitions}
     in_names = any(factor.free_symbols & names for factor in factors)
     return factors, "in names of its steps" * in_names
 
@@ -145,7 +145,7 @@ def _without_denominator(field: ExactField, wrench: Any) -> tuple[list[Any], Any
     by: beside sines it would not be seen as a common factor.
     """
     powers = [x.as_powers_dict() for x in wrench if x != 0]
-    least = {x: max(own.get(x, 0) for own in powers) for x in set().union(*powers) if x.is_Add}
+    least = {x: max(p.get(x, 0) for p in powers) for x in set().union(*powers) if x.is_Add}
     length = sp.Mul(*(x**-n for x, n in least.items() if n < 0))
     elements = [field.element(x) for x in length * wrench]
     below = common_denominator(field, elements)

@@ -63,16 +63,16 @@ def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
 
 def _free_motions_in_steps(derivation: Any, rank: int) -> tuple[sp.ImmutableMatrix, ...]:
     """Motions against which no wrench of a leg does work."""
-    own = of_legs(derivation)
+    form = of_legs(derivation)
     written = (
-        written_steps(derivation) if own is derivation else written_steps(derivation, math.inf)
+        written_steps(derivation) if form is derivation else written_steps(derivation, math.inf)
     )
-    W = sp.Matrix([list(written(w)) for leg in own.legs for w in leg.wrenches])
+    W = sp.Matrix([list(written(w)) for leg in form.legs for w in leg.wrenches])
     try:
         found = within(SHORT, lambda: _null_space(W), "free motions")
     except FormulaTooLargeError:
         found = ()
-    if len(found) != own.K.rows - rank:
+    if len(found) != form.K.rows - rank:
         raise needs_closed_form(derivation, "free motions")
     return found
 

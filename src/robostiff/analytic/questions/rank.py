@@ -232,7 +232,7 @@ def _rank(K: Any) -> tuple[int, dict[Any, int]]:
     if rank == 0:
         return 0, {}
     chosen = combinations(range(K.rows), rank)
-    each = (determinant(field, [[elements[i][j] for j in own] for i in own]) for own in chosen)
+    each = (determinant(field, [[elements[i][j] for j in at] for i in at]) for at in chosen)
     return rank, shared_factors(field, (field.zeros(minor) for minor in each if not minor.is_zero))
 
 
@@ -313,13 +313,13 @@ class Samples:
         polynomial = sp.Poly(factor)
         powers, numbers = zip(*polynomial.terms(), strict=True)
         coefficients = np.array(numbers, dtype=float)
-        each = [np.array(own) for own in zip(*powers, strict=True)]
+        each = [np.array(n) for n in zip(*powers, strict=True)]
 
         def ratio(at: np.ndarray) -> np.ndarray:
             known = dict(zip(self.symbols, np.moveaxis(at, -1, 0), strict=True))
             total: Any = coefficients
-            for x, own in zip(values_of(polynomial.gens, known), each, strict=True):
-                total = total * (np.asarray(x)[..., None] ** np.arange(max(own) + 1))[..., own]
+            for x, n in zip(values_of(polynomial.gens, known), each, strict=True):
+                total = total * (np.asarray(x)[..., None] ** np.arange(max(n) + 1))[..., n]
             sizes = np.sum(np.abs(total), axis=-1)
             return np.sum(total, axis=-1) / np.where(sizes > 0, sizes, 1)
 
