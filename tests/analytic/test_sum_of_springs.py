@@ -158,7 +158,7 @@ def test_a_beam_as_stiff_as_its_drive_is_no_special_case():
 EXCEPTIONS = {
     "gsb-drive": {"R", "r", "h", "k", "D - d", "D + d"},
     "3-upu": {"h", "k", "R - r", "cos(turned)"},
-    "tripteron": {"k"},
+    "tripteron": {"k", "l"},  # links without length, beyond the reach of the legs
     "orthoglide": {"k"},
 }
 
@@ -169,6 +169,26 @@ def test_the_rank_of_a_sum_of_springs_is_that_of_its_wrenches(name):
     assert found.rank == 6
     assert {str(x) for x in found.exceptions} == EXCEPTIONS[name]
     assert free_motion_formulas(derived(name)) == ()
+
+
+@pytest.mark.parametrize("name", ["3-rrr", "delta"])
+def test_minors_vanish_as_their_common_factors_say(name):
+    """Exponents are slopes of the logarithm of the determinant towards the zeros."""
+    derivation = derived(name)
+    found = rank_formula(derivation)
+    symbols = sorted(derivation.symbols, key=str)
+    values = {s: sp.Rational(900 + 37 * i, 997) for i, s in enumerate(symbols)}
+    powers = found.common_minor.as_powers_dict()
+    for factor in found.exceptions:
+        s = min(factor.free_symbols, key=str)
+        at_0, at_1 = (factor.xreplace({**values, s: sp.Integer(i)}) for i in (0, 1))
+        zero = at_0 / (at_0 - at_1)  # it is linear
+        sizes = []
+        for away in (1e-12, 1e-14):
+            at = {**values, s: zero + sp.Rational(away)}
+            sizes.append(sp.log(abs(derivation.K.xreplace(at).evalf(60).det())))
+        slope = (sizes[0] - sizes[1]) / sp.log(100)
+        assert abs(float(slope) - int(powers[factor])) < 1e-3, factor
 
 
 def test_questions_in_names_have_the_answers_of_the_formula():

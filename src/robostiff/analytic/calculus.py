@@ -118,8 +118,8 @@ def differentiate(derivation: Formula, symbol: sp.Symbol | str) -> FormulaDeriva
     >>> differentiate(Derivation("K_C", K, (), K), L).dK[0, 0]
     -9*E*I/L**4
     """
-    own = {s.name: s for s in derivation.symbols}
-    symbol = own.get(str(symbol), symbol)
+    known = {s.name: s for s in derivation.symbols}
+    symbol = known.get(str(symbol), symbol)
     defined = {d.symbol.name for d in derivation.definitions}
     if not isinstance(symbol, sp.Symbol) or symbol.name in defined:
         raise InputError(

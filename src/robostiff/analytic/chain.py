@@ -201,11 +201,11 @@ def derive_chain(
         K, stages = start, list[Stage]()
         redundant = redundant_joints(start, tuple(columns.values()))
         for number, (joint, J) in enumerate(columns.items(), start=1):
-            rule, own = rule_in_words(J, redundant=redundant[number - 1]), ()
+            rule, named = rule_in_words(J, redundant=redundant[number - 1]), ()
             u, mu = sp.ImmutableMatrix(sp.zeros(start.rows, 1)), sp.S.Zero
             if not redundant[number - 1]:
-                u, mu, K, own = eliminate_by_name(K, J, number)
-            stages.append(Stage(joint, sp.ImmutableMatrix(J), rule, u, mu, K, own))
+                u, mu, K, named = eliminate_by_name(K, J, number)
+            stages.append(Stage(joint, sp.ImmutableMatrix(J), rule, u, mu, K, named))
         definitions = tuple(d for stage in stages for d in stage.definitions)
         derivation = Derivation(name, start, tuple(stages), K, definitions)
     else:
@@ -286,10 +286,10 @@ def redundant_joints(K0: Any, columns: Sequence[Any]) -> tuple[bool, ...]:
         K = numbers[: n * n].reshape(n, n)
         sizes = np.abs(K)
         for i, J in enumerate(numbers[n * n :].reshape(-1, n)):
-            u, own = K @ J, sizes @ np.abs(J)
-            mu, size = J @ u, np.abs(J) @ own
+            u, size_of_u = K @ J, sizes @ np.abs(J)
+            mu, size = J @ u, np.abs(J) @ size_of_u
             is_zero = abs(mu) <= _ZERO * size
-            if is_zero and np.any(np.abs(u) > _FELT * own):
+            if is_zero and np.any(np.abs(u) > _FELT * size_of_u):
                 raise InputError(
                     "stiffness matrix",
                     got="a joint whose motion causes forces but stores no energy, J^T K J = 0",

@@ -75,14 +75,14 @@ class Formula(WrittenWhole):
     @property
     def matrices(self) -> tuple[Any, ...]:
         """What it gives: K, of which a derivative has two matrices, and a compliance another."""
-        own: Any = self
-        return (own.K,)
+        formula: Any = self
+        return (formula.K,)
 
     @property
     def as_printed(self) -> tuple[tuple[Any, ...], tuple[Definition, ...]]:
         """Its matrices and steps as they are printed and computed: in names, where it has some."""
-        own = self.named or self
-        return own.matrices, own.definitions
+        formula = self.named or self
+        return formula.matrices, formula.definitions
 
     @property
     def is_closed(self) -> bool:
@@ -158,8 +158,8 @@ class Formula(WrittenWhole):
         found: Any = at_values(self, fresh, with_numbers=keeps)
         if self.is_of_legs:
             refuse_negative(found.matrices[0], f"formula {self.name!r}")
-        left = tuple(c for c in found.conditions if c.expression.free_symbols)
-        return replace(found, conditions=left) if self.conditions else found
+        conditions = tuple(c for c in found.conditions if c.expression.free_symbols)
+        return replace(found, conditions=conditions) if self.conditions else found
 
     def substituted(self, values: Mapping[Any, Any]) -> Any:
         """K at given values of its symbols, the definitions computed one after the other.
@@ -187,18 +187,18 @@ class Formula(WrittenWhole):
         >>> Derivation("K_C", K, (), K).substituted({"k": 2.0}).diagonal()
         Matrix([[0.666666666666667, 2.82842712474619, 0]])
         """
-        own = self.symbols
-        names, known = {str(key) for key in values}, {s.name for s in own}
+        symbols = self.symbols
+        names, known = {str(key) for key in values}, {s.name for s in symbols}
         if names - known and known - names:
             raise InputError(
                 "values of symbols",
                 got=", ".join(sorted(names - known)),
                 expected=", ".join(sorted(known)),
             )
-        own = [s for s in own if s.name in names]
+        symbols = [s for s in symbols if s.name in names]
         given = {str(key): value for key, value in values.items() if str(key) in known}
         where = f"formula {self.name!r}"
-        put_in = Substitution(values_of_symbols(own, given, where))
+        put_in = Substitution(values_of_symbols(symbols, given, where))
         for definition in self.definitions:
             put_in.value_of(definition.symbol, definition.expression)
         refuse_failing(self.conditions, put_in, where)
@@ -348,14 +348,11 @@ class InNames(Formula):
         Their wrenches and compliances in names; without K.
     definitions : tuple of Definition
         What the names stand for, in the order in which they can be computed.
-    in_lengths : (definitions, K)
-        The same without names of components, so that what is zero in K is seen at once.
     """
 
     K: sp.ImmutableMatrix
     legs: tuple[LegDerivation, ...]
     definitions: tuple[Definition, ...] = ()  # pyright: ignore[reportIncompatibleMethodOverride]
-    in_lengths: tuple[Any, ...] = field(default=(), compare=False, repr=False)
 
     keeps_numbers = is_of_legs = True
 
@@ -415,8 +412,8 @@ class RobotDerivation(Derivation):
     def _at_values(self, put_in: Substitution) -> Self:
         bare = replace(self, named=None, at_vector_level=None, general_rank=None)
         found = super(RobotDerivation, bare)._at_values(put_in)
-        left = {x.name for x in found.symbols}
-        following = tuple(name for name in self.following if name in left)
+        names = {x.name for x in found.symbols}
+        following = tuple(name for name in self.following if name in names)
 
         def at_level(form: Any) -> Any:
             if form is None:
@@ -426,7 +423,7 @@ class RobotDerivation(Derivation):
 
         return replace(
             found,
-            coordinates=tuple(name for name in self.coordinates if name in left),
+            coordinates=tuple(name for name in self.coordinates if name in names),
             following=following,
             named=at_level(self.named),
             at_vector_level=Unwritten(lambda: at_level(self.at_vector_level)),

@@ -39,6 +39,7 @@ from robostiff.analytic.vectors.forms import VectorForm, inverse_in_steps, trans
 from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import InputError
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Robot
+from robostiff.recorded import LegRecorder
 from robostiff.recorded.leg import at_samples
 from robostiff.recorded.working_frame import (
     LocalLeg,
@@ -46,7 +47,6 @@ from robostiff.recorded.working_frame import (
     WorkingFrame,
     energy_of,
     local_leg,
-    working_frames,
 )
 from robostiff.spatial import Space
 
@@ -66,21 +66,15 @@ class LegGeometry:
     beams: list[tuple[Any, dict[str, Any]] | None]
 
     @classmethod
-    def of(cls, own: PlacedLeg, placed: PlacedRobot) -> LegGeometry:
+    def of(cls, leg: PlacedLeg, placed: PlacedRobot) -> LegGeometry:
         """In the axes of one of its parts in which compliance and joints have fewest entries."""
         record, length, space = placed.record, placed.length, placed.entries.space
         rows, count = space.rows, record.count
         scale = np.array([1.0 if row < 3 else length for row in rows])
-        world = WorkingFrame(np.eye(3, dtype=int).astype(object), placed.reference)
         best: tuple[Any, WorkingFrame, LocalLeg] | None = None
-        for number, one in enumerate(working_frames(own, world)):
-            frame = one
-            if space is Space.PLANAR:
-                if record.simplified(one.R[2, 2]) != 1:
-                    continue
-                in_plane = np.array([*one.p[:2], placed.reference[2]], dtype=object)
-                frame = WorkingFrame(one.R, in_plane)
-            local = local_leg(own, frame, record, length)
+        frames = LegRecorder(record, placed.reference, space, length).frames(leg)
+        for number, frame in enumerate(frames):
+            local = local_leg(leg, frame, record, length)
             # J_q and C at the samples; rotations at the characteristic length.
             J = at_samples([[t[i] for i in rows] for t in local.twists], count)
             J = J.reshape(count, len(local.twists), len(rows)) * scale
@@ -92,23 +86,23 @@ class LegGeometry:
             if best is None or cost < best[0]:  # near the platform if alike
                 best = cost, frame, local
         if best is None:
-            raise InputError(f"leg {own.name!r}", expected="axes in the plane of the robot")
+            raise InputError(f"leg {leg.name!r}", expected="axes in the plane of the robot")
         _, frame, local = best
-        springs: list[LocalSpring] = []
+        springs, world = list[LocalSpring](), np.eye(3, dtype=int).astype(object)
         for spring in local.springs:
             # One that is alike in all directions is in the axes of the leg.
             C = at_samples(spring.compliance, count)
             each = np.repeat(C[:, [0, 3], [0, 3]], 3, axis=1)
             is_alike = np.max(np.abs(C - each[:, :, None] * np.eye(6))) <= _NOTHING * np.max(abs(C))
-            springs.append(replace(spring, R=world.R) if is_alike else spring)
+            springs.append(replace(spring, R=world) if is_alike else spring)
         local = replace(local, springs=springs)
         units = [[int(k == row) for k in range(6)] for row in rows]
         loads = [
             [[record.simplified(x, length) for x in spring.wrench(w)] for w in units]
             for spring in local.springs
         ]
-        beams = [recognised_beam(spring, record) for spring in own.springs]
-        return cls(placed, own, frame, local, loads, beams)
+        beams = [recognised_beam(spring, record) for spring in leg.springs]
+        return cls(placed, leg, frame, local, loads, beams)
 
     @property
     def arm(self) -> np.ndarray:
@@ -299,21 +293,21 @@ def derive_leg(
     >>> sum(x != 0 for x in leg.stages[-1].K)
     1
     """
-    names = [own.name for own in robot.legs]
+    names = [model.name for model in robot.legs]
     if leg not in names:
         raise InputError(f"leg of {robot.name!r}", got=leg, expected=", ".join(names))
     if budget is not None:
         checked_budget(budget)
     placed = place_robot(robot, AtHome() if pose is None else pose)
-    own = placed.legs[names.index(leg)].leg
-    if own.blocks:
+    placed_leg = placed.legs[names.index(leg)].leg
+    if placed_leg.blocks:
         raise InputError(
             f"leg {leg!r}",
-            got=f"the parallel block {own.blocks[0].name!r}",
+            got=f"the parallel block {placed_leg.blocks[0].name!r}",
             expected="joints and springs in series: K^0 is the inverse of their compliance",
             hint="write derive(robot), which supports blocks",
         )
-    geometry = LegGeometry.of(own, placed)
+    geometry = LegGeometry.of(placed_leg, placed)
     n, found = placed.entries.space.size, geometry.elastic_directions
     if found < n:
         raise InputError(
@@ -356,10 +350,10 @@ def derive_leg(
 
 
 def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimination:
-    placed, local, own = geometry.placed, geometry.local, geometry.own
+    placed, local, leg = geometry.placed, geometry.local, geometry.own
     rows = placed.entries.space.rows
     found = geometry.compliance(read)
-    twists = zip(passive_freedoms(own), local.twists, strict=True)
+    twists = zip(passive_freedoms(leg), local.twists, strict=True)
     joints = dict(
         sorted(
             ((name, [read(twist[i]) for i in rows]) for name, twist in twists),
@@ -380,19 +374,19 @@ def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimi
     )
     T = transport(axes, arm, placed.entries.space)
     return LegElimination(
-        name=f"K_{own.name}" if own.name.isidentifier() else "K_leg",
+        name=f"K_{leg.name}" if leg.name.isidentifier() else "K_leg",
         K0=chain.K0,
         stages=chain.stages,
         K=sp.ImmutableMatrix(T * chain.K * T.T),
         definitions=(*used, *chain.definitions),
-        leg=f"{own.name} of {placed.robot.name}",
+        leg=f"{leg.name} of {placed.robot.name}",
         where=placed.where,
-        elastic=elastic_parts(own),
+        elastic=elastic_parts(leg),
         C=C,
         axes=axes,
         arm=arm,
         coordinates=placed.coordinates,
-        conditions=Unwritten(lambda: conditions_of(placed, own.name)),
+        conditions=Unwritten(lambda: conditions_of(placed, leg.name)),
         meanings=placed.meanings,
     )
 
@@ -428,7 +422,7 @@ def check_leg(found: LegElimination, placed: PlacedRobot) -> None:
     ------
     DisagreementError
     """
-    names = [f"{own.name} of {placed.robot.name}" for own in placed.robot.legs]
+    names = [f"{model.name} of {placed.robot.name}" for model in placed.robot.legs]
     for values, result, _ in closed_places(placed):
         expected = result.leg_stiffness[names.index(found.leg)]
         whole = found.K + sp.Matrix(_FLOOR * result.K)

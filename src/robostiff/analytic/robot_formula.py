@@ -201,7 +201,7 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
     with placed.record.tentative():
         search = WrenchSearch.of(placed)
         each = ((i, SampledLeg.of(own, search)) for i, own in legs.items() if in_series)
-        sampled = {i: own for i, own in each if own is not None}
+        sampled = {i: x for i, x in each if x is not None}
         found = sum_of_springs(placed, turned)
     if found is None:
         return None
@@ -209,7 +209,7 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
     if in_series:
         redundant = [sampled[first].redundant for first, _ in ways]
     else:
-        redundant = [own.redundant for own in placed.recorded.legs]
+        redundant = [leg.redundant for leg in placed.recorded.legs]
     each = zip(placed.entries.legs, redundant, ways, strict=True)
     bare = [
         replace(_bare_leg(placed.place(first).leg, lost), name=leg.name)
@@ -217,9 +217,8 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
     ]
     each = zip(bare, (found.leg(first, way) for first, way in ways), strict=True)
     named = tuple(replace(leg, wrenches=w, compliances=c) for leg, (w, c) in each)
-    legs = [_in_given_symbols(own, found.written_out, found.K.rows) for own in named]
-    plain = found.before or found
-    in_names = InNames(found.K, named, found.definitions, (plain.definitions, plain.K))
+    legs = [_in_given_symbols(leg, found.written_out, found.K.rows) for leg in named]
+    in_names = InNames(found.K, named, found.definitions)
     parts = placed, found.K, legs, found.definitions, in_names, found.written_out
     return _derivation(*parts, numbers=numbers, images=images if numbers else None)
 
@@ -255,12 +254,12 @@ def _in_steps(
     recorded = placed.recorded
     for number, leg in enumerate(recorded.legs, start=1):
         for k, (w, mu) in enumerate(zip(leg.wrenches, leg.mu, strict=True), start=1):
-            own = f"{number}_{k}" if len(leg.wrenches) > 1 else f"{number}"
+            index = f"{number}_{k}" if len(leg.wrenches) > 1 else f"{number}"
             if isinstance(mu, Entry):
-                mu.named(f"c_{own}")
+                mu.named(f"c_{index}")
             for i, x in enumerate(w, start=1):
                 if isinstance(x, Entry):
-                    x.named(f"w_{own}_{i}")
+                    x.named(f"w_{index}_{i}")
     n = recorded.space.size
     # The upper triangle of K; many wrenches that meet one compliance are divided by it as a sum.
     groups: dict[Any, tuple[Any, list[Any]]] = {}
@@ -289,8 +288,8 @@ def _in_steps(
     legs = []
     each = _bare_legs(placed, recorded)
     named: set[Any] = set()
-    for i, own in enumerate(of_legs):
-        used = used_definitions(reading.definitions, own)
+    for i, entries in enumerate(of_legs):
+        used = used_definitions(reading.definitions, entries)
         new = tuple(d for d in used if d.symbol not in named)  # that the leg is the first to need
         named |= {d.symbol for d in new}
         w = tuple(sp.ImmutableMatrix([reading(x) for x in w]) for w in recorded.legs[i].wrenches)
@@ -319,7 +318,7 @@ def _closed(placed: PlacedRobot, limit: int, of_all: float) -> RobotDerivation:
 def _in_formulas(legs: Sequence[Any], read: ClosedReading) -> list[Any]:
     """Of each leg the wrenches that it transmits, and what they meet."""
     both = ((leg.basis, leg.energy) for leg in legs)
-    return [[[[read(x) for x in row] for row in rows] for rows in own] for own in both]
+    return [[[[read(x) for x in row] for row in rows] for rows in matrices] for matrices in both]
 
 
 def _derivation(
@@ -347,7 +346,7 @@ def _derivation(
         for i, (first, way) in turned.items():
             is_image = way.mirror is not None
             kinds.setdefault((first, is_image), [] if is_image else [first]).append(i)
-        firsts = {i: own[0] for own in kinds.values() for i in own}
+        firsts = {i: kind[0] for kind in kinds.values() for i in kind}
         return conditions_of(placed, None, firsts)
 
     whole: Any = K
@@ -360,7 +359,7 @@ def _derivation(
 
         whole, definitions = Unwritten(cache(write)), ()
 
-    own: dict[str, Any] = {
+    about: dict[str, Any] = {
         "name": placed.robot.name,
         "following": placed.following,
         "conditions": Unwritten(cache(conditions)),
@@ -374,10 +373,10 @@ def _derivation(
         form = vector_form(at) or series_form(at)
         if form is not None:
             in_numbers.check(form.K, form.definitions)
-        return form and replace(form, **own)
+        return form and replace(form, **about)
 
     return RobotDerivation(
-        **own,
+        **about,
         K0=whole,
         stages=(),
         K=whole,
@@ -386,7 +385,7 @@ def _derivation(
         where=placed.where,
         coordinates=placed.coordinates,
         remark=remark,
-        named=named and replace(named, **own),
+        named=named and replace(named, **about),
         at_vector_level=Unwritten(in_vectors),
         general_rank=in_numbers.rank,
         steps_asked=steps_asked,
@@ -396,7 +395,7 @@ def _derivation(
 def _bare_leg(placed: PlacedLeg, redundant: Sequence[bool]) -> LegDerivation:
     """A leg by its passive freedoms, those that are redundant, and its elastic parts."""
     joints = passive_freedoms(placed)
-    lost = tuple(joint for joint, own in zip(joints, redundant, strict=True) if own)
+    lost = tuple(joint for joint, is_lost in zip(joints, redundant, strict=True) if is_lost)
     return LegDerivation(placed.name, joints, lost, elastic_parts(placed))
 
 

@@ -71,9 +71,9 @@ def is_arm(placed: PlacedRobot, links: int = 0) -> bool:
     """Whether it is an arm without passive joints, of so many elastic links at least."""
     if not placed.robot.is_posed_by_joints:
         return False
-    own = placed.legs[0].leg
-    passive = any(f.is_passive for f in own.freedoms)
-    return not (passive or own.blocks) and len([*own.springs]) >= links
+    leg = placed.legs[0].leg
+    passive = any(f.is_passive for f in leg.freedoms)
+    return not (passive or leg.blocks) and len([*leg.springs]) >= links
 
 
 def _in_entries(geometry: LegGeometry) -> InSeries | None:
@@ -95,13 +95,13 @@ def _in_entries(geometry: LegGeometry) -> InSeries | None:
 
 def _in_vectors(placed: PlacedRobot) -> VectorForm | None:
     """The whole arm by its rotations, points and twists."""
-    (leg,), (own,) = placed.entries.legs, placed.legs
+    (leg,), (placed_leg,) = placed.entries.legs, placed.legs
     if leg.chain.couplings or "p" in placed.symbols:
         return None
     walk = Walk(placed, NamedReading(placed.record, placed.symbols, placed.springs))
     walk.go(leg.base.p)
     walk.turn(turns_of(leg.base.R))
-    walk.along(leg.chain.elements, iter(own.leg.springs), own.coordinate)
+    walk.along(leg.chain.elements, iter(placed_leg.leg.springs), placed_leg.coordinate)
     if turns_of(leg.attachment.R):
         return None
     walk.go(-np.array(leg.attachment.p, dtype=object))
@@ -113,7 +113,7 @@ def _in_vectors(placed: PlacedRobot) -> VectorForm | None:
 def _form(
     walk: Walk, pose: Any, equations: Any, columns: dict[str, Any], legs: tuple[str, ...]
 ) -> VectorForm:
-    of_springs = [c for _, _, c in walk.drives] + [x for *_, own in walk.beams for x in own]
+    of_springs = [c for _, _, c in walk.drives] + [x for *_, of_beam in walk.beams for x in of_beam]
     return VectorForm(
         names=used_definitions(walk.read.definitions, of_springs),
         space=walk.placed.entries.space,
@@ -136,24 +136,24 @@ def _legs(placed: PlacedRobot) -> VectorForm | None:
         return None
     kinds: list[list[int]] = []
     for i, chain in enumerate(chains):
-        own = next((k for k in kinds if are_equal(chains[k[0]], chain)), None)
-        if own is None:
-            kinds.append(own := [])
-        own.append(i)
+        kind = next((k for k in kinds if are_equal(chains[k[0]], chain)), None)
+        if kind is None:
+            kinds.append(kind := [])
+        kind.append(i)
     if len(kinds) == len(chains):
         return None
     read = NamedReading(placed.record, placed.symbols, placed.springs)
-    forms = [_kind_of_leg(placed, own, read) for own in sorted(kinds, key=len, reverse=True)]
+    forms = [_kind_of_leg(placed, kind, read) for kind in sorted(kinds, key=len, reverse=True)]
     found = [form for form in forms if form is not None]
     return replace(found[0], others=tuple(found[1:])) if len(found) == len(forms) else None
 
 
 def _kind_of_leg(placed: PlacedRobot, numbers: list[int], read: NamedReading) -> VectorForm | None:
     """Legs of the same chain, by their numbers."""
-    chain, own = placed.robot.legs[numbers[0]].chain, placed.legs[numbers[0]].leg
+    chain, leg = placed.robot.legs[numbers[0]].chain, placed.legs[numbers[0]].leg
     is_plain = not (chain.couplings or chain.has_blocks)
-    sample = SampledLeg.of(own, WrenchSearch.of(placed)) if is_plain else None
-    if sample is None or any(s.elasticity.freedoms.shape[1] for s in own.springs):
+    sample = SampledLeg.of(leg, WrenchSearch.of(placed)) if is_plain else None
+    if sample is None or any(s.elasticity.freedoms.shape[1] for s in leg.springs):
         return None
     if sample.elastic_directions < sample.C.shape[1]:
         return None
@@ -161,7 +161,7 @@ def _kind_of_leg(placed: PlacedRobot, numbers: list[int], read: NamedReading) ->
     if found is None or not found.passive:
         return None
     # A passive joint that depends on those before it takes nothing.
-    lost = {x for x, own in zip(found.passive, sample.redundant, strict=True) if own}
+    lost = {x for x, is_lost in zip(found.passive, sample.redundant, strict=True) if is_lost}
     return replace(
         found,
         passive=tuple(x for x in found.passive if x not in lost),
@@ -192,7 +192,7 @@ def _by_angles(placed: PlacedRobot, numbers: list[int], read: NamedReading) -> V
 
     def turn(names: tuple[str, str, str], each: list[Any]) -> None:
         of_all = zip(names, zip(*map(angles, each), strict=True), strict=True)
-        walk.turn(tuple(zip("zyx", (table.angle(*own) for own in of_all), strict=True)))
+        walk.turn(tuple(zip("zyx", (table.angle(*x) for x in of_all), strict=True)))
 
     if place("a", "phi", [leg.base.p for leg in legs]):
         walk.terms = [(1, Vector("a_i"))]
@@ -211,19 +211,19 @@ def _by_angles(placed: PlacedRobot, numbers: list[int], read: NamedReading) -> V
     form = _form(walk, (), walk.finish(Vector("p_i")), {}, tuple(leg.name for leg in legs))
     # Written in the coordinates of the first leg: in those of leg i now.
     each = [[sp.sympify(plain(x)) for x in placed.closed[i]] for i in numbers]
-    own: dict[Any, Any] = {}
+    symbols: dict[Any, Any] = {}
     for k, screw in enumerate(legs[0].chain.freedoms):
-        if each[0][k].is_Symbol and each[0][k] not in own:
+        if each[0][k].is_Symbol and each[0][k] not in symbols:
             name = f"{'theta' if screw.turns else 's'}_i_{k + 1}"
-            own[each[0][k]] = sp.Symbol(name, real=True)
+            symbols[each[0][k]] = sp.Symbol(name, real=True)
             table.columns[name] = [q[k] for q in each]
     for i, q in enumerate(each):
-        known = {s: table.columns[x.name][i] for s, x in own.items()}
+        known = {s: table.columns[x.name][i] for s, x in symbols.items()}
         if any(sp.expand(a.xreplace(known) - b) != 0 for a, b in zip(each[0], q, strict=True)):
             return None
-    if any(d.expression.free_symbols & own.keys() for d in form.names):
+    if any(d.expression.free_symbols & symbols.keys() for d in form.names):
         return None
-    form = at_values(form, Substitution(own), with_numbers=True)
+    form = at_values(form, Substitution(symbols), with_numbers=True)
     return replace(form, columns={name: tuple(x) for name, x in table.columns.items()})
 
 
@@ -235,7 +235,7 @@ def _by_axes(placed: PlacedRobot, numbers: list[int], read: NamedReading) -> Vec
     legs, first = [placed.entries.legs[i] for i in numbers], placed.legs[numbers[0]]
     freedoms = [[*placed.legs[i].leg.freedoms] for i in numbers]
     turns, count = placed.rotation.factors(placed.given or {}), placed.record.count
-    if not (2 <= len(freedoms[0]) <= 3 and all(f.is_rotation for own in freedoms for f in own)):
+    if not (2 <= len(freedoms[0]) <= 3 and all(f.is_rotation for leg in freedoms for f in leg)):
         return None
     if any(isinstance(x, Telescope) for x, _ in legs[0].chain.moving) or not turns:
         return None
@@ -250,15 +250,15 @@ def _by_axes(placed: PlacedRobot, numbers: list[int], read: NamedReading) -> Vec
         ("e", "theta"): [f[0].axis for f in freedoms],
         ("j", "chi"): [in_the_platform(placed, f[-1].axis) for f in freedoms],
     }
-    vectors = {own: [tuple(map(plain, v)) for v in axes] for own, axes in each.items()}
+    vectors = {letters: [tuple(map(plain, v)) for v in axes] for letters, axes in each.items()}
     if any(x != 0 for point in points for x in point):
         vectors["a", "phi"] = points
-    for (letter, angle), own in vectors.items():
-        equations += table.equations(letter, angle, own)
+    for (letter, angle), at_legs in vectors.items():
+        equations += table.equations(letter, angle, at_legs)
     equations.append(Equation("u_i", Turned(rotation, Vector("j_i"))))
     axes: list[VectorExpression] = [e, u]
     if len(freedoms[0]) == 3:
-        at = np.array([[sampled(f.axis, count) for f in own] for own in freedoms])
+        at = np.array([[sampled(f.axis, count) for f in leg] for leg in freedoms])
         motor, middle, last = at.transpose(1, 0, 2, 3)
         along = np.cross(motor, last)
         apart = [np.max(np.abs(np.sum(middle * x, axis=-1))) for x in (motor, last)]

@@ -45,7 +45,7 @@ def values_of_symbols(
     by_name: dict[str, list[sp.Symbol]] = {}
     for symbol in symbols:
         by_name.setdefault(symbol.name, []).append(symbol)
-    own = {name: same[0] for name, same in by_name.items()}
+    first = {name: same[0] for name, same in by_name.items()}
     chosen = {}
     for key, given in values.items():
         if str(key) not in by_name:
@@ -78,7 +78,7 @@ def values_of_symbols(
                         expected=f"a {word} number",
                         hint=f"the formula was made for a {word} symbol",
                     )
-            chosen[symbol] = found.xreplace({s: own.get(s.name, s) for s in found.free_symbols})
+            chosen[symbol] = found.xreplace({s: first.get(s.name, s) for s in found.free_symbols})
     return chosen
 
 
@@ -197,8 +197,8 @@ class Substitution:
     def _longer(self, value: Any) -> Any:
         if not self._digits:
             return value
-        own = {x: sp.Float(x, self._working) for x in value.atoms(sp.Float)}
-        return value.xreplace(own) if own else value
+        longer = {x: sp.Float(x, self._working) for x in value.atoms(sp.Float)}
+        return value.xreplace(longer) if longer else value
 
     def _shorter(self, value: Any) -> Any:
         if not self._digits:
@@ -227,9 +227,9 @@ def at_values(part: Any, put_in: Substitution, *, with_numbers: bool = False) ->
         return tuple(steps.values() if is_steps else map(change, part))
     if not is_dataclass(part) or isinstance(part, type):
         return part
-    own = sorted((f.name for f in fields(part)), key=lambda x: x not in ("definitions", "names"))
-    lazy = {name for name in own if isinstance(part.__dict__.get(name), Unwritten)}
-    found = {x: change(getattr(part, x)) for x in own if x not in lazy}
+    names = sorted((f.name for f in fields(part)), key=lambda x: x not in ("definitions", "names"))
+    lazy = {name for name in names if isinstance(part.__dict__.get(name), Unwritten)}
+    found = {x: change(getattr(part, x)) for x in names if x not in lazy}
     later = {x: Unwritten(lambda x=x: change(getattr(part, x))) for x in lazy}
     return replace(part, **found, **later)
 

@@ -188,8 +188,8 @@ def sampled_robots(
             name: value + AROUND * size * random.uniform(-1, 1)
             for name, (value, size) in near_home(placed.given, finder, rotation).items()
         }
-        own = drawn | values
-        found.append((own, pose_at(placed.given, finder, own, rotation)))
+        known = drawn | values
+        found.append((known, pose_at(placed.given, finder, known, rotation)))
     return numeric, found
 
 

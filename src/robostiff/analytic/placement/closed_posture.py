@@ -167,7 +167,7 @@ class Following:
             R = Rotation.from_rotvec(pose[3:]).as_matrix()
             turns = self.rotation.of_rotation(R).values()
             found = dict(zip(all_names(self.rotation), map(float, (x, y, z, *turns)), strict=True))
-            coordinates |= {own: found[name] for name, own in self.pose.items()}
+            coordinates |= {symbol: found[name] for name, symbol in self.pose.items()}
         return Sample(values, finder, coordinates, pose)
 
     def samples(self, count: int, seed: int, spread: float) -> list[Sample]:
@@ -210,7 +210,7 @@ def leg_coordinates(
     (size,) array of entries and numbers, and the names of the inputs that are left.
     """
     q = np.empty(len(names), dtype=object)
-    left = []
+    symbols = []
     freedoms = zip(leg.chain.freedoms, leg.chain.home, names, strict=True)
     for j, (screw, home, name) in enumerate(freedoms):
         near = _KNOWN * (1.0 if screw.turns else length)
@@ -226,8 +226,8 @@ def leg_coordinates(
         else:
             q[j] = record.simplified(entry)
             if isinstance(q[j], Entry) and q[j].step == entry.step:
-                left.append(name)
-    return q, tuple(left)
+                symbols.append(name)
+    return q, tuple(symbols)
 
 
 def _moved_by_legs(robot: Robot, finder: PostureFinder) -> tuple[int, ...]:

@@ -65,13 +65,13 @@ def conditions_of(
     found: list[Condition] = []
     known: set[Any] = set()
     # That parts exist: a wall leaves a hollow, a stiffness is positive. Once of legs alike.
-    for name, own in bounds_of(part, part.name):
-        is_open = own.is_open and own.subject != "mass"  # K has no mass
-        for words, difference in own.differences.items() if is_open else ():
-            expression: Any = difference + _ROUNDING if own.or_at else difference
+    for name, bounds in bounds_of(part, part.name):
+        is_open = bounds.is_open and bounds.subject != "mass"  # K has no mass
+        for words, difference in bounds.differences.items() if is_open else ():
+            expression: Any = difference + _ROUNDING if bounds.or_at else difference
             if not expression.is_positive and expression not in known:
                 known.add(expression)
-                subject = f"{own.subject} of {name!r}"
+                subject = f"{bounds.subject} of {name!r}"
                 found.append(Condition(f"{subject} is {words}", _decisive(expression)))
     of_firsts: dict[int, list[Condition]] = {}  # a leg that is turned has those of the first
     for i in wanted:
@@ -110,11 +110,11 @@ def _of_leg(
     if not placed.following:
         yield from _closing(name, leg.gap, read)
     stretched = list(_stretched(leg.leg, read))
-    yield from (own for own, _ in stretched)
+    yield from (condition for condition, _ in stretched)
     # Legs on a flexible platform are eliminated as one.
     if not is_alone and placed.robot.platform is None:
-        own = placed.eliminated[number] if placed.eliminated else _transmitted(placed, leg.leg)
-        yield from _independent(name, own, read, stretched)
+        joints = placed.eliminated[number] if placed.eliminated else _transmitted(placed, leg.leg)
+        yield from _independent(name, joints, read, stretched)
 
 
 def _nearest_to_home(
@@ -141,11 +141,11 @@ def _nearest_to_home(
         if solver.recorded_form is not None and leg.name in wanted:
             close = dict(zip(*near.that_close(finder.home_pose), strict=True))
             modes[i] = {x: close[x] for x in solver.modes if x in close}
-    postures = [[*at[:i], q, *at[i + 1 :]] for i, own in modes.items() for q in own.values()]
+    postures = [[*at[:i], q, *at[i + 1 :]] for i, close in modes.items() for q in close.values()]
     matrices: Iterator[np.ndarray] = iter(())
     if postures:  # at home (m, n, n); no numbers where it has none
         request: Any = finder.request(np.tile(finder.home_pose, (len(postures), 1)))
-        rows = [poses_side_by_side(np.array(own), 1) for own in zip(*postures, strict=True)]
+        rows = [poses_side_by_side(np.array(q), 1) for q in zip(*postures, strict=True)]
         posture = finder.placed((len(postures),), request.coordinates, request.R, rows)
         answer = solve_snapshot(posture.snapshot, DEFAULT_METHOD, DEFAULT_TOLERANCE)
         matrices = iter(np.where(answer.answered[:, None, None], answer.matrix, np.nan))
@@ -154,16 +154,16 @@ def _nearest_to_home(
         form, K = solver.recorded_form, dict(zip(close, matrices, strict=False))
         if form is None or form.mode not in K:
             continue
-        own = K[form.mode]
-        scale = _SAME * np.abs(own).max()
-        others = [x for x in K if not np.abs(K[x] - own).max() <= scale]
+        K_here = K[form.mode]
+        scale = _SAME * np.abs(K_here).max()
+        others = [x for x in K if not np.abs(K[x] - K_here).max() <= scale]
         words = (
             f"leg {leg.name!r} at home is nearer to its home coordinates than in another posture"
         )
         found: dict[Any, None] = {}
         for other in other_modes(leg, home, solver, others):
             ways = other.nearer, other.inside, other.other_inside
-            nearer, inside, outside = ([sp.sympify(read(x)) for x in own] for own in ways)
+            nearer, inside, outside = ([sp.sympify(read(x)) for x in entries] for entries in ways)
             outside = [-x for x in outside]
             if other.inside:  # within its limits, or both without: then the nearer one
                 within = _all_of(inside)
@@ -226,23 +226,23 @@ def _independent(
         if record.operations[step][0] is Operation.RECIPROCAL:
             at = record.sample(record.arguments(step)[0])
             known += [at, at**2]
-    met = [own.expression for own, _ in stretched]
-    for own in leg.alone:
-        at = own.sample if isinstance(own, Entry) else np.ones(1)
+    expressions = [condition.expression for condition, _ in stretched]
+    for entry in leg.alone:
+        at = entry.sample if isinstance(entry, Entry) else np.ones(1)
         with np.errstate(all="ignore"):
             ratios = [np.abs(at / x) for x in known]
         if any(np.ptp(x) <= _ALIKE * np.max(x) for x in ratios):  # they differ by a number alone
             continue
         known.append(at)
-        square = sp.sympify(read(own))
-        if _may_vanish(square, met):
+        square = sp.sympify(read(entry))
+        if _may_vanish(square, expressions):
             product *= square / sp.Integer(10) ** int(np.log10(np.mean(at)))
     if product != 1:
         words = f"the passive joints of leg {name!r} are independent"
         yield Condition(words, product - _STRETCHED, leg=name)
 
 
-def _may_vanish(square: Any, met: Sequence[Any]) -> bool:
+def _may_vanish(square: Any, positive: Sequence[Any]) -> bool:
     """Whether a square may be zero where expressions are positive that conditions have."""
     if count_of(square) > _SHORT:
         return not square.is_positive
@@ -254,7 +254,7 @@ def _may_vanish(square: Any, met: Sequence[Any]) -> bool:
     elif not above.is_positive and count_of(above) <= _SHORT:
         above = factored_fraction(above)
     factors = [x.as_base_exp()[0] for x in sp.Mul.make_args(above)]
-    return not all(x.is_number or x.is_positive or {x, -x} & {*met} for x in factors)
+    return not all(x.is_number or x.is_positive or {x, -x} & {*positive} for x in factors)
 
 
 def _stretched(leg: PlacedLeg, read: ClosedReading) -> Iterator[tuple[Condition, np.ndarray]]:
@@ -372,8 +372,8 @@ def _following(placed: PlacedRobot, read: ClosedReading) -> list[Condition]:
                 continue
             gap = gap_of(leg, q, platform.R, platform.p, placed.length)
             if placed.follows.at_joints:
-                own = place_leg_at_joints(leg, q).platform
-                equations = _differences(own, platform, again)
+                end = place_leg_at_joints(leg, q).platform
+                equations = _differences(end, platform, again)
                 found += [replace(x, equations=equations) for x in _closing(leg.name, gap, again)]
                 continue
         else:
@@ -388,8 +388,8 @@ def _differences(a: FormulaPose, b: FormulaPose, read: ClosedReading) -> tuple[A
     for x, y in zip([*a.p, *a.R.flat], [*b.p, *b.R.flat], strict=True):
         each: list[Any] = [sp.sympify(read(z)) for z in (x, y)]
         terms = [[shortest_trigonometry(t) for t in sp.Add.make_args(z)] for z in each]
-        own, other = (shortest_trigonometry(sp.Add(*z)) for z in terms)
-        difference = own - other
+        one, other = (shortest_trigonometry(sp.Add(*z)) for z in terms)
+        difference = one - other
         if difference.free_symbols and not {difference, -difference} & set(found):
             found.append(difference)
     return tuple(found)

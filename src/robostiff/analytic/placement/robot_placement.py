@@ -128,7 +128,7 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     rotation = ABOUT_WORLD_AXES if isinstance(pose, AtHome) else pose.rotation
     follows = Following.of(robot, finder, pose)
     if follows.pose:
-        given = {name: sp.Symbol(own, real=True) for name, own in follows.pose.items()}
+        given = {name: sp.Symbol(symbol, real=True) for name, symbol in follows.pose.items()}
     symbols = {symbol.name: symbol for symbol in robot.symbols}
     for expression in (given or {}).values():
         symbols |= {symbol.name: symbol for symbol in expression.free_symbols}
@@ -163,12 +163,12 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         platform = place_leg_at_joints(entries.legs[0], q).platform
     else:
         platform = platform_pose(FormulaPose(*home_frame(entries)), coordinates, rotation)
-        for i, own in follows.legs.items():
+        for i, names_of_leg in follows.legs.items():
             leg = entries.legs[i]
-            q, left = leg_coordinates(leg, own, record, finder.length)
+            q, symbols_of_leg = leg_coordinates(leg, names_of_leg, record, finder.length)
             pairs = zip(q, leg.chain.freedoms, strict=True)
             angled = [_as_step(x, record) if screw.turns else x for x, screw in pairs]
-            at_joints[i], following = np.array(angled, dtype=object), following + left
+            at_joints[i], following = np.array(angled, dtype=object), following + symbols_of_leg
 
     def closing(i: int) -> PlacedFormula:
         leg = entries.legs[i]
@@ -246,9 +246,9 @@ def near_home(
     at_home = home_values(finder, rotation)
     found: dict[str, tuple[float, float]] = {}
     for name, expression in given.items():
-        own = at_home[name], finder.length if name in ("x", "y", "z") else 1.0
+        value_and_size = at_home[name], finder.length if name in ("x", "y", "z") else 1.0
         for symbol in expression.free_symbols:
-            found[str(symbol)] = own if expression.is_Symbol else (1.0, 1.0)
+            found[str(symbol)] = value_and_size if expression.is_Symbol else (1.0, 1.0)
     return found
 
 
@@ -318,8 +318,8 @@ def _samples(
     if follows.any:
         if not robot.symbols and not follows.pose and not follows.at_joints:
             home: dict[str, float] = {}
-            for i, own in follows.legs.items():
-                home.update(zip(own, map(float, finder.solvers[i].home), strict=True))
+            for i, names in follows.legs.items():
+                home.update(zip(names, map(float, finder.solvers[i].home), strict=True))
             return {name: np.full(_SAMPLES, home[name]) for name in symbols}
         closed: list[Sample] = follows.samples(_SAMPLES, _SEED, _SPREAD)
         found = [{**sample.values, **sample.coordinates} for sample in closed]

@@ -337,8 +337,8 @@ def coordinate_names(robot: Robot, rotation: PoseRotation = ABOUT_WORLD_AXES) ->
                 expected="none: the pose of a serial arm is that of its joints q1, q2, ...",
             )
         chain = robot.legs[0].chain
-        held = {place for place, _ in held_sums(chain)}
-        return tuple(f"q{i + 1}" for i in range(chain.size) if i not in held)
+        places = {place for place, _ in held_sums(chain)}
+        return tuple(f"q{i + 1}" for i in range(chain.size) if i not in places)
     point = tuple(_POINT[c] for c in robot.coordinates if c in _POINT)
     return (*point, *rotation.names_of(robot.coordinates))
 

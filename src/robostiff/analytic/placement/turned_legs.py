@@ -41,11 +41,11 @@ def images_of_legs(
     K = np.zeros((len(stiffness), 6, 6))
     K[:, rows[:, None], rows] = stiffness
     K /= np.outer(scale := np.array([1.0] * 3 + [length] * 3), scale)
-    left, found = [*range(len(K))], dict[int, tuple[int, Image]]()
-    while left:
-        chain = robot.legs[left[0]].chain
-        alike = [i for i in left if are_equal(robot.legs[i].chain, chain)]
-        left = [i for i in left if i not in alike]
+    rest, found = [*range(len(K))], dict[int, tuple[int, Image]]()
+    while rest:
+        chain = robot.legs[rest[0]].chain
+        alike = [i for i in rest if are_equal(robot.legs[i].chain, chain)]
+        rest = [i for i in rest if i not in alike]
         x, y, z, a, b, c = np.abs(np.diag(K[alike[0]]))
         sizes = np.sqrt([x + y, x + y, z, a + b, a + b, c])
         sizes = np.maximum(sizes, _LEAST * np.max(sizes)) if np.any(sizes) else np.ones(6)
@@ -110,8 +110,8 @@ def orbits_of(wrenches: np.ndarray) -> list[Orbit] | None:
     >>> [sorted(orbit) for orbit in orbits_of(W)]
     [[0, 1, 2]]
     """
-    found, left = _orbits(wrenches.swapaxes(0, 1), lambda way, w: way.of(w), _SAME, whole=True)
-    return None if left else found
+    found, rest = _orbits(wrenches.swapaxes(0, 1), lambda way, w: way.of(w), _SAME, whole=True)
+    return None if rest else found
 
 
 def _orbits(
@@ -126,11 +126,11 @@ def _orbits(
     `image`: of one of the items (m, ...); `whole`: whether orbits count only where all are in one.
     """
 
-    def images(first: int, ways: list[Image], left: set[int]) -> dict[int, Image]:
+    def images(first: int, ways: list[Image], remaining: set[int]) -> dict[int, Image]:
         found: dict[int, Image] = {}
         for way in ways:
-            own, rest = image(way, items[first]), sorted(left - found.keys())
-            both = np.stack([items[rest] - own, items[rest] + own])
+            moved, rest = image(way, items[first]), sorted(remaining - found.keys())
+            both = np.stack([items[rest] - moved, items[rest] + moved])
             apart = np.abs(both).max(axis=tuple(range(2, both.ndim)))
             for k in np.flatnonzero(apart.min(axis=0) < close)[:1]:
                 found[rest[k]] = replace(way, sign=1 if apart[0, k] <= apart[1, k] else -1)
@@ -139,17 +139,17 @@ def _orbits(
     every = set(range(len(items)))
     for N in range(len(items), 2, -1):
         turns = [Image(Fraction(k, N)) for k in range(N)]
-        found, left, alone = list[Orbit](), set(every), set[int]()
-        while left and not (whole and alone):
-            first = min(left)
-            own = images(first, turns, left)
-            alone |= set() if own else {first}
-            left -= own.keys() or {first}
-            if own:
+        found, remaining, alone = list[Orbit](), set(every), set[int]()
+        while remaining and not (whole and alone):
+            first = min(remaining)
+            turned = images(first, turns, remaining)
+            alone |= set() if turned else {first}
+            remaining -= turned.keys() or {first}
+            if turned:
                 ways = ([replace(turn, mirror=mirror) for turn in turns] for mirror in MIRRORS)
-                mirrored = next(filter(None, (images(first, x, left) for x in ways)), {})
-                left -= mirrored.keys()
-                found.append(own | mirrored)
+                mirrored = next(filter(None, (images(first, x, remaining) for x in ways)), {})
+                remaining -= mirrored.keys()
+                found.append(turned | mirrored)
         if found and not (whole and alone):
             return found, alone
     return [], every

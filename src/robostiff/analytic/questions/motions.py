@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from contextlib import suppress
 from typing import Any
 
@@ -9,22 +10,18 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.budget import FormulaTooLargeError, within
-from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivation import Derivation, RobotDerivation
 from robostiff.analytic.exact.factors import null_space
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.questions.loci import (
     coupling_of,
+    decoupling_in_names,
     decoupling_in_steps,
+    of_legs,
     shared_zeros,
     written_steps,
 )
-from robostiff.analytic.questions.rank import (
-    SHORT,
-    closed_matrix,
-    general_rank,
-    matrix_in_names,
-    needs_closed_form,
-)
+from robostiff.analytic.questions.rank import SHORT, closed_matrix, needs_closed_form, rank_by_legs
 from robostiff.errors import InputError
 from robostiff.spatial import Space, skew
 
@@ -52,16 +49,10 @@ def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
     >>> free_motion_formulas(K)[0].T
     Matrix([[-d, 0, 1]])
     """
-    if (rank := general_rank(K)) is not None:
-        return () if rank == K.K.rows else _free_motions_in_steps(K, rank)
-    matrix, names = closed_matrix(K, "free motions"), matrix_in_names(K)
+    if (rank := rank_by_legs(K)) is not None:
+        return () if rank == of_legs(K).K.rows else _free_motions_in_steps(K, rank)
+    matrix = closed_matrix(K, "free motions")
     try:
-        if names is not None:
-            if names.rank == names.matrix.rows:
-                return ()
-            found = _null_space(names.matrix)
-            if names.matrix.rows - len(found) == names.rank:
-                return tuple(motion.applyfunc(names.written_out) for motion in found)
         return _null_space(matrix)
     except FormulaTooLargeError as error:
         with suppress(InputError):  # of its wrenches, without compliances
@@ -72,13 +63,16 @@ def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
 
 def _free_motions_in_steps(derivation: Any, rank: int) -> tuple[sp.ImmutableMatrix, ...]:
     """Motions against which no wrench of a leg does work."""
-    written = written_steps(derivation)
-    W = sp.Matrix([list(written(w)) for leg in derivation.legs for w in leg.wrenches])
+    form = of_legs(derivation)
+    written = (
+        written_steps(derivation) if form is derivation else written_steps(derivation, math.inf)
+    )
+    W = sp.Matrix([list(written(w)) for leg in form.legs for w in leg.wrenches])
     try:
         found = within(SHORT, lambda: _null_space(W), "free motions")
     except FormulaTooLargeError:
         found = ()
-    if len(found) != derivation.K.rows - rank:
+    if len(found) != form.K.rows - rank:
         raise needs_closed_form(derivation, "free motions")
     return found
 
@@ -158,11 +152,6 @@ def decoupling_conditions(K: Any) -> tuple[sp.Expr, ...]:
             return within(SHORT, lambda: decoupling_in_steps(K), "decoupling")
         except FormulaTooLargeError:
             raise needs_closed_form(K, "decoupling") from None
-    matrix, names = closed_matrix(K, "decoupling"), matrix_in_names(K)
-    if names is not None:
-        always = (sp.Integer(0),)
-        each = {shared_zeros([entry]) for entry in dict.fromkeys(coupling_of(names.matrix))}
-        own = [set(names.powers_of_zeros(dict.fromkeys(found, 1))) for found in each - {always}]
-        shared = set.intersection(*own) if own else always
-        return tuple(sorted(shared, key=sp.default_sort_key))
-    return shared_zeros(coupling_of(matrix))
+    if isinstance(K, RobotDerivation) and K.named is not None:
+        return decoupling_in_names(K)
+    return shared_zeros(coupling_of(closed_matrix(K, "decoupling")))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -17,8 +18,8 @@ from robostiff.analytic.exact.definition import Condition, Definition, count_of
 from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.exact.factors import determinant, echelon, shared_factors
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.exact.trigonometry import shortest_trigonometry
-from robostiff.analytic.questions.loci import NEARLY_ZERO, MatrixInNames, rank_locus
+from robostiff.analytic.placement.robot_pose import exact_angle
+from robostiff.analytic.questions.loci import rank_in_numbers, rank_locus, written_steps
 from robostiff.errors import InputError
 
 #: Seconds for an answer in steps.
@@ -58,13 +59,8 @@ class RankFormula:
         """Of a matrix or derivation; `powers`: the factors with their exponents in the minors."""
         powers = dict(powers)
         for factor in [x for x in powers if count_of(x) <= _LONG]:
-            # cos(x/2) with twice the exponent for 1 + cos(x), as a person writes.
-            rest: Any = sp.factor_terms(shortest_trigonometry(factor)).as_coeff_Mul()[1]
-            for turn in rest.atoms(sp.cos, sp.sin):
-                x: Any = turn.args[0] - (sp.pi / 2 if isinstance(turn, sp.sin) else 0)
-                for sign, half in ((1, sp.cos(x / 2)), (-1, sp.sin(x / 2))):
-                    if rest in (sign * turn + 1, -sign * turn - 1):
-                        powers[half] = 2 * powers.pop(factor)
+            if (short := _power_of_a_cosine(factor)) is not None:
+                powers[short[0]] = short[1] * powers.pop(factor)
         kept = independent_zeros(sorted(powers, key=sp.default_sort_key))
         long = [x for x in kept if count_of(x) > _LONGEST]
         kept = tuple(x for x in kept if x not in long)
@@ -162,10 +158,16 @@ def matrix_by_entries(
     return M, tuple(entries)
 
 
-def general_rank(K: Any) -> int | None:
-    """Rank of a robot's derivation in steps, where it was compared with numbers."""
-    is_in_steps = isinstance(K, Derivation) and not K.is_closed
-    return getattr(K, "general_rank", None) if is_in_steps else None
+def rank_by_legs(K: Any) -> int | None:
+    """Rank of a robot's derivation in names or in steps; None of others, and if it is not known."""
+    named = getattr(K, "named", None)
+    if named is None and (not isinstance(K, Derivation) or K.is_closed):
+        return None
+    rank = getattr(K, "general_rank", None)
+    if rank is None and named is not None:  # values were put in
+        written = written_steps(K, math.inf)
+        rank = rank_in_numbers([written(w) for leg in named.legs for w in leg.wrenches])
+    return rank
 
 
 def rank_formula(K: Any, budget: float | None = BUDGET) -> RankFormula:
@@ -198,61 +200,28 @@ def rank_formula(K: Any, budget: float | None = BUDGET) -> RankFormula:
     >>> rank_formula(sp.diag(a, a * (a - b), 0))
     RankFormula(rank=2, exceptions=(a, a - b), common_minor=a**2*(a - b))
     """
-    if (rank := general_rank(K)) is not None:
-        return _rank_in_steps(K, rank, budget)
-    matrix = closed_matrix(K, "rank")
-    names = matrix_in_names(K)
+    by_legs = rank_by_legs(K)
+    matrix = closed_matrix(K, "rank") if by_legs is None else None
+    rank = getattr(K, "general_rank", None) if by_legs is None else by_legs
 
     def answer() -> RankFormula:
-        found = None if names is None else _rank_in_names(K, names)
-        return RankFormula.of(K, *_rank(matrix)) if found is None else found
+        if matrix is not None:
+            try:
+                return RankFormula.of(K, *_rank(matrix))
+            except FormulaTooLargeError:
+                if rank is None:
+                    raise
+        return RankFormula.of(K, rank or 0, *rank_locus(K, rank or 0))
 
+    is_closed = matrix is not None or K.is_closed
+    seconds = budget if is_closed else min(SHORT, budget or SHORT)
     try:
-        return within(budget, answer, "rank of a formula")
+        return within(seconds, answer, "rank of a formula")
     except FormulaTooLargeError as error:
-        rank = getattr(K, "general_rank", None)
-        if rank is None or isinstance(error, OutOfTimeError):
+        if rank is None or (is_closed and isinstance(error, OutOfTimeError)):
             raise
-        return _rank_in_steps(K, rank, budget)
-
-
-def _rank_in_steps(derivation: Any, rank: int, budget: float | None) -> RankFormula:
-    try:
-        short = SHORT if budget is None else min(budget, SHORT)
-        found = within(short, lambda: rank_locus(derivation, rank), "rank of a formula")
-    except FormulaTooLargeError:
-        found = {}, "it drops where wrenches of the legs depend on one another; too long"
-    return RankFormula.of(derivation, rank, *found)
-
-
-def _rank_in_names(K: Any, names: MatrixInNames) -> RankFormula | None:
-    """Rank of a sum of w w^T / c; None where its names hide what they have in common.
-
-    It drops where the wrenches do, whatever the stiffnesses are, and where one of these is zero.
-    """
-    found = [_rank(names.with_numbers(seed)) for seed in (1, 2)]
-    if any(rank != names.rank for rank, _ in found):
-        return None
-    # Lengths in names depend on one another: what two minors share is seen in given symbols.
-    first, second = (names.powers_of_zeros(powers) for _, powers in found)
-    common: dict[Any, Any] = {
-        zero: min(exponent, second[zero]) for zero, exponent in first.items() if zero in second
-    }
-    for stiffness in names.stiffnesses:
-        lost = names.rank - names.rank_at(without=stiffness)
-        for own in names.zeros_of(stiffness) if lost else ():
-            common[own] = common.get(own, 0) + lost
-    for symbol in names.springs:
-        lost = names.rank - names.rank_at({symbol: NEARLY_ZERO})
-        if lost:
-            common[symbol] = max(common.get(symbol, 0), lost)
-    return RankFormula.of(K, names.rank, common)
-
-
-def matrix_in_names(K: Any) -> MatrixInNames | None:
-    """A derivation as a sum of springs, in names."""
-    named = getattr(K, "named", None)
-    return None if named is None else MatrixInNames.of(*reversed(named.in_lengths))
+        remark = "it drops where wrenches of the legs depend on one another; too long"
+        return RankFormula.of(K, rank, {}, remark)
 
 
 def _rank(K: Any) -> tuple[int, dict[Any, int]]:
@@ -263,7 +232,7 @@ def _rank(K: Any) -> tuple[int, dict[Any, int]]:
     if rank == 0:
         return 0, {}
     chosen = combinations(range(K.rows), rank)
-    each = (determinant(field, [[elements[i][j] for j in own] for i in own]) for own in chosen)
+    each = (determinant(field, [[elements[i][j] for j in at] for i in at]) for at in chosen)
     return rank, shared_factors(field, (field.zeros(minor) for minor in each if not minor.is_zero))
 
 
@@ -280,6 +249,39 @@ _ALIKE = 1e-2  # the same of another factor at such a zero, of high order
 _NEAR = 0.1  # a symbol there, of the largest
 _LONG = 60  # operations
 _SEED = 29
+
+
+def _power_of_a_cosine(factor: Any) -> tuple[Any, int] | None:
+    """A cosine, and its power, that a sum in sines and cosines of one angle is a number times.
+
+    Examples
+    --------
+    >>> x = sp.Symbol("x")
+    >>> _power_of_a_cosine(1 + sp.cos(x)), _power_of_a_cosine(sp.sin(x) + sp.cos(x))
+    ((cos(x/2), 2), (cos(x - pi/4), 1))
+    """
+    turns = factor.atoms(sp.sin, sp.cos)
+    angles = set().union(*(x.free_symbols for x in turns))
+    if not factor.is_Add or factor.free_symbols != angles or len(angles) != 1:
+        return None
+    (x,) = angles
+    at = np.linspace(0, 4 * np.pi, _TURNS, endpoint=False)  # of halves of the angle
+    values = np.broadcast_to(values_of([factor], {x: at})[0], at.shape)
+    waves = np.fft.fft(values)[: _TURNS // 2]
+    top = int(np.flatnonzero(np.abs(waves) > _SAME * np.abs(waves).max())[-1])
+    for power in (n for n in range(1, top + 1) if top % n == 0):
+        for k in range(power):
+            phase = (np.angle(waves[top]) + 2 * np.pi * k) / power
+            wave = np.cos(top / power * at / 2 + phase) ** power
+            number = values @ wave / (wave @ wave)
+            if np.max(np.abs(values - number * wave)) <= _SAME * np.max(np.abs(values)):
+                found = sp.cos(sp.Rational(top, 2 * power) * x + exact_angle(float(phase)))
+                return (-found if found.could_extract_minus_sign() else found), power
+    return None
+
+
+_TURNS = 256
+_SAME = 1e-9
 
 
 @dataclass(frozen=True)
@@ -311,13 +313,13 @@ class Samples:
         polynomial = sp.Poly(factor)
         powers, numbers = zip(*polynomial.terms(), strict=True)
         coefficients = np.array(numbers, dtype=float)
-        each = [np.array(own) for own in zip(*powers, strict=True)]
+        each = [np.array(n) for n in zip(*powers, strict=True)]
 
         def ratio(at: np.ndarray) -> np.ndarray:
             known = dict(zip(self.symbols, np.moveaxis(at, -1, 0), strict=True))
             total: Any = coefficients
-            for x, own in zip(values_of(polynomial.gens, known), each, strict=True):
-                total = total * (np.asarray(x)[..., None] ** np.arange(max(own) + 1))[..., own]
+            for x, n in zip(values_of(polynomial.gens, known), each, strict=True):
+                total = total * (np.asarray(x)[..., None] ** np.arange(max(n) + 1))[..., n]
             sizes = np.sum(np.abs(total), axis=-1)
             return np.sum(total, axis=-1) / np.where(sizes > 0, sizes, 1)
 

@@ -238,12 +238,12 @@ class LegReader:
         def shared(i: int, j: int) -> Any:
             return summed(self.contributions(leg, units[i], units[j]))
 
-        shifts, met, compliances = self._conjugate(basis.compliance, shared)
+        shifts, values, compliances = self._conjugate(basis.compliance, shared)
         # Rows of L^-1, a lower triangle with ones on its diagonal.
         rows: list[list[Any]] = [
             [int(i == j) for j in range(len(units))] for i in range(len(units))
         ]
-        held = []
+        wrenches = []
         for i, row in enumerate(rows):
             for j in (j for j in range(i) if not is_zero(shifts[i][j])):
                 for k in range(j + 1):
@@ -255,8 +255,8 @@ class LegReader:
                     parts.append((self._shift(x.sample, lambda x=x: self.read(x)), w))
                 elif not is_zero(x):
                     parts.append((x, w))
-            held.append(HeldWrench(tuple(parts), compliances[i], met[:, i]))
-        return tuple(sorted(held, key=lambda one: all(w.point is None for _, w in one.parts)))
+            wrenches.append(HeldWrench(tuple(parts), compliances[i], values[:, i]))
+        return tuple(sorted(wrenches, key=lambda one: all(w.point is None for _, w in one.parts)))
 
     def _conjugate(
         self, A: np.ndarray, entry: Callable[[int, int], Any], *, are_stiffnesses: bool = False
@@ -269,11 +269,11 @@ class LegReader:
         pivots: list[Any] = []
         for i in range(m):
             for j in range(i):
-                own = A[:, i, j] - np.einsum("nk,nk,nk->n", L[:, i, :j], L[:, j, :j], D[:, :j])
+                shared = A[:, i, j] - np.einsum("nk,nk,nk->n", L[:, i, :j], L[:, j, :j], D[:, :j])
                 size = np.sqrt(A[:, i, i] * D[:, j])
-                if np.max(np.abs(own) / size) <= IDLE:
+                if np.max(np.abs(shared) / size) <= IDLE:
                     continue
-                L[:, i, j] = own / D[:, j]
+                L[:, i, j] = shared / D[:, j]
                 shifts[i][j] = self._shift(
                     L[:, i, j],
                     lambda i=i, j=j: self.read.quotient(
@@ -325,13 +325,13 @@ class LegReader:
             return self._blocks[id(block)]
         search, record = self.search, self.search.record
         as_leg = PlacedLeg(block.name, (block,), block.branches[0].end)
-        held = [w for branch in block.branches for w in self.of(branch)]
-        own = SampledLeg.of(as_leg, search)
-        if own is not None and own.transmitted == len(held):
+        wrenches = [w for branch in block.branches for w in self.of(branch)]
+        sample = SampledLeg.of(as_leg, search)
+        if sample is not None and sample.transmitted == len(wrenches):
             # All of them together are a basis, and share no energy.
-            frame = self._frame(block, [u for w in held for _, u in w.parts])
-            columns = tuple(w.seen_from(frame, search) for w in held)
-            found = BlockSprings(frame, columns, tuple(w.compliance for w in held), search)
+            frame = self._frame(block, [u for w in wrenches for _, u in w.parts])
+            columns = tuple(w.seen_from(frame, search) for w in wrenches)
+            found = BlockSprings(frame, columns, tuple(w.compliance for w in wrenches), search)
             self._blocks[id(block)] = found
             return found
         basis = search.basis(as_leg, few_couplings=False)
@@ -340,28 +340,28 @@ class LegReader:
         units = basis.wrenches[::-1]  # forces first: they are moved by couples
         frame = self._frame(block, units)
         columns = [w.seen_from(frame, record, search.length) for w in units]
-        shares = [shares_of(columns, w.seen_from(frame, search), search) for w in held]
-        at = at_samples(shares, record.count).reshape(record.count, len(held), len(units))
-        met = np.stack([w.met for w in held], axis=1)
+        shares = [shares_of(columns, w.seen_from(frame, search), search) for w in wrenches]
+        at = at_samples(shares, record.count).reshape(record.count, len(wrenches), len(units))
+        compliances = np.stack([w.met for w in wrenches], axis=1)
 
         def added(i: int, j: int) -> Any:
             of_compliance: dict[Any, Any] = {}
-            for w, own in zip(held, shares, strict=True):
+            for w, share in zip(wrenches, shares, strict=True):
                 so_far = of_compliance.get(w.compliance, 0)
-                of_compliance[w.compliance] = so_far + own[i] * own[j]
+                of_compliance[w.compliance] = so_far + share[i] * share[j]
             terms = [self.read(record.simplified(x)) / c for c, x in of_compliance.items()]
             return sp.Add(*terms)
 
-        D = np.einsum("nbi,nb,nbj->nij", at, 1 / met, at)
+        D = np.einsum("nbi,nb,nbj->nij", at, 1 / compliances, at)
         shifts, _, stiffnesses = self._conjugate(D, added, are_stiffnesses=True)
         # Rows of L^T: the wrench with which each stiffness comes.
-        own = []
+        sample = []
         for i, column in enumerate(columns):
             later = [row[i] for row in shifts[i + 1 :]]
             moved = [dot(later, [c[r] for c in columns[i + 1 :]]) for r in range(6)]
             whole = (x if is_zero(y) else x + y for x, y in zip(column, moved, strict=True))
-            own.append([*map(record.simplified, whole, search.scale)])
-        found = BlockSprings(frame, tuple(own), tuple(1 / k for k in stiffnesses), search)
+            sample.append([*map(record.simplified, whole, search.scale)])
+        found = BlockSprings(frame, tuple(sample), tuple(1 / k for k in stiffnesses), search)
         self._blocks[id(block)] = found
         return found
 
@@ -393,18 +393,18 @@ def shares_of(columns: Sequence[list[Any]], w: list[Any], search: WrenchSearch) 
     rows = [[*(column[r] for column in columns), w[r]] for r in range(6)]
     taken: list[int] = []
     for k in range(m):
-        left = [r for r in range(6) if r not in taken and not is_zero(rows[r][k])]
-        if not left:
+        open_rows = [r for r in range(6) if r not in taken and not is_zero(rows[r][k])]
+        if not open_rows:
             raise NotHeldByUnitWrenchesError
 
         def awkwardness(r: int, k: int = k) -> tuple[int, int, float]:
             used = sum(isinstance(x, Entry) for x in rows[r])
             return isinstance(rows[r][k], Entry), used, -least_size(rows[r][k]) / scale[r]
 
-        pivot = min(left, key=awkwardness)
+        pivot = min(open_rows, key=awkwardness)
         taken.append(pivot)
-        own = rows[pivot][k]
-        rows[pivot] = [record.simplified(x / own) for x in rows[pivot]]
+        divisor = rows[pivot][k]
+        rows[pivot] = [record.simplified(x / divisor) for x in rows[pivot]]
         for r in range(6):
             factor = rows[r][k]
             if r != pivot and not is_zero(factor):

@@ -64,20 +64,19 @@ class SumOfSprings:
     legs: Mapping[int, LegInNames]  # by leg number: those that are no images of others
     # lengths L, products EA of beams, compliances c; in the order in which they can be computed
     definitions: tuple[Definition, ...]
-    before: SumOfSprings | None = None  # the same without names for components of unit vectors
 
     def leg(self, first: int, way: Image | None = None) -> LegInNames:
         """One of these legs, or its image, of which the wrenches are not yet written."""
-        own, compliances = self.legs[first]
+        first_wrenches, compliances = self.legs[first]
         if way is None:
-            return own, compliances
+            return first_wrenches, compliances
         rows = [*ROWS[self.K.rows]]
 
         def shortest(x: Any) -> Any:
             return min(x, _in_names(factored_fraction(x), self.definitions), key=count_of)
 
         def turned() -> tuple[sp.ImmutableMatrix, ...]:
-            wrenches = [dict(zip(rows, w, strict=True)) for w in own]
+            wrenches = [dict(zip(rows, w, strict=True)) for w in first_wrenches]
             images = (way.made_from([w.get(i, 0) for i in range(6)]) for w in wrenches)
             return tuple(sp.ImmutableMatrix([shortest(w[i]) for i in rows]) for w in images)
 
@@ -148,9 +147,9 @@ def sum_of_springs(
         )
         for number, leg in legs.items()
     }
-    results = [plain, *(x for leg in in_names.values() for own in leg for x in own)]
-    before = SumOfSprings(plain, in_names, used_definitions(definitions, results))
-    found = _with_components(before, shorter, placed)
+    results = [plain, *(x for leg in in_names.values() for parts in leg for x in parts)]
+    found = SumOfSprings(plain, in_names, used_definitions(definitions, results))
+    found = _with_components(found, shorter, placed)
     formulas = *different_entries(found.K.flat()), *(d.expression for d in found.definitions)
     at_most = sum(map(count_of, formulas))
     if at_most > PRINTED and operations_of(found.K, found.definitions) > PRINTED:
@@ -176,11 +175,11 @@ def _grouped(
                 group.wrenches.append(group.wrenches[number].turned(way, search))
             continue
         try:
-            held = reader.of(placed.place(i).leg)
+            wrenches = reader.of(placed.place(i).leg)
         except NotHeldByUnitWrenchesError:
             return None
         legs[i] = []
-        for one in held:
+        for one in wrenches:
             key = tuple(map(float, one.met))
             alike = next((k for k in groups if np.allclose(k, key, rtol=_SAME, atol=0)), key)
             group = groups.setdefault(alike, WrenchesAlike(one.compliance))
@@ -189,10 +188,10 @@ def _grouped(
                 group.shifted.add(len(group.wrenches))
             about = one.about(placed.reference, search)
             if placed.follows.at_joints:  # in its own joint coordinates by way of its end
-                own, leg = placed.place(i), placed.entries.legs[i]
-                w = one.about(own.leg.end, search)
+                placed_leg, leg = placed.place(i), placed.entries.legs[i]
+                w = one.about(placed_leg.leg.end, search)
                 away = np.array(leg.attachment.p, dtype=object) - placed.entries.reference_point
-                moved = zip(w[3:], cross(own.platform.R @ away, w[:3]), strict=True)
+                moved = zip(w[3:], cross(placed_leg.platform.R @ away, w[:3]), strict=True)
                 about = [*w[:3], *(b if is_zero(a) else a + b for a, b in moved)]
             at = at_samples(about, search.record.count)
             group.wrenches.append(WrenchOfLeg(at, lambda about=about: about))
@@ -222,18 +221,18 @@ def _with_components(
     written = shortest(plain, placed.symbols, samples, names)
     put = dict(zip(entries, written.results, strict=True))
     put |= {-entry: -x for entry, x in put.items()}
-    left = iter(written.others)
+    rest = iter(written.others)
     legs = {
         i: (
-            tuple(sp.ImmutableMatrix(next(left)) for _ in leg[0]),
-            tuple(next(left)[0] for _ in leg[1]),
+            tuple(sp.ImmutableMatrix(next(rest)) for _ in leg[0]),
+            tuple(next(rest)[0] for _ in leg[1]),
         )
         for i, leg in found.legs.items()
     }
     matrix = sp.ImmutableMatrix(K.rows, K.cols, [put.get(x, x) for x in K.flat()])
     others = (x for one in written.others for x in one)
     used = used_definitions(written.definitions, [matrix, *others])
-    return SumOfSprings(matrix, legs, used, before=found)
+    return SumOfSprings(matrix, legs, used)
 
 
 def _in_names(expression: Any, definitions: Sequence[Definition]) -> Any:
@@ -291,8 +290,8 @@ class WrenchesAlike:
 
     def written(self, number: int, search: WrenchSearch, read: NamedReading) -> sp.ImmutableMatrix:
         """One of the wrenches."""
-        own = self.wrenches[number].entries
-        return sp.ImmutableMatrix([read(own[i]) for i in search.space.rows])
+        entries = self.wrenches[number].entries
+        return sp.ImmutableMatrix([read(entries[i]) for i in search.space.rows])
 
 
 def matrix_of(

@@ -82,8 +82,8 @@ class SampledLeg:
                 continue
             if isinstance(part, PlacedSpring):
                 R, p = at_samples(part.rotation, record.count), at_samples(part.point, record.count)
-                own = Elasticity(at_samples(part.elasticity.compliance, record.count))
-                own = spring_compliance(PlacedSpring("", p, R, own), reference)
+                compliance = Elasticity(at_samples(part.elasticity.compliance, record.count))
+                compliance = spring_compliance(PlacedSpring("", p, R, compliance), reference)
             else:
                 twist = at_samples(part.twist(at), record.count)
                 if part.is_passive:
@@ -94,8 +94,8 @@ class SampledLeg:
                 if part.stiffness is None:
                     continue
                 k = at_samples([part.stiffness], record.count)
-                own = twist[:, :, None] * twist[:, None, :] / k[:, :, None]
-            C += (own * scale[:, None] * scale)[:, rows][:, :, rows]
+                compliance = twist[:, :, None] * twist[:, None, :] / k[:, :, None]
+            C += (compliance * scale[:, None] * scale)[:, rows][:, :, rows]
         J = np.zeros((record.count, n, 0))
         if columns:
             J = np.stack(columns, axis=2)
@@ -112,14 +112,14 @@ _MOST = 1000  # bases that are compared
 
 def _alike(vectors: np.ndarray, close: float, *, up_to_sign: bool) -> list[list[int]]:
     """Numbers of vectors (m, count, n) that are the same at all samples, perhaps up to a sign."""
-    found, left = [], np.arange(len(vectors))
-    while len(left):
-        own, others = vectors[left[0]], vectors[left]
-        is_same = np.abs(others - own).max(axis=(1, 2)) < close
+    found, rest = [], np.arange(len(vectors))
+    while len(rest):
+        first, others = vectors[rest[0]], vectors[rest]
+        is_same = np.abs(others - first).max(axis=(1, 2)) < close
         if up_to_sign:
-            is_same |= np.abs(others + own).max(axis=(1, 2)) < close
-        found.append(left[is_same].tolist())
-        left = left[~is_same]
+            is_same |= np.abs(others + first).max(axis=(1, 2)) < close
+        found.append(rest[is_same].tolist())
+        rest = rest[~is_same]
     return found
 
 
@@ -205,16 +205,16 @@ class WrenchSearch:
         """
         if any(s.elasticity.freedoms.shape[1] for s in leg.springs):
             return None
-        own = SampledLeg.of(leg, self)
-        if own is None or own.transmitted is None:
+        sample = SampledLeg.of(leg, self)
+        if sample is None or sample.transmitted is None:
             return None
-        if own.transmitted == 0:
-            return Basis((), own.C[:, :0, :0])
-        places = self._transmitted(leg, own)
-        if len(places) < own.transmitted:
+        if sample.transmitted == 0:
+            return Basis((), sample.C[:, :0, :0])
+        places = self._transmitted(leg, sample)
+        if len(places) < sample.transmitted:
             return None
-        m = own.transmitted
-        if few_couplings and _least_couplings([one[0].scaled for one in places], own) > m:
+        m = sample.transmitted
+        if few_couplings and _least_couplings([one[0].scaled for one in places], sample) > m:
             return None
         found, record, length = list[_PlacedWrench](), self.record, self.length
         for alike in places:
@@ -234,22 +234,22 @@ class WrenchSearch:
         count = m
         while count < len(found) and comb(count + 1, m) <= _MOST:
             count += 1
-        return _combined(sorted(found, key=lambda one: one.cost)[:count], own)
+        return _combined(sorted(found, key=lambda one: one.cost)[:count], sample)
 
     def of_wrenches(self, leg: PlacedLeg, wrenches: tuple[UnitWrench, ...]) -> Basis | None:
         """A basis of given wrenches; None where they are none of what a leg transmits."""
-        own, count = SampledLeg.of(leg, self), self.record.count
-        if own is None or own.transmitted != len(wrenches):
+        sample, count = SampledLeg.of(leg, self), self.record.count
+        if sample is None or sample.transmitted != len(wrenches):
             return None
         each = [w.about(self.reference, self.record, self.length) for w in wrenches]
         W = np.stack([at_samples(w, count) / self.scale for w in each], axis=1)
         W = W[:, :, self.space.rows]
-        does_work = own.J.size and np.max(np.abs(W @ own.J)) > IDLE * np.max(np.abs(W))
+        does_work = sample.J.size and np.max(np.abs(W @ sample.J)) > IDLE * np.max(np.abs(W))
         if does_work or np.min(np.linalg.svd(W, compute_uv=False)) < _INDEPENDENT:
             return None
-        return Basis(wrenches, W @ own.C @ np.swapaxes(W, 1, 2))
+        return Basis(wrenches, W @ sample.C @ np.swapaxes(W, 1, 2))
 
-    def _transmitted(self, leg: PlacedLeg, own: SampledLeg) -> list[list[_PlacedWrench]]:
+    def _transmitted(self, leg: PlacedLeg, sample: SampledLeg) -> list[list[_PlacedWrench]]:
         """Unit wrenches that do no work on passive joints, alike ones together."""
         directions = self._different(_directions(leg, self.record.count), 1.0, up_to_sign=True)
         points = self._different(_points(leg, self.record.count), self.length, up_to_sign=False)
@@ -268,8 +268,8 @@ class WrenchSearch:
         scaled = (w / self.scale)[..., self.space.rows]
         sizes = np.linalg.norm(scaled, axis=-1)
         scaled = scaled / np.where(sizes > 0, sizes, 1)[..., None]
-        if own.J.shape[2]:
-            work = np.abs(np.einsum("dpni,nij->dpnj", scaled, own.J))
+        if sample.J.shape[2]:
+            work = np.abs(np.einsum("dpni,nij->dpnj", scaled, sample.J))
             fits &= np.max(work, axis=(2, 3)) <= IDLE
         places = np.argwhere(fits)
         each = [
@@ -307,15 +307,15 @@ class _PlacedWrench:
     cost: int = 0
 
 
-def _combined(pool: Sequence[_PlacedWrench], own: SampledLeg) -> Basis | None:
+def _combined(pool: Sequence[_PlacedWrench], sample: SampledLeg) -> Basis | None:
     """Independent wrenches with the fewest couplings, cheap ones first."""
-    m = own.transmitted or 0
+    m = sample.transmitted or 0
     best: tuple[tuple[int, int], Basis] | None = None
     for chosen in combinations(pool, m):
         W = np.stack([one.scaled for one in chosen], axis=1)
         if np.min(np.linalg.svd(W, compute_uv=False)) < _INDEPENDENT:
             continue
-        A = W @ own.C @ np.swapaxes(W, 1, 2)
+        A = W @ sample.C @ np.swapaxes(W, 1, 2)
         sizes = np.sqrt(np.maximum(np.einsum("naa->na", A), 0))
         if np.min(sizes) <= 0:
             return None
@@ -333,14 +333,14 @@ def _combined(pool: Sequence[_PlacedWrench], own: SampledLeg) -> Basis | None:
     return None if best is None else best[1]
 
 
-def _least_couplings(wrenches: Sequence[np.ndarray], own: SampledLeg) -> int:
+def _least_couplings(wrenches: Sequence[np.ndarray], sample: SampledLeg) -> int:
     """A lower bound of the pairs of a basis that share energy.
 
     Of m wrenches, each is without any at most with m - 1 others, and with as many as of all.
     """
-    m = own.transmitted or 0
+    m = sample.transmitted or 0
     W = np.stack(wrenches, axis=1)
-    A = np.abs(W @ own.C @ np.swapaxes(W, 1, 2))
+    A = np.abs(W @ sample.C @ np.swapaxes(W, 1, 2))
     sizes = np.sqrt(np.einsum("naa->na", A))
     apart = np.max(A - IDLE * sizes[:, :, None] * sizes[:, None, :], axis=0) <= 0
     np.fill_diagonal(apart, False)
@@ -436,8 +436,8 @@ def _lines(leg: PlacedLeg, count: int) -> Iterator[_Vector]:
     each = (_unit(_between(a, b)) for a, b in combinations(points, 2))
     units = [unit for unit in each if unit is not None]
     for first, *_ in _alike(np.array([at for at, _ in units]), _SAME, up_to_sign=True):
-        if (own := units[first][1]()) is not None:
-            _ = [own @ axis[1]() for axis in axes]
+        if (direction := units[first][1]()) is not None:
+            _ = [direction @ axis[1]() for axis in axes]
     for unit in units:
         yield unit
         yield from (_across(unit, axis) for axis in axes if _are_square(unit, axis))

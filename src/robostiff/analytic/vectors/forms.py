@@ -195,8 +195,8 @@ class FormulaInVectors(Formula):
 
     def components(self) -> Components:
         """None yet, but for names; no name is that of a given symbol."""
-        own = (getattr(self, f.name) for f in fields(self) if not f.kw_only and f.name != "space")
-        return Components(names_in(tuple(own)), self.names)
+        parts = (getattr(self, f.name) for f in fields(self) if not f.kw_only and f.name != "space")
+        return Components(names_in(tuple(parts)), self.names)
 
 
 @dataclass(frozen=True)
@@ -275,18 +275,18 @@ class VectorForm(FormulaInVectors):
             return None
         row = {name: column[form.legs.index(leg)] for name, column in form.columns.items()}
         given = {sp.Symbol(x, real=True): v for x, v in row.items() if isinstance(v, sp.Expr)}
-        met = {c for _, c in form.wrenches}
+        compliances = {c for _, c in form.wrenches}
         first = [Equation(x, v) for x, v in row.items() if isinstance(v, Coordinates)]
-        last = [Equation(x, v, is_vector=False) for x, v in row.items() if x in met]
+        last = [Equation(x, v, is_vector=False) for x, v in row.items() if x in compliances]
         each = (replace(e, expression=e.expression.xreplace(given)) for e in form.leg)
         alone: Any = {"columns": {}, "turned": (), "average": None, "others": ()}
         return replace(form, pose=self.pose, legs=(leg,), leg=(*first, *each, *last), **alone)
 
     def _written(self) -> tuple[Any, list[Definition]]:
-        own, terms, first = self.components(), [], 1
+        steps, terms, first = self.components(), [], 1
         for form in (self, *self.others):
-            own.add(form.names)
-            terms += [x for leg in form.in_each_leg(own, first) for x in leg]
+            steps.add(form.names)
+            terms += [x for leg in form.in_each_leg(steps, first) for x in leg]
             first += len(form.legs)
         rows = list(self.space.rows)
 
@@ -294,77 +294,79 @@ class VectorForm(FormulaInVectors):
             i, j = sorted((rows[i], rows[j]))
             return sp.Add(*(w[i] * v[j] for w, _, v in terms))
 
-        return sp.Matrix(len(rows), len(rows), entry), own.definitions
+        return sp.Matrix(len(rows), len(rows), entry), steps.definitions
 
     def components(self) -> Components:
         """Those of the pose."""
-        own = super().components()
+        steps = super().components()
         for e in self.pose:
-            own.give(e.name, e.expression)
-        return own
+            steps.give(e.name, e.expression)
+        return steps
 
-    def in_each_leg(self, own: Components, first: int = 1) -> Iterator[list[tuple[Any, Any, Any]]]:
+    def in_each_leg(
+        self, steps: Components, first: int = 1
+    ) -> Iterator[list[tuple[Any, Any, Any]]]:
         """For each leg wrenches w, what they meet, and v: the sum of w v^T is its stiffness.
 
-        `own`: what the pose defines; `first`: number of the first leg.
+        `steps`: what the pose defines; `first`: number of the first leg.
         """
-        later, pose = self.columns.keys() & {c for _, c in self.wrenches}, dict(own.known)
+        later, pose = self.columns.keys() & {c for _, c in self.wrenches}, dict(steps.known)
         for n in range(len(self.legs)):
             number = "" if self.is_arm else f"_{first + n}"
-            own.known = dict(pose)
+            steps.known = dict(pose)
             for name in self.columns.keys() - later:
-                own.known[name] = own.value(self.columns[name][n])
+                steps.known[name] = steps.value(self.columns[name][n])
             for e in self.leg:
-                own.give(e.name, e.expression, number)
+                steps.give(e.name, e.expression, number)
             if not self.wrenches:
-                yield self._of_springs(own, number)
+                yield self._of_springs(steps, number)
                 continue
             for name in later:  # which may depend on the length of the leg
-                own.give(name, self.columns[name][n], number)
-            met = [(own.known[w], own.known[c]) for w, c in self.wrenches]
+                steps.give(name, self.columns[name][n], number)
+            pairs = [(steps.known[w], steps.known[c]) for w, c in self.wrenches]
             for leg, rod, arm in self.rods:
                 if leg == n:
-                    own.known["r_ij"] = own.value(Coordinates(*arm))
+                    steps.known["r_ij"] = steps.value(Coordinates(*arm))
                     of_rod = f"{number}_{[x for i, x, _ in self.rods if i == n].index(rod) + 1}"
                     for e in self.of_rod:
-                        own.give(e.name, e.expression, of_rod)
-                    met.append(tuple(own.known[e.name] for e in self.of_rod))
+                        steps.give(e.name, e.expression, of_rod)
+                    pairs.append(tuple(steps.known[e.name] for e in self.of_rod))
             if not self.coupled:
-                yield [(w, c, w / c) for w, c in met]
+                yield [(w, c, w / c) for w, c in pairs]
                 continue
-            W = np.stack([w for w, _ in met], axis=1)
-            C = sp.Matrix([[own.known[c] if c else 0 for c in row] for row in self.coupled])
-            V = W @ np.array(own.inverse(f"c{number}", C, f"a{number}_"))
+            W = np.stack([w for w, _ in pairs], axis=1)
+            C = sp.Matrix([[steps.known[c] if c else 0 for c in row] for row in self.coupled])
+            V = W @ np.array(steps.inverse(f"c{number}", C, f"a{number}_"))
             yield [(w, C[k, k], v) for k, (w, v) in enumerate(zip(W.T, V.T, strict=True))]
 
-    def _of_springs(self, own: Components, number: str) -> list[tuple[Any, Any, Any]]:
+    def _of_springs(self, steps: Components, number: str) -> list[tuple[Any, Any, Any]]:
         """The stiffness of a leg by its springs: C^-1, of which passive joints take their part.
 
         Each of them takes u u^T/mu, u = K J, mu = J^T u, eq. (15).
         """
         C, rows = sp.zeros(6), list(self.space.rows)
         for _, twist, compliance in self.drives:
-            t = sp.Matrix(own.known[twist])
-            C += own.value(compliance) * t * t.T
+            t = sp.Matrix(steps.known[twist])
+            C += steps.value(compliance) * t * t.T
         for _, axes, middle, of_beam in self.beams:
             Q, D = (
-                sp.Matrix(own.known[axes]),
-                sp.diag(*beam_compliances(*map(own.value, of_beam))),
+                sp.Matrix(steps.known[axes]),
+                sp.diag(*beam_compliances(*map(steps.value, of_beam))),
             )
-            lever = _lever(sp.Matrix(own.known[middle]), Q)
+            lever = _lever(sp.Matrix(steps.known[middle]), Q)
             T = sp.Matrix([[Q, lever], [sp.zeros(3), Q]])
             C += T * D * T.T
         step = f"a{number}_" if number else "a"
-        K: Any = own.inverse(f"C{number}", C.extract(rows, rows), step)
+        K: Any = steps.inverse(f"C{number}", C.extract(rows, rows), step)
         for k, twist in enumerate(self.passive, start=1):
-            J = sp.Matrix(own.known[twist]).extract(rows, [0])
-            u = [own.named(f"u{number}_{k}{i + 1}", x) for i, x in enumerate(K * J)]
-            mu = own.named(f"mu{number}_{k}", sp.Add(*(a * b for a, b in zip(u, J, strict=True))))
-            left = {
-                (i, j): own.named(f"K{number}_{k}{i + 1}{j + 1}", K[i, j] - u[i] * u[j] / mu)
+            J = sp.Matrix(steps.known[twist]).extract(rows, [0])
+            u = [steps.named(f"u{number}_{k}{i + 1}", x) for i, x in enumerate(K * J)]
+            mu = steps.named(f"mu{number}_{k}", sp.Add(*(a * b for a, b in zip(u, J, strict=True))))
+            after = {
+                (i, j): steps.named(f"K{number}_{k}{i + 1}{j + 1}", K[i, j] - u[i] * u[j] / mu)
                 for i, j in _upper(K)
             }
-            K = sp.Matrix(K.rows, K.rows, lambda i, j, left=left: left[min(i, j), max(i, j)])
+            K = sp.Matrix(K.rows, K.rows, lambda i, j, after=after: after[min(i, j), max(i, j)])
         whole, units = sp.zeros(6, len(rows)), sp.eye(6)
         for k, row in enumerate(rows):
             whole[row, :] = K.row(k)
@@ -397,6 +399,6 @@ class InSeries(FormulaInVectors):
     is_arm = True
 
     def _written(self) -> tuple[Any, list[Definition]]:
-        own = self.components()
-        T = transport(self.axes.applyfunc(own.value), self.arm.applyfunc(own.value), self.space)
-        return T * own.inverse("C", self.C.applyfunc(own.value)) * T.T, own.definitions
+        steps = self.components()
+        T = transport(self.axes.applyfunc(steps.value), self.arm.applyfunc(steps.value), self.space)
+        return T * steps.inverse("C", self.C.applyfunc(steps.value)) * T.T, steps.definitions

@@ -42,8 +42,8 @@ class LegTable:
         found = self.vectors(letter, angle, each, as_whole=rotation is None)
         if found is None:
             return []
-        own = Coordinates(*found)
-        return [Equation(f"{letter}_i", own if rotation is None else Turned(rotation, own))]
+        vector = Coordinates(*found)
+        return [Equation(f"{letter}_i", vector if rotation is None else Turned(rotation, vector))]
 
     def vectors(
         self, letter: str, angle: str, each: Sequence[Sequence[Any]], *, as_whole: bool = True
@@ -70,8 +70,8 @@ class LegTable:
         if len(known) < len(each):
             differ = (any(not _are_same((v[k],), (first[k],)) for v in each[1:]) for k in range(3))
             if as_whole and all(differ):
-                own = (tuple(map(sp.sympify, v)) for v in each)
-                self.columns[f"{letter}_i"] = [Coordinates(*v) for v in own]
+                points = (tuple(map(sp.sympify, v)) for v in each)
+                self.columns[f"{letter}_i"] = [Coordinates(*v) for v in points]
                 return None
             return tuple(
                 self.scalar(f"{letter}_i{axis}", [v[k] for v in each])
@@ -104,8 +104,8 @@ class LegTable:
         first = self.columns[self.angles[0]]
         groups: dict[tuple[Any, ...], list[int]] = {}
         for leg, start in enumerate(first):
-            own = [self.columns[name][leg] for name in self.angles[1:]]
-            key = tuple(_wrapped(angle - start) for angle in own)
+            angles = [self.columns[name][leg] for name in self.angles[1:]]
+            key = tuple(_wrapped(angle - start) for angle in angles)
             # With a symbol, legs may also turn by it: these are no turns of one another.
             groups.setdefault((*key, start - _number(start)), []).append(leg)
         return list(groups.values())

@@ -82,11 +82,11 @@ def _average_of(found: VectorForm, placed: PlacedRobot) -> sp.ImmutableMatrix | 
     is_one = len(found.wrenches) == 1 and not (found.others or found.rods)
     if not is_one or placed.coordinates or found.space is not Space.SPATIAL:
         return None
-    own = found.components()
-    legs = [leg for (leg,) in found.in_each_leg(own)]
+    steps = found.components()
+    legs = [leg for (leg,) in found.in_each_leg(steps)]
     at: dict[Any, Any] = {s: placed.record.input(name).sample for name, s in placed.symbols.items()}
     each = [[*w, c] for w, c, _ in legs]
-    numbers = values_of([x for leg in each for x in leg], at, own.definitions)
+    numbers = values_of([x for leg in each for x in leg], at, steps.definitions)
     numbers = np.array(np.broadcast_arrays(*numbers)).reshape(len(legs), 7, -1)
     c = numbers[:, 6]
     if np.max(np.abs(c - c[:1]) / c) > SAME:
@@ -98,8 +98,8 @@ def _average_of(found: VectorForm, placed: PlacedRobot) -> sp.ImmutableMatrix | 
         return None
     is_nothing = np.max(np.abs(W[:, 0]), axis=0) < SAME
     symbols: Any = sp.symbols(COMPONENTS, real=True)
-    own = [sp.Integer(0) if x else name for x, name in zip(is_nothing, symbols, strict=True)]
-    products = averages({0: own}, orbits)
+    entries = [sp.Integer(0) if x else name for x, name in zip(is_nothing, symbols, strict=True)]
+    products = averages({0: entries}, orbits)
     c_of_all = sp.Symbol("c_1", real=True)
 
     def entry(i: int, j: int) -> Any:
@@ -131,7 +131,7 @@ class _Recognition:
         self.springs = LegReader(WrenchSearch.of(placed), self.read)
         name, point = "Q" if "R" in placed.symbols else "R", placed.entries.reference_point
         each = {"p": placed.platform.p, name: placed.platform.R, "r_0": point}
-        at = {own: sampled(x, placed.record.count) for own, x in each.items()}
+        at = {name_of: sampled(x, placed.record.count) for name_of, x in each.items()}
         is_turned = np.max(np.abs(at[name] - np.eye(3))) > SAME
         is_shifted = bool(np.max(np.abs(at["r_0"])) > SAME * placed.length)
         self.platform = Platform(name if is_turned else None, is_shifted, at)
@@ -156,8 +156,8 @@ class _Recognition:
         if None in each:
             each, parallel = self._parallel(rods)
         kinds: dict[Any, list[int]] = {}
-        for i, own in enumerate(each):
-            kinds.setdefault(own and (rods[i].carrier, own.wrenches), []).append(i)
+        for i, leg in enumerate(each):
+            kinds.setdefault(leg and (rods[i].carrier, leg.wrenches), []).append(i)
         if None in kinds or 1 < len(kinds) == len(each):
             return None
         forms = []
@@ -179,8 +179,8 @@ class _Recognition:
         of_rods, contributions = set[Any](), self.springs.contributions
         wrench = Stacked(U, Cross(self.platform.turned(B), U))
         for number, rod in enumerate(rods):
-            own, middle = self.placed.legs[number].leg, ends_of(self.placed.legs[number].leg)
-            branches = own.blocks[0].branches if own.blocks else (own,)
+            leg, middle = self.placed.legs[number].leg, ends_of(self.placed.legs[number].leg)
+            branches = leg.blocks[0].branches if leg.blocks else (leg,)
             bases = [self.springs.search.basis(branch) for branch in branches]
             forces = [x for basis in bases for x in (basis.wrenches if basis else ())]
             each = [w for w in forces if w.point is not None]
@@ -191,19 +191,19 @@ class _Recognition:
                 return [None], {}
             self.read.known = rod.named(rod.scalars())
             mean = UnitWrench(each[0].direction, middle[1])
-            met = summed(contributions(own.without_blocks, mean, mean))
+            compliance = summed(contributions(leg.without_blocks, mean, mean))
             if len(branches) > 1:
                 pairs = zip(branches, each, strict=True)
                 (of_rod, *_) = own_rods = [summed(contributions(b, f, f)) for b, f in pairs]
                 of_rods |= {*own_rods}
                 # Each rod takes the same share of a force through their middle.
-                met += of_rod / len(branches)
+                compliance += of_rod / len(branches)
                 for branch in branches:
-                    label = f"{own.name}, {branch.name.split('/')[-1]}"
+                    label = f"{leg.name}, {branch.name.split('/')[-1]}"
                     end = ends_of(branch)
                     away = in_the_platform(self.placed, (end or middle)[1] - middle[1])
                     arms.append((number, label, tuple(map(self.plain, away))))
-            legs.append(LegInVectors((wrench,), {(0, 0): self.writer.of_leg(met)}))
+            legs.append(LegInVectors((wrench,), {(0, 0): self.writer.of_leg(compliance)}))
         if len(of_rods) != 1:
             return [None], {}
         couple = Stacked(0, Cross(self.platform.turned(Vector("r_ij")), U))
@@ -219,15 +219,15 @@ class _Recognition:
     ) -> VectorForm | None:
         """Legs of one kind: their equations, and a table of what differs between them."""
         table = LegTable({k: float(v) for k, v in self.placed.robot.nominal.items()})
-        geometry, own = self._geometry(rods, legs[0], table), self._of_wrenches(legs, table)
-        if own is None:
+        geometry, of_wrenches = self._geometry(rods, legs[0], table), self._of_wrenches(legs, table)
+        if of_wrenches is None:
             return None
         count, coupled = len(legs[0].wrenches), legs[0].coupled
         numbers = [f"_{k}" if count > 1 else "" for k in range(1, count + 1)]
         names = [(f"w_i{k}", f"c_i{k}") for k in numbers]
         if coupled:
             names = [(w, shared_name(k, k)) for k, (w, _) in enumerate(names)]
-        used = names_in(tuple(own)) | {c for _, c in names}
+        used = names_in(tuple(of_wrenches)) | {c for _, c in names}
         used |= set().union(*(names_in(tuple(table.columns.get(c, ()))) for _, c in names))
         kept = []
         for e in reversed(geometry):
@@ -241,7 +241,7 @@ class _Recognition:
             names=used_definitions(
                 self.read.definitions, [c for leg in legs for c in leg.entries.values()]
             ),
-            leg=(*reversed(kept), *own),
+            leg=(*reversed(kept), *of_wrenches),
             wrenches=tuple(names),
             columns={name: tuple(column) for name, column in table.columns.items()},
             legs=labels,
@@ -290,33 +290,33 @@ class _Recognition:
             return Equation(name, expression, is_vector=False)
 
         first, last, moved = legs[0], len(legs[0].wrenches), legs[0].moved
-        shared = {place: met for place, met in first.entries.items() if len({*place}) == 2}
+        shared = {place: c for place, c in first.entries.items() if len({*place}) == 2}
         if any(leg.entries.keys() != first.entries.keys() for leg in legs):
             return None
         compared = first.entries if first.coupled else shared
-        if any(leg.entries[x] != met for leg in legs for x, met in compared.items()):
+        if any(leg.entries[x] != c for leg in legs for x, c in compared.items()):
             return None
         names = [f"w_i_{k}" if last > 1 else "w_i" for k in range(1, last + 1)]
         found = [[Equation(x, w)] for x, w in zip(names, first.wrenches, strict=True)]
         if first.coupled:
-            each = [scalar(shared_name(i, j), met) for (i, j), met in first.entries.items()]
-            return [*(e for own in found for e in own), *each]
+            each = [scalar(shared_name(i, j), c) for (i, j), c in first.entries.items()]
+            return [*(e for equations in found for e in equations), *each]
         couple = sp.Symbol(f"c_i_{last}", real=True)
-        for k, own in enumerate(found):
+        for k, equations in enumerate(found):
             name = f"c{names[k][1:]}"
-            met = _met(table, name, [leg.entries[k, k] for leg in legs])
+            compliance = _met(table, name, [leg.entries[k, k] for leg in legs])
             if k == moved:
                 if name in table.columns:
                     return None
                 by = Times(_SHIFT, Vector(names[-1]))
-                own[0] = Equation(names[k], Sum((1, first.wrenches[k]), (-1, by)))
-                met -= _SHIFT**2 * couple
-            if met != sp.Symbol(name, real=True):
-                own.append(scalar(name, met))
+                equations[0] = Equation(names[k], Sum((1, first.wrenches[k]), (-1, by)))
+                compliance -= _SHIFT**2 * couple
+            if compliance != sp.Symbol(name, real=True):
+                equations.append(scalar(name, compliance))
         if moved is not None:
             shift = scalar(_SHIFT.name, shared[moved, last - 1] / couple)
             found += [[shift], found.pop(moved)]
-        return [e for own in found for e in own]
+        return [e for equations in found for e in equations]
 
     def _pose(self) -> tuple[Equation, ...] | None:
         """Point and rotation of the platform; None where the rotation is not written by turns."""
@@ -333,8 +333,8 @@ class _Recognition:
 def _met(table: LegTable, name: str, each: list[Any]) -> Any:
     """What wrenches of all legs meet; drives of different stiffness are a column k_i."""
     terms = [sp.Add.make_args(x) for x in each]
-    common = [x for x in terms[0] if all(x in own for own in terms)]
-    rests = [sp.Add(*(x for x in own if x not in common)) for own in terms]
+    common = [x for x in terms[0] if all(x in of_term for of_term in terms)]
+    rests = [sp.Add(*(x for x in of_term if x not in common)) for of_term in terms]
     stiffnesses: list[Any] = [1 / x for x in rests if x != 0]
     # One spring a leg, whose stiffness is a number or has a name that is not of a leg.
     are_plain = all(x.is_number or (x.is_Symbol and x.name[-2:] != "_i") for x in stiffnesses)

@@ -187,26 +187,26 @@ def rod_of(
     placed: PlacedRobot, number: int, platform: Platform, write: Callable[[Any], Any]
 ) -> Bar | None:
     """The rod or strut of a leg; None where it has none. `write`: reads entries as formulas."""
-    chain, own = placed.entries.legs[number], placed.legs[number].leg
-    count, ends = placed.record.count, ends_of(own)
+    chain, leg = placed.entries.legs[number], placed.legs[number].leg
+    count, ends = placed.record.count, ends_of(leg)
     if ends is None:
         return None
-    R, first, tip = sampled(placed.platform.R, count), next(own.freedoms), chain.attachment.p
+    R, first, tip = sampled(placed.platform.R, count), next(leg.freedoms), chain.attachment.p
     end = platform.at["p"] + np.einsum("nij,nj->ni", R, sampled(tip, count))
     start, stop = (sampled(x, count) for x in ends)
-    elbow: Any = _elbow_of(own, count)
-    if np.max(np.abs(end - stop)) > SAME * placed.length and (own.blocks or elbow is not None):
+    elbow: Any = _elbow_of(leg, count)
+    if np.max(np.abs(end - stop)) > SAME * placed.length and (leg.blocks or elbow is not None):
         tip, end = in_the_platform(placed, ends[1] - placed.platform.p), stop
     vectors: dict[str, Any] = {"a": chain.base.p, "b": tip, "e": first.axis}
     crank: Any = 0
     length: Any = 0
     width: Any = 0
     carrier = Carrier.NOTHING
-    if first.is_passive and not own.blocks:
-        last = [f for f in own.freedoms if f.is_passive and f.turns][-1]
+    if first.is_passive and not leg.blocks:
+        last = [f for f in leg.freedoms if f.is_passive and f.turns][-1]
         vectors["j"] = in_the_platform(placed, last.axis)
     else:
-        drives = [f for f in own.freedoms if not f.is_passive]
+        drives = [f for f in leg.freedoms if not f.is_passive]
         telescopes = any(isinstance(element, Telescope) for element, _ in chain.chain.moving)
         if len(drives) != 1 or drives[0] is not first or telescopes:
             return None
@@ -221,7 +221,7 @@ def rod_of(
         elif elbow_at_zero is not None and elbow is not None:
             carrier, begins, start = Carrier.DYAD, elbow_at_zero, sampled(elbow, count)
         vectors |= {"a": base, "e": drive.axis}
-        joint, now = (next(f for f in x.freedoms if f.is_passive).axis for x in (at_zero, own))
+        joint, now = (next(f for f in x.freedoms if f.is_passive).axis for x in (at_zero, leg))
         if np.max(np.abs(sampled(joint, count) - sampled(now, count))) < SAME:
             vectors["j"] = joint
         crank, length = _distance(base, begins, placed), _distance(begins, stops, placed)
@@ -266,7 +266,7 @@ def closure_of(
         u = Over(Sum((1, D), (-1, Times(_SHIFT, E))), l)
         return [d, off, scalar("x_i", Dot(E, D)), shift, Equation("u_i", u)]
     across = (int(side), root) if side in (1, -1) else (1, side * root)
-    left: list[tuple[int, Any]] = [(1, D), (-1, Times(a, V))]
+    terms: list[tuple[int, Any]] = [(1, D), (-1, Times(a, V))]
     if carrier is Carrier.CRANK:
         far, near = LENGTH, LENGTH if in_plane else _OFF
         before, n, named = [size] if in_plane else [off, size], Cross(M, E), []
@@ -274,7 +274,7 @@ def closure_of(
         far = near = _OFF
         before, n = [off, scalar("q_i", Dot(E, D))], N
         named = [Equation("n_i", Cross(M, E))]
-        left.insert(1, (-1, Times(_SHIFT, E)))
+        terms.insert(1, (-1, Times(_SHIFT, E)))
     v = Sum((1, Times(_ALONG, n)), (across[0], Times(across[1], M)))
     return [
         d,
@@ -283,7 +283,7 @@ def closure_of(
         *named,
         scalar("x_i", (far**2 + a**2 - l**2) / (2 * a * near)),
         Equation("v_i", v),
-        Equation("u_i", Over(Sum(*left), l)),
+        Equation("u_i", Over(Sum(*terms), l)),
     ]
 
 
@@ -357,9 +357,9 @@ def _distance(a: np.ndarray, b: np.ndarray, placed: PlacedRobot) -> Any:
     return placed.record.simplified(length)
 
 
-def are_along(own: np.ndarray, other: np.ndarray) -> bool:
+def are_along(one: np.ndarray, other: np.ndarray) -> bool:
     """Whether unit vectors are the same at all samples, up to one sign."""
-    return any(bool(np.max(np.abs(own - sign * other)) < SAME) for sign in (1, -1))
+    return any(bool(np.max(np.abs(one - sign * other)) < SAME) for sign in (1, -1))
 
 
 def varies(values: np.ndarray) -> bool:

@@ -97,16 +97,16 @@ class WrenchWriter:
 
         `before`: legs that are known, of which one may hold as this one does.
         """
-        own, search = self.placed.legs[number].leg, self.springs.search
+        placed_leg, search = self.placed.legs[number].leg, self.springs.search
         for other, leg in before:
             is_alike = other.carrier is rod.carrier and other.first == rod.first
-            if is_alike and self.is_stiffness(own, leg, rod):
+            if is_alike and self.is_stiffness(placed_leg, leg, rod):
                 return leg
-        basis = search.basis(own)
+        basis = search.basis(placed_leg)
         if basis is None or not basis.wrenches:
             return None
         if rod.carrier is not Carrier.SLIDE:
-            basis = self._with_couples(own, basis, rod)
+            basis = self._with_couples(placed_leg, basis, rod)
         written = [self._written(i, unit, rod) for i, unit in enumerate(basis.wrenches)]
         found = sorted(
             (one for one in written if one is not None),
@@ -120,9 +120,9 @@ class WrenchWriter:
             if any(not are_along(rod.at.of(x), rod.at.of(across[0])) for x in across):
                 return None
             self.read.known += rod.named([*rod.scalars_across(), COSINE, SINE])
-        for bars in (_bars_of(own, rod, self) if N in used else None, None):
-            leg = self._in_scalars(own, found, basis, bars)
-            if bars is None or self.is_stiffness(own, leg, rod):
+        for bars in (_bars_of(placed_leg, rod, self) if N in used else None, None):
+            leg = self._in_scalars(placed_leg, found, basis, bars)
+            if bars is None or self.is_stiffness(placed_leg, leg, rod):
                 return leg
         return None
 
@@ -148,10 +148,10 @@ class WrenchWriter:
                 return place, wrench, Stacked(vector, Cross(arm, vector))
         return None
 
-    def is_stiffness(self, own: PlacedLeg, leg: LegInVectors, rod: Bar) -> bool:
+    def is_stiffness(self, placed_leg: PlacedLeg, leg: LegInVectors, rod: Bar) -> bool:
         """Whether a leg as it is written transmits and meets what it does at the samples."""
         search = self.springs.search
-        rows, sample = list(search.space.rows), SampledLeg.of(own, search)
+        rows, sample = list(search.space.rows), SampledLeg.of(placed_leg, search)
         if sample is None or sample.transmitted != len(leg.wrenches):
             return False
         rod.give_angle([w.first or w.second for w in leg.wrenches])
@@ -170,7 +170,7 @@ class WrenchWriter:
         return bool(np.all(is_met) and np.all(np.abs(W.mT @ sample.J) <= SAME * np.max(np.abs(W))))
 
     def _in_scalars(
-        self, own: PlacedLeg, found: list[_Written], basis: Basis, bars: _OfBars | None
+        self, leg: PlacedLeg, found: list[_Written], basis: Basis, bars: _OfBars | None
     ) -> LegInVectors:
         """What the wrenches meet and share; the couple that comes with a force is the last."""
 
@@ -182,17 +182,17 @@ class WrenchWriter:
         if len(coupled()) == 1:
             found.append(found.pop(coupled()[0][1]))
         alone, units = [(k, k) for k in range(len(found))], [unit for _, unit, _ in found]
-        without, shared = own if bars is None else own.without_blocks, dict[tuple[int, int], Any]()
+        without, shared = leg if bars is None else leg.without_blocks, dict[tuple[int, int], Any]()
         for i, j in sorted([*alone, *coupled()]):
-            met = self.springs.contributions(without, units[i], units[j])
+            contributions = self.springs.contributions(without, units[i], units[j])
             if bars is not None and i == j:
-                met = [*met, (sp.Integer(1), bars(units[i]))]
-            shared[i, j] = self.of_leg(summed(met))
+                contributions = [*contributions, (sp.Integer(1), bars(units[i]))]
+            shared[i, j] = self.of_leg(summed(contributions))
             if count_of(shared[i, j]) > _LONGEST:
                 raise FormulaTooLargeError.beyond(_LONGEST)
         return LegInVectors(tuple(w for *_, w in found), shared)
 
-    def _with_couples(self, own: PlacedLeg, basis: Basis, rod: Bar) -> Basis:
+    def _with_couples(self, leg: PlacedLeg, basis: Basis, rod: Bar) -> Basis:
         """Of forces along parallel lines across a bar, one at an end of it, and couples.
 
         Couples are along and across the bar. Of two links the force is at the joint between them.
@@ -200,7 +200,7 @@ class WrenchWriter:
         record, units = self.placed.record, basis.wrenches
         forces = [w for w in units if w.point is not None]
         at = [sampled(w.direction, record.count) for w in forces]
-        axes = (axis for spring in own.springs for axis in np.asarray(spring.rotation).T)
+        axes = (axis for spring in leg.springs for axis in np.asarray(spring.rotation).T)
         u = rod.at.of(U)
         is_along = (x for x in axes if are_along(sampled(x, record.count), u))
         along = next(is_along, None)
@@ -213,13 +213,13 @@ class WrenchWriter:
             force, turning = forces[i].direction, cross(forces[i].direction, along)
             across = np.array([record.simplified(x) for x in turning], dtype=object)
             kept = [w for w in units if w not in (forces[i], forces[j])]
-            point = own.end
+            point = leg.end
             if rod.carrier is not Carrier.NOTHING:
-                point = [f for f in own.freedoms if f.is_passive][-2].point
+                point = [f for f in leg.freedoms if f.is_passive][-2].point
                 others = (w for w, d in zip(forces, at, strict=True) if not are_along(d, at[i]))
                 kept = [*others, UnitWrench(along, None)]
             chosen = (*kept, UnitWrench(across, None), UnitWrench(force, point))
-            found = self.springs.search.of_wrenches(own, chosen)
+            found = self.springs.search.of_wrenches(leg, chosen)
             return basis if found is None or found.couplings > basis.couplings else found
         return basis
 

@@ -180,14 +180,14 @@ class Walk:
             raise UnusualPartError
         along, products = found
         turns = turns_of(axes)
-        own = self._free("Q")
+        axes_of_beam = self._free("Q")
         expression: VectorExpression = Turns(*turns)
         if self.rotation is not None:
             self.idle.discard(self.rotation)
             expression = Turned(self.rotation, expression) if turns else Vector(self.rotation)
         elif self._axes:
             raise UnusualPartError
-        self.equations.append(Equation(own, expression))
+        self.equations.append(Equation(axes_of_beam, expression))
         half = np.array(to, dtype=object) * sp.Rational(1, 2)
         self.go(half)
         middle = self._free("m")
@@ -197,7 +197,7 @@ class Walk:
             self.read.length(along),
             *(self.read(products[x]) for x in ("EA", "EI_y", "EI_z", "GJ")),
         )
-        self.beams.append((spring.name, own, middle, of_beam))
+        self.beams.append((spring.name, axes_of_beam, middle, of_beam))
 
     def go(self, to: Any) -> None:
         """Move to a point of the present frame."""
@@ -210,8 +210,8 @@ class Walk:
             raise UnusualPartError
         if turns:
             self.terms, self.offset = list(terms_of(self.here())), [sp.Integer(0)] * 3
-            own = Turns(*turns)
-            self._new_rotation(own if self.rotation is None else Turned(self.rotation, own))
+            turn = Turns(*turns)
+            self._new_rotation(turn if self.rotation is None else Turned(self.rotation, turn))
 
     def _new_rotation(self, expression: VectorExpression) -> None:
         self.rotation = self._free("R")
