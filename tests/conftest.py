@@ -228,7 +228,7 @@ def pytest_collection_finish() -> None:
 
 # Where formulas are tested by themselves; what is built on them calls them with the same shapes
 # thousands of times, at a third of the time of its tests. All slow tests check them.
-_SHAPES_CHECKED = {"cases", "elastostatics", "paper", "recorded"}
+_SHAPES_CHECKED = {"elastostatics", "paper"}
 #: What is tested there is how records are made, and what is found in them.
 _ABOUT_RECORDS = tuple(
     f"tests/{name}"
