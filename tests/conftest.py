@@ -9,7 +9,7 @@ from collections.abc import Generator, Iterator
 from copy import copy
 from dataclasses import fields
 from functools import wraps
-from inspect import getsource
+from inspect import unwrap
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -248,7 +248,8 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     jaxtyping.config.update("jaxtyping_disable", not is_checked)
     _IS_CHANGED = "monkeypatch" in getattr(item, "fixturenames", ())
     # Fixtures change folders and limits; a test that changes more asks for it itself.
-    function = getattr(item, "function", None)
-    changes = function is not None and "monkeypatch.setattr" in getsource(function)
+    function: Any = getattr(item, "function", None)
+    code = getattr(unwrap(function), "__code__", None)
+    changes = code is not None and "monkeypatch" in code.co_varnames and "setattr" in code.co_names
     is_anew = changes or item.nodeid.startswith(_ABOUT_RECORDS)
     os.environ["ROBOSTIFF_CACHE"] = "off" if is_anew else os.environ[_SHARED]
