@@ -12,7 +12,7 @@ import robostiff as rs
 from robostiff.errors import InputError
 from robostiff.io.model_file import ParameterChoice
 
-QUICK = {"3-rrr", "delta", "gough-stewart-b", "hexa", "hexapod", "planar-link", "two-link-arm"}
+QUICK = {"3-rrr", "delta", "gough-stewart-b", "planar-link", "two-link-arm"}
 POSES = {"home": rs.AtHome(), "symbolic": rs.AtSymbols()}
 
 

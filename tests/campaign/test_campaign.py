@@ -18,6 +18,8 @@ from tests.cases.reference_case import NAMES, case
 SEED = 2026
 #: Robots frozen at a pose take 0.1 s of processor, posed ones 1 to 2 s.
 FROZEN, POSED = 100, 4
+#: How many of them run with `make test`.
+FEW_FROZEN, FEW_POSED = 24, 2
 
 
 def _numbers(count: int, *, frozen: bool) -> list[int]:
@@ -25,15 +27,28 @@ def _numbers(count: int, *, frozen: bool) -> list[int]:
     return list(itertools.islice(numbers, count))
 
 
-@pytest.mark.parametrize("part", range(4))
+@pytest.mark.parametrize(
+    "part",
+    [
+        pytest.param(slice(FEW_FROZEN), id="few"),
+        pytest.param(slice(FEW_FROZEN, None), id="more", marks=pytest.mark.slow),
+    ],
+)
 def test_random_robots_frozen_at_a_pose_through_every_way(part):
-    for number in _numbers(FROZEN, frozen=True)[part::4]:
+    for number in _numbers(FROZEN, frozen=True)[part]:
         assert not judged_robot(SEED, number)
 
 
-@pytest.mark.parametrize("number", _numbers(POSED, frozen=False))
-def test_random_robots_with_poses_through_every_way(number):
-    assert not judged_robot(SEED, number)
+@pytest.mark.parametrize(
+    "part",
+    [
+        pytest.param(slice(FEW_POSED), id="few"),
+        pytest.param(slice(FEW_POSED, None), id="more", marks=pytest.mark.slow),
+    ],
+)
+def test_random_robots_with_poses_through_every_way(part):
+    for number in _numbers(POSED, frozen=False)[part]:
+        assert not judged_robot(SEED, number)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -83,10 +98,10 @@ def test_sums_of_joints_in_snapshot_files():
 @pytest.mark.parametrize(
     ("kind", "numbers"),
     [
-        ("robots", range(3)),
-        ("networks", range(3)),
-        ("loads on beams", range(20)),
-        ("cables", range(12, 20)),
+        ("robots", range(2)),
+        ("networks", range(2)),
+        ("loads on beams", range(8)),
+        ("cables", range(12, 16)),
     ],
 )
 @pytest.mark.filterwarnings("ignore::robostiff.PlausibilityWarning")

@@ -25,7 +25,7 @@ def test_files_that_are_shipped(path: Path):
     assert "K" in answers[0]
 
 
-@pytest.mark.parametrize("part", range(2))
+@pytest.mark.parametrize("part", [0, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("kind", KINDS)
 def test_random_files(kind: str, part: int, tmp_path: Path):
     found = 0

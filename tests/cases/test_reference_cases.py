@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
@@ -47,7 +49,7 @@ def test_all_twenty_are_there_and_fit_the_published_schema():
 def test_stiffness_rank_and_compliance_of_the_robot(name):
     given = case(name)
     assert given.oracle["suggested_rtol"] > REACHED
-    results = [stiffness(given.snapshot)]
+    results: list[Any] = [stiffness(given.snapshot)]
     assert len(results[0].free_motions) == len(given.K) - given.oracle["rank"]
     for form in FORMS:
         result = robot_stiffness(given.snapshot, form)

@@ -170,7 +170,7 @@ as_click("long", Long)()
 """
 
 
-def test_an_interrupt_ends_a_call_that_cannot_be_interrupted():
+def test_an_interrupt_ends_a_call_that_cannot_be_interrupted_and_showed_no_progress():
     with interrupts_heard():
         process = subprocess.Popen(
             [sys.executable, "-c", IN_A_LONG_CALL],
@@ -180,7 +180,7 @@ def test_an_interrupt_ends_a_call_that_cannot_be_interrupted():
         )
     assert process.stdout is not None
     assert process.stdout.readline() == "begun\n"
-    time.sleep(1.0)
+    time.sleep(1.5)  # a terminal would show a line of progress by now
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=60)
     assert (process.returncode, errors) == (130, "robostiff: interrupted\n")
@@ -196,7 +196,7 @@ def test_a_child_passes_its_exit_status_and_its_messages_on():
     assert found.stdout.count("Cartesian stiffness matrix of planar-link") == 1
 
 
-def test_progress_is_shown_on_a_terminal_alone():
+def test_progress_is_shown_on_a_terminal():
     pty = pytest.importorskip("pty")
     code = IN_A_LONG_CALL.replace("(n * (flint.fmpz(10) ** 121 + 13)).factor()", "time.sleep(1.5)")
     main, end = pty.openpty()
@@ -205,8 +205,6 @@ def test_progress_is_shown_on_a_terminal_alone():
     assert process.wait(timeout=60) == 0
     assert b"\rfor 1 s" in os.read(main, 1000)
     os.close(main)
-    quiet = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
-    assert quiet.stderr == b""
 
 
 def test_an_interrupt_ends_with_130():

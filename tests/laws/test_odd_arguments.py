@@ -385,7 +385,7 @@ LONG = {
     *(rs.compile_loaded, rs.critical_load, rs.load_linkage, rs.load_path),
     *(rs.modes, rs.write_report, rs.optimise, rs.tolerances, rs.compensate, rs.value_and_gradient),
     *(rs.read_program, rs.write_program, rs.sobol_indices),
-    *(rs.identify, rs.choose_poses),
+    *(rs.identify, rs.choose_poses, rs.stiffness_map),
 }
 FEW = ("whole number", "word", "list of none", "object")
 #: Answers, which functions make.

@@ -150,7 +150,7 @@ def test_a_platform_whose_cables_are_all_slack_is_at_its_limit():
     found = rs.critical_load(robot, wrench=[0, 0, 1200.0, 0, 0, 0])
     assert np.isclose(1200 * found.factor, weight, rtol=1e-6)
     assert (found.is_limit, found.mode) == (True, "the platform snaps through: translation along z")
-    for part in (1.001, 1.2, 3.0, 80.0):
+    for part in (1.001, 80.0):
         answer = rs.equilibrium(robot, wrench=[0, 0, part * weight, 0, 0, 0])
         assert rs.Status.BEYOND_CRITICAL_LOAD in answer.status
         assert answer.critical is not None
@@ -186,11 +186,19 @@ def test_platforms_that_are_lost_where_a_cable_becomes_slack(
     assert np.isclose(2 * carried, 1, atol=1e-3)
     start = rested(robot, wrench=[*(found.factor * (1 - 1e-5) * F), 0, 0, 0])
     assert start.stable
+
+    def is_lost(x: np.ndarray) -> bool:
+        return bool(np.linalg.norm((x - start.displacement)[:3]) >= 5e-3)
+
+    def stop_where_lost(x: np.ndarray) -> None:
+        if is_lost(x):
+            raise StopIteration
+
     for share, holds in ((1 - 1e-5, True), (1 + 1e-3, False)):
         energy = OwnEnergy(robot, share * found.factor * F, robot.home.R @ robot.reference_point)
         options = {"gtol": 1e-7 * np.linalg.norm(F), "maxiter": 3000}
-        end = minimize(energy, start.displacement, method="BFGS", options=options).x
-        assert (np.linalg.norm((end - start.displacement)[:3]) < 5e-3) == holds
+        way: Any = {"method": "BFGS", "options": options, "callback": stop_where_lost}
+        assert is_lost(minimize(energy, start.displacement, **way).x) != holds
 
 
 def test_modes_are_those_of_stiffness_and_mass():

@@ -30,7 +30,7 @@ ROBOTS = [
 ]
 
 
-def evaluated(name, coordinate, spread, count=12):
+def evaluated(name, coordinate, spread, count=6):
     robot = loaded(name)
     columns = pose_columns(robot, [coordinate])
     random = np.random.default_rng(5)

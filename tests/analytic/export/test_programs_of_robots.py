@@ -29,7 +29,7 @@ POSED = {
     "two-link-arm": rs.AtSymbols(),
     "us-ups": rs.AtHome(),
 }
-QUICK = ("3-rrr", "gantry-tau", "gough-stewart-b", "orthoglide", "two-link-arm")
+QUICK = ("3-rrr", "gough-stewart-b", "two-link-arm")
 
 
 def robot_and_answers(name):
