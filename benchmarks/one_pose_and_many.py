@@ -25,7 +25,7 @@ import numpy as np
 from timed_rows import Row, kernel_run, timed
 
 import robostiff as rs
-from robostiff.analysis import DeflectionsOfPoses
+from robostiff.analysis import Deflection
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.analysis.questions import PosesOfRobot
 from robostiff.compiled import machine_code_is_available
@@ -101,7 +101,7 @@ def questions(name: str, count: int, turns: int) -> list[tuple[str, float, float
         "compliance": (lambda: rs.compliance(robot, poses), lambda: direct().compliances),
         "deflection": (
             lambda: rs.deflection(robot, poses, F).twist,
-            lambda: DeflectionsOfPoses(np.tile(F, (len(few), 1)), direct()).twist,
+            lambda: Deflection(np.tile(F, (len(few), 1)), direct()).twist,
         ),
         "indices": (lambda: of(rs.indices(robot, poses)), lambda: of(rs.indices(direct()))),
     }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Any
@@ -142,7 +142,7 @@ class Kernel:
         found = None if isinstance(self.code, MachineCode) else self.code.at_one(inputs)
         return self.evaluate(np.array(inputs)[:, None])[:, 0] if found is None else found
 
-    def by(self, code: type[MachineCode | ArrayCode]) -> Kernel:
+    def by(self, code: Callable[[Program], MachineCode | ArrayCode]) -> Kernel:
         """The same kernel, run by another code."""
         return replace(self, code=self.code.by(code))
 

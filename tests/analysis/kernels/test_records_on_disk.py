@@ -260,9 +260,9 @@ def test_records_under_load_are_kept_with_all_that_acts(cache, monkeypatch):
             other.drives,
         )
         poses, wrench = around_home(one.robot, 5), np.ones(one.robot.space.size)
-        answers = one.evaluate(poses, wrench), other.evaluate(poses, wrench)
-        np.testing.assert_array_equal(*(np.ma.getdata(answer.K) for answer in answers))
-        assert not np.all(answers[1].guarded)
+        found, again = one.evaluate(poses, wrench), other.evaluate(poses, wrench)
+        np.testing.assert_array_equal(np.ma.getdata(found.K), np.ma.getdata(again.K))
+        assert not np.all(again.guarded)
 
 
 def test_some_wrenches_are_answered_by_a_record_on_disk_and_not_without():
