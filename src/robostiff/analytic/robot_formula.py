@@ -205,20 +205,15 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
         found = sum_of_springs(placed, turned)
     if found is None:
         return None
-    ways = [turned.get(i, (i, None)) for i in range(count)]
-    if in_series:
-        redundant = [sampled[first].redundant for first, _ in ways]
-    else:
-        redundant = [leg.redundant for leg in placed.recorded.legs]
-    each = zip(placed.entries.legs, redundant, ways, strict=True)
-    bare = [
-        replace(_bare_leg(placed.place(first).leg, lost), name=leg.name)
-        for leg, lost, (first, _) in each
-    ]
-    each = zip(bare, (found.leg(first, way) for first, way in ways), strict=True)
-    named = tuple(replace(leg, wrenches=w, compliances=c) for leg, (w, c) in each)
+    of_legs: Any = sampled if in_series else placed.recorded.legs
+    named: list[LegDerivation] = []
+    for i, leg in enumerate(placed.entries.legs):
+        first, way = turned.get(i, (i, None))
+        bare = _bare_leg(placed.place(first).leg, of_legs[first].redundant)
+        w, c = found.leg(first, way)
+        named.append(replace(bare, name=leg.name, wrenches=w, compliances=c))
     legs = [_in_given_symbols(leg, found.written_out, found.K.rows) for leg in named]
-    in_names = InNames(found.K, named, found.definitions)
+    in_names = InNames(found.K, tuple(named), found.definitions)
     parts = placed, found.K, legs, found.definitions, in_names, found.written_out
     return _derivation(*parts, numbers=numbers, images=images if numbers else None)
 
