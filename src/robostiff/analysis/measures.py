@@ -40,7 +40,7 @@ _TINY = 1e-300  # keeps the quotient where there is nothing to rotate
 
 
 def symmetric_eigenvalues(A: np.ndarray) -> np.ndarray:
-    """Eigenvalues of symmetric matrices (N, n, n), n <= 3, ascending (N, n).
+    """Eigenvalues of small symmetric matrices (N, n, n), ascending (N, n).
 
     Cyclic Jacobi rotations on all matrices side by side: as accurate as LAPACK's, and several times
     faster on a batch.
@@ -68,7 +68,7 @@ def symmetric_eigenvalues(A: np.ndarray) -> np.ndarray:
             if np.max(a[-1]) <= 0:
                 break
         rows = [entry for entry, (i, j) in zip(a, places, strict=False) if i == j]
-        for j in (0, 1, 0)[: n * (n - 1) // 2]:  # sorted without moving the poses in memory
+        for j in (j for i in range(n) for j in range(n - 1 - i)):  # poses stay where they are
             rows[j : j + 2] = np.minimum(*rows[j : j + 2]), np.maximum(*rows[j : j + 2])
         for i, own in enumerate(rows):
             values[start : start + _AT_ONCE, i] = own
