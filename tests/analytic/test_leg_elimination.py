@@ -72,12 +72,14 @@ def test_a_leg_at_a_general_pose_and_in_steps_is_the_same():
     assert np.linalg.matrix_rank(K, tol=1e-6 * np.max(K)) == 4  # six less two passive turns
 
 
-def test_a_leg_coupled_in_all_directions_is_inverted_in_steps():
-    robot = rs.load("six-joint-arm", symbols=())
-    leg = derive_leg(robot, robot.legs[0].name)
+@pytest.mark.parametrize(("symbols", "budget"), [((), 20.0), (rs.ALL_PARAMETERS, 0.05)])
+def test_a_leg_coupled_in_all_directions_is_inverted_in_steps(symbols, budget):
+    """Also of steps that are found when others have been read."""
+    robot = rs.load("six-joint-arm", symbols=symbols)
+    leg = derive_leg(robot, robot.legs[0].name, budget=budget)
     assert not leg.stages
     assert any(d.symbol.name.startswith("K_0_") for d in leg.definitions)
-    K = rs.stiffness(robot).K
+    K = rs.stiffness(robot.numeric).K
     assert np.max(np.abs(value_of(leg, robot) - K)) < 1e-8 * np.max(np.abs(K))
 
 

@@ -299,13 +299,12 @@ class StepReading:
         return (angle.apply(kind).step, sign) if isinstance(angle, Entry) else None
 
     def _of_step(self, step: int) -> Any:
-        if step not in self._same:  # simplified after the others were read, from which it is made
-            arguments = {x: self._of_step(x) for x in self._record.arguments(step)}
-            self._written[step] = self._reading.written(step, arguments)
-            self._same[step] = Same(step, sp.Integer(1))
-        same = self._same[step]
+        same = self._same.setdefault(step, Same(step, sp.Integer(1)))
         if same.step is None:
             return same.factor
+        if same.step not in self._written:  # found after the others were read, of which it is made
+            arguments = {x: self._of_step(x) for x in self._record.arguments(same.step)}
+            self._written[same.step] = self._reading.written(same.step, arguments)
         written = self._written[same.step]
         return written if same.factor == 1 else same.factor * written
 
