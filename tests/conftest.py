@@ -214,6 +214,15 @@ def _shared_records_answer_where_they_pay() -> None:
             seek(self, pays)
 
     KeptRecord._seek = seek_where_it_pays
+    from robostiff.statics.kernels import compile as under_load
+
+    is_on_disk = under_load.is_on_disk
+
+    def is_own(robot: Any, standing: Any) -> bool:
+        is_shared = os.environ["ROBOSTIFF_CACHE"] == os.environ[_SHARED]
+        return not is_shared and is_on_disk(robot, standing)
+
+    under_load.is_on_disk = is_own
 
 
 def pytest_collection_finish() -> None:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import Any
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.kept import kept
 from robostiff.kinematics import ActuatorCoordinates, JointCoordinates, Near
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.linkage import Linkage
@@ -18,7 +20,14 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial.rotation import vector_of_rotation
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
-from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads, StandingLoads
+from robostiff.statics.loading.given_loads import (
+    Acting,
+    Gravity,
+    Laws,
+    Loads,
+    StandingLoads,
+    acting_gravity,
+)
 from robostiff.statics.loading.loaded_posture import (
     LoadedPosture,
     Postures,
@@ -28,9 +37,13 @@ from robostiff.statics.loading.loaded_posture import (
 from robostiff.statics.result import Equilibrium
 from robostiff.statics.solution import solved
 
+if TYPE_CHECKING:
+    from robostiff.statics.kernels.compiled_loading import CompiledLoading
+
 _BOWING = Bowing()
 #: Equilibria take some 10 ms each, a record of the robot seconds to make, and a tenth to read.
 WORTH_COMPILING, WORTH_READING = 500, 20
+_CALLS = 3  # from which on a record is looked for on disk
 #: Equilibria from which machine code is worth the time that it takes to compile.
 WORTH_MACHINE_CODE = 100_000
 
@@ -123,10 +136,10 @@ def equilibrium(
     each = postures.beside(wrenches_of(what, moved, space))
     given = np.atleast_2d(each)
     acting = Acting(loads, gravity, preload, beams, at, laws or {})
-    if len(given) >= WORTH_READING and displacement is None and at is None and near is None:
+    if displacement is None and at is None and near is None:
         recorded = _by_record(postures, acting, pose, given)
         if recorded is not None:
-            return recorded
+            return recorded if each.ndim > 1 else recorded[0]
     answers = []
     loaded: LoadedPosture | None = None
     for i, row in enumerate(given):
@@ -136,34 +149,67 @@ def equilibrium(
     return Equilibrium.of(postures.robot.name, space, answers if each.ndim > 1 else answers[0])
 
 
+@dataclass
+class _KeptKernel:
+    """The kernel of a robot under a wrench: read from disk, or made once it pays."""
+
+    robot: Robot
+    standing: StandingLoads
+    calls: int = 0
+    equilibria: int = 0  # computed without it
+    compiled: CompiledLoading | None = None
+    is_tried: bool = False
+    is_machine_code: bool = False
+
+    def for_equilibria(self, count: int) -> CompiledLoading | None:
+        """What computes that many; None where it does not pay yet, or there is no kernel."""
+        self.calls, self.equilibria = self.calls + 1, self.equilibria + count
+        is_many = count >= WORTH_MACHINE_CODE
+        if self.is_tried and (self.compiled is None or self.is_machine_code or not is_many):
+            return self.compiled
+        from robostiff.compiled import Backend
+        from robostiff.statics.kernels.compile import compile_loaded, is_on_disk
+
+        is_worth_looking = count >= WORTH_READING or self.calls == _CALLS
+        pays = self.equilibria >= WORTH_COMPILING
+        if pays or (is_worth_looking and is_on_disk(self.robot, self.standing)):
+            self.is_tried, self.is_machine_code = True, is_many
+            backend = Backend.BEST if is_many else Backend.ARRAYS
+            with suppress(InputError, NoAnswerError):
+                self.compiled = compile_loaded(self.robot, **self.standing.given, backend=backend)
+        return self.compiled
+
+
+@kept
+def _kernel(robot: Robot, gravity: Gravity, beams: Beams) -> _KeptKernel:
+    return _KeptKernel(robot, StandingLoads(None, gravity, None, beams))
+
+
 def _by_record(
     postures: Postures, acting: Acting, pose: Any, wrenches: np.ndarray
 ) -> Equilibrium | None:
     """Equilibria under wrenches (N, r) by a record of the robot; None where there is none."""
-    robot, posture = postures.robot, postures.posture
-    if posture is None or acting.laws:
-        return None
-    from robostiff.compiled import Backend
-    from robostiff.statics.kernels.compile import compile_loaded, is_on_disk, kept_loading
-
-    if len(wrenches) < WORTH_COMPILING and not is_on_disk(robot, StandingLoads(**acting.given)):
+    robot, posture, count = postures.robot, postures.posture, len(wrenches)
+    if posture is None or acting.laws or not isinstance(robot, Robot):
         return None
     if not postures.batch:
-        if isinstance(pose, JointCoordinates | ActuatorCoordinates):
+        is_of_legs = isinstance(pose, JointCoordinates | ActuatorCoordinates)
+        if is_of_legs and not robot.is_posed_by_joints:
             return None
-        pose = np.repeat(posture.pose[:, robot.coordinate_places], len(wrenches), axis=0)
+        pose = np.repeat(posture.pose[:, robot.coordinate_places], count, axis=0)
         if robot.is_posed_by_joints:
-            pose = JointCoordinates(np.repeat(posture.coordinates[0], len(wrenches), axis=0))
-    backend = Backend.BEST if len(wrenches) >= WORTH_MACHINE_CODE else Backend.ARRAYS
-    try:
-        if acting.loads or acting.preload:
-            compiled = compile_loaded(robot, **acting.given, backend=backend)
-        else:
-            compiled = kept_loading(robot, acting.gravity, beams=acting.beams, backend=backend)
-        found = compiled.evaluate(pose, wrenches)
-    except (InputError, NoAnswerError):
+            pose = JointCoordinates(np.repeat(posture.coordinates[0], count, axis=0))
+    kernel = _KeptKernel(robot, StandingLoads(**acting.given))
+    gravity = acting.gravity
+    if not (acting.loads or acting.preload):
+        if gravity is not None and not isinstance(gravity, str):
+            gravity = tuple(acting_gravity(robot.numeric, gravity).tolist())
+        kernel = _kernel(robot, gravity, acting.beams)
+    compiled = kernel.for_equilibria(count)
+    if compiled is None:
         return None
-    moved = np.zeros((len(wrenches), 6))
+    found = compiled.evaluate(pose, wrenches)
+    moved = np.zeros((count, 6))
     moved[:, list(robot.space.rows)] = np.nan_to_num(found.known["displacement"])
     unloaded = np.nan_to_num(posture.pose)
     R, R_0 = turn_by_vector(moved[:, 3:]), turn_by_vector(unloaded[:, 3:])

@@ -265,6 +265,23 @@ def test_records_under_load_are_kept_with_all_that_acts(cache, monkeypatch):
         assert not np.all(again.guarded)
 
 
+def test_equilibria_one_by_one_are_answered_by_a_record_on_disk_from_the_third_on():
+    robot, wrench = rs.load("3-rpr"), [10.0, -5.0, 0.1]
+    rs.compile_loaded(model("3-rpr"), backend=rs.Backend.ARRAYS)
+    found = [rs.equilibrium(robot, [1e-3 * k, 0, 0], wrench) for k in range(4)]
+    assert [bool(one.known) for one in found] == [False, False, True, True]
+    direct = rs.equilibrium(model("3-rpr"), [3e-3, 0, 0], wrench)
+    assert not direct.known
+    for name in ("displacement", "pose", "K", "K_total", "wrench", "margin"):
+        np.testing.assert_allclose(
+            getattr(found[3], name), getattr(direct, name), rtol=1e-9, atol=1e-12, err_msg=name
+        )
+    assert (found[3].status, found[3].stable) == (direct.status, direct.stable)
+    assert [part.part for part in found[3].parts] == [part.part for part in direct.parts]
+    with pytest.raises(rs.InputError, match="gravity"):
+        rs.equilibrium(robot, None, wrench, gravity=[0, "down", 1])
+
+
 def test_some_wrenches_are_answered_by_a_record_on_disk_and_not_without():
     robot, wrenches = rs.load("3-rpr"), np.linspace(-50.0, 50.0, 60).reshape(20, 3)
     direct = rs.equilibrium(robot, None, wrenches)
