@@ -190,7 +190,17 @@ def _by_record(
 ) -> Equilibrium | None:
     """Equilibria under wrenches (N, r) by a record of the robot; None where there is none."""
     robot, posture, count = postures.robot, postures.posture, len(wrenches)
-    if posture is None or acting.laws or not isinstance(robot, Robot):
+    if posture is None or acting.laws:
+        return None
+    if acting.loads or acting.preload:
+        kernel = _KeptKernel(robot, StandingLoads(**acting.given))
+    else:
+        gravity = acting.gravity
+        if gravity is not None and not isinstance(gravity, str):
+            gravity = tuple(acting_gravity(robot.numeric, gravity).tolist())
+        kernel = _kernel(robot, gravity, acting.beams)
+    compiled = kernel.for_equilibria(count)
+    if compiled is None:
         return None
     if not postures.batch:
         is_of_legs = isinstance(pose, JointCoordinates | ActuatorCoordinates)
@@ -199,15 +209,6 @@ def _by_record(
         pose = np.repeat(posture.pose[:, robot.coordinate_places], count, axis=0)
         if robot.is_posed_by_joints:
             pose = JointCoordinates(np.repeat(posture.coordinates[0], count, axis=0))
-    kernel = _KeptKernel(robot, StandingLoads(**acting.given))
-    gravity = acting.gravity
-    if not (acting.loads or acting.preload):
-        if gravity is not None and not isinstance(gravity, str):
-            gravity = tuple(acting_gravity(robot.numeric, gravity).tolist())
-        kernel = _kernel(robot, gravity, acting.beams)
-    compiled = kernel.for_equilibria(count)
-    if compiled is None:
-        return None
     found = compiled.evaluate(pose, wrenches)
     moved = np.zeros((count, 6))
     moved[:, list(robot.space.rows)] = np.nan_to_num(found.known["displacement"])
