@@ -57,7 +57,7 @@ def test_every_working_frame_tells_the_same(chain: FreeChain, seed: int):
     C, J_q = matrices(own.at(0), chain.end)
     answer = chain_stiffness(C, J_q, length=LENGTH)
     assume(int(answer.status_codes) & int(Status.ILL_CONDITIONED | Status.RIGID_DIRECTION) == 0)
-    frames = len(recorder._frames(leg)) + 1  # the last one is of another leg
+    frames = len(recorder.frames(leg)) + 1  # the last one is of another leg
     found = [
         symmetric(stiffness_entries([recorder.leg(leg, frame)], 6), 6) for frame in range(frames)
     ]
