@@ -34,6 +34,8 @@ def test_many_poses_are_as_each_by_itself(given: dict[str, Any]):
     check(many, [equilibrium(robot, poses[k], wrenches[k], **given) for k in ROWS])
     assert many[1].critical_factor < 1
     assert not many.answered[17]
+    with pytest.raises(rs.NoAnswerError, match="no equilibrium"):
+        _ = many[17].pose
     assert len(many[:3]) == 3
 
 

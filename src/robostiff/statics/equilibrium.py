@@ -210,11 +210,12 @@ def _by_record(
         if robot.is_posed_by_joints:
             pose = JointCoordinates(np.repeat(posture.coordinates[0], count, axis=0))
     found = compiled.evaluate(pose, wrenches)
-    moved = np.zeros((count, 6))
+    moved, answered = np.zeros((count, 6)), found.answered
     moved[:, list(robot.space.rows)] = np.nan_to_num(found.known["displacement"])
     unloaded = np.nan_to_num(posture.pose)
     R, R_0 = turn_by_vector(moved[:, 3:]), turn_by_vector(unloaded[:, 3:])
     arm = R_0 @ robot.in_floats.reference_point
     place = unloaded[:, :3] + moved[:, :3] + arm - (R @ arm[..., None])[..., 0]
     pose = np.concatenate([place, vector_of_rotation(R @ R_0)], axis=-1)
+    pose[~answered] = np.nan
     return replace(found, known={**found.known, "pose": pose})
