@@ -258,7 +258,7 @@ def _power_of_a_cosine(factor: Any) -> tuple[Any, int] | None:
     --------
     >>> x = sp.Symbol("x")
     >>> _power_of_a_cosine(1 + sp.cos(x)), _power_of_a_cosine(sp.sin(x) + sp.cos(x))
-    ((cos(x/2), 2), (cos(x - pi/4), 1))
+    ((cos(x/2), 2), (sin(x + pi/4), 1))
     """
     turns = factor.atoms(sp.sin, sp.cos)
     angles = set().union(*(x.free_symbols for x in turns))
