@@ -9,6 +9,7 @@ from collections.abc import Generator, Iterator
 from copy import copy
 from dataclasses import fields
 from functools import wraps
+from importlib import import_module
 from inspect import unwrap
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -214,8 +215,7 @@ def _shared_records_answer_where_they_pay() -> None:
             seek(self, pays)
 
     KeptRecord._seek = seek_where_it_pays
-    from robostiff.statics.kernels import compile as under_load
-
+    under_load: Any = import_module("robostiff.statics.kernels.compile")
     is_on_disk = under_load.is_on_disk
 
     def is_own(robot: Any, standing: Any) -> bool:
