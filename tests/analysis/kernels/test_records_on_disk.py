@@ -283,11 +283,12 @@ def test_equilibria_one_by_one_are_answered_by_a_record_on_disk_from_the_third_o
 
 
 def test_some_wrenches_are_answered_by_a_record_on_disk_and_not_without():
-    robot, wrenches = rs.load("3-rpr"), np.linspace(-50.0, 50.0, 60).reshape(20, 3)
+    robot = rs.load("two-link-arm")
+    wrenches = np.linspace(-1.0, 1.0, 20)[:, None] * np.ones(robot.space.size)
     direct = rs.equilibrium(robot, None, wrenches)
     assert not direct.known
     rs.compile_loaded(robot, backend=rs.Backend.ARRAYS)
-    assert not rs.equilibrium(robot, None, wrenches[:19]).known
-    read = rs.equilibrium(robot, None, wrenches)
+    assert not rs.equilibrium(rs.load("two-link-arm"), None, wrenches[:19]).known
+    read = rs.equilibrium(rs.load("two-link-arm"), None, wrenches)
     assert read.known
     np.testing.assert_allclose(read.displacement, direct.displacement, rtol=1e-7, atol=1e-12)
