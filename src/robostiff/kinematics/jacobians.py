@@ -155,7 +155,7 @@ def spring_loads(
     """Rows and sizes with the energy ``sum of (size row . f)^2 / 2`` under the wrenches W f.
 
     Each wrench is moved to the spring and turned to its axes before anything is summed, so that an
-    axial force is felt to all digits by a beam that bends a million times more easily.
+    axial force has all its digits in a beam that bends a million times more easily.
 
     Parameters
     ----------

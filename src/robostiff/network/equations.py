@@ -17,7 +17,7 @@ from robostiff.network.elements import BeamElement, CouplingElement, Element, Sp
 from robostiff.network.network import Network
 from robostiff.spatial import Space, block_rotation, compliance_modes, twist_transport
 
-# Condition of a compliance scaled to a unit diagonal: beyond it directions are told apart first.
+# Condition of a compliance scaled to a unit diagonal: beyond it stiff directions are separated.
 _DENSE = 1e3
 _SYMMETRY = 1e-9  # part of its size by which a compliance may be negative
 

@@ -323,7 +323,7 @@ class LoadedNetwork:
     def with_least_displacement(self) -> LoadedNetwork:
         """Without what free motions of the platform add to its displacement.
 
-        Mechanisms inside, which it does not feel, are held somewhere.
+        Motions of mechanisms that leave the platform at rest stay as they were found.
         """
         x, platform = self.x.copy(), self.equations.network.platform
         for mechanism in self.system.mobility.mechanisms:

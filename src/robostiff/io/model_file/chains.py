@@ -183,7 +183,8 @@ class WrittenFollower(WrittenMapping):
     )
     offset: Value = Field(0, description="its coordinate where the other one is 0")
     stiffness: Value | None = Field(
-        None, description="of the belt or gear, felt at the joint that follows; rigid if left out"
+        None,
+        description="of the belt or gear, referred to the joint that follows; rigid if left out",
     )
 
     def build(self, place: Place, joints: dict[str, Joint]) -> Coupling:
