@@ -26,7 +26,7 @@ from robostiff.statics.loading.given_loads import (
     Laws,
     Loads,
     StandingLoads,
-    acting_gravity,
+    comparable_gravity,
 )
 from robostiff.statics.loading.loaded_posture import (
     LoadedPosture,
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 _BOWING = Bowing()
 #: Equilibria take some 10 ms each, a record of the robot seconds to make, and a tenth to read.
 WORTH_COMPILING, WORTH_READING = 500, 20
-_CALLS = 3  # from which on a record is looked for on disk
+_CALLS = 3  # at the third a record is looked for on disk
 #: Equilibria from which machine code is worth the time that it takes to compile.
 WORTH_MACHINE_CODE = 100_000
 
@@ -163,20 +163,24 @@ class _KeptKernel:
 
     def for_equilibria(self, count: int) -> CompiledLoading | None:
         """What computes that many; None where it does not pay yet, or there is no kernel."""
-        self.calls, self.equilibria = self.calls + 1, self.equilibria + count
         is_many = count >= WORTH_MACHINE_CODE
         if self.is_tried and (self.compiled is None or self.is_machine_code or not is_many):
             return self.compiled
         from robostiff.compiled import Backend
-        from robostiff.statics.kernels.compile import compile_loaded, is_on_disk
+        from robostiff.statics.kernels.compile import compile_loaded, is_on_disk, kept_loading
 
+        self.calls, self.equilibria = self.calls + 1, self.equilibria + count
         is_worth_looking = count >= WORTH_READING or self.calls == _CALLS
         pays = self.equilibria >= WORTH_COMPILING
         if pays or (is_worth_looking and is_on_disk(self.robot, self.standing)):
             self.is_tried, self.is_machine_code = True, is_many
-            backend = Backend.BEST if is_many else Backend.ARRAYS
+            backend, given = Backend.BEST if is_many else Backend.ARRAYS, self.standing
             with suppress(InputError, NoAnswerError):
-                self.compiled = compile_loaded(self.robot, **self.standing.given, backend=backend)
+                if given.loads or given.preload:
+                    self.compiled = compile_loaded(self.robot, **given.given, backend=backend)
+                else:
+                    settings: Any = {"beams": given.beams, "backend": backend}
+                    self.compiled = kept_loading(self.robot, given.gravity, **settings)
         return self.compiled
 
 
@@ -196,8 +200,7 @@ def _by_record(
         kernel = _KeptKernel(robot, StandingLoads(**acting.given))
     else:
         gravity = acting.gravity
-        if gravity is not None and not isinstance(gravity, str):
-            gravity = tuple(acting_gravity(robot.numeric, gravity).tolist())
+        gravity = None if gravity is None else comparable_gravity(robot, gravity)
         kernel = _kernel(robot, gravity, acting.beams)
     compiled = kernel.for_equilibria(count)
     if compiled is None:

@@ -28,7 +28,13 @@ from robostiff.statics.kernels.compiled_loading import CompiledLoading
 from robostiff.statics.kernels.elimination import RigidLegError
 from robostiff.statics.kernels.leg import Site
 from robostiff.statics.kernels.loaded_robot import record_loading
-from robostiff.statics.loading.given_loads import Acting, Gravity, Loads, StandingLoads
+from robostiff.statics.loading.given_loads import (
+    Acting,
+    Gravity,
+    Loads,
+    StandingLoads,
+    comparable_gravity,
+)
 from robostiff.statics.loading.loaded_posture import LoadedPosture, postures_of
 from robostiff.statics.result import Equilibrium
 from robostiff.statics.solution import solved
@@ -238,8 +244,7 @@ def _recorded(
 
 def kept_loading(robot: Robot, gravity: Gravity = None, **settings: Any) -> CompiledLoading:
     """What `compile_loaded` makes of settings that are hashable; it is kept with the robot."""
-    if gravity is not None and not isinstance(gravity, str):
-        gravity = tuple(np.ravel(gravity).tolist())
+    gravity = None if gravity is None else comparable_gravity(robot, gravity)
     return _kept(robot, gravity=gravity, **settings)
 
 

@@ -80,6 +80,12 @@ class DeadForce:
     point: Any = None
 
 
+def comparable_gravity(robot: Robot, gravity: ArrayLike | str) -> str | tuple[float, ...]:
+    """Gravity as it is given: the name of an axis, or numbers that are compared by their values."""
+    is_name = isinstance(gravity, str)
+    return gravity if is_name else tuple(acting_gravity(robot.numeric, gravity).tolist())
+
+
 def acting_gravity(
     robot: Robot | Snapshot | Network, gravity: Gravity, loads: Loads | None = None
 ) -> np.ndarray:
