@@ -420,7 +420,7 @@ def test_what_has_no_kernel_is_refused_with_the_way_to_go():
         rs.compile_loaded(rs.load("gough-stewart-b"), gravity="-z")
     with pytest.raises(rs.InputError, match="6 numbers"):
         compiled("gough-stewart-b").evaluate(np.zeros((1, 6)), [0, 0, -1])
-    with pytest.raises(rs.InputError, match="2 wrenches"):
+    with pytest.raises(rs.InputError, match=r"wrenches \(2,\)"):
         compiled("gough-stewart-b").evaluate(np.zeros((3, 6)), np.zeros((2, 6)))
 
 

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.analysis.questions import PosesOfRobot
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.kept import kept
-from robostiff.kinematics import ActuatorCoordinates, JointCoordinates, Near
-from robostiff.kinematics.turn import turn_by_vector
+from robostiff.kept import kept, kept_for_last
+from robostiff.kinematics import JointCoordinates, Near
 from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
-from robostiff.spatial.rotation import vector_of_rotation
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.loading.given_loads import (
     Acting,
@@ -28,12 +27,7 @@ from robostiff.statics.loading.given_loads import (
     StandingLoads,
     comparable_gravity,
 )
-from robostiff.statics.loading.loaded_posture import (
-    LoadedPosture,
-    Postures,
-    postures_of,
-    wrenches_of,
-)
+from robostiff.statics.loading.loaded_posture import LoadedPosture, beside, postures_of, wrenches_of
 from robostiff.statics.result import Equilibrium
 from robostiff.statics.solution import solved
 
@@ -129,20 +123,19 @@ def equilibrium(
             got="both",
             expected="one of them: the other follows",
         )
+    acting = Acting(loads, gravity, preload, beams, at, laws or {})
+    if isinstance(robot, Robot) and displacement is None and at is None and near is None:
+        recorded = _by_record(robot, pose, wrench, acting)
+        if recorded is not None:
+            return recorded
     postures = postures_of(robot, pose, near)
     space = postures.robot.space
     what = "wrench" if displacement is None else "displacement"
     moved = wrench if displacement is None else displacement
-    each = postures.beside(wrenches_of(what, moved, space))
-    given = np.atleast_2d(each)
-    acting = Acting(loads, gravity, preload, beams, at, laws or {})
-    if displacement is None and at is None and near is None:
-        recorded = _by_record(postures, acting, pose, given)
-        if recorded is not None:
-            return recorded if each.ndim > 1 else recorded[0]
+    each = beside(postures.batch, wrenches_of(what, moved, space))
     answers = []
     loaded: LoadedPosture | None = None
-    for i, row in enumerate(given):
+    for i, row in enumerate(np.atleast_2d(each)):
         if loaded is None or postures.batch:
             loaded = postures.loaded(i, acting)
         answers.append(solved(loaded, *((row,) if displacement is None else (None, row))))
@@ -190,35 +183,30 @@ def _kernel(robot: Robot, gravity: Gravity, beams: Beams) -> _KeptKernel:
 
 
 def _by_record(
-    postures: Postures, acting: Acting, pose: Any, wrenches: np.ndarray
+    robot: Robot, pose: Any, wrench: ArrayLike | None, acting: Acting
 ) -> Equilibrium | None:
-    """Equilibria under wrenches (N, r) by a record of the robot; None where there is none."""
-    robot, posture, count = postures.robot, postures.posture, len(wrenches)
-    if posture is None or acting.laws:
+    """Equilibria under wrenches by the record of a robot; None where there is none, or not so."""
+    poses = None if acting.laws else kept_for_last(_recorded_poses, robot, pose)
+    if poses is None:
         return None
+    F, batch = wrenches_of("wrench", wrench, robot.space), poses.shape[:-1]
     if acting.loads or acting.preload:
         kernel = _KeptKernel(robot, StandingLoads(**acting.given))
     else:
         gravity = acting.gravity
         gravity = None if gravity is None else comparable_gravity(robot, gravity)
         kernel = _kernel(robot, gravity, acting.beams)
-    compiled = kernel.for_equilibria(count)
+    compiled = kernel.for_equilibria(len(np.atleast_2d(beside(batch, F))))
     if compiled is None:
         return None
-    if not postures.batch:
-        is_of_legs = isinstance(pose, JointCoordinates | ActuatorCoordinates)
-        if is_of_legs and not robot.is_posed_by_joints:
-            return None
-        pose = np.repeat(posture.pose[:, robot.coordinate_places], count, axis=0)
-        if robot.is_posed_by_joints:
-            pose = JointCoordinates(np.repeat(posture.coordinates[0], count, axis=0))
-    found = compiled.evaluate(pose, wrenches)
-    moved, answered = np.zeros((count, 6)), found.answered
-    moved[:, list(robot.space.rows)] = np.nan_to_num(found.known["displacement"])
-    unloaded = np.nan_to_num(posture.pose)
-    R, R_0 = turn_by_vector(moved[:, 3:]), turn_by_vector(unloaded[:, 3:])
-    arm = R_0 @ robot.in_floats.reference_point
-    place = unloaded[:, :3] + moved[:, :3] + arm - (R @ arm[..., None])[..., 0]
-    pose = np.concatenate([place, vector_of_rotation(R @ R_0)], axis=-1)
-    pose[~answered] = np.nan
-    return replace(found, known={**found.known, "pose": pose})
+    return compiled.evaluate(JointCoordinates(poses) if robot.is_posed_by_joints else poses, F)
+
+
+def _recorded_poses(robot: Robot, pose: Any) -> np.ndarray | None:
+    """Coordinates (..., n) of poses that a record answers, those of joints where these pose it."""
+    question = PosesOfRobot(robot, pose)
+    given = question.recordable()
+    if given is None:
+        return None
+    numbers = np.asarray(getattr(given[1], "values", given[1]))
+    return numbers.reshape(*question.request.batch, numbers.shape[-1])

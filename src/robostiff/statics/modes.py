@@ -31,6 +31,7 @@ from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads, 
 from robostiff.statics.loading.loaded_posture import (
     LoadedPosture,
     as_snapshot,
+    beside,
     postures_of,
     wrenches_of,
 )
@@ -264,7 +265,7 @@ def modes(
     (180, array([48.8, 48.8]))
     """
     postures = postures_of(robot, pose, near)
-    given = postures.beside(wrenches_of("wrench", wrench, postures.robot.space))
+    given = beside(postures.batch, wrenches_of("wrench", wrench, postures.robot.space))
     acting, carried = Acting(loads, gravity, preload, beams, at, laws or {}), masses or {}
     answers = tuple(
         _modes_of(postures.loaded(i, acting, carried), F)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, wraps
@@ -45,13 +46,21 @@ def _of_each(find: Callable[[Equilibrium], Any]) -> property:
 
     @wraps(find)
     def found(self: Equilibrium) -> Any:
-        known = self.known.get(find.__name__)
+        known = self._known(find.__name__)
         if self.batch_shape:
             return self._of_all(find.__name__, known)
         is_known = known is not None and np.all(np.isfinite(known))
         return known if is_known else find(self)
 
     return property(found)
+
+
+class OnDemand(dict[int, Solution], ABC):
+    """Solutions behind the answers of a kernel, by row, each found when it is asked for."""
+
+    @abstractmethod
+    def poses(self, rows: np.ndarray, moved: np.ndarray) -> np.ndarray:
+        """Frames of the platform (..., 6) of some rows (...), after displacements (..., r)."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -80,7 +89,7 @@ class Equilibrium(StatusOfPoses, InNotebooks):
     name: str
     space: Space
     status_codes: np.ndarray
-    solutions: Sequence[Solution] | Mapping[int, Solution]
+    solutions: Sequence[Solution] | OnDemand
     rows: np.ndarray
     known: Mapping[str, Any] = field(default_factory=dict)
 
@@ -385,6 +394,11 @@ class Equilibrium(StatusOfPoses, InNotebooks):
     def _carried(self) -> CarriedLoads:
         self._require()
         return self.solution.carried
+
+    def _known(self, name: str) -> Any:
+        if name == "pose" and isinstance(self.solutions, OnDemand):
+            return self.solutions.poses(self.rows, self.known["displacement"])
+        return self.known.get(name)
 
     def _of_all(self, name: str, known: np.ndarray | None) -> np.ma.MaskedArray:
         """A property of all (N, ...), masked where a row has none: what is read there is no number.

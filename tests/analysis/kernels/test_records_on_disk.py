@@ -291,4 +291,19 @@ def test_some_wrenches_are_answered_by_a_record_on_disk_and_not_without():
     assert not rs.equilibrium(rs.load("two-link-arm"), None, wrenches[:19]).known
     read = rs.equilibrium(rs.load("two-link-arm"), None, wrenches)
     assert read.known
-    np.testing.assert_allclose(read.displacement, direct.displacement, rtol=1e-7, atol=1e-12)
+    for name in ("displacement", "pose"):
+        found, expected = getattr(read, name), getattr(direct, name)
+        np.testing.assert_allclose(found, expected, rtol=1e-7, atol=1e-12, err_msg=name)
+    chosen = read[[3, 0]]
+    np.testing.assert_allclose(chosen.pose, read.pose[[3, 0]], rtol=1e-12)
+
+
+def test_a_record_does_not_answer_at_a_pose_that_its_coordinates_do_not_tell():
+    """All six coordinates of a robot with three free ones, whose legs decide the others."""
+    robot, wrench = rs.load("3-prs"), [0, 0, -10.0, 0, 0, 0]
+    rs.compile_loaded(robot, backend=rs.Backend.ARRAYS)
+    there = np.array(rs.stiffness(robot).pose)
+    aside = there + [0.05, 0, 0, 0, 0, 0]
+    for _ in range(4):
+        assert rs.equilibrium(robot, there, wrench).has_answer
+        assert rs.equilibrium(robot, aside, wrench).status == rs.Status.UNREACHABLE

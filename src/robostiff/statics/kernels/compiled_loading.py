@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,11 +24,11 @@ from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.model.cable import Weight
 from robostiff.record import CLOSED
 from robostiff.spatial import as_floats
-from robostiff.spatial.rotation import vector_of_quaternion
+from robostiff.spatial.rotation import vector_of_quaternion, vector_of_rotation
 from robostiff.statics.kernels.leg import Site
 from robostiff.statics.loading.given_loads import Acting, StandingLoads, each_load
-from robostiff.statics.loading.loaded_posture import postures_of, wrenches_of
-from robostiff.statics.result import Equilibrium
+from robostiff.statics.loading.loaded_posture import beside, postures_of, wrenches_of
+from robostiff.statics.result import Equilibrium, OnDemand
 from robostiff.statics.solution import Solution, solved
 
 # Of a displacement: by how much a kernel may be off whose rates are used; and of the length.
@@ -80,7 +81,7 @@ def _matrices(K: np.ndarray, wrench: np.ndarray, arms: np.ndarray) -> np.ndarray
 
 
 @dataclass(eq=False)
-class SolvedOnDemand(dict[int, Solution]):
+class SolvedOnDemand(OnDemand):
     """What `equilibrium` finds at poses and wrenches of a kernel, as it is asked for.
 
     Attributes
@@ -108,13 +109,31 @@ class SolvedOnDemand(dict[int, Solution]):
             pass
         return self[k]
 
+    def poses(self, rows: np.ndarray, moved: np.ndarray) -> np.ndarray:
+        """Frames of the platform (..., 6) of some rows (...), after displacements (..., r)."""
+        unloaded, points = np.full((2, len(self.given), 6), np.nan)
+        for robot, part in self.parameters.groups(np.isin(np.arange(len(self.given)), rows)):
+            with suppress(OpenAtHomeError):
+                unloaded[part] = posture_finder(robot).find(self._postures(part)).pose
+                points[part, :3] = robot.in_floats.reference_point
+        pose, moves = np.nan_to_num(unloaded[rows]), np.zeros((*rows.shape, 6))
+        moves[..., list(self.loading.robot.space.rows)] = np.nan_to_num(moved)
+        R, R_0 = turn_by_vector(moves[..., 3:]), turn_by_vector(pose[..., 3:])
+        arm = R_0 @ points[rows][..., :3, None]
+        place = pose[..., :3] + moves[..., :3] + (arm - R @ arm)[..., 0]
+        found = np.concatenate([place, vector_of_rotation(R @ R_0)], axis=-1)
+        found[np.isnan(moved).any(axis=-1)] = np.nan
+        return found
+
+    def _postures(self, rows: np.ndarray) -> Pose:
+        return JointCoordinates(self.given[rows]) if self.by_joints else self.given[rows]
+
     def groups(self, wanted: np.ndarray) -> Iterator[tuple[np.ndarray, Posture | None]]:
         """Find some of them (N,), alike parameters together: their numbers, and postures."""
         loading, split = self.loading, 9 * self.loading.has_platforms
         for robot, part in self.parameters.groups(wanted):
-            poses = JointCoordinates(self.given[part]) if self.by_joints else self.given[part]
             try:
-                postures = postures_of(robot, poses, None)
+                postures = postures_of(robot, self._postures(part), None)
             except OpenAtHomeError:  # parameters of no robot: its legs reach no pose from home
                 self.update((k, Solution(Status.UNREACHABLE)) for k in part.tolist())
                 yield part, None
@@ -222,7 +241,8 @@ class CompiledLoading:
             Unloaded postures, as `rs.compile` takes them. Of one pose alone, answers are without
             the axis of N.
         wrench : (r,) or (N, r) array
-            On the platform about its reference point, world axes [N, N m].
+            On the platform about its reference point, world axes [N, N m]; many may act at one
+            pose.
         hooks : (3, 3) or (N, 3, 3) array, optional
             Sum of ``h f^T`` over forces f of the wrench at points h from the reference point, in
             platform axes and world axes [N m]: their levers turn with the platform.
@@ -250,12 +270,9 @@ class CompiledLoading:
         pose = inputs.read(pose)
         by_joints = isinstance(pose, JointCoordinates)
         numbers = inputs.checked(pose)
-        given = np.atleast_2d(numbers)
-        count = len(given)
-        F = wrenches_of("wrench", wrench, space)
-        if F.ndim == 2 and len(F) not in (1, count):
-            raise InputError("wrench", got=f"{len(F)} wrenches", expected=f"one, or {count}")
-        F = np.broadcast_to(F, (count, space.size))
+        F = beside(numbers.shape[:-1], wrenches_of("wrench", wrench, space))
+        given = np.atleast_2d(np.broadcast_to(numbers, (*F.shape[:-1], numbers.shape[-1])))
+        batch, F, count = F.shape[:-1], np.atleast_2d(F), len(given)
         if hooks is not None and not self.has_platforms:
             hint = "write compile_loaded(..., platforms=True)"
             raise InputError("hooks", got="a kernel without", expected="one with them", hint=hint)
@@ -295,7 +312,7 @@ class CompiledLoading:
         known["K_total"] = _matrices(known["K"], F, arms)
         for part, posture in solutions.groups(known["guarded"] & again):
             self._compute_again(answer, part, posture)
-        return answer[0] if numbers.ndim == 1 else answer
+        return answer if batch else answer[0]
 
     def _fill(
         self, given: InputRows, F: np.ndarray, where: slice, answer: Equilibrium, arms: np.ndarray

@@ -136,23 +136,6 @@ class Postures:
             return self._loaded(i, acting, masses)
         return kept_for_last(Postures._loaded, self, 0, acting, masses)
 
-    def beside(self, given: np.ndarray) -> np.ndarray:
-        """Wrenches, or displacements, (N, r) beside so many postures; (r,) of one and one posture.
-
-        Raises
-        ------
-        InputError
-            When postures are not along one axis, with one of these or as many.
-        """
-        batch, shape = self.batch, given.shape[:-1]
-        if len(batch) > 1 or (batch and shape not in {(), (1,), batch}):
-            raise InputError(
-                "batch under load",
-                got=f"poses {batch}, wrenches {shape}",
-                expected="poses along one axis, with one wrench or as many",
-            )
-        return np.broadcast_to(given, (*(batch or shape), given.shape[-1]))
-
     def _loaded(self, i: int, acting: Acting, masses: Masses | None) -> LoadedPosture:
         pull = acting_gravity(self.robot, acting.gravity, acting.loads)
         posed, frame, status = self._posed(i, masses is not None or bool(np.any(pull)))
@@ -324,6 +307,24 @@ def point_at(at: ArrayLike | None, reference: np.ndarray) -> np.ndarray:
     if at is None:
         return np.asarray(reference, dtype=float)
     return as_floats("at", at, "three numbers [m]: one point", "m", (3,))
+
+
+def beside(batch: tuple[int, ...], given: np.ndarray) -> np.ndarray:
+    """Wrenches, or displacements, (N, r) beside a batch of poses; (r,) of one and one pose.
+
+    Raises
+    ------
+    InputError
+        When poses are not along one axis, with one of these or as many.
+    """
+    shape = given.shape[:-1]
+    if len(batch) > 1 or (batch and shape not in {(), (1,), batch}):
+        raise InputError(
+            "batch under load",
+            got=f"poses {batch}, wrenches {shape}",
+            expected="poses along one axis, with one wrench or as many",
+        )
+    return np.broadcast_to(given, (*(batch or shape), given.shape[-1]))
 
 
 def wrenches_of(what: str, value: ArrayLike | None, space: Space) -> np.ndarray:
