@@ -158,7 +158,7 @@ def _nearest(problem: TensionProblem) -> tuple[np.ndarray, np.ndarray, np.ndarra
         if not going.any():
             break
         active, W_a, raw, gradient = active[going], W_a[going], raw[going], gradient[going]
-        inner = ((raw > low) & (raw < high)).astype(float)
+        inner = ((raw >= low) & (raw <= high)).astype(float)
         H = (W_a * inner[:, None, :]) @ np.swapaxes(W_a, -1, -2) + _REGULAR * np.eye(n)
         step = np.linalg.solve(H, gradient[..., None])[..., 0]
         length, rises = _best_length(W_a, F[active], low, high, raw, step)
