@@ -86,6 +86,25 @@ def test_arrays_as_one_after_the_other(program: Program):
     assert np.array_equal(inputs, before)
 
 
+@settings(max_examples=30)
+@given(programs())
+def test_one_pose_after_the_other_is_the_same_before_and_after_a_function_is_made(program: Program):
+    """Bit for bit, and None for what has no value."""
+    code = ArrayCode(program)
+    poses = np.random.default_rng(6).uniform(-1, 1, (3, 230))
+    expected = plainly(program, poses)
+    for pose, results in zip(poses.T, expected.T, strict=True):
+        assert code.at_one(pose.tolist()) == [pytest.approx(x, rel=4e-16) for x in results]
+
+
+def test_one_pose_without_a_value_is_none_before_and_after_a_function_is_made():
+    code = ArrayCode(everything())
+    for _ in range(230):
+        assert code.at_one([0.3, 0.6, 0.9]) is not None
+        assert code.at_one([0.3, 0.0, 0.9]) is None  # x / y
+        assert code.at_one([3.0, 0.6, 0.9]) is None  # arc cosine
+
+
 @needs_compiler
 @settings(max_examples=12)
 @given(programs())

@@ -201,10 +201,10 @@ class CompiledStiffness(AtGeneralPoses):
                 _put_direct(answer, rows, result, self.kernel.outputs, self.rank)
         return answer[0] if is_one else answer
 
-    def at_one(self, inputs: list[float]) -> CompiledAnswer | None:
+    def at_one(self, inputs: list[float], by_joints: bool = False) -> CompiledAnswer | None:
         """What a kernel of K gives at one pose by plain inputs; None where a check of it fails."""
-        kernel = self.kernel
-        if not self.verified or len(kernel.inputs) != len(inputs):
+        kernel = self.joint_kernel if by_joints else self.kernel
+        if kernel is None or not self.verified or len(kernel.inputs) != len(inputs):
             return None
         results = kernel.at_one(inputs)
         flags, n = results[len(results) - len(kernel.checks)], kernel.space.size

@@ -19,8 +19,8 @@ from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Form, Tolerance
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kept import kept
-from robostiff.kinematics import Near, Pose, posture_finder
-from robostiff.kinematics.pose import PoseRequest
+from robostiff.kinematics import JointCoordinates, Near, Pose, posture_finder
+from robostiff.kinematics.pose import Given, PoseRequest, held_sums
 from robostiff.model import Robot, Snapshot
 from robostiff.model.checks import FARTHEST, FULL_TURN
 
@@ -50,10 +50,10 @@ class KeptRecord:
     machine: Any
     calls: int = 0
     poses: int = 0  # computed without the record, or by NumPy
-    compiled: Any = None
+    compiled: Any = None  # run by NumPy
+    by_machine_code: Any = None  # the same, for many poses
     is_sought: bool = False  # on disk
     is_tried: bool = False
-    is_machine_code: bool = False
 
     def for_poses(self, count: int, pays: tuple[int, int, int]) -> Any:
         """What computes that many poses; None where it does not pay yet, or there is no record."""
@@ -62,14 +62,14 @@ class KeptRecord:
         if self.compiled is None:
             if not self.is_tried:
                 self._seek(self.poses >= recording)
-        elif self.poses > machine_code and not self.is_machine_code:
+        elif count > 1 and self.poses > machine_code and self.by_machine_code is None:
             from robostiff.compiled import MachineCode, machine_code_is_available
 
-            self.is_machine_code = True
+            found = self.compiled
             if machine_code_is_available():
-                kernel = self.compiled.kernel.by(MachineCode)
-                self.compiled = replace(self.compiled, kernel=kernel)
-        return self.compiled
+                found = replace(found, kernel=found.kernel.by(MachineCode))
+            self.by_machine_code = found
+        return self.compiled if count == 1 else self.by_machine_code or self.compiled
 
     def _seek(self, pays: bool) -> None:
         self.calls += 1
@@ -106,7 +106,7 @@ def ask_record(question: Question) -> None:
 
 
 def recorded_at_one(robot: Robot, pose: Any) -> PosesOfRobot | None:
-    """One pose of free coordinates in plain numbers, answered by the record of the robot.
+    """One pose of free coordinates, or joints, in plain numbers, answered by the robot's record.
 
     None of other poses, and where the record does not answer at once: for `stiffness`, which then
     reads and answers the pose as any other.
@@ -114,37 +114,51 @@ def recorded_at_one(robot: Robot, pose: Any) -> PosesOfRobot | None:
     record = record_of(robot)
     if record.compiled is None:
         return None
-    places, home, left = _plain_coordinates(robot)
-    numbers = pose.tolist() if type(pose) is np.ndarray and pose.ndim == 1 else pose
-    if type(numbers) is not list or len(numbers) != len(places):
+    by_joints = type(pose) is JointCoordinates
+    given = pose.values if by_joints else pose
+    numbers = given.tolist() if type(given) is np.ndarray and given.ndim == 1 else given
+    bounds, home, left = _plain_coordinates(robot, by_joints)
+    if not bounds or type(numbers) is not list or len(numbers) != len(bounds):
         return None
-    coordinates, turned = home.copy(), 0.0
-    for place, x in zip(places, numbers, strict=True):
-        is_number = type(x) is float or type(x) is int
-        if not is_number or (place < 3 and not abs(x - home[place]) <= FARTHEST):
+    coordinates = home.copy()
+    for (place, middle, most), x in zip(bounds, numbers, strict=True):
+        if not ((type(x) is float or type(x) is int) and abs(x - middle) <= most):
             return None
         coordinates[place] = x
-        turned += x * x if place >= 3 else 0.0
-    found = None
-    if turned <= FULL_TURN**2:
-        found = record.for_poses(1, PosesOfRobot.pays).at_one(numbers)
+    found = record.for_poses(1, PosesOfRobot.pays).at_one(numbers, by_joints)
     if found is None:
         return None
-    question = PosesOfRobot(robot, PoseRequest((), np.array([coordinates]), left))
+    by = Given.JOINTS if by_joints else Given.POSE
+    question = PosesOfRobot(robot, PoseRequest((), np.array([coordinates]), left, by=by))
     question.recorded = found
     return question
 
 
 @kept
-def _plain_coordinates(robot: Robot) -> tuple[list[int], list[float], tuple[int, ...]]:
-    """Places of free pose coordinates among all six, those of home, and what the legs decide.
+def _plain_coordinates(
+    robot: Robot, by_joints: bool
+) -> tuple[list[tuple[int, float, float]], list[float], tuple[int, ...]]:
+    """Places of coordinates that pose a robot, and about which middle most values are no slip.
 
-    Of an arm there are no places.
+    Then all coordinates at home, and which of the platform the legs decide. There are no places
+    where poses need more than to be read.
     """
+    chain = robot.legs[0].chain
+    if by_joints:
+        if not robot.is_posed_by_joints or chain.has_blocks or any(held_sums(chain)):
+            return [], [], ()
+        bounds = [
+            2 * FULL_TURN if screw.is_rotation else FARTHEST / abs(screw.advance(1.0))
+            for screw in chain.freedoms
+        ]
+        return [(i, 0.0, most) for i, most in enumerate(bounds)], [0.0] * chain.size, ()
+    home = posture_finder(robot).home_pose.tolist()
     places = robot.coordinate_places if not robot.is_serial else ()
     inside = list(places) if all(place in robot.space.rows for place in places) else []
     left = tuple(place for place in robot.space.rows if place not in inside)
-    return inside, posture_finder(robot).home_pose.tolist(), left
+    part_of_turn = FULL_TURN / 3**0.5  # the length of the rotation vector is below a turn
+    bounds = [(k, home[k], FARTHEST) if k < 3 else (k, 0.0, part_of_turn) for k in inside]
+    return bounds, home, left
 
 
 def asked_question(

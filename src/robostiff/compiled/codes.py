@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import math
-import operator
 import platform
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,6 +11,7 @@ from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
+from robostiff.compiled.one_pose import OnePose
 from robostiff.compiled.program_text import text_of
 from robostiff.record import NUMPY_FUNCTIONS, Operation, Program
 
@@ -169,24 +168,6 @@ def room_for(rows: int, poses: int) -> np.ndarray:
     return memory[start : start + rows * apart].reshape(rows, apart)[:, :poses]
 
 
-# On floats, which are some ten times faster than arrays of one number, all of two arguments. What
-# has no value raises.
-_FLOAT_FUNCTIONS: dict[Operation, Callable[[float, float], float]] = {
-    Operation.ADD: operator.add,
-    Operation.SUBTRACT: operator.sub,
-    Operation.MULTIPLY: operator.mul,
-    Operation.NEGATE: lambda a, _: -a,
-    Operation.RECIPROCAL: lambda a, _: 1.0 / a,
-    Operation.SQUARE_ROOT: lambda a, _: math.sqrt(a),
-    Operation.SINE: lambda a, _: math.sin(a),
-    Operation.COSINE: lambda a, _: math.cos(a),
-    Operation.ARC_COSINE: lambda a, _: math.acos(a),
-    Operation.ARC_TANGENT: math.atan2,
-    Operation.HYPERBOLIC_TANGENT: lambda a, _: math.tanh(a),
-    Operation.LEAST: lambda a, b: a if a < b else b if b <= a else math.nan,
-    Operation.GREATER: lambda a, b: float(a > b),
-}
-
 #: An operation with the places of its arguments and result; a place is a row, or a number.
 _Instruction = tuple[Any, Any, Any, int]
 
@@ -257,26 +238,11 @@ class ArrayCode(_Code):
 
     def at_one(self, inputs: list[float]) -> list[float] | None:
         """Results at one pose; None where some number has no value, as out of reach."""
-        numbers, instructions = self._one
-        known = numbers.copy()
-        known[: len(inputs)] = inputs
-        try:
-            for i, function, a, b in instructions:
-                known[i] = function(known[a], known[b])
-        except (ValueError, ArithmeticError):
-            return None
-        return [known[k] for k in self.program.outputs]
+        return self._one.results(inputs)
 
     @cached_property
-    def _one(self) -> tuple[list[float], list[tuple[int, Any, int, int]]]:
-        """Numbers at their places among the steps, and what computes all others."""
-        steps, functions = self.program.steps, _FLOAT_FUNCTIONS
-        instructions = [
-            (i, functions[operation], a or 0, (a if b is None else b) or 0)
-            for i, (operation, a, b, _, _) in enumerate(steps)
-            if operation in functions
-        ]
-        return [float(step.number) for step in steps], instructions
+    def _one(self) -> OnePose:
+        return OnePose(self.program)
 
     @cached_property
     def _plan(self) -> tuple[list[_Instruction], list[Any], int]:

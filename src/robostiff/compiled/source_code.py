@@ -8,6 +8,7 @@ from enum import Enum
 
 from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.kernel import Kernel
+from robostiff.compiled.one_pose import EXPRESSIONS, written_steps
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.record import CLOSED, Flag, Operation, Program
 
@@ -39,17 +40,8 @@ extern "C" __global__ void {name}(long long n, const double *__restrict__ in,
 """,
 }
 _EXPRESSIONS = {
-    Operation.ADD: "{a} + {b}",
-    Operation.SUBTRACT: "{a} - {b}",
-    Operation.MULTIPLY: "{a} * {b}",
-    Operation.NEGATE: "-{a}",
-    Operation.RECIPROCAL: "1.0 / {a}",
-    Operation.SQUARE_ROOT: "sqrt({a})",
-    Operation.SINE: "sin({a})",
-    Operation.COSINE: "cos({a})",
-    Operation.ARC_COSINE: "acos({a})",
-    Operation.ARC_TANGENT: "atan2({a}, {b})",
-    Operation.HYPERBOLIC_TANGENT: "tanh({a})",
+    **EXPRESSIONS,
+    Operation.INPUT: "in[{i} * n + i]",
     # The lower one, or that which is no number.
     Operation.LEAST: "{b} < {a} || {b} != {b} ? {b} : {a}",
     Operation.GREATER: "{a} > {b} ? 1.0 : 0.0",
@@ -103,17 +95,8 @@ def source_of(kernel: Kernel, language: SourceLanguage, name: str, about: Sequen
 
 def _statements(program: Program, checks: int) -> Iterator[str]:
     """One a step, then the results; of the checks the flags, which a closure that fails adds to."""
-    known: list[str] = []
-    for i, step in enumerate(program.steps):
-        if step.operation is Operation.NUMBER:
-            number = float(step.number)
-            known.append(f"({number!r})" if number < 0 else repr(number))
-            continue
-        arguments = {key: known[k] for key, k in (("a", step.a), ("b", step.b)) if k is not None}
-        expression = _EXPRESSIONS.get(step.operation, f"in[{i} * n + i]").format(**arguments)
-        yield f"const double v{i} = {expression};"
-        known.append(f"v{i}")
-    results = [known[k] for k in program.outputs]
+    lines, results = written_steps(program, _EXPRESSIONS)
+    yield from (f"const double {name} = {value};" for name, value in lines)
     for k, value in enumerate(results[: len(results) - checks]):
         yield f"out[{k} * n + i] = {value};"
     flags, *closure = results[len(results) - checks :]

@@ -298,12 +298,31 @@ def test_some_wrenches_are_answered_by_a_record_on_disk_and_not_without():
     np.testing.assert_allclose(chosen.pose, read.pose[[3, 0]], rtol=1e-12)
 
 
+@pytest.mark.parametrize("name", ["six-joint-arm", "two-link-arm", "hexapod"])
+def test_poses_one_by_one_are_answered_as_many_are(name):
+    """By numbers, and, once they are many, by a function; slips of units are named as before."""
+    robot = model(name)
+    poses = around_home(robot, 220)
+    together = rs.stiffness(model(name), poses)
+    by_joints = isinstance(poses, rs.JointCoordinates)
+    rows = np.asarray(poses.values if by_joints else poses)
+    rs.compile(robot, backend=rs.Backend.ARRAYS)
+    for k, row in enumerate(rows):
+        one = rs.stiffness(robot, rs.JointCoordinates(row) if by_joints else row)
+        size = np.sqrt(np.abs(np.diag(together.K[k])))
+        assert np.max(np.abs(one.K - together.K[k]) / np.outer(size, size)) < 1e-9
+        assert (one.rank, one.status) == (together.rank[k], together[k].status)
+    slip = 1e3 * rows[0]
+    with pytest.warns(rs.PlausibilityWarning):
+        rs.stiffness(robot, rs.JointCoordinates(slip) if by_joints else slip)
+
+
 def test_a_record_does_not_answer_at_a_pose_that_its_coordinates_do_not_tell():
     """All six coordinates of a robot with three free ones, whose legs decide the others."""
     robot, wrench = rs.load("3-prs"), [0, 0, -10.0, 0, 0, 0]
     rs.compile_loaded(robot, backend=rs.Backend.ARRAYS)
     there = np.array(rs.stiffness(robot).pose)
-    aside = there + [0.05, 0, 0, 0, 0, 0]
+    aside = there + np.array([0.05, 0, 0, 0, 0, 0])
     for _ in range(4):
         assert rs.equilibrium(robot, there, wrench).has_answer
         assert rs.equilibrium(robot, aside, wrench).status == rs.Status.UNREACHABLE
