@@ -140,7 +140,7 @@ class _Kinds:
 
 
 # Arguments that functions refuse with what to write instead.
-_NAMED = {"robot", "linkage", "network", "tolerance", "measured", "budget", "sequence"}
+_NAMED = {"robot", "linkage", "network", "tolerance", "measured", "budget", "sequence", "where"}
 _LONG, _SHOWN, _MOST_MEMBERS = 100, 40, 8
 
 

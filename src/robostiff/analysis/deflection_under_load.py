@@ -155,14 +155,14 @@ class Deflection(StatusOfPoses, InNotebooks):
     @cached_property
     def _found(self) -> tuple[np.ndarray, np.ndarray]:
         """Status (...) and twists about the reference point (..., n)."""
+        C, known = self.stiffness.inverted
+        codes = np.array(self.stiffness.status_codes)
+        if known.all() and self.of_loads is None:
+            return codes, np.einsum("...ij,...j->...i", C, self.wrench)
         if not self.stiffness.batch_shape:
             twist = self.elements.twist
             twist = np.full(self.wrench.shape, np.nan) if twist is None else twist
             return np.array(int(self.elements.status), dtype=np.uint16), twist
-        C, known = self.stiffness.inverted
-        codes = np.array(self.stiffness.status_codes)
-        if known.all():
-            return codes, np.einsum("...ij,...j->...i", C, self.wrench)
         twist = np.full(self.wrench.shape, np.nan)
         if known.any():
             twist[known] = np.einsum("...ij,...j->...i", C[known], self.wrench[known])
@@ -203,12 +203,12 @@ class Deflection(StatusOfPoses, InNotebooks):
         """
         if self.batch_shape:
             return self._masked(self._found[1])
-        if self.elements.twist is None:
+        if not self.has_answer:
             raise NoAnswerError(
                 f"no deflection of {self.stiffness.name!r} ({self.status}): "
                 + "; ".join(self.advice)
             )
-        return self.elements.twist
+        return self._found[1]
 
     @property
     def energy(self) -> Any:

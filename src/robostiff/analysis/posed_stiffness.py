@@ -202,12 +202,21 @@ def _check_options(method: Any, tolerance: Any) -> None:
 
 
 def stiffness_by_record(
-    machine: Any, pose: Any, at: ArrayLike | None, near: Near, tolerance: Tolerance
+    machine: Any,
+    pose: Any,
+    at: ArrayLike | None,
+    near: Near,
+    tolerance: Tolerance,
+    method: Form = DEFAULT_METHOD,
 ) -> Stiffness:
-    """As `stiffness`, of one pose by the direct form: for what asks for the legs at one pose."""
-    question = asked_question(machine, pose, DEFAULT_METHOD, near, tolerance)
-    if question.rows.shape:
-        ask_record(question)
+    """As `stiffness`, of machines without cables."""
+    plain = method is DEFAULT_METHOD and tolerance is DEFAULT_TOLERANCE and near is None
+    if plain and type(machine) is Robot:
+        one = recorded_at_one(machine, pose)
+        if one is not None:
+            return Stiffness(one, one.rows).about(at)
+    question = asked_question(machine, pose, method, near, tolerance)
+    ask_record(question)
     return Stiffness.of(question, at)
 
 
@@ -302,20 +311,13 @@ def stiffness(
     >>> rs.stiffness(linkage, {"screw": [-0.1, 0, 0.2]}).rank
     array([ 6,  6, -1])
     """
-    plain = method is DEFAULT_METHOD and tolerance is DEFAULT_TOLERANCE and near is None
-    if plain and type(robot) is Robot:
-        one = recorded_at_one(robot, pose)
-        if one is not None:
-            return Stiffness(one, one.rows).about(at)
     if hasattr(robot, "cables"):
         _check_options(method, tolerance)
         _check_fits(robot, method, near, has_legs=False, has_postures=False)
         from robostiff.analysis.cable_stiffness import cable_stiffness
 
         return cable_stiffness(cast("Any", robot), cast("Any", pose), at=at, tolerance=tolerance)
-    question = asked_question(robot, pose, method, near, tolerance)
-    ask_record(question)
-    return Stiffness.of(question, at)
+    return stiffness_by_record(robot, pose, at, near, tolerance, method)
 
 
 def compliance(

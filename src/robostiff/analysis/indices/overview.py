@@ -78,12 +78,17 @@ class StiffnessIndices(InNotebooks):
     ----------
     result : Stiffness
         What they are computed from.
-    length : float
-        The characteristic length [m] of those that need one.
+    given_length : float or None
+        The characteristic length [m] of those that need one; None for the robot's own at the pose.
     """
 
     result: Stiffness
-    length: float
+    given_length: float | None = None
+
+    @property
+    def length(self) -> float:
+        """The characteristic length [m] of those that need one."""
+        return index_length(self.result, self.given_length)
 
     @cached_property
     def along_axes(self) -> tuple[DirectionalStiffness, ...]:
@@ -322,7 +327,8 @@ def indices(
             expected="a result alone: it is of its own poses",
             hint="write indices(robot, pose, at=..., near=...)",
         )
+    known = None if length is None else index_length(result, length)
     if isinstance(result, Stiffness) and result.batch_shape:
-        return IndicesOfPoses(result, None if length is None else index_length(result, length))
+        return IndicesOfPoses(result, known)
     stiffness_parts(result)  # what has none is refused now
-    return StiffnessIndices(result, index_length(result, length))
+    return StiffnessIndices(result, known)

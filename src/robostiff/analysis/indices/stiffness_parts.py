@@ -168,9 +168,13 @@ def stiffness_parts(result: Stiffness) -> StiffnessParts:
 
 @kept
 def _parts_of(result: Stiffness) -> StiffnessParts:
+    space = result.space
+    if result.inverted[1]:  # K of the record has full rank, and so have its parts
+        d, n = space.translations, space.size
+        return StiffnessParts(result, result.K, result.compliance, d, n - d)
     # Ranks of the force rows and of the moment rows of the wrenches that hold the platform
     answer = result.details()
-    tolerance, space = answer.tolerance.independence, answer.space
+    tolerance = answer.tolerance.independence
     U, values, _ = np.linalg.svd(answer.held)
     H = U[:, : int(np.count_nonzero(values > tolerance))]
     d = space.translations
@@ -250,6 +254,7 @@ def _along_axes(basis: np.ndarray) -> list[np.ndarray]:
         e = shadows[axis] / np.linalg.norm(shadows[axis])
         e = e * np.copysign(1.0, e[int(np.argmax(np.abs(e) > 0.999 * np.abs(e).max()))])
         vectors.append(e + 0.0)
-        without = rest - np.outer(rest @ e, e)
-        rest = np.linalg.svd(without)[2][: len(rest) - 1]
+        if len(rest) == 1:
+            break
+        rest = np.linalg.svd(rest - np.outer(rest @ e, e))[2][: len(rest) - 1]
     return sorted(vectors, key=lambda e: int(np.argmax(np.abs(e))))
