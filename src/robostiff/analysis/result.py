@@ -171,7 +171,8 @@ class Stiffness(StiffnessOfPoses, InNotebooks):
         Elsewhere, and without a record, compliance is that of the direct form.
         """
         if self.recorded is None:
-            return np.empty(()), np.zeros(self.batch_shape, dtype=bool)
+            shape = (*self.batch_shape, self.space.size, self.space.size)
+            return np.broadcast_to(np.nan, shape), np.zeros(self.batch_shape, dtype=bool)
         C, certain = definite_inverse(self.recorded.matrix)
         certain &= self.answered & (self.rank == self.space.size)
         return self._moved(C, move_compliance), certain

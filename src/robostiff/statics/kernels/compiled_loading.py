@@ -284,7 +284,7 @@ class CompiledLoading:
             array = as_floats(what, np.zeros(shape) if value is None else value, expected)
             if array.shape not in {shape, (count, *shape)}:
                 raise InputError(what, got=f"shape {array.shape}", expected=expected)
-            array = np.broadcast_to(array, (count, *shape)).reshape(count, -1)
+            array = np.broadcast_to(array, (count, *shape)).reshape(count, np.prod(shape))
             levers = np.hstack([levers, array])
         values = ParameterValues.of(robot, parameters, count)
         rows = inputs.rows(pose, given, values)
