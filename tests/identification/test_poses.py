@@ -57,6 +57,16 @@ def test_the_best_of_all_sets(criterion):
     assert chosen.value == pytest.approx(best, rel=1e-4)
 
 
+def test_slides_without_limits_stay_near_home():
+    rows = [rs.DHRow(d=0.4), rs.DHRow(a=0.6, slides=True)]
+    arm = rs.serial_arm(rows, convention=rs.DHConvention.STANDARD, joint_stiffness=[1e4, 1e6])
+    postures = rs.random_postures(arm, 200)
+    assert isinstance(postures, rs.JointCoordinates)
+    turn, slide = np.ptp(postures.values, axis=0)
+    assert turn > 4
+    assert slide < 0.2
+
+
 def test_expected_errors_are_those_of_an_identification():
     robot = rs.load("hexapod")
     chosen = rs.choose_poses(
