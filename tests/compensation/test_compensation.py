@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -268,3 +270,14 @@ def test_the_command(tmp_path):
     again = CliRunner().invoke(app, words)
     assert again.exit_code == 2
     assert "--overwrite" in again.stderr
+
+
+def test_a_path_without_any_command(tmp_path):
+    (file := tmp_path / "path.csv").write_text("x [m],y [m],z [m],Fz [N]\n3,0,0.3,-800\n")
+    words = ["compensate", "3-puu", str(file), "--quiet"]
+    shown, data = (CliRunner().invoke(app, [*words, *more]) for more in ([], ["--json"]))
+    assert (shown.exit_code, data.exit_code) == (1, 1)
+    assert re.search(r"with correction +none +none\n", shown.stdout)
+    assert json.loads(data.stdout)["commanded"] == [[None] * 6]
+    found = rs.compensate(rs.load("3-puu"), [[3, 0, 0.3]], [0, 0, -800, 0, 0, 0])
+    assert repr(found) == "<Compensation of 1 points, status unreachable: no command>"

@@ -111,10 +111,10 @@ class Compensation(StatusOfPoses, InNotebooks):
         return actuator_names(self.robot)
 
     def __repr__(self) -> str:
-        if not len(self.target):
-            return "<Compensation of no point>"
+        if not np.isfinite(self.commanded).any():
+            return f"<Compensation of {len(self.target)} points, status {self.status}: no command>"
         before, after = (
-            1e6 * np.nanmax(np.linalg.norm(each[:, :3], axis=1), initial=0.0)
+            1e6 * np.nanmax(np.linalg.norm(each[:, :3], axis=1))
             for each in (self.deviation, self.residual)
         )
         jumps = f", {len(self.jumps)} jumps" if self.jumps else ""
