@@ -209,8 +209,8 @@ def optimise(
     Raises
     ------
     InputError
-        When a variable is no parameter, or a range is empty; when a range is without the nominal
-        value, and a pose without answer there.
+        When a variable is no parameter, a start is that of no variable, or a range is empty; when a
+        range is without the nominal value, and a pose without answer there.
     NoAnswerError
         When a pose has no answer at the start.
 
@@ -229,13 +229,16 @@ def optimise(
     ('optimum', True)
     """
     names, (low, high) = tuple(variables), _ranges(variables)
+    start = start or {}
+    for name in set(start) - set(names):
+        raise InputError("start of a variable", got=name, expected=f"one of {', '.join(names)}")
     limits = [*constraints, Within(_Room(), least=_ROOM)]
     outputs = {output.name: output for output in (objective, *(each.output for each in limits))}
     rows = {name: k for k, name in enumerate(outputs)}
     numbers = NumbersOfDesigns.of(robot, [*outputs.values()], names, poses)
-    x = np.array([(start or {}).get(name, robot.nominal.get(name, np.nan)) for name in names])
+    x = np.array([start.get(name, robot.nominal.get(name, np.nan)) for name in names])
     x = np.clip(np.where(np.isfinite(x), x, 0.5 * (low + high)), low, high)
-    first = _at_start(robot, numbers, x, {} if start is None else start, (low, high))
+    first = _at_start(robot, numbers, x, start, (low, high))
     size = float(np.max(np.abs(first[0]))) or 1.0
     known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
     n = len(names)
