@@ -154,7 +154,7 @@ REFUSED = {
     "a range": (lambda r: rs.optimise(r, rs.WorstDeflection(), {"R": (2, 1)}), "a lower and a"),
     "a start": (
         lambda r: rs.optimise(r, rs.WorstDeflection(), {"R": (0.2, 1)}, start={"r": 0.5}),
-        "start of a variable: got r, expected one of R",
+        "start of a variable: got 'r', expected one of R",
     ),
     "a matrix": (lambda r: rs.optimise(r, rs.StiffnessMatrix(), {"R": (1, 2)}), "numbers a pose"),
     "an entry": (lambda r: rs.compile(r, [rs.EntryOf(rs.StiffnessMatrix(), (6, 0))]), "places in"),

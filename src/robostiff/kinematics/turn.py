@@ -156,12 +156,14 @@ def rotvec_rate(r: Shaped[np.ndarray, "*batch 3"]) -> Shaped[np.ndarray, "*batch
 
 
 def turned_point(pose: np.ndarray, point: np.ndarray) -> np.ndarray:
-    """From the origins of platforms at poses (N, 6) to a point of them (N, 3), world axes."""
-    return turn_by_vector(pose[:, 3:]) @ point if point.any() else np.zeros((len(pose), 3))
+    """From the origins of platforms at poses (..., 6) to points of them (..., 3), world axes."""
+    if not point.any():
+        return np.zeros(3)
+    return (turn_by_vector(pose[..., 3:]) @ point[..., None])[..., 0]
 
 
 def pose_after(pose: np.ndarray, moved: np.ndarray, point: np.ndarray) -> np.ndarray:
-    """Poses (N, 6) after a shift of a point of the platform and a rotation (N, 6), world axes.
+    """Poses (..., 6) after shifts of points of the platforms and rotations (..., 6), world axes.
 
     Examples
     --------
@@ -170,14 +172,14 @@ def pose_after(pose: np.ndarray, moved: np.ndarray, point: np.ndarray) -> np.nda
     array([[2.        , 0.        , 0.        , 0.        , 0.        ,
             3.14159265]])
     """
-    turned = turn_after(moved[:, 3:], pose[:, 3:])
-    found = np.concatenate([pose[:, :3] + moved[:, :3], turned], axis=1)
-    found[:, :3] += turned_point(pose, point) - turned_point(found, point)
+    turned = turn_after(moved[..., 3:], pose[..., 3:])
+    found = np.concatenate([pose[..., :3] + moved[..., :3], turned], axis=-1)
+    found[..., :3] += turned_point(pose, point) - turned_point(found, point)
     return found
 
 
 def turn_after(second: np.ndarray, first: np.ndarray) -> np.ndarray:
-    """Rotation vectors (N, 3) of turns after others, by products of their quaternions."""
+    """Rotation vectors (..., 3) of turns after others, by products of their quaternions."""
     each = []
     for r in (second.T, first.T):
         angle = np.sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2])
