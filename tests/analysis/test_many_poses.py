@@ -329,8 +329,14 @@ def test_a_point_and_a_shape_of_the_batch(recorded_at_once):
 @pytest.mark.parametrize("ask", [rs.stiffness, direct_stiffness])
 def test_no_pose_is_an_empty_batch(ask, recorded_at_once):
     found = ask(rs.load("hexapod"), np.empty((0, 6)))
-    assert found.K.shape == (0, 6, 6)
+    assert found.K.shape == found.required_compliance().shape == (0, 6, 6)
     assert found.batch_shape == (0,)
+
+
+def test_of_no_pose_there_are_no_deflections_and_indices():
+    robot, none = rs.load("hexapod"), np.empty((0, 6))
+    assert rs.deflection(robot, none, np.ones(6)).twist.shape == (0, 6)
+    assert rs.indices(robot, none).condition_number.shape == (0,)
 
 
 @pytest.mark.needs("llvmlite")

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import json
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -56,6 +60,29 @@ def test_points_without_an_answer_have_a_status_and_the_others_their_commands():
     assert rs.Status(int(found.status_codes[2])) & rs.Status.UNREACHABLE
     assert np.isnan(found.commanded[2]).all()
     assert np.max(np.abs(np.delete(found.residual, 2, axis=0)[:, :3])) < 1e-12
+
+
+def test_an_arm_has_no_command_for_what_is_too_far():
+    arm = rs.load("six-joint-arm")
+    path = np.array([[0.5, 0.1, 0.6, 0.3, 0, 0], [1.9, 0.1, 0.6, 0.3, 0, 0]])
+    found = rs.compensate(arm, path, [0, 0, -100, 0, 0, 0])
+    assert found.status_codes.tolist() == [0, int(rs.Status.UNREACHABLE)]
+    lacking = found.commanded, found.drives, found.deviation, found.residual
+    assert all(np.isnan(each[1]).all() for each in lacking)
+    assert np.abs(found.residual[0]).max() < 1e-12  # is followed as if it were alone
+
+
+@pytest.mark.parametrize("name", ["gough-stewart-b", "six-joint-arm"])
+def test_the_reference_point_of_a_tool_arrives_with_the_platform(name):
+    robot = replace(rs.load(name), reference_point=np.array([0.1, 0.05, 0.3]))
+    pose, wrench = [0.5, 0.1, 0.6, 0.3, 0, 0], np.array([50.0, 0, -200, 0, 5, 0])
+    found = rs.compensate(robot, [pose], wrench)
+    (command,) = found.coordinates
+    given = rs.JointCoordinates(command) if robot.is_serial else command
+    off = rs.equilibrium(robot, given, wrench).pose - pose
+    np.testing.assert_allclose(off, 0, atol=1e-12)
+    moved = rs.equilibrium(robot, pose, wrench).displacement  # of the reference point
+    np.testing.assert_allclose(found.deviation, [-moved], rtol=1e-9, atol=1e-13)
 
 
 def test_drives_beyond_their_limits_are_said():
@@ -243,3 +270,14 @@ def test_the_command(tmp_path):
     again = CliRunner().invoke(app, words)
     assert again.exit_code == 2
     assert "--overwrite" in again.stderr
+
+
+def test_a_path_without_any_command(tmp_path):
+    (file := tmp_path / "path.csv").write_text("x [m],y [m],z [m],Fz [N]\n3,0,0.3,-800\n")
+    words = ["compensate", "3-puu", str(file), "--quiet"]
+    shown, data = (CliRunner().invoke(app, [*words, *more]) for more in ([], ["--json"]))
+    assert (shown.exit_code, data.exit_code) == (1, 1)
+    assert re.search(r"with correction +none +none\n", shown.stdout)
+    assert json.loads(data.stdout)["commanded"] == [[None] * 6]
+    found = rs.compensate(rs.load("3-puu"), [[3, 0, 0.3]], [0, 0, -800, 0, 0, 0])
+    assert repr(found) == "<Compensation of 1 points, status unreachable: no command>"

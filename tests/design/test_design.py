@@ -152,6 +152,10 @@ REFUSED = {
     "no spread": (lambda r: rs.tolerances(r, {"k": rs.Uniform(0.0)}), "more than zero"),
     "no variables": (lambda r: rs.optimise(r, rs.WorstDeflection(), {}), "names with ranges"),
     "a range": (lambda r: rs.optimise(r, rs.WorstDeflection(), {"R": (2, 1)}), "a lower and a"),
+    "a start": (
+        lambda r: rs.optimise(r, rs.WorstDeflection(), {"R": (0.2, 1)}, start={"r": 0.5}),
+        "start of a variable: got 'r', expected one of R",
+    ),
     "a matrix": (lambda r: rs.optimise(r, rs.StiffnessMatrix(), {"R": (1, 2)}), "numbers a pose"),
     "an entry": (lambda r: rs.compile(r, [rs.EntryOf(rs.StiffnessMatrix(), (6, 0))]), "places in"),
     "no limit": (lambda _: rs.Within(rs.TotalMass()), "most=, least= or both"),

@@ -95,6 +95,25 @@ def test_a_plan(tmp_path):
     assert len(lines) == 7
 
 
+@pytest.mark.parametrize(
+    ("place", "complaint"),
+    [
+        (("--joints", "0.8 0.8 0.8 0.8 0.8 0.8"), ""),
+        (("--pose", "tip 0 0 0.8 axis 0 0 1"), ""),
+        (
+            ("--joints", "0.8 0.8 0.8 0.8 0.8 8"),
+            "'a pose out of reach', expected one in reach; leg 'leg1'",
+        ),
+    ],
+)
+def test_a_test_pose_is_given_as_any_pose(place, complaint):
+    given = "--parameters", "leg1/actuator", "--marker", "m1=0 0.1 0", "--force", "0 0 -90 kN"
+    load = "--criterion", "test-pose", "--wrench", "0 0 -1000 N 0 0 0", "--candidates", 8
+    done = run("plan", "gough-stewart-b", *given, "--count", 3, *load, *place)
+    assert done.exit_code == (2 if complaint else 0), done.output
+    assert complaint in done.output
+
+
 def test_one_value_for_six_legs_that_are_written_once(tmp_path):
     """Six values have no place in the pattern of a leg; one that they share has."""
     robot, output = rs.load("hexapod"), tmp_path / "identified.yaml"

@@ -49,6 +49,50 @@ def test_many_wrenches_at_one_pose_are_as_each_by_itself(name: str):
     check(many, [equilibrium(robot, None, wrenches[k]) for k in ROWS])
 
 
+def test_no_pose_is_an_empty_batch(monkeypatch: pytest.MonkeyPatch):
+    robot, none = rs.load("3-rpr"), np.empty((0, 3))
+    for known in (False, True):
+        found = equilibrium(robot, none, [1, 0, 0]), equilibrium(robot, None, none)
+        assert [(one.K.shape, one.margin.shape) for one in found] == [((0, 3, 3), (0,))] * 2
+        assert bool(found[1].known) is known
+        monkeypatch.setattr(sys.modules["robostiff.statics.equilibrium"], "WORTH_COMPILING", 0)
+    assert repr(rs.modes(robot, none, masses={"platform": rs.Mass(1.0)})).count(" 0 ") == 2
+    assert rs.compensate(robot, none, [1, 0, 0]).commanded.shape == (0, 6)
+
+
+@pytest.mark.parametrize(
+    ("name", "kinds", "rows"),
+    [
+        ("3-puu", [np.asarray], [[0, 0, 0.6, 0.3, 0, 0], [0.01, 0, 0.6, 0, 0, 0]]),
+        ("two-link-arm", [rs.ActuatorCoordinates], [[0.3, 0.4], [0.2, 0.5]]),
+        ("six-joint-arm", [np.asarray], [[1.8, 0, 0.6, 0.3, 0, 0], [0.5, 0.1, 0.6, 0.3, 0, 0]]),
+        (
+            "gough-stewart-b",
+            [
+                lambda p: rs.ActuatorCoordinates(np.tile(p, 2)),
+                lambda p: rs.ToolPose(np.multiply(p, [0, 0, 1]), [0, 0, 1]),
+            ],
+            [[0.8, 0.8, 0.8], [0.8, 0.81, 0.8]],
+        ),
+    ],
+)
+def test_a_record_answers_poses_of_every_kind_and_none_out_of_reach(
+    name: str, kinds: list[Any], rows: list[list[float]], monkeypatch: pytest.MonkeyPatch
+):
+    robot, other = rs.load(name), rs.load(name)
+    wrench = [0.0, -100.0, *[0.0] * (robot.space.size - 2)]
+    each = [[equilibrium(other, kind(row), wrench) for row in rows] for kind in kinds]
+    monkeypatch.setattr(sys.modules["robostiff.statics.equilibrium"], "WORTH_COMPILING", 1)
+    for kind, alone in zip(kinds, each, strict=True):
+        found = equilibrium(robot, kind(rows[0]), wrench), *equilibrium(robot, kind(rows), wrench)
+        for one, direct in zip(found, (alone[0], *alone), strict=True):
+            assert (one.status, one.has_answer) == (direct.status, direct.has_answer)
+            if one.has_answer:
+                for name in ("displacement", "pose"):
+                    known, wanted = getattr(one, name), getattr(direct, name)
+                    np.testing.assert_allclose(known, wanted, rtol=1e-7, atol=1e-12)
+
+
 def test_laws_of_force_are_computed_one_by_one(monkeypatch: pytest.MonkeyPatch):
     for count in ("WORTH_COMPILING", "WORTH_READING"):
         monkeypatch.setattr(sys.modules["robostiff.statics.equilibrium"], count, 5)

@@ -54,6 +54,19 @@ def test_two_masses_on_two_springs():
     assert np.isclose(between[0].shares[0].share, series / k1, rtol=1e-9)
 
 
+def test_soft_drives_keep_their_frequencies_beside_a_spring_that_is_almost_rigid():
+    link, here = np.array([0.7, 0, 0.7]), Frame(np.eye(3), np.zeros(3))
+    drives = [rs.revolute([0, 1, 0], rs.Actuated(k)) for k in (500.0, 200.0)]
+    arms = [rs.Link(link, rs.Elasticity(c * np.eye(6)), np.eye(3)) for c in (0.0, 1e-12)]
+    chain = rs.Chain((drives[0], arms[0], drives[1], arms[1]))
+    arm = rs.Robot("arm", (rs.Leg("arm", here, chain, here),))
+    found = rs.modes(arm, masses={"platform": rs.Mass(8.0, inertia=[0.1, 0.1, 0.1])})
+    J = np.array([[1.4, 0.7], [-1.4, -0.7], [1, 1]])
+    C = J @ np.diag([1 / 500, 1 / 200]) @ J.T
+    exact = 1 / np.sqrt(eigh(C, np.diag(1 / np.array([8, 8, 0.1])), eigvals_only=True)[:0:-1])
+    assert np.allclose(found.frequencies[:2], exact / TURN, rtol=1e-7)
+
+
 def cantilever(n: int, L: float, EI: float) -> Snapshot:
     ends = np.linspace(0, L, n + 1)
     beams = tuple(

@@ -337,17 +337,20 @@ class Plan(Command, name="plan"):
         """The error at a pose under a wrench, as a criterion."""
         from robostiff.cli import arguments as written
         from robostiff.identification.choice_of_poses import TestPose
-        from robostiff.kinematics import ActuatorCoordinates, JointCoordinates, find_posture
+        from robostiff.kinematics import JointCoordinates, find_posture
 
         if self.wrench is None:
             expected = "the load at the pose"
             raise InputError("--criterion test-pose", got="no --wrench", expected=expected)
         pose = written.pose(robot, self.place)
-        if pose is None or isinstance(pose, ActuatorCoordinates):
+        if not isinstance(pose, JointCoordinates):
             posture = find_posture(robot.numeric, pose)
-            by_joints = pose is not None or robot.is_posed_by_joints
-            joints = JointCoordinates(posture.coordinates[0])
-            pose = joints if by_joints else posture.pose[:, robot.coordinate_places]
+            if not posture.reached.all():
+                got, why = "a pose out of reach", "; ".join(posture.complaints)
+                raise InputError("test pose", got=got, expected="one in reach", hint=why)
+            pose = posture.pose[:, robot.coordinate_places]
+            if robot.is_posed_by_joints:
+                pose = JointCoordinates(posture.coordinates[0])
         return TestPose(pose, written.wrench(self.wrench, robot.space))
 
 

@@ -18,10 +18,10 @@ from robostiff.kinematics import JointCoordinates, Pose, Posture, actuator_names
 from robostiff.kinematics.closure.leg_forms import beyond_limits
 from robostiff.kinematics.machine_pose import actuator_places
 from robostiff.kinematics.pose import Near
+from robostiff.kinematics.turn import pose_after, turn_after, turned_point
 from robostiff.markup import InNotebooks, number
 from robostiff.model import Actuated, PlacedFreedom, Robot
 from robostiff.spatial import as_floats
-from robostiff.spatial.rotation import vector_of_quaternion
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.loading.given_loads import Gravity, Loads
 
@@ -86,7 +86,8 @@ class Compensation(StatusOfPoses, InNotebooks):
     drives : (N, d) array
         Coordinates of the drives there, in the order of `drive_names` [m, rad].
     deviation : (N, 6) array
-        What is missing without correction: shift and rotation vector [m, rad].
+        What is missing without correction: shift of the reference point and rotation vector
+        [m, rad]; not a number where a target is out of reach.
     residual : (N, 6) array
         What is missing with it.
     status_codes : (N,) array of uint16
@@ -110,10 +111,10 @@ class Compensation(StatusOfPoses, InNotebooks):
         return actuator_names(self.robot)
 
     def __repr__(self) -> str:
-        if not len(self.target):
-            return "<Compensation of no point>"
+        if not np.isfinite(self.commanded).any():
+            return f"<Compensation of {len(self.target)} points, status {self.status}: no command>"
         before, after = (
-            1e6 * np.nanmax(np.linalg.norm(each[:, :3], axis=1), initial=0.0)
+            1e6 * np.nanmax(np.linalg.norm(each[:, :3], axis=1))
             for each in (self.deviation, self.residual)
         )
         jumps = f", {len(self.jumps)} jumps" if self.jumps else ""
@@ -265,6 +266,11 @@ class _Commands:
         """Whether a command is joint coordinates."""
         return self.robot.is_serial
 
+    @property
+    def point(self) -> np.ndarray:
+        """The reference point in the platform frame (3,), whose shifts are meant [m]."""
+        return self.robot.in_floats.reference_point
+
     def corrected(self, method: Mirror | Exact) -> Compensation:
         """The result of a method."""
         command = self.pose[:, self.robot.coordinate_places].copy()
@@ -296,7 +302,7 @@ class _Commands:
         commanded = commanded.copy()
         for values in (commanded, drives, command, residual):
             values[lost] = np.nan
-        corrections = _between(self.pose, commanded)
+        corrections = _between(self.pose, commanded, self.point)
         steps = np.abs(np.diff(corrections, axis=0)).max(axis=1, initial=0.0)
         known = steps[np.isfinite(steps)]
         steps, usual = np.nan_to_num(steps), float(np.median(known)) if len(known) else 0.0
@@ -332,7 +338,12 @@ class _Commands:
             pose = self._unloaded(command)[0]
         moved = np.zeros((len(pose), 6))
         moved[:, list(self.robot.space.rows)] = answer.displacement
-        return _between(_after(pose, moved), self.pose), answer.status_codes
+        missing = _between(pose_after(pose, moved, self.point), self.pose, self.point)
+        codes = answer.status_codes
+        if self.by_joints and self.wanted is not None:  # an arm stops nearest to what is too far
+            missing[~self.wanted.reached] = np.nan
+            codes[~self.wanted.reached] = Status.UNREACHABLE
+        return missing, codes
 
     def _moved(self, command: np.ndarray, missing: np.ndarray) -> np.ndarray:
         """Commands whose unloaded poses are further by a shift and a rotation (N, 6)."""
@@ -342,17 +353,17 @@ class _Commands:
             moved = command + np.einsum("nij,nj->ni", self._inverse_rates, step)
         elif command.shape[1] == 6:
             places = self.robot.coordinate_places
-            moved = _after(_six(command, places), step)[:, places]
+            moved = pose_after(_six(command, places), step, self.point)[:, places]
         else:
             moved = command + step[:, self.robot.coordinate_places]
         return np.where(known[:, None], moved, command)
 
     def _mirrored(self, start: np.ndarray, missing: np.ndarray) -> np.ndarray:
         """Commands at the target less its deviation, rotations by R R_loaded^T R."""
-        aim = _after(self.pose, missing)
+        aim = pose_after(self.pose, missing, self.point)
         command = self._moved(start, missing)
         for _ in range(Exact.steps if self.by_joints else 0):  # joints that lead there
-            step = _between(self._unloaded(command)[0], aim)
+            step = _between(self._unloaded(command)[0], aim, self.point)
             command = self._moved(command, step)
             if (
                 not np.nanmax(np.abs(step), initial=0.0)
@@ -375,7 +386,8 @@ class _Commands:
                 "coordinates are no commands"
             )
         moving = [e for e in leg.elements if isinstance(e, PlacedFreedom)]
-        columns = [e.twist(self.pose[:, :3]) for e in moving]
+        at = self.pose[:, :3] + turned_point(self.pose, self.point)
+        columns = [e.twist(at) for e in moving]
         J = np.stack([np.broadcast_to(c, (len(self.F), 6)) for c in columns], axis=-1)
         return np.linalg.pinv(J, rcond=1e-9)
 
@@ -387,23 +399,7 @@ def _six(coordinates: np.ndarray, places: list[int]) -> np.ndarray:
     return pose
 
 
-def _after(pose: np.ndarray, moved: np.ndarray) -> np.ndarray:
-    """Poses (N, 6) after a shift and a rotation (N, 6), world axes."""
-    return np.concatenate([pose[:, :3] + moved[:, :3], _turn(moved[:, 3:], pose[:, 3:])], axis=1)
-
-
-def _between(start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Shift and rotation (N, 6) from poses to others, world axes."""
-    return np.concatenate([end[:, :3] - start[:, :3], _turn(end[:, 3:], -start[:, 3:])], axis=1)
-
-
-def _turn(second: np.ndarray, first: np.ndarray) -> np.ndarray:
-    """Rotation vectors (N, 3) of turns after others, by products of their quaternions."""
-    each = []
-    for r in (second.T, first.T):
-        angle = np.sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2])
-        each.append((r * (0.5 * np.sinc(angle / (2 * np.pi))), np.cos(0.5 * angle)))
-    ((a, b, c), d), ((e, f, g), h) = each
-    q = [d * e + h * a + b * g - c * f, d * f + h * b + c * e - a * g]
-    q += [d * g + h * c + a * f - b * e, d * h - a * e - b * f - c * g]
-    return vector_of_quaternion(np.array(q).T)
+def _between(start: np.ndarray, end: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """Shift of a point and rotation (N, 6) from poses to others, world axes."""
+    shift = end[:, :3] - start[:, :3] + turned_point(end, point) - turned_point(start, point)
+    return np.concatenate([shift, turn_after(end[:, 3:], -start[:, 3:])], axis=1)

@@ -209,8 +209,8 @@ def optimise(
     Raises
     ------
     InputError
-        When a variable is no parameter, or a range is empty; when a range is without the nominal
-        value, and a pose without answer there.
+        When a variable is no parameter, a start is that of no variable, or a range is empty; when a
+        range is without the nominal value, and a pose without answer there.
     NoAnswerError
         When a pose has no answer at the start.
 
@@ -235,7 +235,7 @@ def optimise(
     numbers = NumbersOfDesigns.of(robot, [*outputs.values()], names, poses)
     x = np.array([(start or {}).get(name, robot.nominal.get(name, np.nan)) for name in names])
     x = np.clip(np.where(np.isfinite(x), x, 0.5 * (low + high)), low, high)
-    first = _at_start(robot, numbers, x, {} if start is None else start, (low, high))
+    first = _at_start(robot, numbers, x, start or {}, (low, high))
     size = float(np.max(np.abs(first[0]))) or 1.0
     known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
     n = len(names)
@@ -334,8 +334,11 @@ def _at_start(
     """Numbers (outputs, N) at a start (n,), some variables of which were given.
 
     Raises NoAnswerError where one of them has no value, or no rates; InputError where that is in a
-    range without the nominal value.
+    range without the nominal value, or what is given is no variable.
     """
+    for name in set(start) - set(numbers.names):
+        names = ", ".join(numbers.names)
+        raise InputError("start of a variable", got=name, expected=f"one of {names}")
     values, rates, codes = numbers.at(x)
     for pose in np.flatnonzero(~np.isfinite(values).all(axis=0))[:1]:
         for name, low, high in zip(numbers.names, *ranges, strict=True):

@@ -16,7 +16,8 @@ from robostiff.identification.readings import ReadingModel
 from robostiff.identification.states import FiniteLoads, States
 from robostiff.identification.unknowns import UnknownKind, with_unknowns
 from robostiff.identification.words import identifiability
-from robostiff.kinematics import JointCoordinates, Pose, find_posture
+from robostiff.kinematics import JointCoordinates, Pose, find_posture, posture_finder
+from robostiff.kinematics.pose import joint_units
 from robostiff.markup import number
 from robostiff.model import Actuated, Robot
 from robostiff.spatial import as_floats
@@ -108,23 +109,24 @@ class ChosenPoses:
 def random_postures(robot: Robot, count: int, seed: int = 0) -> JointCoordinates | np.ndarray:
     """Candidates all over the range of a robot: joints within limits, or poses around home.
 
-    Joints without limits turn up to 120 degrees to each side; poses are a tenth of the length of
-    the robot and 0.15 rad around home.
+    Joints without limits turn up to 120 degrees, and slide a tenth of the length of the robot, to
+    each side; poses are this tenth and 0.15 rad around home.
     """
     from scipy.stats import qmc
 
     numeric = robot.numeric
+    finder = posture_finder(numeric)
     if robot.is_posed_by_joints:
         chain = numeric.legs[0].chain
-        home, width = chain.home, np.where(chain.free, np.pi / 1.5, 0.0)
+        units = np.array(joint_units(chain))
+        width = chain.free * np.where(units == "m", 0.1 * finder.length, np.pi / 1.5)
+        home = chain.home
         low, high = home - width, home + width
         for k, role in enumerate(chain.roles):
             if isinstance(role, Actuated) and role.limits is not None:
                 low[k], high[k] = role.limits
     else:
-        from robostiff.kinematics import posture_finder
-
-        finder, places = posture_finder(numeric), robot.coordinate_places
+        places = robot.coordinate_places
         width = np.where(np.array(places) < 3, 0.1 * finder.length, 0.15)
         low, high = finder.home_pose[places] - width, finder.home_pose[places] + width
     _check_count(count)

@@ -82,9 +82,10 @@ class States:
         """
         by_joints = isinstance(measured.postures, JointCoordinates)
         q = measured.coordinates
-        if robot.is_posed_by_joints and not by_joints:
-            posture = find_posture(robot.numeric, q)
-            q, by_joints = posture.coordinates[0], True
+        if not by_joints:
+            posture = find_posture(robot.numeric, measured.postures)
+            if robot.is_posed_by_joints:
+                q, by_joints = posture.coordinates[0], True
             for k in np.flatnonzero(~posture.reached):
                 raise InputError(
                     f"posture of {measured.place(int(k))}",

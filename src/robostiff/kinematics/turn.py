@@ -10,7 +10,7 @@ import numpy as np
 from robostiff.record import arc_tangent, cosine, is_number, is_one, is_zero, sine, square_root
 from robostiff.spatial import skew
 from robostiff.spatial.batch import Shaped
-from robostiff.spatial.rotation import matrix_of_rotation
+from robostiff.spatial.rotation import matrix_of_rotation, vector_of_quaternion
 
 #: Keeps the root of a vanishing angle regular.
 _TINY = 1e-300
@@ -153,3 +153,38 @@ def rotvec_rate(r: Shaped[np.ndarray, "*batch 3"]) -> Shaped[np.ndarray, "*batch
     X = skew(r)
     # Two divisions: the derivative of 1/a^2 would overflow at r = 0.
     return np.eye(3, dtype=int) + X * (2 * s * s / a / a) + X @ X * ((1 - 2 * s * c / a) / a / a)
+
+
+def turned_point(pose: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """From the origins of platforms at poses (..., 6) to points of them (..., 3), world axes."""
+    if not point.any():
+        return np.zeros(3)
+    return (turn_by_vector(pose[..., 3:]) @ point[..., None])[..., 0]
+
+
+def pose_after(pose: np.ndarray, moved: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """Poses (..., 6) after shifts of points of the platforms and rotations (..., 6), world axes.
+
+    Examples
+    --------
+    >>> half = np.array([[0, 0, 0, 0, 0, np.pi]])  # about a point at 1 m
+    >>> pose_after(np.zeros((1, 6)), half, np.array([1.0, 0, 0])).round(12) + 0.0
+    array([[2.        , 0.        , 0.        , 0.        , 0.        ,
+            3.14159265]])
+    """
+    turned = turn_after(moved[..., 3:], pose[..., 3:])
+    found = np.concatenate([pose[..., :3] + moved[..., :3], turned], axis=-1)
+    found[..., :3] += turned_point(pose, point) - turned_point(found, point)
+    return found
+
+
+def turn_after(second: np.ndarray, first: np.ndarray) -> np.ndarray:
+    """Rotation vectors (..., 3) of turns after others, by products of their quaternions."""
+    each = []
+    for r in (second.T, first.T):
+        angle = np.sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2])
+        each.append((r * (0.5 * np.sinc(angle / (2 * np.pi))), np.cos(0.5 * angle)))
+    ((a, b, c), d), ((e, f, g), h) = each
+    q = [d * e + h * a + b * g - c * f, d * f + h * b + c * e - a * g]
+    q += [d * g + h * c + a * f - b * e, d * h - a * e - b * f - c * g]
+    return vector_of_quaternion(np.array(q).T)

@@ -123,9 +123,10 @@ def compensation_page(result: Compensation) -> Page:
     rows = []
     cases = ("without correction", result.deviation), ("with correction", result.residual)
     for words, twists in cases:
-        moved, turned = (np.linalg.norm(twists[:, s], axis=1) for s in (slice(3), slice(3, 6)))
-        most = [float(np.nanmax(sizes, initial=0.0)) for sizes in (moved, turned)]
-        rows.append((words, *(Number(round(1e6 * value, 6)) for value in most)))
+        known = twists[np.isfinite(twists).all(axis=1)]
+        sizes = (np.linalg.norm(known[:, s], axis=1) for s in (slice(3), slice(3, 6)))
+        most = (Number(round(1e6 * float(x.max()), 6)) if x.size else "none" for x in sizes)
+        rows.append((words, *most))
     statuses = [(str(Status(int(k))), f"{n} points") for k, n in zip(kinds, counts, strict=True)]
     advice = list(result.status.advice)
     if result.jumps:

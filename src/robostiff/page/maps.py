@@ -46,7 +46,7 @@ def map_page(dataset: xarray.Dataset) -> Page:
                 "units": unit,
                 "dimensions": list(map(str, array.dims)),
                 "labels": labels,
-                "values": np.where(np.isnan(values), np.array(None), values.astype(object)),
+                "values": values,
             }
             # a row for each label of the first dimension, all entries of the array beside it
             rows = [

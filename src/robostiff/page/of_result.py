@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict, fields, is_dataclass
 from enum import Flag
 from importlib import import_module
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from robostiff.markup import Folded, Page, Table
@@ -90,11 +91,11 @@ def page_data(page: Page) -> dict[str, Any]:
 
 
 def plain(value: Any) -> Any:
-    """A result or a part of it: arrays and tuples as lists, statuses in words."""
+    """A result or a part of it: arrays and tuples as lists, statuses in words, NaN as None."""
     if hasattr(value, "tolist"):
-        return value.tolist()
-    if isinstance(value, Flag):
-        return str(value)
+        return plain(value.tolist())
+    if isinstance(value, Flag) or (isinstance(value, float) and not isfinite(value)):
+        return str(value) if isinstance(value, Flag) else None
     if isinstance(value, list | tuple):
         return [plain(item) for item in value]
     if is_dataclass(value):

@@ -167,9 +167,8 @@ class Modes(StatusOfPoses, InNotebooks):
     @property
     def answered(self) -> np.ndarray:
         """Which poses have modes (...)."""
-        return np.array([one.squares.size > 0 for one in self.poses or (self,)]).reshape(
-            self.batch_shape
-        )
+        each = self.poses if self.batch_shape else (self,)
+        return np.array([one.squares.size > 0 for one in each]).reshape(self.batch_shape)
 
     @property
     def frequencies(self) -> np.ndarray:

@@ -416,7 +416,7 @@ class Equilibrium(StatusOfPoses, InNotebooks):
         else:
             values = known.copy()
             values[~has] = np.nan
-        lacking = ~has.reshape(-1, *[1] * (values.ndim - 1))
+        lacking = ~has.reshape(len(has), *[1] * (values.ndim - 1))
         return np.ma.masked_array(values, np.broadcast_to(lacking, values.shape))
 
     @property

@@ -210,11 +210,8 @@ def unit_sizes(C: np.ndarray, stiff: np.ndarray) -> np.ndarray:
     size = np.where(stiff > 0, 1.0 / np.sqrt(np.where(stiff > 0, stiff, 1.0)), 1.0)
     moved = np.sqrt(np.sum((C * size[..., None, :]) ** 2, axis=-2))
     elastic, passive = (stiff > 0) & (moved > 0), (stiff <= 0) & (moved > 0)
-    number = np.sum(elastic, axis=-1, keepdims=True)
-    ordered = np.sort(np.where(elastic, moved, np.inf), axis=-1)
-    middle = np.concatenate([np.maximum(number - 1, 0) // 2, number // 2], axis=-1)
-    median = 0.5 * np.sum(np.take_along_axis(ordered, middle, -1), axis=-1, keepdims=True)
-    typical = np.where(number > 0, median, 1.0)
+    most = np.max(np.where(elastic, moved, 0.0), axis=-1, initial=0.0, keepdims=True)
+    typical = np.where(most > 0, most, 1.0)
     return np.where(passive, typical / np.where(passive, moved, 1.0), size)
 
 

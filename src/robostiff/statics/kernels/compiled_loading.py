@@ -19,12 +19,12 @@ from robostiff.compiled.kernel import whole_threads
 from robostiff.elastostatics.status import PoseBatch, Status
 from robostiff.errors import InputError, OpenAtHomeError
 from robostiff.kinematics import JointCoordinates, Pose, Posture, posture_finder
-from robostiff.kinematics.turn import turn_by_vector
+from robostiff.kinematics.turn import pose_after, turn_by_vector
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.model.cable import Weight
 from robostiff.record import CLOSED
 from robostiff.spatial import as_floats
-from robostiff.spatial.rotation import vector_of_quaternion, vector_of_rotation
+from robostiff.spatial.rotation import vector_of_quaternion
 from robostiff.statics.kernels.leg import Site
 from robostiff.statics.loading.given_loads import Acting, StandingLoads, each_load
 from robostiff.statics.loading.loaded_posture import beside, postures_of, wrenches_of
@@ -111,17 +111,14 @@ class SolvedOnDemand(OnDemand):
 
     def poses(self, rows: np.ndarray, moved: np.ndarray) -> np.ndarray:
         """Frames of the platform (..., 6) of some rows (...), after displacements (..., r)."""
-        unloaded, points = np.full((2, len(self.given), 6), np.nan)
+        unloaded, points = np.full((len(self.given), 6), np.nan), np.zeros((len(self.given), 3))
         for robot, part in self.parameters.groups(np.isin(np.arange(len(self.given)), rows)):
             with suppress(OpenAtHomeError):
                 unloaded[part] = posture_finder(robot).find(self._postures(part)).pose
-                points[part, :3] = robot.in_floats.reference_point
+                points[part] = robot.in_floats.reference_point
         pose, moves = np.nan_to_num(unloaded[rows]), np.zeros((*rows.shape, 6))
         moves[..., list(self.loading.robot.space.rows)] = np.nan_to_num(moved)
-        R, R_0 = turn_by_vector(moves[..., 3:]), turn_by_vector(pose[..., 3:])
-        arm = R_0 @ points[rows][..., :3, None]
-        place = pose[..., :3] + moves[..., :3] + (arm - R @ arm)[..., 0]
-        found = np.concatenate([place, vector_of_rotation(R @ R_0)], axis=-1)
+        found = pose_after(pose, moves, points[rows])
         found[np.isnan(moved).any(axis=-1)] = np.nan
         return found
 
@@ -284,7 +281,7 @@ class CompiledLoading:
             array = as_floats(what, np.zeros(shape) if value is None else value, expected)
             if array.shape not in {shape, (count, *shape)}:
                 raise InputError(what, got=f"shape {array.shape}", expected=expected)
-            array = np.broadcast_to(array, (count, *shape)).reshape(count, -1)
+            array = np.broadcast_to(array, (count, *shape)).reshape(count, np.prod(shape))
             levers = np.hstack([levers, array])
         values = ParameterValues.of(robot, parameters, count)
         rows = inputs.rows(pose, given, values)
