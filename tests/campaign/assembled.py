@@ -15,6 +15,7 @@ from robostiff.network import Network
 from robostiff.spatial import Frame
 from tests.campaign.bodies import Bodies, DeadPull, ElasticPart, PointSpring, SingleJoint, Sum
 from tests.campaign.reread import placed, turned
+from tests.generators.chains import beam_compliance_of
 
 _GRAVITY = 9.80665
 _NOTHING, _NEARLY = 1e-13, 1e-9  # of a compliance whose diagonal is one
@@ -64,7 +65,7 @@ class Assembly:
         EA, G = beam[0], _shortening(L)
         for i in range(n):
             own = self.bodies.body(start + (i + 1) * step)
-            K = np.linalg.inv(beam_compliance(L, *beam))
+            K = np.linalg.inv(beam_compliance_of(L, *beam))
             point = start + (i + 1) * step
             self.bodies.elastic.append(ElasticPart(a, own, point, axes, K, EA / L, G))
             if density_area:
@@ -102,7 +103,8 @@ class Assembly:
                 self.weigh(e.masses, body, before, 0.5 * (before[:3, 3] + T[:3, 3]))
             elif isinstance(e, rs.Link):
                 T = T @ _shift(np.asarray(e.to, float))
-                beam = rigidities(e.elasticity.beam) if e.elasticity.beam is not None else None
+                bar = e.elasticity.beam
+                beam = None if bar is None else rigidities(bar, bar)
                 own = e.elasticity
                 start, end = before[:3, 3], T[:3, 3]
                 spread = [m for m in e.masses if m.centre is None]
@@ -153,9 +155,9 @@ class Assembly:
             length = float(beam.fixed + beam.share * x)
             start = T[:3, 3]
             T = T @ _shift(e.direction * length)
-            own = _rigidities(beam.material, beam.section, beam.theory)
+            own = rigidities(beam.material, beam.section, beam.theory)
             mass = beam.mass_at(np.array(length))
-            C = beam_compliance(length, *own)
+            C = beam_compliance_of(length, *own)
             axes = T[:3, :3] @ e.axes
             spread = 0.0 if mass is None else float(mass) / length
             body = self.elastic(body, start, T[:3, 3], axes, C, np.zeros((6, 0)), own, spread)
@@ -283,16 +285,6 @@ def _energy(stiffness: Any, x: float) -> tuple[float, ...]:
     return tuple(0.5 * c for c in series)
 
 
-def beam_compliance(L: float, EA, EIy, EIz, GJ, shear_y=0.0, shear_z=0.0) -> np.ndarray:
-    """Of the tip of a clamped uniform beam along x."""
-    C = np.diag([L / EA, L**3 / (3 * EIz), L**3 / (3 * EIy), L / GJ, L / EIy, L / EIz])
-    C[1, 5] = C[5, 1] = L**2 / (2 * EIz)
-    C[2, 4] = C[4, 2] = -(L**2) / (2 * EIy)
-    C[1, 1] += L * shear_y
-    C[2, 2] += L * shear_z
-    return C
-
-
 def _shortening(L: float) -> np.ndarray:
     """G of a clamped cubic: ``th^T G th / 2`` is the half of the integral of its slope squared."""
     G = np.zeros((6, 6))
@@ -305,13 +297,8 @@ def _shortening(L: float) -> np.ndarray:
     return G
 
 
-def rigidities(beam: Any) -> tuple[float, ...]:
-    """EA, EIy, EIz and GJ of a slender beam."""
-    b = beam
-    return float(b.E * b.A), float(b.E * b.Iy), float(b.E * b.Iz), float(b.G * b.J)
-
-
-def _rigidities(m: Any, s: Any, theory: Any) -> tuple[float, ...]:
+def rigidities(m: Any, s: Any, theory: Any = None) -> tuple[float, ...]:
+    """EA, EIy, EIz and GJ of a material and a section; a theory may add what shear gives."""
     own = (float(m.E * s.A), float(m.E * s.Iy), float(m.E * s.Iz), float(m.G * s.J))
     if isinstance(theory, rs.Timoshenko):
         shear = m.G * s.A
@@ -383,7 +370,7 @@ def of_network(
         masses = sum(float(m.value) for m in e.masses) / e.length
         beam, C = own, e.tip_compliance
         if own is not None:
-            C = beam_compliance(e.length, *own)
+            C = beam_compliance_of(e.length, *own)
         axes = np.asarray(e.rotation)
         none = np.zeros((6, 0))
         end = found.elastic(place[e.a], e.start, e.end, axes, C, none, beam, masses)

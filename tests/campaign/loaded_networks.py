@@ -16,7 +16,7 @@ from robostiff.elasticity import circle, elasticity_from_stiffness, material, re
 from robostiff.model import Actuated, Locked, Passive, PlacedFreedom, PlacedMass
 from robostiff.network import JointElement, Node, SpringElement, beam_between
 from tests.campaign.answers import Complaint, Judge
-from tests.campaign.assembled import Assembly, NotAssembledError, _rigidities, of_network
+from tests.campaign.assembled import Assembly, NotAssembledError, of_network, rigidities
 from tests.campaign.bodies import DeadPull, NoMinimumError, _solved, curvatures, minimum, system
 from tests.campaign.minima import compare, least
 from tests.generators.chains import random_block, random_rotation
@@ -77,7 +77,7 @@ class Frame:
     def sections(self) -> dict[str, tuple[float, ...]]:
         """Rigidities of beams."""
         return {
-            name: _rigidities(_STEEL, section, theory)
+            name: rigidities(_STEEL, section, theory)
             for name, (_, _, section, _, theory) in self.beams.items()
         }
 
@@ -287,7 +287,7 @@ def column(rng: np.random.Generator) -> list[Complaint]:
     for name, x in (("ground", 0.0), ("low", 0.0), ("high", L), ("platform", L)):
         frame.node(name, x * e)
     frame.beams["column"] = ("low", "high", section, R[:, 1], rs.EulerBernoulli())
-    EA, EIy, EIz, _ = _rigidities(_STEEL, section, rs.EulerBernoulli())
+    EA, EIy, EIz, _ = rigidities(_STEEL, section, rs.EulerBernoulli())
     k = min(EIy, EIz) / L
     low, high = (_end(rng, k) for _ in range(2))
     guide = str(rng.choice(["free", "straight", "turning"]))

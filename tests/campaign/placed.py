@@ -156,8 +156,8 @@ def slender_beam(rng: np.random.Generator, name: str, a: np.ndarray, b: np.ndarr
     """A steel rod of radius 0.1 to 1e-5 of its length."""
     length = float(np.linalg.norm(b - a))
     radius = length * 10 ** rng.uniform(-5, -1)
-    area, I = np.pi * radius**2, np.pi * radius**4 / 4
-    C = beam_compliance_of(length, 2.1e11, 8.1e10, area, I, I, 2 * I)
+    A, I, E, G = np.pi * radius**2, np.pi * radius**4 / 4, 2.1e11, 8.1e10
+    C = beam_compliance_of(length, E * A, E * I, E * I, G * 2 * I)
     x = (b - a) / length
     y = _unit(np.cross(x, rng.normal(size=3)))
     return PlacedSpring(name, b, np.stack([x, y, np.cross(x, y)], axis=-1), Elasticity(C))
@@ -220,32 +220,22 @@ def _rounded(rng: np.random.Generator, snapshot: Snapshot) -> Snapshot:
 def _spread(rng: np.random.Generator, snapshot: Snapshot) -> Snapshot:
     """Stiffnesses that differ by up to 10^13."""
     width = rng.uniform(1, 6.5)
-
-    def one(part: PlacedFreedom | PlacedSpring) -> PlacedFreedom | PlacedSpring:
-        factor = 10 ** rng.uniform(-width, width)
-        if isinstance(part, PlacedSpring):
-            own = part.elasticity
-            return replace(part, elasticity=Elasticity(own.compliance * factor, own.freedoms))
-        if part.stiffness is None:
-            return part
-        return replace(part, role=type(part.role)(part.stiffness / factor))
-
-    return with_parts(snapshot, one)
+    return with_parts(snapshot, lambda part: _softer(part, 10 ** rng.uniform(-width, width)))
 
 
 def _soft(rng: np.random.Generator, snapshot: Snapshot) -> Snapshot:
     """Everything softer or stiffer by the same, up to 10^15."""
     factor = 10 ** rng.uniform(-15, 15)
+    return with_parts(snapshot, lambda part: _softer(part, factor))
 
-    def one(part: PlacedFreedom | PlacedSpring) -> PlacedFreedom | PlacedSpring:
-        if isinstance(part, PlacedSpring):
-            own = part.elasticity
-            return replace(part, elasticity=Elasticity(own.compliance * factor, own.freedoms))
-        if part.stiffness is None:
-            return part
-        return replace(part, role=type(part.role)(part.stiffness / factor))
 
-    return with_parts(snapshot, one)
+def _softer(part: PlacedFreedom | PlacedSpring, factor: float) -> PlacedFreedom | PlacedSpring:
+    if isinstance(part, PlacedSpring):
+        own = part.elasticity
+        return replace(part, elasticity=Elasticity(own.compliance * factor, own.freedoms))
+    if part.stiffness is None:
+        return part
+    return replace(part, role=type(part.role)(part.stiffness / factor))
 
 
 def _driven(rng: np.random.Generator, snapshot: Snapshot) -> Snapshot:
@@ -266,12 +256,8 @@ def _in_one_point(rng: np.random.Generator, snapshot: Snapshot) -> Snapshot:
     if snapshot.space is Space.PLANAR:
         place[2] = 0.0
     apart = np.zeros(3) if rng.uniform() < 0.5 else np.array([0.3, 0.1, 0.0])
-    snapshot = with_parts(snapshot, lambda part: replace(part, point=place))
-    return replace(
-        snapshot,
-        legs=tuple(_ending(leg, place) for leg in snapshot.legs),
-        reference_point=place + apart,
-    )
+    moved = with_parts(snapshot, lambda part: replace(part, point=place), lambda end: place)
+    return replace(moved, reference_point=place + apart)
 
 
 def _twice(rng: np.random.Generator, snapshot: Snapshot) -> Snapshot:
@@ -297,9 +283,10 @@ def _far(rng: np.random.Generator, snapshot: Snapshot) -> Snapshot:
         away[2] = 0.0
     if rng.uniform() < 0.5:
         return replace(snapshot, reference_point=snapshot.reference_point + away)
-    moved = with_parts(snapshot, lambda part: replace(part, point=part.point + away))
-    legs = tuple(_ending(leg, None, away) for leg in moved.legs)
-    return replace(moved, legs=legs, reference_point=snapshot.reference_point + away)
+    moved = with_parts(
+        snapshot, lambda part: replace(part, point=part.point + away), lambda end: end + away
+    )
+    return replace(moved, reference_point=snapshot.reference_point + away)
 
 
 def _nearly(rng: np.random.Generator, snapshot: Snapshot) -> Snapshot:
@@ -332,9 +319,11 @@ PECULIARITIES: dict[str, Callable[[np.random.Generator, Snapshot], Snapshot]] = 
 
 
 def with_parts(
-    snapshot: Snapshot, one: Callable[[PlacedFreedom | PlacedSpring], PlacedFreedom | PlacedSpring]
+    snapshot: Snapshot,
+    one: Callable[[PlacedFreedom | PlacedSpring], PlacedFreedom | PlacedSpring],
+    ending: Callable[[np.ndarray], np.ndarray] = lambda end: end,
 ) -> Snapshot:
-    """The same with every joint and spring changed."""
+    """The same with every joint and spring changed, and perhaps the ends of legs and branches."""
 
     def leg_with(leg: PlacedLeg) -> PlacedLeg:
         elements = tuple(
@@ -343,7 +332,7 @@ def with_parts(
             else changed(e)
             for e in leg.elements
         )
-        return replace(leg, elements=elements)
+        return replace(leg, elements=elements, end=ending(leg.end))
 
     def changed(part: PlacedFreedom | PlacedSpring) -> PlacedFreedom | PlacedSpring:
         if not isinstance(part, CoupledFreedom):
@@ -355,14 +344,3 @@ def with_parts(
         return replace(one(part), moves=tuple(moves))
 
     return replace(snapshot, legs=tuple(leg_with(leg) for leg in snapshot.legs))
-
-
-def _ending(leg: PlacedLeg, place: np.ndarray | None, away: np.ndarray | float = 0.0) -> PlacedLeg:
-    elements = tuple(
-        PlacedBlock(e.name, tuple(_ending(branch, place, away) for branch in e.branches))
-        if isinstance(e, PlacedBlock)
-        else e
-        for e in leg.elements
-    )
-    end = leg.end + away if place is None else place
-    return replace(leg, elements=elements, end=end)

@@ -6,7 +6,6 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -16,9 +15,8 @@ from robostiff.elastostatics import Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
-from robostiff.kinematics import Pose, place_chain
+from robostiff.kinematics import Pose
 from robostiff.kinematics.posture_finder import posture_finder
-from robostiff.model import Actuated, PlacedLeg, Snapshot
 from robostiff.robots import robot_file
 from tests.campaign import ways
 from tests.campaign.answers import Complaint, Judge
@@ -30,7 +28,7 @@ from tests.campaign.reread import placed, turned
 from tests.campaign.reread_answers import SHIPPED, Reread, distance, is_right
 from tests.campaign.reread_machine import Machine, NotClosedError
 from tests.campaign.rounded import rounded_poses
-from tests.campaign.single_leg import drives_are_free, is_free, is_regular
+from tests.campaign.single_leg import is_free
 from tests.generators.documents import model_data
 
 _DECISIVE = ~int(Status.ILL_CONDITIONED)
@@ -186,93 +184,6 @@ def _kernel_compliance(case: Case) -> None:
                 case.say("kernel of the compliance", "no inverse of K", f"row {row}: {off:.2e}")
 
 
-def _posture(case: Case) -> None:
-    """Coordinates that were carried forward come back, with the K that belongs to them."""
-    q = case.posed.q
-    if q is None:
-        return
-    leg = case.robot.legs[0]
-    drives = [isinstance(role, Actuated) for role in leg.chain.roles]
-    for row, own in enumerate(q):
-        if drives_are_free(case.robot, own):
-            _expect_advice(case, row)
-            continue
-        regular = is_regular(case.robot, q[0], own) and _is_reached(case, row)
-        _expect(case, "planted coordinates", row, [own], regular=regular)
-        if case.posture.reached[row] and not is_free(case.robot, own):
-            mine = case.posture.coordinates[0][row]
-            off = np.abs(mine - own)[drives]
-            if off.size and off.max() > 1e-5 and is_regular(case.robot, q[0], own):
-                what = "another coordinate of a drive" + (" at home" if not row else "")
-                case.say("planted coordinates", what, f"row {row}: {mine} for {own}")
-
-
-def _is_reached(case: Case, row: int) -> bool:
-    """Whether the library reaches the pose of a single leg, which closes there, or must do so.
-
-    A leg counts only in the assembly mode of home. Closed by iteration, that is what the straight
-    way of the pose leads to (docs/status.md). A way that is straight in the coordinates of the
-    joints is another one: it can be regular where the former meets a singularity. A closed form
-    keeps the working mode, which legs of fewer than six freedoms can change on a regular way. Then
-    the advice must say so, and the coordinates must choose the other.
-    """
-    q = case.posed.q
-    if q is None or not case.batch.status_codes[row] & int(Status.UNREACHABLE):
-        return True
-    if case.finder.solvers[0].closed_form is None:
-        return case.again is not None and case.again.is_smooth(case.posed.rows[row])
-    pose = case.posed.pose(row)
-    if not any("another working mode" in said for said in rs.stiffness(case.robot, pose).advice):
-        return True
-    near = rs.stiffness(case.robot, pose, near=[q[row]])
-    found = near.joint_coordinates[case.robot.legs[0].name]
-    return bool(near.status & Status.UNREACHABLE) or float(np.abs(found - q[row]).max()) > 1e-6
-
-
-def _expect_advice(case: Case, row: int) -> None:
-    """Where drives move while the end stands still, an answer says that it is one of many."""
-    said = rs.stiffness(case.robot, case.posed.pose(row)).advice
-    if not any("near=" in sentence or "any angle" in sentence for sentence in said):
-        case.say("planted coordinates", "drives move alone, and nothing says so", f"row {row}")
-
-
-def _expect(case: Case, way: str, row: int, q: list[np.ndarray], regular: bool = True) -> None:
-    """The robot at known coordinates, against what the library says of the pose."""
-    own = case.batch[row]
-    at = f"row {row}"
-    if own.status & Status.UNREACHABLE:
-        if regular:
-            case.say(way, "unreachable, and there is a way from home", f"{at}: {own.advice[:1]}")
-        return
-    snapshot = snapshot_at(case.robot, q, case.posture.snapshot.reference_point[row])
-    known = rs.stiffness(snapshot)
-    doubt = (known.status | own.status) & Status.ILL_CONDITIONED
-    if doubt or not regular or not (bool(known.answered) and bool(own.answered)):
-        return
-    if int(known.rank) == 0 or int(known.rank) != int(own.rank):
-        if int(known.rank) != int(own.rank):
-            case.say(way, "another rank than at the posture of home's mode", f"{at}: {own.rank}")
-        return
-    off = case.off(own.K, known.K)
-    if not off <= 1e-6:
-        mine = [np.round(c[row], 6).tolist() for c in case.posture.coordinates]
-        theirs = [np.round(c, 6).tolist() for c in q]
-        case.say(
-            way,
-            "another K than in the assembly mode of home",
-            f"{at}: {off:.2e}; {mine} for {theirs}",
-        )
-
-
-def snapshot_at(robot: Any, q: list[np.ndarray], reference_point: np.ndarray) -> Snapshot:
-    """A robot at coordinates of its legs."""
-    legs = []
-    for leg, own in zip(robot.legs, q, strict=True):
-        placed = place_chain(leg.chain, own, leg.base.R, leg.base.p)
-        legs.append(PlacedLeg(leg.name, placed.elements, placed.p))
-    return Snapshot(robot.name, tuple(legs), reference_point, robot.space)
-
-
 def _reread(case: Case) -> None:
     """Where small steps lead from home, and how stiff it is there, by the model file alone."""
     again, rows = case.again, case.posed.rows
@@ -356,8 +267,7 @@ WAYS = (
     PosedWay("alone", _alone, 1),
     PosedWay("bad poses beside", _bad_poses, 4),
     PosedWay("many poses", _many, 24),
-    PosedWay("planted coordinates", _posture, 1),
-    PosedWay("reread", _reread, 4),
+    PosedWay("reread", _reread, 2),
     PosedWay("frozen", _frozen, 3),
     PosedWay("model file", _file, 12),
     PosedWay("kernel", _kernel(rs.Backend.BEST, "kernel"), 16),

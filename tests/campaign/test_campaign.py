@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from tests.campaign import loads, placed, posed, ways
+from tests.campaign import loads, placed, ways
 from tests.campaign.__main__ import PARTS, main
 from tests.campaign.reference import reference
 from tests.campaign.robots import judged_robot, kind_of
@@ -22,32 +22,18 @@ FROZEN, POSED = 100, 4
 FEW_FROZEN, FEW_POSED = 24, 2
 
 
-def _numbers(count: int, *, frozen: bool) -> list[int]:
+@pytest.mark.parametrize(
+    ("frozen", "part"),
+    [
+        pytest.param(True, slice(FEW_FROZEN), id="few at a pose"),
+        pytest.param(True, slice(FEW_FROZEN, FROZEN), id="more", marks=pytest.mark.slow),
+        pytest.param(False, slice(FEW_POSED), id="few with poses"),
+        pytest.param(False, slice(FEW_POSED, POSED), id="more poses", marks=pytest.mark.slow),
+    ],
+)
+def test_random_robots_through_every_way(frozen, part):
     numbers = (n for n in itertools.count() if (kind_of(SEED, n)[0] in placed.KINDS) is frozen)
-    return list(itertools.islice(numbers, count))
-
-
-@pytest.mark.parametrize(
-    "part",
-    [
-        pytest.param(slice(FEW_FROZEN), id="few"),
-        pytest.param(slice(FEW_FROZEN, None), id="more", marks=pytest.mark.slow),
-    ],
-)
-def test_random_robots_frozen_at_a_pose_through_every_way(part):
-    for number in _numbers(FROZEN, frozen=True)[part]:
-        assert not judged_robot(SEED, number)
-
-
-@pytest.mark.parametrize(
-    "part",
-    [
-        pytest.param(slice(FEW_POSED), id="few"),
-        pytest.param(slice(FEW_POSED, None), id="more", marks=pytest.mark.slow),
-    ],
-)
-def test_random_robots_with_poses_through_every_way(part):
-    for number in _numbers(POSED, frozen=False)[part]:
+    for number in itertools.islice(numbers, part.start, part.stop):
         assert not judged_robot(SEED, number)
 
 
@@ -76,23 +62,6 @@ def test_a_wrong_spring_is_found():
 def test_linkages_that_one_search_from_home_closes_in_another_assembly_mode(number):
     assert kind_of(20261122, number)[0] == "linkage"
     assert not judged_robot(20261122, number)
-
-
-@pytest.mark.filterwarnings("ignore::robostiff.PlausibilityWarning")
-def test_sums_of_joints_in_snapshot_files():
-    """They keep which of the joints follow, whatever rigid joints they leave out."""
-    count = 0
-    for number in range(30):
-        drawn = posed.random_posed(np.random.default_rng([1, number]), "file", 1)
-        if drawn is None or not drawn.robot.is_coupled:
-            continue
-        snapshot = rs.find_posture(drawn.robot).snapshot.one(0)
-        known, found = rs.stiffness(snapshot), rs.stiffness(ways.read(ways.written(snapshot)))
-        assert found.rank == known.rank
-        if known.status.has_stiffness:
-            assert distance(found.K, known.K) < 1e-9
-        count += 1
-    assert count > 5
 
 
 @pytest.mark.parametrize(

@@ -220,22 +220,26 @@ def _batch(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
     return rs.stiffness(stacked(group))[1]
 
 
-def _bad_company(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
-    """Beside it one whose joints are all alike, one without compliance, one in a single point."""
+def _alike(snapshot: Snapshot) -> Snapshot:
+    """A robot whose joints that turn are all the same."""
 
-    def alike(part: PlacedFreedom | PlacedSpring) -> PlacedFreedom | PlacedSpring:
+    def one(part: PlacedFreedom | PlacedSpring) -> PlacedFreedom | PlacedSpring:
         if isinstance(part, PlacedSpring) or part.slides:
             return part
-        point = snapshot.reference_point.copy()
-        return replace(part, axis=np.array([0.0, 0, 1]), point=point)
+        return replace(part, axis=np.array([0.0, 0, 1]), point=snapshot.reference_point.copy())
+
+    return with_parts(snapshot, one)
+
+
+def _bad_company(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
+    """Beside it one whose joints are all alike, and one without compliance."""
 
     def rigid(part: PlacedFreedom | PlacedSpring) -> PlacedFreedom | PlacedSpring:
         if isinstance(part, PlacedFreedom):
             return part
         return replace(part, elasticity=Elasticity(np.zeros((6, 6)), part.elasticity.freedoms))
 
-    group = [with_parts(snapshot, alike), snapshot, with_parts(snapshot, rigid)]
-    return rs.stiffness(stacked(group))[1]
+    return rs.stiffness(stacked([_alike(snapshot), snapshot, with_parts(snapshot, rigid)]))[1]
 
 
 def _tilted(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
@@ -268,16 +272,9 @@ def _tilted(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
 
 def _bad_compliance(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
     """Compliance of a batch whose other pose is singular: refused with words, or answered."""
-    if int(known.rank) < snapshot.space.size:
-        return Answer("compliance in bad company", None, Status.FORM_DOES_NOT_HOLD)
-
-    def alike(part: PlacedFreedom | PlacedSpring) -> PlacedFreedom | PlacedSpring:
-        if isinstance(part, PlacedSpring) or part.slides:
-            return part
-        return replace(part, axis=np.array([0.0, 0, 1]), point=snapshot.reference_point.copy())
-
-    with suppress(NoAnswerError):
-        rs.compliance(stacked([snapshot, with_parts(snapshot, alike)]))
+    if int(known.rank) == snapshot.space.size:
+        with suppress(NoAnswerError):
+            rs.compliance(stacked([snapshot, _alike(snapshot)]))
     return Answer("compliance in bad company", None, Status.FORM_DOES_NOT_HOLD)
 
 
@@ -376,28 +373,14 @@ def in_frame(snapshot: Snapshot, R: np.ndarray, shift: np.ndarray, unit: float) 
         pitch = part.pitch and part.pitch * unit
         return replace(part, point=place(part.point), axis=R @ part.axis, pitch=pitch, role=role)
 
-    moved = with_parts(snapshot, one)
-
-    def ending(leg: PlacedLeg) -> PlacedLeg:
-        elements = tuple(
-            PlacedBlock(e.name, tuple(ending(branch) for branch in e.branches))
-            if isinstance(e, PlacedBlock)
-            else e
-            for e in leg.elements
-        )
-        return replace(leg, elements=elements, end=place(leg.end))
+    moved = with_parts(snapshot, one, place)
 
     platform = snapshot.platform
     if platform is not None:
         if unit != 1.0:
             raise NotImplementedError("platforms in other units")
         platform = replace(platform, rotation=R @ platform.rotation, origin=place(platform.origin))
-    return replace(
-        moved,
-        legs=tuple(ending(leg) for leg in moved.legs),
-        reference_point=place(snapshot.reference_point),
-        platform=platform,
-    )
+    return replace(moved, reference_point=place(snapshot.reference_point), platform=platform)
 
 
 def _side_by_side(*moves: Any) -> Any:

@@ -2,7 +2,6 @@
 
 import math
 import sys
-from itertools import pairwise
 
 import mpmath
 import numpy as np
@@ -57,23 +56,6 @@ def test_rectangle_axes(b, h):
     assert turned.J == section.J
 
 
-# Timoshenko and Goodier, Theory of Elasticity, 3rd ed. (1970), section 109, table of k1:
-# J = k1 (2a)^3 (2b), by b/a.
-K1 = {1: 0.1406, 1.2: 0.166, 1.5: 0.196, 2: 0.229, 2.5: 0.249, 3: 0.263, 4: 0.281, 5: 0.291}
-K1 |= {10: 0.312, 1e6: 0.333}
-
-
-@pytest.mark.parametrize(("ratio", "k1"), K1.items())
-def test_rectangle_torsion_constant_of_timoshenko_and_goodier(ratio, k1):
-    assert rectangle(1.0, ratio).J / ratio == pytest.approx(k1, abs=5.1e-4)
-
-
-def test_square_torsion_constant_of_roark():
-    # Young and Budynas, Roark's Formulas for Stress and Strain, 7th ed., table 10.1, case 3:
-    # K = 2.25 a^4 with side 2a, i.e. 0.1406 of the side to the fourth.
-    assert rectangle(2.0, 2.0).J == pytest.approx(2.25, rel=5e-4)
-
-
 @pytest.mark.parametrize("ratio", ["1", "1.01", "1.7", "3", "12", "250"])
 def test_rectangle_torsion_constant_to_14_digits(ratio):
     # The series of Saint-Venant term by term, 30 digits.
@@ -101,12 +83,6 @@ def test_thin_square_box_has_the_torsion_constant_t_b3():
     assert box(1.0, 1.0, 1e-6).J == pytest.approx(1e-6, rel=1e-5)
 
 
-def test_a_closed_box_is_far_stiffer_in_torsion_than_an_open_i():
-    closed, opened = box(0.1, 0.2, 0.005), i_section(0.1, 0.2, 0.010, 0.005)
-    assert closed.A == pytest.approx(opened.A, rel=1e-12)
-    assert closed.J > 100 * opened.J
-
-
 def test_i_section_moments_by_steiner():
     b, h, w, f = 0.1, 0.2, 0.0056, 0.0085
     section = i_section(b, h, w, f)
@@ -116,16 +92,6 @@ def test_i_section_moments_by_steiner():
     assert section.Iy == pytest.approx(steiner, rel=1e-13)
     assert section.Iz == pytest.approx(2 * f * b**3 / 12 + web * w**3 / 12, rel=1e-13)
     assert section.J == pytest.approx((2 * b * f**3 + (h - f) * w**3) / 3, rel=1e-13)
-
-
-def test_ipe_200_without_its_fillets():
-    # EN 10365: IPE 200 has A = 28.5 cm^2, Iy = 1943 cm^4, Iz = 142 cm^4 with fillets of 12 mm,
-    # whose share is some 4 % of A.
-    section = i_section(0.100, 0.200, 0.0056, 0.0085)
-    assert section.A == pytest.approx(28.5e-4, rel=0.06)
-    assert section.A < 28.5e-4
-    assert section.Iy == pytest.approx(1943e-8, rel=0.06)
-    assert section.Iz == pytest.approx(142e-8, rel=0.01)
 
 
 def test_cowper_shear_factors_of_full_sections():
@@ -140,49 +106,6 @@ def test_shear_factors_without_lateral_strain_are_those_of_elementary_theory():
     assert circle(1.0, poisson_ratio=0).shear_factor_z == pytest.approx(6 / 7, rel=1e-15)
     assert rectangle(1, 2, poisson_ratio=0).shear_factor_y == pytest.approx(5 / 6, rel=1e-15)
     assert tube(1, 1 - 1e-9, poisson_ratio=0).shear_factor_y == pytest.approx(0.5, rel=1e-8)
-
-
-def test_tube_factor_ends_at_the_circle():
-    assert tube(1.0, 1e-9).shear_factor_y == pytest.approx(circle(1.0).shear_factor_y, rel=1e-14)
-
-
-def _thin_walled_factor_by_energy(strips):
-    """Shear factor at nu = 0 from the shear flow VQ/I: k = I^2 / (A integral of Q^2/t ds).
-
-    Every strip is (thickness, first moment Q(s) on centre lines, coordinate z(s), length).
-    """
-    nodes, weights = np.polynomial.legendre.leggauss(20)
-    area = inertia = flow = 0.0
-    for thickness, Q, z, length in strips:
-        s = (nodes + 1) / 2 * length
-        w = weights / 2 * length
-        area += thickness * length
-        inertia += thickness * (w * z(s) ** 2).sum()
-        flow += (w * Q(s) ** 2).sum() / thickness
-    return inertia**2 / (area * flow)
-
-
-@pytest.mark.parametrize(("b", "h"), [(1.0, 1.0), (2.0, 1.0), (0.4, 1.0)])
-def test_box_factor_is_the_one_of_its_shear_flow(b, h):
-    t = 1e-7
-    half_flange = (t, lambda s: t * h / 2 * s, lambda s: h / 2 + 0 * s, b / 2)
-    half_web = (t, lambda s: t * (h / 2 * b / 2 + s * (h - s) / 2), lambda s: h / 2 - s, h / 2)
-    energy = _thin_walled_factor_by_energy([half_flange, half_web])
-    section = box(b + t, h + t, t, poisson_ratio=0)
-    assert section.shear_factor_z == pytest.approx(energy, rel=1e-6)
-    assert box(h + t, b + t, t, poisson_ratio=0).shear_factor_y == section.shear_factor_z
-
-
-@pytest.mark.parametrize(("b", "h", "w", "f"), [(0.5, 1, 1e-7, 1e-7), (1, 1, 2e-7, 3e-7)])
-def test_i_factor_is_the_one_of_its_shear_flow(b, h, w, f):
-    # Half of the I; the flange twice, for its two outstands.
-    outstand = (f, lambda s: f * h / 2 * s, lambda s: h / 2 + 0 * s, b / 2)
-    half_web = (w, lambda s: f * b * h / 2 + w * s * (h - s) / 2, lambda s: h / 2 - s, h / 2)
-    energy = _thin_walled_factor_by_energy([outstand, outstand, half_web])
-    section = i_section(b, h + f, w, f, poisson_ratio=0)
-    assert section.shear_factor_z == pytest.approx(energy, rel=1e-5)
-    flanges = 2 * b * f / section.A
-    assert section.shear_factor_y == pytest.approx(5 / 6 * flanges, rel=1e-12)
 
 
 def _cowper(nu, strips):
@@ -227,6 +150,8 @@ def test_box_factor_from_cowper_equation(b, h, nu):
     flange = (1.0, b / 2, b / 2 - S, 0 * S + h / 2, h / 2 * (b / 2 - S))
     section = box(b + t, h + t, t, poisson_ratio=nu)
     assert section.shear_factor_z == pytest.approx(_cowper(nu, [web, flange]), rel=1e-6)
+    turned = box(h + t, b + t, t, poisson_ratio=nu)
+    assert turned.shear_factor_y == pytest.approx(section.shear_factor_z, rel=1e-14)
 
 
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.49])
@@ -237,6 +162,8 @@ def test_i_factor_from_cowper_equation(b, h, w, f, nu):
     flange = (f, b / 2, S, 0 * S + h / 2, h / 2 * (b / 2 - S))
     section = i_section(b, h + f, w, f, poisson_ratio=nu)
     assert section.shear_factor_z == pytest.approx(_cowper(nu, [web, flange]), rel=1e-5)
+    if nu == 0:
+        assert section.shear_factor_y == pytest.approx(5 / 6 * 2 * b * f / section.A, rel=1e-12)
 
 
 @given(b=side, h=side, nu=st.floats(0, 0.49))
@@ -268,11 +195,6 @@ def test_units_of_length_scale_out(length_unit):
             expected = getattr(ours, name) * length_unit**4
             assert getattr(theirs, name) == pytest.approx(expected, rel=1e-12)
         assert theirs.shear_factor_y == pytest.approx(ours.shear_factor_y, rel=1e-12)
-
-
-def test_torsion_constant_grows_with_the_wall():
-    walls = [box(0.1, 0.06, t).J for t in (0.001, 0.003, 0.006)]
-    assert all(a < b for a, b in pairwise(walls))
 
 
 @pytest.mark.parametrize(

@@ -129,21 +129,20 @@ def random_rotation(rng: np.random.Generator) -> np.ndarray:
 
 
 def beam_compliance_of(
-    length: float, E: float, G: float, A: float, Iy: float, Iz: float, J: float
+    L: float,
+    EA: float,
+    EIy: float,
+    EIz: float,
+    GJ: float,
+    shear_y: float = 0.0,
+    shear_z: float = 0.0,
 ) -> np.ndarray:
-    """Tip compliance of a cantilever along x."""
-    C = np.diag(
-        [
-            length / (E * A),
-            length**3 / (3 * E * Iz),
-            length**3 / (3 * E * Iy),
-            length / (G * J),
-            length / (E * Iy),
-            length / (E * Iz),
-        ]
-    )
-    C[1, 5] = C[5, 1] = length**2 / (2 * E * Iz)
-    C[2, 4] = C[4, 2] = -(length**2) / (2 * E * Iy)
+    """Tip compliance of a cantilever along x; the shear compliances are those of a length."""
+    C = np.diag([L / EA, L**3 / (3 * EIz), L**3 / (3 * EIy), L / GJ, L / EIy, L / EIz])
+    C[1, 5] = C[5, 1] = L**2 / (2 * EIz)
+    C[2, 4] = C[4, 2] = -(L**2) / (2 * EIy)
+    C[1, 1] += L * shear_y
+    C[2, 2] += L * shear_z
     return C
 
 
@@ -152,8 +151,8 @@ def random_beam(rng: np.random.Generator) -> Spring:
     length = rng.uniform(0.2, 1.0)
     width, height = rng.uniform(0.02, 0.06, size=2)
     E = rng.uniform(60e9, 210e9)
-    Iy, Iz = width * height**3 / 12, height * width**3 / 12
-    C = beam_compliance_of(length, E, E / 2.6, width * height, Iy, Iz, 0.5 * (Iy + Iz))
+    EIy, EIz = E * width * height**3 / 12, E * height * width**3 / 12
+    C = beam_compliance_of(length, E * width * height, EIy, EIz, 0.5 * (EIy + EIz) / 2.6)
     K = np.linalg.inv(C)
     return Spring(rng.uniform(-1, 1, 3), random_rotation(rng), np.eye(6), 0.5 * (K + K.T))
 

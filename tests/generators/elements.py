@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import strategies as st
 
 import robostiff as rs
 from robostiff.elasticity import Material, circle, elasticity_from_stiffness, rectangle
 from robostiff.model import Element, Joint, Role, beam_axes
 from robostiff.spatial import Frame
-from tests.generators.chains import SEEDS, random_block, random_rotation
+from tests.generators.chains import random_block, random_rotation
 
 STEEL = Material.isotropic("steel", E=210e9, poisson_ratio=0.3)
 ROD = circle(0.02)
@@ -94,12 +93,3 @@ def random_element(kind: str, rng: np.random.Generator) -> Element:
             return rs.Rigid(random_transform(rng))
         case _:
             return random_joint_of(kind, rng, random_role(rng))
-
-
-@st.composite
-def element_chains(draw: st.DrawFn) -> tuple[rs.Chain, Frame, np.random.Generator]:
-    """A chain of random elements, where its base is, and numbers to go on with."""
-    kinds = draw(st.lists(st.sampled_from(KINDS), min_size=1, max_size=6))
-    rng = np.random.default_rng(draw(SEEDS))
-    chain = rs.Chain(tuple(random_element(kind, rng) for kind in kinds))
-    return chain, random_transform(rng), rng

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -29,20 +29,10 @@ def built_leg(elements: Sequence[Element], seed: int = 0) -> LegCase:
     return LegCase(leg, six(platform_at(leg, chain.home)))
 
 
-def recording(samples: dict[str, np.ndarray]) -> Record:
-    """A record of inputs with their samples (N,)."""
-    return Record({name: own.tolist() for name, own in samples.items()})
-
-
-def recorded_pose(
-    poses: np.ndarray, free: Sequence[str] = SIX, parameters: dict[str, np.ndarray] | None = None
-) -> tuple[Record, FormulaPose]:
-    """A pose whose free coordinates are inputs, the samples the poses (N, 6)."""
-    samples = {name: poses[:, SIX.index(name)] for name in free}
-    record = recording({**(parameters or {}), **samples})
-    coordinates = [
-        record.input(name) if name in free else float(poses[0, i]) for i, name in enumerate(SIX)
-    ]
+def recorded_pose(poses: np.ndarray) -> tuple[Record, FormulaPose]:
+    """A pose whose coordinates are inputs, the samples the poses (N, 6)."""
+    record = Record({name: own.tolist() for name, own in zip(SIX, poses.T, strict=True)})
+    coordinates = [record.input(name) for name in SIX]
     return record, FormulaPose.of_coordinates(np.array(coordinates, dtype=object))
 
 
@@ -85,23 +75,14 @@ class Pair:
 def pair_of(case: LegCase, poses: np.ndarray) -> Pair:
     """A leg of its own at poses (N, 6)."""
     record, pose = recorded_pose(poses)
-    return pairs_of(case.robot, poses, record, pose)[0]
-
-
-def pairs_of(robot: rs.Robot, poses: np.ndarray, record: Record, pose: FormulaPose) -> list[Pair]:
-    """All legs of a robot at poses (N, 6)."""
-    finder = PostureFinder(robot)
+    finder = PostureFinder(case.robot)
     posture = finder.find(poses)
-    pairs = []
-    for i, (leg, solver) in enumerate(zip(robot.legs, finder.solvers, strict=True)):
-        formula = place_leg(leg, pose, solver)
-        snapshots = [posture.snapshot.one(k).legs[i] for k in range(len(poses))]
-        shift, turn = posture.shift_gaps[:, i], posture.turn_gaps[:, i]
-        reached = (shift <= 1e-7 * posture.length) & (turn <= 1e-7)
-        recorded = at_samples(formula.leg, len(poses))
-        q = posture.coordinates[i]
-        pairs.append(Pair(record, formula, recorded, snapshots, reached, q))
-    return pairs
+    formula = place_leg(case.leg, pose, finder.solvers[0])
+    snapshots = [posture.snapshot.one(k).legs[0] for k in range(len(poses))]
+    shift, turn = posture.shift_gaps[:, 0], posture.turn_gaps[:, 0]
+    reached = (shift <= 1e-7 * posture.length) & (turn <= 1e-7)
+    recorded = at_samples(formula.leg, len(poses))
+    return Pair(record, formula, recorded, snapshots, reached, posture.coordinates[0])
 
 
 def at_samples(leg: PlacedLeg, count: int) -> list[PlacedLeg]:
@@ -113,33 +94,13 @@ def at_samples(leg: PlacedLeg, count: int) -> list[PlacedLeg]:
     ]
 
 
-def difference(a: PlacedLeg, b: PlacedLeg, at: np.ndarray | None = None) -> float:
+def difference(a: PlacedLeg, b: PlacedLeg) -> float:
     """How far two legs differ, in compliance of all of it, and in the span of J_q."""
-    at = b.end if at is None else at
+    at = b.end
     C, C_other = leg_compliance(a, at), leg_compliance(b, at)
     span, span_other = (_projector(passive_jacobian(leg, at)[0]) for leg in (a, b))
     apart = np.abs(C - C_other).max() / np.abs(C_other).max()
     return float(max(apart, np.abs(span - span_other).max()))
-
-
-def cost_of(record: Record, formulas: Iterable[PlacedFormula], pose: FormulaPose) -> int:
-    """What the placement of legs takes beside the rotation of the platform, in additions."""
-    wanted: set[int] = set()
-    for formula in formulas:
-        for element in formula.leg.parts:
-            wanted |= {x.step for x in _entries(element)}
-        wanted |= {x.step for x in formula.gap}
-    shared = {x.step for x in pose.R.flat if isinstance(x, Entry)}
-    return record.cost(wanted | shared) - record.cost(shared)
-
-
-def _entries(element: PlacedFreedom | PlacedSpring) -> list[Entry]:
-    arrays = [element.point]
-    if isinstance(element, PlacedFreedom):
-        arrays.append(element.axis)
-    else:
-        arrays += [element.rotation, element.elasticity.compliance]
-    return [x for array in arrays for x in array.flat if isinstance(x, Entry)]
 
 
 def _values_of(element: PlacedFreedom | PlacedSpring, count: int) -> list[Any]:

@@ -45,20 +45,6 @@ def test_actuators_of_a_pose_lead_back_to_it(name: str):
         np.testing.assert_allclose(got, expected, atol=1e-9)
 
 
-def test_stiffness_at_actuator_coordinates_is_that_at_the_pose():
-    robot = rs.load("delta")
-    poses = around_home(robot, 3)
-    q = drives(rs.find_posture(robot, poses), robot)
-    found = rs.stiffness(robot, rs.ActuatorCoordinates(q.reshape(3, 1, 3)))
-    expected = rs.stiffness(robot, poses)
-    assert found.K.shape == (3, 1, 6, 6)
-    scale = np.abs(expected.K).max()
-    np.testing.assert_allclose(found.K[:, 0], expected.K, atol=1e-9 * scale)
-    one = rs.deflection(robot, rs.ActuatorCoordinates(q[1]), [10, 0, 0, 0, 0, 0])
-    there = rs.deflection(robot, poses[1], [10, 0, 0, 0, 0, 0])
-    np.testing.assert_allclose(one.twist, there.twist, atol=1e-9 * np.abs(there.twist).max())
-
-
 def test_assembly_mode_is_that_of_home_and_another_one_near_given_coordinates():
     robot = rs.load("3-rpr")
     beyond = rs.find_posture(robot, [0.45, 0.35, 0.2])  # across a singularity from home

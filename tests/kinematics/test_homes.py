@@ -2,152 +2,17 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.kinematics import PostureFinder, place_chain
-from robostiff.model import Coordinate, Element, Joint, JointKind, Role
+from robostiff.kinematics import place_chain
+from robostiff.model import Coordinate, Element
 from robostiff.spatial import Frame, Space
-from tests.generators.elements import ROD, STEEL, random_transform
-from tests.generators.legs import LegCase, platform_at, six
-from tests.kinematics.recorded_legs import difference, pair_of
+from tests.generators.elements import ROD, STEEL
 
 FREE = rs.Passive()
 DRIVE = rs.Actuated(1e7)
 TURN = 2 * np.pi
-
-
-def unit(random: np.random.Generator) -> np.ndarray:
-    v = random.normal(size=3)
-    return v / np.linalg.norm(v)
-
-
-def leg_of(kind: str, seed: int) -> LegCase:
-    """A strut or a rod on a crank or slide, all of it random, home coordinates on any turn."""
-    random = np.random.default_rng([seed, *kind.encode()])
-    along = unit(random)
-
-    def angle(joint: int = 1) -> list[float]:
-        return random.uniform(-2.5 * np.pi, 2.5 * np.pi, joint).tolist()
-
-    def joint(letter: str, role: Role = FREE) -> Element:
-        if letter == "S":
-            return rs.spherical(role, home=(random.uniform(0.2, 3.0) * unit(random)).tolist())
-        if letter == "R":
-            return rs.revolute(unit(random), role, home=angle())
-        across = np.cross(along, unit(random))
-        across = across / np.linalg.norm(across) + 0.4 * random.uniform(-1, 1) * along
-        oblique = np.cross(across, along) + 0.4 * random.normal(size=3)
-        return rs.universal(oblique, across, role, home=angle(2))
-
-    sign = random.choice([-1.0, 1.0])
-    length = sign * random.uniform(0.5, 0.9)
-    elements: list[Element] = []
-    if kind[0] in "SU" and kind[1] in "PC":  # struts
-        offset = rs.Rigid(Frame(np.eye(3), 0.1 * along))
-        slide = rs.prismatic(along, DRIVE, home=[length])
-        if kind[1] == "C":
-            slide = rs.cylindrical(along, DRIVE, home=[length, *angle()])
-        elements = [joint(kind[0]), offset, slide, rs.beam_link(0.2 * along, STEEL, ROD)]
-        elements.append(joint(kind[2]))
-    else:
-        if kind[0] == "P":
-            elements = [rs.prismatic(unit(random), DRIVE, home=[length])]
-        else:
-            axis = unit(random)
-            arm = np.cross(axis, unit(random))
-            elements = [
-                rs.revolute(axis, DRIVE, home=angle()),
-                rs.beam_link(0.3 * arm / np.linalg.norm(arm), STEEL, ROD),
-            ]
-        elements += [joint(kind[1]), rs.beam_link(0.7 * along, STEEL, ROD), joint(kind[2])]
-    leg = rs.Leg(
-        kind, random_transform(random), rs.Chain(tuple(elements)), random_transform(random, 0.2)
-    )
-    return LegCase(leg, six(platform_at(leg, leg.chain.home)))
-
-
-def steps(case: LegCase, random: np.random.Generator, size: float) -> np.ndarray:
-    """Coordinates (8, size) on a path from home that stays in its assembly mode."""
-    chain = case.leg.chain
-    q = np.tile(chain.home, (8, 1))
-    move = random.uniform(-size, size, chain.size)
-    kept = q[:1]
-    for part in np.linspace(0.0, 1.0, 65)[1:]:
-        now = chain.home + part * move
-        if np.any(np.sign(roots(case, now)) != np.sign(roots(case, chain.home))):
-            break
-        kept = np.concatenate([kept, now[None]])
-    return kept[:: max(1, len(kept) // 8)]
-
-
-def roots(case: LegCase, q: np.ndarray) -> np.ndarray:
-    """What vanishes where two assembly modes meet, from the posture alone."""
-    chain, leg = case.leg.chain, case.leg
-    freedoms = place_chain(chain, q, leg.base.R, leg.base.p).freedoms
-    joints = [(e, where) for e, where in chain.moving if isinstance(e, Joint) and e.size > 1]
-    joints = [(e.kind, where) for e, where in joints if e.kind is not JointKind.CYLINDRICAL]
-    (near_kind, near), (far_kind, far) = joints
-    A, B = freedoms[near.start].point, freedoms[far.start].point
-    d = (B - A) / np.linalg.norm(B - A)
-    if leg.name[0] == "R":
-        arm = (A - freedoms[0].point) / np.linalg.norm(A - freedoms[0].point)
-        found = [freedoms[0].axis @ np.cross(arm, d)]
-    elif leg.name[0] == "P":
-        found = [freedoms[0].axis @ d]
-    else:
-        found = [freedoms[near.stop].axis @ d]
-    if near_kind is JointKind.UNIVERSAL:
-        one, two = (freedoms[i].axis for i in range(near.start, near.stop))
-        found.append(two @ np.cross(one, d))
-    if far_kind is JointKind.UNIVERSAL:
-        one, two = (freedoms[i].axis for i in range(far.start, far.stop))
-        found.append(one @ np.cross(d, two))
-    return np.array(found)
-
-
-@given(
-    kind=st.sampled_from(["UPS", "UCU", "PUS", "RUS", "SPU"]),
-    seed=st.integers(0, 10**6),
-    size=st.sampled_from([0.3, 1.0, 2.0]),
-)
-def test_closure_returns_the_very_coordinates_of_a_path_from_home(kind, seed, size):
-    case = leg_of(kind, seed)
-    random = np.random.default_rng(seed)
-    q = steps(case, random, size)
-    poses = np.array([case.pose_at(own) for own in q])
-    posture = rs.find_posture(case.robot, poses)
-    found = posture.coordinates[0]
-    smallest = np.min(np.abs([roots(case, own) for own in q]), axis=-1)
-    safe = smallest > 1e-2
-    safe[0] = smallest[0] > 1e-4
-    assert posture.reached[safe].all()
-    apart = np.abs(found - q)
-    for place in angles_and_slides(case.leg.chain):
-        turns = angle_is_on_turn_of_home(case.leg.chain, q, place)
-        assert np.max(apart[safe & turns, place], initial=0.0) < 1e-6
-    # the recorded leg stands in the same posture
-    pair = pair_of(case, poses)
-    for i in np.flatnonzero(safe):
-        assert difference(pair.recorded[i], pair.computed[i]) <= 1e-7
-
-
-def angles_and_slides(chain: rs.Chain) -> list[int]:
-    """Places that have one coordinate each, and not three that form a rotation vector."""
-    return [
-        i
-        for element, where in chain.moving
-        if not (isinstance(element, Joint) and element.kind is JointKind.SPHERICAL)
-        for i in range(where.start, where.stop)
-    ]
-
-
-def angle_is_on_turn_of_home(chain: rs.Chain, q: np.ndarray, place: int) -> np.ndarray:
-    """Where a coordinate is less than half a turn from home, or a slide (N,)."""
-    slides = chain.freedoms[place].slides
-    return np.full(len(q), True) if slides else np.abs(q[:, place] - chain.home[place]) < 3.1
 
 
 def hexapod_below() -> rs.Robot:
@@ -261,28 +126,6 @@ def test_limits_wider_than_a_turn_keep_the_turn_of_home_where_they_can():
 def _frame_at(chain: rs.Chain, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     placed = place_chain(chain, q, np.eye(3), np.zeros(3))
     return placed.R, placed.p
-
-
-@pytest.mark.parametrize("slide", [0.2, -0.2])
-@pytest.mark.parametrize("turn", [0.0, 0.3])
-def test_legs_that_close_exactly_at_negative_home_coordinates(slide: float, turn: float):
-    spring = rs.beam_link(np.array([0, 0, 1e-2]), STEEL, ROD)
-    chains = [
-        rs.Chain((rs.spherical(FREE), rs.cylindrical([0, 0, 1], FREE, home=[slide, turn]), spring)),
-        rs.Chain(
-            (
-                rs.revolute([0, 0, 1], FREE, home=[turn]),
-                rs.prismatic([1, 0, 1], FREE, home=[slide]),
-                rs.revolute([0, 1, 0], FREE, home=[0.1]),
-                spring,
-            )
-        ),
-    ]
-    for chain in chains:
-        robot = _alone(chain)
-        (solver,) = PostureFinder(robot).solvers
-        assert solver.closed_form is not None
-        assert np.allclose(solver.home, chain.home, atol=1e-12)
 
 
 def _alone(chain: rs.Chain) -> rs.Robot:

@@ -9,14 +9,12 @@ import pytest
 
 import robostiff as rs
 from robostiff.kinematics import PostureFinder
-from robostiff.kinematics.closure import follow, loops_of_legs
-from robostiff.model import Chain, Coordinate, Leg, ParallelBlock, Robot
+from robostiff.model import Chain, Leg, ParallelBlock, Robot
 from robostiff.robots import load
 from robostiff.spatial import Frame
 from tests.generators.elements import shift_by
 from tests.generators.kernel_robots import robot_called
 
-XYZ = (Coordinate.X, Coordinate.Y, Coordinate.Z)
 COPIES = ("orthoglide", "delta", "nested parallelograms")
 ITERATED = ("four-bar legs", "pairs of struts")
 
@@ -39,15 +37,6 @@ def after(first: Frame, second: Frame) -> Frame:
     return Frame(first.R @ second.R, first.p + first.R @ second.p)
 
 
-@pytest.mark.parametrize("name", ["orthoglide", "delta"])
-def test_platform_shifts_and_does_not_turn(name):
-    robot = load(name)
-    assert robot.coordinates == XYZ
-    posture = rs.find_posture(robot, poses_near_home(robot, 50, 0.1))
-    assert posture.reached.all()
-    assert np.abs(posture.pose[:, 3:]).max() == 0
-
-
 @pytest.mark.parametrize("name", COPIES + ITERATED)
 def test_loops_close_at_random_poses(name):
     robot = robot_of(name)
@@ -62,26 +51,6 @@ def test_the_way_to_close_is_the_one_that_holds(name):
     closed = [solver.closed_form is not None for solver in solvers]
     # The slide and rod of a nested parallelogram have no platform joint: no closed form either.
     assert all(closed) if name in ("orthoglide", "delta") else not any(closed)
-
-
-@pytest.mark.parametrize("name", ["orthoglide", "delta"])
-def test_copies_are_where_newton_finds_them(name):
-    robot = robot_of(name)
-    finder, poses = PostureFinder(robot), poses_near_home(robot, 12, 0.08)
-    full = np.zeros((len(poses), 6))
-    full[:, :3] = poses
-    closed = finder.find(poses)
-    for leg, solver, q in zip(robot.legs, finder.solvers, closed.coordinates, strict=True):
-        loops = loops_of_legs((leg,), (), finder.length)
-        followed = follow(loops, np.concatenate([finder.home_pose, solver.home]), full)
-        assert followed.closed.all()
-        (found,) = followed.coordinates
-        turns = np.tile(np.eye(3), (12, 1, 1))
-        (iterated,), *_ = replace(solver, closed_form=None).solve(full, turns)
-        assert np.array_equal(iterated, found)
-        turning = leg.chain.size > 10  # the spin of a Delta's rods is left to either
-        assert turning or np.abs(found - q).max() < 1e-10
-        assert np.abs(found[:, 0] - q[:, 0]).max() < 1e-9  # the drive
 
 
 def test_copies_that_turn_against_each_other_are_closed_by_iteration():
@@ -102,19 +71,6 @@ def test_copies_that_turn_against_each_other_are_closed_by_iteration():
     pose = [0.02, 0.01, 0.6, 0.1, 0.05, -0.07]
     first, second = rs.stiffness(robot, pose), rs.stiffness(apart, pose)
     assert np.abs(first.K - second.K).max() < 1e-9 * np.abs(second.K).max()
-
-
-def test_a_pose_that_the_rods_of_a_delta_cannot_take():
-    robot = load("delta")
-    far = rs.stiffness(robot, [0.0, 0.0, -2.0])
-    assert rs.Status.UNREACHABLE in far.status
-    assert any("falls short" in word for word in far.advice)
-
-
-def test_a_turned_platform_that_parallelograms_forbid():
-    robot = load("orthoglide")
-    turned = rs.stiffness(robot, [0.0, 0.0, 0.0, 0.2, 0.0, 0.1])
-    assert rs.Status.UNREACHABLE in turned.status
 
 
 def test_poses_may_have_different_freedoms_in_different_chunks():

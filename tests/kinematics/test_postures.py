@@ -2,10 +2,8 @@
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import RigidTransform, Rotation
 
-from robostiff import InputError, JointCoordinates, stiffness
-from robostiff.elastostatics import Status
+from robostiff import InputError, JointCoordinates
 from robostiff.errors import PlausibilityWarning
 from robostiff.kinematics import PostureFinder, find_posture, place_chain
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector
@@ -93,29 +91,6 @@ def test_coordinates_that_follow_from_the_legs(kind: str):
     assert np.allclose(whole.pose[0], posture.pose[3])
 
 
-def test_tripod_at_a_pose_it_cannot_take():
-    posture = find_posture(tripod(), [0.05, 0.0, 0.5, 0, 0, 0])
-    assert not posture.reached[0]
-    assert len(posture.complaints) >= 1
-    assert posture.complaints[0].startswith("leg 'leg")
-
-
-def test_batched_postures_are_single_ones():
-    rng = np.random.default_rng(5)
-    for robot, size in ((case_b(), 6), (tripod(), 3)):
-        home = find_posture(robot).pose[0]
-        start = home if size == 6 else home[[2, 3, 4]]
-        poses = start + 0.1 * rng.uniform(-1, 1, (3, 1, 2, size))
-        batch = find_posture(robot, poses)
-        assert batch.batch == (3, 1, 2)
-        for k, pose in enumerate(poses.reshape(-1, size)):
-            single = find_posture(robot, pose)
-            assert single.batch == ()
-            assert np.allclose(batch.pose[k], single.pose[0], rtol=0, atol=1e-9)
-            for own, alone in zip(batch.coordinates, single.coordinates, strict=True):
-                assert np.allclose(own[k], alone[0], rtol=0, atol=1e-8)
-
-
 def test_serial_arm_by_joints_and_by_pose():
     robot = elbow_arm()
     chain = robot.legs[0].chain
@@ -160,21 +135,6 @@ def test_an_arm_stretched_beyond_its_length():
     assert "leg 'arm' falls short of the pose" in posture.complaints[0]
 
 
-def test_poses_as_transforms_and_as_numbers():
-    robot = case_b()
-    turn = Rotation.from_rotvec([0.1, -0.05, 0.2])
-    transform = RigidTransform.from_components(np.array([0.02, 0.03, 0.62]), turn)
-    by_transform = find_posture(robot, transform)
-    by_numbers = find_posture(robot, six(transform))
-    assert np.allclose(by_transform.pose, by_numbers.pose, rtol=0, atol=1e-15)
-    for a, b in zip(by_transform.coordinates, by_numbers.coordinates, strict=True):
-        assert np.allclose(a, b, rtol=0, atol=1e-13)
-    lengths = [float(q[0, 2]) for q in by_numbers.coordinates]
-    for leg, length in zip(robot.legs, lengths, strict=True):
-        B = transform.apply(leg.attachment.p)
-        assert np.isclose(length, np.linalg.norm(B - leg.base.p), rtol=1e-14)
-
-
 def test_planar_robot():
     robot = five_bar()
     posture = find_posture(robot, [[0.05, 0.75, 0, 0, 0, 0.2], [0.0, 0.8, 0, 0, 0, 0]])
@@ -212,13 +172,6 @@ def test_poses_that_do_not_fit_a_robot_of_few_freedoms():
     assert tripod().coordinates == (Coordinate.Z, Coordinate.RX, Coordinate.RY)
 
 
-def test_status_of_a_pose_out_of_reach():
-    result = stiffness(five_bar(), [[0.0, 1.5, 0, 0, 0, 0], [0, 0.8, 0, 0, 0, 0]])
-    assert Status.UNREACHABLE in result[0].status
-    assert Status.UNREACHABLE not in result[1].status
-    assert result.answered.tolist() == [False, True]
-
-
 @pytest.mark.parametrize("size", [0.0, 1e-9, 1e-4, 0.5, 3.0])
 def test_rate_of_a_rotation_vector(size: float):
     """w = J_l(r) dr/dt, by central differences of the rotation matrix."""
@@ -232,12 +185,6 @@ def test_rate_of_a_rotation_vector(size: float):
         turn = turn_by_vector(r + step) @ turn_by_vector(r - step).T
         w = vector_of_rotation(turn) / (2 * h)
         assert np.abs(J[:, k] - w).max() <= 1e-9
-
-
-def test_home_of_a_serial_arm_follows_from_its_joints():
-    robot = elbow_arm()
-    posture = find_posture(robot)
-    assert np.allclose(posture.pose[0], six(platform_at(robot.legs[0], robot.legs[0].chain.home)))
 
 
 @pytest.mark.parametrize("name", ["hexapod", "delta", "hexaglide", "agile-eye", "gantry-tau"])

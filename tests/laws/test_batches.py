@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from robostiff.elastostatics import (
     Block,
@@ -15,10 +13,9 @@ from robostiff.elastostatics import (
     aggregate,
     chain_stiffness,
 )
-from tests.generators.chains import chains
 from tests.generators.metric import distance
 
-SHAPES = [(), (1,), (3, 1, 2), (0,)]
+SHAPES = [(), (3, 1, 4), (0,)]
 FORMS = [WrenchBasis(), Block(), Recursive(groups=((1, 0), (2, 3))), SaddlePoint(), IndexRules()]
 
 
@@ -68,16 +65,6 @@ def test_batch_is_the_loop_over_poses(shape: tuple[int, ...], form):
         assert_same(batch[index], chain_stiffness(C[i], J_q[i], form=form))
 
 
-@pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
-def test_every_kind_of_pose_in_one_batch(form):
-    C, J_q = mixed_poses(4, 12)
-    batch = chain_stiffness(C, J_q, form=form)
-    for i in range(12):
-        assert_same(batch[i], chain_stiffness(C[i], J_q[i], form=form))
-    kept = batch[batch.answered]
-    assert kept.K.shape == (np.count_nonzero(batch.answered), 6, 6)
-
-
 def test_one_compliance_at_many_poses_and_one_pose_of_many_compliances():
     C, J_q = mixed_poses(5, 3)
     many_joints = chain_stiffness(C[0], J_q)
@@ -94,16 +81,6 @@ def test_aggregated_batch_is_the_loop_over_poses():
     for i in range(6):
         legs = [chain_stiffness(C[i], J[i], length=1.0) for C, J in ((C1, J1), (C2, J2))]
         assert_same(whole[i], aggregate(legs))
-
-
-@given(
-    st.lists(chains(joints=st.just(3), arrangements=("general", "aligned")), min_size=2, max_size=4)
-)
-def test_batches_of_random_chains(group):
-    C, J_q = (np.stack(part) for part in zip(*(chain.matrices() for chain in group), strict=True))
-    batch = chain_stiffness(C, J_q)
-    for i, chain in enumerate(group):
-        assert_same(batch[i], chain_stiffness(*chain.matrices()))
 
 
 def test_parts_joined_and_reshaped():

@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import robostiff as rs
-from robostiff.elastostatics import eliminate_block, eliminate_joint, saddle_point_stiffness
 from robostiff.errors import NoAnswerError
 from tests.generators.chains import FreeChain, chains, joint_rank, planar_chains
 from tests.generators.metric import distance
@@ -79,15 +78,3 @@ def test_index_rules_refuse_oblique_joints(chain: FreeChain):
     result = rs.chain_stiffness(C, J_q, form=rs.IndexRules())
     assert rs.Status.FORM_DOES_NOT_HOLD in result.status
     assert "oblique" in result.reason
-
-
-@given(chains(joints=st.integers(1, 4), arrangements=("general",)))
-def test_plain_formulas_agree_with_the_front_door(chain: FreeChain):
-    C, J_q = chain.matrices()
-    K0 = np.linalg.inv(C)
-    K = rs.chain_stiffness(C, J_q).K
-    recursive = K0
-    for column in J_q.T:
-        recursive = eliminate_joint(recursive, column)
-    for other in (eliminate_block(K0, J_q), recursive, saddle_point_stiffness(C, J_q)):
-        assert distance(other, K, sizes_of=K0) <= 1e-7

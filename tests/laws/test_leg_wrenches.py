@@ -11,7 +11,7 @@ import pytest
 from robostiff import compliance, deflection, stiffness
 from robostiff.elasticity import Elasticity
 from robostiff.elastostatics import Status
-from robostiff.model import Actuated, Passive, PlacedElement, PlacedFreedom, PlacedSpring, Snapshot
+from robostiff.model import PlacedElement, Snapshot
 from tests.campaign.reference import reference
 from tests.generators.leg_wrenches import drive, passive_joint, random_beam, robot_of
 from tests.generators.metric import distance
@@ -93,61 +93,3 @@ def test_what_the_legs_carry_of_a_load_balances_it_and_holds_its_energy(seed):
     assert np.abs(np.sum(bent.leg_wrenches, axis=0) - F).max() < 1e-9 * np.abs(F).max()
     assert np.abs(bent.twist - compliance(snapshot) @ F).max() <= 1e-12 * np.abs(bent.twist).max()
     assert bent.energy == pytest.approx(sum(part.energy for part in bent.parts), rel=1e-9)
-
-
-@pytest.mark.parametrize("exponent", [-12, -9, -6, 0, 9, 15])
-def test_no_spring_is_too_soft_or_too_stiff(exponent):
-    """Joints held by springs of 10^exponent N m/rad, beside links as they are."""
-    rng = np.random.default_rng(4)
-    legs = []
-    for _ in range(3):
-        springs = [
-            replace(passive_joint(rng, f"joint{i}"), role=Actuated(10.0**exponent))
-            for i in range(4)
-        ]
-        legs.append([random_beam(rng, 0.05), *springs, passive_joint(rng)])
-    snapshot = robot_of(legs, rng)
-    result, exact = stiffness(snapshot), reference(snapshot)
-    assert Status.RIGID_DIRECTION not in result.status
-    assert exact.K is not None
-    assert distance(result.K, exact.K) < RIGHT
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_a_batch_answers_like_each_pose_alone(seed):
-    """Poses of different rank in one batch: a joint that repeats at some of them, rigid links."""
-    rng = np.random.default_rng(seed)
-    snapshots = []
-    base = rigid_links(seed) if seed % 2 else of_different_springs(seed, 9)
-    first = next(e for e in base.legs[0].elements if isinstance(e, PlacedFreedom))
-    for i in range(6):
-        twin = first
-        if i % 2:
-            axis = rng.normal(size=3)
-            twin = replace(first, axis=axis / np.linalg.norm(axis))
-        twin = replace(twin, name="twin", role=Passive())
-        leg = replace(base.legs[0], elements=(*base.legs[0].elements, twin))
-        snapshots.append(replace(base, legs=(leg, *base.legs[1:])))
-    legs = []
-    for number, leg in enumerate(base.legs):
-        owns = [snapshot.legs[number] for snapshot in snapshots]
-        legs.append(replace(leg, elements=tuple(map(_batch, *(own.elements for own in owns)))))
-    reference = np.broadcast_to(base.reference_point, (6, 3))
-    together = stiffness(replace(base, legs=tuple(legs), reference_point=reference))
-    for i, snapshot in enumerate(snapshots):
-        alone = stiffness(snapshot)
-        assert int(together.rank[i]) == int(alone.rank)
-        assert together.status_codes[i] == alone.status_codes
-        if alone.status.has_stiffness:
-            assert distance(together[i].K, alone.K) < RIGHT
-        C = alone.compliance
-        assert (together[i].compliance is None) == (C is None)
-        if C is not None:
-            assert distance(together[i].compliance, C) < RIGHT
-
-
-def _batch(*elements: PlacedElement) -> PlacedElement:
-    first = elements[0]
-    if isinstance(first, PlacedSpring):
-        return first
-    return replace(first, axis=np.stack([element.axis for element in elements]))

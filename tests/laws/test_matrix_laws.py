@@ -1,22 +1,12 @@
 """K_C is symmetric and semidefinite, is zero along its joints, and they never stiffen it."""
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robostiff.elastostatics import Block, Recursive, SaddlePoint, WrenchBasis, chain_stiffness
-from tests.generators.chains import (
-    LENGTH,
-    FreeChain,
-    chains,
-    joint_rank,
-    planar_chains,
-    random_beam,
-    random_block,
-    random_joint,
-)
-from tests.generators.metric import distance, rounding
+from robostiff.elastostatics import chain_stiffness
+from tests.generators.chains import LENGTH, FreeChain, chains, joint_rank, planar_chains
+from tests.generators.metric import rounding
 
 ANY_CHAIN = st.one_of(chains(), planar_chains())
 
@@ -54,15 +44,6 @@ def test_passive_joints_meet_no_stiffness(chain: FreeChain):
     assert left <= max(rounding(C), 1e-12) * np.abs(K0).max()
 
 
-def test_a_joint_column_of_the_wrong_sign_is_caught():
-    chain = planted_chain()
-    C, J_q = chain.matrices()
-    wrong = J_q.copy()
-    wrong[:3, 0] *= -1  # r x e in place of e x r
-    K = in_lengths(chain_stiffness(C, wrong).K)
-    assert np.abs(K @ unit_columns(J_q)).max() > 1e-2 * np.abs(K).max()
-
-
 @given(ANY_CHAIN)
 def test_rank_is_what_the_joints_leave(chain: FreeChain):
     C, J_q = chain.matrices()
@@ -78,14 +59,6 @@ def test_rank_is_what_the_joints_leave(chain: FreeChain):
 
 
 @given(ANY_CHAIN)
-def test_free_motions_span_the_joints(chain: FreeChain):
-    C, J_q = chain.matrices()
-    free = chain_stiffness(C, J_q).free_motions
-    both = np.concatenate([unit_columns(J_q).T, unit_columns(free.T).T])
-    assert np.linalg.matrix_rank(both, tol=1e-8) == joint_rank(J_q)
-
-
-@given(ANY_CHAIN)
 def test_passive_joints_never_stiffen(chain: FreeChain):
     C, J_q = chain.matrices()
     K0 = in_lengths(np.linalg.inv(C))
@@ -93,15 +66,6 @@ def test_passive_joints_never_stiffen(chain: FreeChain):
     all_joints = in_lengths(chain_stiffness(C, J_q).K)
     for less in (K0 - fewer, fewer - all_joints):
         assert np.linalg.eigvalsh(less)[0] >= -max(rounding(C), 1e-12) * np.abs(K0).max()
-
-
-@given(ANY_CHAIN, st.sampled_from([1e-6, 1e-3, 7.0, 1e6]))
-def test_linear_in_stiffness(chain: FreeChain, factor: float):
-    C, J_q = chain.matrices()
-    result, scaled = chain_stiffness(C, J_q), chain_stiffness(C / factor, J_q)
-    assert distance(scaled.K, factor * result.K) <= 1e-10
-    assert int(scaled.rank) == int(result.rank)
-    assert scaled.status == result.status
 
 
 @given(st.one_of(chains(regular=False), chains()))
@@ -120,19 +84,3 @@ def test_springs_in_any_number(chain: FreeChain):
         assert np.linalg.eigvalsh(K)[0] >= -1e-11 * np.abs(K).max(initial=1.0)
     else:
         assert np.isfinite(result.matrix).all()
-
-
-@pytest.mark.parametrize("form", [WrenchBasis(), Block(), Recursive(), SaddlePoint()])
-def test_a_chain_without_joints_is_its_springs(form):
-    C, _ = planted_chain().matrices()
-    result = chain_stiffness(C, np.zeros((6, 0)), form=form)
-    assert distance(result.K, np.linalg.inv(C)) <= 1e-11
-    assert int(result.rank) == 6
-
-
-def planted_chain() -> FreeChain:
-    """A chain with three oblique joints, always the same."""
-    rng = np.random.default_rng(7)
-    springs = (random_beam(rng), random_block(rng))
-    joints = tuple(random_joint(rng) for _ in range(3))
-    return FreeChain(springs, joints, rng.uniform(-1, 1, 3))

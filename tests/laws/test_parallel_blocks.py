@@ -8,8 +8,6 @@ from hypothesis import strategies as st
 from robostiff.analysis import deflection, stiffness
 from robostiff.analysis.verification import matrix_distance
 from robostiff.elastostatics import Block, Form, Recursive, SaddlePoint, Status
-from robostiff.errors import NoAnswerError
-from robostiff.model import PlacedBlock, PlacedLeg, Snapshot
 from robostiff.network import network_of_snapshot
 from robostiff.spatial import Space
 from tests.generators.nested import nested_snapshots
@@ -56,16 +54,3 @@ def test_energy_of_the_parts_is_the_work_of_the_load(snapshot):
     C = stiffness(network_of_snapshot(snapshot)).required_compliance()
     assert parts == pytest.approx(0.5 * F @ C @ F, rel=1e-7)
     assert sum(part.share for part in bent.parts) == pytest.approx(1.0)
-
-
-@settings(max_examples=10)
-@given(nested_snapshots(legs=1))
-def test_a_block_of_one_leg_twice_is_twice_as_stiff(snapshot):
-    (leg,) = snapshot.legs
-    block = PlacedBlock("both", (leg, leg))
-    twice = Snapshot("twice", (PlacedLeg("leg", (block,), leg.end),), snapshot.reference_point)
-    try:
-        K = stiffness(snapshot).K
-    except NoAnswerError:
-        return
-    assert matrix_distance(stiffness(twice).K, 2 * K, 1.0) < 1e-9

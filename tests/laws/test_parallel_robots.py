@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 
 import robostiff as rs
 from robostiff import deflection, stiffness
-from robostiff.elastostatics import aggregate, aggregate_matrices
-from robostiff.model import Snapshot
-from tests.generators.chains import FreeChain, random_beam, random_joint
+from robostiff.elastostatics import aggregate_matrices
+from tests.generators.chains import FreeChain
 from tests.generators.metric import distance
 from tests.generators.robots import FreeRobot, robots
 
@@ -98,30 +97,3 @@ def test_deflection_is_that_of_the_whole_system_at_once(robot: FreeRobot, seed: 
     assert abs(bent.energy - energy) <= 1e-6 * energy
     work = np.abs(bent.stiffness.K @ (t - bent.twist)).max()
     assert work <= 1e-6 * np.abs(F).max()
-
-
-def test_a_soft_spring_that_alone_holds_a_direction():
-    rng = np.random.default_rng(2)
-    J = rng.normal(size=(6, 6))
-    stiff = [rs.chain_stiffness(1e-8 * np.eye(6), J[:, :5], length=1.0)]
-    W = np.linalg.svd(J[:, :5])[0][:, 5]
-    legs = stiff + [
-        rs.chain_stiffness(1e-8 * np.eye(6), np.linalg.svd(np.outer(w, w))[0][:, 1:], length=1.0)
-        for w in np.linalg.svd(W[None])[2][1:5]
-    ]
-    assert int(aggregate(legs).rank) == 5
-    last = np.linalg.svd(W[None])[2][5]
-    soft = rs.chain_stiffness(
-        10.0 * np.eye(6), np.linalg.svd(np.outer(last, last))[0][:, 1:], length=1.0
-    )
-    whole = aggregate([*legs, soft])
-    assert int(whole.rank) == 6
-    assert whole.free_motions.shape == (0, 6)
-    assert rs.Status.FREE_MOTIONS not in whole.status
-
-
-def test_snapshot_of_one_leg_is_the_chain():
-    rng = np.random.default_rng(9)
-    chain = FreeChain((random_beam(rng),), (random_joint(rng), random_joint(rng)), np.zeros(3))
-    result = stiffness(Snapshot("one", (chain.placed(),), chain.end))
-    assert distance(result.K, rs.chain_stiffness(*chain.matrices()).K) <= 1e-11

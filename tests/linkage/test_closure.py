@@ -5,103 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from robostiff.elasticity import circle, material
 from robostiff.errors import InputError
-from robostiff.linkage import Connection, DrivenLinkage, Linkage, close
-from robostiff.linkage.linkage import LoopsOfLinkage, moved_bodies
+from robostiff.linkage import Connection, Linkage, close
 from robostiff.model import Joint
-from robostiff.record import Record
 from robostiff.spatial import Frame
-from tests.recorded.at_samples import samples
-
-
-def _frame(rng):
-    return Frame(Rotation.random(rng=rng).as_matrix(), rng.normal(size=3))
-
-
-def _ring(rng, held=frozenset()):
-    """Two loops that share a body, of joints of all sorts in arbitrary places."""
-    makers = [
-        lambda name: rs.revolute(rng.normal(size=3), rs.Passive(), name=name),
-        lambda name: rs.spherical(rs.Passive(), name=name),
-        lambda name: rs.universal(rng.normal(size=3), rng.normal(size=3), rs.Passive(), name=name),
-        lambda name: rs.prismatic(rng.normal(size=3), rs.Actuated(1.0), name=name),
-    ]
-    ends = [("o", "a"), ("a", "b"), ("c", "b"), ("c", "o"), ("b", "d"), ("o", "d"), ("d", "a")]
-    connections = [
-        Connection(f"j{i}", a, b, _frame(rng), makers[i % 4](f"j{i}"), _frame(rng))
-        for i, (a, b) in enumerate(ends)
-    ]
-    return Linkage("ring", tuple(connections), "o", "b", np.zeros(3), held)
-
-
-@given(st.integers(0, 10**6))
-def test_rates_of_the_gaps_are_their_finite_differences(seed):
-    rng = np.random.default_rng(seed)
-    linkage = _ring(rng)
-    assert len(linkage.tree.cuts) == 3
-    q = {c.name: c.home for c in linkage.connections}
-    moving = [c for c in linkage.connections if c.home.size < 3]  # a rotation vector is no integral
-    closing = LoopsOfLinkage.of(linkage, q, moving)
-    loops = replace(closing.loops, length=1.0)
-    J = loops.rates(loops.start[None])[0]
-    column, h = 0, 1e-6
-    assert [c.name for c in closing.moving] == [c.name for c in moving]
-    for c in moving:
-        for k in range(c.home.size):
-            ends = []
-            for sign in (1, -1):
-                moved = {**q, c.name: q[c.name] + sign * h * np.eye(c.home.size)[k]}
-                ends.append(_gap_frames(linkage, moved))
-            for i, (plus, minus) in enumerate(zip(*ends, strict=True)):
-                around = {own.name for own, _ in linkage.tree.around(linkage.tree.cuts[i])}
-                # What moves both frames alike closes nothing.
-                rate = _relative_rate(plus, minus, h) if c.name in around else np.zeros(6)
-                assert np.allclose(J[6 * i : 6 * i + 6, column], rate, atol=1e-7, rtol=1e-6)
-            column += 1
-
-
-def _gap_frames(linkage, q):
-    bodies = moved_bodies(linkage)
-    placed = bodies.tree.placed(bodies.row(q)[None])
-    ends = zip(placed.R[0], placed.p[0], placed.R_wanted[0], placed.p_wanted[0], strict=True)
-    return [(Frame(R, p), Frame(R_wanted, p_wanted)) for R, p, R_wanted, p_wanted in ends]
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_frames_on_entries_are_those_of_numbers(seed):
-    linkage = _ring(np.random.default_rng(seed))
-    bodies = moved_bodies(linkage)
-    row = bodies.row({c.name: c.home for c in linkage.connections})
-    record = Record({f"q{i}": [x, x + 0.1] for i, x in enumerate(row)})
-    placed = bodies.tree.placed(np.array([record.input(f"q{i}") for i in range(row.size)]))
-    numbers = bodies.tree.placed(np.array([row, row + 0.1]))
-    for name in ("axes", "points", "R", "p", "R_wanted", "p_wanted"):
-        own, expected = getattr(placed, name), getattr(numbers, name)
-        for k in range(2):
-            found = samples(own.ravel(), k).reshape(own.shape)
-            off = found - expected[k]
-            if name == "points":  # of the same lines
-                off = np.cross(off, numbers.axes[k])
-            np.testing.assert_allclose(off, 0, rtol=0, atol=1e-12)
-    for fixed in bodies.frames.values():
-        for own, expected in zip(placed.at(fixed), numbers.at(fixed), strict=True):
-            found = samples(own.ravel(), 1).reshape(own.shape)
-            np.testing.assert_allclose(found, expected[1], rtol=0, atol=1e-12)
-
-
-def _relative_rate(plus, minus, h):
-    """Rate of the meant frame against the one that is there, each about its own point."""
-    rates = []
-    for after, before in zip(plus, minus, strict=True):
-        w = Rotation.from_matrix(after.R @ before.R.T).as_rotvec() / (2 * h)
-        rates.append(np.concatenate([(after.p - before.p) / (2 * h), w]))
-    return rates[0] - rates[1]
 
 
 def _four_bar(roles, held=frozenset(), start=0.0, coupler=2.0):
@@ -184,47 +94,6 @@ def test_values_that_contradict_each_other_leave_a_gap():
     assert "at 'loop'" in found.complaint
     shift = np.hypot(2 * np.sin(0.5), 0) / 2
     assert found.gaps["loop"][0] > 0.1 * shift
-
-
-def test_a_spherical_joint_closes_from_far_away():
-    """A platform that hangs on three balls and rods comes to rest on them."""
-    rng = np.random.default_rng(3)
-    balls = []
-    for i in range(3):
-        angle = 2 * np.pi * i / 3
-        foot = Frame(np.eye(3), np.array([np.cos(angle), np.sin(angle), 0]))
-        top = Frame(np.eye(3), np.array([0.5 * np.cos(angle), 0.5 * np.sin(angle), 0]))
-        rod = Frame(np.eye(3), np.array([0, 0, 1.2]))
-        start = rng.uniform(-0.4, 0.4, 3).tolist()
-        balls += [
-            Connection(
-                f"low{i}",
-                "ground",
-                f"rod{i}",
-                foot,
-                rs.spherical(rs.Passive(), home=start, name=f"low{i}"),
-                Frame.identity(),
-            ),
-            Connection(
-                f"high{i}",
-                f"rod{i}",
-                "plate",
-                rod,
-                rs.spherical(rs.Passive(), name=f"high{i}"),
-                top.inverse,
-            ),
-        ]
-    found = close(Linkage("tripod", tuple(balls), "ground", "plate", np.zeros(3)))
-    assert found.is_closed
-    for i in range(3):
-        low = found.frames[f"rod{i}"].p
-        angle = 2 * np.pi * i / 3
-        top = found.frames["plate"].p + found.frames["plate"].R @ [
-            0.5 * np.cos(angle),
-            0.5 * np.sin(angle),
-            0,
-        ]
-        assert np.linalg.norm(top - low) == pytest.approx(1.2, abs=1e-9)
 
 
 def _bars(rng, spatial):
@@ -336,17 +205,3 @@ def test_turns_of_a_screw_are_bounded():
         InputError, match="turn of a joint that screws follow: got '5000 rad', expected"
     ):
         close(lead_screw(), {"motor": 5000.0})
-
-
-def test_configurations_are_looked_at_together_as_one_by_one():
-    """Of a folded four-bar the motion that its loop holds least is followed, of others none."""
-    linkage = _four_bar([rs.Actuated(1.0), rs.Passive(), rs.Passive(), rs.Passive()])
-    every = [close(linkage, {"left": angle}) for angle in (0.3, 0.5 * np.pi - 2e-4, 0.5)]
-    driven = DrivenLinkage(linkage, ("left",), close(linkage))
-    together = driven.rounded(every)
-    alone = [driven.rounded([one]) for one in every]
-    assert together.keys() == {k for k, one in enumerate(alone) if one} == {1}
-    for k, one in together.items():
-        for name, q in one.coordinates.items():
-            np.testing.assert_allclose(q, alone[k][0].coordinates[name], rtol=0, atol=1e-11)
-    assert driven.rounded([]) == {}

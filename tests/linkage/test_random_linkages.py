@@ -9,7 +9,6 @@ import robostiff as rs
 from robostiff.elasticity import circle, material
 from robostiff.linkage import Linkage, close
 from robostiff.model import Actuated, Passive, beam_link, cylindrical, planar, revolute, spherical
-from robostiff.recorded.elimination import transmitted_by
 from robostiff.spatial import Frame
 from tests.campaign.moved_linkages import by_forces, moved_linkage, open_by
 from tests.linkage.test_robots_and_networks import _closed, _frame
@@ -46,13 +45,6 @@ def test_a_slide_on_the_base_moves_an_axis_that_does_not_turn(first):
     assert (truth.K is None) == bool(answer.status & rs.Status.RIGID_DIRECTION)
     if truth.K is not None:
         np.testing.assert_allclose(answer.matrix, truth.K, atol=1e-8 * np.abs(truth.K).max())
-
-
-def test_a_joint_that_no_wrench_moves_is_redundant():
-    wrenches = [[1.0, 0, 0], [0, 1.0, 0]]
-    found = transmitted_by([[0, 0, 0], [0, 1.0, 0]], wrenches, [1.0, 1.0, 1.0])
-    assert found.redundant == (True, False)
-    assert found.wrenches == [[1.0, 0, 0]]
 
 
 @pytest.mark.parametrize("number", range(4))

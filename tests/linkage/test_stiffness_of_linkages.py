@@ -14,7 +14,6 @@ from robostiff.elastostatics import Status
 from robostiff.kinematics import ActuatorCoordinates
 from robostiff.model import Link, Passive
 from robostiff.spatial import Frame
-from tests.linkage.robots_as_linkages import drives_at, five_bar, linkage_of
 
 FOUR_BAR = Path(__file__).parents[2] / "examples" / "four-bar.xml"
 ANGLES = [-0.3, 0.0, 0.4]
@@ -65,14 +64,6 @@ def test_values_come_by_name_in_rows_or_as_coordinates_of_actuators(four_bar):
     scale = np.abs(expected).max()
     np.testing.assert_allclose(table.K, [expected, expected], rtol=0, atol=1e-13 * scale)
     assert rs.stiffness(four_bar, np.zeros((0, 1))).K.shape == (0, 6, 6)
-
-
-def test_joints_of_several_legs_keep_their_values_together():
-    robot, pose = five_bar(), np.array([0.03, 0.52])
-    values = {name: float(q[0]) for name, q in drives_at(robot, pose).items()}
-    legs = rs.stiffness(robot, pose)
-    K = rs.stiffness(linkage_of(robot), values).K[np.ix_(legs.space.rows, legs.space.rows)]
-    np.testing.assert_allclose(K, legs.K, rtol=1e-9, atol=1e-9 * legs.K.max())
 
 
 def test_out_of_reach_is_a_status_with_the_gap():

@@ -5,12 +5,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.elasticity import EulerBernoulli, circle, material
-from robostiff.elasticity.spring_from_matrix import elasticity_from_compliance
-from robostiff.kinematics import freedom_twists, place_chain, spring_compliance
+from robostiff.kinematics import freedom_twists, place_chain
 from robostiff.linkage import Connection
 from robostiff.linkage.essential import turned_round
-from robostiff.model import PlacedSpring
 from robostiff.spatial import Frame
 
 _RNG = np.random.default_rng(8)
@@ -52,23 +49,3 @@ def test_a_joint_leads_back_and_moves_alike(joint):
     both = np.concatenate([twists, other], axis=1)
     assert np.linalg.matrix_rank(both, tol=1e-9) == joint.size
     assert turned_round(turned_round(connection)).home == pytest.approx(connection.home)
-
-
-def test_an_elastic_link_is_as_compliant():
-    A = _RNG.normal(size=(6, 6))
-    beams = [
-        rs.beam_link([0.3, 0.1, -0.2], material("steel"), circle(0.02), theory=EulerBernoulli()),
-        rs.Link(np.array([0.1, 0.4, 0.2]), elasticity_from_compliance(A @ A.T), _frame().R),
-    ]
-    for link in beams:
-        connection = Connection("c", "a", "b", _frame(), link, _frame())
-        start = _frame()
-        end, placed = _end(connection, start)
-        back, placed_back = _end(turned_round(connection), end)
-        assert np.allclose(back.p, start.p, atol=1e-12)
-        at = np.array([0.5, -0.3, 0.2])
-        (spring,), (other,) = placed.elements, placed_back.elements
-        assert isinstance(spring, PlacedSpring)
-        assert isinstance(other, PlacedSpring)
-        wanted, found = (spring_compliance(s, at) for s in (spring, other))
-        assert np.allclose(found, wanted, rtol=1e-10, atol=1e-12 * np.abs(wanted).max())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -11,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from robostiff import load
-from robostiff.elasticity import CrossSection, Elasticity, material
+from robostiff.elasticity import CrossSection, material
 from robostiff.model import Actuated, Passive, PlacedFreedom
-from robostiff.network import BeamElement, JointElement, Network, Node, SpringElement, beam_between
+from robostiff.network import Network, Node, beam_between
 
 STEEL = material("steel")
 BAR = CrossSection(4e-4, 1.2e-8, 3.1e-8, 2.5e-8, 0.85, 0.7)
@@ -76,43 +75,3 @@ def lattice(cells: int) -> Network:
     tip = at[cells, cells, cells]
     fixed = tuple(node.name for site, node in at.items() if site[2] == 0)
     return Network("cube", tuple(at.values()), fixed, tip.name, tip.point, beams=tuple(beams))
-
-
-def in_millimetres(network: Network) -> Network:
-    """The same network with every length in millimetres, forces in newtons."""
-    # A twist in mm and rad, for a force in N and a moment in N mm.
-    s = np.repeat([1e3, 1.0], 3)
-
-    def beam(b: BeamElement) -> BeamElement:
-        C = b.tip_compliance * np.outer(s, s) / 1e3
-        return replace(b, start=1e3 * b.start, end=1e3 * b.end, tip_compliance=C)
-
-    def spring(e: SpringElement) -> SpringElement:
-        C = e.elasticity.compliance * np.outer(s, s) / 1e3
-        freedoms = e.elasticity.freedoms * s[:, None]
-        return replace(e, point=1e3 * e.point, elasticity=Elasticity(C, freedoms))
-
-    def freedom(f: PlacedFreedom) -> PlacedFreedom:
-        role = f.role
-        if f.stiffness is not None:
-            role = Actuated(f.stiffness * (1e3 if f.turns else 1e-3))
-        pitch = None if f.pitch is None else 1e3 * f.pitch
-        return replace(f, point=1e3 * f.point, pitch=pitch, role=role)
-
-    def joint(j: JointElement) -> JointElement:
-        return replace(j, freedoms=tuple(freedom(f) for f in j.freedoms))
-
-    return replace(
-        network,
-        nodes=tuple(Node(node.name, 1e3 * node.point) for node in network.nodes),
-        reference_point=1e3 * network.reference_point,
-        beams=tuple(beam(b) for b in network.beams),
-        springs=tuple(spring(e) for e in network.springs),
-        joints=tuple(joint(j) for j in network.joints),
-    )
-
-
-def in_metres(K_mm: np.ndarray) -> np.ndarray:
-    """A stiffness matrix [N/mm, N, N mm] as [N/m, N, N m]."""
-    factor = np.where(np.arange(len(K_mm)) < (3 if len(K_mm) == 6 else 2), 1e3, 1.0)
-    return K_mm * np.outer(factor, factor) / 1e3

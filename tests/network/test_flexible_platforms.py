@@ -28,7 +28,6 @@ from robostiff.model import (
     PlacedLeg,
     PlacedPlatform,
     PlatformNode,
-    PlatformPart,
     Robot,
     Snapshot,
     platform_beam,
@@ -43,13 +42,12 @@ STEEL, BAR = material("steel"), CrossSection(1.5e-3, 1.1e-7, 3.1e-7, 2.8e-7)
 POSE = np.array([0.03, -0.02, 0.62, 0.1, -0.15, 0.2])
 
 
-def star(robot: Robot, stiffer: float = 1.0) -> Robot:
+def star(robot: Robot) -> Robot:
     """The robot on arms from a hub to the end of each leg."""
     hub = PlatformNode("hub", np.zeros(3))
     ends = [PlatformNode(leg.name, leg.attachment.p) for leg in robot.legs]
-    metal = replace(STEEL, E=stiffer * STEEL.E, G=stiffer * STEEL.G)
     arms = tuple(
-        platform_beam(hub, end, metal, BAR, y_axis=np.eye(3)[2], name=f"arm {end.name}")
+        platform_beam(hub, end, STEEL, BAR, y_axis=np.eye(3)[2], name=f"arm {end.name}")
         for end in ends
     )
     legs = tuple(replace(leg, node=leg.name) for leg in robot.legs)
@@ -84,27 +82,6 @@ def test_energies_of_legs_and_platform_add_up_to_the_work_of_the_load(
     assert np.allclose(np.sum(carried, axis=0), F, rtol=0, atol=1e-9 * np.abs(carried).max())
 
 
-@given(robots_on_platforms(kinds=("beam",)))
-def test_stiff_beams_come_near_to_the_rigid_platform(given_robot: OnPlatform):
-    snapshot = given_robot.snapshot
-    placed = snapshot.platform
-    assert placed is not None
-    rigid = stiffness(replace(snapshot, platform=None))
-    gaps = []
-    for stiffer in (1e8, 1e9):
-        parts = tuple(
-            replace(part, elasticity=Elasticity(part.elasticity.compliance / stiffer))
-            for part in placed.platform.parts
-        )
-        stiff = replace(placed, platform=replace(placed.platform, parts=parts))
-        result = stiffness(replace(snapshot, platform=stiff))
-        assert result.rank == rigid.rank
-        gaps.append(distance(result.K, rigid.K))
-    noise = given_robot.robot.rounding()
-    assert gaps[1] < 1e-3
-    assert gaps[1] < 0.11 * gaps[0] + 1e3 * noise  # of first order in the compliance
-
-
 def test_rigid_members_are_the_rigid_platform():
     robot = case_b()
     hub = PlatformNode("hub", np.zeros(3))
@@ -129,15 +106,6 @@ def test_every_method_agrees_at_a_general_pose():
     for method in (SaddlePoint(), Block(), Recursive()):
         K = stiffness(star(beams), POSE, method=method).K
         assert distance(K, stiffness(star(beams), POSE).K) < 1e-12
-
-
-def test_a_batch_is_its_poses():
-    robot = star(case_b())
-    poses = POSE + np.random.default_rng(0).uniform(-0.02, 0.02, (2, 3, 6))
-    batch = stiffness(robot, poses)
-    for i, j in np.ndindex(2, 3):
-        assert distance(batch.K[i, j], stiffness(robot, poses[i, j]).K) < 1e-13
-    assert batch.K.shape == (2, 3, 6, 6)
 
 
 def test_a_leg_that_is_rigid_bends_with_the_platform():
@@ -220,61 +188,3 @@ def test_planar_robots_bend_in_their_plane():
     assert distance(result.K, stiffness(network_of_snapshot(snapshot)).K) < 1e-11
     assert distance(result.K, energy_stiffness(network_of_snapshot(snapshot))) < 1e-9
     assert np.trace(result.K) < np.trace(stiffness(robot, pose).K)
-
-
-def on_platform(platform: FlexiblePlatform, hold: str) -> Snapshot:
-    """A drive along x that holds a node, and locks it but for the turns that beams resist."""
-    drive = next(find_posture(case_b()).snapshot.one(0).legs[0].freedoms)
-    stiff = replace(drive, axis=np.eye(3)[0], point=np.zeros(3), pitch=None, role=Actuated(1e9))
-    leg = PlacedLeg("leg", (stiff,), platform.point_of(hold))
-    placed = PlacedPlatform(platform, (hold,), np.eye(3), np.zeros(3))
-    return Snapshot("held", (leg,), platform.point_of(platform.tool), platform=placed)
-
-
-@pytest.mark.parametrize("kind", ["whole", "cut"])
-def test_a_beam_of_two_pieces_is_one_beam(kind):
-    places = {"a": 0.0, "m": 0.2, "b": 0.5}
-    a, m, b = (PlatformNode(name, np.array([x, 0, 0])) for name, x in places.items())
-    ends = [(a, m), (m, b)] if kind == "cut" else [(a, b)]
-    parts = tuple(
-        platform_beam(p, q, STEEL, BAR, y_axis=np.eye(3)[1], name=p.name) for p, q in ends
-    )
-    nodes = (a, m, b) if kind == "cut" else (a, b)
-    C = stiffness(on_platform(FlexiblePlatform(nodes, parts, "b"), "a")).required_compliance()
-    C[0, 0] -= 1e-9  # of the drive
-    whole = platform_beam(a, b, STEEL, BAR, y_axis=np.eye(3)[1])
-    assert np.allclose(C, whole.elasticity.compliance, rtol=1e-9, atol=1e-12 * C.max())
-
-
-def test_softer_platforms_hold_less():
-    robot = case_b()
-    K_rigid = stiffness(robot, POSE).K
-    K_before = np.zeros((6, 6))
-    for stiffer in (0.1, 1.0, 10.0):
-        K = stiffness(star(robot, stiffer), POSE).K
-        for more, less in ((K, K_before), (K_rigid, K)):
-            assert np.linalg.eigvalsh(more - less).min() > -1e-9 * np.abs(K).max()
-        K_before = K
-
-
-def test_a_spring_described_about_its_end_is_the_beam():
-    a, b = PlatformNode("a", np.zeros(3)), PlatformNode("b", np.array([0, 0.4, 0]))
-    beam = platform_beam(a, b, STEEL, BAR, y_axis=np.eye(3)[2])
-    spring = PlatformPart("spring", "a", "b", b.at, beam.axes, beam.elasticity)
-    found = [
-        stiffness(on_platform(FlexiblePlatform((a, b), (p,), "b"), "a")) for p in (beam, spring)
-    ]
-    assert np.array_equal(found[0].K, found[1].K)
-
-
-def test_a_node_that_holds_all_legs_is_in_series_with_them():
-    robot = case_b()
-    hub, rim = PlatformNode("hub", np.zeros(3)), PlatformNode("rim", np.array([0, 0, -0.1]))
-    stem = platform_beam(rim, hub, STEEL, BAR, y_axis=np.eye(3)[1], name="stem")
-    legs = tuple(replace(leg, node="rim") for leg in robot.legs)
-    on_stem = replace(robot, legs=legs, platform=FlexiblePlatform((hub, rim), (stem,), "hub"))
-    C = stiffness(on_stem, POSE).required_compliance()
-    C = C - stiffness(robot, POSE).required_compliance()
-    turns = np.linalg.eigvalsh(stem.elasticity.compliance[3:, 3:])
-    assert np.allclose(np.linalg.eigvalsh(C[3:, 3:]), turns, rtol=1e-6)
-    assert np.linalg.eigvalsh(C).min() > 0

@@ -54,18 +54,6 @@ def test_condensed_and_whole_system_say_the_same(network):
     assert np.max(np.abs(left)) < 1e-11 * np.max(np.abs(whole))
 
 
-def test_one_factorisation_is_for_a_platform_free_and_fixed():
-    network = lattice(5)
-    fixed = condense(network)
-    equations = equations_of(network, DEFAULT_TOLERANCE)
-    systems = [saddle_point_system(equations, platform_fixed=own) for own in (True, False)]
-    assert systems[0].condensed is systems[1].condensed is not None
-    F = np.array([3.0, -2, 5, 0.4, 0.1, -0.3])
-    bent = network_under_loads(network, F)
-    twist = bent.twist(network.platform, network.reference_point)
-    np.testing.assert_allclose(fixed.at_reference @ twist, F, rtol=0, atol=1e-9)
-
-
 def test_a_platform_that_swings_on_a_large_network_is_free_and_carries_what_it_can():
     """Its factors hold everything but the platform: its hinge leaves one motion free."""
     frame = lattice(5)

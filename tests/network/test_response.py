@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robostiff as rs
-from robostiff.elasticity import BeamTheory, EulerBernoulli, Timoshenko
+from robostiff.elasticity import BeamTheory, EulerBernoulli
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.markup import page_text
 from robostiff.network import JointElement, Network, beam_between
@@ -58,22 +58,6 @@ def test_a_propped_cantilever_whose_prop_sinks():
     assert_allclose(found.energy, P * sunk / 2, rtol=1e-9)
 
 
-@pytest.mark.parametrize("theory", [SLENDER, Timoshenko()])
-def test_a_loaded_beam_is_as_its_pieces(theory):
-    """A force between the ends of a beam is one at a node there, and a weight that of two parts."""
-    s, P, q = 0.7, np.array([20.0, -300, 150]), np.array([5.0, 40, -60])
-    whole, cut = straight(("a", "c"), theory=theory), straight(("a", "c"), s, theory)
-    by_pieces = rs.network_response(
-        cut, {"b": P} | dict.fromkeys(["ab", "bc"], rs.DistributedForce(q))
-    )
-    weight = rs.DistributedForce(q)
-    at_once = rs.network_response(whole, {"ab": [weight, rs.ForceOnBeam(P, s)], "bc": weight})
-    for end in "ac":
-        assert_allclose(at_once.reactions[end], by_pieces.reactions[end], rtol=1e-9, atol=1e-9)
-    assert_allclose(at_once.energy, by_pieces.energy, rtol=1e-10)
-    assert_allclose(at_once.beams["ab"].start, by_pieces.beams["ab"].start, rtol=1e-9, atol=1e-9)
-
-
 @pytest.mark.parametrize("name", GRAPH_NAMES)
 def test_wrenches_at_the_platform_move_it_as_its_compliance_says(name):
     network, _ = graph(name)
@@ -93,68 +77,6 @@ def test_wrenches_at_the_platform_move_it_as_its_compliance_says(name):
         back = move_twist(moved.twists[network.platform], to_reference)
         assert_allclose(back, found.twists[network.platform], rtol=0, atol=1e-8 * np.abs(t).max())
     assert_allclose(found.energy, 0.5 * F @ rs.deflection(network, wrench=F).twist, rtol=1e-7)
-
-
-def test_supports_carry_all_loads():
-    network = straight(("a", "c"))
-    P, M = np.array([10.0, -20, 30]), np.array([4.0, 5, -6])
-    found = rs.network_response(
-        network, {"b": [*P, *M], "bc": rs.ForceOnBeam([0, 7, 9], 0.25), "c": [1, 2, 3]}
-    )
-    force = sum(F[:3] for F in found.reactions.values())
-    assert_allclose(force, [-11.0, 11, -42], rtol=1e-10)
-    moment = sum(
-        F[3:] + np.cross(node.point, F[:3])
-        for node in network.nodes
-        if (F := found.reactions.get(node.name)) is not None
-    )
-    loads = M + np.cross([L / 2, 0, 0], P) + np.cross([L / 2 + 0.25, 0, 0], [0, 7, 9])
-    assert_allclose(moment, -(loads + np.cross([L, 0, 0], [1, 2, 3])), rtol=1e-9, atol=1e-10)
-
-
-@pytest.mark.parametrize("theory", [SLENDER, Timoshenko()])
-def test_a_force_at_an_end_of_a_beam_is_one_at_its_node(theory: BeamTheory):
-    """Alone, and beside a load that crosses the beam: the force at the start was left out."""
-    network, P = straight(("a", "c"), 0.7, theory=theory), np.array([100.0, 30, -1000])
-    weight = rs.DistributedForce([1.0, 2, -Q])
-    for beside in ((), (weight, rs.ForceOnBeam([4.0, 5, 6], 0.4))):
-        at_node = {"bc": list(beside)} if beside else {}
-        wanted = rs.network_response(network, {"b": P} | at_node)
-        for beam, distance in (("bc", 0.0), ("ab", 0.7)):
-            loads = {beam: [rs.ForceOnBeam(P, distance)]} | at_node
-            if beam == "bc":
-                loads = {"bc": [rs.ForceOnBeam(P, 0.0), *beside]}
-            found = rs.network_response(network, loads)
-            assert_allclose(found.twists["b"], wanted.twists["b"], rtol=1e-10, atol=1e-18)
-            assert_allclose(found.energy, wanted.energy, rtol=1e-10)
-            for foot in "ac":
-                assert_allclose(found.reactions[foot], wanted.reactions[foot], atol=1e-9)
-    on_support = rs.network_response(network, {"ab": rs.ForceOnBeam(P, 0.0)})
-    assert_allclose(on_support.reactions["a"][:3], -P, rtol=1e-12)
-    assert_allclose(on_support.twists["b"], 0, atol=1e-18)
-
-
-@pytest.mark.parametrize("name", GRAPH_NAMES)
-def test_loads_and_reactions_are_in_equilibrium(name: str):
-    """Of forces at any place along each beam, its ends among them, and at each node."""
-    network, _ = graph(name)
-    rng, d, rows = np.random.default_rng(7), network.space.translations, network.space.rows
-    points = {node.name: node.point for node in network.nodes}
-    for beam in network.beams:
-        for part in (0.0, 1.0, rng.uniform()):
-            force = np.append(rng.normal(size=d), np.zeros(3 - d))
-            place = beam.start + part * (beam.end - beam.start)
-            try:
-                load = rs.ForceOnBeam(force, part * beam.length)
-                found = rs.network_response(network, {beam.name: load})
-            except NoAnswerError:
-                continue
-            if len(found.reactions) < len(network.fixed):
-                continue
-            total = np.append(force, np.cross(place, force))[list(rows)]
-            for foot, F in found.reactions.items():
-                total = total + move_wrench(F, -points[foot][:d])
-            assert_allclose(total, 0, atol=1e-8 * float(np.linalg.norm(force)))
 
 
 def test_a_planar_frame_is_as_in_space():

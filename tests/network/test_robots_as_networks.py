@@ -12,7 +12,7 @@ from robostiff.model import PlacedLeg, PlacedSpring, Robot, Snapshot
 from robostiff.network import energy_stiffness, network_of_snapshot
 from robostiff.robots import load, shipped_robots
 from tests.cases.metric import distance
-from tests.cases.reference_case import NAMES, case, in_metres, in_millimetres
+from tests.cases.reference_case import NAMES, case
 from tests.robots.test_every_robot import random_poses
 
 
@@ -54,17 +54,6 @@ def test_reference_case_against_sixty_digits(name):
     assert int(result.rank) == given.oracle["rank"]
     assert set(result.redundant_joints) == set(stiffness(given.snapshot).redundant_joints)
     assert distance(energy_stiffness(network), given.K, given.size) < 1e-10
-
-
-# Millimetres read as metres are questioned, as they should be.
-@pytest.mark.filterwarnings("ignore::robostiff.errors.PlausibilityWarning")
-@pytest.mark.parametrize("name", NAMES)
-def test_millimetres_change_nothing(name):
-    given = case(name)
-    metres = stiffness(network_of_snapshot(given.snapshot))
-    result = stiffness(network_of_snapshot(in_millimetres(name)))
-    assert result.status == metres.status
-    assert distance(in_metres(result.K), given.K, given.size) < 1e-12
 
 
 def test_a_spring_with_free_and_rigid_directions():

@@ -63,7 +63,7 @@ def jointed_legs(
         v = sp.Matrix([-r * sp.cos(b), -r * sp.sin(b), 0])
         w = sp.Matrix.vstack(u, sign * v.cross(u))
         K += w * w.T / squares
-    return K.applyfunc(lambda entry: sp.simplify(sp.expand(entry)))
+    return K.applyfunc(sp.expand)
 
 
 def degrees(*angles: int) -> list[sp.Expr]:

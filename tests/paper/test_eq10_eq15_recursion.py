@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 from robostiff.analytic import canonical, rank_formula
-from robostiff.elastostatics import Recursive, chain_stiffness, eliminate_block, eliminate_joint
+from robostiff.elastostatics import Recursive, chain_stiffness, eliminate_block
 from tests.generators.metric import distance
 from tests.paper.exact_chain import block_form, eliminated, generic, symmetric, vanishes
 from tests.paper.test_eq07_saddle_point import chain
@@ -33,17 +33,6 @@ def test_any_grouping(groups: tuple[tuple[int, ...], ...]):
     assert distance(K, all_at_once, sizes_of=K0) <= 1e-9
     result = chain_stiffness(C, J_q, form=Recursive(groups=groups))
     assert distance(result.K, all_at_once, sizes_of=K0) <= 1e-9
-
-
-def test_any_order_of_single_joints():
-    C, J_q = chain(2, 4).matrices()
-    K0 = np.linalg.inv(C)
-    expected = chain_stiffness(C, J_q).K
-    for order in permutations(range(4)):
-        K = K0
-        for i in order:
-            K = eliminate_joint(K, J_q[:, i])
-        assert distance(K, expected, sizes_of=K0) <= 1e-9
 
 
 # Three general joints: K0 = A^T A turns J_q into A J_q for K0 = I, a rotation of coordinates then
@@ -93,12 +82,3 @@ def test_each_joint_takes_one_from_the_rank_with_symbols():
     for i in range(3):
         K = canonical(eliminated(K, THREE[:, i]))
         assert rank_formula(K).rank == 3 - i
-
-
-def test_wrong_recursion_is_caught():
-    """u^T u in place of J^T u for mu."""
-    C, J_q = chain(3, 2).matrices()
-    K0 = np.linalg.inv(C)
-    u = K0 @ J_q[:, 0]
-    wrong = K0 - np.outer(u, u) / (u @ u)
-    assert distance(wrong, eliminate_joint(K0, J_q[:, 0])) > 1e-3

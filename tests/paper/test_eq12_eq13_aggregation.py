@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from robostiff.elastostatics import aggregate_matrices
-from robostiff.spatial import move_stiffness, skew, twist_transport
+from robostiff.spatial import skew, twist_transport
 
 SEEDS = range(5)
 
@@ -35,20 +35,6 @@ def test_corrected_sign(seed: int):
     assert np.allclose(twist_transport(v) @ t, displaced(v, t), rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_printed_sign_is_wrong_for_v_as_it_is_defined(seed: int):
-    rng = np.random.default_rng(seed)
-    v, t = rng.normal(size=3), rng.normal(size=6)
-    assert np.abs(printed(v) @ t - displaced(v, t)).max() > 0.1
-    # it would be right for the vector from the reference point to the leg end
-    assert np.allclose(printed(-v) @ t, displaced(v, t), rtol=0, atol=1e-9)
-
-
-def test_inverse():
-    v = np.array([0.3, -0.2, 0.7])
-    assert np.allclose(twist_transport(v) @ twist_transport(-v), np.eye(6), rtol=0, atol=1e-16)
-
-
 def test_planar_transport_is_the_spatial_one():
     v = np.array([0.3, -0.2, 0.0])
     rows = np.ix_([0, 1, 5], [0, 1, 5])
@@ -75,11 +61,3 @@ def test_aggregated_force_is_the_sum_of_the_legs(seed: int):
         for K, v in zip(legs, vectors, strict=True)
     )
     assert np.abs(wrong @ t - total).max() > 0.1
-
-
-def test_batches():
-    rng = np.random.default_rng(8)
-    K, v = rng.normal(size=(3, 1, 6, 6)), rng.normal(size=(3, 2, 3))
-    moved = move_stiffness(K, v)
-    assert moved.shape == (3, 2, 6, 6)
-    assert np.allclose(moved[1, 1], move_stiffness(K[1, 0], v[1, 1]), rtol=0, atol=1e-15 * 50)

@@ -6,7 +6,7 @@ import pytest
 from robostiff.kinematics import place_chain
 from robostiff.model import Chain, Passive, helical
 from robostiff.spatial import Screw
-from tests.kinematics.finite_differences import AxesAndPoint, twist_rate
+from tests.paper.finite_differences import AxesAndPoint, twist_rate
 
 
 @pytest.mark.parametrize("seed", range(5))

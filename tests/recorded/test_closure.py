@@ -15,15 +15,13 @@ from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.formula import FormulaPose
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Branch, Coordinate, Joint, ParallelBlock
-from robostiff.record import CLOSED, Operation, Program, Record
+from robostiff.record import CLOSED, Program, Record
 from robostiff.recorded import RecordedClosure, record_closure
 from robostiff.recorded.newton_step import LegAtGuess, newton_step
 from robostiff.spatial import Frame
 from tests.generators.machines import elbow_arm
 
 MODELS = Path(__file__).parent / "models"
-NAMES = ("3-prs", "t3r1", "us-ups", "tricept", "exechon", "capaman", "h4", "held-bars")
-TRIGONOMETRIC = {Operation.SINE, Operation.COSINE, Operation.ARC_COSINE, Operation.ARC_TANGENT}
 BACKENDS = [rs.Backend.ARRAYS, *([rs.Backend.MACHINE] if machine_code_is_available() else [])]
 
 
@@ -63,18 +61,6 @@ def largest_difference(K: np.ndarray, expected: np.ndarray) -> float:
     return float(np.max(np.abs(K - expected) / (size[:, :, None] * size[:, None, :])))
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_coordinates_are_those_of_find_posture(name: str):
-    robot = robot_called(name)
-    closure = closure_of(robot)
-    poses = around_home(robot, 40, {"capaman": 0.05, "held-bars": 0.03}.get(name, 0.1))
-    q, arrived = arrivals(closure, poses)
-    assert np.mean(arrived) > 0.95
-    posture = rs.find_posture(robot, poses[arrived])
-    assert posture.reached.all()
-    np.testing.assert_allclose(q[arrived], np.hstack(posture.coordinates), atol=1e-11)
-
-
 @pytest.mark.parametrize("name", ["tricept", "exechon", "t3r1", "h4", "held-bars"])
 def test_stiffness_from_poses(name: str):
     robot = robot_called(name)
@@ -91,16 +77,6 @@ def test_stiffness_from_poses(name: str):
         np.testing.assert_array_equal(answer.rank, result.rank)
         ok = result.answered & ~answer.guarded
         assert largest_difference(answer.values["K"][ok], result[ok].K) < 1e-9
-
-
-def test_poses_out_of_reach():
-    """Steps arrive nowhere; the careful closure says so. The links reach 0.7 m from the rails."""
-    compiled = rs.compile(robot_called("t3r1"), backend=rs.Backend.ARRAYS)
-    answer = compiled.evaluate(np.array([[0.0, 0, 0, 0.1], [1.5, 0, 0, 0]]))
-    assert answer.guarded.tolist() == [False, True]
-    assert answer.status_codes.tolist() == [0, int(rs.Status.UNREACHABLE)]
-    assert answer.rank.tolist() == [6, -1]
-    assert np.isnan(answer.values["K"][1]).all()
 
 
 def test_a_loop_over_one_step_is_the_same_as_all_steps_written_out(monkeypatch):
@@ -135,37 +111,6 @@ def test_poses_far_from_home_take_more_steps():
     assert not found.guarded.any()
     some = np.flatnonzero(~arrived)[:20]
     assert largest_difference(found.values["K"][some], rs.stiffness(robot, poses[some]).K) < 1e-9
-
-
-def test_turns_and_closing_ball_joints_need_no_sine():
-    """Of a robot without ball joints elsewhere, the pose alone has a sine and a cosine."""
-    for name in ("3-prs", "t3r1", "us-ups"):
-        step = closure_of(robot_called(name)).step
-        turning = [own.operation for own in step.steps if own.operation in TRIGONOMETRIC]
-        assert len(turning) == 2
-
-
-def test_what_legs_constrain_leaves_fewer_unknowns():
-    """Cranks of a parallelogram turn alike, their pins back; what does not move is a number."""
-    closure = closure_of(robot_called("capaman"))
-    crank, slide = ("cos leg1/0", "sin leg1/0"), "leg1/4"
-    assert [name for name in closure.start if "leg1" in name] == [*crank, slide]
-    assert closure.same["leg1/2"] == ("leg1/0", 1.0)
-    assert closure.same["leg1/3"] == ("leg1/0", -1.0)
-    of_h4 = closure_of(robot_called("h4"))
-    assert of_h4.same["right/22"] == ("rz", 1.0)
-    assert not {"rx", "ry"} & set(of_h4.start)
-
-
-def test_ball_joints_are_no_unknowns():
-    """The bodies behind them are held from the platform, past a hinge whose angle is unknown."""
-    closure = closure_of(robot_called("exechon"))
-    assert [name for name in closure.start if "spr" in name] == ["spr/3", "cos spr/4", "sin spr/4"]
-    crank = [f"{of} right/{place}" for place in (0, 1, 2) for of in ("cos", "sin")]
-    assert [name for name in closure_of(robot_called("h4")).start if "right" in name][:7] == [
-        *crank,
-        "cos right/11",
-    ]
 
 
 def test_a_parallelogram_does_not_pass_through_its_line():

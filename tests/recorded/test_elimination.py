@@ -49,22 +49,6 @@ def test_as_the_wrench_basis_form(chain: FreeChain, seed: int):
         assert sum(recorded.redundant) == sum(np.ravel(answer.redundant))
 
 
-@settings(max_examples=15, deadline=None, phases=(Phase.explicit, Phase.generate))
-@given(chains(arrangements=("general", "parallel", "aligned")), st.integers(0, 2**16))
-def test_every_working_frame_tells_the_same(chain: FreeChain, seed: int):
-    own = LegAtPoints.of(chain.placed(), seed)
-    leg, recorder = own.leg, LegRecorder(own.record, chain.end, Space.SPATIAL, LENGTH)
-    C, J_q = matrices(own.at(0), chain.end)
-    answer = chain_stiffness(C, J_q, length=LENGTH)
-    assume(int(answer.status_codes) & int(Status.ILL_CONDITIONED | Status.RIGID_DIRECTION) == 0)
-    frames = len(recorder.frames(leg)) + 1  # the last one is of another leg
-    found = [
-        symmetric(stiffness_entries([recorder.leg(leg, frame)], 6), 6) for frame in range(frames)
-    ]
-    for K in found:
-        assert distance(K, answer.K) <= max(1e-9, rounding(C))
-
-
 @settings(max_examples=12, deadline=None, phases=(Phase.explicit, Phase.generate))
 @given(planar_chains(), st.integers(0, 2**16))
 def test_in_the_plane(chain: FreeChain, seed: int):

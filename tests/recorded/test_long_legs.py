@@ -28,7 +28,7 @@ def recorded(robot: Robot, most: int | None = None) -> RecordedRobot:
 
 
 def test_a_record_grows_no_faster_than_its_leg():
-    sizes = [recorded(arm(count)).record.size for count in (10, 20, 40)]
+    sizes = [recorded(arm(count)).record.size for count in (6, 12, 24)]
     assert sizes[1] < 2.2 * sizes[0]
     assert sizes[2] < 2.2 * sizes[1]
 

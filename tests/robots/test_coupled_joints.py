@@ -32,7 +32,6 @@ from robostiff.model import (
     spherical,
 )
 from robostiff.network import condense, energy_stiffness, network_of_snapshot
-from robostiff.plot.displacement import motion_under
 from robostiff.spatial import Frame, move_stiffness
 from robostiff_view.machines import RobotMachine, machine_of
 
@@ -143,13 +142,6 @@ def test_networks_and_forty_digits_agree(case: str):
         assert apart(rs.stiffness(robot, method=form).K, result.K) < 1e-11
 
 
-def test_a_network_has_the_rank_of_the_formula():
-    for case, own in CASES.items():
-        robot = arm(*own)
-        network = network_of_snapshot(find_posture(robot).snapshot.one(0))
-        assert int(condense(network).rank) == int(rs.stiffness(robot).rank), case
-
-
 def test_a_pinion_on_its_rack_is_a_screw():
     """A slide that follows a turn about the same axis by h is a helical joint of pitch 2 pi h."""
     h, k, axis = 0.003, 4e3, [0.2, 1.0, -0.3]
@@ -236,26 +228,6 @@ def test_kernels_take_couplings():
     K = rs.compile(robot).evaluate(poses).values["K"]
     for i in range(4):
         assert apart(K[i], network_stiffness(robot, poses, i)[0]) < 1e-11
-
-
-def test_kernels_close_coupled_legs():
-    robot = tripod((1e4, 2e4, 3e4), geared=True)
-    answer = rs.compile(robot).evaluate(POSES)
-    assert apart(answer.values["K"], rs.stiffness(robot, POSES).K) < 1e-9
-    assert not np.any(answer.guarded)
-
-
-def test_deflections_share_the_energy_of_a_belt():
-    """Parts sum up to F . t / 2; the belt holds the torque of its joint, by virtual work."""
-    robot, F = arm(*CASES["belt"]), np.array([10.0, 20, -30, 1, 2, 3])
-    bent = rs.deflection(robot, None, F)
-    assert sum(part.energy for part in bent.parts) == pytest.approx(0.5 * F @ bent.twist)
-    (belt,) = (part for part in bent.parts if part.part == BELT.name)
-    snapshot = find_posture(robot).snapshot.one(0)
-    coupled = [e for e in snapshot.legs[0].elements if isinstance(e, CoupledFreedom)]
-    joint = next(e for e in coupled if e.joint == "b").alone
-    torque = joint.twist(snapshot.reference_point) @ F
-    assert belt.energy == pytest.approx(0.5 * torque**2 / 5e4)
 
 
 def test_a_posture_that_the_gear_forbids_is_refused():
@@ -433,35 +405,9 @@ def test_errors_of_couplings_in_snapshot_files(tmp_path):
             rs.load(path)
 
 
-def test_bodies_between_coupled_joints_move_as_in_the_network():
-    """The picture of a deflected arm: the body behind each joint, against the network's nodes."""
-    robot, F = arm(*CASES["belt"]), np.array([100.0, 200, -300, 1, 2, 3])
-    snapshot = find_posture(robot).snapshot.one(0)
-    motions = motion_under(snapshot, rs.deflection(robot, None, F))
-    network = network_of_snapshot(snapshot)
-    found = rs.network_response(network, {"platform": F}).twists
-    for name, twist in found.items():
-        for element in snapshot.legs[0].elements:
-            if name.endswith(f" {getattr(element, 'joint', element.name)}"):
-                node = next(node.point for node in network.nodes if node.name == name)
-                own = motions[f"{snapshot.legs[0].name}/{element.name}"]
-                assert own.displacement(node) == pytest.approx(twist[:3], abs=1e-12)
-
-
 def test_a_view_has_no_slider_for_what_a_gear_holds():
     machine = machine_of(arm((GEAR,)))
     assert isinstance(machine, RobotMachine)
     assert [slider.name for slider in machine.sliders] == ["a", "c"]
     q = machine.pose({"a": 0.3, "c": 0.1})
     assert np.asarray(q.values) == pytest.approx([0.3, 0.1, 0.1])
-
-
-def test_maps_take_couplings():
-    robot = arm((GEAR,))
-    path = rs.PoseList(["a", "c"], [[0.3, 0.0], [0.4, 0.2]])
-    found = rs.stiffness_map(robot, path)
-    for i, (a, c) in enumerate([(0.3, 0.0), (0.4, 0.2)]):
-        K = rs.stiffness(robot, rs.JointCoordinates([a, 0.1, c]))
-        assert float(found["rank"][i]) == K.rank
-    with pytest.raises(InputError, match="which is held"):
-        rs.stiffness_map(robot, rs.PoseList(["a", "b"], [[0.3, 0.0]]))

@@ -49,35 +49,9 @@ def test_bars_translate_and_the_crossbar_turns_between_them(posture):
         np.testing.assert_allclose(q[:, -1], turn, atol=1e-10)
 
 
-def test_copies_of_a_rod_move_alike(posture):
-    for q in posture.coordinates:
-        arms = q[:, :-1].reshape(len(q), 2, 11)
-        np.testing.assert_allclose(arms[..., 1:6], arms[..., 6:], atol=1e-10)
-
-
 def test_home_is_symmetric_about_the_plane_between_the_bars():
     K = rs.stiffness(shipped("h4")).K
     assert distance(MIRROR @ K @ MIRROR, K) < 1e-12
-
-
-def test_motors_balance_the_load_by_virtual_work():
-    """Torques and turns of the motors give the work of the load along each coordinate."""
-    robot = shipped("h4")
-    finder = PostureFinder(robot)
-    pose = finder.home_pose[[0, 1, 2, 5]] + [0.04, -0.03, 0.02, 0.3]
-    wrench = np.array([30.0, -20, 50, 0, 0, 4])
-    loads = np.array([load.load for load in rs.deflection(robot, pose, wrench=wrench).actuators])
-    step = 1e-5
-    for k, place in enumerate((0, 1, 2, 5)):
-        ends = [pose + s * step * np.eye(4)[k] for s in (-1, 1)]
-        back, ahead = (motor_angles(finder, end) for end in ends)
-        work = loads @ (ahead - back) / (2 * step)
-        assert work == pytest.approx(wrench[place], abs=1e-4)
-
-
-def motor_angles(finder, pose):
-    """Of the four motors, in the order of the legs and their arms."""
-    return np.concatenate([q[0, [0, 11]] for q in finder.find(pose).coordinates])
 
 
 def from_four_sides() -> str:

@@ -18,11 +18,6 @@ SNAPSHOT = """\
 """
 
 
-def test_names_are_those_of_the_files():
-    assert shipped_robots() == tuple(sorted(shipped_robots()))
-    assert {"3-rrr", "gough-stewart-a", "hexapod", "tripteron"} <= set(shipped_robots())
-
-
 def test_names_have_the_types_of_their_robots():
     assert get_args(robots.ShippedRobot) == shipped_robots()
     assert get_args(robots.ShippedCableRobot) == shipped_cable_robots()

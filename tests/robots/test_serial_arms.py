@@ -44,28 +44,8 @@ PUMA_MODIFIED = [
     (0, -QUARTER, 0, 0),
     (0, QUARTER, 0, 0),
 ]
-# KUKA KR 210 by proximal frames, as derived by many from kr210.urdf.xacro of Udacity's
-# RoboND-Kinematics-Project; the origins of its joints are those of KR210_ORIGINS.
-KR210 = [
-    (0, 0, 0.75, 0),
-    (0.35, -QUARTER, 0, -QUARTER),
-    (1.25, 0, 0, 0),
-    (-0.054, -QUARTER, 1.5, 0),
-    (0, QUARTER, 0, 0),
-    (0, -QUARTER, 0, 0),
-]
-KR210_FLANGE = 0.303
-KR210_ORIGINS = [
-    ((0, 0, 0.33), "z"),
-    ((0.35, 0, 0.42), "y"),
-    ((0, 0, 1.25), "y"),
-    ((0.96, 0, -0.054), "x"),
-    ((0.54, 0, 0), "y"),
-    ((0.193, 0, 0), "x"),
-]
-KR210_GRIPPER = (0.11, 0, 0)
-# KUKA KR 240 R2900-2 by proximal frames, from the origins of its joints and flange in
-# kr240_r2900_2_macro.xacro of kuka_robot_descriptions (KR240_ORIGINS: xyz [m], rpy [rad]).
+# KUKA KR 240 R2900-2 by proximal frames, from the origins of its joints in
+# kr240_r2900_2_macro.xacro of kuka_robot_descriptions.
 KR240 = [
     (0, np.pi, -0.645, 0),
     (0.33, QUARTER, 0, 0),
@@ -74,31 +54,11 @@ KR240 = [
     (0, -QUARTER, 0, 0),
     (0, QUARTER, -0.24, 0),
 ]
-KR240_ORIGINS = [
-    ((0, 0, 0.3056), (np.pi, 0, 0)),
-    ((0.33, 0.072, -0.3394), (QUARTER, 0, 0)),
-    ((1.35, 0, -0.103), (0, 0, 0)),
-    ((0.828, -0.115, 0.175), (QUARTER, 0, -QUARTER)),
-    ((0, 0.1065, -0.392), (0, QUARTER, QUARTER)),
-    ((0.1695, 0, -0.1065), (QUARTER, 0, -QUARTER)),
-]
-KR240_FLANGE = ((0, 0, -0.0705), (np.pi, 0, np.pi))
-# KUKA KR 270 R2700 by proximal frames: the table of KukaRobotModelFactory in Homies.SARP.
-KR270 = [
-    (0, np.pi, -0.675, 0),
-    (0.35, QUARTER, 0, -QUARTER),
-    (1.15, 0, 0, 0),
-    (-0.041, QUARTER, -1.2, 0),
-    (0, -QUARTER, 0, 0),
-    (0, QUARTER, -0.24, 0),
-]
 TABLES = {
     "UR5": (UR5, STANDARD),
     "Puma 560": (PUMA, STANDARD),
     "Puma 560, modified": (PUMA_MODIFIED, MODIFIED),
-    "KR 210": (KR210, MODIFIED),
     "KR 240": (KR240, MODIFIED),
-    "KR 270": (KR270, MODIFIED),
 }
 STIFFNESS = np.array([4e5, 5e5, 3e5, 6e4, 5e4, 3e4])
 
@@ -121,12 +81,6 @@ def shift(*p: float) -> np.ndarray:
     T = np.eye(4)
     T[:3, 3] = p
     return T
-
-
-def placed_by(xyz, rpy) -> np.ndarray:
-    """Origin of a URDF: fixed axes, first x."""
-    roll, pitch, yaw = rpy
-    return shift(*xyz) @ turn("z", yaw) @ turn("y", pitch) @ turn("x", roll)
 
 
 def product(table, convention, q, slides=()):
@@ -178,20 +132,12 @@ def placed(robot, q):
 
 
 @pytest.mark.parametrize("name", TABLES)
-def test_tool_is_where_the_product_puts_it(name, rng):
-    table, convention = TABLES[name]
-    robot = arm(table, convention)
-    for q in rng.uniform(-np.pi, np.pi, (5, 6)):
-        _, T = product(table, convention, q)
-        np.testing.assert_allclose(placed(robot, q), T, atol=1e-12)
-
-
-@pytest.mark.parametrize("name", TABLES)
-def test_stiffness_is_that_of_the_joints(name, rng):
+def test_tool_and_stiffness_are_those_of_the_product(name, rng):
     table, convention = TABLES[name]
     robot = arm(table, convention)
     for q in rng.uniform(-2, 2, (5, 6)):
         joints, T = product(table, convention, q)
+        np.testing.assert_allclose(placed(robot, q), T, atol=1e-12)
         J = jacobian(joints, T[:3, 3])
         compliance = J @ np.diag(1 / STIFFNESS) @ J.T
         found = rs.stiffness(robot, rs.JointCoordinates(q))
@@ -209,51 +155,6 @@ def test_puma_is_where_its_author_prints_it():
     T = placed(arm(PUMA, STANDARD), [0, np.pi / 4, np.pi, 0, np.pi / 4, 0])
     printed = [[0, 0, 1, 0.5963], [0, 1, 0, -0.1501], [-1, 0, 0, -0.01435], [0, 0, 0, 1]]
     np.testing.assert_allclose(T, printed, atol=6e-5)
-
-
-def test_kuka_is_where_its_urdf_puts_it(rng):
-    tool = rs.Frame(np.eye(3), np.array([0, 0, KR210_FLANGE]))
-    robot = arm(KR210, MODIFIED, tool=tool)
-    for q in rng.uniform(-2, 2, (5, 6)):
-        T = np.eye(4)
-        for (origin, axis), own in zip(KR210_ORIGINS, q, strict=True):
-            T = T @ shift(*origin) @ turn(axis, own)
-        T = T @ shift(*KR210_GRIPPER)
-        # The URDF has x along the flange where the table has z.
-        found = placed(robot, q)
-        np.testing.assert_allclose(found[:3, 3], T[:3, 3], atol=1e-12)
-        np.testing.assert_allclose(found[:3, 2], T[:3, 0], atol=1e-12)
-
-
-def test_kuka_of_its_maker_is_where_the_urdf_puts_it(rng):
-    """Axes and stiffness follow from the origins of the URDF, with nothing of the table."""
-    flange = placed_by(*KR240_FLANGE)
-    robot = arm(KR240, MODIFIED, tool=rs.Frame(flange[:3, :3], np.zeros(3)))
-    for q in rng.uniform(-2, 2, (5, 6)):
-        T, joints = np.eye(4), []
-        for (xyz, rpy), own in zip(KR240_ORIGINS, q, strict=True):
-            T = T @ placed_by(xyz, rpy) @ turn("z", own)
-            joints.append(T)
-        T = T @ flange
-        np.testing.assert_allclose(placed(robot, q), T, atol=1e-12)
-        J = jacobian(joints, T[:3, 3])
-        np.testing.assert_allclose(
-            rs.compliance(robot, rs.JointCoordinates(q)),
-            J @ np.diag(1 / STIFFNESS) @ J.T,
-            rtol=1e-9,
-            atol=1e-15,
-        )
-
-
-@pytest.mark.parametrize(
-    ("table", "straight", "named"),
-    [(KR240, (0, np.arctan(0.115 / 1.22)), 2.9), (KR270, (QUARTER, -QUARTER), 2.7)],
-)
-def test_kuka_reaches_as_far_as_its_name_says(table, straight, named):
-    """R2900 and R2700: [mm] from the first axis to the centre of the wrist, arm stretched."""
-    wrist = [*table[:5], (0, QUARTER, 0, 0)]
-    T = placed(arm(wrist, MODIFIED), [0, *straight, 0, 0, 0])
-    assert np.hypot(*T[:2, 3]) == pytest.approx(named, abs=0.006)
 
 
 def test_tables_of_both_conventions_are_one_arm(rng):
@@ -297,12 +198,6 @@ def test_base_and_tool_move_the_arm_as_a_whole(rng):
     _, T = product(UR5, STANDARD, q)
     found = placed(arm(UR5, STANDARD, base=base, tool=tool), q)
     np.testing.assert_allclose(found, base.as_matrix() @ T @ tool.as_matrix(), atol=1e-12)
-
-
-def test_quarter_turns_leave_no_rounding():
-    robot = arm(UR5, STANDARD)
-    entries = {entry for part in rigid_parts(robot) for entry in part.transform.R.flat}
-    assert entries == {-1.0, 0.0, 1.0}
 
 
 def test_home_limits_names_and_poses():

@@ -16,6 +16,8 @@ from robostiff.elasticity import Elasticity
 from robostiff.elasticity.cantilever import cantilever_compliance
 from robostiff.model import Actuated, Passive, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.spatial import Space
+from tests.campaign.assembled import Assembly, of_robot
+from tests.campaign.reread import placed, turned
 
 DATA = Path(__file__).parent / "data"
 
@@ -174,3 +176,11 @@ def same_as_each(
             off = (getattr(many, name)[k] - getattr(one, name)) / np.outer(size, size)
             assert np.max(np.abs(off)) < of_K
         assert np.allclose(many.displacement[k], one.displacement, rtol=rtol, atol=atol)
+
+
+def bodies_of(robot: rs.Robot) -> Assembly:
+    """A robot at home as bodies in the world, from the numbers of its model."""
+    posture = rs.find_posture(robot)
+    six, length = posture.pose[0], float(posture.snapshot.one(0).characteristic_length)
+    home = placed(turned(six[3:]), six[:3])
+    return of_robot(robot, [q[0] for q in posture.coordinates], home, length)

@@ -1,8 +1,6 @@
 """Beams that bend far, alone and in linkages, against the corotational beams of OpenSees."""
 
-from concurrent.futures import ProcessPoolExecutor
 from itertools import pairwise
-from multiprocessing import get_context
 
 import numpy as np
 import pytest
@@ -13,7 +11,6 @@ from robostiff.elasticity.cantilever import cantilever_compliance
 from robostiff.model import Actuated, Chain, Leg, Link, Passive, PlacedFreedom, beam_axes, revolute
 from robostiff.network import BeamElement, JointElement, Network, Node, SpringElement
 from robostiff.spatial import Frame
-from tests.peers.opensees import load_opensees, silence
 from tests.statics.opensees_beam import BeamFrame, extrapolated
 from tests.statics.robots_under_load import loaded
 
@@ -24,17 +21,6 @@ CANTILEVER = BeamFrame(
     {"wall": [0, 0, 0], "tip": [L, 0, 0]}, ["wall"], [("wall", "tip", BEAM)], in_plane=False
 )
 LOADS = [[-60.0, 90, 50, 0, 0, 0], [80.0, -120, 30, 0, 0, 0], [0.0, 40, -25, 0, 0, 0]]
-
-
-@pytest.fixture(scope="module")
-def by_opensees():
-    """OpenSees in a process of its own, where nobody reads what it prints as it ends."""
-    with ProcessPoolExecutor(1, get_context("spawn"), initializer=silence) as process:
-        try:
-            process.submit(load_opensees).result()
-        except ImportError as error:
-            pytest.skip(f"OpenSees cannot be loaded here: {error}")
-        yield lambda by, *given: process.submit(by, *given).result()
 
 
 def network(frame: BeamFrame) -> Network:

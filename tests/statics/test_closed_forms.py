@@ -70,48 +70,6 @@ def test_column_bent_by_its_knee_on_its_way(part: float):
     assert np.isclose(answer.displacement[1], -2 * L * (1 - np.cos(a)) - shortened, rtol=1e-2)
 
 
-def pendulum() -> Snapshot:
-    """A rigid rod of length 0.5 on a hinge, horizontal, its end the platform."""
-    tip = np.array([0.5, 0, 0])
-    elements = (
-        joint("hinge", [0, 0, 0], [0, 0, 1]),
-        joint("rod", [0, 0, 0], [1, 0, 0], "P", 1e9),
-        joint("end", tip, [0, 0, 1], "R", 1e9),
-    )
-    return Snapshot("pendulum", (PlacedLeg("rod", elements, tip),), tip, Space.PLANAR)
-
-
-def test_pendulum_hangs_below_its_hinge():
-    answer = loaded(pendulum(), wrench=[0, -20, 0])
-    assert answer.stable
-    assert np.allclose(answer.point, [0, -0.5, 0], atol=1e-7)
-    assert np.isclose(1 / np.linalg.inv(answer.K_total)[0, 0], 20 / 0.5, rtol=1e-6)
-
-
-def test_weight_of_a_rod_bends_its_spring():
-    """A rod on a hinge with spring k, weight f at c from the hinge: k q = f c cos q."""
-    k, f, c = 30.0, 45.0, 0.4
-    tip = np.array([0.5, 0, 0])
-    elements = (
-        joint("hinge", [0, 0, 0], [0, 0, 1], "R", k),
-        joint("rod", [0, 0, 0], [1, 0, 0], "P", 1e9),
-        joint("end", tip, [0, 0, 1], "R", 1e9),
-    )
-    robot = Snapshot("rod", (PlacedLeg("arm", elements, tip),), tip, Space.PLANAR)
-    q = root(lambda q: k * q + f * c * np.cos(q), -2, 0)
-    for loads in (
-        {"arm/hinge": rs.DeadForce([0, -f, 0], [c, 0, 0])},
-        {"platform": rs.DeadForce([0, -f, 0], [c, 0, 0])},
-    ):
-        answer = loaded(robot, loads=loads)
-        assert answer.stable
-        hinge = answer.parts[0]
-        assert np.isclose(hinge.motion[0], q, rtol=2e-7)
-        assert np.isclose(number(hinge.load), k * q, rtol=2e-7)
-        assert np.isclose(hinge.wrench[5], k * q, rtol=2e-7)
-        assert np.isclose(answer.potential, k * q * q / 2 + f * c * np.sin(q), rtol=1e-6)
-
-
 def three_links(k: float, L: float, stretch: float) -> Snapshot:
     """Pashkevich's chain: three links of length L with springs k between, its end slides in y."""
     z, y = [0, 0, 1], [0, 1, 0]
@@ -140,18 +98,3 @@ def test_three_links_buckle_in_a_u_at_k_by_their_length():
     assert np.isclose(found.factor, k / L, rtol=1e-5)
     assert found.leg == "links"
     assert "elbow" in found.mode
-
-
-@pytest.mark.parametrize("part", [0.6, 1.3])
-def test_three_links_bent_to_a_u(part: float):
-    """Moments m in both springs: outer links at a and -a carry P = (k a - m) / (L sin a)."""
-    k, L, m = 40.0, 0.3, 0.5
-    P = part * k / L
-    preload = {"links/elbow1": m, "links/elbow2": m}
-    answer = loaded(three_links(k, L, 1e7), wrench=[0, -P, 0], preload=preload)
-    assert answer.status == rs.Status.OK
-    a = root(lambda a: k * a - m - P * L * np.sin(a), 1e-6, np.pi)
-    elbows = [part for part in answer.parts if part.part.startswith("elbow")]
-    for elbow in elbows:
-        assert np.isclose(elbow.motion[0], a, rtol=3e-3)
-    assert np.isclose(answer.displacement[1], -2 * L * (1 - np.cos(a)), atol=1e-4)

@@ -40,10 +40,6 @@ def turned(robot: Robot, count: int = COUNT) -> rs.JointCoordinates:
     return rs.JointCoordinates(chain.home + shift * chain.free)
 
 
-def raised(count: int = COUNT) -> np.ndarray:
-    return HEAVE + np.random.default_rng(3).uniform(-1, 1, (count, 3)) * [0.03, 0.1, 0.1]
-
-
 def check(robot: Robot, pose: Any, force: np.ndarray = FORCE, **given: Any) -> None:
     """A kernel against equilibria."""
     fast = rs.compile_loaded(robot, backend=rs.Backend.ARRAYS, **given)
@@ -65,22 +61,6 @@ def test_loads_and_preloads_beside_couplings():
     robot = arm(*CASES["two motors"])
     loads = {"arm/left motor": [5.0, -20, 30], "arm/b": [3.0, 4, 5]}
     check(robot, turned(robot), loads=loads, gravity="-z", preload={"arm/right motor": 40.0})
-
-
-def test_geared_legs_in_a_platform():
-    check(tripod((1e4, 2e4, 3e4), geared=True), raised(), 10 * FORCE)
-
-
-def test_springs_between_geared_legs():
-    robot = replace(tripod((1e4, 2e4, 3e4), geared=True), springs=SPRINGS)
-    check(robot, raised(), 10 * FORCE)
-
-
-def test_springs_between_legs_with_blocks():
-    """Bodies between chains, of two legs in one."""
-    drives = spring(on("leg-x/parallelogram"), on("leg-y/drive", 0, 0.1), stiffness=3e3, preload=20)
-    robot = replace(rs.load("orthoglide"), springs=(drives,))
-    check(robot, 0.02 * np.random.default_rng(2).uniform(-1, 1, (COUNT, 3)))
 
 
 def test_ratios_are_parameters():

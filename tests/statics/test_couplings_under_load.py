@@ -75,25 +75,6 @@ def test_an_arm_is_that_of_the_energy_in_joint_coordinates(case: str):
     assert distance(same.K, answer.K) < 1e-9
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_small_loads_have_the_linear_stiffness(case: str):
-    robot = arm(*CASES[case])
-    rest = loaded(robot)
-    assert distance(rest.K, rs.stiffness(robot).K) < 1e-9
-    assert str(rest.status) == ("free-motions" if case in FREE else "ok")
-    if case in FREE:
-        return
-    linear, small = rs.deflection(robot, None, F), rs.deflection(robot, loads={"platform": F[:3]})
-    assert np.allclose(
-        small.twist, rs.deflection(robot, None, [*F[:3], 0, 0, 0]).twist, rtol=1e-9, atol=1e-15
-    )
-    bent = loaded(robot, wrench=1e-4 * F)
-    assert np.allclose(bent.displacement, 1e-4 * linear.twist, rtol=0, atol=1e-6 * 1e-4)
-    shares = {part.part: part.share for part in linear.parts}
-    own = {part.part: part.share for part in bent.shares}
-    assert all(abs(own[name] - share) < 1e-3 for name, share in shares.items())
-
-
 def test_geared_cranks_are_slides_at_rest_and_vibrate_so():
     robot = tripod(K_OF_TRIPOD, geared=True)
     slides = find_posture(tripod(K_OF_TRIPOD, geared=False), POSES[1:2]).coordinates

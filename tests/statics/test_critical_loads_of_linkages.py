@@ -102,24 +102,6 @@ def truss(h: float, k: float, kx: float | None, ky: float | None) -> Network:
     )
 
 
-def test_a_shallow_truss_snaps_through():
-    """Two springs of length l, apex at y: ``P = 2 k y (l / sqrt(a^2 + y^2) - 1)``."""
-    a, h, k = 1.0, 0.2, 500.0
-    robot = truss(h, k, 1e3, None)
-    length = np.hypot(a, h)
-    y = np.sqrt((length * a * a) ** (2 / 3) - a * a)
-    exact = 2 * k * y * (length / np.hypot(a, y) - 1)
-    found = rs.critical_load(robot, wrench=DOWN)
-    assert np.isclose(found.factor, exact, rtol=1e-9)
-    assert found.is_limit
-    # held there, and beyond on the way through, the truss pushes as its curve says
-    for depth in (h - y, h, 1.5 * h, 2.5 * h):
-        held = rs.equilibrium(robot, displacement=[0, -depth, 0, 0, 0, 0])
-        at = h - depth
-        push = 2 * k * at * (length / np.hypot(a, at) - 1)
-        assert np.isclose(held.wrench[1], -push, rtol=1e-9, atol=1e-10 * k)
-
-
 @pytest.mark.parametrize("part", [pytest.param(0.5, marks=pytest.mark.slow), 0.95, 1.5])
 def test_loads_that_act_throughout_are_followed_too(part: float):
     """A weight beyond the critical one has snapped the truss through before the wrench acts."""
@@ -193,16 +175,7 @@ def test_a_parallelogram_that_turns_upright_does_not_branch(along: float):
     assert found.searched_to == 300
 
 
-@pytest.mark.parametrize(
-    "sizes",
-    [
-        (0.28, 28.0, 0.3, 0.1),
-        (0.12, 29.0, 0.86, 0.07),
-        (0.26, 14.0, 0.36, 1e-3),
-        (0.2, 19.0, 0.1, 1e-4),
-        (0.1, 20.0, 0.65, 2e-4),
-    ],
-)
+@pytest.mark.parametrize("sizes", [(0.12, 29.0, 0.86, 0.07), (0.2, 19.0, 0.1, 1e-4)])
 def test_struts_that_turn_over_stay_on_their_side(sizes: tuple[float, ...]):
     """An apex drawn far sideways comes down to a fork, all but symmetric, and stays above it.
 

@@ -41,20 +41,6 @@ def test_hardening_spring(F: float):
     assert np.isclose(mode.frequencies[0], exact, rtol=1e-10)
 
 
-def test_a_linear_law_is_a_stiffness():
-    """On one leg of six, formula and table alike."""
-    robot, wrench = rs.load("hexapod"), [3e4, -1e4, -2e5, 1e3, 0, 2e3]
-    plain = loaded(robot, wrench=wrench)
-    strut = next(part for part in plain.parts if part.part == "strut" and part.leg == "leg3")
-    k = number(strut.load) / float(strut.motion[0])
-    for law in (rs.ForceLaw(k * Q), rs.ForceLaw([[-0.1, -0.1 * k], [0, 0], [0.1, 0.1 * k]])):
-        answer = loaded(robot, wrench=wrench, laws={"leg3/strut": law})
-        assert np.allclose(answer.K, plain.K, rtol=1e-10, atol=1e-10 * np.abs(plain.K).max())
-        assert np.isclose(answer.energy, plain.energy, rtol=1e-10)
-    softer = loaded(robot, wrench=wrench, laws={"leg3/strut": rs.ForceLaw(k / 2 * Q)})
-    assert softer.energy > 1.02 * plain.energy
-
-
 def test_a_table_goes_on_straight_and_stores_what_it_takes():
     law = rs.ForceLaw([[-0.02, -30], [-0.01, -5], [0, 0], [0.01, 5], [0.02, 30]])
     for F in (2.0, 12.0, 60.0):

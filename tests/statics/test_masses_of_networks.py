@@ -1,21 +1,18 @@
 """Weights and vibrations of networks: beams and frames on paper, OpenSees, and robots of legs."""
 
-from concurrent.futures import ProcessPoolExecutor
 from itertools import pairwise
-from multiprocessing import get_context
 
 import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.elasticity import Elasticity, Material, circle, material
+from robostiff.elasticity import Material, circle, material
 from robostiff.kinematics import with_masses
 from robostiff.linkage import Connection, Linkage
 from robostiff.linkage.essential import turned_round
 from robostiff.model import Mass, PlacedMass, beam_link
-from robostiff.network import Network, Node, SpringElement, beam_between, network_of_snapshot
+from robostiff.network import Network, Node, beam_between, network_of_snapshot
 from robostiff.spatial import Frame
-from tests.peers.opensees import load_opensees, silence
 from tests.statics.opensees_frame import frequencies
 from tests.statics.test_modes import exact_frequencies
 from tests.statics.test_networks_under_load import A, four_bar
@@ -25,7 +22,6 @@ LENGTH, G = 1.2, 9.80665
 Q = STEEL.density * BAR.A  # kg/m
 EI = STEEL.E * BAR.Iy
 ONE = rs.Bowing(elements=1)
-UNIT = np.eye(3)
 
 
 def cantilever(elements: int) -> Network:
@@ -63,39 +59,6 @@ def test_a_beam_sinks_under_its_own_weight(elements: int):
     held = rs.deflection(cantilever(elements), wrench=[0, 0, up, 0, 0, 0], gravity="-z")
     assert abs(held.twist[2]) < 1e-9 * abs(moved[0])
     assert np.isclose(held.energy, sum(part.energy for part in held.parts), rtol=1e-9)
-
-
-def two_masses(k: tuple[float, float], m: tuple[float, float]) -> Network:
-    """A wall, a spring, a mass, a spring and a mass, along z."""
-    names = ("wall", "one", "two")
-    points = {name: np.array([0, 0, 0.1 * i]) for i, name in enumerate(names)}
-    nodes = [Node("wall", points["wall"])]
-    for name, value in zip(names[1:], m, strict=True):
-        own = PlacedMass(name, np.asarray(value), points[name])
-        nodes.append(Node(name, points[name], (own,)))
-    springs = [
-        SpringElement(
-            f"spring {a}", a, b, points[b], UNIT, Elasticity(np.diag([0, 0, 1 / own, 0, 0, 0]))
-        )
-        for a, b, own in zip(names, names[1:], k, strict=False)
-    ]
-    return Network("chain", tuple(nodes), ("wall",), "two", points["two"], springs=tuple(springs))
-
-
-def test_two_masses_on_two_springs():
-    k, m = (4e4, 1e4), (3.0, 2.0)
-    K = np.array([[k[0] + k[1], -k[1]], [-k[1], k[1]]])
-    squares = np.linalg.eigvals(np.linalg.solve(np.diag(m), K))
-    network = two_masses(k, m)
-    found = rs.modes(network)
-    assert np.allclose(found.frequencies, np.sqrt(np.sort(squares)) / (2 * np.pi), rtol=1e-9)
-    bent = rs.deflection(network, gravity="-z")
-    assert np.isclose(bent.twist[2], -G * ((m[0] + m[1]) / k[0] + m[1] / k[1]), rtol=1e-9)
-    # The first mass alone stretches the first spring; loads by the name of a node.
-    other = rs.deflection(two_masses(k, (5.0, 1.0)), loads={"one": rs.Mass(7.0)})
-    assert np.isclose(other.twist[2], -G * 7.0 / k[0], rtol=1e-9)
-    more = rs.modes(two_masses(k, (1.0, 2.0)), masses={"one": 2.0})
-    assert np.allclose(more.frequencies, found.frequencies, rtol=1e-9)
 
 
 def test_a_four_bar_linkage_with_a_mass_at_its_pin():
@@ -167,20 +130,10 @@ BEAMS = (("a", "d"), ("b", "e"), ("c", "f"), ("d", "e"), ("e", "f"), ("f", "d"))
 MASSES = {"d": 4.0, "e": 6.5, "f": 3.0}
 
 
-@pytest.fixture(scope="module")
-def reference():
-    """OpenSees in a process of its own, where nobody reads what it prints as it ends."""
-    with ProcessPoolExecutor(1, get_context("spawn"), initializer=silence) as process:
-        try:
-            process.submit(load_opensees).result()
-        except ImportError as error:
-            pytest.skip(f"OpenSees cannot be loaded here: {error}")
-        section = (BAR.A, STEEL.E, STEEL.G, BAR.J, BAR.Iy, BAR.Iz)
-        yield process.submit(frequencies, POINTS, FEET, BEAMS, MASSES, section, 9).result()
-
-
 @pytest.mark.needs("OpenSees")
-def test_a_frame_vibrates_as_opensees_has_it(reference):
+def test_a_frame_vibrates_as_opensees_has_it(by_opensees):
+    section = (BAR.A, STEEL.E, STEEL.G, BAR.J, BAR.Iy, BAR.Iz)
+    expected = by_opensees(frequencies, POINTS, FEET, BEAMS, MASSES, section, 9)
     nodes = {
         name: Node(
             name,
@@ -194,4 +147,4 @@ def test_a_frame_vibrates_as_opensees_has_it(reference):
     light = Material("steel", STEEL.E, STEEL.G)
     beams = tuple(beam_between(nodes[a], nodes[b], light, BAR, name=f"{a}{b}") for a, b in BEAMS)
     frame = Network("frame", tuple(nodes.values()), FEET, "e", nodes["e"].point, beams=beams)
-    assert np.allclose(rs.modes(frame).frequencies, reference, rtol=1e-7)
+    assert np.allclose(rs.modes(frame).frequencies, expected, rtol=1e-7)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.linalg import block_diag, eigh, expm
+from scipy.linalg import eigh, expm
 from scipy.optimize import root_scalar
 
 import robostiff as rs
@@ -13,11 +13,7 @@ from robostiff.elasticity import BeamTheory, EulerBernoulli, Timoshenko, circle
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import PlacedFreedom, PlacedLeg, Snapshot
 from robostiff.network import JointElement, Network, Node, beam_between
-from robostiff.spatial import Frame, Space, skew
-from robostiff.statics.chains.elements import Spot
-from robostiff.statics.equations.vibration import velocities
-from robostiff.statics.loading.given_loads import Acting
-from robostiff.statics.loading.loaded_posture import postures_of
+from robostiff.spatial import Frame, Space
 from tests.statics.robots_under_load import beam, column, joint
 
 TURN = 2 * np.pi
@@ -33,19 +29,14 @@ def slide(stiffnesses: list[float]) -> Snapshot:
     return Snapshot("slides", (PlacedLeg("leg", elements, tip),), tip, Space.PLANAR)
 
 
-def test_mass_on_a_spring():
-    found = rs.modes(slide([500.0]), masses={"platform": 2.0})
-    assert np.isclose(found.frequencies, np.sqrt(500 / 2) / TURN, rtol=1e-12).all()
-    assert str(found[0]).endswith("Hz: the platform moves: translation along x")
-    assert found.status == 0
-
-
 def test_two_masses_on_two_springs():
     k1, k2, m1, m2 = 300.0, 700.0, 2.0, 0.5
     K, M = np.array([[k1 + k2, -k2], [-k2, k2]]), np.diag([m1, m2])
     exact = np.sqrt(eigh(K, M, eigvals_only=True)) / TURN
     found = rs.modes(slide([k1, k2]), masses={"leg/s1": m1, "platform": m2})
     assert np.allclose(found.frequencies, exact, rtol=1e-12)
+    assert str(found[0]).endswith("Hz: the platform moves: translation along x")
+    assert found.status == 0
     alone = rs.modes(slide([k1, k2]), masses={"leg/s1": m1})  # what has no mass follows
     assert np.allclose(alone.frequencies, np.sqrt(k1 / m1) / TURN, rtol=1e-12)
     between = rs.modes(slide([k1, k2]), masses={"platform": m2})
@@ -99,78 +90,6 @@ def exact_frequencies(
     return [float(np.sqrt(square)) / TURN for square in roots]
 
 
-def test_mass_at_the_tip_of_a_beam():
-    L, EI, m = 0.7, 35.0, 1.5
-    found = rs.modes(cantilever(1, L, EI), masses={"platform": m})
-    bending = np.sqrt(3 * EI / (m * L**3)) / TURN
-    assert np.allclose(found.frequencies, [bending, bending, np.sqrt(1e8 / L / m) / TURN])
-
-
-def test_beam_with_its_own_mass():
-    """Lumped at n points it comes from below with 1/n^2; 3.516 and 22.03 are those of the beam."""
-    L, EI, per_length = 0.7, 35.0, 1.3
-    exact = np.array([3.5160152685, 22.0344915647]) * np.sqrt(EI / per_length / L**4) / TURN
-    missed = []
-    for n in (8, 16):
-        share = per_length * L / n
-        masses = {f"leg/b{i + 1}": share for i in range(n - 1)} | {"platform": share / 2}
-        found = rs.modes(cantilever(n, L, EI), masses=masses).frequencies
-        assert np.allclose(found[::2][:2], found[1::2][:2], rtol=1e-9)  # alike in both planes
-        missed.append(1 - found[[0, 2]] / exact)
-    assert np.all(np.array(missed) > 0)
-    assert np.all(missed[1] < 7e-3)
-    assert np.allclose(missed[0] / missed[1], 4, rtol=0.05)
-
-
-def test_platform_of_a_hexapod_without_masses_in_its_legs():
-    """Then ``K x = w^2 M x`` on the platform alone; the snapshot of a posture has no masses."""
-    robot, m = rs.find_posture(rs.load("hexapod")).snapshot.one(0), 150.0
-    inertia = np.array([[4.0, 0.3, -0.2], [0.3, 5.0, 0.1], [-0.2, 0.1, 7.0]])
-    K = rs.stiffness(robot).K
-    exact = np.sqrt(eigh(K, block_diag(m * np.eye(3), inertia), eigvals_only=True)) / TURN
-    found = rs.modes(robot, masses={"platform": rs.Mass(m, inertia=inertia)})
-    assert np.allclose(found.frequencies, exact, rtol=1e-9)
-    # its shapes are those of K and M, of unit kinetic energy
-    for mode in found:
-        kinetic = mode.twist @ block_diag(m * np.eye(3), inertia) @ mode.twist
-        assert np.isclose(kinetic, 1, rtol=1e-9)
-        elastic = sum(share.energy for share in mode.shares)
-        assert np.isclose(2 * elastic, (TURN * mode.frequency) ** 2, rtol=1e-8)
-
-
-@pytest.mark.parametrize("name", ["hexapod", "delta", "orthoglide", "six-joint-arm"])
-def test_more_mass_vibrates_more_slowly(name: str):
-    """Rayleigh: no frequency rises; nor does one fall below that of all masses as one."""
-    robot = rs.load(name)
-    snapshot = rs.find_posture(robot).snapshot.one(0)
-    platform = {"platform": rs.Mass(20.0, inertia=[0.4, 0.5, 0.6])}
-    light = rs.modes(robot, masses=platform).frequencies
-    leg = snapshot.legs[0]
-    part = [own.name for own in leg.parts][len(list(leg.parts)) // 2]
-    heavy = rs.modes(robot, masses=platform | {f"{leg.name}/{part}": 3.0}).frequencies
-    assert len(heavy) >= len(light)
-    assert np.all(heavy[: len(light)] <= light * (1 + 1e-9))
-    assert heavy[0] < light[0] or heavy[1] < light[1]
-
-
-def test_pendulum():
-    """A rod that hangs: sqrt(g/l), which no spring gives it."""
-    tip, g, m = np.array([0.0, -0.5, 0]), 9.81, 3.0
-    elements = (
-        joint("hinge", [0, 0, 0], [0, 0, 1]),
-        joint("rod", [0, 0, 0], [0, -1, 0], "P", 1e8),
-        joint("end", tip, [0, 0, 1], "R", 1e8),
-    )
-    robot = Snapshot("pendulum", (PlacedLeg("rod", elements, tip),), tip, Space.PLANAR)
-    found = rs.modes(robot, masses={"platform": m}, loads={"platform": [0, -m * g, 0]})
-    assert np.isclose(found.frequencies[0], np.sqrt(g / 0.5) / TURN, rtol=1e-6)
-    above = rs.modes(robot, masses={"platform": m}, loads={"platform": [0, m * g, 0]})
-    assert "unstable" in str(above.status)
-    assert np.isclose(above[0].growth, np.sqrt(g / 0.5), rtol=1e-6)
-    assert above[0].frequency == 0.0
-    assert "grows by" in repr(above)
-
-
 def test_frequency_vanishes_at_the_critical_load():
     """The square of a column's frequency falls with its load, and is 0 where it buckles."""
     k, L = 40.0, 0.3
@@ -183,15 +102,6 @@ def test_frequency_vanishes_at_the_critical_load():
     ]
     assert np.allclose(np.array(squares) / squares[0], [1, 0.5, 0.1], atol=1e-6)
     assert "stays" in rs.modes(robot, masses=masses)[0].words
-
-
-def test_points_have_the_inertia_of_a_body():
-    inertia = np.array([[2.0, 0.3, -0.1], [0.3, 1.5, 0.2], [-0.1, 0.2, 2.5]])
-    points = rs.Mass(4.0, inertia=inertia).points
-    assert np.isclose(sum(m for m, _ in points), 4.0)
-    assert np.allclose(sum(m * a for m, a in points), 0, atol=1e-12)
-    own = sum(m * (a @ a * np.eye(3) - np.outer(a, a)) for m, a in points)
-    assert np.allclose(own, inertia, rtol=1e-12)
 
 
 def test_inertia_of_the_model_vibrates_as_a_given_one():
@@ -220,39 +130,6 @@ def test_inertia_of_the_model_vibrates_as_a_given_one():
     hard = rs.Material("hard", 2e13, 8e12)
     beam = rs.beam_link([0.6, 0, 0], hard, circle(0.02), mass=heavy, name="bar")
     assert np.isclose(rs.modes(model_arm(drive, stiff, beam)).frequencies[0], alone[0], rtol=1e-4)
-
-
-@pytest.mark.parametrize("elements", [1, 3])
-@pytest.mark.parametrize("theory", [EulerBernoulli(), Timoshenko()])
-def test_a_beam_that_moves_as_a_rigid_body_has_its_mass(theory: BeamTheory, elements: int):
-    """Mass, centre and moments of inertia about any point, where it has come under load, too."""
-    rng = np.random.default_rng(5)
-    steel, section = rs.material("steel"), rs.rectangle(0.03, 0.08)
-    free = [rs.prismatic(e, rs.Actuated(1.0), name=f"d{i}") for i, e in enumerate(np.eye(3))]
-    free += [rs.revolute(e, rs.Actuated(1.0), name=f"r{i}") for i, e in enumerate(np.eye(3))]
-    rod = rs.beam_link([0.3, 0.5, 0.4], steel, section, y_axis=[0, 0, 1], theory=theory)
-    robot = model_arm(*free, rod)
-    loaded = postures_of(robot, None, None).loaded(0, Acting(beams=rs.Bowing(elements)), masses={})
-    legs = loaded.problem.legs
-    (mass,) = loaded.masses.on_legs
-    moved = rng.normal(scale=0.2, size=legs.unloaded.x.shape)
-    moved[6:] = 0.0  # far as a whole, straight all the same
-    for state in (legs.unloaded, replace(legs.unloaded, x=moved)):
-        about = rng.normal(size=3)
-        last = [Spot(0, len(legs.chains[0].elements))]
-        (turned,), (shifted,) = legs.places_of(state, last)
-        joints = legs.numbers.x[:6]  # which move all of it by any twist
-        by_joints = legs.twists(state, about, last)[0][:, joints]
-        B = velocities(legs, state, about, [mass])[:, joints] @ np.linalg.inv(by_joints)
-        m, x = float(mass.mass.value), turned @ [0.3, 0.5, 0.4]
-        end = x + shifted
-        arm, L = end - 0.5 * x - about, np.linalg.norm(x)
-        R = turned @ rod.axes
-        Iy, Iz = section.Iy / section.A, section.Iz / section.A
-        inertia = m * R @ np.diag([Iy + Iz, Iy + L**2 / 12, Iz + L**2 / 12]) @ R.T
-        S = skew(arm)
-        exact = np.block([[m * np.eye(3), -m * S], [m * S, inertia - m * S @ S]])
-        assert np.allclose(B.T @ B, exact, rtol=0, atol=1e-12 * m)
 
 
 def test_double_cross_of_nafems():
@@ -335,16 +212,6 @@ def test_masses_of_the_model_move(theory: BeamTheory, D: float):
     assert np.allclose(across[:6:2], across[1:6:2], rtol=1e-9)
 
 
-def test_one_element_is_a_cantilever_within_half_a_percent():
-    """Its consistent mass matrix has 3.533 for 3.516; half the mass lumped had 3.207."""
-    steel, L, D = rs.material("steel"), 0.8, 0.002
-    arm = model_arm(rs.beam_link([L, 0, 0], steel, circle(D)))
-    found = rs.modes(arm, beams=ONE).frequencies
-    EI, per_length = steel.E * np.pi * D**4 / 64, steel.density * np.pi * D**2 / 4
-    exact = 3.5160152685 * np.sqrt(EI / per_length / L**4) / TURN
-    assert np.allclose(found[:2], 1.00475 * exact, rtol=1e-4)
-
-
 @pytest.mark.parametrize(
     ("heavier", "frequency", "rtol"), [(1.0, 15.603, 2e-5), (25.48, 13.84, 2e-3)]
 )
@@ -370,29 +237,6 @@ def test_a_flexure_stage_has_thirteen_thirtyfifths_of_its_leaves(
         found = rs.modes(stage, beams=beams).frequencies[0]
         assert np.isclose(found, exact, rtol=rtol), found / exact - 1
     assert np.isclose(exact, frequency, atol=1e-3)
-
-
-def test_masses_on_the_platform_are_those_that_are_given():
-    robot = rs.load("gough-stewart-b")
-    home = rs.find_posture(robot).pose[0, :3]
-    masses = {"platform": rs.Mass(9.0, point=home + np.array([0.1, 0, 0.05]))}
-    given = rs.modes(robot, masses=masses).frequencies
-    own = replace(robot, platform_masses=(rs.Mass(9.0, [0.1, 0, 0.05]),))
-    assert np.allclose(rs.modes(own).frequencies, given, rtol=1e-9)
-    both = rs.modes(own, masses={"platform": rs.Mass(9.0, [0.1, 0, 0.05])})
-    assert np.allclose(both.frequencies, given / np.sqrt(2), rtol=1e-9)
-
-
-def test_gravity_of_the_model_softens_an_upright_pendulum():
-    k, m, L, g = 50.0, 2.0, 0.4, 9.80665
-    hinge = rs.revolute([0, 1, 0], rs.Actuated(k), name="hinge")
-    mast = rs.beam_link([0, 0, L], rs.material("steel"), circle(0.2), mass=rs.Mass(m, [0, 0, L]))
-    for gravity, factor in ((None, 0.0), ("-z", -1.0), ("z", 1.0)):
-        found = rs.modes(model_arm(hinge, mast, gravity=gravity))
-        expected = np.sqrt((k + factor * m * g * L) / (m * L**2)) / TURN
-        assert np.isclose(found.frequencies[0], expected, rtol=1e-6)
-    given = rs.modes(model_arm(hinge, mast), gravity="-z").frequencies
-    assert np.isclose(given[0], np.sqrt((k - m * g * L) / (m * L**2)) / TURN, rtol=1e-6)
 
 
 @pytest.mark.parametrize("mass", [1e-3, 0.1, 1.0, 10.0])

@@ -116,6 +116,11 @@ class Drawn:
         law = rs.Actuated(StiffnessLaw.of(k / (2 + X), X))
         return law, x0, lambda q: [float(f(q)) for f in by_q]
 
+    def answer(self) -> rs.Equilibrium:
+        """Of the library, a beam of one element."""
+        given = {"loads": self.loads, "preload": self.preload, "laws": self.laws}
+        return loaded(self.robot, wrench=self.wrench, beams=rs.Bowing(1), **given)
+
 
 LOST = (0, 7, 15, 105)  # before the whole load
 # The last two come close to losing it.
@@ -126,14 +131,7 @@ ALL_KEPT = [*(i for i in range(24) if i not in LOST), 89, 107]
 def test_equilibrium_is_that_of_the_energy_with_closures_as_constraints(seed: int):
     drawn = Drawn(seed)
     exact = at_rest(drawn.jets, drawn.wrench)
-    answer = loaded(
-        drawn.robot,
-        wrench=drawn.wrench,
-        loads=drawn.loads,
-        preload=drawn.preload,
-        laws=drawn.laws,
-        beams=rs.Bowing(1),
-    )
+    answer = drawn.answer()
     assert str(answer.status) == "ok"
     assert answer.stable == (exact.least > 0)
     turn = Rotation.from_matrix(exact.R).as_rotvec()
@@ -149,14 +147,7 @@ def test_equilibrium_is_that_of_the_energy_with_closures_as_constraints(seed: in
 def test_beyond_the_critical_load_the_energy_has_no_minimum(seed: int):
     """On the way of the jets in small steps: a minimum just before it, none behind."""
     drawn = Drawn(seed)
-    answer = loaded(
-        drawn.robot,
-        wrench=drawn.wrench,
-        loads=drawn.loads,
-        preload=drawn.preload,
-        laws=drawn.laws,
-        beams=rs.Bowing(1),
-    )
+    answer = drawn.answer()
     assert rs.Status.BEYOND_CRITICAL_LOAD in answer.status
     critical = answer.critical_factor
     assert critical is not None

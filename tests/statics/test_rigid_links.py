@@ -1,20 +1,29 @@
-"""Elastic drives between rigid links: against the kinematics of points at fixed distances."""
+"""Elastic drives between rigid links: against the least energy of bodies in the world."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.model import (
+    Chain,
+    Link,
+    ParallelBlock,
+    PlacedBlock,
+    PlacedFreedom,
+    PlacedLeg,
+    PlacedSpring,
+)
 from robostiff.network import JointElement, Network, Node
-from robostiff.spatial import Space
+from robostiff.spatial import Frame
+from tests.campaign.bodies import elastic_energy
+from tests.campaign.minima import least
 from tests.cases.metric import distance
-from tests.statics.robots_under_load import joint, loaded
-from tests.statics.robots_under_load import root as root_of
+from tests.statics.robots_under_load import bodies_of, loaded
 
 
 def with_rigid_links(name: str) -> rs.Snapshot:
@@ -34,93 +43,46 @@ def with_rigid_links(name: str) -> rs.Snapshot:
     return replace(snapshot, legs=tuple(map(stripped, snapshot.legs)))
 
 
-class Sticks:
-    """Three drives, each with one end of a stick that keeps its length; the platform translates."""
+def of_rigid_links(name: str) -> rs.Robot:
+    """A shipped robot with rigid parts in place of its links."""
 
-    def __init__(
-        self, moved: Callable[[int, float], np.ndarray], ends: np.ndarray, k: float
-    ) -> None:
-        self.moved, self.ends, self.k = moved, ends, k
-        self.lengths = [np.linalg.norm(ends[i] - moved(i, 0.0)) for i in range(3)]
+    def rigid(chain: Chain) -> Chain:
+        return replace(chain, elements=tuple(map(stiff, chain.elements)))
 
-    def drive(self, i: int, p: np.ndarray) -> float:
-        q = 0.0
-        for _ in range(12):
-            u = self.ends[i] + p - self.moved(i, q)
-            q -= 0.5 * (self.lengths[i] ** 2 - u @ u) / (u @ self.rate(i, q))
-        return q
+    def stiff(e: Any) -> Any:
+        if isinstance(e, ParallelBlock):
+            return replace(e, branches=tuple(replace(b, chain=rigid(b.chain)) for b in e.branches))
+        return rs.Rigid(Frame(np.eye(3), np.asarray(e.to)), e.name) if isinstance(e, Link) else e
 
-    def rate(self, i: int, q: float, h: float = 1e-5) -> np.ndarray:
-        """Of the near end of a stick by its drive."""
-        return (self.moved(i, q + h) - self.moved(i, q - h)) / (2 * h)
-
-    def drives(self, p: np.ndarray) -> np.ndarray:
-        return np.array([self.drive(i, p) for i in range(3)])
-
-    def missing(self, p: np.ndarray, F: np.ndarray) -> np.ndarray:
-        """``F - sum k q dq/dp``; along a stick u, ``u . dp = u . dm/dq dq``."""
-        total = F.copy()
-        for i, q in enumerate(self.drives(p)):
-            u = self.ends[i] + p - self.moved(i, q)
-            total -= self.k * q * u / (u @ self.rate(i, q))
-        return total / self.k
-
-    def rest(self, F: np.ndarray) -> np.ndarray:
-        found = root(self.missing, np.zeros(3), args=(F,), tol=1e-15)
-        return np.array(found.x)
-
-
-def sticks(name: str) -> Sticks:
-    """Dimensions as in the model files."""
-    if name == "3-puu":
-        phi = np.radians([15, 135, 255])
-        out = np.stack([np.cos(phi), np.sin(phi), 0 * phi], axis=1)
-        up = np.array([0, 0, 1.0])
-        height = np.sqrt(0.7**2 - 0.35**2)
-        ends = 0.15 * out + 0.3 * up
-        return Sticks(lambda i, q: 0.5 * out[i] + (0.3 + height + q) * up, ends, 2e7)
-    if name == "orthoglide":
-        axes = np.eye(3)
-        return Sticks(lambda i, q: (q - 0.65) * axes[i], -0.05 * axes, 1.5e7)
-    phi = np.radians([0, 120, 240])
-    out = np.stack([np.cos(phi), np.sin(phi), 0 * phi], axis=1)
-    across = np.stack([-np.sin(phi), np.cos(phi), 0 * phi], axis=1)
-    h = np.sqrt(0.8**2 - 0.5**2)
-
-    def elbow(i: int, q: float) -> np.ndarray:
-        down = np.cross(across[i], out[i])
-        return 0.2 * out[i] + 0.35 * (np.cos(q) * out[i] + np.sin(q) * down)
-
-    return Sticks(elbow, 0.05 * out - [0, 0, h], 3e4)
+    robot = rs.load(name)
+    legs = tuple(replace(leg, chain=rigid(leg.chain)) for leg in robot.legs)
+    return replace(robot, legs=legs, platform_masses=())
 
 
 FORCES = {"3-puu": [9e4, -2e5, 1.2e5], "orthoglide": [2e5, -3e5, 1e5], "delta": [900, 500, -2000]}
 
 
 @pytest.mark.parametrize("name", FORCES)
-def test_displacement_loads_of_drives_and_compliance(name: str):
+def test_displacement_energy_and_compliance(name: str):
     """Far from home, by some centimetres; legs with too many hinges (Orthoglide) among them."""
-    robot, reference = with_rigid_links(name), sticks(name)
-    F = np.array(FORCES[name], dtype=float)
-    p = reference.rest(F)
-    answer = loaded(robot, wrench=[*F, 0, 0, 0])
+    robot, F = with_rigid_links(name), np.array([*FORCES[name], 0, 0, 0], dtype=float)
+    own = bodies_of(of_rigid_links(name))
+    truth = least(own, F)
+    answer = loaded(robot, wrench=F)
     assert str(answer.status) == "rigid-direction"
     assert answer.stable
-    assert np.linalg.norm(p) > 5e-3
-    assert np.allclose(answer.displacement, [*p, 0, 0, 0], rtol=0, atol=1e-9)
-    loads = [part.load for part in answer.parts if part.load]
-    assert np.allclose(np.abs(loads), reference.k * np.abs(reference.drives(p)), rtol=1e-6)
-    h = 1e-3 * np.linalg.norm(F)
-    C = np.stack([reference.rest(F + d) - reference.rest(F - d) for d in h * np.eye(3)], axis=1)
-    C = C / (2 * h)
-    assert np.allclose(answer.compliance[:3, :3], C, atol=1e-4 * np.abs(C).max())
+    assert np.linalg.norm(truth.displacement) > 5e-3
+    assert np.allclose(answer.displacement, truth.displacement, rtol=0, atol=1e-9)
+    assert np.isclose(answer.energy, elastic_energy(own.bodies, truth.state), rtol=1e-6)
+    C = truth.compliance
+    assert np.allclose(answer.compliance, C, rtol=0, atol=1e-6 * np.abs(C).max())
     assert np.abs(answer.compliance[3:]).max() < 1e-10 * np.abs(C).max()
     with pytest.raises(rs.NoAnswerError, match="its compliance is there"):
         _ = answer.K
     held = loaded(robot, displacement=answer.displacement)
     assert str(held.status) == "rigid-direction"
     assert held.stable
-    assert np.allclose(held.wrench, [*F, 0, 0, 0], rtol=1e-6, atol=1e-6 * np.abs(F).max())
+    assert np.allclose(held.wrench, F, rtol=1e-6, atol=1e-6 * np.abs(F).max())
     assert np.isclose(held.energy, answer.energy, rtol=1e-9)
     against = loaded(robot, displacement=[0, 0, 1e-3, 1e-3, 0, 0])
     assert str(against.status) == "rigid-direction+no-equilibrium"
@@ -155,25 +117,6 @@ def test_loads_at_bodies_and_their_linear_limit():
     answer = loaded(robot, loads=loads)
     assert np.allclose(small.twist, answer.displacement, rtol=1e-3, atol=1e-11)
     assert np.abs(small.twist[:3]).max() > 1e-7
-
-
-def test_a_lever_is_a_pendulum():
-    """``k q = F L cos q``; upright it buckles at ``F = k / L``."""
-    tip, k = np.array([0.5, 0, 0]), 50.0
-    lever = joint("hinge", [0, 0, 0], [0, 0, 1], "R", k)
-    robot = rs.Snapshot("lever", (PlacedLeg("lever", (lever,), tip),), tip, Space.PLANAR)
-    q = root_of(lambda q: k * q - 0.5 * 60 * np.cos(q), 0, 1.5)
-    answer = loaded(robot, wrench=[0, 60, 0])
-    assert np.isclose(answer.displacement[2], q, rtol=1e-12)
-    assert np.isclose(answer.compliance[2, 2], 1 / (k + 0.5 * 60 * np.sin(q)), rtol=1e-12)
-    found = rs.critical_load(robot, wrench=[-1, 0, 0], up_to=110.0)
-    assert np.isclose(found.factor, k / 0.5, rtol=1e-6)
-    path = rs.load_path(robot, None, [0, 60, 0], [0.5, 1.0])
-    assert np.isclose(float(path.displacement[1, 2]), q, rtol=1e-12)
-    assert np.isnan(path.K.values).all()
-    mode = rs.modes(robot, masses={"platform": 2.0}, wrench=[0, 60, 0])
-    exact = np.sqrt((k + 0.5 * 60 * np.sin(q)) / (2.0 * 0.25)) / (2 * np.pi)
-    assert np.isclose(mode.frequencies[0], exact, rtol=1e-9)
 
 
 def parallelogram(free: Sequence[str]) -> Network:

@@ -9,8 +9,8 @@ import robostiff as rs
 from robostiff.model import PlacedBodySpring, PlacedLeg
 from robostiff.spatial import Space
 from tests.statics.robots_under_load import joint, loaded
-from tests.statics.test_body_springs import SPRINGS, two_arms
-from tests.statics.test_weights import EI, LINE_WEIGHT, L, arm, rod
+from tests.statics.test_springs_in_kernels import ROBOTS
+from tests.statics.test_weights import arm, rod
 
 
 def some_body(robot: rs.Robot) -> str:
@@ -48,38 +48,6 @@ def test_small_loads_are_the_limit_of_large_ones(name: str):
         assert np.isclose(actuator.load, wanted, rtol=1e-4, atol=1e-4 * np.abs(F).max())
 
 
-def test_cantilever_under_its_own_weight():
-    """w L^4 / 8 EI, w L^3 / 6 EI; energy of the lumped weights; the wrench adds to it."""
-    bent = rs.deflection(arm(rod()), gravity="-z")
-    assert np.isclose(bent.twist[2], -LINE_WEIGHT * L**4 / (8 * EI), rtol=1e-12)
-    assert np.isclose(bent.twist[4], LINE_WEIGHT * L**3 / (6 * EI), rtol=1e-12)
-    both = rs.deflection(arm(rod()), wrench=[0, 0, -3, 0, 0, 0], gravity="-z")
-    alone = rs.deflection(arm(rod()), wrench=[0, 0, -3, 0, 0, 0])
-    assert np.allclose(both.twist, bent.twist + alone.twist, rtol=1e-12, atol=1e-18)
-
-
-def test_beam_between_two_bodies_in_series():
-    """Two beams: the tip sinks by what a force at the middle bends and turns the first."""
-    P = 7.0
-    robot = arm(rod(L / 2, name="first"), rod(L / 2, name="second"))
-    bent = rs.deflection(robot, loads={"arm/first": [0, 0, -P]})
-    a = L / 2
-    assert np.isclose(bent.twist[2], -P * a**2 * (3 * L - a) / (6 * EI), rtol=1e-10)
-    assert bent.parts[0].part == "first"
-    assert np.isclose(bent.parts[0].share, 1.0)
-
-
-def test_loads_at_bodies_and_on_the_platform_are_reciprocal():
-    """What F at the platform moves a body by, along f, f at the body moves the platform along F."""
-    robot = rs.load("hexapod")
-    F, f = np.array([100.0, 20, 50, 3, 4, 5]), np.array([10.0, -40, 30])
-    both = rs.deflection(robot, None, F, loads={"leg1/base bearings": f})
-    one = rs.deflection(robot, None, F)
-    other = rs.deflection(robot, loads={"leg1/base bearings": f})
-    mixed = both.energy - one.energy - other.energy
-    assert np.isclose(mixed, F @ other.twist, rtol=1e-9)
-
-
 def test_a_gravity_of_the_robot_is_no_part_of_a_deflection():
     robot = arm(rod(), gravity="-z")
     F = [0, 0, -3, 0, 0, 0]
@@ -109,24 +77,21 @@ def test_loads_that_drive_a_free_motion_and_slips():
         rs.plot.robot(hexapod, deflection=sunk)
 
 
-def sprung() -> rs.Snapshot:
-    """Two legs with springs between them, to the base and to the platform, without tension."""
-    springs = []
-    for i, own in enumerate(SPRINGS.values()):
-        length = float(np.linalg.norm(own.points[1] - own.points[0]))
-        springs.append(replace(own, name=f"s{i}", length=length, tension=0.0, stiffness=2e3))
-    return two_arms(*springs)
-
-
-def test_springs_between_bodies_are_the_limit_of_an_equilibrium():
-    robot, small = sprung(), 1e-6
-    F = np.array([20.0, -15, -40, 3, -4, 2])
-    loads = {"arm1/j2": rs.DeadForce([3, 0, -20.0])}
-    less = {"arm1/j2": rs.DeadForce([3 * small, 0, -20.0 * small])}
-    bent = rs.deflection(robot, None, F, loads=loads)
-    answer = loaded(robot, wrench=small * F, loads=less)
+@pytest.mark.parametrize(
+    ("name", "body"), [("six-joint-arm", "arm/forearm"), ("orthoglide", "leg-y/drive")]
+)
+def test_springs_between_bodies_are_the_limit_of_an_equilibrium(name: str, body: str):
+    """Between base, bodies and platform, without tension where the robot is."""
+    springs = tuple(
+        rs.BodySpring(f"s{i}", own.between, stiffness=2e4, preload=0.0)
+        for i, own in enumerate(ROBOTS[name])
+    )
+    robot, small = rs.load(name).with_springs(springs), 1e-6
+    F, load = np.array([20.0, -15, -40, 3, -4, 2]), np.array([3, 0, -20.0])
+    bent = rs.deflection(robot, None, F, loads={body: rs.DeadForce(load)})
+    answer = loaded(robot, wrench=small * F, loads={body: rs.DeadForce(small * load)})
     assert bent.status == 0
-    assert np.allclose(bent.twist, answer.displacement / small, rtol=1e-4, atol=1e-6)
+    assert np.allclose(bent.twist, answer.displacement / small, rtol=1e-4, atol=1e-9)
     assert np.isclose(bent.energy, answer.energy / small**2, rtol=1e-4)
     known = {(part.leg, part.part): part for part in answer.parts}
     for reaction in bent.reactions:
@@ -134,8 +99,7 @@ def test_springs_between_bodies_are_the_limit_of_an_equilibrium():
         assert np.allclose(reaction.wrench, wrench, rtol=1e-3, atol=2e-2)
     once, twice = (rs.deflection(robot, None, n * F).twist for n in (1, 2))
     assert np.allclose(2 * once, twice, rtol=1e-12)
-    bare = rs.deflection(replace(robot, springs=()), None, F)
-    assert rs.deflection(robot, None, F).energy < 0.9 * bare.energy
+    assert rs.deflection(robot, None, F).energy < rs.deflection(rs.load(name), None, F).energy
 
 
 def test_spring_alone_holds_a_platform():

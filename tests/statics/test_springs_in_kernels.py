@@ -43,6 +43,7 @@ ROBOTS = {
     "orthoglide": (
         spring(on("leg-x/parallelogram"), on("base", 0.4, 0.3, 0.2), stiffness=3e3, preload=20.0),
         spring(on("leg-y/drive", 0, 0.1), TOOL, stiffness=2e3, free_length=0.05),
+        spring(on("leg-x/parallelogram"), on("leg-y/drive", 0, 0.1), stiffness=3e3, preload=20.0),
     ),
 }
 

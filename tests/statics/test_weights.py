@@ -14,8 +14,7 @@ from robostiff.kinematics import find_posture, with_masses
 from robostiff.model import Chain, Leg, Mass, PlacedLeg, PlacedMass, Robot
 from robostiff.spatial import Frame
 from robostiff.statics.loading import loaded_posture
-from tests.statics.robots_under_load import loaded, number, root
-from tests.statics.test_closed_forms import pendulum
+from tests.statics.robots_under_load import loaded, number
 
 STEEL = rs.material("steel")
 L, D = 0.8, 0.02
@@ -60,15 +59,6 @@ def test_mass_on_a_beam_bends_it_where_it_lies(part: float, elements: int):
     assert np.isclose(answer.reactions[0][2], -P)
 
 
-def test_parts_of_a_beam_weigh_as_much_as_the_whole():
-    halves = (Mass(0.6, span=(0.0, 0.3)), Mass(1.4, span=(0.3, 1.0)))
-    small = [0, 0, -1e-3]
-    answers = [
-        loaded(arm(rod(mass=mass), gravity=small)).displacement for mass in (2.0, list(halves))
-    ]
-    assert np.allclose(*answers, rtol=1e-12, atol=1e-18)
-
-
 def test_column_buckles_under_its_own_weight():
     """q L^3 = 7.8373 EI (Greenhill); the error falls with the square of the elements."""
     factor = 10.0
@@ -82,36 +72,6 @@ def test_column_buckles_under_its_own_weight():
         errors.append(abs(number(answer.critical_factor) * factor - 1))
     assert errors[1] < 5e-3
     assert errors[2] < 3e-4  # the shortening of the column among it
-
-
-def test_pendulum_hangs_and_swings_back_with_its_weight():
-    """K = m g / l across, for a mass on the platform of a rigid pendulum."""
-    m, l = 2.0, 0.5
-    answer = loaded(pendulum(), loads={"platform": Mass(m)})  # down is -y in the plane
-    assert answer.stable
-    assert np.allclose(answer.point, [0, -l, 0], atol=1e-7)
-    assert np.isclose(1 / np.linalg.inv(answer.K_total)[0, 0], m * 9.80665 / l, rtol=1e-6)
-
-
-def test_rigid_rod_on_a_drive_sinks_by_its_weight():
-    """k q = m g c cos q, the mass of a rigid part in its middle, that of a tool where it is."""
-    k, m, tool = 30.0, 4.0, 1.5
-    drive = rs.revolute([0, 1, 0], rs.Actuated(k), name="drive")
-    bar = rs.Rigid(Frame(np.eye(3), np.array([0.6, 0, 0])), "bar", (Mass(m),))
-    stiff = rs.Link(np.zeros(3), rs.Elasticity(1e-9 * np.eye(6)), np.eye(3), "bearings")
-    robot = arm(
-        drive, stiff, bar, gravity="-z", platform_masses=(Mass(tool, [0.1, 0, 0], name="tool"),)
-    )
-    moment = 9.80665 * (m * 0.3 + tool * 0.7)
-    q = root(lambda q: k * q - moment * np.cos(q), 0, 2)
-    answer = loaded(robot)
-    assert np.isclose(answer.parts[0].motion[0], q, rtol=1e-6)
-    assert np.isclose(answer.reactions[0][2], -9.80665 * (m + tool))
-    none = loaded(robot, gravity=[0, 0, 0])
-    assert np.allclose(none.displacement, 0)
-    body = loaded(robot, gravity=[0, 0, 0], loads={"arm/drive": Mass(m, [0.3, 0, 0])})
-    alone = root(lambda q: k * q - 9.80665 * m * 0.3 * np.cos(q), 0, 2)
-    assert np.isclose(body.parts[0].motion[0], alone, rtol=1e-6)
 
 
 def every_mass(leg: PlacedLeg) -> Iterator[PlacedMass]:

@@ -22,9 +22,9 @@ def body_on_spring(K: np.ndarray, at: np.ndarray | None = None) -> Stiffness:
 def clamped_beam(length: float, turn: np.ndarray) -> tuple[Stiffness, dict[str, float]]:
     """A cantilever from the origin along the first column of `turn`, and its rigidities."""
     E, G, A, Iy, Iz, J = 2e11, 8e10, 4e-4, 2e-8, 5e-8, 3e-8
-    C = beam_compliance_of(length, E, G, A, Iy, Iz, J)
-    result = _alone(elasticity_from_compliance(C), length * turn[:, 0], turn)
-    return result, {"EA": E * A, "GJ": G * J, "EIy": E * Iy, "EIz": E * Iz}
+    rigidities = {"EA": E * A, "GJ": G * J, "EIy": E * Iy, "EIz": E * Iz}
+    C = beam_compliance_of(length, **rigidities)
+    return _alone(elasticity_from_compliance(C), length * turn[:, 0], turn), rigidities
 
 
 def random_stiffness(rng: np.random.Generator, size: float = 1e3) -> np.ndarray:
