@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import math
+from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,7 +23,7 @@ from robostiff.elasticity import (
 from robostiff.errors import InputError
 from robostiff.model import PlacedFreedom, PlacedMass, beam_axes
 from robostiff.model.checks import vector3
-from robostiff.model.link import beam_mass
+from robostiff.model.link import axes_towards, beam_mass
 from robostiff.spatial import as_float, as_floats, twist_transport
 from robostiff.spatial.batch import Float
 
@@ -84,12 +85,50 @@ class BeamElement:
     end: np.ndarray
     rotation: np.ndarray
     tip_compliance: np.ndarray
-    masses: tuple[PlacedMass, ...] = ()
+    masses: tuple[PlacedMass, ...] = field(default_factory=tuple)
 
     @property
     def length(self) -> float:
         """From start to end [m]."""
         return float(np.linalg.norm(self.end - self.start))
+
+    def __getattr__(self, name: str) -> Any:
+        """What follows from the section of a beam of `beam_between`, once it is asked for."""
+        if name not in _BY_SECTION or "_section" not in vars(self):
+            return object.__getattribute__(self, name)
+        own, (material, section, _) = vars(self), vars(self)["_section"]
+        value = beam_mass(self.length, material, section)
+        own["masses"] = uniform_mass(self.name, value, self.start, self.end)
+        own["tip_compliance"] = beam_compliance(self.length, *own["_section"])
+        own.setdefault("rotation", beam_axes(self.end - self.start, None))
+        return own[name]
+
+
+# Attributes of beams that are found when they are asked for.
+_BY_SECTION = ("rotation", "tip_compliance", "masses")
+
+
+def axes_and_compliances(beams: Sequence[BeamElement]) -> tuple[np.ndarray, np.ndarray]:
+    """Axes (N, 3, 3) and tip compliance (N, 6, 6) of beams, of those of one section at once."""
+    axes, C = np.empty((len(beams), 3, 3)), np.empty((len(beams), 6, 6))
+    alike: dict[tuple[int, ...], list[int]] = defaultdict(list)
+    turned: list[int] = []
+    for i, known in enumerate(map(vars, beams)):
+        if "rotation" in known:
+            axes[i] = known["rotation"]
+        else:
+            turned.append(i)
+        if "tip_compliance" in known:
+            C[i] = known["tip_compliance"]
+        else:
+            alike[tuple(map(id, known["_section"]))].append(i)
+    along = np.array([beam.end for beam in beams]) - np.array([beam.start for beam in beams])
+    length = np.sqrt(np.sum(along**2, axis=1))
+    x = along[turned] / length[turned, None]
+    axes[turned] = axes_towards(x, np.eye(3)[np.argmin(np.abs(x), axis=1)])
+    for own in alike.values():
+        C[own] = beam_compliance(length[own], *vars(beams[own[0]])["_section"])
+    return axes, C
 
 
 @dataclass(frozen=True)
@@ -204,17 +243,21 @@ def beam_between(
     """
     start, end = vector3("start of the beam", a.point), vector3("end of the beam", b.point)
     along = end - start
-    length = math.sqrt(along @ along)
-    if length == 0.0:
+    if along @ along == 0.0:
         raise InputError(
             f"beam {name!r} from {a.name!r} to {b.name!r}",
             got="two nodes at one point",
             expected="nodes at different points",
         )
-    rotation = beam_axes(along, None if y_axis is None else np.asarray(y_axis, dtype=float))
-    tip_compliance = beam_compliance(length, material, section, theory)
-    masses = uniform_mass(name, beam_mass(length, material, section), start, end)
-    return BeamElement(name, a.name, b.name, start, end, rotation, tip_compliance, masses)
+    if not (isinstance(material, Material) and isinstance(section, CrossSection)):
+        beam_compliance(1.0, material, section, theory)  # says what is wrong
+    theory.shear_factors(section)
+    beam = BeamElement.__new__(BeamElement)
+    vars(beam).update(name=name, a=a.name, b=b.name, start=start, end=end)
+    vars(beam)["_section"] = material, section, theory
+    if y_axis is not None:
+        vars(beam)["rotation"] = beam_axes(along, np.asarray(y_axis, dtype=float))
+    return beam
 
 
 def uniform_mass(

@@ -16,10 +16,12 @@ from itertools import pairwise
 
 import numpy as np
 
-# Bodies that are no longer divided.
-_LEAF = 16
+# Bodies that are no longer divided, and those of whose columns a remainder is made.
+_LEAF, _STRIP = 16, 16
 # Columns of a front that are eliminated together, and stored.
-_PANEL = 96
+_PANEL = 64
+# Of the lengths of a long part, in widths: the boxes into which it is cut.
+_LONG = 1.4
 
 
 def dissected(bodies: np.ndarray, pairs: np.ndarray, places: np.ndarray) -> Iterator[np.ndarray]:
@@ -32,6 +34,7 @@ def dissected(bodies: np.ndarray, pairs: np.ndarray, places: np.ndarray) -> Iter
         Connected ones.
     places : (M, c) array of int
         Coordinates of all bodies, along one of which they are cut: where it cuts the fewest pairs.
+        The last, their order, is for those in one place.
 
     Yields
     ------
@@ -45,37 +48,46 @@ def dissected(bodies: np.ndarray, pairs: np.ndarray, places: np.ndarray) -> Iter
     >>> [piece.tolist() for piece in dissected(chain, pairs, chain[:, None])][-1]
     [15]
     """
-    least, cut = len(pairs) + 1, None
-    side = np.zeros(len(places), dtype=np.int8)
-    for place in places[bodies].T if len(bodies) > _LEAF else ():
+    side, cuts = np.zeros(len(places), dtype=int), []
+    *axes, number = places[bodies].T
+    for place in (*axes, number) if len(bodies) > _LEAF else ():
+        if place is number and cuts:
+            break
         middle = np.partition(place, len(place) // 2)[len(place) // 2]
-        before = place < middle
-        if 4 * np.count_nonzero(before) < len(place):
-            before = place <= middle
-        if not len(place) <= 4 * np.count_nonzero(before) <= 3 * len(place):
-            continue
-        side[bodies] = before
-        crossing = side[pairs[:, 0]] != side[pairs[:, 1]]
-        if (count := np.count_nonzero(crossing)) < least:
-            least, cut = count, (before, crossing)
-    if cut is None:
+        after = place >= middle
+        if 4 * np.count_nonzero(after) > 3 * len(place):
+            after = place > middle
+        if len(place) <= 4 * np.count_nonzero(after) <= 3 * len(place):
+            side[bodies] = after
+            crossing = np.count_nonzero(side[pairs[:, 0]] != side[pairs[:, 1]])
+            cuts.append((crossing, len(cuts), after, place))
+    if not cuts:
         if len(bodies):
             yield bodies
         return
-    before, crossing = cut
-    side[bodies] = before
-    ends = pairs[crossing].ravel()
-    borders = [np.unique(ends[side[ends] == own]) for own in (0, 1)]
-    if 2 * np.count_nonzero(before) > len(bodies):  # of borders of one size that of the larger half
-        borders.reverse()
-    border = min(borders, key=len)
-    side[border] = 2
-    of_pairs = side[pairs]
-    for own in (1, 0):
-        inside = np.all(of_pairs == own, axis=1)
+    cuts.sort(key=lambda cut: cut[:2])
+    least, _, part, place = cuts[0]
+    # What is long is cut into boxes in a row, and their borders are eliminated one after another
+    boxes = int(_LONG * cuts[min(1, len(cuts) - 1)][0] / max(least, 1))
+    if boxes > 2:
+        ends = np.sort(place)[len(place) * np.arange(1, boxes) // boxes]
+        part = np.searchsorted(np.unique(ends), place, side="right")
+    side[bodies] = part
+    of_pairs = np.sort(side[pairs], axis=1)
+    ordered = np.where((side[pairs[:, 0]] > side[pairs[:, 1]])[:, None], pairs[:, ::-1], pairs)
+    crossing = of_pairs[:, 0] != of_pairs[:, 1]
+    before, after = (np.unique(own) for own in ordered[crossing].T)
+    # Of borders of one size that of the larger half
+    is_before = (len(before), np.mean(part > 0)) <= (len(after), 0.5)
+    border = before if is_before else after
+    last = side[border] + is_before  # of the boxes that it is a border of
+    side[border] = -1
+    within = np.all(side[pairs] >= 0, axis=1) & ~crossing
+    for own in range(int(part.max()) + 1):
+        inside = within & (of_pairs[:, 0] == own)
         yield from dissected(bodies[side[bodies] == own], pairs[inside], places)
-    if len(border):
-        yield border
+        if np.any(last == own):
+            yield border[last == own]
 
 
 @dataclass(frozen=True)
@@ -198,47 +210,60 @@ class CholeskyFactors:
 def _panels(K: BlockMatrix, pieces: Sequence[int]) -> Iterator[FrontPanel]:
     """Of the factor of a positive definite matrix; LinAlgError where a pivot is not positive."""
     n, stops = K.blocks.shape[-1], np.cumsum(pieces)
-    # What fronts leave, by the first of the bodies that it is added to: these, and lower half
-    waiting: dict[int, list[tuple[np.ndarray, np.ndarray]]] = defaultdict(list)
+    # What fronts leave, by the first of the bodies that it is added to: these, and columns of it
+    waiting: dict[int, list[tuple[np.ndarray, list[np.ndarray]]]] = defaultdict(list)
     begin = 0
     for stop, size, end in zip(stops, pieces, np.searchsorted(K.columns, stops), strict=True):
-        own, given = np.arange(stop - size, stop), slice(begin, begin := end)
-        children = [one for body in own.tolist() for one in waiting.pop(body, [])]
-        bodies = np.unique(np.concatenate([own, K.rows[given], *(of for of, _ in children)]))
-        F = np.zeros((len(bodies), n, size, n))
-        F[np.searchsorted(bodies, K.rows[given]), :, K.columns[given] - own[0]] = K.blocks[given]
-        F, rest, beyond = F.reshape(-1, n * size), bodies[size:], []
-        while children:  # of each only what lies beyond the front is kept
+        numbers, given = np.arange(stop - size, stop), slice(begin, begin := end)
+        children = [one for body in numbers.tolist() for one in waiting.pop(body, [])]
+        bodies = np.unique(np.concatenate([numbers, K.rows[given], *(of for of, _ in children)]))
+        # Columns of the front from the diagonal down, its own and some of the others after others
+        starts = [0, *range(size, len(bodies), _STRIP)]
+        strips = [
+            np.zeros((n * (len(bodies) - a), n * (b - a)))
+            for a, b in pairwise([*starts, len(bodies)])
+        ]
+        F = strips[0].reshape(len(bodies), n, size, n)
+        F[np.searchsorted(bodies, K.rows[given]), :, K.columns[given] - numbers[0]] = K.blocks[
+            given
+        ]
+        while children:
             of_child, left = children.pop()
-            _add(F, np.searchsorted(bodies, of_child), left)
-            inside = int(np.searchsorted(of_child, stop))
-            beyond.append((of_child[inside:], left[n * inside :, n * inside :].copy()))
+            _add(strips, starts, np.searchsorted(bodies, of_child), left)
             del left
-        unknowns = (n * bodies[:, None] + np.arange(n)).ravel()
+        F, unknowns = strips[0], (n * bodies[:, None] + np.arange(n)).ravel()
         for a, b in pairwise([*range(0, n * size, _PANEL), n * size]):
             F[a:, a:b] -= F[a:, :a] @ F[a:b, :a].T
             inverse = np.linalg.inv(np.linalg.cholesky(F[a:b, a:b]))
             F[b:, a:b] = F[b:, a:b] @ inverse.T
             yield FrontPanel(unknowns[a:], np.concatenate([inverse, F[b:, a:b]]))
-        if len(rest):
-            remainder = F[n * size :] @ F[n * size :].T
-            np.negative(remainder, out=remainder)
-            for of_child, left in beyond:
-                _add(remainder, np.searchsorted(rest, of_child), left)
-            waiting[int(rest[0])].append((rest, remainder))
+        for a, own in zip(starts[1:], strips[1:], strict=True):
+            np.subtract(own, F[n * a :] @ F[n * a : n * a + own.shape[1]].T, out=own)
+        if len(bodies) > size:
+            waiting[int(bodies[size])].append((bodies[size:], strips[1:]))
 
 
-def _add(F: np.ndarray, place: np.ndarray, left: np.ndarray) -> None:
-    """Add to some columns of a front what a child leaves to the bodies at `place`.
+def _add(
+    strips: Sequence[np.ndarray], starts: Sequence[int], place: np.ndarray, left: list[np.ndarray]
+) -> None:
+    """Add to the columns of a front, which begin at `starts`, what a child leaves.
 
-    Of symmetric matrices the lower halves are enough. Bodies side by side are added at once.
+    The bodies of the child stand at `place` in the front; those side by side are added at once.
     """
-    if len(place):
-        n = len(left) // len(place)
-        inside = int(np.searchsorted(place, F.shape[1] // n))
-        apart = (np.flatnonzero(np.diff(place) != 1) + 1).tolist()
-        runs = [(n * a, n * b, n * int(place[a])) for a, b in pairwise([0, *apart, len(place)])]
-        for i, (c, end, column) in enumerate(runs):
-            if c < (d := min(end, n * inside)):
-                for a, b, row in runs[i:]:
-                    F[row : row + b - a, column : column + d - c] += left[a:b, c:d]
+    of_strip = np.searchsorted(starts, place, side="right") - 1
+    apart = np.diff(place) != 1
+    cut = apart | (np.diff(of_strip) != 0)
+    cut[_STRIP - 1 :: _STRIP] = True
+    rows, columns = (
+        [*pairwise([0, *(np.flatnonzero(where) + 1).tolist(), len(place)])]
+        for where in (apart, cut)
+    )
+    n, at = left[-1].shape[1] // ((len(place) - 1) % _STRIP + 1), place.tolist()
+    for a, b in columns:
+        first, start, into = a - a % _STRIP, starts[of_strip[a]], strips[of_strip[a]]
+        column, given = n * (at[a] - start), left[a // _STRIP][:, n * (a % _STRIP) :]
+        for low, high in rows:
+            if high > a:
+                row = n * (at[max(low, a)] - start)
+                some = given[n * (max(low, a) - first) : n * (high - first), : n * (b - a)]
+                into[row : row + len(some), column : column + n * (b - a)] += some

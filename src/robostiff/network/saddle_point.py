@@ -473,7 +473,9 @@ def saddle_point_system(equations: Equations, *, platform_fixed: bool) -> Saddle
         for number in numbers
     ]
     fixed = np.concatenate([matrix.rows_of[name] for name in still])
-    left = np.setdiff1d(np.arange(matrix.size), [*fixed, *pinned, *dropped])
+    is_left = np.ones(matrix.size, dtype=bool)
+    is_left[[*fixed, *pinned, *dropped]] = False
+    left = np.flatnonzero(is_left)
     condensed = None
     if left.size > _LARGE:
         # Where nothing is pinned or dropped, one factorisation is for the platform free and fixed.
