@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -94,41 +94,29 @@ class BeamElement:
 
     def __getattr__(self, name: str) -> Any:
         """What follows from the section of a beam of `beam_between`, once it is asked for."""
-        if name not in _BY_SECTION or "_section" not in vars(self):
-            return object.__getattribute__(self, name)
-        own, (material, section, _) = vars(self), vars(self)["_section"]
-        value = beam_mass(self.length, material, section)
-        own["masses"] = uniform_mass(self.name, value, self.start, self.end)
-        own["tip_compliance"] = beam_compliance(self.length, *own["_section"])
-        own.setdefault("rotation", beam_axes(self.end - self.start, None))
-        return own[name]
+        if name in ("rotation", "tip_compliance"):
+            find_properties([self])
+        elif name == "masses":
+            value = beam_mass(self.length, *self.section[:2])
+            vars(self)[name] = uniform_mass(self.name, value, self.start, self.end)
+        return object.__getattribute__(self, name)
 
 
-# Attributes of beams that are found when they are asked for.
-_BY_SECTION = ("rotation", "tip_compliance", "masses")
-
-
-def axes_and_compliances(beams: Sequence[BeamElement]) -> tuple[np.ndarray, np.ndarray]:
-    """Axes (N, 3, 3) and tip compliance (N, 6, 6) of beams, of those of one section at once."""
-    axes, C = np.empty((len(beams), 3, 3)), np.empty((len(beams), 6, 6))
-    alike: dict[tuple[int, ...], list[int]] = defaultdict(list)
-    turned: list[int] = []
-    for i, known in enumerate(map(vars, beams)):
-        if "rotation" in known:
-            axes[i] = known["rotation"]
-        else:
-            turned.append(i)
-        if "tip_compliance" in known:
-            C[i] = known["tip_compliance"]
-        else:
-            alike[tuple(map(id, known["_section"]))].append(i)
-    along = np.array([beam.end for beam in beams]) - np.array([beam.start for beam in beams])
-    length = np.sqrt(np.sum(along**2, axis=1))
-    x = along[turned] / length[turned, None]
-    axes[turned] = axes_towards(x, np.eye(3)[np.argmin(np.abs(x), axis=1)])
+def find_properties(beams: Iterable[BeamElement]) -> None:
+    """Find axes and tip compliance of those beams of `beam_between` that have none yet, at once."""
+    alike: dict[tuple[int, ...], list[BeamElement]] = defaultdict(list)
+    for beam in beams:
+        if "tip_compliance" not in vars(beam):
+            alike[tuple(map(id, beam.section))].append(beam)
     for own in alike.values():
-        C[own] = beam_compliance(length[own], *vars(beams[own[0]])["_section"])
-    return axes, C
+        along = np.array([beam.end for beam in own]) - np.array([beam.start for beam in own])
+        length = np.sqrt(np.sum(along**2, axis=1))
+        x = along / length[:, None]
+        axes = axes_towards(x, np.eye(3)[np.argmin(np.abs(x), axis=1)])
+        C = beam_compliance(length if len(own) > 1 else length.item(), *own[0].section)
+        for beam, R, C_own in zip(own, axes, C.reshape(-1, 6, 6), strict=True):
+            vars(beam).setdefault("rotation", R)
+            vars(beam)["tip_compliance"] = C_own
 
 
 @dataclass(frozen=True)
@@ -253,8 +241,8 @@ def beam_between(
         beam_compliance(1.0, material, section, theory)  # says what is wrong
     theory.shear_factors(section)
     beam = BeamElement.__new__(BeamElement)
-    vars(beam).update(name=name, a=a.name, b=b.name, start=start, end=end)
-    vars(beam)["_section"] = material, section, theory
+    known = {"name": name, "a": a.name, "b": b.name, "start": start, "end": end}
+    vars(beam).update(known, section=(material, section, theory))
     if y_axis is not None:
         vars(beam)["rotation"] = beam_axes(along, np.asarray(y_axis, dtype=float))
     return beam

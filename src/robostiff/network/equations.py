@@ -6,7 +6,6 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, cast
 
 import numpy as np
 
@@ -18,9 +17,8 @@ from robostiff.network.elements import (
     BeamElement,
     CouplingElement,
     Element,
-    JointElement,
     SpringElement,
-    axes_and_compliances,
+    find_properties,
 )
 from robostiff.network.network import Network
 from robostiff.spatial import Space, block_rotation, compliance_modes, twist_transport
@@ -123,16 +121,17 @@ class ElementGroup:
 
 
 _NO_FREEDOM, _RIGID, _WORLD = np.zeros((6, 0)), np.zeros((6, 6)), np.eye(3)
-_BEAMS = -1  # in place of a number of freedoms
 
 
 def _as_spring(
-    element: SpringElement | JointElement, of_node: np.ndarray
+    element: Element, of_node: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, tuple[str, ...]]:
     """Reference point (3,), compliance (6, 6), freedoms (6, q), axes (3, 3), names of freedoms.
 
-    A slide or a weld about the point of node a, `of_node` (3,) [m].
+    A beam about its end, a slide or a weld about the point of node a, `of_node` (3,) [m].
     """
+    if isinstance(element, BeamElement):
+        return element.end, element.tip_compliance, _NO_FREEDOM, element.rotation, ()
     if isinstance(element, SpringElement):
         C, J = element.elasticity.compliance, element.elasticity.freedoms
         names = tuple(f"{element.name}/freedom {i + 1}" for i in range(J.shape[1]))
@@ -163,21 +162,15 @@ def groups_of(
     negative.
     """
     numbers = np.arange(len(elements)) if numbers is None else numbers
-    parts: dict[int, Any] = {}
+    find_properties(own for own in elements if isinstance(own, BeamElement))
+    parts = [_as_spring(*each) for each in zip(elements, of_nodes, strict=True)]
     alike: dict[int, list[int]] = defaultdict(list)
-    for k, (element, of_node) in enumerate(zip(elements, of_nodes, strict=True)):
-        if not isinstance(element, BeamElement):
-            parts[k] = _as_spring(element, of_node)
-        alike[parts[k][2].shape[1] if k in parts else _BEAMS].append(k)
-    for kind, own in alike.items():
+    for k, (_, _, J, _, _) in enumerate(parts):
+        alike[J.shape[1]].append(k)
+    for own in alike.values():
         some = [elements[k] for k in own]
-        if kind == _BEAMS:
-            beams = cast("list[BeamElement]", some)
-            at, names = np.array([beam.end for beam in beams]), [()] * len(beams)
-            (rotation, C), J = axes_and_compliances(beams), np.zeros((len(beams), 6, 0))
-        else:
-            *arrays, names = zip(*(parts[k] for k in own), strict=True)
-            at, C, J, rotation = map(np.array, arrays)
+        *arrays, names = zip(*(parts[k] for k in own), strict=True)
+        at, C, J, rotation = map(np.array, arrays)
         C, J, axes = _in_space(some, C, J, rotation, space)
         J = J * scale[:, None]
         J = J / np.linalg.norm(J, axis=1, keepdims=True)
