@@ -116,8 +116,6 @@ def positive_numbers(subject: str, values: Any, unit: str) -> Any:
 
     One formula stays as it is.
     """
-    if type(values) is float and 0.0 < values < math.inf:
-        return values
     values = in_si(subject, values, f"{_A_NUMBER} [{unit}]", unit)
     if is_formula(values):
         return positive_number(subject, values, unit)

@@ -34,7 +34,7 @@ def dissected(bodies: np.ndarray, pairs: np.ndarray, places: np.ndarray) -> Iter
         Connected ones.
     places : (M, c) array of int
         Coordinates of all bodies, along one of which they are cut: where it cuts the fewest pairs.
-        The last, their order, is for those in one place.
+        The last, in which all differ, is for those in one place.
 
     Yields
     ------
@@ -48,44 +48,38 @@ def dissected(bodies: np.ndarray, pairs: np.ndarray, places: np.ndarray) -> Iter
     >>> [piece.tolist() for piece in dissected(chain, pairs, chain[:, None])][-1]
     [15]
     """
-    side, cuts = np.zeros(len(places), dtype=int), []
-    *axes, number = places[bodies].T
-    for place in (*axes, number) if len(bodies) > _LEAF else ():
-        if place is number and cuts:
-            break
-        middle = np.partition(place, len(place) // 2)[len(place) // 2]
-        after = place >= middle
-        if 4 * np.count_nonzero(after) > 3 * len(place):
-            after = place > middle
-        if len(place) <= 4 * np.count_nonzero(after) <= 3 * len(place):
-            side[bodies] = after
-            crossing = np.count_nonzero(side[pairs[:, 0]] != side[pairs[:, 1]])
-            cuts.append((crossing, len(cuts), after, place))
-    if not cuts:
+    if len(bodies) <= _LEAF:
         if len(bodies):
             yield bodies
         return
-    cuts.sort(key=lambda cut: cut[:2])
-    least, _, part, place = cuts[0]
-    # What is long is cut into boxes in a row, and their borders are eliminated one after another
-    boxes = int(_LONG * cuts[min(1, len(cuts) - 1)][0] / max(least, 1))
-    if boxes > 2:
+    side, cuts = np.empty(len(places), dtype=int), []
+    for place in places[bodies].T:
+        middle = np.partition(place, len(place) // 2)[len(place) // 2]
+        for after in (place >= middle, place > middle):
+            if len(place) <= 4 * np.count_nonzero(after) <= 3 * len(place):
+                side[bodies] = after
+                crossing = np.count_nonzero(side[pairs[:, 0]] != side[pairs[:, 1]])
+                cuts.append((crossing, len(cuts), after, place))
+                break
+    cuts = sorted(cuts[:-1] or cuts)
+    (least, _, part, place), (second, *_) = cuts[0], cuts[:2][-1]
+    # What is long is cut into boxes in a row, and their borders are eliminated one after another.
+    if (boxes := int(_LONG * second / max(least, 1))) > 2:
         ends = np.sort(place)[len(place) * np.arange(1, boxes) // boxes]
         part = np.searchsorted(np.unique(ends), place, side="right")
     side[bodies] = part
-    of_pairs = np.sort(side[pairs], axis=1)
-    ordered = np.where((side[pairs[:, 0]] > side[pairs[:, 1]])[:, None], pairs[:, ::-1], pairs)
-    crossing = of_pairs[:, 0] != of_pairs[:, 1]
-    before, after = (np.unique(own) for own in ordered[crossing].T)
+    pairs = np.take_along_axis(pairs, np.argsort(side[pairs], axis=1), axis=1)
+    crossing = side[pairs[:, 0]] != side[pairs[:, 1]]
+    before, after = map(np.unique, pairs[crossing].T)
     # Of borders of one size that of the larger half
     is_before = (len(before), np.mean(part > 0)) <= (len(after), 0.5)
     border = before if is_before else after
-    last = side[border] + is_before  # of the boxes that it is a border of
+    last = side[border] + is_before  # of the boxes beside it
     side[border] = -1
-    within = np.all(side[pairs] >= 0, axis=1) & ~crossing
+    of_bodies, of_pairs = side[bodies], side[pairs]
     for own in range(int(part.max()) + 1):
-        inside = within & (of_pairs[:, 0] == own)
-        yield from dissected(bodies[side[bodies] == own], pairs[inside], places)
+        inside = np.all(of_pairs == own, axis=1)
+        yield from dissected(bodies[of_bodies == own], pairs[inside], places)
         if np.any(last == own):
             yield border[last == own]
 
@@ -118,18 +112,16 @@ class BlockMatrix:
         parts : iterable of ((N, e) array of int, (N, e, e, n, n) array)
             Bodies that elements connect, and their stiffness.
         """
-        keys, given = [np.zeros(0, dtype=int)], []
+        keys, given = [], []
         for ends, own in parts:
-            for i, j in np.ndindex(own.shape[1:3]):
-                row, column = number[ends[:, i]], number[ends[:, j]]
-                lower = np.flatnonzero((row >= column) & (column >= 0))
-                keys.append(column[lower] * len(number) + row[lower])
-                given.append((own, lower, i, j))
-        columns, rows = np.divmod(places := np.unique(np.concatenate(keys)), len(number))
-        blocks = np.zeros((len(places), *given[0][0].shape[3:]))
-        for key, (own, lower, i, j) in zip(keys[1:], given, strict=True):
-            np.add.at(blocks, np.searchsorted(places, key), own[lower, i, j])
-        return BlockMatrix(rows, columns, blocks)
+            row, column = number[ends][:, :, None], number[ends][:, None]
+            lower = np.nonzero((row >= column) & (column >= 0))
+            keys.append((len(number) * column + row)[lower])
+            given.append(own[lower])
+        order = np.argsort(key := np.concatenate(keys))
+        first = np.flatnonzero(np.diff(key[order], prepend=-1))
+        columns, rows = np.divmod(key[order[first]], len(number))
+        return BlockMatrix(rows, columns, np.add.reduceat(np.concatenate(given)[order], first))
 
 
 @dataclass(frozen=True)
@@ -223,10 +215,8 @@ def _panels(K: BlockMatrix, pieces: Sequence[int]) -> Iterator[FrontPanel]:
             np.zeros((n * (len(bodies) - a), n * (b - a)))
             for a, b in pairwise([*starts, len(bodies)])
         ]
-        F = strips[0].reshape(len(bodies), n, size, n)
-        F[np.searchsorted(bodies, K.rows[given]), :, K.columns[given] - numbers[0]] = K.blocks[
-            given
-        ]
+        row, column = np.searchsorted(bodies, K.rows[given]), K.columns[given] - numbers[0]
+        strips[0].reshape(len(bodies), n, size, n)[row, :, column] = K.blocks[given]
         while children:
             of_child, left = children.pop()
             _add(strips, starts, np.searchsorted(bodies, of_child), left)
