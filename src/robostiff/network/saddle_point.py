@@ -293,8 +293,10 @@ def condensed_system(
     """
     matrix, n = network_matrix(equations), equations.size
     network, names = equations.network, [*equations.points]
-    is_left_out = np.isin(np.arange(matrix.size), [*pinned, *dropped])
-    is_free = ~np.isin(names, [*network.fixed, network.platform])
+    is_left_out = np.zeros(matrix.size, dtype=bool)
+    is_left_out[np.array([*pinned, *dropped], dtype=int)] = True
+    still = {*network.fixed, network.platform}
+    is_free = np.array([name not in still for name in names])
     bodies, platform = np.flatnonzero(is_free), names.index(network.platform)
     # Bodies are cut apart by their places; those in one place by the order that they come in.
     points = np.array([*equations.points.values()])
