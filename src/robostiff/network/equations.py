@@ -103,11 +103,6 @@ class ElementGroup:
         lengths = matrix_length(W @ self.S[soft] @ np.swapaxes(W, 1, 2), freedoms)
         return float(np.max(lengths, initial=0.0))
 
-    @property
-    def is_full(self) -> bool:
-        """Whether they resist every relative motion of their nodes, as beams do."""
-        return self.W.shape[2] == self.W.shape[1]
-
     @cached_property
     def nodes(self) -> list[tuple[str, str]]:
         """The two nodes of each."""

@@ -84,65 +84,39 @@ def dissected(bodies: np.ndarray, pairs: np.ndarray, places: np.ndarray) -> Iter
             yield border[last == own]
 
 
-@dataclass(frozen=True)
-class BlockMatrix:
-    """Lower half of a symmetric matrix of blocks.
+def lower_blocks(
+    number: np.ndarray, parts: Iterable[tuple[np.ndarray, np.ndarray]]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Lower half of the sum of the stiffness of elements, in blocks.
 
-    Attributes
+    Parameters
     ----------
-    rows, columns : (N,) arrays of int
+    number : (M,) array of int
+        Of each body in the order of elimination; negative where it is fixed.
+    parts : iterable of ((N, e) array of int, (N, e, e, n, n) array)
+        Bodies that elements connect, and their stiffness.
+
+    Returns
+    -------
+    rows, columns : (B,) arrays of int
         By columns, then rows; ``rows >= columns``.
-    blocks : (N, n, n) array
+    blocks : (B, n, n) array
     """
-
-    rows: np.ndarray
-    columns: np.ndarray
-    blocks: np.ndarray
-
-    @staticmethod
-    def of_elements(
-        number: np.ndarray, parts: Iterable[tuple[np.ndarray, np.ndarray]]
-    ) -> BlockMatrix:
-        """Sum of the stiffness of elements.
-
-        Parameters
-        ----------
-        number : (M,) array of int
-            Of each body in the order of elimination; negative where it is fixed.
-        parts : iterable of ((N, e) array of int, (N, e, e, n, n) array)
-            Bodies that elements connect, and their stiffness.
-        """
-        keys, given = [], []
-        for ends, own in parts:
-            row, column = number[ends][:, :, None], number[ends][:, None]
-            lower = np.nonzero((row >= column) & (column >= 0))
-            keys.append((len(number) * column + row)[lower])
-            given.append(own[lower])
-        order = np.argsort(key := np.concatenate(keys))
-        first = np.flatnonzero(np.diff(key[order], prepend=-1))
-        columns, rows = np.divmod(key[order[first]], len(number))
-        return BlockMatrix(rows, columns, np.add.reduceat(np.concatenate(given)[order], first))
+    keys, given = [], []
+    for ends, own in parts:
+        row, column = number[ends][:, :, None], number[ends][:, None]
+        lower = np.nonzero((row >= column) & (column >= 0))
+        keys.append((len(number) * column + row)[lower])
+        given.append(own[lower])
+    order = np.argsort(key := np.concatenate(keys))
+    first = np.flatnonzero(np.diff(key[order], prepend=-1))
+    columns, rows = np.divmod(key[order[first]], len(number))
+    return rows, columns, np.add.reduceat(np.concatenate(given)[order], first)
 
 
-@dataclass(frozen=True)
-class FrontPanel:
-    """Columns of the factor, of unknowns side by side in the order of elimination."""
-
-    rows: np.ndarray  # (r,) of int: its unknowns, then those that they act on
-    entries: np.ndarray  # (r, p): the inverse of its lower diagonal block; then the other rows
-
-    def before(self, y: np.ndarray) -> None:
-        """Solve ``L y = b`` (m n, k) in place, up to these unknowns."""
-        p = self.entries.shape[1]
-        own, below = self.rows[:p], self.rows[p:]
-        y[own] = part = self.entries[:p] @ y[own]
-        y[below] -= self.entries[p:] @ part
-
-    def after(self, y: np.ndarray) -> None:
-        """Solve ``L^T y = b`` (m n, k) in place, down to these unknowns."""
-        p = self.entries.shape[1]
-        own, below = self.rows[:p], self.rows[p:]
-        y[own] = self.entries[:p].T @ (y[own] - self.entries[p:].T @ y[below])
+#: Columns of a factor, of unknowns side by side in the order of elimination: the numbers (r,) of
+#: these, and of those that they act on; entries (r, p), of their own block the inverse.
+Panel = tuple[np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -153,32 +127,34 @@ class CholeskyFactors:
     ----------
     order : (m n,) array of int
         Rows of their unknowns in the order of elimination; in all others a solution is 0.
-    panels : sequence of FrontPanel
+    panels : sequence of Panel
         Of all bodies but the last.
     size : int
         Displacements n of a body.
-    last : FrontPanel or None
+    last : Panel or None
         Of the last body; None where the others leave it no stiffness in some direction.
     """
 
     order: np.ndarray
-    panels: Sequence[FrontPanel]
+    panels: Sequence[Panel]
     size: int
-    last: FrontPanel | None
+    last: Panel | None
 
     @staticmethod
-    def of(K: BlockMatrix, pieces: Sequence[int], order: np.ndarray) -> CholeskyFactors:
-        """Factorise, piece after piece of so many bodies, the last body alone.
+    def of(
+        K: tuple[np.ndarray, np.ndarray, np.ndarray], pieces: Sequence[int], order: np.ndarray
+    ) -> CholeskyFactors:
+        """Factorise `lower_blocks`, piece after piece of so many bodies, the last body alone.
 
         Raises LinAlgError where a pivot of another body is not positive.
         """
-        panels: list[FrontPanel] = []
-        n = K.blocks.shape[-1]
+        panels: list[Panel] = []
+        n = K[2].shape[-1]
         try:
             for panel in _panels(K, pieces):
                 panels.append(panel)
         except np.linalg.LinAlgError:
-            if sum(panel.entries.shape[1] for panel in panels) < len(order) - n:
+            if sum(entries.shape[1] for _, entries in panels) < len(order) - n:
                 raise
             return CholeskyFactors(order, panels, n, None)
         return CholeskyFactors(order, panels[:-1], n, panels[-1])
@@ -188,35 +164,39 @@ class CholeskyFactors:
         y, panels = b[self.order], self.panels
         if not last_is_fixed and self.last is not None:
             panels = [*panels, self.last]
-        for panel in panels:
-            panel.before(y)
+        for rows, L in panels:
+            own, below = rows[: (p := L.shape[1])], rows[p:]
+            y[own] = part = L[:p] @ y[own]
+            y[below] -= L[p:] @ part
         if last_is_fixed:
             y[len(y) - self.size :] = 0.0
-        for panel in reversed(panels):
-            panel.after(y)
+        for rows, L in reversed(panels):
+            own, below = rows[: (p := L.shape[1])], rows[p:]
+            y[own] = L[:p].T @ (y[own] - L[p:].T @ y[below])
         x = np.zeros_like(b)
         x[self.order] = y
         return x
 
 
-def _panels(K: BlockMatrix, pieces: Sequence[int]) -> Iterator[FrontPanel]:
+def _panels(K: tuple[np.ndarray, np.ndarray, np.ndarray], pieces: Sequence[int]) -> Iterator[Panel]:
     """Of the factor of a positive definite matrix; LinAlgError where a pivot is not positive."""
-    n, stops = K.blocks.shape[-1], np.cumsum(pieces)
+    rows, columns, blocks = K
+    n, stops = blocks.shape[-1], np.cumsum(pieces)
     # What fronts leave, by the first of the bodies that it is added to: these, and columns of it
     waiting: dict[int, list[tuple[np.ndarray, list[np.ndarray]]]] = defaultdict(list)
     begin = 0
-    for stop, size, end in zip(stops, pieces, np.searchsorted(K.columns, stops), strict=True):
+    for stop, size, end in zip(stops, pieces, np.searchsorted(columns, stops), strict=True):
         numbers, given = np.arange(stop - size, stop), slice(begin, begin := end)
         children = [one for body in numbers.tolist() for one in waiting.pop(body, [])]
-        bodies = np.unique(np.concatenate([numbers, K.rows[given], *(of for of, _ in children)]))
+        bodies = np.unique(np.concatenate([numbers, rows[given], *(of for of, _ in children)]))
         # Columns of the front from the diagonal down, its own and some of the others after others
         starts = [0, *range(size, len(bodies), _STRIP)]
         strips = [
             np.zeros((n * (len(bodies) - a), n * (b - a)))
             for a, b in pairwise([*starts, len(bodies)])
         ]
-        row, column = np.searchsorted(bodies, K.rows[given]), K.columns[given] - numbers[0]
-        strips[0].reshape(len(bodies), n, size, n)[row, :, column] = K.blocks[given]
+        row, column = np.searchsorted(bodies, rows[given]), columns[given] - numbers[0]
+        strips[0].reshape(len(bodies), n, size, n)[row, :, column] = blocks[given]
         while children:
             of_child, left = children.pop()
             _add(strips, starts, np.searchsorted(bodies, of_child), left)
@@ -226,7 +206,7 @@ def _panels(K: BlockMatrix, pieces: Sequence[int]) -> Iterator[FrontPanel]:
             F[a:, a:b] -= F[a:, :a] @ F[a:b, :a].T
             inverse = np.linalg.inv(np.linalg.cholesky(F[a:b, a:b]))
             F[b:, a:b] = F[b:, a:b] @ inverse.T
-            yield FrontPanel(unknowns[a:], np.concatenate([inverse, F[b:, a:b]]))
+            yield unknowns[a:], np.concatenate([inverse, F[b:, a:b]])
         for a, own in zip(starts[1:], strips[1:], strict=True):
             np.subtract(own, F[n * a :] @ F[n * a : n * a + own.shape[1]].T, out=own)
         if len(bodies) > size:

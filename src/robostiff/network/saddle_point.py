@@ -25,7 +25,7 @@ from robostiff.network.mobility import (
     null_spaces,
     pinning_coordinates,
 )
-from robostiff.network.multifrontal import BlockMatrix, CholeskyFactors, dissected
+from robostiff.network.multifrontal import CholeskyFactors, dissected, lower_blocks
 from robostiff.spatial.batch import block_diagonal
 
 if TYPE_CHECKING:
@@ -324,7 +324,7 @@ def condensed_system(
             inverse = np.linalg.inv(np.where(either, identity, soft))
             stiffness.append(np.where(either, 0.0, inverse))
         held = is_left_out[: n * len(names)].reshape(-1, n)
-        K = BlockMatrix.of_elements(number, _of_bodies(matrix.parts, stiffness, held))
+        K = lower_blocks(number, _of_bodies(matrix.parts, stiffness, held))
         factors = CholeskyFactors.of(K, [*map(len, pieces)], unknowns)
     except np.linalg.LinAlgError:
         return None
