@@ -98,6 +98,8 @@ _BY_MODULI = "any other material is written by its moduli: Material(name, E, G, 
 
 def positive_number(subject: str, value: Any, unit: str, hint: str | None = None) -> Any:
     """A positive value: a number as a float, a formula unchanged; InputError otherwise."""
+    if type(value) is float and 0.0 < value < math.inf:
+        return value
     expected = f"{_A_NUMBER} [{unit}]" if unit else _A_NUMBER
     value = in_si(subject, value, expected, None if " or " in unit else unit)
     if is_formula(value):

@@ -24,7 +24,7 @@ from robostiff.model.checks import axis_across, finite_coordinates, unit_vector,
 from robostiff.model.entries import formulas
 from robostiff.model.joint import Role
 from robostiff.model.mass import Mass, mass_value, masses_of
-from robostiff.spatial import Frame, Screw, refuse_quantities
+from robostiff.spatial import Frame, Screw, cross, refuse_quantities
 from robostiff.spatial.formula import (
     Entries,
     Scalar,
@@ -257,7 +257,7 @@ def axes_towards(x: np.ndarray, y: np.ndarray) -> np.ndarray | None:
     if np.any(size <= _ALONG):
         return None
     across = across / size
-    return np.stack([x, across, np.cross(x, across)], axis=-1)
+    return np.stack([x, across, cross(x, across)], axis=-1)
 
 
 def beam_link(

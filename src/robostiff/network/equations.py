@@ -230,8 +230,12 @@ def _springs(
 
 
 def check_fits(element: Element, space: Space) -> None:
-    """Raise an InputError unless an element can be part of a network in this space."""
-    for _ in groups_of([element], np.zeros((1, 3)), np.ones(space.size), space, Tolerance()):
+    """Raise an InputError unless an element stays in the plane of a planar network."""
+    for _ in (
+        ()
+        if space is Space.SPATIAL
+        else groups_of([element], np.zeros((1, 3)), np.ones(space.size), space, Tolerance())
+    ):
         pass
 
 
