@@ -15,11 +15,11 @@ from robostiff.elasticity import (
     BeamTheory,
     CrossSection,
     Elasticity,
-    EulerBernoulli,
     Material,
     beam_compliance,
     uniform_beam,
 )
+from robostiff.elasticity.beam import DEFAULT_THEORY
 from robostiff.errors import InputError
 from robostiff.model import PlacedFreedom, PlacedMass, beam_axes
 from robostiff.model.checks import vector3
@@ -27,7 +27,6 @@ from robostiff.model.link import axes_towards, beam_mass
 from robostiff.spatial import as_float, as_floats, twist_transport
 from robostiff.spatial.batch import Float
 
-_DEFAULT_THEORY = EulerBernoulli()
 _ROUNDING = 1e-9  # of the length of a beam
 
 
@@ -200,7 +199,7 @@ def beam_between(
     section: CrossSection,
     *,
     y_axis: ArrayLike | None = None,
-    theory: BeamTheory = _DEFAULT_THEORY,
+    theory: BeamTheory = DEFAULT_THEORY,
     name: str = "beam",
 ) -> BeamElement:
     """Beam from the point of node a to the point of node b, with the mass of its material.

@@ -95,14 +95,6 @@ class ElementGroup:
         """Which wrenches are rigid (N, m)."""
         return ~np.any(self.S, axis=1)
 
-    @property
-    def longest(self) -> float:
-        """Largest characteristic length of an elastic part, in units of that of the network."""
-        soft = ~self.rigid.all(axis=1)
-        W, freedoms = self.W[soft], self.freedoms[soft]
-        lengths = matrix_length(W @ self.S[soft] @ np.swapaxes(W, 1, 2), freedoms)
-        return float(np.max(lengths, initial=0.0))
-
     @cached_property
     def nodes(self) -> list[tuple[str, str]]:
         """The two nodes of each."""
@@ -339,7 +331,11 @@ def equations_of(network: Network, tolerance: Tolerance) -> Equations:
         points[network.platform] = reference
     groups, couplings = _scaled(network, points, length or 1.0, tolerance)
     # The largest length that the springs have, as a part of the one that scales them.
-    of_elements = max((own.longest for own in groups), default=0.0) * (length or 1.0)
+    lengths = [
+        matrix_length(own.W @ own.S @ np.swapaxes(own.W, 1, 2), own.freedoms)[np.any(own.S, (1, 2))]
+        for own in groups
+    ]
+    of_elements = np.concatenate([[0.0], *lengths]).max() * (length or 1.0)
     if length <= tolerance.independence * of_elements:  # all in one point, relative to the springs
         length = of_elements or 1.0
         groups, couplings = _scaled(network, points, length, tolerance)
