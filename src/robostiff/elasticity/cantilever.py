@@ -133,8 +133,6 @@ def cantilever_stiffness(
 
 def _plain(value: Any) -> Any:
     """NumPy numbers as floats, since its integers overflow; other values unchanged."""
-    if type(value) is float:
-        return value
     if isinstance(value, np.ndarray):
         return value if value.dtype == object else value.astype(np.float64)
     # A Python integer is kept: it is exact with fractions and symbols, and cannot overflow.
@@ -143,11 +141,6 @@ def _plain(value: Any) -> Any:
 
 def _assembled(entries: dict[tuple[int, int], Any]) -> np.ndarray:
     """The symmetric array (..., 6, 6) with these entries on and above its diagonal."""
-    if {*map(type, entries.values())} == {float}:  # as of most beams of a large network
-        flat = [0.0] * 36
-        for (i, j), entry in entries.items():
-            flat[6 * i + j] = flat[6 * j + i] = entry
-        return np.array(flat).reshape(6, 6)
     for place, entry in entries.items():
         if not isinstance(entry, np.ndarray):
             is_number = isinstance(entry, (float, np.number, Integral))

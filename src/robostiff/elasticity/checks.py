@@ -98,6 +98,8 @@ _BY_MODULI = "any other material is written by its moduli: Material(name, E, G, 
 
 def positive_number(subject: str, value: Any, unit: str, hint: str | None = None) -> Any:
     """A positive value: a number as a float, a formula unchanged; InputError otherwise."""
+    if type(value) is float and 0.0 < value < math.inf:
+        return value
     expected = f"{_A_NUMBER} [{unit}]" if unit else _A_NUMBER
     value = in_si(subject, value, expected, None if " or " in unit else unit)
     if is_formula(value):
@@ -116,8 +118,6 @@ def positive_numbers(subject: str, values: Any, unit: str) -> Any:
 
     One formula stays as it is.
     """
-    if type(values) is float and 0.0 < values < math.inf:
-        return values
     values = in_si(subject, values, f"{_A_NUMBER} [{unit}]", unit)
     if is_formula(values):
         return positive_number(subject, values, unit)

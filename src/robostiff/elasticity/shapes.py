@@ -85,8 +85,9 @@ class CrossSection:
             if value is None and name.startswith("shear_factor"):
                 continue
             subject = f"{words} of the cross-section"
-            object.__setattr__(self, name, positive_number(subject, value, unit))
-            positive.append(Bounds(subject, getattr(self, name)))
+            object.__setattr__(self, name, number := positive_number(subject, value, unit))
+            if is_formula(number):
+                positive.append(Bounds(subject, number))
         bounds = positive if self.bounds is None else self.bounds
         object.__setattr__(self, "bounds", left_open(bounds))
 

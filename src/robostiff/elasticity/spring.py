@@ -102,10 +102,9 @@ class Elasticity:
         if self.compliance.ndim == 2:
             return self
         found = object.__new__(Elasticity)  # its arrays have been checked with the others
-        object.__setattr__(found, "compliance", self.compliance[index])
-        object.__setattr__(found, "freedoms", self.freedoms)
-        object.__setattr__(found, "bounds", self.bounds)
-        object.__setattr__(found, "beam", None)
+        batches = {name: vars(self).get(name) for name in ("compliance", "modes")}
+        arrays = {name: array[index] for name, array in batches.items() if array is not None}
+        vars(found).update(freedoms=self.freedoms, bounds=self.bounds, beam=None, **arrays)
         return found
 
 

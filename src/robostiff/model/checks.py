@@ -44,7 +44,7 @@ def vector3(subject: str, value: Entries) -> np.ndarray:
     """
     if type(value) is np.ndarray and value.dtype == float and value.shape == (3,):
         x, y, z = value.tolist()
-        if abs(x) + abs(y) + abs(z) <= FARTHEST:  # as of most beams of a large network
+        if abs(x) + abs(y) + abs(z) < 1e30:  # as of most beams of a large network
             return value
     formulas = formula_array(value)
     if formulas is not None:
@@ -84,8 +84,7 @@ def axis_across(direction: np.ndarray) -> np.ndarray:
     Among formulas it is the first one with a component of zero; without any, x.
     """
     if direction.dtype != object:
-        sizes = [abs(entry) for entry in direction.tolist()]
-        return _AXES[sizes.index(min(sizes))]
+        return _AXES[np.argmin(np.abs(direction))]
     zeros = [i for i, entry in enumerate(direction) if entry == 0]
     if not zeros and not any(entry.free_symbols for entry in direction):
         zeros = [int(np.argmin(np.abs(direction.astype(float))))]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -25,7 +24,7 @@ from robostiff.model.checks import axis_across, finite_coordinates, unit_vector,
 from robostiff.model.entries import formulas
 from robostiff.model.joint import Role
 from robostiff.model.mass import Mass, mass_value, masses_of
-from robostiff.spatial import Frame, Screw, refuse_quantities
+from robostiff.spatial import Frame, Screw, cross, refuse_quantities
 from robostiff.spatial.formula import (
     Entries,
     Scalar,
@@ -38,6 +37,9 @@ from robostiff.spatial.formula import (
     tidied,
     vanishes,
 )
+
+# Of a unit vector: what is left across a beam of one along it.
+_ALONG = 1e-6
 
 
 @dataclass(frozen=True)
@@ -240,16 +242,22 @@ def beam_axes(to: Entries, y_axis: Entries | None) -> np.ndarray:
         if not vanishes(across):
             z = across / length_of(across)
             return np.stack([x, tidied(np.cross(z, x)), z], axis=-1)
-    else:  # numbers of Python are faster
-        (x1, x2, x3), (y1, y2, y3) = x.tolist(), start.tolist()
-        along = x1 * y1 + x2 * y2 + x3 * y3
-        y1, y2, y3 = y1 - along * x1, y2 - along * x2, y3 - along * x3
-        size = math.sqrt(y1 * y1 + y2 * y2 + y3 * y3)
-        if size > 1e-6:
-            y1, y2, y3 = y1 / size, y2 / size, y3 / size
-            z = x2 * y3 - x3 * y2, x3 * y1 - x1 * y3, x1 * y2 - x2 * y1
-            return np.array([[x1, y1, z[0]], [x2, y2, z[1]], [x3, y3, z[2]]])
+    elif (axes := axes_towards(x, start)) is not None:
+        return axes
     raise InputError("y axis of the section", got=y_axis, expected="a direction across the beam")
+
+
+def axes_towards(x: np.ndarray, y: np.ndarray) -> np.ndarray | None:
+    """Axes (..., 3, 3) in columns of unit directions x (..., 3), with the parts of y across them.
+
+    None where one of these is nothing.
+    """
+    across = y - np.sum(x * y, axis=-1, keepdims=True) * x
+    size = np.sqrt(np.sum(across**2, axis=-1, keepdims=True))
+    if np.any(size <= _ALONG):
+        return None
+    across = across / size
+    return np.stack([x, across, cross(x, across)], axis=-1)
 
 
 def beam_link(

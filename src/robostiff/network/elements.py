@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,19 +15,18 @@ from robostiff.elasticity import (
     BeamTheory,
     CrossSection,
     Elasticity,
-    EulerBernoulli,
     Material,
     beam_compliance,
     uniform_beam,
 )
+from robostiff.elasticity.beam import DEFAULT_THEORY
 from robostiff.errors import InputError
 from robostiff.model import PlacedFreedom, PlacedMass, beam_axes
 from robostiff.model.checks import vector3
-from robostiff.model.link import beam_mass
+from robostiff.model.link import axes_towards, beam_mass
 from robostiff.spatial import as_float, as_floats, twist_transport
 from robostiff.spatial.batch import Float
 
-_DEFAULT_THEORY = EulerBernoulli()
 _ROUNDING = 1e-9  # of the length of a beam
 
 
@@ -84,12 +84,38 @@ class BeamElement:
     end: np.ndarray
     rotation: np.ndarray
     tip_compliance: np.ndarray
-    masses: tuple[PlacedMass, ...] = ()
+    masses: tuple[PlacedMass, ...] = field(default_factory=tuple)
 
     @property
     def length(self) -> float:
         """From start to end [m]."""
         return float(np.linalg.norm(self.end - self.start))
+
+    def __getattr__(self, name: str) -> Any:
+        """What follows from the section of a beam of `beam_between`, once it is asked for."""
+        if name in ("rotation", "tip_compliance"):
+            find_properties([self])
+        elif name == "masses":
+            value = beam_mass(self.length, *self.section[:2])
+            vars(self)[name] = uniform_mass(self.name, value, self.start, self.end)
+        return object.__getattribute__(self, name)
+
+
+def find_properties(beams: Iterable[BeamElement]) -> None:
+    """Find axes and tip compliance of those beams of `beam_between` that have none yet, at once."""
+    alike: dict[tuple[int, ...], list[BeamElement]] = defaultdict(list)
+    for beam in beams:
+        if "tip_compliance" not in vars(beam):
+            alike[tuple(map(id, beam.section))].append(beam)
+    for own in alike.values():
+        along = np.array([beam.end for beam in own]) - np.array([beam.start for beam in own])
+        length = np.sqrt(np.sum(along**2, axis=1))
+        x = along / length[:, None]
+        axes = axes_towards(x, np.eye(3)[np.argmin(np.abs(x), axis=1)])
+        C = beam_compliance(length if len(own) > 1 else length.item(), *own[0].section)
+        for beam, R, C_own in zip(own, axes, C.reshape(-1, 6, 6), strict=True):
+            vars(beam).setdefault("rotation", R)
+            vars(beam)["tip_compliance"] = C_own
 
 
 @dataclass(frozen=True)
@@ -173,7 +199,7 @@ def beam_between(
     section: CrossSection,
     *,
     y_axis: ArrayLike | None = None,
-    theory: BeamTheory = _DEFAULT_THEORY,
+    theory: BeamTheory = DEFAULT_THEORY,
     name: str = "beam",
 ) -> BeamElement:
     """Beam from the point of node a to the point of node b, with the mass of its material.
@@ -204,17 +230,21 @@ def beam_between(
     """
     start, end = vector3("start of the beam", a.point), vector3("end of the beam", b.point)
     along = end - start
-    length = math.sqrt(along @ along)
-    if length == 0.0:
+    if along @ along == 0.0:
         raise InputError(
             f"beam {name!r} from {a.name!r} to {b.name!r}",
             got="two nodes at one point",
             expected="nodes at different points",
         )
-    rotation = beam_axes(along, None if y_axis is None else np.asarray(y_axis, dtype=float))
-    tip_compliance = beam_compliance(length, material, section, theory)
-    masses = uniform_mass(name, beam_mass(length, material, section), start, end)
-    return BeamElement(name, a.name, b.name, start, end, rotation, tip_compliance, masses)
+    if not (isinstance(material, Material) and isinstance(section, CrossSection)):
+        beam_compliance(1.0, material, section, theory)  # says what is wrong
+    theory.shear_factors(section)
+    beam = BeamElement.__new__(BeamElement)
+    known = {"name": name, "a": a.name, "b": b.name, "start": start, "end": end}
+    vars(beam).update(known, section=(material, section, theory))
+    if y_axis is not None:
+        vars(beam)["rotation"] = beam_axes(along, np.asarray(y_axis, dtype=float))
+    return beam
 
 
 def uniform_mass(

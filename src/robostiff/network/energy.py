@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robostiff.elastostatics import Status, Tolerance
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import NoAnswerError, TooFewDigitsError
 from robostiff.network.elements import JointElement, SpringElement, beam_stiffness_12
 from robostiff.network.equations import Equations, equations_of
@@ -12,7 +12,6 @@ from robostiff.network.network import Network
 from robostiff.spatial import block_rotation
 from robostiff.spatial.batch import Float
 
-_DEFAULT_TOLERANCE = Tolerance()
 _ROUNDING = 1e-13
 # Of the constraints: rounding moves what they determine by as many times its own size.
 _NEARLY_DEPENDENT = 2e-7
@@ -20,7 +19,7 @@ _LOST = 1e-10  # of the energy
 _BITS = np.finfo(float).nmant + 1
 
 
-def energy_stiffness(network: Network, tolerance: Tolerance = _DEFAULT_TOLERANCE) -> np.ndarray:
+def energy_stiffness(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE) -> np.ndarray:
     """Stiffness about the reference point, the Hessian ``(E Z)^T E Z`` of the least energy.
 
     Unknowns are the displacements of all bodies and the coordinates of all joints and springs; the

@@ -13,7 +13,13 @@ from robostiff.elastostatics import Tolerance, matrix_length, scaling, transmitt
 from robostiff.elastostatics.tolerance import check_compliance_in_plane, check_joints_in_plane
 from robostiff.errors import InputError
 from robostiff.kept import kept
-from robostiff.network.elements import BeamElement, CouplingElement, Element, SpringElement
+from robostiff.network.elements import (
+    BeamElement,
+    CouplingElement,
+    Element,
+    SpringElement,
+    find_properties,
+)
 from robostiff.network.network import Network
 from robostiff.spatial import Space, block_rotation, compliance_modes, twist_transport
 
@@ -89,20 +95,7 @@ class ElementGroup:
         """Which wrenches are rigid (N, m)."""
         return ~np.any(self.S, axis=1)
 
-    @property
-    def longest(self) -> float:
-        """Largest characteristic length of an elastic part, in units of that of the network."""
-        soft = ~self.rigid.all(axis=1)
-        W, freedoms = self.W[soft], self.freedoms[soft]
-        lengths = matrix_length(W @ self.S[soft] @ np.swapaxes(W, 1, 2), freedoms)
-        return float(np.max(lengths, initial=0.0))
-
-    @property
-    def is_full(self) -> bool:
-        """Whether they resist every relative motion of their nodes, as beams do."""
-        return self.W.shape[2] == self.W.shape[1]
-
-    @property
+    @cached_property
     def nodes(self) -> list[tuple[str, str]]:
         """The two nodes of each."""
         return [(element.a, element.b) for element in self.elements]
@@ -156,6 +149,7 @@ def groups_of(
     negative.
     """
     numbers = np.arange(len(elements)) if numbers is None else numbers
+    find_properties(own for own in elements if isinstance(own, BeamElement))
     parts = [_as_spring(*each) for each in zip(elements, of_nodes, strict=True)]
     alike: dict[int, list[int]] = defaultdict(list)
     for k, (_, _, J, _, _) in enumerate(parts):
@@ -228,8 +222,12 @@ def _springs(
 
 
 def check_fits(element: Element, space: Space) -> None:
-    """Raise an InputError unless an element can be part of a network in this space."""
-    for _ in groups_of([element], np.zeros((1, 3)), np.ones(space.size), space, Tolerance()):
+    """Raise an InputError unless an element stays in the plane of a planar network."""
+    for _ in (
+        ()
+        if space is Space.SPATIAL
+        else groups_of([element], np.zeros((1, 3)), np.ones(space.size), space, Tolerance())
+    ):
         pass
 
 
@@ -333,7 +331,11 @@ def equations_of(network: Network, tolerance: Tolerance) -> Equations:
         points[network.platform] = reference
     groups, couplings = _scaled(network, points, length or 1.0, tolerance)
     # The largest length that the springs have, as a part of the one that scales them.
-    of_elements = max((own.longest for own in groups), default=0.0) * (length or 1.0)
+    lengths = [
+        matrix_length(own.W @ own.S @ np.swapaxes(own.W, 1, 2), own.freedoms)[np.any(own.S, (1, 2))]
+        for own in groups
+    ]
+    of_elements = np.concatenate([[0.0], *lengths]).max() * (length or 1.0)
     if length <= tolerance.independence * of_elements:  # all in one point, relative to the springs
         length = of_elements or 1.0
         groups, couplings = _scaled(network, points, length, tolerance)

@@ -174,7 +174,7 @@ def mobility(equations: Equations, *, platform_fixed: bool) -> Mobility:
     """
     network, n = equations.network, equations.size
     # Clusters of bodies without relative motion, by the first body of each
-    pairs = [pair for own in equations.groups if own.is_full for pair in own.nodes]
+    pairs = [pair for own in equations.groups if own.W.shape[2] == n for pair in own.nodes]
     names = [node.name for node in network.nodes]
     label_of = connected_parts(names, [*pairs, network.fixed])
     members: dict[str, list[str]] = {}

@@ -98,7 +98,8 @@ class Network(FrozenSubject):
         _check_known("fixed node", self.fixed, known)
         _check_known("platform", (self.platform,), known)
         for element in self.elements:
-            _check_known(f"node of {element.name!r}", (element.a, element.b), known)
+            if not (element.a in known and element.b in known):
+                _check_known(f"node of {element.name!r}", (element.a, element.b), known)
             if element.a == element.b:
                 raise InputError(
                     f"nodes of {element.name!r}", got=element.a, expected="two different nodes"

@@ -25,7 +25,7 @@ from robostiff.network.mobility import (
     null_spaces,
     pinning_coordinates,
 )
-from robostiff.network.multifrontal import BlockMatrix, CholeskyFactors, dissected
+from robostiff.network.multifrontal import CholeskyFactors, dissected, lower_blocks
 from robostiff.spatial.batch import block_diagonal
 
 if TYPE_CHECKING:
@@ -293,8 +293,10 @@ def condensed_system(
     """
     matrix, n = network_matrix(equations), equations.size
     network, names = equations.network, [*equations.points]
-    is_left_out = np.isin(np.arange(matrix.size), [*pinned, *dropped])
-    is_free = ~np.isin(names, [*network.fixed, network.platform])
+    is_left_out = np.zeros(matrix.size, dtype=bool)
+    is_left_out[np.array([*pinned, *dropped], dtype=int)] = True
+    still = {*network.fixed, network.platform}
+    is_free = np.array([name not in still for name in names])
     bodies, platform = np.flatnonzero(is_free), names.index(network.platform)
     # Bodies are cut apart by their places; those in one place by the order that they come in.
     points = np.array([*equations.points.values()])
@@ -322,7 +324,7 @@ def condensed_system(
             inverse = np.linalg.inv(np.where(either, identity, soft))
             stiffness.append(np.where(either, 0.0, inverse))
         held = is_left_out[: n * len(names)].reshape(-1, n)
-        K = BlockMatrix.of_elements(number, _of_bodies(matrix.parts, stiffness, held))
+        K = lower_blocks(number, _of_bodies(matrix.parts, stiffness, held))
         factors = CholeskyFactors.of(K, [*map(len, pieces)], unknowns)
     except np.linalg.LinAlgError:
         return None
@@ -473,7 +475,9 @@ def saddle_point_system(equations: Equations, *, platform_fixed: bool) -> Saddle
         for number in numbers
     ]
     fixed = np.concatenate([matrix.rows_of[name] for name in still])
-    left = np.setdiff1d(np.arange(matrix.size), [*fixed, *pinned, *dropped])
+    is_left = np.ones(matrix.size, dtype=bool)
+    is_left[[*fixed, *pinned, *dropped]] = False
+    left = np.flatnonzero(is_left)
     condensed = None
     if left.size > _LARGE:
         # Where nothing is pinned or dropped, one factorisation is for the platform free and fixed.
