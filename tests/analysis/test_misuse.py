@@ -24,17 +24,10 @@ def test_what_is_no_robot(robot):
 @pytest.mark.parametrize(
     "pose",
     [
-        "home",
-        {},
-        [POSE, [1, 2]],
-        [True] * 6,
-        ["0"] * 6,
-        np.array(POSE) + 1j,
-        [np.nan] * 6,
-        [1e200] * 6,
-        np.ma.masked_greater(POSE, 0.5),
+        "home", {}, [POSE, [1, 2]], [True] * 6, ["0"] * 6, np.array(POSE) + 1j, [np.nan] * 6,
+        [1e200] * 6, np.ma.masked_greater(POSE, 0.5),
     ],
-)
+)  # fmt: skip
 def test_what_is_no_pose(pose):
     with pytest.raises(InputError, match="pose of 'hexapod'"):
         rs.stiffness(HEXAPOD, pose)

@@ -102,21 +102,12 @@ def test_long_entries_are_broken_out_and_long_sums_broken():
 @pytest.mark.parametrize(
     ("name", "written"),
     [
-        ("K_11", "K_{11}"),
-        ("K11", "K_{11}"),
-        ("mu_1", r"\mu_{1}"),
-        ("u_1_3", "u_{1,3}"),
-        ("phi_1", r"\phi_{1}"),
-        ("k_tau", r"k_{\tau}"),
-        ("d_a", "d_{a}"),
-        ("Omega", r"\Omega"),
-        ("α_12", r"\alpha_{12}"),
-        ("L_tip", r"L_{\mathrm{tip}}"),
-        ("a%b", r"\text{a\%b}"),
-        ("omicron", "o"),
-        ("K_C,1", "K_{C,1}"),
+        ("K_11", "K_{11}"), ("K11", "K_{11}"), ("mu_1", r"\mu_{1}"), ("u_1_3", "u_{1,3}"),
+        ("phi_1", r"\phi_{1}"), ("k_tau", r"k_{\tau}"), ("d_a", "d_{a}"), ("Omega", r"\Omega"),
+        ("α_12", r"\alpha_{12}"), ("L_tip", r"L_{\mathrm{tip}}"), ("a%b", r"\text{a\%b}"),
+        ("omicron", "o"), ("K_C,1", "K_{C,1}"),
     ],
-)
+)  # fmt: skip
 def test_names_of_symbols(name, written):
     assert LATEX.name(name) == written
 
