@@ -68,10 +68,6 @@ def test_results_show_themselves_in_a_line():
     assert "status ok" in repr(rs.deflection(HEXAPOD, POSE, [1, 0, 0, 0, 0, 0]))
 
 
-def test_rank_of_a_pose_out_of_reach():
-    assert int(rs.stiffness(rs.load("3-puu"), [1, 0, 0.3]).rank) == -1
-
-
 def test_a_far_reference_point_changes_no_rank_and_no_status():
     robot = rs.load("gough-stewart-b-beams")
     assert isinstance(robot, rs.Robot)

@@ -205,11 +205,6 @@ def _program():
     return Program.of(record, [product + sine(x), least(-x, product), 2.5])
 
 
-def test_programs_are_read_as_they_were_written():
-    program = _program()
-    assert Program.from_data(json.loads(json.dumps(program.as_data()))) == program
-
-
 @pytest.mark.parametrize(
     ("name", "place", "value"),
     [
