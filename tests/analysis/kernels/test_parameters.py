@@ -9,10 +9,8 @@ from tests.analysis.kernels.cases import around_home, model, row
 
 ROBOTS = {
     "hexapod": ("R", "alpha", "k_screw", "cylinder"),
-    "3-puu": ("R", "l", "r"),
     "3-rrr": ("l1", "l2", "k"),
     "gough-stewart-a": ("R", "k"),
-    "tripteron": ("d", "l"),
     "two-link-arm": ("l1", "b"),
     "planar-link": ("L",),
     "3-rps": ("R", "r", "k"),
