@@ -58,22 +58,6 @@ def _cut(block: PlacedBlock):
             yield branch
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_deflection_is_the_slope_of_the_energy(name):
-    """Castigliano by central differences; the energy is quadratic, so they are exact."""
-    robot, pose, F = loaded(name)
-    bent = rs.deflection(robot, pose, F)
-    for i in range(len(F)):
-        step = np.zeros(len(F))
-        step[i] = 0.1 * np.abs(F).max()
-        up, down = (
-            sum(part.energy for part in rs.deflection(robot, pose, F + s * step).parts)
-            for s in (1, -1)
-        )
-        slope = (up - down) / (2 * step[i])
-        assert slope == pytest.approx(bent.twist[i], rel=1e-6, abs=1e-9 * bent.energy / step[i])
-
-
 @pytest.mark.parametrize("name", ["delta", "nested parallelograms"])
 def test_poses_worked_out_together_share_loads_as_each_alone(name, monkeypatch):
     """In chunks of two poses, whose blocks are joined; of one pose legs are solved together."""

@@ -8,7 +8,7 @@ import numpy as np
 import sympy as sp
 
 import robostiff as rs
-from robostiff.analytic import canonical, sum_of_legs
+from robostiff.analytic import sum_of_legs
 from robostiff.elasticity import Elasticity, cantilever_compliance
 from robostiff.model import Actuated, Passive, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.spatial import rotate_stiffness
@@ -46,13 +46,6 @@ def stewart(phi, psi, length):
         legs.append(rotate_stiffness(local, np.array(frame)))
         vectors.append([-r * sp.cos(s), -r * sp.sin(s), 0])
     return sum_of_legs(legs, vectors, extra=[length])
-
-
-def printed(length, d_squared, d, spin):
-    K = sp.diag(d_squared, d_squared, 2 * h**2, r**2 * h**2, r**2 * h**2, spin)
-    K[0, 4] = K[4, 0] = r * h * d
-    K[1, 3] = K[3, 1] = -r * h * d
-    return canonical(3 * K11 / length**2 * K, extra=[length])
 
 
 X, Y, Z = np.eye(3, dtype=int).astype(object)

@@ -9,7 +9,6 @@ import sympy as sp
 import robostiff as rs
 from robostiff.analytic.export import derivation_text
 from robostiff.errors import InputError
-from robostiff.io.model_file import ParameterChoice
 
 UR5 = Path(__file__).parents[2] / "examples" / "ur5.urdf"
 
@@ -47,15 +46,6 @@ def test_long_roots_are_decimals_without_rounding_beside_the_diagonal():
     matrix = text[text.index("All legs together") :]
     assert "e-" not in matrix
     assert "12049634.5476" in matrix
-
-
-def test_exact_dimensions_are_those_of_the_robot():
-    exact = rs.load("us-ups", symbols=ParameterChoice.NONE)
-    assert exact.symbols == ()
-    assert exact.has_formulas
-    assert np.allclose(
-        rs.stiffness(exact).K, rs.stiffness(rs.load("us-ups")).K, rtol=1e-12, atol=1e-3
-    )
 
 
 @pytest.mark.parametrize("name", ["hexapod", UR5, "cable-8"])

@@ -1,7 +1,5 @@
 """Exact arithmetic: the laws of a field, relations of sines and roots, certain zeros."""
 
-import math
-
 import pytest
 import sympy as sp
 from hypothesis import given
@@ -28,12 +26,6 @@ formulas = st.recursive(
     ),
     max_leaves=8,
 )
-
-
-@given(formulas)
-def test_an_element_keeps_its_value(formula):
-    back = FIELD.expression(FIELD.element(formula))
-    assert value(back) == pytest.approx(value(formula), rel=1e-12, abs=1e-12)
 
 
 @given(formulas, formulas)
@@ -82,13 +74,6 @@ def test_zero_is_recognised(zero):
     assert ExactField([zero, ROOT]).element(zero).is_zero
 
 
-def test_nested_roots_keep_their_relation():
-    outer = sp.sqrt(1 + ROOT)
-    field = ExactField([outer])
-    assert field.element(outer**2 - 1 - ROOT).is_zero
-    assert not field.element(outer - ROOT).is_zero
-
-
 def test_floats_are_decimals():
     assert canonical(sp.Matrix([[0.1 + a, 0.25 * a]]))[0, 1] == a / 4
 
@@ -101,9 +86,3 @@ def test_an_unknown_function_is_refused():
 def test_division_by_a_hidden_zero_is_refused():
     with pytest.raises(InputError, match="no division by zero"):
         _ = FIELD.element(a) / FIELD.element(sp.sin(phi) ** 2 + sp.cos(phi) ** 2 - 1)
-
-
-def test_powers():
-    x = FIELD.element(ROOT)
-    assert x**-2 == 1 / FIELD.element(a**2 + b**2)
-    assert math.isclose(value(FIELD.expression(x**3)), value(ROOT) ** 3)

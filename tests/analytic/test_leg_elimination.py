@@ -9,7 +9,6 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic import AtSymbols, Steps, derive_leg
-from robostiff.analytic.exact.definition import count_of
 from robostiff.analytic.exact.exact_points import matrix_value
 from robostiff.analytic.export import derivation_text
 from robostiff.analytic.legs import check_leg
@@ -134,19 +133,3 @@ def test_values_put_in_leave_no_name_without_its_definition():
     assert {s.name for s in put.given_symbols} <= values.keys() - {"R"}
     others = {s.name: values[s.name] for s in put.symbols}
     assert put.lambdify()(**others) == pytest.approx(leg.lambdify()(**values), rel=1e-12)
-
-
-def test_entries_that_differ_by_their_sign_have_one_name():
-    """C_35 of a strut was written out beside C_26, and K_0 with both."""
-    leg = rs.derive("hexapod", leg="leg1")
-    assert leg.C[2, 4] == -leg.C[1, 5]
-    assert leg.K0[2, 4] == -leg.K0[1, 5]
-    assert "C_35" not in derivation_text(leg)
-
-
-def test_lengths_and_axes_of_a_leg_are_in_sums_of_angles():
-    """L_a had sin(alpha)*cos(alpha) and cos(alpha)**2 where the vector form has a phase."""
-    leg = rs.derive("hexapod", leg="leg1")
-    length = next(d.expression for d in leg.definitions if d.symbol.name == "L_a")
-    assert str(length) == "sqrt(R**2 - 2*R*r*sin(2*alpha + pi/6) + h**2 + r**2)"
-    assert sum(map(count_of, leg.axes)) < 120  # of 173

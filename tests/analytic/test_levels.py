@@ -1,14 +1,12 @@
 """What a formula can do, it can do in steps, in names of its springs, and in vectors."""
 
-import copy
-
 import numpy as np
 import pytest
 import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic import compliance_steps, differentiate
-from robostiff.analytic.export import derivation_text, derivation_typst, python_function
+from robostiff.analytic.export import derivation_typst, python_function
 from tests.analytic.export.programs import READERS, in_all_languages
 
 VECTORS = ["gough-stewart-b", "delta", "3-rrr", "six-joint-arm"]
@@ -97,19 +95,6 @@ def test_names_of_springs_are_a_formula_of_their_own():
     _, dK = differentiate(named, "l").lambdify()(**values)
     _, expected = differentiate(derivation, "l").lambdify()(**values)
     np.testing.assert_allclose(dK, expected, atol=1e-9 * np.max(np.abs(expected)))
-
-
-def test_levels_are_printed_and_kept_alone():
-    derivation = rs.derive("gough-stewart-b", pose=rs.AtSymbols())
-    assert derivation.vectors is not None
-    text = derivation_text(derivation.vectors)
-    assert "K_C = sum over i of w_i w_i^T / c_i" in text.splitlines()
-    assert "Nomenclature" in text
-    assert r"\mathbf{w}_{i} &= " in derivation.vectors.latex()
-    assert "c_a = u_z**2/k + l/EA_1" in derivation_text(rs.derive("3-prs").named).splitlines()
-    assert {derivation: 1}[copy.deepcopy(derivation)] == 1
-    found = differentiate(derivation.vectors, "x")
-    assert copy.deepcopy(found) == found
 
 
 def test_compliances_are_programs_and_pages():

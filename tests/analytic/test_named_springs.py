@@ -1,6 +1,5 @@
 """Moduli, products of beams and stiffnesses of drives that are numbers have names in formulas."""
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -62,23 +61,11 @@ def values_of_names(derivation):
     return {str(d.symbol): d.expression for d in (derivation.named or derivation).definitions}
 
 
-def largest_distance(robot, pose, K, sets=20):
+def largest_distance(robot, pose, K, sets=4):
     """Largest difference of K, a function of values by name, from the numbers."""
     placed = place_robot(robot, pose)
     places = closed_places(placed, sets=sets)
     return max(matrix_distance(K(at), result.K, placed.length) for at, result, _ in places)
-
-
-def test_a_section_of_symbols_leaves_the_moduli_in_the_formula():
-    lines = lines_of(rs.derive("two-link-arm"))
-    assert "EA_1 = E*b*h" in lines
-    assert "EI_z_1 = E*b**3*h/12" in lines
-    # as the model file has it, not multiplied out
-    assert "GJ_1 = G*b*h**3*(1/3 - 21*h*(1 - h**4/(12*b**4))/(100*b))" in lines
-    assert "E: Young's modulus of steel, 210 GPa" in lines
-    assert "G: shear modulus of steel, 80.7692307692 GPa" in lines
-    assert "k_2: stiffness of elbow, 100000 N m/rad" in lines
-    assert "EI_2: bending stiffness E I of forearm, 69169.0345027 N m²" in lines
 
 
 def test_each_material_has_its_moduli_and_no_name_stands_for_two_things(arm):
@@ -129,14 +116,6 @@ def test_steps_have_no_numbers_of_springs(name):
         return function(**{own: x for own, x in at.items() if own in wanted})
 
     assert largest_distance(robot, AtSymbols(), K) < 1e-9
-
-
-def test_legs_alike_share_names_and_others_have_their_own():
-    lines = lines_of(rs.derive("3-rpr-beams", pose=AtSymbols()))
-    assert "EA_1: axial stiffness E A of strut.beam1, 126000000 N" in lines
-    assert "EA_2: axial stiffness E A of strut.beam2, 84000000 N" in lines
-    assert not any(re.match("EA_3", line) for line in lines)
-    assert "k_2: stiffness of leg2/strut, 1500000 N/m" in lines
 
 
 def test_beams_inside_of_blocks_have_the_names_of_their_parts():

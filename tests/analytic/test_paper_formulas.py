@@ -6,20 +6,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from robostiff.analytic import (
-    Closed,
-    FormulaTooLargeError,
-    Steps,
-    canonical,
-    derive_chain,
-    rank_formula,
-    sum_of_legs,
-)
-from robostiff.analytic.export.entries import factored_matrix
+from robostiff.analytic import Steps, derive_chain, sum_of_legs
 from robostiff.elastostatics import eliminate_joint
 from robostiff.errors import InputError
-from robostiff.spatial import move_stiffness
-from tests.analytic.formulas import CASE_A, CASE_B, K11, L_A, L_B, R, h, printed, r, stewart
 
 L, E, G, A, I, J = sp.symbols("L E G A I J", positive=True)
 FIVE = {  # eq. (21)
@@ -43,23 +32,6 @@ def symmetric_beam():
 
 def numbers(expression, values):
     return np.array(sp.Matrix(expression).evalf(30, subs=values), dtype=float)
-
-
-def test_equation_4():
-    K = sp.Matrix(3, 3, lambda i, j: sp.Symbol(f"K{min(i, j) + 1}{max(i, j) + 1}"))
-    found = derive_chain(K, {"tip": [0, 0, 1]}).K
-    for i in range(2):
-        for j in range(2):
-            assert sp.simplify(found[i, j] - (K[i, j] - K[i, 2] * K[2, j] / K[2, 2])) == 0
-    assert list(found[2, :]) == [0, 0, 0]
-    assert list(found[:, 2]) == [0, 0, 0]
-
-
-def test_the_leg_of_section_6_ends_in_one_entry():
-    derivation = derive_chain(symmetric_beam(), FIVE)
-    expected = sp.zeros(6, 6)
-    expected[0, 0] = E * A / L
-    assert derivation.K == sp.ImmutableMatrix(expected)
 
 
 def test_the_leg_of_section_6_stage_by_stage():
@@ -86,32 +58,6 @@ def test_proposition_any_order_gives_the_same_matrix(order):
     assert derive_chain(FULL, shuffled).K == derive_chain(FULL, FIVE).K
 
 
-def test_corollary_joint_by_joint_equals_the_block_form():
-    joints = {"a": [0, 0, 0, 1, 0, 0], "b": [0, L, 0, 0, 0, 1]}
-    J_q = sp.Matrix([joints["a"], joints["b"]]).T
-    block = FULL - FULL * J_q * (J_q.T * FULL * J_q).inv() * J_q.T * FULL
-    assert derive_chain(FULL, joints).K == canonical(block)
-
-
-def test_remark_3_and_equation_16_rank_drops_by_one_a_joint():
-    stages = derive_chain(FULL, FIVE).stages
-    assert [rank_formula(stage.K).rank for stage in stages] == [5, 4, 3, 2, 1]
-
-
-def test_k_times_j_vanishes():
-    K = derive_chain(FULL, FIVE).K
-    for column in FIVE.values():
-        assert canonical(K * sp.Matrix(column)) == sp.ImmutableMatrix(sp.zeros(6, 1))
-
-
-def test_a_redundant_joint_takes_nothing_away():
-    joints = {**FIVE, "spin": [0, 0, 0, 1, 0, 0]}
-    derivation = derive_chain(FULL, joints)
-    assert derivation.stages[-1].is_redundant
-    assert "redundant" in derivation.stages[-1].rule
-    assert derivation.K == derive_chain(FULL, FIVE).K
-
-
 def test_steps_equal_the_closed_form_and_the_numerical_form():
     generator = np.random.default_rng(1)
     M = generator.normal(size=(6, 6))
@@ -131,39 +77,6 @@ def test_steps_equal_the_closed_form_and_the_numerical_form():
     np.testing.assert_allclose(
         numbers(closed.K, values), np.array(short.substituted(values), dtype=float), rtol=1e-10
     )
-
-
-def test_steps_stay_small_where_the_closed_form_explodes():
-    general = {f"j{i}": sp.symbols(f"d{i}x d{i}y d{i}z e{i}x e{i}y e{i}z") for i in range(5)}
-    assert len(derive_chain(FULL, general, Steps()).definitions) < 150
-    with pytest.raises(FormulaTooLargeError, match="use named steps"):
-        derive_chain(FULL, general, Closed(limit=2000))
-
-
-def test_equation_27_follows_from_26():
-    expected = printed(L_A, (R - r) ** 2, R - r, 0)
-    assert stewart(*CASE_A, L_A) == expected
-
-
-def test_equation_28_follows_from_26():
-    spin = sp.Rational(3, 2) * r**2 * R**2
-    expected = printed(L_B, (R - r) ** 2 + R * r, R / 2 - r, spin)
-    assert stewart(*CASE_B, L_B) == expected
-
-
-def test_common_factor_of_27_reads_as_printed():
-    K = stewart(*CASE_A, sp.Symbol("L", positive=True))
-    factor, rest = factored_matrix(K)
-    assert factor == 3 * K11 / sp.Symbol("L", positive=True) ** 2
-    assert sp.expand(rest[0, 0] - (R - r) ** 2) == 0
-    assert rest[2, 2] == 2 * h**2
-    assert sp.expand(rest[0, 4] - r * h * (R - r)) == 0
-
-
-def test_the_printed_sign_of_13_gives_another_matrix():
-    K = np.array(sp.diag(0, K11, 0, 0, 0, 0))
-    right, wrong = (move_stiffness(K, np.array([x, 0, 0], dtype=object)) for x in (h, -h))
-    assert right[1, 5] == -wrong[1, 5] != 0
 
 
 def test_misuse():

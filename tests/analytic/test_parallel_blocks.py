@@ -1,39 +1,13 @@
 """Formulas of robots with parallel blocks: by hand, and exported against the numerical form."""
 
 import numpy as np
-import pytest
 import sympy as sp
 
 import robostiff as rs
-from robostiff.analytic.export import python_function
 from robostiff.model import Chain, Leg, Robot, parallelogram, prismatic, revolute
 from robostiff.spatial import Frame, Space
 
 NOMINAL = {"k": 3e6, "l": 0.5, "w": 0.1}
-
-
-def function_of(source: str):
-    space: dict = {}
-    exec(source, space)  # noqa: S102
-    return space["stiffness"]
-
-
-@pytest.mark.parametrize("name", ["orthoglide", "delta"])
-def test_the_exported_function_agrees_with_the_numerical_form(name):
-    robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
-    derivation = rs.derive(robot, pose=rs.AtSymbols(), form=rs.Steps())
-    function = function_of(python_function(derivation))
-    rng = np.random.default_rng(4)
-    for _ in range(4):
-        values = {k: v * rng.uniform(0.98, 1.02) for k, v in robot.nominal.items()}
-        numeric = robot.substituted(values)
-        assert numeric.home is not None
-        pose = numeric.home.p + 0.05 * rng.uniform(-1, 1, 3)
-        expected = rs.stiffness(numeric, pose)
-        assert not expected.status.is_bad
-        known = dict(zip(derivation.coordinates, pose, strict=True)) | values
-        K = function(**{symbol.name: known[symbol.name] for symbol in derivation.symbols})
-        assert np.max(np.abs(K - expected.K)) < 1e-10 * np.max(np.abs(expected.K))
 
 
 def bars_that_only_stretch(k, length, width) -> Robot:

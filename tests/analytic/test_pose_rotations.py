@@ -41,15 +41,6 @@ def test_formulas_are_right_at_random_rotations(name):
     assert reached == 6
 
 
-@pytest.mark.parametrize("name", ROTATIONS)
-def test_coordinates_of_a_rotation_in_numbers_lead_back_to_it(name):
-    rotation = rotation_by_name(name)
-    values = dict(zip(rotation.names, [0.3, 0.2, -0.4], strict=True))
-    R = rotation.matrix(values).astype(float)
-    assert np.allclose(R, of_scipy(name, list(values.values())).as_matrix(), atol=1e-14)
-    assert rotation.of_rotation(R) == pytest.approx(values, abs=1e-12)
-
-
 def test_given_angles_are_put_in():
     pose = rs.AtCoordinates({"phi": 0.1, "theta": sp.Symbol("t")}, rs.EulerAngles("ZXZ"))
     derivation = rs.derive("gough-stewart-b", symbols=("k",), pose=pose)
@@ -73,10 +64,9 @@ def test_given_angles_are_put_in():
         ("quaternion", "q_x, q_y, q_z: rotation of the platform, the unit quaternion (q_w, q_x,"),
     ],
 )
-@pytest.mark.parametrize("leg", [None, "leg1"])
-def test_the_nomenclature_says_what_the_angles_are(name, words, leg):
+def test_the_nomenclature_says_what_the_angles_are(name, words):
     pose = rs.AtSymbols(rotation_by_name(name))
-    derivation = rs.derive("gough-stewart-b-beams", pose=pose, leg=leg)
+    derivation = rs.derive("gough-stewart-b-beams", pose=pose, leg="leg1")
     text = derivation_text(derivation)
     assert f"\n{words}" in text
     assert "\nx, y, z: place of the platform's origin [m]\n" in text

@@ -17,7 +17,7 @@ from tests.analytic.formulas import derived
 
 PAGE = Path(__file__).parent / "data" / "printed_formulas.txt"
 POSES = {"home": rs.AtHome(), "symbolic": rs.AtSymbols()}
-QUICK = ("3-rrr", "delta", "gough-stewart-b", "planar-link", "two-link-arm")
+QUICK = ("3-rpr", "3-rrr", "delta", "gough-stewart-b", "planar-link", "two-link-arm")
 WIDTH = 88
 
 

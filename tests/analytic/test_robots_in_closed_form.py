@@ -118,19 +118,6 @@ def test_branches_are_taken_at_nominal_values_not_elsewhere():
     assert at_random(derivation, robot, lambda numeric, _: rs.stiffness(numeric).K, 1) < 1e-10
 
 
-def test_3_puu_at_its_centre_adds_drive_and_rod_in_series():
-    """The rod's pull meets (cos / sqrt(k))^2 of the drive and L / EA of its own."""
-    derivation = derived("3-puu")
-    pull, twist = derivation.legs[0].wrenches
-    assert pull[5] == 0
-    assert twist[:3] == [0, 0, 0]
-    k = symbol(derivation, "k")
-    met = sp.expand(derivation.legs[0].compliances[0])
-    of_drive = canonical(sp.Matrix([met.coeff(k, -1)]))[0]
-    assert canonical(sp.Matrix([of_drive - pull[2] ** 2]))[0] == 0
-    assert not derivation.legs[0].compliances[1].has(k)
-
-
 def test_2r_arm_is_salisburys_formula(tmp_path):
     """K = J^-T K_theta J^-1 in translation, the wrist being free to turn."""
     file = tmp_path / "arm.yaml"
@@ -163,11 +150,6 @@ def test_given_coordinates_are_exact_and_agree():
 def test_a_closed_form_beyond_the_limit_is_refused_at_once():
     with pytest.raises(FormulaTooLargeError, match="Steps"):
         rs.derive("six-joint-arm", form=rs.Closed(500))
-
-
-def test_size_chooses_the_form_where_nobody_does():
-    assert derived("gough-stewart-b").is_closed
-    assert not derived("six-joint-arm").is_closed
 
 
 @pytest.mark.parametrize("x", [0.9, 5])

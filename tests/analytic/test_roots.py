@@ -81,12 +81,6 @@ def test_signs_that_are_not_known_are_not_guessed():
         canonical(sp.Matrix([[1 / difference]]))
 
 
-def test_a_root_is_read_in_another_writing():
-    field = ExactField([sp.sqrt((a - b) ** 2 + c**2)])
-    again = field.element(sp.sqrt(a**2 - 2 * a * b + b**2 + c**2))
-    assert again**2 == field.element((a - b) ** 2 + c**2)
-
-
 def test_roots_stay_as_they_were_given():
     root = sp.sqrt((a - b) ** 2 + 4 * c**2)
     assert canonical(sp.Matrix([[a / root]]))[0] == a * root / sp.expand(root**2)

@@ -13,8 +13,6 @@ from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.analytic.placement.turned_legs import images_of_legs
 from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
-from robostiff.record import Entry
-from robostiff.recorded import assembled
 from robostiff.robots import robot_file
 
 ALL = rs.ALL_PARAMETERS
@@ -44,21 +42,6 @@ def turned(robot):
     return {i: (first, str(way.part), way.mirror is not None) for i, (first, way) in each}
 
 
-@pytest.mark.parametrize("name", ["gough-stewart-b", "3-rrr", "3-upu"])
-def test_stiffness_of_all_legs_is_that_of_the_elimination(name):
-    placed, each = legs_of(rs.load(name, symbols=ALL))
-    recorded = assembled(placed.entries, placed.record, placed.platform, placed.legs, placed.length)
-    n, count = placed.entries.space.size, placed.record.count
-    assert tuple(own.redundant for own in each) == tuple(own.redundant for own in recorded.legs)
-    scale = np.where(np.array(placed.entries.space.rows) < 3, 1.0, placed.length)
-    K = sum(map(stiffness_of, each)) * np.outer(scale, scale)
-    for (i, j), entry in recorded.K.items():
-        other = entry.sample if isinstance(entry, Entry) else np.full(count, float(entry))
-        size = np.sqrt(K[:, i, i] * K[:, j, j])
-        assert np.all(np.abs(K[:, i, j] - other) < 1e-12 * size)
-    assert len(recorded.K) == n * (n + 1) // 2
-
-
 def test_legs_of_a_hexapod_are_turns_and_mirror_images_of_the_first():
     found = turned(rs.load("gough-stewart-b", symbols=ALL))
     assert {i: own[1:] for i, own in found.items() if not own[2]} == {
@@ -82,13 +65,11 @@ def test_a_turned_leg_that_is_closed_by_itself_holds_as_the_image_of_the_first(n
         assert np.max(np.abs(image - stiffness_of(each[i]))) < 1e-12 * np.max(np.abs(image))
 
 
-def test_planar_legs_are_turns():
-    assert turned(rs.load("3-rrr", symbols=ALL)) == {1: (0, "1/3", False), 2: (0, "2/3", False)}
-
-
-def test_legs_that_differ_in_the_tenth_digit_are_no_turns():
+def test_legs_that_differ_in_the_tenth_digit_or_in_their_working_mode_are_no_turns():
     robot = rs.load("3-rrr", symbols=ALL)
+    assert turned(robot) == {1: (0, "1/3", False), 2: (0, "2/3", False)}
     first, second, third = robot.legs
+    assert turned(replace(robot, legs=(first, replace(second, elbow=rs.Elbow.MINUS), third))) == {}
     x, y, z = second.base.p
     nearly = replace(second.base, p=np.array([x * (1 + sp.Rational(1, 10**10)), y, z]))
     assert turned(replace(robot, legs=(first, replace(second, base=nearly), third))) == {}
@@ -103,12 +84,6 @@ def test_legs_that_are_alike_at_the_values_of_the_model_alone_are_no_turns(monke
     nominal = {**robot.nominal, "other": robot.nominal["R"]}
     robot = replace(robot, legs=(first, replace(second, base=base), third), nominal=nominal)
     assert other in rs.derive(robot).K.free_symbols
-
-
-def test_a_leg_in_another_working_mode_is_no_turn():
-    robot = rs.load("3-rrr", symbols=ALL)
-    first, second, third = robot.legs
-    assert turned(replace(robot, legs=(first, replace(second, elbow=rs.Elbow.MINUS), third))) == {}
 
 
 def test_stiffnesses_that_are_equal_in_numbers_alone_are_no_turns(tmp_path):

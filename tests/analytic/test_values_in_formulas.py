@@ -91,25 +91,6 @@ def test_some_symbols_alone(form, request):
     assert_agrees(numbers(total.subs(at)), expected)
 
 
-def test_a_pair_is_as_good_as_a_mapping(closed):
-    assert closed.subs("h", 2) == closed.subs({"h": 2})
-
-
-def test_steps_that_become_numbers_are_put_in(steps):
-    assert steps.definitions
-    done = steps.subs(VALUES)
-    assert done.definitions == ()
-    assert all(leg.definitions == () for leg in done.legs)
-
-
-def test_quantities_are_converted(closed):
-    pint = pytest.importorskip("pint")
-    Q = pint.get_application_registry().Quantity
-    values = {"R": Q(500, "mm"), "r": Q(300, "mm"), "h": 0.75, "k": Q(200, "N/um")}
-    assert_agrees(numbers(closed.substituted(values)), numeric_K(**VALUES))
-    assert_agrees(closed.lambdify()(**values), numeric_K(**VALUES))
-
-
 @pytest.mark.parametrize("system", ["cgs", "imperial"])
 def test_quantities_of_any_system_are_converted(closed, system: str):
     """A registry may prefer centimetres or yards."""
@@ -280,16 +261,6 @@ def test_values_without_the_sign_of_their_symbol_do_not_hold(closed):
             method({"x": 2})
     with pytest.raises(rs.NoAnswerError, match="it holds where x is negative or zero, and -2"):
         derivation.lambdify()(2.0)
-
-
-def test_a_derivative_as_a_function(closed):
-    f = differentiate(closed, h).lambdify()
-    K, dK = f(**VALUES)
-    expected_K, expected_dK = differentiate(closed, h).substituted(VALUES)
-    assert_agrees(K, numbers(expected_K))
-    assert_agrees(dK, numbers(expected_dK))
-    near = [closed.lambdify()(**{**VALUES, "h": 0.75 + step}) for step in (1e-5, -1e-5)]
-    np.testing.assert_allclose(dK, (near[0] - near[1]) / 2e-5, rtol=1e-7, atol=1)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,5 @@
 """Legs of several links, of parallel bars and about a centre at a general pose, in vectors."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -9,17 +8,8 @@ import sympy as sp
 from scipy.spatial.transform import RigidTransform, Rotation
 
 import robostiff as rs
-from robostiff.analytic import AtSymbols, Steps
-from robostiff.analytic.export import (
-    c_function,
-    derivation_data,
-    derivation_html,
-    derivation_latex,
-    derivation_markdown,
-    derivation_text,
-    derivation_typst,
-    python_function,
-)
+from robostiff.analytic import AtSymbols
+from robostiff.analytic.export import derivation_text
 from robostiff.analytic.placement.agreement import matrix_distance
 from robostiff.kinematics import posture_finder
 from robostiff.robots import robot_file
@@ -76,37 +66,6 @@ def check_away_from_home(robot, derivation, seed):
 @pytest.mark.parametrize("name", WRITTEN)
 def test_they_have_the_stiffness_of_the_robot_away_from_home(derived, name):
     check_away_from_home(*derived(name), seed=7)
-
-
-@pytest.mark.parametrize("name", WRITTEN)
-def test_steps_are_there_when_they_are_asked_for(name):
-    text = derivation_text(rs.derive(name, pose=AtSymbols(), form=Steps()))
-    assert WRITTEN[name] in text
-    assert "K_C_11 = " in text
-
-
-@pytest.mark.parametrize("name", ["agile-eye", "orthoglide"])
-def test_all_languages_write_them(derived, name):
-    _, derivation = derived(name)
-    latex = derivation_latex(derivation)
-    assert r"leg & $\mathbf{" in latex
-    for write in (derivation_markdown, derivation_typst):
-        assert "(1, 0, 0)" in write(derivation)
-    assert "<table>" in derivation_html(derivation)
-    if name == "agile-eye":
-        held = r"\mathbf{W}_{i}^{\mathsf{T}} \mathbf{C}_{i} \mathbf{W}_{i}"
-        assert held in latex.replace(r"\left", "").replace(r"\right", "")
-    # Programs are those of the entries of K.
-    assert "double" in c_function(derivation, name="K")
-    data = json.loads(json.dumps(derivation_data(derivation)))
-    assert np.shape(data["K"]) == (6, 6)
-    namespace = {}
-    exec(python_function(derivation, name="K"), namespace)  # noqa: S102
-    values = {s.name: 0.1 for s in derivation.symbols} | {
-        k: float(v) for k, v in derived(name)[0].nominal.items()
-    }
-    K = np.array(namespace["K"](**values), dtype=float)
-    assert matrix_distance(derivation.vectors.stiffness(values), K, 0.5) < 1e-9
 
 
 def test_links_of_two_materials_have_a_matrix_of_compliances(tmp_path: Path):

@@ -45,7 +45,6 @@ def test_another_posture_is_refused(pose, tmp_path):
                 call(*values.values())
 
 
-MOTOR = "role: actuated, stiffness: k"
 MOTOR, PIN = "role: actuated, stiffness: k", "axis: z, role: passive"
 PLUS, FREE = "elbow: plus", {"  elbow: minus": "  #"}
 VARIANTS = {

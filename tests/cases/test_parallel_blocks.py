@@ -5,13 +5,10 @@ from __future__ import annotations
 import json
 
 import numpy as np
-import pytest
 
 import robostiff as rs
-from robostiff.analysis import stiffness
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
-from robostiff.network import network_of_snapshot
 from tests.cases.metric import distance
 from tests.network.frames import GRAPHS
 
@@ -57,20 +54,3 @@ def test_orthoglide_through_inverse_kinematics():
     assert int(result.rank) == expected["rank"]
     C = np.array(expected["compliance"])
     assert distance(result.required_compliance(), C, 1.0) < expected["suggested_rtol"]
-
-
-@pytest.mark.parametrize("method", [rs.SaddlePoint(), rs.Block(), rs.Recursive()])
-def test_forms_of_stiffness_hold_for_the_orthoglide_or_say_why_not(method):
-    expected = oracle("h_orthoglide_pose0")
-    result = rs.stiffness(rs.load("orthoglide"), method=method)
-    if rs.Status.FORM_DOES_NOT_HOLD in result.status:
-        assert result.advice
-        return
-    assert distance(result.K, np.array(expected["K"])) < expected["suggested_rtol"]
-
-
-def test_orthoglide_as_a_network_of_the_posture_found():
-    expected = oracle("h_orthoglide_pose0")
-    snapshot = rs.find_posture(rs.load("orthoglide")).snapshot.one(0)
-    result = stiffness(network_of_snapshot(snapshot))
-    assert distance(result.K, np.array(expected["K"])) < expected["suggested_rtol"]

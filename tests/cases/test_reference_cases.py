@@ -94,48 +94,6 @@ def test_stiffness_of_each_leg_at_its_end_and_their_sum(name):
     assert distance(aggregate_matrices(expected, to_reference), given.K, given.size) < REACHED
 
 
-def _closed_form_a(K11: float, R: float, r: float, h: float) -> np.ndarray:
-    """Eq. (27)."""
-    d = R - r
-    K = np.diag([d**2, d**2, 2 * h**2, (r * h) ** 2, (r * h) ** 2, 0.0])
-    K[0, 4] = K[4, 0] = r * h * d
-    K[1, 3] = K[3, 1] = -r * h * d
-    return 3 * K11 / (d**2 + h**2) * K
-
-
-def _closed_form_b(K11: float, R: float, r: float, h: float) -> np.ndarray:
-    """Eq. (28)."""
-    d_a, d_b = R - r, R / 2 - r
-    side = d_a**2 + R * r
-    K = np.diag([side, side, 2 * h**2, (r * h) ** 2, (r * h) ** 2, 1.5 * (r * R) ** 2])
-    K[0, 4] = K[4, 0] = r * h * d_b
-    K[1, 3] = K[3, 1] = -r * h * d_b
-    return 3 * K11 / (side + h**2) * K
-
-
-@pytest.mark.parametrize(
-    ("name", "equation", "closed_form"),
-    [
-        ("b_stewartA_home", "paper eq. (27)", _closed_form_a),
-        ("b_stewartB_home", "paper eq. (28)", _closed_form_b),
-    ],
-)
-def test_closed_form(name, equation, closed_form):
-    given = case(name)
-    assert given.oracle["closed_form"] == equation
-    beam = given.data["legs"][0]["chain"][2]
-    length = np.linalg.norm(np.subtract(beam["end"], beam["start"]))
-    K11 = beam["E"] * beam["A"] / length
-    K = closed_form(K11, *(given.data["params"][key] for key in ("R", "r", "h")))
-    assert distance(K, given.K) < REACHED
-    assert distance(robot_stiffness(given.snapshot, rs.WrenchBasis()).K, K) < REACHED
-
-
-def test_every_closed_form_is_tested():
-    with_one = {name for name in NAMES if "closed_form" in case(name).oracle}
-    assert with_one == {"b_stewartA_home", "b_stewartB_home"}
-
-
 # Millimetres read as metres are questioned, as they should be.
 @pytest.mark.filterwarnings("ignore::robostiff.errors.PlausibilityWarning")
 @each_case

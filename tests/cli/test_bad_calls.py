@@ -70,45 +70,23 @@ def test_files_that_are_no_robots(command, name):
     assert name[:50] in refused(command, name, *COMMANDS[command])
 
 
+WRENCHED = ("report -o new.html", "map --quantity deflection --x 0,1,2 -o n.nc")
+POSES = ("1 2", "1 2 3 4 5 6 7", "1 kg 0 0 0 0 0", "", "a b c d e f", "nan 0 0 0 0 0", "x=1")
+POSES += ("inf 0 0 0 0 0", "1e400 0 0 0 0 0", "0 0 0.8 1 m 0 0")
+WRENCHES = ("", "1 2 3", "1 m 0 0 0 0 0", "0 0 0 1 N 0 0", "inf 0 0 0 0 0")
+# Options are read in one place: all that is wrong by one command, one of it by the others.
 BAD = [
+    *[("stiffness", "hexapod", "--pose", pose) for pose in POSES],
     *[
-        (command, "hexapod", "--pose", pose)
-        for command in ("stiffness", "derive")
-        for pose in ("1 2", "1 2 3 4 5 6 7", "1 kg 0 0 0 0 0", "", "a b c d e f", "nan 0 0 0 0 0")
+        (own, "hexapod", "--pose", "1 2")
+        for own in ("derive", "indices", "verify", "report -o n.html")
     ],
-    *[
-        (command, "hexapod", "--pose", pose)
-        for command in ("stiffness",)
-        for pose in ("inf 0 0 0 0 0", "1e400 0 0 0 0 0", "0 0 0.8 1 m 0 0", "x=1")
-    ],
-    *[
-        (command, "hexapod", "--pose", "1 2")
-        for command in ("indices", "verify", "report -o new.html")
-    ],
-    *[
-        (command, "hexapod", "--at", at)
-        for command in (
-            "stiffness",
-            "indices",
-            "report -o new.html",
-            "deflection --wrench 1,0,0,0,0,0",
-        )
-        for at in ("", "1 2 3 4", "1 N 0 0")
-    ],
-    *[
-        (command, "hexapod", "--wrench", wrench)
-        for command in (
-            "deflection",
-            "report -o new.html",
-            "map --quantity deflection --x 0,1,2 -o n.nc",
-        )
-        for wrench in ("", "1 2 3", "1 m 0 0 0 0 0", "0 0 0 1 N 0 0", "inf 0 0 0 0 0")
-    ],
-    *[
-        (command, "hexapod", "--set", given)
-        for command in ("check", "stiffness", "verify", "report -o new.html", "derive", "indices")
-        for given in ("R", "no-such=1", "R=1 kg")
-    ],
+    *[("stiffness", "hexapod", "--at", at) for at in ("", "1 2 3 4", "1 N 0 0")],
+    *[(own, "hexapod", "--at", "") for own in ("indices", "deflection --wrench 1,0,0,0,0,0")],
+    *[("deflection", "hexapod", "--wrench", wrench) for wrench in WRENCHES],
+    *[(command, "hexapod", "--wrench", "1 2 3") for command in WRENCHED],
+    *[("check", "hexapod", "--set", given) for given in ("R", "no-such=1", "R=1 kg")],
+    *[(own, "hexapod", "--set", "R") for own in ("stiffness", "verify", "derive", "indices")],
     *[("stiffness", "hexapod", "--set", given) for given in ("", "R=", "=1", "R=one", "R=nan")],
     *[("stiffness", "two-link-arm", "--joints", given) for given in ("", "1", "1 2 3", "1 m 0")],
     ("stiffness", "hexapod", "--joints", "1 2 3 4 5"),

@@ -59,12 +59,6 @@ def test_blocks_and_limits_are_listed():
     assert "-2.9671 to 2.9671 rad" in run("six-joint-arm", "--parts").stdout
 
 
-def test_snapshots_have_parts_without_coordinates():
-    case = next((EXAMPLES.parent / "tests" / "cases" / "data").glob("*.json"))
-    for parts in facts(str(case), "--parts")["parts"].values():
-        assert all("coordinate" not in part for part in parts)
-
-
 TABLE = """
 robostiff: 1
 name: table

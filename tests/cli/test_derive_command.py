@@ -13,10 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy as sp
-from click.testing import CliRunner
 
 import robostiff as rs
-from robostiff.cli.main import app
+from tests.cli.running import Running
 from tests.interrupts import interrupts_heard
 
 
@@ -25,8 +24,7 @@ def in_a_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-def run(*arguments: str):
-    return CliRunner().invoke(app, ["derive", *arguments])
+run = Running("derive")
 
 
 def test_text_on_standard_output():
@@ -81,19 +79,6 @@ def test_symbols_set_and_pose_with_units():
     np.testing.assert_allclose(space["stiffness"](k=1e8), expected, atol=1e-10 * expected.max())
 
 
-def test_questions_are_answered_in_text():
-    outcome = run("gough-stewart-a", "--rank", "--free-motions")
-    assert outcome.exit_code == 0, outcome.stderr
-    assert "rank 3 of 6" in outcome.stdout
-    assert "from the reference point: (0, 0, h*r/(R - r))" in outcome.stdout
-
-
-def test_derivative_by_a_symbol():
-    outcome = run("gough-stewart-a", "--derivative", "h")
-    assert outcome.exit_code == 0, outcome.stderr
-    assert "Derivative of the stiffness matrix K_C by h" in outcome.stdout
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -133,14 +118,6 @@ def test_advice_names_options_and_no_python(arguments, option):
     assert outcome.exit_code == 2
     assert option in outcome.stderr
     assert "(" not in outcome.stderr.rpartition(";")[2]
-
-
-def test_an_existing_file_is_not_overwritten():
-    Path("K.tex").write_text("mine", encoding="utf-8")
-    outcome = run("3-rpr", "-o", "K.tex")
-    assert outcome.exit_code == 2
-    assert "a new file" in outcome.stderr
-    assert Path("K.tex").read_text(encoding="utf-8") == "mine"
 
 
 def test_the_answer_says_that_time_has_ended():
@@ -205,24 +182,6 @@ def test_progress_is_shown_on_a_terminal():
     assert process.wait(timeout=60) == 0
     assert b"\rfor 1 s" in os.read(main, 1000)
     os.close(main)
-
-
-def test_an_interrupt_ends_with_130():
-    command = [shutil.which("robostiff", path=str(Path(sys.executable).parent)), "derive"]
-    arguments = ["six-joint-arm", "--closed", "--limit", "100000000", "--budget", "200"]
-    errors = ""
-    for patience in (5, 20, 60):  # a busy machine takes its time to begin
-        with interrupts_heard():
-            process = subprocess.Popen(
-                [*command, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-            )
-        time.sleep(patience)
-        process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=60)
-        assert process.returncode == 130
-        if errors:
-            break
-    assert "interrupted" in errors
 
 
 def test_json_is_a_short_word_for_the_format():

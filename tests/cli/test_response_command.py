@@ -5,16 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import robostiff as rs
-from robostiff.cli.main import app
+from tests.cli.running import Running
 
 PORTAL = str(Path(__file__).parents[2] / "examples" / "portal.json")
 
 
-def run(*arguments):
-    return CliRunner().invoke(app, ["response", *arguments])
+run = Running("response")
 
 
 def test_numbers_are_those_of_python():
@@ -68,7 +66,7 @@ def test_bad_loads(arguments, message):
 
 def test_opensees_is_written_to_files_of_its_own(tmp_path):
     path = tmp_path / "portal.txt"
-    shown = CliRunner().invoke(app, ["convert", PORTAL, "--to", "opensees", "-o", str(path)])
+    shown = Running("convert")(PORTAL, "--to", "opensees", "-o", str(path))
     assert shown.exit_code == 2
     assert "expected a name that ends in .tcl or .py" in shown.stderr
     assert not path.exists()

@@ -273,16 +273,3 @@ def test_completion_in_bash(words, expected):
     found = [item.removeprefix("plain,") for item in found if item != "file,"]
     assert set(expected) <= set(found)
     assert all(word.startswith(words.split()[-1]) for word in found)
-
-
-def test_list_of_robots_needs_nothing_that_computes():
-    script = "import sys; sys.argv = ['robostiff', 'robots']\n"
-    script += "from robostiff.cli.main import main\n"
-    script += "try:\n    main()\nexcept SystemExit:\n    pass\n"
-    script += "heavy = {'numpy', 'scipy', 'rich', 'robostiff.analysis'} & sys.modules.keys()\n"
-    script += "sys.stderr.write(repr(heavy))"
-    outcome = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=False
-    )
-    assert outcome.stderr == "set()"
-    assert re.search("^hexapod +Hexapod of machine tool size", outcome.stdout, re.MULTILINE)

@@ -34,9 +34,8 @@ def test_equilibrium_is_on_the_path():
     assert np.max(np.linalg.norm(found.deviation[:, :3], axis=1)) > 1e-5
 
 
-@pytest.mark.parametrize("name", ["3-prs", "delta"])
-def test_a_robot_of_few_freedoms_is_corrected_where_it_can_be(name):
-    robot = rs.load(name)
+def test_a_robot_of_few_freedoms_is_corrected_where_it_can_be():
+    robot = rs.load("3-prs")
     home = rs.find_posture(robot).pose[:, robot.coordinate_places]
     path = home + np.linspace(0, 0.01, 4)[:, None]
     found = rs.compensate(robot, path, [10.0, -5, -20, 0, 0, 0])

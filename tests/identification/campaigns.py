@@ -6,6 +6,7 @@ import json
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -24,6 +25,13 @@ def model_file(name: str, folder: Path) -> Path:
     file = folder / f"{name}.yaml"
     file.write_text(case(name)["arm_yaml" if name == "arm" else "model_yaml"], encoding="utf-8")
     return file
+
+
+@cache
+def machine(name: str) -> rs.Robot:
+    """A reference machine, with what is kept with it: kernels are made once for all tests."""
+    with TemporaryDirectory() as folder:
+        return rs.load(model_file(name, Path(folder)))
 
 
 def column(name: str, key: str) -> np.ndarray:

@@ -16,7 +16,7 @@ import robostiff as rs
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Joint
 from robostiff.spatial.rotation import vector_of_rotation
-from tests.identification.campaigns import arm_campaign, arm_frames, column, model_file
+from tests.identification.campaigns import arm_campaign, arm_frames, column, machine
 
 TRUE = {"c2": 1.7e-6, "c3": 3.9e-6, "c5": 2.3e-5}
 ASKED = ["arm/joint2", "arm/joint3", "arm/joint5"]
@@ -24,8 +24,8 @@ LOADS = np.array([[0, 0, 0, 0, 0, 0], [400.0, -300, -900, 20, 0, 30], [0, 500, 8
 
 
 @pytest.fixture(scope="module")
-def nominal(tmp_path_factory):
-    return rs.load(model_file("arm", tmp_path_factory.mktemp("arm")))
+def nominal():
+    return machine("arm")
 
 
 def postures() -> np.ndarray:
@@ -194,8 +194,13 @@ def test_uncertain_loads_add_to_errors(nominal):
         replace(measured, sigma=None)
 
 
+@pytest.fixture(scope="module")
+def fast(nominal):
+    return rs.compile_loaded(nominal, drives=True, backend=rs.Backend.ARRAYS)
+
+
 @pytest.mark.parametrize("kind", [rs.Reading.TORQUE, rs.Reading.JOINT])
-def test_uncertain_loads_add_to_errors_of_drives(nominal, kind):
+def test_uncertain_loads_add_to_errors_of_drives(nominal, fast, kind):
     """By equilibria under loads that are so much larger and smaller."""
     q, sigma = postures(), np.array([20.0, 10.0, 30.0, 1.0, 2.0, 3.0])
     measured = rs.Measurements(
@@ -208,7 +213,6 @@ def test_uncertain_loads_add_to_errors_of_drives(nominal, kind):
         sigma_wrench=sigma,
     )
     found = rs.identify(nominal, measured, ["arm/joint3"])
-    fast = rs.compile_loaded(nominal, drives=True, backend=rs.Backend.ARRAYS)
     place, row = fast.drives.index("arm/joint3"), int(kind is rs.Reading.TORQUE)
     squares = np.zeros(len(q))
     for own in np.diag(sigma):

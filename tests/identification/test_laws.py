@@ -9,14 +9,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from tests.identification.campaigns import arm_campaign, model_file
+from tests.identification.campaigns import arm_campaign, machine
 
 HEADER = "joint1 [deg],joint2 [deg],joint3 [deg],joint4 [deg],joint5 [deg],joint6 [deg],"
 
 
 @pytest.fixture(scope="module")
-def arm(tmp_path_factory):
-    return rs.load(model_file("arm", tmp_path_factory.mktemp("models")))
+def arm():
+    return machine("arm")
 
 
 @pytest.fixture(scope="module")

@@ -30,30 +30,43 @@ def _read(robot: rs.Robot, poses: np.ndarray) -> rs.Measurements:
     )
 
 
-@pytest.mark.parametrize("criterion", [rs.DOptimal(), rs.AOptimal()], ids=["D", "A"])
-def test_the_best_of_all_sets(criterion):
-    """Of nine poses four: the best of all 126 sets, by the rates of a fit to all of them."""
-    robot = rs.load("hexapod")
-    candidates = rs.random_postures(robot, 14)
-    chosen = rs.choose_poses(
-        robot, candidates, 4, ["leg*/strut"], MARKS, criterion=criterion, forces=FORCE, sigma=SIGMA
-    )
-    assert chosen.value < chosen.random
+@pytest.fixture(scope="module")
+def hexapod() -> rs.Robot:
+    return rs.load("hexapod")
+
+
+@pytest.fixture(scope="module")
+def candidates(hexapod):
+    return rs.random_postures(hexapod, 14)
+
+
+@pytest.fixture(scope="module")
+def information(hexapod, candidates):
+    """Of each pose that the robot can take, about the logarithms, by a fit to all of them."""
+    robot = hexapod
     reached = rs.find_posture(robot, candidates)
     able = np.asarray(candidates)[reached.reached & reached.within_limits]
     found = rs.identify(robot, _read(robot, able), ["leg*/strut"])
     x = found.fit.x
     J = found.model.predicted(x)[1] / SIGMA
     J[:, :6] *= x[:6]
-    M = np.array([own.T @ own for own in np.split(J, len(able))])
+    return np.array([own.T @ own for own in np.split(J, len(able))])
+
+
+@pytest.mark.parametrize("criterion", [rs.DOptimal(), rs.AOptimal()], ids=["D", "A"])
+def test_the_best_of_all_sets(criterion, hexapod, candidates, information):
+    """Of nine poses four: the best of all 126 sets."""
+    how = {"criterion": criterion, "forces": FORCE, "sigma": SIGMA}
+    chosen = rs.choose_poses(hexapod, candidates, 4, ["leg*/strut"], MARKS, **how)
+    assert chosen.value < chosen.random
 
     def value(rows: tuple[int, ...]) -> float:
-        C = np.linalg.inv(M[list(rows)].sum(axis=0))[:6, :6]
+        C = np.linalg.inv(information[list(rows)].sum(axis=0))[:6, :6]
         if isinstance(criterion, rs.DOptimal):
             return float(np.exp(np.linalg.slogdet(C)[1] / 12))
         return float(np.trace(C) / 6) ** 0.5
 
-    best = min(map(value, combinations(range(len(able)), 4)))
+    best = min(map(value, combinations(range(len(information)), 4)))
     assert chosen.value == pytest.approx(best, rel=1e-4)
 
 
@@ -76,8 +89,8 @@ def test_slides_without_limits_stay_near_home():
     assert slide < 0.2
 
 
-def test_expected_errors_are_those_of_an_identification():
-    robot = rs.load("hexapod")
+def test_expected_errors_are_those_of_an_identification(hexapod):
+    robot = hexapod
     chosen = rs.choose_poses(
         robot, rs.random_postures(robot, 20), 6, ["leg*/strut"], MARKS, forces=FORCE, sigma=SIGMA
     )

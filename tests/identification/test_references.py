@@ -14,6 +14,7 @@ from tests.identification.campaigns import (
     column,
     hexapod_campaign,
     hexapod_frames,
+    machine,
     model_file,
 )
 
@@ -39,9 +40,9 @@ def test_compliances_of_an_arm_under_weights_and_hooked_loads(tmp_path, by_name)
     assert found.status is rs.FitStatus.OK
 
 
-def test_frames_and_markers_that_are_not_known(tmp_path):
+def test_frames_and_markers_that_are_not_known():
     """With unknown frames estimates are as near to the truth as their errors say."""
-    robot = rs.load(model_file("arm", tmp_path))
+    robot = machine("arm")
     found = rs.identify(robot, arm_campaign(), ["arm/joint*"])
     true = column("arm", "true")
     names = [f"arm/joint{k}" for k in range(1, 7)]
@@ -56,8 +57,8 @@ def test_frames_and_markers_that_are_not_known(tmp_path):
     assert found.status is rs.FitStatus.OK
 
 
-def test_compliances_of_a_hexapod_from_displacements(tmp_path):
-    robot = rs.load(model_file("hexapod", tmp_path))
+def test_compliances_of_a_hexapod_from_displacements():
+    robot = machine("hexapod")
     found = rs.identify(robot, hexapod_campaign(), ["leg*/strut"], frames=hexapod_frames())
     values, std = column("hexapod", "estimate"), column("hexapod", "std")
     assert found.names == tuple(f"leg{k}/strut" for k in range(1, 7))
@@ -82,9 +83,9 @@ def test_stiffnesses_of_the_file_become_compliances(tmp_path):
     np.testing.assert_allclose(values, column("hexapod", "estimate"), atol=1e-6 * std.min(), rtol=0)
 
 
-def test_finite_loads_of_the_hexapod_give_almost_the_same(tmp_path):
+def test_finite_loads_of_the_hexapod_give_almost_the_same():
     """Points instead of displacements: the same compliances to a hundredth of an error."""
-    robot = rs.load(model_file("hexapod", tmp_path))
+    robot = machine("hexapod")
     small = rs.identify(robot, hexapod_campaign(), ["leg*/strut"], frames=hexapod_frames())
     truth = small.robot
     loaded = rs.equilibrium(truth, column("hexapod", "poses"), column("hexapod", "wrenches"))
@@ -107,9 +108,9 @@ def test_finite_loads_of_the_hexapod_give_almost_the_same(tmp_path):
     assert found.chi_square < 1e-8
 
 
-def test_displacements_are_those_of_the_compliance_matrix(tmp_path):
+def test_displacements_are_those_of_the_compliance_matrix():
     """``J c = y`` at nominal compliances, and y the deflection; J by differences."""
-    robot = rs.load(model_file("hexapod", tmp_path))
+    robot = machine("hexapod")
     found = rs.identify(robot, hexapod_campaign(), ["leg*/strut"], frames=hexapod_frames())
     c = found.fit.start
     y, J = found.model.predicted(c)

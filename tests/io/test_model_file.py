@@ -97,11 +97,6 @@ def test_default_names_count_each_type():
     assert names == ["revolute1", "rigid1", "revolute2", "revolute3", "beam1"]
 
 
-def test_direction_between_two_points():
-    joint = first_of("{type: prismatic, axis: [3*L - L, 0, 2*L], role: passive}")
-    np.testing.assert_allclose(joint.freedoms[0].axis, np.array([1, 0, 1]) / np.sqrt(2))
-
-
 # --- frames ---
 
 
@@ -123,11 +118,6 @@ def test_rotations(written, expected):
     np.testing.assert_allclose(rigid.transform.p, [0, 0.3, 0])
     found = rigid.transform.R
     np.testing.assert_allclose(found, expected.as_matrix(), atol=1e-15)
-
-
-def test_rigid_part_that_only_turns():
-    rigid = first_of("{type: rigid, turn: [{z: 90 deg}]}")
-    assert not rigid.transform.p.any()
 
 
 # --- what is elastic ---

@@ -63,8 +63,6 @@ def test_the_robot_itself_is_right():
         (("robostiff: 1", "robostiff: 2"),
          "robot.yaml:1:12: robostiff: version of the model file format: got 2, expected 1; this "
          "file needs a newer robostiff"),
-        (("robostiff: 1", 'robostiff: "1"'),
-         "robot.yaml:1:12: robostiff: version of the model file format: got '1', expected 1"),
         (("source: a test\n", ""),
          "robot.yaml:1:1: source: missing key; source is where the numbers come from, in a "
          "sentence"),
@@ -75,9 +73,6 @@ def test_the_robot_itself_is_right():
          "several legs; write home: {at: [0, 0, 800 mm]} or the like"),
         (("legs:", "coordinates: [x, x]\nlegs:"),
          "robot.yaml:6:14: coordinates: coordinates: got ['x', 'x'], expected each one once"),
-        (("legs:", "coordinates: [x, w]\nlegs:"),
-         "robot.yaml:6:18: coordinates[1]: unknown word: got 'w', expected one of x, y, z, rx, ry, "
-         "rz"),
         (("legs:", "reference_point: [0, 0]\nlegs:"),
          "robot.yaml:6:18: reference_point: wrong length: got 2 values, expected 3 values"),
     ],
@@ -116,27 +111,15 @@ def test_expressions_that_yaml_cuts_at_commas(change):
 @pytest.mark.parametrize(
     ("written", "message"),
     [
-        ("800 mmm", "expression '800 mmm', column 5: got 'mmm', expected a unit or an operator; "
-                    "did you mean the unit mm? for a product write 800*mmm"),
         ("8 deg", "length: got '8 deg', expected a length, such as 300 mm"),
         ("k", "length: got 'k', which is 1e+06 N/m (a translational stiffness), expected a length, "
               "such as 300 mm"),
-        ("Q", "expression 'Q', column 1: got 'Q', expected one of the parameters R, k"),
         (".nan", "length: got nan, expected a finite number that stands for a length, such as "
                  "300 mm"),
-        (".inf", "length: got inf, expected a finite number that stands for a length, such as "
-                 "300 mm"),
-        ("1/0", "expression '1/0', column 2: got the plain number 1 / the plain number 0, expected "
-                "a finite real result"),
         ("true", "wrong value: got true, expected a number, or a text such as 300 mm or 2*R"),
         ("1/2 mm", "length: got '1/2 mm', which is 500 1/m, expected a length, such as 300 mm"),
         ("[1]", "wrong value: got a list of 1 value, expected a number, or a text such as 300 mm "
                 "or 2*R"),
-        ("__import__('os').system('true')",
-         "expression \"__import__('os').system('true')\", column 12: got \"'\", expected numbers "
-         "with units, parameters, + - * / ^, functions and brackets"),
-        ("R.__class__", "expression 'R.__class__', column 2: got '.', expected numbers with units, "
-                        "parameters, + - * / ^, functions and brackets"),
     ],
 )  # fmt: skip
 def test_values(written, message):
@@ -155,11 +138,6 @@ def test_lists_of_wrong_length():
     [
         ("{R: 500 mm, k: 2*S}",
          "4:25: parameters.k: parameter k: got 'S', expected one of the parameters R, k"),
-        ("{R: 2*R, k: 1e6}", "4:17: parameters.R: parameter R: got R -> R, expected parameters "
-                             "that do not depend on themselves"),
-        ("{R: 1, mm: 2, k: 1e6}",
-         "4:24: parameters.mm: parameter mm: got the name of a unit, expected another name; "
-         "write for instance mm_0"),
     ],
 )  # fmt: skip
 def test_parameters(parameters, message):
@@ -174,18 +152,12 @@ def test_parameters(parameters, message):
     [
         ({"r": "1 m"}, "parameter r: got a value for a parameter that is not defined, expected one "
                        "of the parameters R, k; did you mean R?"),
-        ({"R": "1 N"}, "parameter R: got '1 N', expected the same dimension as 0.5 m (a length)"),
     ],
 )  # fmt: skip
 def test_overrides(overrides, message):
     with pytest.raises(InputError) as caught:
         model_from_document(parse_document(ROBOT), overrides)
     assert str(caught.value) == message
-
-
-def test_override_that_makes_the_robot_impossible_points_to_the_file():
-    said = complaint(parameters={"k": "-1 N/m"})
-    assert said.startswith("robot.yaml:14:61: legs.chain[1].stiffness")
 
 
 # --- frames ---
@@ -199,12 +171,6 @@ def test_override_that_makes_the_robot_impossible_points_to_the_file():
          "[0.0, 0.1, 1.0]], expected orthonormal columns (R^T R differs from the identity by 0.1); "
          "the columns are the turned axes, of unit length and perpendicular; "
          "write six decimals or more"),
-        ("matrix: [[1, 0, 0], [0, 1, 0], [0, 0, -1]]",
-         "11:51: legs.base.matrix: rotation (in leg1): got [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], "
-         "[0.0, 0.0, -1.0]], expected a right-handed frame (determinant +1, not -1); a mirror "
-         "image is no rotation: flip the sign of one column"),
-        ("matrix: [[1, 0, 0], [0, 1, 0]]",
-         "11:51: legs.base.matrix: wrong length: got 2 values, expected 3 values"),
         ("axes: {x: x, z: [1, 0, 1]}",
          "11:49: legs.base.axes: axes of the frame (in leg1): got 45 deg between them, expected "
          "two perpendicular directions"),
@@ -249,9 +215,6 @@ def test_frames(written, message):
          "legs.chain[1].stiffness: translational stiffness (in leg1): got '-k', which is -1e+06 "
          "N/m (a translational stiffness), expected a positive one; a joint without resistance has "
          "role: passive, a rigid drive or lock no stiffness"),
-        (DRIVE.replace(": k", ": 0"),
-         "legs.chain[1].stiffness: translational stiffness (in leg1): got 0, expected a positive "
-         "one; a joint without resistance has role: passive, a rigid drive or lock no stiffness"),
         (DRIVE.replace("z", "[0, 0, 0]"),
          "legs.chain[1].axis: direction (in leg1): got [0.0, 0.0, 0.0], expected a direction; a "
          "zero vector points nowhere"),
@@ -269,27 +232,23 @@ def test_frames(written, message):
         (DRIVE.replace("k}", "k, limits: [1, 0]}"),
          "legs.chain[1].limits: limits of the drive (in leg1): got (1.0, 0.0), expected lowest < "
          "highest"),
-        ("{type: cylindrical, axis: z, role: actuated, stiffness: k}",
-         "legs.chain[1].stiffness: stiffness of a joint that slides and turns (in leg1): expected "
-         "no such key here; write prismatic and revolute joints one after the other instead"),
         ("{type: cylindrical, axis: z, role: passive, home: [10 deg, 0]}",
          "legs.chain[1].home[0]: length (in leg1): got '10 deg', expected a length, such as 300 "
          "mm"),
         ("{type: rigid}",
          "legs.chain[1]: rigid part (in leg1): expected to: [x, y, z], a rotation, or both"),
-        (DRIVE + "\n    - {type: rigid, name: prismatic1, to: [0, 0, 0]}"
-         + "\n    - {type: rigid, name: prismatic1, to: [0, 0, 0]}", None),
     ],
 )  # fmt: skip
 def test_joints(element, message):
-    if message is None:
-        message = complaint((DRIVE, element))
-        assert message == (
-            "robot.yaml:16:27: legs.chain[3].name: name of an element (in leg1): got "
-            "'prismatic1', expected each name once in a chain"
-        )
-    else:
-        assert complaint_of(element) == message
+    assert complaint_of(element) == message
+
+
+def test_names_in_a_chain_are_unique():
+    part = "\n    - {type: rigid, name: prismatic1, to: [0, 0, 0]}"
+    assert complaint((DRIVE, f"{DRIVE}{part}{part}")) == (
+        "robot.yaml:16:27: legs.chain[3].name: name of an element (in leg1): got "
+        "'prismatic1', expected each name once in a chain"
+    )
 
 
 # --- what is elastic ---
@@ -303,7 +262,6 @@ def beam(material="steel", section="{circle: {diameter: 20 mm}}", to="[0, 0, R]"
     ("element", "message"),
     [
         (beam("stel"), "material: unknown material (in leg1): got 'stel', expected one of steel, "),
-        (beam("stel"), "did you mean steel?"),
         (beam("xyz"),
          "define it under materials: or write {E: 70 GPa, poisson_ratio: 0.33}"),
         (beam("{E: 1 GPa}"), "material: material (in leg1): got E alone, expected E with either G "
@@ -333,9 +291,6 @@ def beam(material="steel", section="{circle: {diameter: 20 mm}}", to="[0, 0, R]"
          "section: shear correction factors of the cross-section (in leg1): got (None, None), "
          "expected two numbers, as the Timoshenko theory needs them; write them beside A, or leave "
          "theory: timoshenko out"),
-        (beam(section="{rectangle: {width_y: 1, height_z: 2}}"),
-         "legs.chain[1]: beam (in leg1): got no y_axis, expected the direction of the section's y "
-         "axis, because Iy and Iz differ; write y_axis: z or y_axis: [0, 0, 1] or the like"),
         (beam(more=", y_axis: z"),
          "y_axis: y axis of the section (in leg1): got [0.0, 0.0, 1.0], expected a direction "
          "across the beam"),
@@ -349,8 +304,6 @@ def beam(material="steel", section="{circle: {diameter: 20 mm}}", to="[0, 0, R]"
          "taper: shares of the segments (in leg1): got 0.4 in all, expected 1 in all"),
         ("{type: spring}", "elastic element (in leg1): got neither, expected either stiffness: or "
                            "compliance:, 6 x 6"),
-        ("{type: spring, stiffness: [1, 2, 3]}",
-         "stiffness: wrong length: got 3 values, expected 6 values"),
         ("{type: spring, stiffness: [1, 2, 3, 4, 5, 6 N/m]}",
          "stiffness[5]: rotational stiffness (in leg1): got '6 N/m', expected a rotational "
          "stiffness, such as 1e5 N m/rad"),

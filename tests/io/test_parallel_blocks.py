@@ -267,12 +267,3 @@ def test_a_planar_snapshot_with_a_block():
     assert result.K.shape == (3, 3)
     plane = np.ix_([0, 1, 5], [0, 1, 5])
     assert distance(result.K, rs.stiffness(snapshot(PAIR)).K[plane]) < 1e-12
-
-
-def test_depth_of_a_file_is_bounded():
-    inner = branch("a", 0.0)
-    for _ in range(40):
-        block = {"type": "parallel", "branches": [inner, branch("b", 0.1)]}
-        inner = {"name": "a", "end": [0.3, 0, 0], "chain": [block]}
-    with pytest.raises(FileError, match="nesting too deep"):
-        snapshot(file_with(inner, branch("b", 0.1)))

@@ -50,14 +50,14 @@ def test_a_hundred_thousand_keys_are_refused_before_they_are_read():
 
 
 def test_very_many_mistakes_are_counted():
-    data = {"robostiff": 1, "name": "arm", "source": "chosen here", "legs": [{"nam": 1}] * 20_000}
+    data = {"robostiff": 1, "name": "arm", "source": "chosen here", "legs": [{"nam": 1}] * 2_000}
     message = _refused(json.dumps(data), file="arm.json")
     assert message.startswith("arm.json:1:")
     first, *shown, rest = message.splitlines()
     assert "legs[0].nam: unknown key" in first
     assert len(shown) == 20
     # Of every leg a misspelt name and a missing chain; some of the names that are missing, too.
-    assert 39_979 <= int(rest.removeprefix("and ").removesuffix(" more errors")) <= 59_979
+    assert 3_979 <= int(rest.removeprefix("and ").removesuffix(" more errors")) <= 5_979
 
 
 def test_parameters_legs_elements_and_links_are_bounded():

@@ -122,7 +122,7 @@ def test_a_tree_without_mobility(tmp_path):
     assert np.allclose(rs.stiffness(network).K, result.K, rtol=0, atol=1e-6)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(3))
 def test_a_robot_all_in_one_point_closes_wherever_it_is(seed: int):
     random = np.random.default_rng(seed)
     base, attachment = random_transform(random), random_transform(random, 0.0)
@@ -146,7 +146,7 @@ def away_and_back(random: np.random.Generator) -> tuple[rs.Rigid, rs.Rigid]:
     return rs.Rigid(there), rs.Rigid(Frame(turn, -(there.R.T @ there.p)))
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(3))
 def test_axes_that_meet_in_the_origin_but_for_rounding(seed: int):
     """Forces are carried, and moments across all passive axes of the leg."""
     random = np.random.default_rng(seed)
@@ -172,7 +172,7 @@ def test_axes_that_meet_in_the_origin_but_for_rounding(seed: int):
     assert rs.stiffness(network_of_snapshot(at_rest)).rank == 6
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_spherical_four_bar_about_the_origin_but_for_rounding(seed: int):
     random = np.random.default_rng(seed)
     bodies = [Node(f"{k}", random.normal(size=3)) for k in range(4)]

@@ -31,81 +31,50 @@ def refusal(call, *args, **kwargs):
     return str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("text", "dimension", "value"),
-    [
-        ("300 mm", Dimension.LENGTH, 0.3),
-        ("300mm", Dimension.LENGTH, 0.3),
-        ("29 mm", Dimension.LENGTH, 0.029),
-        ("1.1 um", Dimension.LENGTH, 1.1e-6),
-        ("3 µm", Dimension.LENGTH, 3e-6),
-        ("3 μm", Dimension.LENGTH, 3e-6),
-        ("2 cm", Dimension.LENGTH, 0.02),
-        ("2 km", Dimension.LENGTH, 2000),
-        ("10 in", Dimension.LENGTH, 0.254),
-        ("10 ft", Dimension.LENGTH, 3.048),
-        ("-.5e-1 m", Dimension.LENGTH, -0.05),
-        ("1 mm^2", Dimension.AREA, 1e-6),
-        ("1 mm²", Dimension.AREA, 1e-6),
-        ("1 mm * mm", Dimension.AREA, 1e-6),
-        ("5 mm**4", Dimension.SECOND_MOMENT, 5e-12),
-        ("5 mm ^ 4", Dimension.SECOND_MOMENT, 5e-12),
-        ("5 cm⁴", Dimension.SECOND_MOMENT, 5e-8),
-        ("180 deg", Dimension.ANGLE, math.pi),
-        ("180°", Dimension.ANGLE, math.pi),
-        ("60 arcmin", Dimension.ANGLE, math.pi / 180),
-        ("3600 arcsec", Dimension.ANGLE, math.pi / 180),
-        ("2 mrad", Dimension.ANGLE, 2e-3),
-        ("2 urad", Dimension.ANGLE, 2e-6),
-        ("500 g", Dimension.MASS, 0.5),
-        ("2 kN", Dimension.FORCE, 2000),
-        ("2 mN", Dimension.FORCE, 2e-3),
-        ("2 MN", Dimension.FORCE, 2e6),
-        ("1 lbf", Dimension.FORCE, 4.4482216152605),
-        ("3 kg*m/s^2", Dimension.FORCE, 3),
-        ("3 J", Dimension.MOMENT, 3),
-        ("3 N m", Dimension.MOMENT, 3),
-        ("3 N*m", Dimension.MOMENT, 3),
-        ("3 N·m", Dimension.MOMENT, 3),
-        ("3 Nm", Dimension.MOMENT, 3),
-        ("3 kNm", Dimension.MOMENT, 3000),
-        ("70 GPa", Dimension.MODULUS, 70e9),
-        ("70 kPa", Dimension.MODULUS, 70e3),
-        ("7 N/mm^2", Dimension.MODULUS, 7e6),
-        ("1 psi", Dimension.MODULUS, 6894.757293168361),
-        ("1 ksi", Dimension.MODULUS, 6894757.293168361),
-        ("10 N/um", Dimension.TRANSLATIONAL_STIFFNESS, 1e7),
-        ("1 kN/mm", Dimension.TRANSLATIONAL_STIFFNESS, 1e6),
-        ("1e5 N m/rad", Dimension.ROTATIONAL_STIFFNESS, 1e5),
-        ("1e5 N*m/rad", Dimension.ROTATIONAL_STIFFNESS, 1e5),
-        ("1e5 N·m/rad", Dimension.ROTATIONAL_STIFFNESS, 1e5),
-        ("1 N m/mrad", Dimension.ROTATIONAL_STIFFNESS, 1e3),
-        ("1e5 N m", Dimension.ROTATIONAL_STIFFNESS, 1e5),
-        ("2 m/N", Dimension.TRANSLATIONAL_COMPLIANCE, 2),
-        ("2 um/N", Dimension.TRANSLATIONAL_COMPLIANCE, 2e-6),
-        ("2 rad/(N m)", Dimension.ROTATIONAL_COMPLIANCE, 2),
-        ("2 rad/N/m", Dimension.ROTATIONAL_COMPLIANCE, 2),
-        ("2 N^-1 m^-1", Dimension.ROTATIONAL_COMPLIANCE, 2),
-        ("2 N/rad", Dimension.COUPLING_STIFFNESS, 2),
-        ("2 /N", Dimension.COUPLING_COMPLIANCE, 2),
-        ("2 mm/m", Dimension.NUMBER, 2e-3),
-        ("0.3", Dimension.NUMBER, 0.3),
-    ],
-)
-def test_read(text, dimension, value):
-    assert to_si(text, dimension) == pytest.approx(value, rel=1e-15)
+READ = {
+    Dimension.LENGTH: {
+        "300 mm": 0.3, "300mm": 0.3, "29 mm": 0.029, "1.1 um": 1.1e-6, "3 µm": 3e-6, "3 μm": 3e-6,
+        "2 cm": 0.02, "2 km": 2000, "10 in": 0.254, "10 ft": 3.048, "-.5e-1 m": -0.05,
+    },
+    Dimension.AREA: {"1 mm^2": 1e-6, "1 mm²": 1e-6, "1 mm * mm": 1e-6},
+    Dimension.SECOND_MOMENT: {"5 mm**4": 5e-12, "5 mm ^ 4": 5e-12, "5 cm⁴": 5e-8},
+    Dimension.ANGLE: {
+        "180 deg": math.pi, "180°": math.pi, "60 arcmin": math.pi / 180,
+        "3600 arcsec": math.pi / 180, "2 mrad": 2e-3, "2 urad": 2e-6,
+    },
+    Dimension.MASS: {"500 g": 0.5},
+    Dimension.FORCE: {
+        "2 kN": 2000, "2 mN": 2e-3, "2 MN": 2e6, "1 lbf": 4.4482216152605, "3 kg*m/s^2": 3,
+    },
+    Dimension.MOMENT: {"3 J": 3, "3 N m": 3, "3 N*m": 3, "3 N·m": 3, "3 Nm": 3, "3 kNm": 3000},
+    Dimension.MODULUS: {
+        "70 GPa": 70e9, "70 kPa": 70e3, "7 N/mm^2": 7e6, "1 psi": 6894.757293168361,
+        "1 ksi": 6894757.293168361,
+    },
+    Dimension.TRANSLATIONAL_STIFFNESS: {"10 N/um": 1e7, "1 kN/mm": 1e6},
+    Dimension.ROTATIONAL_STIFFNESS: {
+        "1e5 N m/rad": 1e5, "1e5 N*m/rad": 1e5, "1e5 N·m/rad": 1e5, "1 N m/mrad": 1e3,
+        "1e5 N m": 1e5,
+    },
+    Dimension.TRANSLATIONAL_COMPLIANCE: {"2 m/N": 2, "2 um/N": 2e-6},
+    Dimension.ROTATIONAL_COMPLIANCE: {"2 rad/(N m)": 2, "2 rad/N/m": 2, "2 N^-1 m^-1": 2},
+    Dimension.COUPLING_STIFFNESS: {"2 N/rad": 2},
+    Dimension.COUPLING_COMPLIANCE: {"2 /N": 2},
+    Dimension.NUMBER: {"2 mm/m": 2e-3, "0.3": 0.3},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("dimension", READ)
+def test_read(dimension):
+    for text, value in READ[dimension].items():
+        assert to_si(text, dimension) == pytest.approx(value, rel=1e-15), text
 
 
 @pytest.mark.parametrize("dimension", list(Dimension))
-def test_bare_numbers_are_si_everywhere(dimension):
-    assert to_si("1.5", dimension) == 1.5
-    assert to_si(1.5, dimension) == 1.5
+def test_bare_numbers_are_si_and_every_example_is_what_it_claims(dimension):
+    for number in ("1.5", 1.5, make_quantity(1.5)):
+        assert to_si(number, dimension) == 1.5
     assert to_si(0, dimension) == 0
-    assert to_si(make_quantity(1.5), dimension) == 1.5
-
-
-@pytest.mark.parametrize("dimension", list(Dimension))
-def test_every_example_is_what_it_claims(dimension):
     assert to_si(dimension.example, dimension) > 0
     if dimension.si_unit:
         assert to_si(f"7 {dimension.si_unit}", dimension) == 7
@@ -191,11 +160,6 @@ def test_quantity_that_was_computed_is_described():
     assert refusal(to_si, quantity, Dimension.LENGTH, got="30 deg") == message
 
 
-def test_quantity_of_another_registry_is_refused():
-    foreign = pint.get_application_registry()
-    assert "expected a length" in refusal(to_si, foreign.Quantity(1.0, "m"), Dimension.LENGTH)
-
-
 @pytest.mark.parametrize(
     ("text", "values"),
     [
@@ -246,12 +210,6 @@ def test_rows_that_do_not_fit(text, message):
     assert got == message
 
 
-@given(st.floats(allow_nan=False, allow_infinity=False))
-def test_every_float_comes_back(value):
-    assert parse_quantity(repr(value)).magnitude == value
-    assert parse_quantities(f"{value!r} m", [Dimension.LENGTH], ["x"]) == [value]
-
-
 @given(st.lists(st.sampled_from(UNIT_WORDS), min_size=1, max_size=4), st.data())
 def test_unit_algebra_agrees_with_products_of_single_units(words, data):
     text, expected, powers = f"2 {words[0]}", to_base(words[0]), Counter(words[:1])
@@ -272,15 +230,6 @@ def test_unit_algebra_agrees_with_products_of_single_units(words, data):
 def to_base(word):
     quantity = parse_quantity(f"1 {word}")
     return [math.log(quantity.magnitude), *quantity.units.powers]
-
-
-@given(st.text(alphabet="1. eNm/*^()-+,°²radé", max_size=20))
-def test_noise_is_read_or_refused(text):
-    try:
-        values = parse_quantities(text, POSE, POSE_NAMES)
-    except InputError:
-        return
-    assert all(math.isfinite(value) for value in values)
 
 
 @pytest.mark.parametrize("text", ["3 kN/mm", "2 N m/rad", "5 deg", "7 rad/(N m)", "4 psi", "2 m/s"])

@@ -100,17 +100,6 @@ def test_exact_directions_and_rotations_stay_exact():
     np.testing.assert_allclose(nearest.T @ nearest, np.eye(3), atol=1e-15)
 
 
-def test_telescope_of_symbols():
-    beams = (
-        rs.TelescopicBeam(SOFT, rs.circle(d), share=0, fixed=L),
-        rs.TelescopicBeam(SOFT, rs.circle(d), share=1),
-    )
-    axes = np.eye(3)
-    telescope = rs.Telescope(np.array([1.0, 0, 0]), beams, axes, rs.Actuated(k), home=h)
-    assert telescope.fixed_length == L
-    assert rs.Chain((telescope,)).home.tolist() == [h]
-
-
 def test_robot_built_of_symbols_computes_with_values():
     def arm(length, stiffness, angle):
         elements = (

@@ -28,28 +28,14 @@ def turned_about_z(angle: sp.Expr, x: sp.Expr) -> Frame:
     return Frame([[c, -s, 0], [s, c, 0], [0, 0, 1]], [x, 0, 0.5])  # pyright: ignore[reportArgumentType]
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(3))
 def test_composition_is_that_of_rigid_transforms(seed):
     rng = np.random.default_rng(seed)
     S, T = random_transform(rng), random_transform(rng)
     assert same(Frame.of(S) @ Frame.of(T), Frame.of(S * T))
     assert same(Frame.of(S).inverse, Frame.of(S.inv()))
-
-
-def test_composition_is_associative_with_identity_and_inverse():
-    rng = np.random.default_rng(3)
-    A, B, C = (Frame.of(random_transform(rng)) for _ in range(3))
-    assert same((A @ B) @ C, A @ (B @ C))
-    assert same(A @ Frame.identity(), A)
-    assert same(A @ A.inverse, Frame.identity())
-    assert same(A.inverse @ A, Frame.identity())
-
-
-def test_round_trip_with_rigid_transform():
-    T = random_transform(np.random.default_rng(4))
-    frame = Frame.of(T)
-    np.testing.assert_allclose(frame.rigid_transform.as_matrix(), T.as_matrix(), atol=1e-15)
-    assert Frame.of(frame) is frame
+    assert same(Frame.of(S) @ Frame.identity(), Frame.of(S))
+    np.testing.assert_allclose(Frame.of(T).rigid_transform.as_matrix(), T.as_matrix(), atol=1e-15)
     assert isinstance(Rigid(T).transform, Frame)  # pyright: ignore[reportArgumentType]
 
 

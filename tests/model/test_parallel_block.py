@@ -48,12 +48,6 @@ def test_the_main_path_goes_through_first_branches():
     assert chain.main_path.home.tolist() == chain.home[chain.main_places].tolist()
 
 
-def test_a_chain_without_blocks_is_its_own_main_path():
-    chain = rs.Chain((pin("a"), rigid(0.2, "bar")))
-    assert chain.main_path is chain
-    assert not chain.has_blocks
-
-
 def test_compliance_may_hide_in_any_branch():
     assert nested().has_compliance
     stiff = parallelogram(rs.Chain((pin("a"), rigid(1, "bar"), pin("b"))), np.array([0, 1.0, 0]))

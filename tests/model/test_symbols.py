@@ -1,6 +1,5 @@
 """Robots with symbols: exact, the same as the robot of numbers at the values of the file."""
 
-import pickle
 from dataclasses import fields, is_dataclass
 from typing import Any
 
@@ -20,12 +19,6 @@ NAMES = [name for name in rs.shipped_robots() if "\nparameters:" in robot_file(n
 
 def load(*arguments, **options) -> Any:
     return rs.load(*arguments, **options)
-
-
-def entries(robot):
-    found = []
-    with_entries(robot, lambda entry: (found.append(entry), entry)[1])
-    return found
 
 
 def arrays(part):
@@ -48,6 +41,7 @@ def test_all_parameters_as_symbols_give_the_numbers_back(name):
     symbolic = load(name, symbols=rs.ALL_PARAMETERS)
     back = symbolic.numeric
     assert symbolic.symbols
+    assert all(isinstance(e, sp.Expr) and not e.has(sp.Float) for e in formulas(symbolic))
     assert not back.symbols
     assert not back.has_formulas
     for found, wanted in zip(arrays(back), arrays(numbers), strict=True):
@@ -57,13 +51,6 @@ def test_all_parameters_as_symbols_give_the_numbers_back(name):
         np.testing.assert_allclose(found, wanted, rtol=1e-14, atol=1e-14 * min(scale, 1.0))
     K, K_numbers = rs.stiffness(back).K, rs.stiffness(numbers).K
     np.testing.assert_allclose(K, K_numbers, rtol=0, atol=1e-12 * np.abs(K_numbers).max())
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_symbolic_robot_is_exact(name):
-    for entry in entries(load(name, symbols=rs.ALL_PARAMETERS)):
-        assert isinstance(entry, sp.Expr)
-        assert not entry.has(sp.Float)
 
 
 def test_symbols_have_the_names_and_signs_of_their_parameters():
@@ -123,14 +110,6 @@ def test_robot_of_exact_numbers_is_computed_like_one_of_floats():
     np.testing.assert_array_equal(rs.stiffness(exact).K, rs.stiffness(robot).K)
 
 
-def test_robot_of_floats_is_itself():
-    robot = load("3-rrr")
-    assert robot.symbols == ()
-    assert robot.numeric is robot
-    assert robot.in_floats is robot
-    assert list(formulas(robot)) == []
-
-
 def test_entries_of_another_kind_are_left_alone():
     class Entry:
         free_symbols = frozenset("x")
@@ -152,17 +131,6 @@ def test_entries_of_another_kind_are_left_alone():
     assert other.legs[0].attachment.p.dtype == float
     assert other.legs[0].base.p[2] == 0.0
     assert isinstance(other.legs[0].base.p[2], float)
-
-
-def test_with_entries_reaches_every_part():
-    robot = load("hexapod")
-    assert entries(with_entries(robot, lambda entry: entry)) == entries(robot)
-    assert all(type(entry) is float for entry in entries(robot))
-
-
-def test_symbolic_robot_can_be_pickled():
-    robot = load("planar-link", symbols=("L",))
-    assert pickle.loads(pickle.dumps(robot)).symbols == robot.symbols  # noqa: S301
 
 
 @pytest.mark.parametrize("question", [rs.stiffness, rs.find_posture, rs.compliance])
@@ -219,13 +187,6 @@ def test_file_is_checked_by_its_numbers_first(tmp_path):
     file.write_text(MODEL.replace("[L, 0, 0]", "[L, 0, k]"))
     with pytest.raises(FileError, match="a length"):
         load(file, symbols=rs.ALL_PARAMETERS)
-
-
-def test_snapshot_has_no_symbols(tmp_path):
-    file = tmp_path / "snapshot.yaml"
-    file.write_text("{}")
-    with pytest.raises(rs.InputError):
-        load(file, symbols=("L",))
 
 
 MODEL = """

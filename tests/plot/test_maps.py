@@ -91,12 +91,6 @@ def test_doubtful_pose_keeps_its_value_under_a_hatching(status: int, name: str):
     assert picture.values[2, 2] == pytest.approx(20)
 
 
-def test_every_pose_is_a_value_or_in_one_region():
-    picture = rs.plot.map_slice(map_with(1 + 64, 5), "worst_deflection", **XY, at={"z": 0.3})
-    instead = [r.where for r in picture.regions if r.cover is Cover.INSTEAD]
-    assert np.array_equal(np.sum(instead, axis=0) + np.isfinite(picture.values), np.ones((5, 6)))
-
-
 def test_robot_that_is_free_by_design_has_its_own_full_rank():
     grid = rs.Grid(x=rs.Axis(-0.05, 0.05, 3), y=rs.Axis(-0.05, 0.05, 3))
     found = rs.stiffness_map(robot("gough-stewart-a"), grid)
@@ -137,7 +131,6 @@ def test_every_region_has_a_look_of_its_own():
         for region in picture.regions:
             if region.name == name:
                 looks[name] = region.style(Theme.LIGHT.palette)
-                rs.plot.Matplotlib().draw(picture)
     assert len(looks) == len(set(looks.values())) == 11
 
 
@@ -261,32 +254,6 @@ def test_ranks_and_statuses_along_a_coordinate_are_shares_of_all_poses(variable)
     assert shares["unreachable"] == pytest.approx(((found.status & 64) != 0).mean(("y", "z")))
     if variable == "rank":
         assert shares["rank 6"] == pytest.approx((found["rank"] == 6).mean(("y", "z")))
-
-
-def test_poses_beyond_limits_are_marked_on_a_path():
-    hexapod = rs.load("hexapod")
-    heights = np.linspace(0.7, 1.3, 7)
-    path = rs.PoseList(("z",), heights[:, None])
-    found = rs.stiffness_map(hexapod, path, [rs.Quantity.WORST_DEFLECTION])
-    beyond = [rs.Status.BEYOND_LIMITS in own.status for own in map(hexapod_at, heights)]
-    assert 0 < sum(beyond) < len(heights)
-    picture = rs.plot.map_overview(found, backend=DATA)
-    assert isinstance(picture, Bands)
-    (region,) = picture.shares
-    assert (region.reason, region.where.tolist()) == ("beyond-limits", beyond)
-    assert np.isfinite(picture.percentiles[0].values).all()
-
-
-def hexapod_at(z):
-    return rs.stiffness(rs.load("hexapod"), [0, 0, z, 0, 0, 0])
-
-
-def test_bands_can_be_cut_as_well():
-    cut = rs.plot.map_bands(
-        tripod_map(), "worst_deflection", along="x", at={"z": 0.3}, backend=DATA
-    )
-    assert cut.title == "3-puu: z = 0.3 m"
-    assert "each of 6 places: 5 poses" in cut.notes
 
 
 @pytest.mark.parametrize(

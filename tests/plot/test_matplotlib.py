@@ -136,15 +136,6 @@ def test_axes_of_others_are_used_and_those_of_the_wrong_kind_refused():
     assert isinstance(space, Axes3D)
 
 
-@pytest.mark.parametrize("form", ["pdf", "svg"])
-def test_vector_files_can_be_written(form: str, tmp_path):
-    ax = rs.plot.matrix(hexapod_stiffness())
-    assert isinstance(ax.figure, Figure)
-    path = tmp_path / f"k.{form}"
-    ax.figure.savefig(path)
-    assert path.stat().st_size > 5000
-
-
 def test_importing_the_library_or_its_plots_imports_neither_backend():
     code = (
         "import sys, robostiff as rs; rs.plot.matrix; "

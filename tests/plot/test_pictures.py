@@ -155,17 +155,6 @@ def test_directions_without_limit_are_named_and_not_closed():
     assert len(mesh.triangles) == 4  # two plates
 
 
-def test_ellipsoid_in_the_robot_keeps_its_shape():
-    result = hexapod_stiffness()
-    alone = rs.plot.ellipsoid(result, Quality.STIFFNESS, backend=DATA)
-    within = rs.plot.ellipsoid(result, Quality.STIFFNESS, within=HEXAPOD, backend=DATA)
-    (one,) = (item for item in alone.items if isinstance(item, Mesh))
-    (other,) = (item for item in within.items if isinstance(item, Mesh))
-    away = other.vertices - result.reference_point
-    ratio = np.linalg.norm(away) / np.linalg.norm(one.vertices)
-    assert away == pytest.approx(ratio * one.vertices, abs=1e-9)
-
-
 def test_planar_robots_have_an_ellipse():
     result = rs.stiffness(robot("3-rrr"))
     scene = rs.plot.ellipsoid(result, Quality.COMPLIANCE, backend=DATA)
@@ -260,12 +249,6 @@ def test_shade_of_coupling_is_one_on_the_diagonal():
     K = hexapod_stiffness().K
     assert np.diag(picture.shades) == pytest.approx(np.ones(6))
     assert picture.shades[0, 4] == pytest.approx(K[0, 4] / np.sqrt(K[0, 0] * K[4, 4]))
-
-
-def test_matrix_of_a_planar_robot_has_three_rows():
-    picture = rs.plot.matrix(rs.stiffness(robot("3-rrr")), backend=DATA)
-    assert picture.rows == ("Fx", "Fy", "Mz")
-    assert picture.columns == ("dx", "dy", "rz")
 
 
 def test_compliance_of_a_free_robot_says_why_there_is_none():

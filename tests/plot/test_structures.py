@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.network import network_of_snapshot
 from robostiff.plot.displacement import end_key, finite_motions, motion_under, node_key
 from robostiff.plot.picture import LineWeight, Marks, Path, Text
 from robostiff.plot.posed_robot import picture_of_posed
@@ -43,12 +42,6 @@ def test_an_arm_is_coloured_part_by_part_and_its_joints_are_named():
     assert sorted(words) == [f"joint{i}" for i in range(1, 7)]
 
 
-@pytest.mark.parametrize("name", ["cable-4-planar", "double-pantograph"])
-def test_they_are_drawn_as_robots_are(name):
-    assert rs.plot.robot(robot(name)).get_title() == name
-    assert rs.plot.robot(robot(name), backend=rs.plot.Plotly()).data
-
-
 STAR = pathlib.Path(__file__).parents[2] / "docs" / "star-platform.yaml"
 
 
@@ -79,17 +72,6 @@ def test_bodies_of_a_network_move_as_its_springs_and_joints_let_them(load):
         stiffness = np.array([freedom.stiffness or 0.0 for freedom in joint.freedoms])
         energy += 0.5 * float(stiffness @ q**2)
     assert energy == pytest.approx(bent.energy, rel=1e-6)
-
-
-def test_a_free_network_moves_as_its_deflection_says():
-    """A platform that may slide along x moves as its least displacement does."""
-    snapshot = rs.find_posture(robot("gough-stewart-a")).snapshot.one(0)
-    network = network_of_snapshot(snapshot)
-    bent = rs.deflection(network, None, [0, 0, -1000, 0, 0, 0])
-    assert bent.stiffness.free_motions
-    motions = motion_under(network, bent)
-    tip = twist_about(motions[network.platform], network.reference_point)
-    np.testing.assert_allclose(tip, bent.twist, rtol=1e-7, atol=1e-7 * np.abs(bent.twist).max())
 
 
 def test_a_flexible_platform_bends_and_keeps_the_legs_together():
@@ -202,13 +184,6 @@ def test_a_mode_of_a_cable_robot_swings_about_its_rest():
         wanted = twist[:3] + np.cross(twist[3:], arms)
         wanted *= np.linalg.norm(moved) / np.linalg.norm(wanted)
         np.testing.assert_allclose(moved, wanted, atol=2e-3 * np.abs(wanted).max())
-
-
-def test_a_linkage_is_drawn_where_its_joints_are():
-    linkage = rs.load_linkage("double-pantograph")
-    (name,) = linkage.held
-    home, moved = (rs.plot.robot(linkage, q).get_zlim()[1] for q in (None, {name: 0.01}))
-    assert abs(moved - home) > 1e-3
 
 
 @pytest.mark.parametrize(("name", "other"), [("cable-8", "hexapod"), ("hexapod", "3-rrr")])

@@ -13,7 +13,6 @@ import yaml
 
 import robostiff as rs
 from robostiff.elastostatics import IndexRules, Recursive
-from robostiff.robots import describe
 from tests.project.shown_output import ROOT, first_difference
 
 FORMS = (rs.WrenchBasis(), rs.SaddlePoint(), rs.Block(), Recursive(), IndexRules())
@@ -59,13 +58,6 @@ def test_page_is_what_its_script_writes(name: str):
     script = runpy.run_path(str(ROOT / f"docs/make_{name}_page.py"))
     difference = first_difference(document(f"docs/{name}.md"), script["page"]())
     assert difference is None, f"{difference}\n\n'make outputs' writes the page again"
-
-
-@pytest.mark.parametrize("name", rs.shipped_robots())
-def test_every_robot_is_on_the_page_with_its_source(name: str):
-    page = document("docs/robots.md")
-    assert f"## {name}\n\n{describe(name).title}." in page
-    assert describe(name).source.strip() in page
 
 
 @pytest.mark.parametrize("package", PACKAGES)

@@ -46,20 +46,6 @@ def test_public_names_can_be_imported_and_have_docstrings():
     assert sorted(set(PUBLIC)) == PUBLIC
 
 
-@pytest.mark.parametrize(
-    "package",
-    [
-        *("analysis", "cables", "compiled", "elasticity", "elastostatics", "errors"),
-        *("kinematics", "model", "robots", "spatial"),
-    ],
-)
-def test_every_name_that_a_package_lists_exists(package: str):
-    module = import_module(f"robostiff.{package}")
-    names = getattr(module, "__all__", [])
-    assert names == sorted(set(names), key=names.index)
-    assert all(hasattr(module, name) for name in names)
-
-
 def test_unknown_name_is_an_attribute_error():
     with pytest.raises(AttributeError, match="stifness"):
         _ = rs.stifness  # pyright: ignore[reportAttributeAccessIssue]

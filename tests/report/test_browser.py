@@ -102,11 +102,6 @@ def test_weakest_directions_of_the_page_are_those_of_the_library(spatial):
     assert shown == [*principal.translational.tolist(), *principal.rotational.tolist()]
 
 
-def test_planar_numbers_are_those_of_the_library(planar):
-    result = rs.stiffness(with_symbols("3-rrr").numeric)
-    assert planar.numbers("[data-symbol=K]") == result.K.ravel().tolist()
-
-
 def test_the_slider_changes_the_slice(planar, planar_map):
     slider = planar.page.locator("#slider-worst-deflection")
     label = planar.page.locator("#label-worst-deflection")

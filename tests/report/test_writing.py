@@ -93,18 +93,9 @@ def test_a_report_says_that_no_critical_load_was_found():
 
 
 def test_a_pdf_alone(tmp_path):
-    assert run("3-rpr", "--pdf", "-o", "robot.pdf").stdout.split() == ["robot.pdf"]
-    assert [path.name for path in tmp_path.iterdir()] == ["robot.pdf"]
-
-
-def test_the_same_pdf_each_time(planar):
-    assert report_pdf(planar) == report_pdf(planar)
-
-
-@pytest.mark.parametrize("robot", ["gough-stewart-a", "orthoglide", "planar-link"])
-def test_free_motions_blocks_and_planes_are_printed(robot, tmp_path):
-    write_report(shipped(robot), tmp_path / "robot.pdf")
-    assert (tmp_path / "robot.pdf").stat().st_size > 10_000
+    assert run("gough-stewart-a", "--pdf", "-o", "robot.pdf").stdout.split() == ["robot.pdf"]
+    (path,) = tmp_path.iterdir()
+    assert path.stat().st_size > 10_000
 
 
 def test_free_motions_are_described_in_words():
@@ -115,6 +106,7 @@ def test_free_motions_are_described_in_words():
         assert str(motion) in html
     assert "K is singular: there is no compliance matrix." in html
     assert "infinite" in html
+    assert 'class="title-block"' not in html  # all its lines are empty
 
 
 def test_a_load_that_is_not_carried():
@@ -159,7 +151,9 @@ def test_words_of_a_model_are_text_not_markup():
     assert "<b>#odd" not in html
     assert "&lt;b&gt;#odd&lt;/b&gt;: &lt;/script&gt; &amp; $x$" in html
     assert html.count("</script>") == 3
-    assert report_pdf(contents).startswith(b"%PDF-")
+    pdf = report_pdf(contents)
+    assert pdf.startswith(b"%PDF-")
+    assert report_pdf(contents) == pdf
 
 
 @pytest.mark.parametrize(
@@ -171,7 +165,6 @@ def test_words_of_a_model_are_text_not_markup():
         (("hexapod", "--map", "lost.zarr", "-o", "x.html"), "a file or store that is there"),
         (("hexapod", "--map", "folder.zarr", "-o", "x.html"), "a map that was begun by robostiff"),
         (("hexapod", "--map", "map.nc", "-o", "x.html"), "robot of the map: got '3-rpr'"),
-        (("hexapod", "--wrench", "1 2 3", "-o", "x.html"), "got 3 numbers, expected 6"),
     ],
 )
 def test_misuse(arguments, said, tmp_path):

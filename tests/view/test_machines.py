@@ -100,37 +100,6 @@ def test_deflection_and_energy_are_those_of_the_library():
     np.testing.assert_allclose(shown, sorted(by_name.values(), reverse=True), rtol=1e-9)
 
 
-@pytest.mark.parametrize("times", [0.0, 500.0])
-def test_displacements_are_drawn_as_many_times_as_is_said(times):
-    robot = rs.load("two-link-arm")
-    machine = machine_of(robot)
-    load = np.array([0.0, 10, 0, 0, 0, 0])
-    answer = machine.answer(start_of(machine), load, Look(times))
-    bent, rest = answer.layers["robot"], machine.answer(start_of(machine), 0 * load, Look())
-    marks = (bent[-1], rest.layers["robot"][-1])
-    tip = [mark.points[0] for mark in marks if isinstance(mark, Marks)]
-    expected = times * rs.deflection(robot, None, load).twist[:3]
-    np.testing.assert_allclose(tip[0] - tip[1], expected, atol=1e-12)
-
-
-def test_ellipsoids_keep_their_scale_so_that_softer_is_larger():
-    machine = machine_of(rs.load("gough-stewart-b"))
-    nothing, at = np.zeros(6), start_of(machine)
-
-    def longest(values: dict[str, float]) -> float:
-        items = machine.answer(values, nothing, Look()).layers["ellipsoid of displacements"]
-        axes = [item.points for item in items if isinstance(item, Path)]
-        return max(float(np.linalg.norm(np.diff(axis, axis=0))) / 2 for axis in axes)
-
-    def softest(values: dict[str, float]) -> float:
-        pose = [values[slider.name] for slider in machine.sliders]
-        C = rs.compliance(rs.load("gough-stewart-b"), pose)
-        return float(np.linalg.eigvalsh(C[:3, :3])[-1])
-
-    away = {**at, "z": at["z"] + 0.2}
-    assert longest(away) / longest(at) == pytest.approx(softest(away) / softest(at), rel=1e-9)
-
-
 def test_free_motions_are_given_in_words():
     machine = machine_of(rs.load("gough-stewart-a"))
     answer = machine.answer(start_of(machine), np.zeros(6), Look())

@@ -17,16 +17,6 @@ from tests.analysis.indices.machines import any_rotation, random_body, turned_bo
 SEEDS = st.integers(0, 2**32 - 1)
 
 
-def test_parts_agree_with_one_another():
-    found = rs.indices(rs.stiffness(rs.load("six-joint-arm")), length=0.3)
-    wrenches, twists = found.eigenscrews.wrenches, found.eigenscrews.twists
-    assert np.allclose([w.stiffness for w in wrenches], found.principal.translational)
-    assert np.allclose([t.stiffness for t in twists], found.collinear.rotational)
-    assert np.isclose(found.worst_deflection.translational, 1 / found.collinear.smallest)
-    assert np.isclose(found.virtual_work.worst, 0.5 / found.eigenstiffness.values[0])
-    assert found.length == found.condition.length == found.virtual_work.length == 0.3
-
-
 def test_the_length_is_the_robots_own_when_left_out():
     result = rs.stiffness(rs.load("hexapod"))
     assert isinstance(result, rs.Stiffness)

@@ -1,21 +1,16 @@
 """Parameters as inputs of kernels: each value gives the robot that has it."""
 
-import pickle
-
 import numpy as np
 import pytest
 
 import robostiff as rs
 from robostiff.analysis.posed_stiffness import direct_stiffness
-from robostiff.analytic import AtCoordinates, Steps, derive_robot, differentiate
 from tests.analysis.kernels.cases import around_home, model, row
 
 ROBOTS = {
     "hexapod": ("R", "alpha", "k_screw", "cylinder"),
-    "3-puu": ("R", "l", "r"),
     "3-rrr": ("l1", "l2", "k"),
     "gough-stewart-a": ("R", "k"),
-    "tripteron": ("d", "l"),
     "two-link-arm": ("l1", "b"),
     "planar-link": ("L",),
     "3-rps": ("R", "r", "k"),
@@ -75,24 +70,6 @@ def test_guarded_poses_are_computed_with_their_own_values():
         )
 
 
-@pytest.mark.parametrize("by", [pytest.param("R", marks=pytest.mark.slow), "k"])
-def test_derivatives_by_parameters_are_those_of_the_formula(by):
-    robot = model("gough-stewart-b", "R", "r", "k")
-    rate = rs.Derivative(rs.StiffnessMatrix(), by)
-    compiled = rs.compile(robot, [rate], parameters=("R", "k"))
-    found = compiled.evaluate(np.array([[0.03, -0.02, 0.7, 0, 0, 0]]))
-    symbol = next(s for s in robot.symbols if str(s) == by)
-    place = AtCoordinates({"x": 0.03, "y": -0.02, "z": 0.7})
-    derived = differentiate(derive_robot(robot, place, Steps()), symbol)
-    dK = np.array(
-        derived.substituted({s: robot.nominal[str(s)] for s in robot.symbols})[1].evalf(),
-        dtype=float,
-    )
-    np.testing.assert_allclose(
-        found.values[rate.name][0], dK, rtol=1e-9, atol=1e-11 * np.abs(dK).max()
-    )
-
-
 @pytest.mark.parametrize(("name", "by"), [("3-rrr", "l2"), ("tripteron", "l"), ("hexapod", "R")])
 def test_derivatives_by_parameters_are_limits_of_differences(name, by):
     robot = model(name, by)
@@ -107,17 +84,6 @@ def test_derivatives_by_parameters_are_limits_of_differences(name, by):
         expected,
         rtol=1e-6,
         atol=1e-7 * np.abs(expected).max(),
-    )
-
-
-def test_a_compiled_robot_with_parameters_travels():
-    robot = model("hexapod", "R")
-    with_R = rs.compile(robot, parameters=("R",), backend=rs.Backend.ARRAYS)
-    again = pickle.loads(pickle.dumps(with_R))  # noqa: S301
-    pose = around_home(robot, 3)
-    np.testing.assert_array_equal(
-        again.evaluate(pose, parameters={"R": 0.55}).values["K"],
-        with_R.evaluate(pose, parameters={"R": 0.55}).values["K"],
     )
 
 

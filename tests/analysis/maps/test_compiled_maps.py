@@ -1,7 +1,5 @@
 """Maps by kernels say what maps by the batched form say, and are chosen where they can."""
 
-import pickle
-
 import numpy as np
 import pytest
 import xarray
@@ -122,14 +120,6 @@ def test_where_and_threads_change_no_bit_of_a_compiled_map():
     np.testing.assert_array_equal(
         half.translational_stiffness, one.translational_stiffness.where(kept)
     )
-
-
-def test_a_compiled_evaluator_travels():
-    evaluator = batched_of("3-rpr", OF_K).with_kernel(rs.Backend.BEST)
-    poses = np.array([evaluator.columns.home] * 3)
-    other = pickle.loads(pickle.dumps(evaluator))  # noqa: S301
-    for name, values in values_at(evaluator, poses).items():
-        np.testing.assert_array_equal(values_at(other, poses)[name], values)
 
 
 def test_a_store_remembers_its_method(tmp_path):

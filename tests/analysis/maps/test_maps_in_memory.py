@@ -40,19 +40,6 @@ def test_dimensions_coordinates_and_units():
     assert found.attrs["poses"] == 6
 
 
-def test_a_grid_of_six_axes():
-    axes = {name: Axis(-0.02, 0.02, 2) for name in ("x", "y", "rx", "ry", "rz")}
-    found = rs.stiffness_map(loaded("hexapod"), Grid(axes, z=Axis(0.85, 0.95, 3)))
-    assert found["rank"].shape == (2, 2, 2, 2, 2, 3)
-    assert int(found["rank"].min()) == 6
-    place = {"x": 1, "y": 0, "z": 2, "rx": 0, "ry": 1, "rz": 0}
-    pose = [float(found[c][place[c]]) for c in ("x", "y", "z", "rx", "ry", "rz")]
-    K = rs.stiffness(loaded("hexapod"), pose).K
-    np.testing.assert_allclose(
-        found.translational_stiffness.isel(place), np.linalg.eigvalsh(K[:3, :3]), rtol=1e-6
-    )
-
-
 def test_status_tells_where_there_is_no_answer():
     found = rs.stiffness_map(loaded("3-puu"), Grid(x=Axis(-0.9, 0.9, 19)))
     masks, words = found.status.attrs["flag_masks"], found.status.attrs["flag_meanings"].split()
@@ -65,26 +52,6 @@ def test_status_tells_where_there_is_no_answer():
     np.testing.assert_array_equal(found["rank"] == -1, unreachable)
     assert found.attrs["poses_reachable"] == 19 - int(unreachable.sum())
     assert sum(json.loads(found.attrs["statuses"]).values()) == 19
-
-
-def test_a_map_without_any_answer_is_a_map():
-    found = rs.stiffness_map(loaded("hexapod"), Grid(x=Axis(50, 60, 3)), [Quantity.STIFFNESS])
-    assert found.attrs["poses_reachable"] in {0, 3}
-    arm = rs.stiffness_map(loaded("3-puu"), Grid(x=Axis(5, 6, 3)))
-    assert arm.attrs["poses_reachable"] == 0
-    assert np.all(np.isnan(arm.translational_stiffness))
-    assert "actual_range" not in arm.translational_stiffness.attrs
-
-
-def test_joints_of_a_serial_arm():
-    found = rs.stiffness_map(
-        loaded("two-link-arm"), Grid(elbow=Axis(-1, 1, 5)), [Quantity.STIFFNESS]
-    )
-    home = loaded("two-link-arm").legs[0].chain.home
-    pose = rs.JointCoordinates([home[0], 0.5])
-    np.testing.assert_allclose(
-        found.K.sel(elbow=0.5), rs.stiffness(loaded("two-link-arm"), pose).K, rtol=1e-9, atol=1e-3
-    )
 
 
 def test_time_runs_along_a_trajectory():

@@ -9,12 +9,7 @@ import robostiff as rs
 from robostiff import Quantity
 from robostiff.analysis.maps.evaluator import MapEvaluator
 from robostiff.analysis.maps.pose_columns import pose_columns
-from robostiff.analysis.measures import (
-    principal_stiffnesses,
-    stiffness_indices,
-    symmetric_eigenvalues,
-    worst_deflection,
-)
+from robostiff.analysis.measures import stiffness_indices, symmetric_eigenvalues
 from tests.analysis.maps.robots import loaded, values_at
 
 # Robot, coordinates, spread about home: regular, free motions, plane, arms, lower mobility.
@@ -67,6 +62,11 @@ def test_every_quantity_is_that_of_the_single_pose(name, coordinate, spread):
             np.testing.assert_allclose(
                 found[variable][i], expected, rtol=1e-6, atol=1e-7 * expected[-1]
             )
+        if one.compliance is None:
+            assert np.isnan(found["worst_deflection"][i])
+        else:
+            worst = np.linalg.norm(one.compliance[:d, :d], 2)
+            np.testing.assert_allclose(found["worst_deflection"][i], worst, rtol=1e-5)
         twist = np.concatenate([found["displacement"][i], found["rotation"][i]])
         if bent.has_answer:
             size = np.abs(bent.twist).max()
@@ -76,22 +76,6 @@ def test_every_quantity_is_that_of_the_single_pose(name, coordinate, spread):
         if bent.has_answer and "actuator_force" in found:
             loads = [actuator.load for actuator in bent.actuators]
             np.testing.assert_allclose(found["actuator_force"][i], loads, rtol=1e-5, atol=1e-4)
-
-
-@pytest.mark.parametrize(("name", "coordinate", "spread"), ROBOTS)
-def test_worst_deflection_is_reached_and_never_exceeded(name, coordinate, spread):
-    robot, columns, poses, _, found = evaluated(name, coordinate, spread, count=3)
-    d = robot.space.translations
-    forces = np.random.default_rng(1).normal(size=(4000, d))
-    forces /= np.linalg.norm(forces, axis=1)[:, None]
-    for i, pose in enumerate(poses):
-        C = rs.stiffness(robot, columns.as_pose(pose)).compliance
-        if C is None:
-            assert np.isnan(found["worst_deflection"][i])
-            continue
-        sizes = np.linalg.norm(forces @ C[:d, :d], axis=1)
-        assert sizes.max() <= found["worst_deflection"][i] * (1 + 1e-6)
-        assert sizes.max() >= found["worst_deflection"][i] * 0.97
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 3), st.floats(-12, 12))
@@ -140,15 +124,3 @@ def test_a_singular_matrix_has_isotropy_zero_and_no_logarithm():
     assert found["smallest_eigenvalue"] == 0
     assert found["isotropy"] == 0
     assert np.isnan(found["log10_determinant"])
-
-
-def test_principal_values_do_not_depend_on_the_axes():
-    robot = loaded("hexapod")
-    pose = [0.05, 0.02, 0.9, 0.1, 0.1, 0]
-    K = rs.stiffness(robot, pose).K
-    R = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
-    turned = np.kron(np.eye(2), R) @ K @ np.kron(np.eye(2), R).T
-    one, other = principal_stiffnesses(np.stack([K, turned]))
-    np.testing.assert_allclose(one, other, rtol=1e-10)
-    worst = worst_deflection(np.stack([np.linalg.inv(K), np.linalg.inv(turned)]))
-    assert worst[0] == pytest.approx(worst[1], rel=1e-10)

@@ -187,12 +187,6 @@ def test_poses_without_an_answer_count_for_nothing():
     assert found.attrs["poses_reachable"] == 0
 
 
-def test_the_first_of_equal_values_counts():
-    poses = rs.PoseList(["x"], [[0.1], [-0.1], [0.1], [-0.1]])
-    found = rs.stiffness_map(loaded("gough-stewart-b"), poses, reduce=rs.Extremes())
-    assert set(np.unique(found.translational_stiffness_at.sel(coordinate="x"))) <= {-0.1, 0.1}
-
-
 def test_negative_values_are_in_order():
     values = np.array([[-3.0, -0.5, np.nan, 0.0, 2.0, 7.0]])
     own: Any = rs.Quantiles(shares=[0, 0.4, 0.6, 1])

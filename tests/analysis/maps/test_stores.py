@@ -38,19 +38,16 @@ def interrupted_after(blocks):
 
 @pytest.fixture(scope="module")
 def undisturbed():
-    return rs.stiffness_map(loaded("3-rpr"), POSES, method=rs.Batched())
+    return asked()
+
+
+def asked(**more):
+    return rs.stiffness_map(loaded("3-rpr"), POSES, method=rs.Batched(), **more)
 
 
 def begun(path, blocks=1):
     with pytest.raises(Interruption):
-        rs.stiffness_map(
-            loaded("3-rpr"),
-            POSES,
-            method=rs.Batched(),
-            store=path,
-            scheduler=Threads(1),
-            progress=interrupted_after(blocks),
-        )
+        asked(store=path, scheduler=Threads(1), progress=interrupted_after(blocks))
 
 
 @pytest.mark.parametrize(
@@ -101,14 +98,7 @@ def test_an_interrupted_map_goes_on_where_it_was(tmp_path, undisturbed):
     path = tmp_path / "map.zarr"
     begun(path, blocks=2)
     reported = []
-    found = rs.stiffness_map(
-        loaded("3-rpr"),
-        POSES,
-        method=rs.Batched(),
-        store=path,
-        resume=True,
-        progress=reported.append,
-    )
+    found = asked(store=path, resume=True, progress=reported.append)
     assert reported[-1].resumed == POSES.count // 2  # two of four blocks
     assert reported[-1].done == POSES.count
     xarray.testing.assert_identical(found.load(), undisturbed)
@@ -131,14 +121,7 @@ def test_a_torn_mark_and_torn_chunks_are_made_again(tmp_path, undisturbed):
     torn.write_bytes(torn.read_bytes()[:-2])
     (path / "translational_stiffness" / "c" / "0" / "1").write_bytes(b"torn")
     reported = []
-    found = rs.stiffness_map(
-        loaded("3-rpr"),
-        POSES,
-        method=rs.Batched(),
-        store=path,
-        resume=True,
-        progress=reported.append,
-    )
+    found = asked(store=path, resume=True, progress=reported.append)
     assert reported[-1].resumed == POSES.count // 4  # one of four blocks
     xarray.testing.assert_identical(found.load(), undisturbed)
 
@@ -155,24 +138,17 @@ def test_a_store_is_filled_by_one_process_at_a_time(tmp_path, undisturbed):
         assert other.stdout is not None
         assert other.stdout.readline() == "locked\n"
         with pytest.raises(InputError, match="another process is filling"):
-            rs.stiffness_map(loaded("3-rpr"), POSES, method=rs.Batched(), store=path, resume=True)
+            asked(store=path, resume=True)
         other.kill()  # a lock ends with its process
-    found = rs.stiffness_map(loaded("3-rpr"), POSES, method=rs.Batched(), store=path, resume=True)
+    found = asked(store=path, resume=True)
     xarray.testing.assert_identical(found.load(), undisturbed)
 
 
 def test_a_finished_map_is_given_without_work(tmp_path, undisturbed):
     path = tmp_path / "map.zarr"
-    rs.stiffness_map(loaded("3-rpr"), POSES, method=rs.Batched(), store=path)
+    asked(store=path)
     reported = []
-    found = rs.stiffness_map(
-        loaded("3-rpr"),
-        POSES,
-        method=rs.Batched(),
-        store=path,
-        resume=True,
-        progress=reported.append,
-    )
+    found = asked(store=path, resume=True, progress=reported.append)
     assert reported == []
     xarray.testing.assert_identical(found.load(), undisturbed)
 
@@ -198,9 +174,9 @@ OTHERS = {
 def test_another_map_is_refused(part, tmp_path):
     path = tmp_path / "map.zarr"
     begun(path)
-    asked = {"robot": loaded("3-rpr"), "poses": POSES, "method": rs.Batched(), **OTHERS[part]}
+    question = {"robot": loaded("3-rpr"), "poses": POSES, "method": rs.Batched(), **OTHERS[part]}
     with pytest.raises(InputError, match=f"other .*{part}"):
-        rs.stiffness_map(**asked, store=path, resume=True)
+        rs.stiffness_map(**question, store=path, resume=True)
 
 
 def test_a_last_digit_of_a_parameter_makes_another_robot(tmp_path):
@@ -234,7 +210,7 @@ def test_another_version_is_refused(tmp_path, monkeypatch):
     begun(path)
     monkeypatch.setattr("robostiff.analysis.maps.job.__version__", "99.0")
     with pytest.raises(InputError, match="other version of robostiff"):
-        rs.stiffness_map(loaded("3-rpr"), POSES, method=rs.Batched(), store=path, resume=True)
+        asked(store=path, resume=True)
 
 
 def test_nothing_is_overwritten(tmp_path):
@@ -269,7 +245,7 @@ def test_a_store_needs_nothing_of_posix(tmp_path, undisturbed, monkeypatch):
     path = tmp_path / "map.zarr"
     begun(path)
     with pytest.raises(InputError, match="another process is filling"):
-        rs.stiffness_map(loaded("3-rpr"), POSES, method=rs.Batched(), store=path, resume=True)
+        asked(store=path, resume=True)
     held.clear()
-    found = rs.stiffness_map(loaded("3-rpr"), POSES, method=rs.Batched(), store=path, resume=True)
+    found = asked(store=path, resume=True)
     xarray.testing.assert_identical(found.load(), undisturbed)

@@ -50,11 +50,6 @@ def test_a_killed_worker_is_survived(tmp_path, alone):
     xarray.testing.assert_identical(found.load(), alone)
 
 
-def test_processes_without_a_store_fill_memory(alone):
-    found = rs.stiffness_map(loaded("3-rpr"), POSES, [Quantity.INDICES], workers=2)
-    xarray.testing.assert_identical(found, alone)
-
-
 def test_a_scheduler_that_is_not_there_leaves_nothing_behind(tmp_path, monkeypatch):
     monkeypatch.setattr("robostiff.analysis.maps.run._PATIENCE", "200ms")
     with pytest.raises(rs.InputError, match="one that answers"):

@@ -139,15 +139,6 @@ def test_lines_are_short_and_comments_end(language):
         assert source.count("*/") == (language == "c")
 
 
-def test_names_of_steps_are_kept_and_what_nobody_needs_is_left_out():
-    for write, line in (
-        (python_function, "    mu_1 = L*u_1_2 + u_1_6\n"),
-        (c_function, "const double mu_1 = L*u_1_2 + u_1_6;"),
-    ):
-        assert line in write(in_steps())
-        assert "unused" not in write(in_steps())
-
-
 def test_a_definition_that_others_share_keeps_its_name():
     x, y, mu = sp.symbols("x y mu_1")
     K = sp.ImmutableMatrix([[(x + y) ** 2, mu, 0], [mu, 1 / mu, 0], [0, 0, 0]])
@@ -183,10 +174,6 @@ def test_comments_say_order_and_convention():
         assert "SI units" in own
     words = " ".join(python_function(of_signed_symbols()).split())
     assert "unless A, L are positive or zero; unless x is negative or zero; unless the" in words
-
-
-def test_the_function_may_have_another_name():
-    assert in_python(equation_4(), "K_tip")(1, 0, 0, 1, 0, 1)[0, 0] == 1
 
 
 @pytest.mark.parametrize(
@@ -258,11 +245,6 @@ def test_arrays_broadcast(name):
         assert largest_difference(K[i, j], exact(derivation, values)) < 1e-13
     with pytest.raises(ValueError, match="does not hold at 1 of 2"):
         in_python(of_signed_symbols())(1.0, [0.5, -0.5], -1.0)
-
-
-def test_integers_are_taken_as_numbers():
-    K = in_python(equation_4())(2, 0, 1, 3, 0, np.array([4, 8]))
-    np.testing.assert_allclose(K[:, 0, 0], [1.75, 1.875], rtol=1e-15)
 
 
 @given(expressions)

@@ -10,7 +10,6 @@ from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.export import derivation_pdf, derivation_typst
 from robostiff.analytic.export.languages import TYPST
 from robostiff.errors import InputError
-from robostiff.markup import typst_text
 from tests.analytic.export.derivations import ALL
 from tests.analytic.export.expressions import expressions
 
@@ -39,25 +38,6 @@ def test_expressions(expression, written):
     assert TYPST.write(expression) == written
 
 
-@pytest.mark.parametrize(
-    ("name", "written"),
-    [
-        ("K_11", "K_(11)"),
-        ("u_1_3", "u_(1,3)"),
-        ("k_tau", "k_(tau)"),
-        ("d_a", "d_(a)"),
-        ('a"b', '"a\\"b"'),
-        ("L_tip", 'L_("tip")'),
-    ],
-)
-def test_names_of_symbols(name, written):
-    assert TYPST.name(name) == written
-
-
-def test_prose_is_escaped():
-    assert typst_text("#import [x] $y$ // *z*") == r"\#import \[x\] \$y\$ \/\/ \*z\*"
-
-
 def test_only_matrices_that_are_wide_lie_on_their_side():
     for name in ("equation_4", "gough_stewart_b"):
         assert "flipped: false" in derivation_typst(ALL[name])
@@ -66,19 +46,6 @@ def test_only_matrices_that_are_wide_lie_on_their_side():
     source = derivation_typst(Derivation("K_C", wide, (), wide))
     assert "flipped: true" in source
     assert "#columns(2)" in source
-
-
-def test_fractions_in_matrices_and_tables_are_large():
-    K = sp.ImmutableMatrix(sp.diag(sp.Symbol("a") / 3, sp.Symbol("b"), 0))
-    assert "display(frac(a, 3))" in derivation_typst(Derivation("K_C", K, (), K))
-
-
-def test_long_entries_are_broken_out():
-    entry = sum(sp.Symbol(f"a_{i}") * sp.Symbol(f"b_{i}") for i in range(60))
-    K = sp.ImmutableMatrix(sp.diag(entry, x, 0, 0, 0, 0))
-    text = derivation_typst(Derivation("K_C", K, (), K))
-    assert "K_(C,11), 0, 0, 0, 0, 0;" in text
-    assert re.search(r'\\\n  & quad "" \+ a_\(', text)
 
 
 @pytest.mark.parametrize("name", ALL)

@@ -7,7 +7,6 @@ import pytest
 import robostiff as rs
 from robostiff import extras
 from robostiff.io.rigid_tree import XmlLimits, read_xml
-from robostiff.io.urdf import read_urdf
 from tests.io.urdf.examples import with_side
 
 SIDE = 'robostiff: 1\nsource: chosen here\ntool: b\njoints: {"*": {stiffness: 1e4}}\n'
@@ -84,11 +83,6 @@ def test_copies_in_mjcf_are_counted(tmp_path):
     _refused(tmp_path, many, "more elements after replicate", "arm.xml")
 
 
-def test_meshes_are_not_opened(tmp_path):
-    robot = rs.load(_file(tmp_path, ARM), side=with_side(tmp_path, SIDE))
-    assert rs.stiffness(robot).rank == 6
-
-
 @pytest.mark.parametrize(
     ("slip", "repaired", "match", "line"),
     [
@@ -144,11 +138,6 @@ def test_other_xml_is_reported(tmp_path):
     _refused(tmp_path, broken, "MJCF: got XML Error: Schema violation", "arm.xml")
 
 
-def test_an_xml_file_may_be_a_urdf(tmp_path):
-    robot = rs.load(_file(tmp_path, ARM, "arm.xml"), side=with_side(tmp_path, SIDE))
-    assert robot.name == "arm"
-
-
 def test_a_missing_extra_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "xacrodoc", None)
     path = _file(tmp_path, ARM, "arm.xacro")
@@ -191,13 +180,6 @@ def test_a_xacro_that_fails_is_reported(tmp_path):
         '<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="${open}"/></robot>'
     )
     _refused(tmp_path, arm, "xacro: got XacroException: name 'open' is not defined", "arm.xacro")
-
-
-def test_a_urdf_is_read_without_its_shapes(tmp_path):
-    tree = read_urdf(_file(tmp_path, ARM))
-    assert tree.links == ("a", "b")
-    assert tree.joints[0].before.p.tolist() == [0, 0, 1]
-    assert tree.joints[0].role == rs.Actuated(limits=(-1.0, 1.0))
 
 
 def test_numbers_that_nobody_reads_may_be_anything(tmp_path):

@@ -74,11 +74,6 @@ def test_side_files_are_for_descriptions_alone():
         rs.load("hexapod", side="hexapod.stiffness.yaml")
 
 
-def test_symbols_are_for_model_files_alone(arm, tmp_path):
-    with pytest.raises(rs.InputError, match=r"symbols of .* expected none"):
-        rs.load(arm, symbols=("k",), side=with_side(tmp_path, STIFF))
-
-
 def test_parameters_of_a_side_file_take_other_values(arm, tmp_path):
     side = with_side(
         tmp_path,
@@ -234,13 +229,6 @@ def test_slips_are_reported_with_their_place(arm, side, match, tmp_path):
     with pytest.raises(rs.FileError, match=match) as error:
         rs.load(arm, side=with_side(tmp_path, HEAD + side))
     assert error.value.location.line is not None
-
-
-def test_versions_of_the_format_are_reported(arm, tmp_path):
-    with pytest.raises(rs.FileError, match="robostiff: 1 at the top"):
-        rs.load(arm, side=with_side(tmp_path, "source: x\n"))
-    with pytest.raises(rs.FileError, match="got 2, expected 1; this file needs a newer"):
-        rs.load(arm, side=with_side(tmp_path, "robostiff: 2\nsource: x\n"))
 
 
 def test_floating_and_planar_joints(arm, tmp_path):

@@ -77,14 +77,6 @@ def test_ur5_with_a_passive_joint_is_eq_7(tmp_path):
     assert matrix_distance(result.K, K) < 1e-9
 
 
-def test_stiffness_at_a_tool_pose_is_that_at_the_joints(tmp_path):
-    robot = robot_of(UR5, with_side(tmp_path, UR5_SIDE))
-    q = robot.legs[0].chain.home + 0.1
-    at_joints = rs.stiffness(robot, rs.JointCoordinates(q))
-    at_pose = rs.stiffness(robot, rs.find_posture(robot, rs.JointCoordinates(q)).pose[0])
-    assert matrix_distance(at_pose.K, at_joints.K) < 1e-7
-
-
 @pytest.mark.parametrize(
     ("path", "base", "tool"),
     [

@@ -31,11 +31,6 @@ def test_a_side_file_may_not_name_a_xacro(innocent):
     assert rs.load_linkage(innocent, allow_xacro=True).name == "arm"
 
 
-def test_a_xacro_that_the_user_names_is_expanded(innocent):
-    path = innocent.with_name("arm.urdf.xacro")
-    assert rs.load(path, side=innocent).name == "arm"
-
-
 @pytest.mark.parametrize("command", ["check", "stiffness"])
 def test_the_command_line_asks_for_allow_xacro(command, innocent):
     refused = CliRunner().invoke(app, [command, str(innocent)])
