@@ -342,11 +342,11 @@ class _Search:
                 yield self.with_name(w, total, "theta" if total in angles else "p")
         for name, formula in w.names.items():
             expression = formula.expression
-            total, own = (expression, name) if expression.is_Add else (expression**2, name**2)
-            if total.is_Add and any(total != x and {*total.args} <= {*x.args} for x in sums):
-                new = Definition(name, expression)
-                terms = frozenset(total.args)
-                yield self.move(with_sum, terms, own, of=symbols_in(total), new=new)
+            new, square = Definition(name, expression), sp.expand(expression**2)
+            for total, own in ((expression, name), (square, name**2)):
+                if total.is_Add and any(total != x and {*total.args} <= {*x.args} for x in sums):
+                    terms = frozenset(total.args)
+                    yield self.move(with_sum, terms, own, of=symbols_in(total), new=new)
 
     def with_name(self, w: Writing, total: Any, letter: str) -> Move:
         """A name for a sum as it stands, or for its root where that occurs."""
