@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from typing import Any, TypeVar
 
 import numpy as np
@@ -67,12 +67,16 @@ def pose(robot: Any, place: Posing) -> Any:
         raise InputError(option, got=text, expected=expected)
     if text.split()[:1] == ["tip"]:
         return _tool_pose(text)
-    return np.array(_pose_coordinates(robot.coordinates, text))
+    free = {name: _SIX[name] for name in (coordinate.value for coordinate in robot.coordinates)}
+    return np.array(_few_or_all("--pose", text, free or _SIX, _SIX))
+
+
+_SIX = {coordinate.value: Dimension.of(coordinate.unit) for coordinate in Coordinate}
 
 
 def six_coordinates(text: str, option: str) -> list[float]:
     """A place and a rotation vector (6,) [m, rad]."""
-    return _read_coordinates(tuple(Coordinate), text, option)
+    return _row(option, text, _SIX)
 
 
 _TOOL_POSE = re.compile(r"\s*tip\s(?P<tip>.+?)\saxis\s(?P<axis>.+?)(?:\sspin\s(?P<spin>.+))?\s*$")
@@ -84,34 +88,30 @@ def _tool_pose(text: str) -> ToolPose:
     if match is None:
         raise InputError("--pose", got=text, expected="tip x y z axis i j k, or with spin ANGLE")
     tip = three_lengths(match["tip"], "--pose tip")
-    numbers = [Dimension.NUMBER] * 3
-    axis = parse_quantities(match["axis"], numbers, ["i", "j", "k"], "--pose axis")
+    axis = _row("--pose axis", match["axis"], dict.fromkeys("ijk", Dimension.NUMBER))
     if match["spin"] is None:
         return ToolPose(tip, axis)
-    (spin,) = parse_quantities(match["spin"], [Dimension.ANGLE], ["spin"], "--pose spin")
+    (spin,) = _row("--pose spin", match["spin"], {"spin": Dimension.ANGLE})
     return ToolPose(tip, axis, spin=spin)
 
 
-def _pose_coordinates(free: Sequence[Coordinate], text: str) -> list[float]:
-    """All six coordinates, or the free ones if their number matches."""
-    if len(free) in (0, len(Coordinate)):
-        return six_coordinates(text, "--pose")
+def _few_or_all(
+    option: str, text: str, few: Mapping[str, Dimension], whole: Mapping[str, Dimension]
+) -> list[float]:
+    """Some coordinates or components, or all of them, as their number says."""
     try:
-        return _read_coordinates(free, text, "--pose")
-    except InputError as of_free:
+        return _row(option, text, few)
+    except InputError as of_few:
+        if few == whole:
+            raise
         try:
-            return six_coordinates(text, "--pose")
-        except InputError:
-            if of_free.subject != "--pose":
-                raise of_free from None
-            names = " ".join(coordinate.value for coordinate in free)
-            expected = f"{len(free)} numbers ({names}) or 6 (x y z rx ry rz)"
-            raise InputError("--pose", got=text, expected=expected) from None
-
-
-def _read_coordinates(coordinates: Sequence[Coordinate], text: str, option: str) -> list[float]:
-    dimensions = [Dimension.of(coordinate.unit) for coordinate in coordinates]
-    return parse_quantities(text, dimensions, [c.value for c in coordinates], option)
+            return _row(option, text, whole)
+        except InputError as of_all:
+            for error in (of_all, of_few):
+                if error.subject != option:  # one of the numbers, and not how many they are
+                    raise error from None
+            count = f"{len(few)} numbers ({' '.join(few)}) or {len(whole)} ({' '.join(whole)})"
+            raise InputError(option, got=text, expected=count) from None
 
 
 def _by_joints(robot: Any, text: str) -> Any:
@@ -156,7 +156,7 @@ def gravity(text: str | None) -> str | list[float] | None:
     """Acceleration of free fall, as three numbers or the name of an axis."""
     if text is None or text.strip().lstrip("+-") in {"x", "y", "z"}:
         return text
-    return parse_quantities(text, [Dimension.ACCELERATION] * 3, ["gx", "gy", "gz"], "--gravity")
+    return _row("--gravity", text, dict.fromkeys(("gx", "gy", "gz"), Dimension.ACCELERATION))
 
 
 def near(robot: Any, place: Posing) -> list[float] | None:
@@ -166,8 +166,7 @@ def near(robot: Any, place: Posing) -> list[float] | None:
     if robot.is_frozen or not hasattr(robot, "legs"):
         expected = "none: only robots of joints and legs have postures"
         raise InputError("--near", got=place.near, expected=expected)
-    dimensions = _dimensions(robot)  # of all legs, one after the other
-    return parse_quantities(place.near, [*dimensions.values()], [*dimensions], "--near")
+    return _row("--near", place.near, _dimensions(robot))  # of all legs, one after the other
 
 
 def _dimensions(robot: Any) -> dict[str, Dimension]:
@@ -181,24 +180,21 @@ def _dimensions(robot: Any) -> dict[str, Dimension]:
 
 def three_lengths(text: str, option: str) -> list[float]:
     """A place (3,) [m]."""
-    return parse_quantities(text, [Dimension.LENGTH] * 3, ["x", "y", "z"], option)
+    return _row(option, text, dict.fromkeys("xyz", Dimension.LENGTH))
 
 
 def force(text: str, option: str) -> list[float]:
     """A force (3,) [N]."""
-    return parse_quantities(text, [Dimension.FORCE] * 3, ["Fx", "Fy", "Fz"], option)
+    return _row(option, text, dict.fromkeys(("Fx", "Fy", "Fz"), Dimension.FORCE))
 
 
 def wrench(text: str | None, space: Space, option: str = "--wrench") -> Any:
     """A load, from forces and moments with units; None without one."""
-    if text is None:
-        return None
-    return _row(option, text, _wrench_dimensions(space))
+    return None if text is None else _row(option, text, _of_wrench(space))
 
 
-def _wrench_dimensions(space: Space) -> dict[str, Dimension]:
-    units = zip(space.wrench_order, space.wrench_units, strict=True)
-    return {name: Dimension.of(unit) for name, unit in units}
+def _of_wrench(space: Space) -> dict[str, Dimension]:
+    return dict(zip(space.wrench_order, map(Dimension.of, space.wrench_units), strict=True))
 
 
 def _row(option: str, text: str, numbers: Mapping[str, Dimension]) -> list[float]:
@@ -208,7 +204,7 @@ def _row(option: str, text: str, numbers: Mapping[str, Dimension]) -> list[float
 def length(text: str | None, option: str = "--length") -> float | None:
     """A length; None without one."""
     name = option.removeprefix("--")
-    return None if text is None else parse_quantities(text, [Dimension.LENGTH], [name], option)[0]
+    return None if text is None else _row(option, text, {name: Dimension.LENGTH})[0]
 
 
 def where(robot: Any, place: Posing) -> dict[str, Any]:
@@ -319,15 +315,19 @@ def network_loads(
     """Loads on nodes and beams, by their names."""
     from robostiff.network import DistributedForce, ForceOnBeam
 
+    wrench = _of_wrench(space)
+    force = {name: wrench[name] for name in space.wrench_order[:3]}
     nodes = named_once("--load", at_nodes, _FOR_NETWORKS)
-    loads: dict[str, Any] = {n: _force_or_wrench(text, space) for n, text in nodes.items()}
+    loads: dict[str, Any] = {
+        name: _few_or_all("--load", text, force, wrench) for name, text in nodes.items()
+    }
     on_beams: dict[str, list[DistributedForce | ForceOnBeam]] = {}
     for name, values in named_values("--along", along_beams, _FOR_NETWORKS):
         q = _row("--along", values, dict.fromkeys(("qx", "qy", "qz"), Dimension.FORCE_PER_LENGTH))
         on_beams.setdefault(name, []).append(DistributedForce(q))
     for name, values in named_values("--on", forces_on_beams, _FOR_NETWORKS):
-        s, *force = _row("--on", values, {"s": Dimension.LENGTH, **_FORCE})
-        on_beams.setdefault(name, []).append(ForceOnBeam(force, s))
+        s, *F = _row("--on", values, {"s": Dimension.LENGTH, **_FORCE})
+        on_beams.setdefault(name, []).append(ForceOnBeam(F, s))
     for name in on_beams.keys() & loads.keys():
         raise InputError("--load", got=name, expected="the name of a node, which no beam has")
     return loads | on_beams
@@ -336,25 +336,5 @@ def network_loads(
 def settlements(written: tuple[str, ...], space: Space) -> dict[str, list[float]]:
     """Twists of fixed nodes [m, rad], by their names."""
     moved = named_once("--settle", written, _FOR_NETWORKS)
-    units = zip(space.twist_order, space.twist_units, strict=True)
-    twist = {name: Dimension.of(unit) for name, unit in units}
+    twist = dict(zip(space.twist_order, map(Dimension.of, space.twist_units), strict=True))
     return {name: _row("--settle", values, twist) for name, values in moved.items()}
-
-
-def _force_or_wrench(text: str, space: Space) -> list[float]:
-    """Three forces, or in space three forces and three moments."""
-    wrench = _wrench_dimensions(space)
-    force = {name: wrench[name] for name in space.wrench_order[:3]}
-    try:
-        return _row("--load", text, force)
-    except InputError as of_three:
-        if wrench == force:
-            raise
-        try:
-            return _row("--load", text, wrench)
-        except InputError as of_six:
-            for error in (of_six, of_three):
-                if error.subject != "--load":  # one of the numbers, and not how many they are
-                    raise error from None
-            count = f"3 numbers ({' '.join(force)}) or 6 ({' '.join(wrench)})"
-            raise InputError("--load", got=text, expected=count) from None

@@ -8,6 +8,7 @@ it on Ctrl-C, and ends with its exit status.
 from __future__ import annotations
 
 import json
+import math
 import os
 import signal
 import sys
@@ -105,26 +106,35 @@ def go_on_in_child(progress: Callable[[float], str]) -> None:
             with suppress(OSError, AttributeError):
                 ctypes.CDLL(None).prctl(_DEATH_OF_PARENT, signal.SIGKILL)
         return
-    shown = _Progress(progress)
     before = signal.signal(signal.SIGTERM, lambda *_: os.kill(child, signal.SIGTERM))
-    started = time.monotonic()
     try:
-        while True:
-            pid, status = os.waitpid(child, os.WNOHANG)
-            if pid:
-                break
-            passed = time.monotonic() - started
-            shown.at(passed)
-            # A short computation is not held up, and a long one is looked at now and then.
-            time.sleep(min(_INTERVAL, 0.002 + passed / 50))
-        shown.clear()
-        code = _exit_status(status)
+        code = _exit_status(_waited_for(child, progress))
     except KeyboardInterrupt:
-        shown.clear()
         code = _ended(child)
     finally:
         signal.signal(signal.SIGTERM, before)
     raise click.exceptions.Exit(code)
+
+
+def _waited_for(child: int, progress: Callable[[float], str]) -> int:
+    """The status of a child when it ends; on a terminal a line, written over itself each second."""
+    started, width = time.monotonic(), 0
+    due = _FIRST if sys.stderr.isatty() else math.inf
+    try:
+        while True:
+            pid, status = os.waitpid(child, os.WNOHANG)
+            if pid:
+                return status
+            passed = time.monotonic() - started
+            if passed >= due:
+                line, due = progress(passed), passed + 1.0
+                width = max(width, len(line))
+                click.echo(f"\r{line:{width}}", err=True, nl=False)
+            # A short computation is not held up, and a long one is looked at now and then.
+            time.sleep(min(_INTERVAL, 0.002 + passed / 50))
+    finally:
+        if width:  # an empty line for what follows
+            click.echo(f"\r{'':{width}}\r", err=True, nl=False)
 
 
 def _ended(child: int) -> int:
@@ -153,31 +163,6 @@ def _exit_status(status: int) -> int:
     if -code == signal.SIGINT:
         click.echo("robostiff: interrupted", err=True)
     return 128 - code
-
-
-class _Progress:
-    """One line on a terminal, written over itself each second."""
-
-    def __init__(self, words: Callable[[float], str]) -> None:
-        self._words = words
-        self._is_shown = sys.stderr.isatty()
-        self._next = _FIRST
-        self._width = 0
-
-    def at(self, passed: float) -> None:
-        """Show how long it has taken."""
-        if self._is_shown and passed >= self._next:
-            line = self._words(passed)
-            self._width = max(self._width, len(line))
-            sys.stderr.write(f"\r{line:{self._width}}")
-            sys.stderr.flush()
-            self._next = passed + 1.0
-
-    def clear(self) -> None:
-        """Leave an empty line for what follows."""
-        if self._width:
-            sys.stderr.write("\r" + " " * self._width + "\r")
-            sys.stderr.flush()
 
 
 def pose_from(text: str, robot: Robot, angles: str | None = None) -> PoseFormula:

@@ -106,25 +106,22 @@ def show_files(files: Sequence[Path], answer: Answer, **facts: str) -> int:
 ON_PAPER = (".png", ".svg", ".pdf")
 
 
-def picture_file(option: str, name: str, overwrite: bool, *, is_scene: bool = True) -> Path:
-    """A picture to be written, checked before anything is computed; a scene may be a page.
+def picture_beside(
+    name: str | None, answer: Answer, *, is_scene: bool = True, option: str = "--plot"
+) -> Path | None:
+    """A picture that is wanted, checked before anything is computed; a scene may be a page.
 
     Raises InputError as `new_file`, and for another ending.
     """
-    path = new_file(option, name, overwrite)
+    if name is None:
+        return None
+    path = new_file(option, name, answer.overwrite)
     endings = (*ON_PAPER, ".html") if is_scene else ON_PAPER
     if path.suffix.lower() not in endings:
         expected = f"a name that ends in {', '.join(endings)}"
         hint = "only robots are drawn on pages, to be turned" if path.suffix == ".html" else None
         raise InputError(option, got=name, expected=expected, hint=hint)
     return path
-
-
-def picture_beside(plot: str | None, answer: Answer, *, is_scene: bool = True) -> Path | None:
-    """The picture of ``--plot``, if it is wanted; see `picture_file`."""
-    if plot is None:
-        return None
-    return picture_file("--plot", plot, answer.overwrite, is_scene=is_scene)
 
 
 def draw(picture: Picture, path: Path, other: Picture | None = None) -> None:

@@ -24,7 +24,7 @@ from robostiff.cli.options import (
     robot_argument,
     wrench_option,
 )
-from robostiff.cli.output import draw, new_file, picture_file, show, show_files
+from robostiff.cli.output import draw, new_file, picture_beside, show, show_files
 from robostiff.errors import InputError
 
 if TYPE_CHECKING:
@@ -88,8 +88,7 @@ class Plot(Command, name="plot"):
         """Draw into a file and print its path; 0."""
         what = self._what()
         is_scene = what not in {"energy", "matrix", "map"}
-        overwrite = self.answer.overwrite
-        path = picture_file("--output", self.output, overwrite, is_scene=is_scene)
+        path: Any = picture_beside(self.output, self.answer, is_scene=is_scene, option="--output")
         if what == "map":
             from robostiff import plot
             from robostiff.io.map_files import read_map

@@ -69,18 +69,6 @@ def element(tag: str, content: str, **attributes: str) -> str:
     return f"<{tag}{written}>{content}</{tag}>"
 
 
-def listing(items: Iterable[str]) -> str:
-    """A bulleted list of texts; empty without texts.
-
-    Examples
-    --------
-    >>> listing(["a < b"]), listing([])
-    ('<ul><li>a &lt; b</li></ul>', '')
-    """
-    entries = "".join(element("li", in_words(item)) for item in items)
-    return element("ul", entries) if entries else ""
-
-
 # Notebooks have no style sheet of ours: brackets and blocks of a matrix bring their own style.
 _CELL = "text-align: right; padding: 0.15em 0.7em; font-variant-numeric: tabular-nums;"
 _NAME = "font-weight: 600; padding: 0.15em 0.7em; text-align: center;"
@@ -88,6 +76,11 @@ _LEFT = "border-left: 2px solid currentColor;"
 _RIGHT = "border-right: 2px solid currentColor;"
 _BLOCK = "border-left: 1px dotted currentColor;"
 _BELOW = "border-top: 1px dotted currentColor;"
+_HTML_IN_TONE = {
+    Tone.PLAIN: "{}",
+    Tone.QUIET: '<div class="quiet">{}</div>',
+    Tone.WARNING: '<div class="advice">{}</div>',
+}
 
 
 def block_html(block: Block) -> str:  # noqa: PLR0911
@@ -103,11 +96,12 @@ def block_html(block: Block) -> str:  # noqa: PLR0911
     """
     match block:
         case Paragraph(text, tone):
-            return _html_in_tone(element("p", in_words(text)), tone)
+            return _HTML_IN_TONE[tone].format(element("p", in_words(text)))
         case Heading(text):
             return element("h3", escaped(text))
         case Bullets(items, tone):
-            return _html_in_tone(listing(items), tone) if items else ""
+            entries = "".join(element("li", in_words(item)) for item in items)
+            return _HTML_IN_TONE[tone].format(element("ul", entries)) if items else ""
         case Facts(rows):
             rows_html = "".join(
                 element("dt", escaped(a)) + element("dd", in_words(b)) for a, b in rows
@@ -145,16 +139,6 @@ def page_html(page: Page) -> str:
 def blocks_html(blocks: Iterable[Block | None]) -> str:
     """Blocks one after the other; None is left out."""
     return "\n".join(block_html(block) for block in blocks if block is not None)
-
-
-def _html_in_tone(html: str, tone: Tone) -> str:
-    match tone:
-        case Tone.PLAIN:
-            return html
-        case Tone.QUIET:
-            return element("div", html, class_="quiet")
-        case Tone.WARNING:
-            return element("div", html, class_="advice")
 
 
 def _table(block: Table) -> str:
@@ -241,6 +225,11 @@ class InNotebooks:
         return {"text/html": self._repr_html_() + picture}
 
 
+_TYPST_IN_TONE = {
+    Tone.PLAIN: "{}",
+    Tone.QUIET: "#text(size: 8pt)[{}]",
+    Tone.WARNING: "#advice[\n{}\n]",
+}
 _SPECIAL = re.compile(r"([\\#*_`$<>@\[\]~=/\"'+.-])")
 
 #: Definitions that a document needs before its first block.
@@ -290,11 +279,11 @@ def block_typst(block: Block) -> str:  # noqa: PLR0911
     """
     match block:
         case Paragraph(text, tone):
-            return _typst_in_tone(typst_text(text), tone)
+            return _TYPST_IN_TONE[tone].format(typst_text(text))
         case Heading(text):
             return f"== {typst_text(text)}"
         case Bullets(items, tone):
-            return _typst_in_tone("\n".join(f"- {typst_text(item)}" for item in items), tone)
+            return _TYPST_IN_TONE[tone].format("\n".join(f"- {typst_text(x)}" for x in items))
         case Facts(rows):
             cells = [
                 f"  [#text(fill: luma(90))[{typst_text(a)}]], [{typst_text(b)}]," for a, b in rows
@@ -326,19 +315,13 @@ def block_typst(block: Block) -> str:  # noqa: PLR0911
             return block.typst()
 
 
-_KNOWN = (
-    *(Paragraph, Heading, Bullets, Facts, Table),
-    *(LabelledMatrix, Verbatim, Folded, SideBySide, Section),
-)
-
-
 def blocks_typst(blocks: Iterable[Block | None]) -> str:
     """Blocks one after the other, two figures in a row side by side; None is left out."""
     written = []
     present = (block for block in blocks if block is not None)
-    for is_known, group in groupby(present, lambda block: isinstance(block, _KNOWN)):
+    for is_drawn, group in groupby(present, lambda block: hasattr(block, "typst")):
         parts = list(map(block_typst, group))
-        written += parts if is_known or len(parts) == 1 else [_beside(parts)]
+        written += [_beside(parts)] if is_drawn and len(parts) > 1 else parts
     return "\n\n".join(written)
 
 
@@ -361,16 +344,6 @@ _Row = TypeVar("_Row")
 def _halves(rows: Sequence[_Row]) -> tuple[Sequence[_Row], Sequence[_Row]]:
     middle = (len(rows) + 1) // 2
     return rows[:middle], rows[middle:]
-
-
-def _typst_in_tone(text: str, tone: Tone) -> str:
-    match tone:
-        case Tone.PLAIN:
-            return text
-        case Tone.QUIET:
-            return f"#text(size: 8pt)[{text}]"
-        case Tone.WARNING:
-            return f"#advice[\n{text}\n]"
 
 
 def _rows(block: Table, rows: Sequence[Sequence[Cell]]) -> str:

@@ -192,27 +192,6 @@ class AnswersUnderLoad:
 
 
 @dataclass(frozen=True)
-class OtherDesign:
-    """A design that is compared."""
-
-    name: str
-    stiffness: Stiffness
-    deflection: Deflection | None  # under the same load
-
-    @property
-    def status(self) -> Status:
-        """Status of the stiffness and, under a load, of the deflection."""
-        bent = self.deflection
-        return self.stiffness.status if bent is None else self.stiffness.status | bent.status
-
-    @property
-    def advice(self) -> tuple[str, ...]:
-        """Advice about its results, each once."""
-        of_load = () if self.deflection is None else self.deflection.advice
-        return tuple(dict.fromkeys((*self.stiffness.advice, *of_load)))
-
-
-@dataclass(frozen=True)
 class ReportContents:
     """The results that a report shows for a robot at a pose; None where there are none."""
 
@@ -228,7 +207,7 @@ class ReportContents:
     modes: Modes | None = None  # without load, of a robot whose model has masses
     title_block: TitleBlock = NO_TITLE_BLOCK
     described_by: DescribedBy | None = None
-    compared: OtherDesign | None = None
+    compared: ReportContents | None = None  # stiffness and deflection of another design
     joints: Mapping[str, Number] = field(default_factory=dict)  # of a linkage, their coordinates
     given: tuple[str, ...] = ()  # those that were given, in words
     source: str = ""  # where the numbers of the robot come from
@@ -238,6 +217,12 @@ class ReportContents:
         """Status of the stiffness and, under a load, of the deflection."""
         status: Any = self.stiffness.status
         return status if self.deflection is None else status | self.deflection.status
+
+    @property
+    def advice_of_load(self) -> tuple[str, ...]:
+        """Advice about the deflection that the stiffness does not give."""
+        words = () if self.deflection is None else self.deflection.advice
+        return tuple(line for line in words if line not in self.stiffness.advice)
 
 
 def report_contents(
@@ -364,7 +349,7 @@ def _other_design(
     pose: Pose,
     wrench: ArrayLike | None,
     at: ArrayLike | None,
-) -> OtherDesign:
+) -> ReportContents:
     """Another design at the same pose, and under the same load."""
     has_legs = isinstance(other, Subject) and not hasattr(other, "cables")
     if not has_legs or other.space is not result.space:
@@ -376,7 +361,7 @@ def _other_design(
     numeric, place = other.numeric, None if other.is_frozen else pose
     answer = stiffness(numeric, place, at=at)
     bent = None if wrench is None else deflection(numeric, place, wrench, at=at)
-    return OtherDesign(numeric.name, answer, bent)
+    return ReportContents(numeric, None, answer, deflection=bent)
 
 
 def _derivation(robot: Robot | Snapshot | Network) -> tuple[RobotDerivation | None, str]:

@@ -308,8 +308,8 @@ def comparison_section(contents: ReportContents) -> Section | None:
     if other is None:
         return None
     first, second = contents.stiffness, other.stiffness
-    title = f"Beside {other.name}"
-    names = (contents.robot.name, other.name)
+    names = (contents.robot.name, other.robot.name)
+    title = f"Beside {names[1]}"
     if names[0] == names[1]:
         names = (f"{names[0]}, first", f"{names[1]}, second")
     rows: list[list[Cell]] = [
@@ -317,7 +317,8 @@ def comparison_section(contents: ReportContents) -> Section | None:
         ["rank", str(int(first.rank)), str(int(second.rank))],
     ]
     blocks: list[Block] = [Table(["", *names], rows)]
-    blocks += [Bullets(other.advice, Tone.WARNING)] if other.advice else []
+    advice = (*second.advice, *other.advice_of_load)
+    blocks += [Bullets(advice, Tone.WARNING)] if advice else []
     if not (np.all(first.answered) and np.all(second.answered)):
         blocks.append(Paragraph("One of the two has no stiffness matrix to be compared."))
         return Section("comparison", title, blocks)

@@ -198,7 +198,7 @@ _SECTIONS = (
 
 def report_page(contents: ReportContents) -> Page:
     """A report as a page: where and with which status, all advice, and its sections."""
-    robot, result, bent = contents.robot, contents.stiffness, contents.deflection
+    robot, result = contents.robot, contents.stiffness
     place = (
         f"At {', '.join(contents.given) or 'home'}"
         if contents.joints
@@ -208,13 +208,12 @@ def report_page(contents: ReportContents) -> Page:
     )
     is_placed = isinstance(result, CableStiffness) or Status.UNREACHABLE not in result.status
     reached = is_placed and int(result.rank) >= 0
-    of_load = () if bent is None else (words for words in bent.advice if words not in result.advice)
     return Page(
         f"{robot.name}: {robot.title}" if robot.title else robot.name,
         place,
         contents.status,
         [block for section in _SECTIONS if (block := section(contents)) is not None],
-        (*result.advice, *(f"under the load: {words}" for words in of_load)),
+        (*result.advice, *(f"under the load: {words}" for words in contents.advice_of_load)),
         posture=f", rank {int(result.rank)} of {result.space.size}" if reached else "",
     )
 
