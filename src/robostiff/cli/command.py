@@ -37,8 +37,7 @@ def as_click(name: str, command: type[Command]) -> click.Command:
     def answer(quiet: bool, verbose: bool, **arguments: Any) -> None:
         running.set(name)
         started = time.perf_counter()
-        with ended_by_status(quiet, verbose) as ended:
-            ended.status = built(command, arguments).run()
+        status = status_of(lambda: built(command, arguments).run(), quiet, verbose)
         if verbose:
             import platform
             from importlib.metadata import PackageNotFoundError, version
@@ -51,7 +50,7 @@ def as_click(name: str, command: type[Command]) -> click.Command:
             words = ", ".join([f"robostiff {__version__}", python, *packages])
             spent = f"{seconds:.2f} s, processor {time.process_time():.2f} s since the start"
             click.echo(f"robostiff: {words}\nrobostiff: {spent}", err=True)
-        raise click.exceptions.Exit(ended.status)
+        raise click.exceptions.Exit(status)
 
     words = {
         "--quiet": "Print no warnings: results and errors alone.",
@@ -115,12 +114,6 @@ def slips(show: Callable[[str], object]) -> Iterator[None]:
         yield
 
 
-class _Ended:
-    """How a command ended."""
-
-    status = 0
-
-
 def answered(result: object, answer: Answer) -> int:
     """Print a result, or its page, as text or as JSON; 1 for a bad status, otherwise 0."""
     from robostiff.markup import Page, page_text
@@ -131,15 +124,13 @@ def answered(result: object, answer: Answer) -> int:
     return BAD_STATUS if getattr(page.status, "is_bad", False) else 0
 
 
-@contextmanager
-def ended_by_status(quiet: bool = False, verbose: bool = False) -> Iterator[_Ended]:
-    """Turn bad input and what else ends a command into a message and an exit status."""
-    ended = _Ended()
+def status_of(run: Callable[[], int], quiet: bool = False, verbose: bool = False) -> int:
+    """The exit status of what runs; bad input and what else ends it become a message."""
     try:
         warn = (lambda _: 0) if quiet else partial(_complain, status=0, word="warning")
         with slips(warn):
             try:
-                yield ended
+                status = run()
             except Exception:
                 if verbose:  # where an error arose
                     import traceback
@@ -147,29 +138,30 @@ def ended_by_status(quiet: bool = False, verbose: bool = False) -> Iterator[_End
                     click.echo(traceback.format_exc().rstrip(), err=True)
                 raise
     except InputError as error:
-        ended.status = _complain(str(error), BAD_INPUT)
+        status = _complain(str(error), BAD_INPUT)
     except (NoAnswerError, DisagreementError) as error:
-        ended.status = _complain(str(error), BAD_STATUS)
+        status = _complain(str(error), BAD_STATUS)
     except KeyboardInterrupt:
         click.echo("robostiff: interrupted", err=True)
-        ended.status = INTERRUPTED
+        status = INTERRUPTED
     except BrokenPipeError:  # the reader of the pipe has closed it
         _write_no_more()
-        ended.status = NO_READER
+        status = NO_READER
     except UnicodeEncodeError as error:
         letters = ascii(error.object[error.start : error.end][:20])
-        ended.status = _complain(
+        status = _complain(
             f"standard output: its encoding, {error.encoding}, has no {letters}; "
             "write to a file with -o, or set PYTHONIOENCODING=utf-8",
             BAD_INPUT,
         )
     except MemoryError:
-        ended.status = _complain("there is not enough memory; compute less at a time", BAD_INPUT)
+        status = _complain("there is not enough memory; compute less at a time", BAD_INPUT)
     except OSError as error:
         _write_no_more()
         where = f" {str(error.filename)!r}" if error.filename else ""
         reason = error.strerror or str(error)
-        ended.status = _complain(f"could not read or write{where}: {reason}", BAD_INPUT)
+        status = _complain(f"could not read or write{where}: {reason}", BAD_INPUT)
+    return status
 
 
 def ready_streams() -> None:

@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from robostiff.cli.command import as_click, ended_by_status, ready_streams
+from robostiff.cli.command import as_click, ready_streams, status_of
 from robostiff.cli.options import Command
 from robostiff.cli.output import show
 from robostiff.errors import InputError
@@ -48,9 +48,7 @@ class _CommandsByName(click.Group):
         """The command that is meant; of an unknown one, its nearest name."""
         if not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
             if is_offered(COMMANDS, args[0]):
-                with ended_by_status() as ended:
-                    loaded(COMMANDS, args[0])
-                ctx.exit(ended.status)
+                ctx.exit(status_of(lambda: int(loaded(COMMANDS, args[0]) is None)))
             from robostiff.io.suggest import did_you_mean
 
             hint = did_you_mean(args[0], self.list_commands(ctx))
@@ -71,8 +69,8 @@ _LINES = {
 }
 
 
-def _completion(install: bool) -> str:
-    """The script that completes commands, or what was done to have the shell read it."""
+def _complete(install: bool) -> int:
+    """Print the script that completes commands, or have the shell read it."""
     program = os.environ.get("SHELL", "")
     shell = Path(program).name
     if shell not in _FILES:
@@ -82,7 +80,8 @@ def _completion(install: bool) -> str:
         from click.shell_completion import get_completion_class
 
         kind: Any = get_completion_class(shell)
-        return kind(app, {}, "robostiff", _VARIABLE).source()
+        show(kind(app, {}, "robostiff", _VARIABLE).source())
+        return 0
     # one line in the file that the shell reads when it starts, unless it is there
     file, line = Path(_FILES[shell]).expanduser(), _LINES[shell]
     text = file.read_bytes() if file.exists() else b""
@@ -91,14 +90,13 @@ def _completion(install: bool) -> str:
         gap = "" if not text or text.endswith(b"\n") else "\n"
         with file.open("ab") as end:  # what is there stays, whatever its encoding
             end.write(f"{gap}{line}\n".encode())
-    return f"{line}\nis in {file}; a new shell completes robostiff."
+    show(f"{line}\nis in {file}; a new shell completes robostiff.")
+    return 0
 
 
 def _answer_shell(ctx: click.Context, parameter: click.Parameter, wanted: bool) -> None:
     if wanted:
-        with ended_by_status() as ended:
-            show(_completion(install=parameter.name == "install_completion"))
-        ctx.exit(ended.status)
+        ctx.exit(status_of(lambda: _complete(parameter.name == "install_completion")))
 
 
 app: click.Group = _CommandsByName(

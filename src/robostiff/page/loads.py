@@ -47,14 +47,13 @@ def equilibrium_page(
     """An equilibrium, with the critical load of its wrench and a curve of `load_path`."""
     known = result.has_answer
     has_K, has_C = result.status.has_stiffness, not result.status & Status.FREE_MOTIONS
-    names = ("wrench", "displacement", "pose", "point", "energy", "margin")
     data: dict[str, Any] = {
         "order": order(result.space),
         "units": UNDER_LOAD,
         "stable": result.stable,
         "critical_factor": result.critical_factor,
-        **{name: getattr(result, name) if known else None for name in names},
-        **{name: getattr(result, name) if has_K else None for name in ("K", "K_sym", "K_total")},
+        **attributes(result, "wrench displacement pose point energy margin", known),
+        **attributes(result, "K K_sym K_total", has_K),
         "compliance": result.compliance if known and has_C else None,
         "margins": dict(result.margins),
         "reactions": result.reactions if known else [],
@@ -157,7 +156,6 @@ def matrix_under_load(result: Equilibrium) -> LabelledMatrix | None:
 
 def critical_page(critical: CriticalLoad) -> Page:
     """The factor of the wrench at which a robot loses its stability, and how."""
-    names = ("factor", "mode", "leg", "is_limit")
     if critical.is_found:
         factor = number(critical.factor)
         lines = [f"critical load: {factor} times the wrench", f"there {critical.mode}"]
@@ -174,7 +172,7 @@ def critical_page(critical: CriticalLoad) -> Page:
         [Bullets(tuple(lines))],
         critical.advice,
         {
-            **{name: getattr(critical, name) if critical.is_found else None for name in names},
+            **attributes(critical, "factor mode leg is_limit", critical.is_found),
             "searched_to": critical.searched_to,
         },
     )

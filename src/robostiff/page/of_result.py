@@ -111,9 +111,9 @@ def plain(value: Any) -> Any:
     return value
 
 
-def attributes(result: Any, names: str) -> dict[str, Any]:
-    """Some attributes of a result or of a part of it, by their names with blanks between them."""
-    return {name: getattr(result, name) for name in names.split()}
+def attributes(result: Any, names: str, known: bool = True) -> dict[str, Any]:
+    """Attributes of a result or of a part of it, by names with blanks between; None if unknown."""
+    return {name: getattr(result, name) if known else None for name in names.split()}
 
 
 def picked(parts: Iterable[Any], names: str) -> list[dict[str, Any]]:

@@ -24,7 +24,7 @@ from robostiff.markup import (
     number,
     row,
 )
-from robostiff.page.of_result import UNDER_LOAD, order, page_data, picked
+from robostiff.page.of_result import UNDER_LOAD, attributes, order, page_data, picked
 from robostiff.spatial import Space
 
 if TYPE_CHECKING:
@@ -290,7 +290,6 @@ def cable_stiffness_page(result: CableStiffness) -> Page:
     if answered:
         blocks += [tension_table(result), Facts((("tensions", result.rule),))]
         blocks += [stiffness_matrix(result), *_rank_and_motions(result)]
-    known = ("elastic", "geometric", "of_forces", "missing_wrench")
     return posed_page(
         result,
         blocks,
@@ -320,7 +319,7 @@ def cable_stiffness_page(result: CableStiffness) -> Page:
             "rank_of_structure_matrix": int(result.held_rank) if answered else None,
             "free_motions": [str(motion) for motion in result.free_motions],
             "unstable_motions": [str(motion) for motion in result.unstable_motions],
-            **{name: getattr(result, name) if answered else None for name in known},
+            **attributes(result, "elastic geometric of_forces missing_wrench", answered),
         },
     )
 

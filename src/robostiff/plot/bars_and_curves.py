@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from enum import Enum
 from typing import TYPE_CHECKING
 
@@ -65,40 +66,28 @@ def energy_shares(deflection: Deflection, *, backend: PlotBackend[Drawn] = PAPER
         bars = {part.part if is_leg else part.name: part.share for part in parts}
         if others:
             bars[f"{len(others)} more parts"] = sum(part.share for part in others)
-        groups = tuple(Group(name, percent(share, 1)) for name, share in bars.items())
-        values = 100 * np.array([*bars.values()])
-        picture = _bars(deflection, groups, (Series("", Category(0), values),))
-        return drawn_by(backend, picture)
-    # in the order of the robot
-    legs = list(dict.fromkeys(part.leg for part in (*deflection.reactions, *deflection.parts)))
-    totals: dict[str, float] = {}
-    shares: dict[tuple[str, str], float] = {}
-    for part in deflection.parts:
-        percents, key = 100 * part.share, (part.leg, part.part)
-        totals[part.part] = totals.get(part.part, 0.0) + percents
-        shares[key] = shares.get(key, 0.0) + percents
-    names = sorted(totals, key=lambda name: -round(totals[name], 9))
-    shown, rest = (names, []) if len(names) <= _MOST + 1 else (names[:_MOST], names[_MOST:])
-    series = [
-        Series(name, Category(i), np.array([shares.get((leg, name), 0.0) for leg in legs]))
-        for i, name in enumerate(shown)
-    ]
-    if rest:
-        added = [sum(shares.get((leg, name), 0.0) for name in rest) for leg in legs]
-        series.append(Series(f"{len(rest)} more parts", PlainColour.MUTED, np.array(added)))
-    whole = np.sum([part.values for part in series], axis=0) if series else np.zeros(len(legs))
+        series = [Series("", Category(0), 100 * np.array([*bars.values()]))]
+        groups = list(bars)
+    else:
+        # in the order of the robot
+        groups = list(dict.fromkeys(x.leg for x in (*deflection.reactions, *deflection.parts)))
+        places = {leg: i for i, leg in enumerate(groups)}
+        shares: dict[str, np.ndarray] = defaultdict(lambda: np.zeros(len(groups)))
+        for part in deflection.parts:
+            shares[part.part][places[part.leg]] += 100 * part.share
+        names = sorted(shares, key=lambda name: -round(float(shares[name].sum()), 9))
+        rest = names[_MOST:] if len(names) > _MOST + 1 else []
+        shown = names[: len(names) - len(rest)]
+        series = [Series(name, Category(i), shares[name]) for i, name in enumerate(shown)]
+        if rest:
+            added = np.sum([shares[name] for name in rest], axis=0)
+            series.append(Series(f"{len(rest)} more parts", PlainColour.MUTED, added))
+    whole = sum((bar.values for bar in series), start=np.zeros(len(groups)))
     notes = (percent(share / 100, 1) for share in whole)
-    groups = tuple(map(Group, legs, notes))
-    return drawn_by(backend, _bars(deflection, groups, tuple(series)))
-
-
-def _bars(deflection: Deflection, groups: tuple[Group, ...], series: tuple[Series, ...]) -> Bars:
-    return Bars(
-        f"{deflection.stiffness.name}: elastic energy",
-        (Panel("share of elastic energy [%]", groups, series),),
-        is_stacked=True,
-        notes=(f"elastic energy {quantity(deflection.energy, 'J')}",),
-    )
+    panel = Panel("share of elastic energy [%]", tuple(map(Group, groups, notes)), tuple(series))
+    title = f"{deflection.stiffness.name}: elastic energy"
+    energy = f"elastic energy {quantity(deflection.energy, 'J')}"
+    return drawn_by(backend, Bars(title, (panel,), is_stacked=True, notes=(energy,)))
 
 
 class Measure(Enum):

@@ -36,10 +36,6 @@ class BodyMotion:
         """Displacement of a point (3,) of the body [m]."""
         return self.D @ point + self.t
 
-    def turned(self, along: np.ndarray) -> np.ndarray:
-        """Change of a vector (3,) that the body carries."""
-        return self.D @ along
-
 
 Motions = Mapping[str, BodyMotion]
 """Of bodies by name; of a robot of legs ``leg/element`` is the body behind an element."""

@@ -129,7 +129,7 @@ def layers_of(
         "robot": sketch.parts,
         "names of joints": sketch.names,
         "load": lambda: sketch.load(at, F, is_flat),
-        "free motions": lambda: free_motion_items(result, _AXIS * sketch.size, 1.0),
+        "free motions": lambda: free_motion_items(result, _AXIS * sketch.size),
     }
     if sketch.scale:
         drawn["shape without load"] = sketch.ghost

@@ -350,8 +350,7 @@ def draw_bands(picture: Bands, canvas: Canvas) -> Axes:
         line = ax.plot(x, median, color=colour, marker=marker)
         if middle:
             handles, labels = [*handles, *line], [*labels, "median"]
-    ax.set_ylabel(picture.label)
-    ax.set_title(picture.title)
+    ax.set(ylabel=picture.label, title=picture.title)
     ax.grid(True)
     ax.set_axisbelow(True)
     ax.margins(x=0.02)
@@ -368,8 +367,7 @@ def draw_bands(picture: Bands, canvas: Canvas) -> Axes:
             handles.append(Patch(**look))
             labels.append(region.reason)
             start = top
-        lowest.set_ylim(0, 100)
-        lowest.set_yticks([0, 100], ["0 %", "100 %"])
+        lowest.set(ylim=(0, 100), yticks=[0, 100], yticklabels=["0 %", "100 %"])
     lowest.set_xlabel(picture.x.label)
     legend_below(lowest, canvas, handles, labels, picture.notes, 0.42)
     return ax
@@ -409,13 +407,10 @@ def draw_field(picture: Field, canvas: Canvas) -> Axes:
         lines.set_path_effects(around)
         for text in ax.clabel(lines, fmt=lambda v: short(v, 4), fontsize=SMALL - 1):
             text.set_path_effects(around)
-    ax.set_xlim(x_edges[0], x_edges[-1])
-    ax.set_ylim(y_edges[0], y_edges[-1])
+    ax.set(xlim=x_edges[[0, -1]], ylim=y_edges[[0, -1]], title=picture.title)
+    ax.set(xlabel=picture.x.label, ylabel=picture.y.label)
     if picture.x.label.rpartition("[")[2] == picture.y.label.rpartition("[")[2]:
         ax.set_aspect("equal")
-    ax.set_xlabel(picture.x.label)
-    ax.set_ylabel(picture.y.label)
-    ax.set_title(picture.title)
     legend_below(ax, canvas, handles, labels, picture.notes, 0.45)
     return ax
 
@@ -473,11 +468,9 @@ def draw_curves(picture: Curves, canvas: Canvas) -> Axes:
         colour = colour_of(curve.paint, canvas.palette)
         look = {"linestyle": style, "color": colour, "marker": marker, "markersize": 4}
         handles += ax.plot(curve.x, curve.y, **look)
-    ax.set_xlabel(picture.x_label)
-    ax.set_ylabel(picture.y_label)
+    ax.set(xlabel=picture.x_label, ylabel=picture.y_label, title=picture.title)
     if picture.is_log:
         ax.set_yscale("log")
-    ax.set_title(picture.title)
     ax.grid(True)
     ax.set_axisbelow(True)
     legend_below(ax, canvas, handles, [curve.name for curve in picture.curves], picture.notes, 0.42)

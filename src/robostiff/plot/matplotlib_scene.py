@@ -29,7 +29,6 @@ from robostiff.plot.picture import (
     Text,
     colour_of,
 )
-from robostiff.plot.surfaces import perpendicular
 
 _MARKERS = {
     Shape.RING: ("o", 3.4),
@@ -38,7 +37,6 @@ _MARKERS = {
     Shape.CROSS: ("x", 6.0),
     Shape.DOT: (".", 2.5),
 }
-_HEAD = 0.05  # of the picture
 _MARGIN = 0.03
 _THINNEST = 0.3  # axis beside the longest
 
@@ -56,10 +54,8 @@ def draw_scene(picture: Scene, canvas: Canvas) -> Axes:
         wide = 0.2 if canvas.is_narrow else 0.08  # the label of z stands in between
         colour_bar(ax, shown, picture.scale, 0.6, 0.03 if picture.is_flat else wide)
     ax.set_title(picture.title)
-    handles = [handle for handle, _ in pencil.named]
-    labels = [label for _, label in pencil.named]
     below = 0.45 if picture.is_flat else 0.38
-    legend_below(ax, canvas, handles, labels, picture.notes, below)
+    legend_below(ax, canvas, pencil.handles, pencil.labels, picture.notes, below)
     return ax
 
 
@@ -67,10 +63,9 @@ class _MatplotlibPencil:
     """Draws items, and keeps those that the legend names."""
 
     def __init__(self, ax: Any, picture: Scene, canvas: Canvas) -> None:
-        self.ax, self.picture, self.palette = ax, picture, canvas.palette
-        low, high = picture.box
-        self.size = float(np.linalg.norm(high - low)) or 1.0
-        self.named: list[tuple[Any, str]] = []
+        self.ax, self.picture, self.palette, self.size = ax, picture, canvas.palette, picture.size
+        self.handles: list[Any] = []
+        self.labels: list[str] = []
 
     def draw(self, item: Item) -> None:
         colour = colour_of(item.paint, self.palette, self.picture.scale)
@@ -94,9 +89,11 @@ class _MatplotlibPencil:
         elif isinstance(item, Arrow):
             ends = np.stack([item.start, item.tip])
             handle = self._line(ends, colour, LineWeight.LINE, False)
-            self._head(item.tip, item.tip - item.start, colour)
-            if item.both_ways:
-                self._head(item.start, item.start - item.tip, colour)
+            # crosses of two flat heads, visible from every side
+            for tip, foot, *sides in item.heads(self.size):
+                for side in sides:
+                    corners = np.array([tip, foot + 0.3 * side, foot - 0.3 * side])
+                    self._polygons([corners], colour, 1.0, colour)
         elif isinstance(item, Text):
             place = tuple(self._places(item.point[None])[:, 0])
             look = {"color": colour, "fontsize": "x-small", "va": "bottom"}  # above its own line
@@ -113,22 +110,13 @@ class _MatplotlibPencil:
             self._polygons(corners, colour, item.opacity, colour if is_face else None)
             handle = Patch(facecolor=colour, alpha=item.opacity, edgecolor=colour)
         if item.label:
-            self.named.append((handle, item.label))
+            self.handles.append(handle)
+            self.labels.append(item.label)
 
     def _line(self, points: np.ndarray, colour: str, weight: LineWeight, dashed: bool) -> Line2D:
         look = {"color": colour, "linewidth": weight.value, "solid_capstyle": "round"}
         style = (0, (4, 2.5)) if dashed else "-"
         return self.ax.plot(*self._places(points), linestyle=style, **look)[0]
-
-    def _head(self, tip: np.ndarray, along: np.ndarray, colour: str) -> None:
-        """A cross of two flat arrow heads, visible from every side."""
-        e = along / (np.linalg.norm(along) or 1.0)
-        across = perpendicular(e)
-        length = _HEAD * self.size
-        back = tip - length * e
-        for side in (across, np.cross(e, across)):
-            corners = np.array([tip, back + 0.3 * length * side, back - 0.3 * length * side])
-            self._polygons([corners], colour, 1.0, colour)
 
     def _polygons(self, corners: Any, colour: str, opacity: float, edge: str | None) -> None:
         look: dict[str, Any] = {
@@ -156,19 +144,14 @@ def _frame(ax: Any, picture: Scene, canvas: Canvas) -> None:
         lacking = np.maximum(_THINNEST * np.max(high - low) - (high - low), 0) / 2
         low, high = low - lacking, high + lacking
     x, y, z = picture.axes
-    ax.set_xlabel(x)
-    ax.set_ylabel(y)
+    limits = np.stack([low, high], axis=-1)
+    ax.set(xlabel=x, ylabel=y, xlim=limits[0], ylim=limits[1])
     if picture.is_flat:
-        ax.set_xlim(low[0], high[0])
-        ax.set_ylim(low[1], high[1])
         ax.set_aspect("equal")
         ax.grid(True)
         ax.set_axisbelow(True)
         return
-    ax.set_zlabel(z)
-    ax.set_xlim(low[0], high[0])
-    ax.set_ylim(low[1], high[1])
-    ax.set_zlim(low[2], high[2])
+    ax.set(zlabel=z, zlim=limits[2])
     ax.set_box_aspect(high - low if picture.is_equal else (1, 1, 1), zoom=1.0)
     ax.view_init(elev=22, azim=-52)
     shown = canvas.palette
@@ -183,7 +166,6 @@ def _frame(ax: Any, picture: Scene, canvas: Canvas) -> None:
         axis.set_pane_color(shown.ground)
         axis.line.set_color(shown.muted)
         axis._axinfo["grid"].update(color=shown.faint, linewidth=0.4)
-    ax.tick_params(pad=-2)
-    for axis in axes:
         axis.labelpad = -4 if canvas.is_narrow else 0
+    ax.tick_params(pad=-2)
     ax.set_facecolor(shown.ground)

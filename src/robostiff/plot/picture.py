@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, is_dataclass, replace
 from enum import Enum
 from typing import Any, TypeVar
@@ -10,10 +10,12 @@ from typing import Any, TypeVar
 import numpy as np
 
 from robostiff.errors import printable
+from robostiff.plot.surfaces import perpendicular
 from robostiff.plot.theme import Palette
 
 _TO_THE_RIGHT = np.array([0.79, 0.62])  # as spaces are seen at first
 _NEAR_EDGE = 0.2  # of the diagonal of the floor
+_HEAD = 0.05  # of the picture: an arrow head
 
 
 class LineWeight(Enum):
@@ -84,6 +86,15 @@ class Arrow:
     label: str = ""
     both_ways: bool = False
 
+    def heads(self, size: float) -> Iterator[tuple[np.ndarray, ...]]:
+        """Of each head in a picture of some size: its tip, its foot, two vectors across it (3,)."""
+        ends = [(self.tip, self.start), (self.start, self.tip)]
+        for tip, other in ends if self.both_ways else ends[:1]:
+            e = (tip - other) / (np.linalg.norm(tip - other) or 1.0)
+            across = perpendicular(e)
+            length = _HEAD * size
+            yield tip, tip - length * e, length * across, length * np.cross(e, across)
+
 
 @dataclass(frozen=True)
 class Mesh:
@@ -137,6 +148,12 @@ class Scene:
                     parts.append(points)
         points = np.concatenate(parts)
         return points.min(axis=0), points.max(axis=0)
+
+    @property
+    def size(self) -> float:
+        """Length of the diagonal of its box."""
+        low, high = self.box
+        return float(np.linalg.norm(high - low)) or 1.0
 
     def is_on_the_right(self, point: np.ndarray) -> bool:
         """Whether a point (3,) of a space is seen near the right edge, where axes have numbers."""

@@ -21,7 +21,6 @@ from robostiff.plot.picture import (
     Text,
     colour_of,
 )
-from robostiff.plot.surfaces import perpendicular
 from robostiff.plot.theme import Palette
 
 _SYMBOLS = {
@@ -31,7 +30,6 @@ _SYMBOLS = {
     Shape.CROSS: ("cross", 5),  # "x" is a letter in space, which not all fonts have
     Shape.DOT: ("circle", 1.6),
 }
-_HEAD = 0.05  # of the picture
 _WIDER = 1.8  # pixels of a line to a point of its width
 # pixels: of the scene, a line of the legend, above it, below a scene and below flat axes
 _SCENE, _LINE, _ABOVE_PLOT, _BELOW, _BELOW_CHART = 500, 20, 64, 16, 56
@@ -47,8 +45,7 @@ _HALF_VIEW = {"up": 0.42, "right": 0.5}  # tangents
 def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
     """Draw a scene."""
     low, high = picture.box
-    size = float(np.linalg.norm(high - low)) or 1.0
-    pencil = _PlotlyPencil(picture, palette, size)
+    pencil = _PlotlyPencil(picture, palette)
     traces = [trace for item in picture.items for trace in pencil.traces(item)]
     if picture.scale is not None:
         # the scale of values, attached to an invisible mark
@@ -113,8 +110,8 @@ def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
 class _PlotlyPencil:
     """Makes the traces of items."""
 
-    def __init__(self, picture: Scene, palette: Palette, size: float) -> None:
-        self.picture, self.palette, self.size = picture, palette, size
+    def __init__(self, picture: Scene, palette: Palette) -> None:
+        self.picture, self.palette, self.size = picture, palette, picture.size
 
     def traces(self, item: Item) -> list[Any]:
         colour = colour_of(item.paint, self.palette, self.picture.scale)
@@ -132,7 +129,13 @@ class _PlotlyPencil:
             text = list(item.about) or item.label
             return [self._scatter(item.points, item, "markers", marker=marker, text=text)]
         if isinstance(item, Arrow):
-            return self._arrow(item, colour)
+            points = [item.start, item.tip]
+            # heads of four barbs, visible from every side
+            for tip, foot, u, v in item.heads(self.size):
+                for side in (u, -u, v, -v):
+                    points += [np.full(3, np.nan), tip, foot + 0.35 * side]
+            line = {"color": colour, "width": 4}
+            return [self._scatter(np.array(points), item, "lines", line=line, text=item.label)]
         if isinstance(item, Text):
             look: dict[str, Any] = {"textfont": {"color": colour, "size": 11}}
             # beside the mark, not on it
@@ -141,21 +144,6 @@ class _PlotlyPencil:
                 words, look["textposition"] = f"{item.words}  ", "top left"
             return [self._scatter(item.point[None], item, "text", text=[words], **look)]
         return [self._surface(item, colour)]
-
-    def _arrow(self, item: Arrow, colour: str) -> list[Any]:
-        """A line with heads of four barbs, visible from every side."""
-        heads = [(item.tip, item.tip - item.start)]
-        if item.both_ways:
-            heads.append((item.start, item.start - item.tip))
-        points = [item.start, item.tip]
-        for tip, along in heads:
-            e = along / (np.linalg.norm(along) or 1.0)
-            across = perpendicular(e)
-            back, wide = tip - _HEAD * self.size * e, 0.35 * _HEAD * self.size
-            for side in (across, -across, np.cross(e, across), -np.cross(e, across)):
-                points += [np.full(3, np.nan), tip, back + wide * side]
-        line = {"color": colour, "width": 4}
-        return [self._scatter(np.array(points), item, "lines", line=line, text=item.label)]
 
     def _surface(self, item: Face | Mesh, colour: str) -> Any:
         is_face = isinstance(item, Face)

@@ -35,6 +35,7 @@ from robostiff.plot.sketch import (
     colours_of_parts,
     exaggeration_note,
     placed,
+    unit_of,
 )
 from robostiff.plot.surfaces import perpendicular
 from robostiff.spatial import Space
@@ -279,9 +280,8 @@ def equilibrium(
     for unloaded, loaded in zip(springs, result.springs if springs else (), strict=True):
         pairs = zip(unloaded.points, loaded.points, strict=True)
         a, b = (p + sketch.scale * (now - p) for p, now in pairs)
-        points = sketch.in_unit().factor * _coil(a, b, _WIDE * sketch.size)
+        points, label = _coil(a, b, _WIDE * sketch.size), "" if more else "spring"
         about = f"{loaded.name}: {quantity(loaded.tension, 'N', 4)}"
-        label = "" if more else "spring"
         more.append(Path(points, Category(2), LineWeight.LINE, label=label, about=about))
     scene = sketch.scene(f"{result.name} under load", load, notes=notes, more=more)
     return drawn_by(backend, scene)
@@ -349,7 +349,7 @@ def mode(
     sketch = sketch.exaggerated(side * sketch.exaggerated(None).scale)
     scene = sketch.scene(title, at_rest="at rest")
     # room for both ends of the vibration
-    margin = 0.1 * sketch.in_unit().factor * sketch.size
+    margin = 0.1 * unit_of(sketch.size)[0] * sketch.size
     low, high = scene.box
     return drawn_by(backend, replace(scene, frame=np.array([low - margin, high + margin])))
 

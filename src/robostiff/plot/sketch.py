@@ -45,6 +45,7 @@ _SEEN = 0.1  # of the robot: the largest displacement drawn with the default exa
 _APART = 1e-9  # of the robot: closer points are one
 _BENDS = 17  # points along a bent part
 _ONE_PLACE = 0.08  # of the robot: names nearer than that would overlap
+_NUMBER = re.compile(r"\[\d+\]$")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,10 +62,8 @@ class Sketch:
     colours : mapping of str to Paint
         Of parts without a share, by their names.
     of_joints : mapping of str to Paint
-    plain, ink : PlainColour
-        Of parts without a colour, and of bodies and joints.
-    factor : float
-        From metres to the unit of the axes.
+    plain : PlainColour
+        Of parts without a colour.
     scale : float
         Of the displacements; 0 at rest.
     """
@@ -75,7 +74,6 @@ class Sketch:
     colours: Mapping[str, Paint] = field(default_factory=dict)
     of_joints: Mapping[str, Paint] = field(default_factory=dict)
     plain: PlainColour = PlainColour.INK
-    factor: float = 1.0
     scale: float = 0.0
 
     @property
@@ -92,19 +90,19 @@ class Sketch:
         return self.motions.get(at.body, STILL)
 
     def moved(self, at: PointOfBody) -> np.ndarray:
-        """Where a point is drawn (3,), in the unit of the axes."""
+        """Where a point is drawn (3,) [m]."""
         shift = self.scale * self._body(at).displacement(at.point) if self.scale else 0.0
-        return self.factor * (at.point + shift)
+        return at.point + shift
 
     def _lines(self) -> Iterator[tuple[Line, np.ndarray]]:
-        """Lines that can be seen, and their points (n, 3) in the unit of the axes."""
+        """Lines that can be seen, and their points (n, 3) [m]."""
         for line in self.outline.lines:
             a, b = line.start, line.end
             points = np.array([self.moved(a), self.moved(b)])
             if line.bends and self.scale and np.linalg.norm(b.point - a.point) > _APART * self.size:
                 ends = (a.point, b.point, self._body(a), self._body(b))
-                points = self.factor * bent_line(*ends, self.scale)
-            if np.linalg.norm(points[-1] - points[0]) > _APART * self.factor * self.size:
+                points = bent_line(*ends, self.scale)
+            if np.linalg.norm(points[-1] - points[0]) > _APART * self.size:
                 yield line, points
 
     def parts(self) -> list[Item]:
@@ -166,16 +164,32 @@ class Sketch:
         items: list[Item] = []
         for face in self.outline.plates:
             paint = face.paint if face.paint is PlainColour.FAINT else muted
-            items.append(Face(self.factor * face.corners, paint, 0.35))
+            items.append(Face(face.corners, paint, 0.35))
         for line, points in self._lines():
             weight = min(line.weight, LineWeight.LINE, key=lambda w: w.value)
             items.append(Path(points, muted, weight, line.is_dashed))
         return items
 
     def names(self) -> list[Item]:
-        """Names beside its joints."""
-        places = [(self.moved(at), name) for at, name in self.outline.words]
-        return words_at(places, self.factor * self.size)
+        """Names beside its joints, those of one point in one line.
+
+        A joint of several freedoms is named once, and joints of the branches of a block by the
+        first.
+        """
+        words: list[tuple[np.ndarray, list[str]]] = []
+        named: set[str] = set()
+        for at, name in self.outline.words:
+            place, label = self.moved(at), _NUMBER.sub("", name.rpartition("/")[2])
+            if label in named:
+                continue
+            named.add(label)
+            for point, names in words:
+                if np.linalg.norm(point - place) <= _ONE_PLACE * self.size:
+                    names.append(label)
+                    break
+            else:
+                words.append((place, [label]))
+        return [Text(point, ", ".join(names), PlainColour.INK) for point, names in words]
 
     def exaggerated(self, factor: float | None, *, is_finite: bool = False) -> Sketch:
         """With displacements times a factor; by default a round one that makes them visible.
@@ -190,10 +204,6 @@ class Sketch:
             raise InputError("exaggeration of a plot", got=factor, expected="a finite number")
         return replace(self, scale=float(factor))
 
-    def in_unit(self) -> Sketch:
-        """In the unit of axes that suits its size."""
-        return replace(self, factor=unit_of(self.size)[0])
-
     def is_flat(self, F: np.ndarray) -> bool:
         """Whether neither a part nor a wrench (6,) on it leaves the x-y plane."""
         if not self.outline.is_level or np.any(np.abs(F[2:5]) > _IN_PLANE):
@@ -206,8 +216,22 @@ class Sketch:
 
         The force points to the point, the moment away from it; from above it turns around it.
         """
-        at = self.moved(PointOfBody(point, self.outline.point.body))
-        return wrench_items(at, self.factor * self.size, F, is_flat)
+        at, length = self.moved(PointOfBody(point, self.outline.point.body)), _ARROW * self.size
+        items: list[Item] = []
+        for name, unit, paint, vector in (
+            ("force", "N", Category(1), F[:3]),
+            ("moment", "N m", Category(4), F[3:]),
+        ):
+            size = float(np.linalg.norm(vector))
+            label, arrow = f"{name} {quantity(size, unit)}", length * vector / (size or 1.0)
+            if size > 0 and name == "force":
+                items.append(Arrow(at - arrow, at, paint, label))
+            elif size > 0 and is_flat:
+                way = screw_line(Screw(vector / size, at, 0.0), at, 0.6 * length).way
+                items += turning_arrow(way, paint, label)
+            elif size > 0:
+                items.append(Arrow(at, at + arrow, paint, label))
+        return items
 
     def scene(
         self,
@@ -223,17 +247,15 @@ class Sketch:
 
         Joints are named where the outline says so, or as given.
         """
-        drawn = self.in_unit()
-        F = np.zeros(6) if load is None else load[1]
-        is_flat = drawn.is_flat(F)
-        items = drawn.ghost(at_rest) if drawn.scale else []
-        items += drawn.parts()
+        is_flat = self.is_flat(np.zeros(6) if load is None else load[1])
+        items = self.ghost(at_rest) if self.scale else []
+        items += self.parts()
         named = self.outline.is_named if is_named is None else is_named
-        items += drawn.names() if named else []
-        items += [] if load is None else drawn.load(*load, is_flat)
+        items += self.names() if named else []
+        items += [] if load is None else self.load(*load, is_flat)
         top = max(self.shares.values(), default=0.0)
         scale = ColourScale("share of elastic energy [%]", 0, top) if top else None
-        return robot_scene(title, [*items, *more], unit_of(self.size)[1], is_flat, scale, notes)
+        return robot_scene(title, [*items, *more], unit_of(self.size), is_flat, scale, notes)
 
 
 _KINDS = {
@@ -255,7 +277,7 @@ def bent_line(
     along = end - start
     s = np.linspace(0.0, 1.0, _BENDS)[:, None]
     u_0, u_1 = first.displacement(start), last.displacement(end)
-    slope_0, slope_1 = first.turned(along), last.turned(along)
+    slope_0, slope_1 = first.D @ along, last.D @ along
     cubic = (1 - 3 * s**2 + 2 * s**3) * u_0 + (3 * s**2 - 2 * s**3) * u_1
     cubic = cubic + (s - 2 * s**2 + s**3) * slope_0 + (s**3 - s**2) * slope_1
     e = along / np.linalg.norm(along)
@@ -295,64 +317,25 @@ def exaggeration_note(scale: float) -> tuple[str, ...]:
 def robot_scene(
     name: str,
     items: Sequence[Item],
-    unit: str,
+    unit: tuple[float, str],
     is_flat: bool,
     scale: ColourScale | None = None,
     notes: tuple[str, ...] = (),
 ) -> Scene:
-    """A scene of a robot, its axes in `unit`."""
-    x, y, z = (f"{axis} [{unit}]" for axis in "xyz")
-    return Scene(name, (x, y, z), tuple(items), scale, is_flat, notes=notes)
+    """A scene of items [m], whose axes have another unit: a factor, and its name."""
+    factor, called = unit
+    x, y, z = (f"{axis} [{called}]" for axis in "xyz")
+    shown = []
+    for item in items:
+        arrays = {n: array for n, array in vars(item).items() if isinstance(array, np.ndarray)}
+        points = {n: factor * array for n, array in arrays.items() if n != "triangles"}
+        shown.append(replace(item, **points))
+    return Scene(name, (x, y, z), tuple(shown), scale, is_flat, notes=notes)
 
 
 def colours_of_parts(names: Iterable[str]) -> dict[str, Paint]:
     """A colour for each name of a part, the same for parts of one name in several legs."""
     return {name: Category(i) for i, name in enumerate(dict.fromkeys(names))}
-
-
-_NUMBER = re.compile(r"\[\d+\]$")
-
-
-def words_at(places: Sequence[tuple[np.ndarray, str]], size: float) -> list[Item]:
-    """Names of joints beside their points (3,), those of one point in one line.
-
-    A joint of several freedoms is named once, and joints of the branches of a block by the first.
-    """
-    words: list[tuple[np.ndarray, list[str]]] = []
-    named: set[str] = set()
-    for place, name in places:
-        label = _NUMBER.sub("", name.rpartition("/")[2])
-        if label in named:
-            continue
-        named.add(label)
-        for point, names in words:
-            if np.linalg.norm(point - place) <= _ONE_PLACE * size:
-                names.append(label)
-                break
-        else:
-            words.append((place, [label]))
-    return [Text(point, ", ".join(dict.fromkeys(names)), PlainColour.INK) for point, names in words]
-
-
-def wrench_items(point: np.ndarray, size: float, F: np.ndarray, is_flat: bool) -> list[Item]:
-    """Arrows of a wrench (6,) at a point (3,) of a robot of some size, both as drawn."""
-    length = _ARROW * size
-    items: list[Item] = []
-    for name, unit, row, vector in (("force", "N", 1, F[:3]), ("moment", "N m", 4, F[3:])):
-        size = float(np.linalg.norm(vector))
-        if size > 0:
-            label = f"{name} {quantity(size, unit)}"
-            arrow = length * vector / size
-            if name == "force":
-                items.append(Arrow(point - arrow, point, Category(row), label))
-            elif is_flat:
-                screw = Screw(vector / size, point, 0.0)
-                items += turning_arrow(
-                    screw_line(screw, point, 0.6 * length).way, Category(row), label
-                )
-            else:
-                items.append(Arrow(point, point + arrow, Category(row), label))
-    return items
 
 
 def turning_arrow(points: np.ndarray, paint: Paint, label: str) -> list[Item]:
@@ -397,7 +380,7 @@ def placed(machine: Machine, pose: Any = None, near: Near = None) -> Posed:
 
 
 def surroundings(machine: Machine | None, result: AnyStiffness) -> Sketch | None:
-    """The robot around a result, at its pose, in the unit of the axes; of cables always.
+    """The robot around a result, at its pose; of cables always.
 
     Raises InputError when it is none that can be drawn at the pose of the result.
     """
@@ -407,7 +390,7 @@ def surroundings(machine: Machine | None, result: AnyStiffness) -> Sketch | None
         posed = result if isinstance(result, CableStiffness) else result.placed()
     else:
         posed = placed(machine, result.pose)
-    return Sketch(outline=outline_of(posed)).in_unit()
+    return Sketch(outline=outline_of(posed))
 
 
 def single_stiffness(result: object, what: str) -> AnyStiffness:

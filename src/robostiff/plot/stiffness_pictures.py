@@ -100,20 +100,18 @@ def ellipsoid(
             f"no ellipsoid of {quality.value} of {result.name!r}: "
             "the platform is free in all directions"
         )
-    times, unit = prefixed(float(bounded.max()), quality.unit)
-    if around is None:
-        centre, size, items, shown = np.zeros(3), times, [], unit
-    else:
-        centre = around.factor * result.reference_point
-        size = around.factor * _IN_ROBOT * around.size / float(bounded.max())
-        items, shown = around.backdrop(), unit_of(around.size)[1]
-    items = [*items, *ellipsoid_items(axes, quality, centre, size, (times, unit))]
+    shown = unit = prefixed(float(bounded.max()), quality.unit)
+    centre, size, items = np.zeros(3), 1.0, []
+    if around is not None:
+        centre, size = result.reference_point, _IN_ROBOT * around.size / float(bounded.max())
+        items, unit = around.backdrop(), unit_of(around.size)
+    items += ellipsoid_items(axes, quality, centre, size, shown)
     is_flat = len(axes.lengths) < 3 and (around is None or around.outline.is_level)
     free = int(np.count_nonzero(axes.is_free))
     notes = (_MEANINGS[quality],)
     notes += (f"free in {free} direction{'s' if free > 1 else ''}",) if free else ()
     title = f"{result.name}: {quality.value}"
-    return drawn_by(backend, robot_scene(title, items, shown, is_flat, notes=notes))
+    return drawn_by(backend, robot_scene(title, items, unit, is_flat, notes=notes))
 
 
 def ellipsoid_items(
@@ -189,11 +187,11 @@ def free_motions(
         raise NoAnswerError(f"no free motions of {result.name!r}: {'; '.join(result.advice)}")
     around = surroundings(within, result)
     half = length_of(result) if around is None else _PART * around.size
-    factor, unit = unit_of(half if around is None else around.size)
+    unit = unit_of(half if around is None else around.size)
     items = [] if around is None else around.backdrop()
-    items += free_motion_items(result, half, factor)
+    items += free_motion_items(result, half)
     point = result.reference_point
-    items.append(Marks(factor * point[None], PlainColour.INK, Shape.CROSS, "reference point"))
+    items.append(Marks(point[None], PlainColour.INK, Shape.CROSS, "reference point"))
     free = len(result.free_motions)
     count = "no free motion" if not free else f"{free} free motion{'s' if free > 1 else ''}"
     # translations in the plane, rotations about z
@@ -209,18 +207,17 @@ def free_motions(
     return drawn_by(backend, scene)
 
 
-def free_motion_items(result: AnyStiffness, half: float, factor: float) -> list[Item]:
-    """Axes of `half` a length [m], helices and arrows, in metres times `factor`."""
+def free_motion_items(result: AnyStiffness, half: float) -> list[Item]:
+    """Axes of `half` a length, helices and arrows [m]."""
     items: list[Item] = []
     for i, motion in enumerate(result.free_motions):
         paint, label = Category(i), str(motion)
         lines = screw_line(motion.screw, result.reference_point, half)
-        axis = factor * lines.axis
         if not len(lines.way):
-            items.append(Arrow(axis[0], axis[1], paint, label, both_ways=True))
+            items.append(Arrow(lines.axis[0], lines.axis[1], paint, label, both_ways=True))
             continue
-        items.append(Path(axis, paint, LineWeight.THIN, dashed=True))
-        items += turning_arrow(factor * lines.way, paint, label)
+        items.append(Path(lines.axis, paint, LineWeight.THIN, dashed=True))
+        items += turning_arrow(lines.way, paint, label)
     return items
 
 

@@ -286,10 +286,8 @@ def screw_line(screw: Screw, near: np.ndarray, half_length: float) -> ScrewLine:
     if abs(pitch) * turned > 2 * half_length:
         turned = 2 * half_length / abs(pitch)
     angle = np.linspace(-turned / 2, turned / 2, _STEPS)[:, None]
-    across = np.eye(3)[np.argmin(np.abs(e))]
-    first = across - e * (e @ across)
-    first = first / np.linalg.norm(first)
-    radius = _RADIUS * half_length
-    around = radius * (np.cos(angle) * first + np.sin(angle) * np.cross(e, first))
+    across = perpendicular(e)
+    around = np.cos(angle) * np.cross(across, e) + np.sin(angle) * across
+    around *= _RADIUS * half_length
     way = centre + around + pitch * angle * e
     return ScrewLine(centre + half_length * np.array([-e, e]), way)
