@@ -59,17 +59,17 @@ def test_way_of_a_screw_is_that_of_a_point_that_turns_and_advances(pitch: float)
     e = np.array([1.0, 2, 2]) / 3
     point = np.array([0.3, -0.1, 0.2])
     screw = Screw(e, point, pitch)
-    lines = screw_line(screw, np.array([1.0, 1, 1]), 0.5)
-    steps = np.diff(lines.way, axis=0)
-    middle = (lines.way[1:] + lines.way[:-1]) / 2
+    axis, way = screw_line(screw, np.array([1.0, 1, 1]), 0.5)
+    steps = np.diff(way, axis=0)
+    middle = (way[1:] + way[:-1]) / 2
     # the velocity of each point is that of the screw: w x (p - point) + pitch w
     velocity = np.cross(e, middle - point) + pitch * e
     rate = np.linalg.norm(steps[0]) / np.linalg.norm(velocity[0])
     assert steps == pytest.approx(rate * velocity, abs=2e-3 * rate * np.abs(velocity).max())
-    along = lines.way @ e
+    along = way @ e
     assert np.ptp(along) <= 2 * 0.5 + 1e-12
-    assert np.cross(lines.axis[1] - lines.axis[0], e) == pytest.approx(np.zeros(3), abs=1e-12)
-    assert np.cross(lines.axis[0] - point, e) == pytest.approx(np.zeros(3), abs=1e-12)
+    assert np.cross(axis[1] - axis[0], e) == pytest.approx(np.zeros(3), abs=1e-12)
+    assert np.cross(axis[0] - point, e) == pytest.approx(np.zeros(3), abs=1e-12)
 
 
 def test_isosurface_of_a_distance_is_a_closed_sphere():

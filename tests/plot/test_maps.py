@@ -7,7 +7,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.analysis.maps.variables import EXCLUDED, NOT_COMPUTED, status_flags
-from robostiff.plot.picture import Bands, Cover, Field, Marks, Mesh
+from robostiff.plot.picture import Bands, Field, Marks, Mesh
 from robostiff.plot.theme import Theme
 from tests.plot.machines import robot, tripod_map
 
@@ -87,7 +87,7 @@ def test_pose_without_an_answer_is_its_region_and_no_value(status, rank, value, 
 def test_doubtful_pose_keeps_its_value_under_a_hatching(status: int, name: str):
     picture = rs.plot.map_slice(map_with(status, 6, 2e-5), "worst_deflection", **XY, at={"z": 0.3})
     (region,) = (region for region in picture.regions if region.name == name)
-    assert region.cover is Cover.OVER
+    assert region.is_over
     assert picture.values[2, 2] == pytest.approx(20)
 
 
@@ -147,9 +147,10 @@ def test_ranks_and_statuses_have_names_and_no_scale():
         assert np.all(np.sum([region.where for region in picture.regions], axis=0) == 1)
         assert len({region.style(rs.plot.Theme.LIGHT.palette) for region in picture.regions}) == 3
         rs.plot.Matplotlib().draw(picture)
-    kept = {region.name: region.order for region in statuses.regions}["unreachable"]
+    palette = Theme.LIGHT.palette
+    kept = {region.name: region.style(palette) for region in statuses.regions}["unreachable"]
     usual = rs.plot.map_slice(found, "worst_deflection", **XY, at={"z": 0.3}).regions
-    assert kept == next(region.order for region in usual if region.name == "unreachable")
+    assert kept == next(region.style(palette) for region in usual if region.name == "unreachable")
 
 
 def test_an_overview_chooses_what_is_left_open():
@@ -165,8 +166,7 @@ def test_an_overview_chooses_what_is_left_open():
     assert (own.x.label, own.y.label) == ("y [m]", "z [m]")
     bands = rs.plot.map_overview(found, None, at={"x": 0, "y": 0}, backend=DATA)
     assert isinstance(bands, Bands)
-    (line,) = {len(p.values) for p in bands.percentiles}
-    assert line == 3
+    assert bands.values.shape[1] == 3
     with pytest.raises(rs.InputError, match="all coordinates cut"):
         rs.plot.map_overview(found, at={"x": 0, "y": 0, "z": 0.3})
 
@@ -181,8 +181,8 @@ def test_a_list_of_poses_is_drawn_over_its_time_or_its_numbers(time, label, plac
     assert isinstance(picture, Bands)
     assert picture.x.label == label
     np.testing.assert_array_equal(picture.x.values, places)
-    (curve,) = picture.percentiles
-    np.testing.assert_allclose(curve.values, 1e6 * found.worst_deflection.values, rtol=1e-6)
+    (curve,) = picture.values
+    np.testing.assert_allclose(curve, 1e6 * found.worst_deflection.values, rtol=1e-6)
     axes = rs.plot.map_overview(found)
     assert axes.get_legend() is None
     figure = axes.figure
@@ -230,15 +230,15 @@ def test_level_that_no_pose_has_is_refused_with_those_there_are():
 def test_bands_are_percentiles_of_the_poses_with_a_value():
     found = tripod_map()
     picture = rs.plot.map_bands(found, "worst_deflection", along="x", backend=DATA)
-    assert [p.percent for p in picture.percentiles] == [5, 25, 50, 75, 95]
+    assert picture.percents == (5, 25, 50, 75, 95)
     for i in range(len(found.x)):
         values = found.worst_deflection.isel(x=i).values
         known = values[np.isfinite(values)]
-        for p in picture.percentiles:
-            if len(known):
-                assert p.values[i] == pytest.approx(1e6 * np.percentile(known, p.percent), rel=1e-6)
-            else:
-                assert np.isnan(p.values[i])
+        if len(known):
+            percentiles = 1e6 * np.percentile(known, picture.percents)
+            assert picture.values[:, i] == pytest.approx(percentiles, rel=1e-6)
+        else:
+            assert np.isnan(picture.values[:, i]).all()
     (region,) = picture.shares
     assert region.name == "unreachable"
     assert region.where == pytest.approx(((found.status & 64) != 0).mean(("y", "z")).values)
@@ -248,7 +248,7 @@ def test_bands_are_percentiles_of_the_poses_with_a_value():
 def test_ranks_and_statuses_along_a_coordinate_are_shares_of_all_poses(variable):
     found = tripod_map()
     picture = rs.plot.map_bands(found, variable, along="x", backend=DATA)
-    assert picture.percentiles == ()
+    assert picture.percents == ()
     shares = {region.name: region.where for region in picture.shares}
     assert sum(shares.values()) == pytest.approx(np.ones(len(found.x)))
     assert shares["unreachable"] == pytest.approx(((found.status & 64) != 0).mean(("y", "z")))

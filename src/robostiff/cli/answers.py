@@ -174,14 +174,9 @@ class PrintEquilibrium(Command, name="equilibrium"):
         if picture is not None:
             from robostiff import plot
 
-            data = plot.PictureData()
-            at_rest = curve is None
-            drawn = (
-                plot.equilibrium(result, backend=data)
-                if at_rest
-                else plot.load_curve(curve, backend=data)
-            )
-            draw(drawn, picture)
+            drawn_by: Any = plot.equilibrium if curve is None else plot.load_curve
+            of = result if curve is None else curve
+            draw(drawn_by(of, backend=plot.PictureData()), picture)
         return answered(equilibrium_page(result, critical, curve), self.answer)
 
 

@@ -30,12 +30,6 @@ running: ContextVar[str] = ContextVar("running")
 """The command that is running."""
 
 
-def shown(words: str) -> str:
-    """Text for a terminal: control characters escaped, and limited to its encoding."""
-    encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
-    return printable(words).encode(encoding, "backslashreplace").decode(encoding)
-
-
 # How lines of an answer begin, and what a terminal makes of them.
 _STYLES: dict[str, dict[str, Any]] = {
     "status: ok\n": {"fg": "green"},
@@ -49,11 +43,13 @@ _STYLES: dict[str, dict[str, Any]] = {
 def show(answer: str | Mapping[str, Any]) -> None:
     """Print lines of text, in colours on a terminal, or plain data as one JSON object in ASCII.
 
-    The object has the name and version of its form.
+    The object has the name and version of its form. In text control characters are escaped, and
+    what the encoding of the terminal does not have.
     """
     if isinstance(answer, str):
-        lines = []
-        for line in map(shown, answer.split("\n")):
+        encoding, lines = getattr(sys.stdout, "encoding", None) or "utf-8", []
+        safe = printable(answer, kept="\n").encode(encoding, "backslashreplace").decode(encoding)
+        for line in safe.split("\n"):
             styles = (look for start, look in _STYLES.items() if f"{line}\n".startswith(start))
             style = next(styles, None)
             lines.append(line if style is None else click.style(line, **style))
@@ -133,11 +129,10 @@ def draw(picture: Picture, path: Path, other: Picture | None = None) -> None:
         if path.suffix.lower() != ".html":
             figure: Any = plot.Matplotlib().draw(picture).figure
             figure.savefig(draft, format=path.suffix.lower()[1:], dpi=200, bbox_inches="tight")
-            return
-        drawn = plot.Plotly().draw(picture)
-        if other is None:
-            draft.write_text(drawn.to_html(), "utf-8")
-            return
-        from robostiff.plot.backend import swinging_page
+        else:
+            from robostiff.plot.backend import swinging_page
 
-        draft.write_text(swinging_page(drawn, plot.Plotly().draw(other)), "utf-8")
+            pages = [plot.Plotly().draw(end) for end in (picture, other) if end is not None]
+            draft.write_text(
+                pages[0].to_html() if other is None else swinging_page(*pages), "utf-8"
+            )

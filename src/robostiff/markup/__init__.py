@@ -24,7 +24,6 @@ from robostiff.markup.blocks import (
     Verbatim,
     inner_blocks,
     page_text,
-    text_of,
 )
 from robostiff.markup.numbers import number, percent, prefixed, quantity, row, short
 from robostiff.markup.writers import (
@@ -78,7 +77,6 @@ __all__ = [
     "quantity",
     "row",
     "short",
-    "text_of",
     "typst_string",
     "typst_text",
 ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Protocol
@@ -247,26 +247,16 @@ class Page:
     posture: str = ""
 
 
-def text_of(lines: Iterable[str]) -> str:
-    r"""Lines of text; control characters in names are escaped.
-
-    Examples
-    --------
-    >>> print(text_of(["robot a\nstatus: ok", "rank 3"]))
-    robot a\nstatus: ok
-    rank 3
-    """
-    return "\n".join(map(printable, lines))
-
-
 def page_text(page: Page) -> str:
-    """A page as text: a blank line around matrices and tables, advice at the end.
+    r"""A page as text: a blank line around matrices and tables, advice at the end.
+
+    Control characters in names are escaped.
 
     Examples
     --------
-    >>> page = Page("arm", " under load", "ok", [Facts((("rank", "6"),))], ["Hold the platform"])
+    >>> page = Page("a\nb", " under load", "ok", [Facts((("rank", "6"),))], ["Hold the platform"])
     >>> print(page_text(page))
-    arm under load
+    a\nb under load
     status: ok
     rank: 6
     advice: Hold the platform
@@ -281,7 +271,7 @@ def page_text(page: Page) -> str:
             lines += [""] if alone or stood_alone else []
             lines += written
             stood_alone = alone
-    return text_of([*lines, *(f"advice: {advice}" for advice in page.advice)])
+    return "\n".join(map(printable, [*lines, *(f"advice: {advice}" for advice in page.advice)]))
 
 
 def _lines(block: Block) -> list[str]:  # noqa: PLR0911

@@ -12,7 +12,7 @@ from robostiff.analysis import Deflection
 from robostiff.errors import InputError
 from robostiff.markup import percent, prefixed, quantity, short
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.picture import Bars, Category, Curve, Curves, Group, Panel, PlainColour, Series
+from robostiff.plot.picture import Bars, Category, Curve, Curves, Panel, PlainColour, Series
 from robostiff.plot.sketch import single_stiffness
 from robostiff.plot.surfaces import AnyStiffness, Quality, principal_axes
 
@@ -83,8 +83,8 @@ def energy_shares(deflection: Deflection, *, backend: PlotBackend[Drawn] = PAPER
             added = np.sum([shares[name] for name in rest], axis=0)
             series.append(Series(f"{len(rest)} more parts", PlainColour.MUTED, added))
     whole = sum((bar.values for bar in series), start=np.zeros(len(groups)))
-    notes = (percent(share / 100, 1) for share in whole)
-    panel = Panel("share of elastic energy [%]", tuple(map(Group, groups, notes)), tuple(series))
+    notes = tuple(percent(share / 100, 1) for share in whole)
+    panel = Panel("share of elastic energy [%]", tuple(groups), tuple(series), notes)
     title = f"{deflection.stiffness.name}: elastic energy"
     energy = f"elastic energy {quantity(deflection.energy, 'J')}"
     return drawn_by(backend, Bars(title, (panel,), is_stacked=True, notes=(energy,)))
@@ -183,7 +183,7 @@ def comparison(
             Series(name, Category(i), times * pair[i], tuple(texts[i]))
             for i, name in enumerate(called)
         )
-        panels.append(Panel(f"{label} [{shown}]", tuple(map(Group, words[rows])), series))
+        panels.append(Panel(f"{label} [{shown}]", words[rows], series))
     return drawn_by(backend, Bars(title, tuple(panels)))
 
 

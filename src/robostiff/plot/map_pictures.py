@@ -20,7 +20,6 @@ from robostiff.plot.picture import (
     Item,
     Marks,
     Mesh,
-    Percentile,
     Scene,
     Shape,
 )
@@ -278,9 +277,7 @@ def map_bands(
         part.title,
         part.axes[0],
         f"{variable}, share of poses" if variable in CLASSES else part.label,
-        ()
-        if variable in CLASSES
-        else tuple(Percentile(float(q), curve) for q, curve in zip(p, curves, strict=True)),
+        *(((), curves[:0]) if variable in CLASSES else (tuple(p.tolist()), curves)),
         tuple(shares),
         notes=() if one_pose else (f"each of {count} places: {rows.shape[1]} poses",),
     )

@@ -12,27 +12,13 @@ import numpy as np
 from robostiff.analysis.maps.variables import status_flags, status_words
 from robostiff.errors import InputError, needs_extra
 from robostiff.markup import number, prefixed, short
-from robostiff.plot.picture import Category, Cover, PlotAxis, Region
+from robostiff.plot.picture import REGIONS, Category, PlotAxis, Region
 
 if TYPE_CHECKING:
     import xarray
 
 
-RANK_DEFICIENT = "rank-deficient"
-NO_VALUE = "no value"
-# The first that applies names the region.
-_INSTEAD = (
-    "not-computed",
-    "excluded",
-    "unreachable",
-    "infeasible",
-    "rigid-direction",
-    "form-does-not-hold",
-    "unbalanced",
-)
-_OVER = ("ill-conditioned", "beyond-limits")
 _FULL = 6.0  # the largest rank
-_NAMES = (*_INSTEAD, RANK_DEFICIENT, NO_VALUE, *_OVER)
 
 
 def regions(dataset: xarray.Dataset, values: np.ndarray, full_rank: int) -> tuple[Region, ...]:
@@ -43,16 +29,12 @@ def regions(dataset: xarray.Dataset, values: np.ndarray, full_rank: int) -> tupl
     and lie in a region over it.
     """
     status, rank = dataset["status"].values, dataset["rank"].values
-    flags = {name: flag for flag, name in status_flags().items()}
+    where = {name: (status & flag) != 0 for flag, name in status_flags().items()}
+    where |= {"rank-deficient": rank < full_rank, "no value": ~np.isfinite(values)}
     parts, hidden = [], np.zeros(status.shape, dtype=bool)
-    instead = {name: (status & flags[name]) != 0 for name in _INSTEAD}
-    instead |= {RANK_DEFICIENT: rank < full_rank, NO_VALUE: ~np.isfinite(values)}
-    for name, where in instead.items():
-        parts.append(Region(name, where & ~hidden, Cover.INSTEAD, _NAMES.index(name)))
-        hidden |= where
-    for name in _OVER:
-        over = ((status & flags[name]) != 0) & ~hidden
-        parts.append(Region(name, over, Cover.OVER, _NAMES.index(name)))
+    for name in REGIONS:
+        parts.append(Region(name, where[name] & ~hidden))
+        hidden = hidden if parts[-1].is_over else hidden | where[name]
     return tuple(part for part in parts if np.any(part.where))
 
 
@@ -76,11 +58,10 @@ def classes(dataset: xarray.Dataset, variable: str) -> tuple[Region, ...]:
     parts, others = [], count()
     for name, where in named.items():
         first, _, value = name.partition(" ")
-        if name in _INSTEAD:
-            parts.append(Region(name, where, Cover.INSTEAD, _NAMES.index(name)))
-        else:
+        paint: Category | float | None = None
+        if REGIONS.get(name, ("", None))[1] is None:
             paint = int(value) / _FULL if first == "rank" else Category(next(others))
-            parts.append(Region(name, where, Cover.INSTEAD, paint=paint))
+        parts.append(Region(name, where, paint))
     return tuple(parts)
 
 
@@ -163,7 +144,7 @@ def select(
             )
         full = len(str(dataset.attrs.get("wrench_order", "")).split())
         parts = regions(cut, values, full if full_rank is None else full_rank)
-    hidden = [part.where for part in parts if part.cover is Cover.INSTEAD]
+    hidden = [part.where for part in parts if not part.is_over]
     shown = np.where(np.any([np.zeros(values.shape, bool), *hidden], axis=0), np.nan, values)
     largest = float(np.nanmax(np.abs(shown))) if np.any(np.isfinite(shown)) else 0.0
     times, unit = prefixed(largest, str(array.attrs.get("units", "")))

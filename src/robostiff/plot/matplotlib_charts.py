@@ -145,9 +145,12 @@ class Canvas:
         return int(min(max(1, letters // (longest + 7)), max(len(labels), 1)))
 
 
-def colour_map(scale: ColourScale, palette: Palette) -> LinearSegmentedColormap:
-    """Colours of a scale."""
-    return LinearSegmentedColormap.from_list(scale.ramp.value, list(scale.ramp.stops(palette)))
+def colours(scale: ColourScale, palette: Palette) -> dict[str, Any]:
+    """Colours of a scale, and positions of values on it, as Matplotlib takes them."""
+    high = scale.high if scale.high > scale.low else scale.low + abs(scale.low or 1.0)
+    stops = list(scale.ramp.stops(palette))
+    ramp = LinearSegmentedColormap.from_list(scale.ramp.value, stops)
+    return {"cmap": ramp, "norm": Normalize(scale.low, high)}
 
 
 def colour_bar(
@@ -160,12 +163,6 @@ def colour_bar(
     bar.outline.set_linewidth(0.5)
     if scale.ticks:
         bar.set_ticks([place for place, _ in scale.ticks], labels=[t for _, t in scale.ticks])
-
-
-def norm(scale: ColourScale) -> Normalize:
-    """Position of a value on the colour scale."""
-    high = scale.high if scale.high > scale.low else scale.low + abs(scale.low or 1.0)
-    return Normalize(scale.low, high)
 
 
 def legend_below(
@@ -217,7 +214,7 @@ def draw_bars(picture: Bars, canvas: Canvas) -> Axes:
         handles = (_stacked if picture.is_stacked else _grouped)(axes, panel, canvas)
         labels = [series.name for series in panel.series] if named else []
         axes.set_xlabel(panel.label)
-        axes.set_yticks(range(len(panel.groups)), [group.name for group in panel.groups])
+        axes.set_yticks(range(len(panel.groups)), panel.groups)
         axes.invert_yaxis()
         axes.tick_params(axis="y", length=0)
         axes.spines[["top", "right"]].set_visible(False)
@@ -250,8 +247,8 @@ def _stacked(ax: Axes, panel: Panel, canvas: Canvas) -> list:
         look |= {"edgecolor": canvas.palette.ground, "linewidth": 0.4}
         handles.append(ax.barh(np.arange(len(panel.groups)), series.values, **look))
         start = start + series.values
-    for i, group in enumerate(panel.groups):
-        _text(ax, start[i], i, group.note)
+    for i, note in enumerate(panel.notes):
+        _text(ax, start[i], i, note)
     ax.set_xlim(0, (1 + 0.5 * _ROOM) * (start.max() or 1.0))
     return handles
 
@@ -313,17 +310,7 @@ def region_patch(
             left, right = x_edges[start], x_edges[stop]
             corners = [(left, low), (right, low), (right, high), (left, high), (left, low)]
             rectangles.append(Path(corners, closed=True))
-    return PathPatch(Path.make_compound_path(*rectangles), **patch_look(style))
-
-
-def patch_look(style: RegionStyle) -> dict[str, Any]:
-    """Matplotlib's properties of a region."""
-    return {
-        "facecolor": "none" if style.fill is None else style.fill,
-        "edgecolor": style.line,
-        "hatch": style.hatch,
-        "linewidth": 0.0,
-    }
+    return PathPatch(Path.make_compound_path(*rectangles), **vars(style))
 
 
 _STRIP = (0.0, -0.24, 1.0, 0.18)
@@ -335,17 +322,16 @@ def draw_bands(picture: Bands, canvas: Canvas) -> Axes:
     palette = canvas.palette
     colour = palette.categories[0]
     x = picture.x.values
-    middle = len(picture.percentiles) // 2
+    percents, middle = picture.percents, len(picture.percents) // 2
     handles, labels = [], []
     for i in range(middle):
-        low, high = picture.percentiles[i], picture.percentiles[-1 - i]
+        low, high = picture.values[i], picture.values[-1 - i]
         fill = palette.along((palette.ground, colour), 0.22 + 0.4 * i / max(middle, 1))
-        handles.append(ax.fill_between(x, low.values, high.values, color=fill, linewidth=0))
-        labels.append(
-            f"{number(low.percent)} to {number(high.percent)} % of the poses with a value"
-        )
-    if picture.percentiles:
-        median = picture.percentiles[middle].values
+        handles.append(ax.fill_between(x, low, high, color=fill, linewidth=0))
+        ends = f"{number(percents[i])} to {number(percents[-1 - i])}"
+        labels.append(f"{ends} % of the poses with a value")
+    if percents:
+        median = picture.values[middle]
         marker = "." if np.isfinite(median).sum() < 20 else ""
         line = ax.plot(x, median, color=colour, marker=marker)
         if middle:
@@ -356,12 +342,12 @@ def draw_bands(picture: Bands, canvas: Canvas) -> Axes:
     ax.margins(x=0.02)
     lowest = ax
     if picture.shares:
-        if picture.percentiles:
+        if percents:
             lowest = ax.inset_axes(_STRIP, sharex=ax)
             ax.tick_params(labelbottom=False)
         start = np.zeros(len(x))
         for region in picture.shares:
-            look = patch_look(region.key_style(palette))
+            look = vars(region.key_style(palette))
             top = start + 100 * region.where
             lowest.fill_between(x, start, top, step="mid", **look)
             handles.append(Patch(**look))
@@ -380,19 +366,13 @@ def draw_field(picture: Field, canvas: Canvas) -> Axes:
     x_edges, y_edges = cell_edges(picture.x.values), cell_edges(picture.y.values)
     values = np.ma.masked_invalid(picture.values)
     if picture.scale is not None:
-        shown = ax.pcolormesh(
-            x_edges,
-            y_edges,
-            values,
-            cmap=colour_map(picture.scale, palette),
-            norm=norm(picture.scale),
-            rasterized=True,
-        )
+        look = colours(picture.scale, palette)
+        shown = ax.pcolormesh(x_edges, y_edges, values, rasterized=True, **look)
         colour_bar(ax, shown, picture.scale)
     handles, labels = [], []
     for region in picture.regions:
         ax.add_patch(region_patch(x_edges, y_edges, region.where, region.style(palette)))
-        handles.append(Patch(**patch_look(region.key_style(palette))))
+        handles.append(Patch(**vars(region.key_style(palette))))
         labels.append(region.name)
     if picture.isolines and values.count() and min(values.shape) > 1:
         lines = ax.contour(
@@ -420,12 +400,8 @@ def draw_matrix(picture: Matrix, canvas: Canvas) -> Axes:
     rows, columns = picture.shades.shape
     ax = canvas.axes(canvas.width * (0.78 if canvas.is_narrow else 0.62))
     palette = canvas.palette
-    shown = ax.imshow(
-        np.ma.masked_invalid(picture.shades),
-        cmap=colour_map(picture.scale, palette),
-        norm=norm(picture.scale),
-        aspect="auto",
-    )
+    shades = np.ma.masked_invalid(picture.shades)
+    shown = ax.imshow(shades, aspect="auto", **colours(picture.scale, palette))
     size = 5.8 if canvas.is_narrow else SMALL
     for (i, j), shade in np.ndenumerate(picture.shades):
         plain = np.isnan(shade)
@@ -437,14 +413,14 @@ def draw_matrix(picture: Matrix, canvas: Canvas) -> Axes:
     ax.set_yticks(range(rows), picture.rows)
     ax.xaxis.tick_top()
     ax.tick_params(length=0, pad=2)
-    last = picture.units[-1]
-    ax.axhline(last.rows[0] - 0.5, color=palette.ink, linewidth=0.9)
-    ax.axvline(last.columns[0] - 0.5, color=palette.ink, linewidth=0.9)
-    for unit in picture.units:
-        above = unit.rows[0] == 0
+    d = picture.split
+    ax.axhline(d - 0.5, color=palette.ink, linewidth=0.9)
+    ax.axvline(d - 0.5, color=palette.ink, linewidth=0.9)
+    for k, unit in enumerate(picture.units):
+        above, middle = k < 2, (d - 1 + (k % 2) * columns) / 2
         ax.annotate(
-            unit.unit,
-            ((sum(unit.columns) - 1) / 2, 1.0 if above else 0.0),
+            unit,
+            (middle, 1.0 if above else 0.0),
             (0, 13 if above else -4),
             xycoords=("data", "axes fraction"),
             textcoords="offset points",

@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from robostiff.plot.matplotlib_charts import Canvas, colour_bar, colour_map, legend_below, norm
+from robostiff.plot.matplotlib_charts import Canvas, colour_bar, colours, legend_below
 from robostiff.plot.picture import (
     Arrow,
     Face,
@@ -50,7 +50,7 @@ def draw_scene(picture: Scene, canvas: Canvas) -> Axes:
         pencil.draw(item)
     _frame(ax, picture, canvas)
     if picture.scale is not None:
-        shown = ScalarMappable(norm(picture.scale), colour_map(picture.scale, canvas.palette))
+        shown = ScalarMappable(**colours(picture.scale, canvas.palette))
         wide = 0.2 if canvas.is_narrow else 0.08  # the label of z stands in between
         colour_bar(ax, shown, picture.scale, 0.6, 0.03 if picture.is_flat else wide)
     ax.set_title(picture.title)

@@ -247,20 +247,13 @@ class Series:
 
 
 @dataclass(frozen=True)
-class Group:
-    """The name of a group of bars, and a note about it."""
-
-    name: str
-    note: str = ""
-
-
-@dataclass(frozen=True)
 class Panel:
     """Bars with one unit."""
 
     label: str  # of the axis of values, with its unit
-    groups: tuple[Group, ...]
+    groups: tuple[str, ...]  # their names
     series: tuple[Series, ...]
+    notes: tuple[str, ...] = ()  # about each group
 
 
 @dataclass(frozen=True)
@@ -273,27 +266,33 @@ class Bars:
     notes: tuple[str, ...] = ()
 
 
-class Cover(Enum):
-    """Whether a region has visible values."""
-
-    INSTEAD = "instead of values"
-    OVER = "hatched over values"
-
-
-# Looks of regions, by their order: a category of the palette, or a part of grey on the ground.
-_TINTS = (None, None, None, 4, 5, 3, 2, 1, None, None, None)
-_GREY = (0.35, 0.15, 0.55, 0.0, 0.0, 0.0, 0.0, 0.0, 0.2, 0.0, 0.0)
-_HATCHES = ("--", "..", "////", "//", "++", "||", "\\\\\\\\", "xxxx", "xx", "\\\\", "...")
+# Regions of maps, the first that applies first, and their looks, the same in all pictures: hatching
+# as Matplotlib writes it, and a category of the palette or a part of grey on the ground; none of
+# those over values that are visible.
+REGIONS: dict[str, tuple[str, int | float | None]] = {
+    "not-computed": ("--", 0.35),
+    "excluded": ("..", 0.15),
+    "unreachable": ("////", 0.55),
+    "infeasible": ("//", 4),
+    "rigid-direction": ("++", 5),
+    "form-does-not-hold": ("||", 3),
+    "unbalanced": ("\\\\\\\\", 2),
+    "rank-deficient": ("xxxx", 1),
+    "no value": ("xx", 0.2),
+    "ill-conditioned": ("\\\\", None),
+    "beyond-limits": ("...", None),
+}
 _TINT = 0.38
 
 
 @dataclass(frozen=True)
 class RegionStyle:
-    """Fill #rrggbb, none over values; hatching as Matplotlib writes it, and its colour."""
+    """Properties of a patch of Matplotlib: the fill is ``none`` over values."""
 
-    fill: str | None
+    facecolor: str
     hatch: str
-    line: str
+    edgecolor: str
+    linewidth: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -302,8 +301,6 @@ class Region:
 
     name: str
     where: np.ndarray  # of the shape of the values
-    cover: Cover
-    order: int = 0  # its own colour and hatching, the same in all pictures
     # A plain colour in place of them: of a category, or at a place from 0 to 1 among values
     paint: Category | float | None = None
 
@@ -316,12 +313,11 @@ class Region:
                 else colour_of(self.paint, palette)
             )
             return RegionStyle(fill, "", fill)
-        hatch = _HATCHES[self.order]
-        if self.cover is Cover.OVER:
-            return RegionStyle(None, hatch, palette.ground)
-        tint = _TINTS[self.order]
+        hatch, tint = REGIONS[self.name]
         if tint is None:
-            fill = palette.along((palette.ground, palette.faint), _GREY[self.order])
+            return RegionStyle("none", hatch, palette.ground)
+        if isinstance(tint, float):
+            fill = palette.along((palette.ground, palette.faint), tint)
             return RegionStyle(fill, hatch, palette.muted)
         colour = palette.categories[tint]
         return RegionStyle(palette.along((palette.ground, colour), _TINT), hatch, colour)
@@ -329,12 +325,17 @@ class Region:
     def key_style(self, palette: Palette) -> RegionStyle:
         """Its look where there are no values below it, as in a legend."""
         style = self.style(palette)
-        return style if style.fill else replace(style, fill=palette.values[3])
+        return replace(style, facecolor=palette.values[3]) if self.is_over else style
+
+    @property
+    def is_over(self) -> bool:
+        """Whether it is hatched over values, which stand below it."""
+        return self.paint is None and REGIONS[self.name][1] is None
 
     @property
     def reason(self) -> str:
         """Its name beside values, which some poses do not have."""
-        has_none = self.cover is Cover.INSTEAD and self.paint is None
+        has_none = self.paint is None and not self.is_over
         return f"no value: {self.name}" if has_none else self.name
 
 
@@ -353,14 +354,6 @@ class Field:
 
 
 @dataclass(frozen=True)
-class Percentile:
-    """Values below which a part of the poses lies: percent, and (n,) values with NaN for none."""
-
-    percent: float
-    values: np.ndarray
-
-
-@dataclass(frozen=True)
 class Bands:
     """Percentiles along a coordinate, and the shares of poses in regions."""
 
@@ -368,7 +361,8 @@ class Bands:
     x: PlotAxis
     label: str  # of the values, with their unit
     # ascending, the median in the middle; none of ranks and statuses, which are shares alone
-    percentiles: tuple[Percentile, ...]
+    percents: tuple[float, ...]
+    values: np.ndarray  # (percents, n): below them these parts of the poses lie; NaN for none
     shares: tuple[Region, ...] = ()  # ``where`` holds the share of poses, 0 to 1
     notes: tuple[str, ...] = ()
 
@@ -399,15 +393,6 @@ class Curves:
 
 
 @dataclass(frozen=True)
-class QuarterUnit:
-    """The unit of the numbers in a block of rows and columns, last ones excluded."""
-
-    unit: str
-    rows: tuple[int, int]
-    columns: tuple[int, int]
-
-
-@dataclass(frozen=True)
 class Matrix:
     """A matrix with its numbers."""
 
@@ -416,7 +401,8 @@ class Matrix:
     columns: tuple[str, ...]  # names
     texts: tuple[tuple[str, ...], ...]  # what is written into each cell
     shades: np.ndarray  # (n, m): on the colour scale; NaN for a plain cell
-    units: tuple[QuarterUnit, ...]  # upper blocks first
+    units: tuple[str, ...]  # of the blocks, upper ones first
+    split: int  # rows and columns of the first block
     scale: ColourScale
 
 

@@ -227,7 +227,7 @@ class Sketch:
             if size > 0 and name == "force":
                 items.append(Arrow(at - arrow, at, paint, label))
             elif size > 0 and is_flat:
-                way = screw_line(Screw(vector / size, at, 0.0), at, 0.6 * length).way
+                _, way = screw_line(Screw(vector / size, at, 0.0), at, 0.6 * length)
                 items += turning_arrow(way, paint, label)
             elif size > 0:
                 items.append(Arrow(at, at + arrow, paint, label))

@@ -23,7 +23,6 @@ from robostiff.plot.picture import (
     Mesh,
     Path,
     PlainColour,
-    QuarterUnit,
     Ramp,
     Shape,
 )
@@ -212,12 +211,12 @@ def free_motion_items(result: AnyStiffness, half: float) -> list[Item]:
     items: list[Item] = []
     for i, motion in enumerate(result.free_motions):
         paint, label = Category(i), str(motion)
-        lines = screw_line(motion.screw, result.reference_point, half)
-        if not len(lines.way):
-            items.append(Arrow(lines.axis[0], lines.axis[1], paint, label, both_ways=True))
+        axis, way = screw_line(motion.screw, result.reference_point, half)
+        if not len(way):
+            items.append(Arrow(axis[0], axis[1], paint, label, both_ways=True))
             continue
-        items.append(Path(lines.axis, paint, LineWeight.THIN, dashed=True))
-        items += turning_arrow(lines.way, paint, label)
+        items.append(Path(axis, paint, LineWeight.THIN, dashed=True))
+        items += turning_arrow(way, paint, label)
     return items
 
 
@@ -295,14 +294,14 @@ def matrix(
     )
     texts = [[""] * n for _ in range(n)]
     units = []
-    for i, rows in enumerate(((0, d), (d, n))):
-        for j, columns in enumerate(((0, d), (d, n))):
-            block = np.ix_(range(*rows), range(*columns))
+    for i, rows in enumerate((range(d), range(d, n))):
+        for j, columns in enumerate((range(d), range(d, n))):
+            block = np.ix_(rows, columns)
             values = np.where(is_zero[block], 0.0, A[block])
             times, unit = prefixed(float(np.abs(values).max()), quarters[i][j])
-            units.append(QuarterUnit(unit, rows, columns))
+            units.append(unit)
             for (r, c), value in np.ndenumerate(values):
-                texts[rows[0] + r][columns[0] + c] = short(times * value)
+                texts[rows[r]][columns[c]] = short(times * value)
     shades, scale = _shades(scaled, is_zero, shade)
     named = (space.wrench_order, space.twist_order)
     rows, columns = named if is_stiffness else named[::-1]
@@ -313,6 +312,7 @@ def matrix(
         tuple(tuple(row) for row in texts),
         shades,
         tuple(units),
+        d,
         scale,
     )
     return drawn_by(backend, picture)

@@ -254,32 +254,22 @@ _RADIUS = 0.3  # of half the axis
 _STEPS = 96
 
 
-@dataclass(frozen=True)
-class ScrewLine:
-    """Lines that show a motion."""
-
-    axis: np.ndarray  # (2, 3): ends of the axis, or of the way of a translation
-    # (n, 3): of a point that turns (an arc) or turns and advances (a helix with the pitch of the
-    # screw); no points for a translation
-    way: np.ndarray
-
-
-def screw_line(screw: Screw, near: np.ndarray, half_length: float) -> ScrewLine:
+def screw_line(screw: Screw, near: np.ndarray, half_length: float) -> tuple[np.ndarray, np.ndarray]:
     """Lines that show a screw near a point (3,), with an axis of a half length [m].
 
     A translation is drawn at the point, an axis where it passes nearest. A helix turns no further
-    than its axis is long.
+    than its axis is long. Answered are the ends (2, 3) of the axis, and points (n, 3) on the way of
+    a point that turns (an arc) or turns and advances (a helix); none of a translation.
 
     Examples
     --------
     >>> turn = Screw(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]), 0.0)
-    >>> screw_line(turn, np.zeros(3), 0.5).axis.tolist()
+    >>> screw_line(turn, np.zeros(3), 0.5)[0].tolist()
     [[1.0, 0.0, -0.5], [1.0, 0.0, 0.5]]
     """
     e = screw.axis
     if screw.point is None:
-        axis = near + half_length * np.array([-e, e])
-        return ScrewLine(axis, np.zeros((0, 3)))
+        return near + half_length * np.array([-e, e]), np.zeros((0, 3))
     centre = screw.point + e * (e @ (near - screw.point))
     pitch = screw.pitch or 0.0
     turned = _TURN if pitch == 0 else 2 * np.pi * _TURNS_OF_A_SCREW
@@ -289,5 +279,4 @@ def screw_line(screw: Screw, near: np.ndarray, half_length: float) -> ScrewLine:
     across = perpendicular(e)
     around = np.cos(angle) * np.cross(across, e) + np.sin(angle) * across
     around *= _RADIUS * half_length
-    way = centre + around + pitch * angle * e
-    return ScrewLine(centre + half_length * np.array([-e, e]), way)
+    return centre + half_length * np.array([-e, e]), centre + around + pitch * angle * e
