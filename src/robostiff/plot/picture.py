@@ -409,7 +409,7 @@ class Matrix:
 Thing = TypeVar("Thing")
 # Characters of a name and of any other text: longer ones leave no room for the picture.
 _NAME, _TEXT = 64, 160
-_NAMES = ("name", "label", "words")
+_NAMES = ("name", "label", "words", "groups")
 
 
 def with_words(thing: Thing, escape: Callable[[str], str], longest: int = _TEXT) -> Thing:
