@@ -32,23 +32,23 @@ from robostiff.spatial import as_floats
 
 _AXES = "xyz"
 _TURNS = ("rx", "ry", "rz")
-# What is read, by the columns of which one is filled, and those of its standard deviations.
+_SIGMA = tuple(f"sigma_{a}" for a in _AXES)
+# What is read: its kind, the columns of which one is filled, and those of standard deviations.
 _READINGS = {
-    "point": (("x", "y", "z", *_TURNS), ("sigma_x", "sigma_y", "sigma_z", *("sigma_turn",) * 3)),
-    "displacement": (("dx", "dy", "dz"), ("sigma_x", "sigma_y", "sigma_z")),
-    "along": (("along",), ("sigma",)),
-    "distance": (("distance",), ("sigma",)),
-    "torque": (("torque",), ("sigma_torque",)),
-    "push": (("push",), ("sigma_push",)),
-    "turn": (("angle",), ("sigma_turn",)),
-    "travel": (("travel",), ("sigma",)),
+    "point": (Reading.POINT, (*_AXES, *_TURNS), (*_SIGMA, *("sigma_turn",) * 3)),
+    "displacement": (Reading.DISPLACEMENT, ("dx", "dy", "dz"), _SIGMA),
+    "along": (Reading.ALONG, ("along",), ("sigma",)),
+    "distance": (Reading.DISTANCE, ("distance",), ("sigma",)),
+    "torque": (Reading.TORQUE, ("torque",), ("sigma_torque",)),
+    "push": (Reading.TORQUE, ("push",), ("sigma_push",)),
+    "turn": (Reading.JOINT, ("angle",), ("sigma_turn",)),
+    "travel": (Reading.JOINT, ("travel",), ("sigma",)),
 }
-_KINDS = {"push": Reading.TORQUE, "turn": Reading.JOINT, "travel": Reading.JOINT}
 _UNITS = {
     **dict.fromkeys(("x", "y", "z", "dx", "dy", "dz", "along", "distance", "travel"), "m"),
     **dict.fromkeys((*_TURNS, "angle", "sigma_turn"), "rad"),
     **{"torque": "N m", "push": "N", "sigma_torque": "N m", "sigma_push": "N"},
-    **dict.fromkeys(("sigma", *(f"sigma_{a}" for a in _AXES)), "m"),
+    **dict.fromkeys(("sigma", *_SIGMA), "m"),
     **{f"{what}_{a}": unit for what, unit in (("u", ""), ("from", "m")) for a in _AXES},
 }
 _WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
@@ -210,7 +210,7 @@ class _Table:
             for column in table.columns if key not in table.si else ():
                 if column.name.startswith(begins):
                     warn_of_slip(f"{column.at}: column {column.name!r} is not read without {key!r}")
-        read = {name for columns, _ in _READINGS.values() for name in columns}
+        read = {name for _, columns, _ in _READINGS.values() for name in columns}
         if readings is None and not several and not read & table.si.keys():
             raise FileError(
                 header,
@@ -371,7 +371,7 @@ class _Table:
         """What was read (N, 3 or 6) in these lines, its sigma, and its kind."""
         count, kinds = len(self.lines), [Reading.POINT] * len(self.lines)
         values, sigma = np.full((count, 6), np.nan), np.full((count, 6), np.nan)
-        for word, (names, deviations) in _READINGS.items():
+        for word, (kind, names, deviations) in _READINGS.items():
             numbers, sd = self.columns(names), self.columns(deviations)
             if "sigma_x" in deviations:
                 sd[:, :3] = np.where(np.isnan(sd[:, :3]), self.columns(["sigma"]), sd[:, :3])
@@ -386,7 +386,7 @@ class _Table:
                     raise FileError(
                         self.at(row), "pose", got="a part", expected="x, y, z, rx, ry, rz"
                     )
-                kinds[row] = Reading.POSE if posed else _KINDS.get(word) or Reading(word)
+                kinds[row] = Reading.POSE if posed else kind
         has_sigma = bool(np.isfinite(sigma).any())
         for row in np.flatnonzero(~np.isfinite(values).any(axis=1)).tolist():
             if row in lines:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 from typing import Any
 
 import numpy as np
@@ -179,6 +180,15 @@ class Measurements:
         sizes = np.array([kind.size for kind in self.kinds])
         return np.isfinite(self.values) & (np.arange(self.values.shape[1]) < sizes[:, None])
 
+    def are(self, *kinds: Reading) -> np.ndarray:
+        """Which readings (N,) are of one of these kinds."""
+        return np.array([kind in kinds for kind in self.kinds])
+
+    @property
+    def of_drives(self) -> np.ndarray:
+        """Which readings (N,) are those of drives."""
+        return np.array([kind.of_drive for kind in self.kinds])
+
     @property
     def coordinates(self) -> np.ndarray:
         """Postures (N, n) in joints, or as poses."""
@@ -187,8 +197,7 @@ class Measurements:
     @property
     def marker_names(self) -> tuple[str, ...]:
         """Names of the markers, in the order in which they are read first."""
-        pairs = zip(self.markers, self.kinds, strict=True)
-        return tuple(dict.fromkeys(name for name, kind in pairs if not kind.of_drive))
+        return tuple(dict.fromkeys(compress(self.markers, ~self.of_drives)))
 
     @property
     def branches(self) -> np.ndarray:

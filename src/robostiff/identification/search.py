@@ -71,7 +71,7 @@ def fitted(
         known = np.ones(read, dtype=bool)
         return model, Fit(start, start, bounds, loss, report, False, known, too_few)
     model, fit = _fitted(model, start, bounds, loss)
-    if model.instrument is None and LoadAxes.INSTRUMENT in model.measured.axes:
+    if model.sought[:6].any() and LoadAxes.INSTRUMENT in model.measured.axes:
         for _ in range(_TURNS):  # loads turn with the instrument
             before = model.frames(fit.x)[0]
             model, fit = _fitted(model.of(model.measured, fit.x), fit.x, bounds, loss)
@@ -134,33 +134,26 @@ def _searched(
     """
     from scipy.optimize import least_squares
 
-    free = np.array([k for k in range(len(x)) if k not in set(fixed)], dtype=int)
+    free = np.setdiff1d(np.arange(len(x)), fixed)
     if not free.size:
         return x, True
     low, high = (bound[free] for bound in bounds)
     sigma, values = model.sigma[known], model.values[known]
-    last: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
 
     def at(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        key = z.tobytes()
-        if key not in last:
-            point = x.copy()
-            point[free] = z
-            y, J = model.predicted(point)
-            r, J = (y[known] - values) / sigma, J[np.ix_(known, free)] / sigma[:, None]
-            lost = ~(np.isfinite(r) & np.isfinite(J).all(axis=1))
-            r[lost], J[lost] = 0.0, 0.0
-            last.clear()
-            last[key] = r, J
-        return last[key]
+        point = x.copy()
+        point[free] = z
+        y, J = model.predicted(point)
+        r, J = (y[known] - values) / sigma, J[np.ix_(known, free)] / sigma[:, None]
+        lost = ~(np.isfinite(r) & np.isfinite(J).all(axis=1))
+        r[lost], J[lost] = 0.0, 0.0
+        return r, J
 
     z = x[free]
-    robust = isinstance(loss, Robust)
-    scale = 1.0
+    robust, scale, converged = isinstance(loss, Robust), 1.0, False
     if robust and not model.measured.has_sigma:
         first = _gauss_newton(at, z, low, high)[0]
         scale = 1.4826 * float(np.median(np.abs(at(first)[0])))
-    converged = False
     if not robust:
         z, converged = _gauss_newton(at, z, low, high)
     if not converged:
@@ -172,7 +165,7 @@ def _searched(
             bounds=(low, high),
             x_scale=1 / np.where(length > 0, length, 1.0),
             loss="soft_l1" if robust else "linear",
-            f_scale=loss.scale * scale if isinstance(loss, Robust) else 1.0,
+            f_scale=getattr(loss, "scale", 1.0) * scale,
             ftol=_ENDS,
             xtol=_ENDS,
             gtol=_ENDS,
@@ -209,15 +202,14 @@ def _gauss_newton(
         Whether the last step was rounding.
     """
     before = np.inf
-    least = 0.0
     for _ in range(12):
         r, J = at(z)
         length = np.linalg.norm(J, axis=0)
         length[length == 0] = 1.0
         Q, R = np.linalg.qr(J / length)
-        step = -np.linalg.solve(R, Q.T @ r) if np.linalg.cond(R) < 1e14 else None
-        if step is None:
+        if not np.linalg.cond(R) < 1e14:
             return z, False
+        step = -np.linalg.solve(R, Q.T @ r)
         size = float(np.linalg.norm(R @ step))
         # of a standard deviation of what was read; or what rounding leaves of exact readings
         rounding = _ROUNDING * float(np.linalg.norm(R)) * float(np.max(np.abs(z * length)))

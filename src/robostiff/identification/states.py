@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.compiled import Backend
 from robostiff.errors import InputError
-from robostiff.identification.measurement_kinds import LoadAxes, Reading
+from robostiff.identification.measurement_kinds import MOTIONS, LoadAxes
 from robostiff.identification.measurements import Measurements
 from robostiff.identification.unknowns import Unknown
 from robostiff.kinematics import JointCoordinates, find_posture
@@ -29,8 +29,6 @@ _AGREES = 1e-9
 _NO_STRAIN = 1e-9
 # States from which on machine code is worth its compilation.
 _MANY = 5_000
-#: Readings that begin in another state.
-MOTIONS = (Reading.DISPLACEMENT, Reading.ALONG)
 
 
 @dataclass(frozen=True)
@@ -119,8 +117,8 @@ class States:
                 got=wrenches[k].tolist(),
                 expected=f"{', '.join(robot.space.wrench_order)} alone, of a planar robot",
             )
-        moved = [k for k, kind in enumerate(measured.kinds) if kind in MOTIONS]
-        from_ = np.array([measured.references[k] for k in moved], dtype=int)
+        moved = measured.are(*MOTIONS)
+        from_ = np.array(measured.references)[moved]
         known = (from_ >= 0)[:, None]
         loads = np.column_stack([wrenches, levers.reshape(-1, 9), on_bodies.reshape(len(q), -1)])
         before = np.column_stack([q[moved], np.where(known, loads[from_], 0.0)])

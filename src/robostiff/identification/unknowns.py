@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
 from fnmatch import fnmatchcase
@@ -77,15 +77,21 @@ class Unknown:
     plays: str = ""
     frame: tuple[str, str] = ("", "")
 
+    @property
+    def stiffness_unit(self) -> str:
+        """Of the reciprocal of a compliance."""
+        return "N m/rad" if self.unit.startswith("rad") else "N/m"
+
 
 # An entry of a part by itself, and what the part becomes with a symbol in its place.
 _Candidate = tuple[Unknown, Callable[[Any, Any], tuple[Element, ...]]]
 
 
+@kept
 def with_unknowns(
     robot: Robot,
-    patterns: Sequence[str],
-    fixed: Sequence[str] = (),
+    patterns: tuple[str, ...],
+    fixed: tuple[str, ...] = (),
     *,
     shared: bool = False,
     by_joints: bool = True,
@@ -95,7 +101,7 @@ def with_unknowns(
     Parameters
     ----------
     robot : Robot
-    patterns, fixed : sequence of str
+    patterns, fixed : tuple of str
         Names, which may have ``*``, and those of them that keep their values.
     shared : bool
         Whether a pattern is one number for all springs that fit it.
@@ -107,22 +113,6 @@ def with_unknowns(
     InputError
         When a name fits nothing, or lengths are asked for where poses are given.
     """
-    symbolic, unknowns = _with_unknowns(robot, tuple(patterns), tuple(fixed), shared=shared)
-    for unknown in unknowns:
-        if unknown.kind is UnknownKind.GEOMETRY and not by_joints:
-            raise InputError(
-                f"{unknown.name!r} of {robot.name!r}",
-                got="a length or an angle, with poses as postures",
-                expected="postures in joints: what the drives are commanded to",
-                hint="give joints of an arm; of legs, identify compliances",
-            )
-    return symbolic, unknowns
-
-
-@kept
-def _with_unknowns(
-    robot: Robot, patterns: tuple[str, ...], fixed: tuple[str, ...], *, shared: bool
-) -> tuple[Robot, tuple[Unknown, ...]]:
     candidates = {pair[0].name: pair for pair in _candidates(robot.numeric)}
     symbols = {str(symbol): symbol for symbol in robot.symbols}
     # known names by the name of the unknown that is one number for them
@@ -171,6 +161,14 @@ def _with_unknowns(
             raise InputError(f"shared {group!r}", got="play", expected="one number for each joint")
         unknowns.append(replace(first, name=group))
         replaced |= dict.fromkeys(names, group)
+    lengths = [unknown.name for unknown in unknowns if unknown.kind is UnknownKind.GEOMETRY]
+    if lengths and not by_joints:
+        raise InputError(
+            f"{lengths[0]!r} of {robot.name!r}",
+            got="a length or an angle, with poses as postures",
+            expected="postures in joints: what the drives are commanded to",
+            hint="give joints of an arm; of legs, identify compliances",
+        )
     entries = {
         name: _symbol(group, positive=candidates[name][0].kind is not UnknownKind.GEOMETRY or None)
         for name, group in replaced.items()

@@ -33,10 +33,11 @@ def identification_page(result: Identified, level: float = 0.95) -> Page:
             continue
         rows.append((p.name, value, *map(Number, interval), Number(p.nominal)))
         if p.kind is UnknownKind.COMPLIANCE:
-            unit = "N m/rad" if p.unit.startswith("rad") else "N/m"
             k, low, high = result.stiffness_interval(p.name, level)
             above = Number(high) if np.isfinite(high) else "no limit"
-            stiffnesses.append((p.name.removeprefix("1/"), Number(k, unit), Number(low), above))
+            stiffnesses.append(
+                (p.name.removeprefix("1/"), Number(k, p.stiffness_unit), Number(low), above)
+            )
     frames = []
     for unknown in result.unknowns[len(result.model.parameters) :]:
         error = result.std.get(unknown.name)
@@ -49,7 +50,7 @@ def identification_page(result: Identified, level: float = 0.95) -> Page:
         (False, measured.marker_names, measured.markers, 3, 1e6),
         (True, drive_names, measured.drives, 1, 1.0),
     ):
-        kinds = [kind.of_drive is of_drive for kind in measured.kinds]
+        kinds = measured.of_drives == of_drive
         for name in names:
             selected = [owner == name and kind for owner, kind in zip(owners, kinds, strict=True)]
             rest = factor * result.residuals[selected][:, :width]
