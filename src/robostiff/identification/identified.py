@@ -371,12 +371,11 @@ class Identified(InNotebooks):
 
         Raises NoAnswerError where there are too few readings.
         """
-        rest = self._without_play()
-        rows = [k for k, i in enumerate(self._identified) if i < len(self.model.parameters)]
-        rows = [k for k in rows if not self.unknowns[self._identified[k]].plays]
-        values = {self.names[k]: rest.pop(self.names[k]) for k in rows}
-        robot = self.model.statics.robot
+        rest, robot = self._without_play(), self.model.statics.robot
+        found = [p.name for p in self.model.parameters if p.name in self.std and not p.plays]
+        values = {name: rest.pop(name) for name in found}
         robot = robot.substituted(rest) if rest else robot
+        rows = [self.names.index(name) for name in found]
         changed = replace(robot, nominal={**robot.nominal, **values})
         return changed, values, self.covariance[np.ix_(rows, rows)]
 

@@ -305,15 +305,9 @@ class _Table:
         load, (hooks, bodies) = self.columns(_WRENCH, 0.0), self._hooks()
         at_hooks = act_at_hooks(hooks, bodies)
         forces = load[:, :3] * np.reshape(at_hooks, (-1, 1))
-        mass = self.columns(["mass"], 0.0)[:, 0]
-        if mass.any():
-            gravity = self.robot.numeric.gravity
-            down = (
-                gravity_vector("gravity", "-z")
-                if gravity is None or not np.any(gravity)
-                else gravity
-            )
-            forces = forces + mass[:, None] * down
+        gravity = self.robot.numeric.gravity
+        down = gravity_vector("gravity", "-z") if gravity is None or not gravity.any() else gravity
+        forces = forces + self.columns(["mass"], 0.0) * down
         load[:, :3] *= np.reshape(~at_hooks, (-1, 1))
         values, sigma, kinds = self._values(set(rows))
         toward = np.full((count, 3), np.nan)
@@ -327,8 +321,8 @@ class _Table:
         whole = np.column_stack([coordinates_of(postures), load, forces, hooks, values])
         seen: dict[tuple[object, ...], int] = {}
         for row in rows:
-            gravity = markers[row], drives[row], directions[row], bodies[row]
-            key = (*gravity, whole[row].tobytes())
+            words = markers[row], drives[row], directions[row], bodies[row]
+            key = (*words, whole[row].tobytes())
             before = seen.setdefault(key, row)
             if before != row:
                 raise FileError(
@@ -387,14 +381,13 @@ class _Table:
                         self.at(row), "pose", got="a part", expected="x, y, z, rx, ry, rz"
                     )
                 kinds[row] = Reading.POSE if posed else kind
-        has_sigma = bool(np.isfinite(sigma).any())
         for row in np.flatnonzero(~np.isfinite(values).any(axis=1)).tolist():
             if row in lines:
                 raise FileError(
                     self.at(row), "reading", got="nothing", expected="one kind of value"
                 )
             values[row, :3] = 0.0  # it is left out
-            sigma[row, :3] = 1.0 if has_sigma else np.nan
+            sigma[row, :3] = 1.0 if np.isfinite(sigma).any() else np.nan
         width = 6 if Reading.POSE in kinds else 3
         return values[:, :width], sigma[:, :width], kinds
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import compress
 from typing import Any
@@ -278,15 +279,12 @@ class Measurements:
 
 def _rows(name: str, values: ArrayLike, count: int, size: int, *, may_miss: bool) -> np.ndarray:
     """One row a reading (N, size); not a number where it may be missing."""
-    expected = f"({size},) or ({count}, {size})"
-    try:
-        missing = np.isnan(np.asarray(values, dtype=float)) if may_miss else None
-    except (TypeError, ValueError):
-        missing = None
-    filled = values if missing is None else np.where(missing, 0.0, np.asarray(values, dtype=float))
-    numbers = as_floats(name, filled, expected)
-    if missing is not None:
-        numbers = np.where(missing, np.nan, numbers)
+    expected, missing = f"({size},) or ({count}, {size})", np.array(False)
+    with suppress(TypeError, ValueError):  # of what are no numbers, which are refused below
+        if may_miss:
+            missing = np.isnan(np.asarray(values, dtype=float))
+            values = np.where(missing, 0.0, np.asarray(values, dtype=float))
+    numbers = np.where(missing, np.nan, as_floats(name, values, expected))
     if numbers.shape not in {(), (size,), (count, size)}:
         raise InputError(name, got=f"shape {numbers.shape}", expected=expected)
     return np.broadcast_to(numbers, (count, size)).copy()

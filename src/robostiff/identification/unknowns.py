@@ -37,12 +37,12 @@ _AWAY = 1e-3  # of a parameter, to see what it moves
 
 
 class UnknownKind(Enum):
-    """Kinds of unknowns."""
+    """Kinds of unknowns; those that cannot be told apart are fixed in this order."""
 
     GEOMETRY = "geometry"
+    OTHER = "other"
     COMPLIANCE = "compliance"
     FACTOR = "factor"
-    OTHER = "other"
     FRAME = "frame"
 
 
