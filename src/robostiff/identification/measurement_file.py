@@ -180,14 +180,10 @@ class _Table:
         units = coordinate_units(robot) | {f"pose_{name}": u for name, u in POSE_UNITS.items()}
         units |= _LOADS | (_UNITS if readings is None else {})
         not_here = () if readings is None else _UNITS.keys()
-        several: dict[str, list[str]] = {}  # columns of markers in a line, by their names
         header = next((line for line in lines if line.strip() and line.lstrip()[0] != "#"), "")
-        for heading in re.split("[\t;,]", header) if readings is None else ():
-            match = _OF_MARKER.match(heading)
-            if match:
-                name = match["name"].strip()
-                several.setdefault(name, [f"{name}.{axis}" for axis in _AXES])
-        units |= dict.fromkeys((name for columns in several.values() for name in columns), "m")
+        matches = map(_OF_MARKER.match, re.split("[\t;,]", header) if readings is None else ())
+        several = dict.fromkeys(match["name"].strip() for match in matches if match)  # of markers
+        units |= {f"{name}.{a}": "m" for name in several for a in _AXES}
         table = table_of(
             path,
             lines,
