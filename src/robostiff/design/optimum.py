@@ -310,8 +310,8 @@ def _searched(objective: Any, room: Any, begin: np.ndarray, bounds: Any) -> Any:
     from scipy.optimize import minimize
 
     limits = {"type": "ineq", "fun": lambda z: room(z)[0], "jac": lambda z: room(z)[1]}
-    given: Any = {"jac": lambda z: objective(z)[1], "bounds": bounds, "constraints": limits}
-    search = partial(minimize, lambda z: objective(z)[0], method="SLSQP", **given)
+    given: Any = {"jac": True, "bounds": bounds, "constraints": limits}
+    search = partial(minimize, objective, method="SLSQP", **given)
     found = search(begin, options={"ftol": _PRECISION, "maxiter": _MOST_STEPS})
     if found.status == _NO_DESCENT:
         found = search(found.x, options={"ftol": _ROUNDED, "maxiter": _MOST_STEPS})

@@ -69,13 +69,11 @@ class ReadingModel:
         By differences over a standard deviation to both sides; loads of references stay.
         """
         measured, errors = self.measured, np.zeros(len(self.values))
-        inside = self.statics.robot.space.rows
-        for k in np.flatnonzero(measured.sigma_wrench.any(axis=0)):
-            if k not in inside:
-                continue
+        rows = self.statics.robot.space.rows
+        for k in (k for k in rows if measured.sigma_wrench[:, k].any()):
             sides = []
             for sign in (1.0, -1.0):
-                moved = measured.with_loads_moved(int(k), sign)
+                moved = measured.with_loads_moved(k, sign)
                 states = States.of(self.statics.robot, moved, self.frames(x)[0])
                 statics = self.statics.with_states(states)
                 model = replace(self, measured=moved, statics=statics)
@@ -195,50 +193,51 @@ class ReadingModel:
             J[:, :3, n + 6 : n + 6 + m.size] = own.reshape(count, 3, -1)
         J = J[:, :, self._columns]
         y = np.concatenate([y, np.zeros((count, width - 3))], axis=1)
-        for k in np.flatnonzero(measured.are(Reading.POSE)).tolist():
-            y[k, 3:], J[k, 3:] = self._turn(k, places, x)
-        for k in np.flatnonzero(measured.of_drives).tolist():
-            y[k, 0], J[k, 0] = self._of_drive(k, places, x)
-        for k in np.flatnonzero(measured.are(Reading.ALONG, Reading.DISTANCE)):
-            u, start = measured.toward[k], np.zeros(3)
-            if measured.kinds[k] is Reading.DISTANCE:
-                u, start = y[k, :3] - u, u
-            u = u / np.linalg.norm(u)
-            J[k, 0], y[k, 0] = u @ J[k, :3], u @ (y[k, :3] - start)
+        if (posed := measured.are(Reading.POSE)).any():
+            y[posed, 3:], J[posed, 3:] = self._turns(posed, places, x)
+        if (driven := measured.of_drives).any():
+            J[driven, 0] = 0.0
+            y[driven, 0], J[driven, 0, :n] = self._of_drives(driven, places, x)
+        along = measured.are(Reading.ALONG, Reading.DISTANCE)
+        is_far = measured.are(Reading.DISTANCE)[along, None]
+        u, v = measured.toward[along], y[along, :3]
+        u, v = np.where(is_far, v - u, u), np.where(is_far, v - u, v)
+        u = u / np.linalg.norm(u, axis=1, keepdims=True)
+        y[along, 0], J[along, 0] = np.sum(u * v, axis=1), np.einsum("ni,nij->nj", u, J[along, :3])
         return y.ravel()[self.read], J.reshape(width * count, -1)[self.read]
 
-    def _turn(self, k: int, places: PlacesInStates, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rotation vector (3,) of a marker in instrument axes, and its rates (3, unknowns).
+    def _turns(
+        self, posed: np.ndarray, places: PlacesInStates, x: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Rotation vectors (P, 3) of markers in instrument axes, and rates (P, 3, unknowns).
 
-        It is what was read less ``e = log(R_read R^T)``, so that turns by more than half of one do
-        no harm; with R turned by w, ``de = -J_r(e)^-1 w`` and ``J_r(e) = J_l(-e)``.
+        Of the readings `posed` (N,), what was read less ``e = log(R_read R^T)``, so that turns by
+        more than half of one do no harm; with R turned by w, ``de = -J_r(e)^-1 w`` and
+        ``J_r(e) = J_l(-e)``.
         """
-        (R, r, _, _, turns), state = self.frames(x), self.statics.states.of_readings[k]
-        marker, A = self.marker_places[k], places.axes[state]
-        M = turn_by_vector(turns[marker]) @ self.first_turns[marker]
-        read = self.measured.values[k, 3:]
-        e = vector_of_rotation(turn_by_vector(read) @ (R @ A @ M).T)
-        n = len(self.parameters)
-        w = np.zeros((3, n + len(self.sought)))
-        w[:, :n], w[:, n + 3 : n + 6] = R @ places.rates[state, 3:], rotvec_rate(r)
-        start = n + 6 + 3 * (len(self.names) + marker)
-        w[:, start : start + 3] = R @ A @ rotvec_rate(turns[marker])
-        return read - e, np.linalg.solve(rotvec_rate(-e), w[:, self._columns])
+        (R, r, _, _, turns), state = self.frames(x), self.statics.states.of_readings[posed]
+        marker, A, n = self.marker_places[posed], R @ places.axes[state], len(self.parameters)
+        M = (turn_by_vector(turns) @ self.first_turns)[marker]
+        read = self.measured.values[posed, 3:]
+        e = vector_of_rotation(turn_by_vector(read) @ np.swapaxes(A @ M, 1, 2))
+        w = np.zeros((len(e), 3, n + len(self.sought)))
+        w[:, :, :n], w[:, :, n + 3 : n + 6] = R @ places.rates[state, 3:], rotvec_rate(r)
+        for axis, own in enumerate(np.moveaxis(A @ rotvec_rate(turns)[marker], 2, 0)):
+            w[np.arange(len(e)), :, n + 6 + 3 * (len(self.names) + marker) + axis] = own
+        return read - e, np.linalg.solve(rotvec_rate(-e), w[:, :, self._columns])
 
-    def _of_drive(self, k: int, places: PlacesInStates, x: np.ndarray) -> tuple[float, np.ndarray]:
-        """What is read at a drive, and its rates (unknowns,)."""
-        state = self.statics.states.of_readings[k]
-        place, rates = self.drive_places[k], np.zeros(len(self.unknowns))
-        torque, statics = self.measured.kinds[k] is Reading.TORQUE, self.statics
+    def _of_drives(
+        self, driven: np.ndarray, places: PlacesInStates, x: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """What is read (D,) at drives by the readings `driven` (N,); rates with parameters."""
+        statics, torque = self.statics, self.measured.are(Reading.TORQUE)[driven]
         assert isinstance(statics, FiniteLoads)  # noqa: S101 - what is read at drives needs them
-        n = len(self.parameters)
-        rates[:n] = places.drive_rates[state, int(torque), place]
-        if torque:
-            return -places.drives[state, 1, place], -rates
-        y = statics.commanded[state, place] + places.drives[state, 0, place]
+        state, place = statics.states.of_readings[driven], self.drive_places[driven]
+        deflected = statics.commanded[state, place] + places.drives[state, 0, place]
+        y = np.where(torque, -places.drives[state, 1, place], deflected)
+        rates = places.drive_rates[state, 1 * torque, place] * np.where(torque, -1.0, 1.0)[:, None]
         for name, joint in statics.plays.items():
-            if joint == statics.compiled.drives[place]:
-                i = statics.names.index(name)
-                factor = statics.factors[state, i]
-                y, rates[i] = y + x[i] * factor, rates[i] + factor
+            i, own = statics.names.index(name), place == statics.compiled.drives.index(joint)
+            factor = np.where(own & ~torque, statics.factors[state, i], 0.0)
+            y, rates[:, i] = y + x[i] * factor, rates[:, i] + factor
         return y, rates

@@ -87,10 +87,10 @@ def _fitted(
     loss: Squares | Robust,
 ) -> tuple[ReadingModel, Fit]:
     """The fit from unknowns `start` (n,) on, within bounds (n,), and the model with its states."""
-    known = _known(model, start)
-    report = identifiability(_rates(model, start)[known], model.unknowns)
+    known, sigma = _known(model, start), model.sigma[:, None]
+    report = identifiability((model.predicted(start)[1] / sigma)[known], model.unknowns)
     x, converged = _searched(model, start, report.fixed, bounds, loss, known)
-    again = identifiability(_rates(model, x)[known], model.unknowns)
+    again = identifiability((model.predicted(x)[1] / sigma)[known], model.unknowns)
     if set(again.fixed) != set(report.fixed):  # the start was in a special place, or the end is
         report = again
         x, converged = _searched(model, x, report.fixed, bounds, loss, known)
@@ -101,10 +101,6 @@ def _fitted(
         x, converged = _searched(at_end, x, report.fixed, bounds, loss, known)
         converged = converged and bool(np.count_nonzero(known) >= _KEPT * before)
     return at_end, Fit(x, start, bounds, loss, report, converged, known)
-
-
-def _rates(model: ReadingModel, x: np.ndarray) -> np.ndarray:
-    return model.predicted(x)[1] / model.sigma[:, None]
 
 
 def _known(model: ReadingModel, x: np.ndarray) -> np.ndarray:
