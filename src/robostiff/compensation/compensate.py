@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
@@ -292,14 +292,17 @@ class _Commands:
                 if largest <= _THERE * posture_finder(self.robot).length or not largest < before:
                     break
                 before = largest
-        commanded, every = self._unloaded(command)
+        finder, commanded = posture_finder(self.robot), self._pose(command).copy()
+        request = finder.request(self._given(command))
+        every = (
+            finder.leg_coordinates(request) if request.is_whole else finder.at(request).coordinates
+        )
         codes, residual = codes.copy(), residual.copy()
         for leg, q in zip(self.robot.legs, every, strict=True):
             codes[beyond_limits(leg.chain, q)] |= np.uint16(Status.BEYOND_LIMITS)
         each = zip(every, actuator_places(self.robot), strict=True)
         drives = np.concatenate([q[:, places] for q, places in each], axis=1)
         lost = ~np.isfinite(residual).all(axis=1)
-        commanded = commanded.copy()
         for values in (commanded, drives, command, residual):
             values[lost] = np.nan
         corrections = _between(self.pose, commanded, self.point)
@@ -318,24 +321,19 @@ class _Commands:
             jumps=tuple((np.flatnonzero(steps > max(_JUMP * usual, _NO_JUMP)) + 1).tolist()),
         )
 
-    def _unloaded(self, command: np.ndarray) -> tuple[np.ndarray, Sequence[np.ndarray]]:
-        """Poses (N, 6) without load, and coordinates (N, size) of each leg."""
-        given = JointCoordinates(command) if self.by_joints else command
+    def _given(self, command: np.ndarray) -> np.ndarray | JointCoordinates:
+        """A command as questions take it."""
+        return JointCoordinates(command) if self.by_joints else command
+
+    def _pose(self, command: np.ndarray) -> np.ndarray:
+        """Poses (N, 6) without load."""
         finder = posture_finder(self.robot)
-        request = finder.request(given)
-        if request.is_whole:
-            return request.coordinates, finder.leg_coordinates(request)
-        posture = finder.at(request)
-        return posture.pose, posture.coordinates
+        request = finder.request(self._given(command))
+        return request.coordinates if request.is_whole else finder.at(request).pose
 
     def _missing(self, command: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What is missing of the targets under load (N, 6), and status codes (N,)."""
-        given = JointCoordinates(command) if self.by_joints else command
-        answer = self.loaded.evaluate(given, self.F)
-        if command.shape[1] == 6 and not self.by_joints:
-            pose = _six(command, self.robot.coordinate_places)
-        else:
-            pose = self._unloaded(command)[0]
+        answer, pose = self.loaded.evaluate(self._given(command), self.F), self._pose(command)
         moved = np.zeros((len(pose), 6))
         moved[:, list(self.robot.space.rows)] = answer.displacement
         missing = _between(pose_after(pose, moved, self.point), self.pose, self.point)
@@ -352,8 +350,8 @@ class _Commands:
         if self.by_joints:
             moved = command + np.einsum("nij,nj->ni", self._inverse_rates, step)
         elif command.shape[1] == 6:
-            places = self.robot.coordinate_places
-            moved = pose_after(_six(command, places), step, self.point)[:, places]
+            moved = pose_after(self._pose(command), step, self.point)
+            moved = moved[:, self.robot.coordinate_places]
         else:
             moved = command + step[:, self.robot.coordinate_places]
         return np.where(known[:, None], moved, command)
@@ -363,12 +361,10 @@ class _Commands:
         aim = pose_after(self.pose, missing, self.point)
         command = self._moved(start, missing)
         for _ in range(Exact.steps if self.by_joints else 0):  # joints that lead there
-            step = _between(self._unloaded(command)[0], aim, self.point)
+            step = _between(self._pose(command), aim, self.point)
             command = self._moved(command, step)
-            if (
-                not np.nanmax(np.abs(step), initial=0.0)
-                > _THERE * posture_finder(self.robot).length
-            ):
+            largest = np.nanmax(np.abs(step), initial=0.0)
+            if not largest > _THERE * posture_finder(self.robot).length:
                 break
         return command
 
@@ -390,13 +386,6 @@ class _Commands:
         columns = [e.twist(at) for e in moving]
         J = np.stack([np.broadcast_to(c, (len(self.F), 6)) for c in columns], axis=-1)
         return np.linalg.pinv(J, rcond=1e-9)
-
-
-def _six(coordinates: np.ndarray, places: list[int]) -> np.ndarray:
-    """Six coordinates (N, 6) in the order x, y, z, rx, ry, rz."""
-    pose = np.empty(coordinates.shape)
-    pose[:, places] = coordinates
-    return pose
 
 
 def _between(start: np.ndarray, end: np.ndarray, point: np.ndarray) -> np.ndarray:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from itertools import combinations_with_replacement
 from typing import Any
 
 import numpy as np
@@ -51,21 +50,12 @@ def kept_kernel(
 
 @dataclass(frozen=True)
 class NumbersOfDesigns:
-    """Outputs of one number at some poses, and their rates with parameters.
-
-    Attributes
-    ----------
-    compiled : CompiledStiffness
-    outputs : tuple of Output
-    names : tuple of str
-        Parameters that vary.
-    poses : (N, n) array or JointCoordinates
-    """
+    """Outputs of one number at some poses, and their rates with parameters."""
 
     compiled: CompiledStiffness
     outputs: tuple[Output, ...]
-    names: tuple[str, ...]
-    poses: Any
+    names: tuple[str, ...]  # of the parameters that vary
+    poses: Any  # (N, n) array or JointCoordinates
 
     @staticmethod
     def of(
@@ -109,11 +99,7 @@ def _smooth(output: Output, d: int) -> list[Output]:
     """What has rates at all poses, and gives the output: of an eigenvalue the entries."""
     if not isinstance(output, WorstDeflection):
         return [output]
-    return [EntryOf(ComplianceMatrix(), place) for place in _upper(d)]
-
-
-def _upper(d: int) -> list[tuple[int, int]]:
-    return list(combinations_with_replacement(range(d), 2))
+    return [EntryOf(ComplianceMatrix(), (i, j)) for i in range(d) for j in range(i, d)]
 
 
 def _largest_eigenvalue(
@@ -121,17 +107,17 @@ def _largest_eigenvalue(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Largest eigenvalue (N,) of symmetric matrices, and its rates (N, n): v^T dC v.
 
-    Of the upper triangles (entries, N) and their rates (entries, N, n).
+    Of the upper triangles (entries, N) and their rates (entries, N, n), row by row.
     """
+    i, j = np.triu_indices(d)
     C = np.empty((upper.shape[1], d, d))
-    for (i, j), row in zip(_upper(d), upper, strict=True):
-        C[:, i, j] = C[:, j, i] = row
+    C[:, i, j] = C[:, j, i] = upper.T
     known = np.isfinite(C).all(axis=(1, 2))
     largest, v = np.full(len(C), np.nan), np.full((len(C), d), np.nan)
     values, vectors = np.linalg.eigh(C[known])
     largest[known], v[known] = values[:, -1], vectors[:, :, -1]
-    weights = [v[:, i] * v[:, j] * (1 if i == j else 2) for i, j in _upper(d)]
-    return largest, np.einsum("kp,kpn->pn", np.array(weights), slopes)
+    weights = v[:, i] * v[:, j] * np.where(i == j, 1, 2)
+    return largest, np.einsum("pk,kpn->pn", weights, slopes)
 
 
 def kernel_poses(robot: Robot, poses: Poses) -> Any:

@@ -16,6 +16,7 @@ from robostiff.design.numbers import NumbersOfDesigns, Poses
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.edited_file import write_parameters
+from robostiff.kept import kept_for_last
 from robostiff.markup import InNotebooks, number
 from robostiff.model import Robot
 from robostiff.record import least
@@ -52,6 +53,12 @@ class Within:
             raise InputError(
                 f"limits of {self.output.name}", got="none", expected="most=, least= or both"
             )
+
+    @property
+    def bounds(self) -> list[tuple[str, float, float]]:
+        """Those that are given: word, bound, and what makes the room below it positive, and 1."""
+        each = ("most", self.most, -1.0), ("least", self.least, 1.0)
+        return [(word, x, sign / (abs(x) or 1.0)) for word, x, sign in each if x is not None]
 
 
 def mass_below(most: float) -> Within:
@@ -237,17 +244,13 @@ def optimise(
     x = np.clip(np.where(np.isfinite(x), x, 0.5 * (low + high)), low, high)
     first = _at_start(robot, numbers, x, start or {}, (low, high))
     size = float(np.max(np.abs(first[0]))) or 1.0
-    known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
     n = len(names)
 
     def at(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Numbers (outputs, N) and rates (outputs, N, n) with scaled variables."""
-        key = z.tobytes()
-        if key not in known:
-            values, rates = _on_the_way(numbers, low + z * (high - low), first.shape)
-            known.clear()
-            known[key] = values, rates * (high - low)
-        return known[key]
+        x = low + z * (high - low)
+        values, rates = kept_for_last(_on_the_way, numbers, x, first.shape)
+        return values, rates * (high - low)
 
     is_worst = isinstance(combine, Worst)
     bounds = [(0.0, 1.0)] * n + [(None, None)] * is_worst
@@ -256,8 +259,8 @@ def optimise(
         if is_worst:
             return float(z[n]), np.append(np.zeros(n), 1.0)
         values, rates = (each[0] / size for each in at(z[:n]))
-        value, rate = _combined(combine, values, rates)
-        return (value, rate) if np.isfinite(value) else (_FAR, np.zeros(n))
+        value, weights = _combined(combine, values)
+        return (value, weights @ rates) if np.isfinite(value) else (_FAR, np.zeros(n))
 
     def room_below(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What must not be negative (m,), and its rates (m, variables)."""
@@ -268,11 +271,9 @@ def optimise(
             parts.append((z[n] - values[0] / size, above))
         for limit in limits:
             row = rows[limit.output.name]
-            for bound, sign in ((limit.most, -1.0), (limit.least, 1.0)):
-                if bound is not None:
-                    scale = sign / (abs(bound) or 1.0)
-                    rate = np.pad(scale * rates[row], ((0, 0), (0, int(is_worst))))
-                    parts.append((scale * (values[row] - bound), rate))
+            for _, bound, scale in limit.bounds:
+                rate = np.pad(scale * rates[row], ((0, 0), (0, int(is_worst))))
+                parts.append((scale * (values[row] - bound), rate))
         room, rate = (np.concatenate(each) for each in zip(*parts, strict=True))
         return np.where(np.isfinite(room), room, -_FAR), np.nan_to_num(rate)
 
@@ -287,12 +288,18 @@ def optimise(
     ending = Ending.OPTIMUM if found.success and not lost else Ending.NOT_CONVERGED
     best = dict(zip(names, (low + z * (high - low)).tolist(), strict=True))
     at_ends = [name for name, part in zip(names, z, strict=True) if min(part, 1 - part) < _REACHED]
+    held = [
+        f"{limit.output.name} at {word} {number(bound)}"
+        for limit in constraints
+        for word, bound, scale in limit.bounds
+        if abs(np.min(scale * (values[rows[limit.output.name]] - bound))) <= _REACHED
+    ]
     return Optimum(
         values=best,
-        objective=_of_poses(combine, values[0]),
-        at_start=_of_poses(combine, first[0]),
+        objective=_combined(combine, values[0])[0],
+        at_start=_combined(combine, first[0])[0],
         ending=ending if kept else Ending.INFEASIBLE,
-        at_limits=(*at_ends, *_held_limits(constraints, rows, values)),
+        at_limits=(*at_ends, *held),
         steps=int(found.nit),
         robot=robot.substituted(best),
     )
@@ -303,8 +310,8 @@ def _searched(objective: Any, room: Any, begin: np.ndarray, bounds: Any) -> Any:
     from scipy.optimize import minimize
 
     limits = {"type": "ineq", "fun": lambda z: room(z)[0], "jac": lambda z: room(z)[1]}
-    given: Any = {"jac": lambda z: objective(z)[1], "bounds": bounds, "constraints": limits}
-    search = partial(minimize, lambda z: objective(z)[0], method="SLSQP", **given)
+    given: Any = {"jac": True, "bounds": bounds, "constraints": limits}
+    search = partial(minimize, objective, method="SLSQP", **given)
     found = search(begin, options={"ftol": _PRECISION, "maxiter": _MOST_STEPS})
     if found.status == _NO_DESCENT:
         found = search(found.x, options={"ftol": _ROUNDED, "maxiter": _MOST_STEPS})
@@ -379,33 +386,12 @@ def _ranges(variables: Mapping[str, tuple[float, float]]) -> np.ndarray:
     return ends.T
 
 
-def _combined(combine: Any, values: np.ndarray, rates: np.ndarray) -> tuple[float, np.ndarray]:
-    """Of numbers (N,) of several poses, with rates (N, n)."""
+def _combined(combine: Worst | Mean | PNorm, values: np.ndarray) -> tuple[float, np.ndarray]:
+    """Of numbers (N,) of several poses, and its rates with them (N,)."""
+    if isinstance(combine, Worst):
+        return float(np.max(values)), np.eye(len(values))[np.argmax(values)]
     if isinstance(combine, Mean):
-        return float(np.mean(values)), np.mean(rates, axis=0)
+        return float(np.mean(values)), np.full(len(values), 1 / len(values))
     powers = values**combine.p
     value = float(np.mean(powers) ** (1 / combine.p))
-    weights = powers / values / np.mean(powers) / len(values)
-    return value, value * weights @ rates
-
-
-def _of_poses(combine: Worst | Mean | PNorm, values: np.ndarray) -> float:
-    if isinstance(combine, Worst):
-        return float(np.max(values))
-    return _combined(combine, values, np.zeros((len(values), 0)))[0]
-
-
-def _held_limits(
-    constraints: Sequence[Within], rows: Mapping[str, int], values: np.ndarray
-) -> list[str]:
-    """Limits that hold with equality at some pose, in words."""
-    found = []
-    for limit in constraints:
-        name, numbers = limit.output.name, values[rows[limit.output.name]]
-        for word, bound, extreme in (
-            ("most", limit.most, np.max(numbers)),
-            ("least", limit.least, np.min(numbers)),
-        ):
-            if bound is not None and abs(extreme - bound) <= _REACHED * (abs(bound) or 1.0):
-                found.append(f"{name} at {word} {number(bound)}")
-    return found
+    return value, value * powers / values / np.mean(powers) / len(values)

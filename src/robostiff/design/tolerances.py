@@ -297,33 +297,16 @@ def tolerances(
 
 @dataclass(frozen=True)
 class _DrawnRobots:
-    """A robot whose parameters are spread, compiled.
+    """A robot whose parameters are spread, compiled."""
 
-    Attributes
-    ----------
-    robot : Robot
-        With symbols.
-    compiled : CompiledStiffness
-    names : tuple of str
-        Of the parameters, sorted as those of the kernel.
-    nominal : (n,) array
-    covariance : (n, n) array
-    are_normal : (n,) array of bool
-        Which parameters are normally distributed.
-    positive : (n,) array of bool
-        Which parameters formulas of the model were written for positive values of.
-    poses : (N, n) array or JointCoordinates
-    threads : int
-    """
-
-    robot: Robot
+    robot: Robot  # with symbols
     compiled: CompiledStiffness
-    names: tuple[str, ...]
-    nominal: np.ndarray
-    covariance: np.ndarray
-    are_normal: np.ndarray
-    positive: np.ndarray
-    poses: np.ndarray | JointCoordinates
+    names: tuple[str, ...]  # of the parameters, sorted as those of the kernel
+    nominal: np.ndarray  # (n,)
+    covariance: np.ndarray  # (n, n)
+    are_normal: np.ndarray  # (n,) of bool: which parameters are normally distributed
+    positive: np.ndarray  # (n,) of bool: those for whose positive values formulas were written
+    poses: np.ndarray | JointCoordinates  # (N, n)
     threads: int
 
     @cached_property

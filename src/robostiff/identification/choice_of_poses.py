@@ -204,17 +204,17 @@ def choose_poses(
     Fedorov: Theory of Optimal Experiments, Academic Press 1972.
     """
     by_joints = isinstance(candidates, JointCoordinates) or robot.is_posed_by_joints
-    changed, unknowns = with_unknowns(robot, parameters, fixed, by_joints=by_joints)
+    changed, unknowns = with_unknowns(
+        robot, tuple(parameters), tuple(fixed), shared=False, by_joints=by_joints
+    )
     F = as_floats("forces", [] if forces is None else forces, _FORCES)
     if F.ndim not in {1, 2} or F.shape[-1] not in {0, 3}:
         raise InputError("forces", got=f"shape {F.shape}", expected=_FORCES)
     loads = np.vstack([np.zeros(3), F.reshape(-1, 3)])
     q = getattr(candidates, "values", candidates)
     q = np.atleast_2d(as_floats("candidates", q, "postures (N, n)"))
-    names = tuple(markers)
-    places = as_floats(
-        "markers", [*markers.values()], "three numbers each [m]", None, (len(names), 3)
-    )
+    names, each = tuple(markers), "three numbers each [m]"
+    places = as_floats("markers", [*markers.values()], each, None, (len(names), 3))
     _check_count(count)
     kind = JointCoordinates if isinstance(candidates, JointCoordinates) else np.asarray
     reached = find_posture(robot.numeric, kind(q))
@@ -232,10 +232,11 @@ def choose_poses(
         sigma=sigma,
     )
     statics = FiniteLoads(States.of(changed, measured, np.eye(3)), changed, unknowns, gravity)
-    turns = np.tile(np.eye(3), (len(names), 1, 1))
-    model = ReadingModel(measured, statics, unknowns, None, None, np.eye(3), names, turns)
-    x = np.concatenate([[unknown.nominal for unknown in unknowns], np.zeros(6), places.ravel()])
-    p = len(unknowns)
+    turns = np.tile(np.eye(3), (len(names), 1, 1))  # of the markers
+    frames = np.concatenate([np.zeros(6), places.ravel(), np.zeros(places.size)])
+    sought = np.arange(len(frames)) < 6 + places.size
+    model = ReadingModel(measured, statics, unknowns, names, frames, sought, np.eye(3), turns)
+    p, x = len(unknowns), np.array([*(u.nominal for u in unknowns), *frames[sought]])
     scale = np.array([abs(unknown.nominal) or 1e-3 for unknown in model.unknowns])
     J = (model.predicted(x)[1] * scale / sigma).reshape(len(rows), -1, len(x))
     good = _serve(model, J, x[:p])
@@ -247,25 +248,18 @@ def choose_poses(
             expected=f"at least {least}",
             hint="the others are near singular, or move by less than 5 sigma: hang loads on them",
         )
-    M = np.swapaxes(J, 1, 2) @ J
-    before = np.zeros(M.shape[1:])
+    M, before = np.swapaxes(J, 1, 2) @ J, np.zeros((len(x), len(x)))
     rates = [np.asarray(np.linalg.qr(J.reshape(-1, len(x)), mode="r"))]
     if existing is not None:
         measured_before = model.of(existing, x)
         rates.append(measured_before.predicted(x)[1] * scale / measured_before.sigma[:, None])
         before = rates[1].T @ rates[1]
-    total = M.sum(axis=0) + before
     report = identifiability(np.concatenate(rates) / scale, model.unknowns)
     lost = [unknowns[k].name for k in report.fixed if k < p]
     if lost:
         words = [s for s in report.not_identified if any(name in s for name in lost)]
         raise NoAnswerError("no choice of these postures determines all: " + "; ".join(words))
-    T = (
-        _rates_at(criterion, statics, changed, x[:p]) * scale[:p]
-        if isinstance(criterion, TestPose)
-        else None
-    )
-    judge = _Judge(total, before, p, T, criterion)
+    judge = _Judge(M.sum(axis=0) + before, before, p, _wanted(criterion, statics, x[:p], scale[:p]))
     random = np.random.default_rng(seed)
 
     def drawn() -> np.ndarray:
@@ -301,10 +295,21 @@ def _serve(model: ReadingModel, J: np.ndarray, nominal: np.ndarray) -> np.ndarra
     return good
 
 
-def _rates_at(
-    criterion: TestPose, statics: FiniteLoads, robot: Robot, values: np.ndarray
-) -> np.ndarray:
-    """Rates (3 N, p) of loaded points with the parameters."""
+def _wanted(
+    criterion: DOptimal | AOptimal | TestPose,
+    statics: FiniteLoads,
+    values: np.ndarray,
+    scale: np.ndarray,
+) -> np.ndarray | None:
+    """Rates (m, p), with scaled parameters, of what shall be exact; None where all of them shall.
+
+    Of N test poses those of the loaded points, over the root of N.
+    """
+    if isinstance(criterion, DOptimal):
+        return None
+    if isinstance(criterion, AOptimal):
+        return np.eye(len(values)) / len(values) ** 0.5
+    robot = statics.robot
     q = getattr(criterion.postures, "values", criterion.postures)
     q = np.atleast_2d(as_floats("test poses", q, "postures (N, n)"))
     by_joints = isinstance(criterion.postures, JointCoordinates)
@@ -316,18 +321,20 @@ def _rates_at(
     rates = statics.with_states(states).checked(values)[0].at(values).rates[:, :3]
     if not np.isfinite(rates).all():
         raise InputError("test poses", got="one near a singular posture", expected="others")
-    return rates.reshape(-1, len(values)) / len(q) ** 0.5
+    return rates.reshape(-1, len(values)) / len(q) ** 0.5 * scale
 
 
 @dataclass(frozen=True, eq=False)
 class _Judge:
-    """A criterion of information matrices (..., n, n), small where they are good."""
+    """A criterion of information matrices (..., n, n), small where they are good.
+
+    ``trace(T C T^T)`` of the covariance C; without T the logarithm of its determinant.
+    """
 
     total: np.ndarray
     before: np.ndarray
     parameters: int
     T: np.ndarray | None
-    criterion: DOptimal | AOptimal | TestPose
 
     def covariance(self, M: np.ndarray) -> np.ndarray:
         """Of the parameters (..., p, p); a little information of all candidates is added."""
@@ -339,19 +346,13 @@ class _Judge:
     def of(self, M: np.ndarray) -> np.ndarray:
         """Values (...)."""
         C = self.covariance(M)
-        if self.T is not None:
-            return np.einsum("ij,...jk,ik->...", self.T, C, self.T)
-        if isinstance(self.criterion, AOptimal):
-            return np.trace(C, axis1=-2, axis2=-1)
-        return np.linalg.slogdet(C)[1]
+        if self.T is None:
+            return np.linalg.slogdet(C)[1]
+        return np.einsum("ij,...jk,ik->...", self.T, C, self.T)
 
     def shown(self, value: float) -> float:
         """A value as a standard deviation."""
-        if self.T is not None:
-            return value**0.5
-        if isinstance(self.criterion, AOptimal):
-            return (value / self.parameters) ** 0.5
-        return float(np.exp(0.5 * value / self.parameters))
+        return float(np.exp(0.5 * value / self.parameters)) if self.T is None else value**0.5
 
 
 def _exchanged(

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, replace
 from enum import Flag
-from functools import cached_property
+from functools import cached_property, reduce
+from operator import or_
 from pathlib import Path
 
 import numpy as np
@@ -114,13 +115,11 @@ class Identified(InNotebooks):
         """
         if self.fit.too_few:
             return {}
-        x, n, turned = self.fit.x.copy(), len(self.model.parameters), self.model.turned
-        R, *_, turns = self.model.frames(x)
-        if self.model.instrument is None:
-            x[n + 3 : n + 6] = vector_of_rotation(R)
-        for i, k in enumerate(turned, -len(turned)):
-            turn = turn_by_vector(turns[k]) @ self.model.first_turns[k]
-            x[len(x) + 3 * i : len(x) + 3 * i + 3] = vector_of_rotation(turn)
+        model, x = self.model, self.fit.x.copy()
+        R, _, b, m, turns = model.frames(x)
+        turns = vector_of_rotation(turn_by_vector(turns) @ model.first_turns)
+        frames = np.concatenate([b, vector_of_rotation(R), m.ravel(), turns.ravel()])
+        x[len(model.parameters) :] = frames[model.sought]
         return dict(zip((unknown.name for unknown in self.unknowns), x.tolist(), strict=True))
 
     @cached_property
@@ -313,17 +312,14 @@ class Identified(InNotebooks):
         if self.fit.too_few:
             return FitStatus.TOO_FEW_ROWS
         facts = {
-            FitStatus.NOT_IDENTIFIED: bool(self.not_identified),
-            FitStatus.WEAK: bool(self.weak),
-            FitStatus.AT_BOUND: bool(self.at_bound),
+            FitStatus.NOT_IDENTIFIED: self.not_identified,
+            FitStatus.WEAK: self.weak,
+            FitStatus.AT_BOUND: self.at_bound,
             FitStatus.DOES_NOT_FIT: self.probability < _NO_FIT,
-            FitStatus.OUTLIERS: bool(self.outliers),
+            FitStatus.OUTLIERS: self.outliers,
             FitStatus.NOT_CONVERGED: not self.fit.converged,
         }
-        result = FitStatus.OK
-        for status, holds in facts.items():
-            result |= status if holds else FitStatus.OK
-        return result
+        return reduce(or_, (status for status, holds in facts.items() if holds), FitStatus.OK)
 
     @cached_property
     def advice(self) -> tuple[str, ...]:
@@ -375,12 +371,11 @@ class Identified(InNotebooks):
 
         Raises NoAnswerError where there are too few readings.
         """
-        rest = self._without_play()
-        rows = [k for k, i in enumerate(self._identified) if i < len(self.model.parameters)]
-        rows = [k for k in rows if not self.unknowns[self._identified[k]].plays]
-        values = {self.names[k]: rest.pop(self.names[k]) for k in rows}
-        robot = self.model.statics.robot
+        rest, robot = self._without_play(), self.model.statics.robot
+        found = [p.name for p in self.model.parameters if p.name in self.std and not p.plays]
+        values = {name: rest.pop(name) for name in found}
         robot = robot.substituted(rest) if rest else robot
+        rows = [self.names.index(name) for name in found]
         changed = replace(robot, nominal={**robot.nominal, **values})
         return changed, values, self.covariance[np.ix_(rows, rows)]
 
@@ -465,7 +460,7 @@ class Identified(InNotebooks):
             model = self.fitted_to(rest)
             part = self.measured.chosen(out)
             errors[out] = np.where(part.is_read, part.values - model.predict(part)[0], np.nan)
-        rows = [not kind.of_drive for kind in self.measured.kinds]
+        rows = ~self.measured.of_drives
         rms, of_fit = (
             float(np.sqrt(np.nanmean(gaps[rows][:, :3] ** 2))) for gaps in (errors, self.residuals)
         )

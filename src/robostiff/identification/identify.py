@@ -6,6 +6,7 @@ import os
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import compress
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,11 @@ from numpy.typing import ArrayLike
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, Words
 from robostiff.identification.identified import Identified
-from robostiff.identification.measurement_kinds import Reading
+from robostiff.identification.measurement_kinds import MOTIONS, PLACES, Reading
 from robostiff.identification.measurements import Measurements
 from robostiff.identification.readings import ReadingModel
 from robostiff.identification.search import Robust, Squares, fitted
-from robostiff.identification.states import MOTIONS, FiniteLoads, PlacesInStates, SmallLoads, States
+from robostiff.identification.states import FiniteLoads, PlacesInStates, SmallLoads, States
 from robostiff.identification.unknowns import Unknown, UnknownKind, with_unknowns
 from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.turn import turn_by_vector
@@ -66,7 +67,7 @@ def known_frames(
         When a marker has no place, or readings do not tell where it is.
     """
     known = frames if isinstance(frames, KnownFrames) else KnownFrames(None, None)
-    if all(kind.of_drive for kind in measured.kinds):
+    if measured.of_drives.all():
         known = KnownFrames({})
     names, instrument, markers = measured.marker_names, None, None
     if known.instrument is not None:
@@ -79,12 +80,7 @@ def known_frames(
         rows = [known.markers[name] for name in names] or np.zeros((0, 3))
         markers = as_floats("places of the markers", rows, "three numbers each [m]")
         markers = markers.reshape(len(names), 3)
-    kinds: dict[str, list[Reading]] = {name: [] for name in names}
-    for name, kind in zip(measured.markers, measured.kinds, strict=True):
-        kinds.setdefault(name, []).append(kind)
-    if (instrument is None or markers is None) and not {Reading.POINT, Reading.POSE} & {
-        *measured.kinds
-    }:
+    if (instrument is None or markers is None) and not measured.are(*PLACES).any():
         raise InputError(
             "frames of displacements and distances",
             got="unknown ones",
@@ -92,7 +88,7 @@ def known_frames(
             hint='write frames=rs.KnownFrames({"marker": [0, 0, 0.05]})',
         )
     for name in names if markers is None else ():
-        if len(kinds[name]) == 1:
+        if measured.markers.count(name) == 1:
             raise InputError(
                 f"marker {name!r} of {measured.place(measured.markers.index(name))}",
                 got="one reading",
@@ -100,7 +96,8 @@ def known_frames(
             )
     turned: tuple[int, ...] = ()
     if known.turns is None:
-        turned = tuple(k for k, name in enumerate(names) if Reading.POSE in kinds[name])
+        posed = {*compress(measured.markers, measured.are(Reading.POSE))}
+        turned = tuple(k for k, name in enumerate(names) if name in posed)
     vectors_of = known.turns or {}
     vectors = [
         as_floats(f"turn of {name!r}", vectors_of.get(name, np.zeros(3)), "[rad]", "rad", (3,))
@@ -161,17 +158,12 @@ def nearest_frames(
         if markers is None:
             M[np.arange(len(y))[:, None], i, 12 + 3 * which[:, None] + np.arange(3)] = -A[:, i]
     solution = np.linalg.lstsq(M.reshape(-1, M.shape[2]), in_world(m).ravel(), rcond=1e-9)[0]
-    Q = _nearest_turn(solution[:9].reshape(3, 3))
+    U, _, Vt = np.linalg.svd(solution[:9].reshape(3, 3))
+    Q = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt  # the nearest rotation
     m = solution[12:].reshape(-1, 3) if markers is None else m
     starts.append(fitted_frames(Q, np.mean(in_world(m) - y @ Q.T, axis=0), m))
     _, Q, b, m = min(starts, key=lambda start: start[0])
     return Q.T, b, m
-
-
-def _nearest_turn(M: np.ndarray) -> np.ndarray:
-    """The rotation (3, 3) nearest to a matrix (3, 3), never a reflection."""
-    U, _, Vt = np.linalg.svd(M)
-    return U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
 
 
 def _absolute_orientation(y: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -265,7 +257,8 @@ def identify(
             hint=f"write rs.Measurements.read({os.fspath(measured)!r}, robot)" if is_path else None,
         )
     by_joints = isinstance(measured.postures, JointCoordinates) or robot.is_posed_by_joints
-    changed, unknowns = with_unknowns(robot, parameters, fixed, shared=shared, by_joints=by_joints)
+    asked = tuple(parameters), tuple(fixed)
+    changed, unknowns = with_unknowns(robot, *asked, shared=shared, by_joints=by_joints)
     model, start = _model_of(changed, measured, unknowns, frames, gravity)
     names = [unknown.name for unknown in model.unknowns]
     low = np.array([unknown.least for unknown in model.unknowns])
@@ -302,13 +295,13 @@ def _model_of(
     instrument, markers, turns, turned = known_frames(measured, frames)
     R = np.eye(3) if instrument is None else turn_by_vector(instrument[3:])
     states = States.of(robot, measured, R)
-    small = all(kind in MOTIONS for kind in measured.kinds) and not states.sites
+    small = measured.are(*MOTIONS).all() and not states.sites
     small &= all(u.kind in (UnknownKind.COMPLIANCE, UnknownKind.FACTOR) for u in parameters)
     p = np.array([unknown.nominal for unknown in parameters])
     statics: FiniteLoads | SmallLoads = SmallLoads(states, robot, tuple(x.name for x in parameters))
     if not small:
-        of_drives = any(kind.of_drive for kind in measured.kinds)
-        statics = FiniteLoads(states, robot, parameters, gravity, of_drives)
+        of_drives = measured.of_drives.any()
+        statics = FiniteLoads(states, robot, parameters, gravity, bool(of_drives))
     try:
         statics, codes = statics.checked(p)
     except InputError as error:
@@ -335,30 +328,28 @@ def _model_of(
                     expected="readings with torques of both signs at this joint",
                 )
     places = statics.at(p)
-    b, m = instrument, markers
-    if instrument is None or markers is None:
+    if instrument is not None and markers is not None:
+        b, m = instrument[:3], markers
+    else:
         state = states.of_readings
         origins = places.points[state] - places.axes[state] @ robot.numeric.reference_point
         rows = np.isfinite(origins).all(axis=1) & measured.is_read[:, :3].all(axis=1)
-        rows &= [kind in (Reading.POINT, Reading.POSE) for kind in measured.kinds]
+        rows &= measured.are(*PLACES)
         which = np.array([names.index(n) if n in names else 0 for n in measured.markers])[rows]
         points = measured.values[rows, :3], origins[rows], places.axes[state][rows], which
         R, b, m = nearest_frames(*points, instrument, markers, len(names))
     for k in turned:
-        rows = [i for i, marker in enumerate(measured.markers)
-                if marker == names[k] and measured.kinds[i] is Reading.POSE]  # fmt: skip
-        read = turn_by_vector(measured.values[rows, 3:])
+        from scipy.spatial.transform import Rotation
+
+        rows = measured.are(Reading.POSE) & (np.array(measured.markers) == names[k])
         back = np.swapaxes(R @ places.axes[states.of_readings[rows]], 1, 2)
-        turns[k] = _nearest_turn((back @ read).mean(axis=0))
-    model = ReadingModel(
-        measured, statics, parameters, instrument, markers, R, names, turns, turned
-    )
-    x = [p]
-    if instrument is None:
-        x += [b, np.zeros(3)]
-    if markers is None:
-        x.append(np.array(m, dtype=float).ravel())
-    start = np.concatenate([*x, np.zeros(3 * len(turned))])
+        each = Rotation.from_matrix(back @ turn_by_vector(measured.values[rows, 3:]))
+        turns[k] = each.mean().as_matrix()
+    of = [instrument is None] * 2 + [markers is None] * len(names)
+    sought = np.repeat([*of, *(k in turned for k in range(len(names)))], 3)
+    first = np.concatenate([b, np.zeros(3), np.ravel(m), np.zeros(3 * len(names))])
+    model = ReadingModel(measured, statics, parameters, names, first, sought, R, turns)
+    start = np.concatenate([p, first[sought]])
     _check_points(model, start, places)
     return model.with_errors_of_loads(start), start
 
@@ -366,7 +357,7 @@ def _model_of(
 def _check_points(model: ReadingModel, start: np.ndarray, places: PlacesInStates) -> None:
     """Raise where points are far from those of the nominal robot with unknowns `start` (n,)."""
     measured = model.measured
-    rows = np.array([kind in (Reading.POINT, Reading.POSE) for kind in measured.kinds])[:, None]
+    rows = measured.are(*PLACES)[:, None]
     rows = (rows & (np.arange(measured.values.shape[1]) < 3)).ravel()[model.read]
     size = max(float(np.ptp(places.points, axis=0).max()), 1e-3, float(np.abs(places.points).max()))
     off = (model.values - model.predicted(start)[0])[rows]

@@ -32,23 +32,23 @@ from robostiff.spatial import as_floats
 
 _AXES = "xyz"
 _TURNS = ("rx", "ry", "rz")
-# What is read, by the columns of which one is filled, and those of its standard deviations.
+_SIGMA = tuple(f"sigma_{a}" for a in _AXES)
+# What is read: its kind, the columns of which one is filled, and those of standard deviations.
 _READINGS = {
-    "point": (("x", "y", "z", *_TURNS), ("sigma_x", "sigma_y", "sigma_z", *("sigma_turn",) * 3)),
-    "displacement": (("dx", "dy", "dz"), ("sigma_x", "sigma_y", "sigma_z")),
-    "along": (("along",), ("sigma",)),
-    "distance": (("distance",), ("sigma",)),
-    "torque": (("torque",), ("sigma_torque",)),
-    "push": (("push",), ("sigma_push",)),
-    "turn": (("angle",), ("sigma_turn",)),
-    "travel": (("travel",), ("sigma",)),
+    "point": (Reading.POINT, (*_AXES, *_TURNS), (*_SIGMA, *("sigma_turn",) * 3)),
+    "displacement": (Reading.DISPLACEMENT, ("dx", "dy", "dz"), _SIGMA),
+    "along": (Reading.ALONG, ("along",), ("sigma",)),
+    "distance": (Reading.DISTANCE, ("distance",), ("sigma",)),
+    "torque": (Reading.TORQUE, ("torque",), ("sigma_torque",)),
+    "push": (Reading.TORQUE, ("push",), ("sigma_push",)),
+    "turn": (Reading.JOINT, ("angle",), ("sigma_turn",)),
+    "travel": (Reading.JOINT, ("travel",), ("sigma",)),
 }
-_KINDS = {"push": Reading.TORQUE, "turn": Reading.JOINT, "travel": Reading.JOINT}
 _UNITS = {
     **dict.fromkeys(("x", "y", "z", "dx", "dy", "dz", "along", "distance", "travel"), "m"),
     **dict.fromkeys((*_TURNS, "angle", "sigma_turn"), "rad"),
     **{"torque": "N m", "push": "N", "sigma_torque": "N m", "sigma_push": "N"},
-    **dict.fromkeys(("sigma", *(f"sigma_{a}" for a in _AXES)), "m"),
+    **dict.fromkeys(("sigma", *_SIGMA), "m"),
     **{f"{what}_{a}": unit for what, unit in (("u", ""), ("from", "m")) for a in _AXES},
 }
 _WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
@@ -180,14 +180,10 @@ class _Table:
         units = coordinate_units(robot) | {f"pose_{name}": u for name, u in POSE_UNITS.items()}
         units |= _LOADS | (_UNITS if readings is None else {})
         not_here = () if readings is None else _UNITS.keys()
-        several: dict[str, list[str]] = {}  # columns of markers in a line, by their names
         header = next((line for line in lines if line.strip() and line.lstrip()[0] != "#"), "")
-        for heading in re.split("[\t;,]", header) if readings is None else ():
-            match = _OF_MARKER.match(heading)
-            if match:
-                name = match["name"].strip()
-                several.setdefault(name, [f"{name}.{axis}" for axis in _AXES])
-        units |= dict.fromkeys((name for columns in several.values() for name in columns), "m")
+        matches = map(_OF_MARKER.match, re.split("[\t;,]", header) if readings is None else ())
+        several = dict.fromkeys(match["name"].strip() for match in matches if match)  # of markers
+        units |= {f"{name}.{a}": "m" for name in several for a in _AXES}
         table = table_of(
             path,
             lines,
@@ -210,7 +206,7 @@ class _Table:
             for column in table.columns if key not in table.si else ():
                 if column.name.startswith(begins):
                     warn_of_slip(f"{column.at}: column {column.name!r} is not read without {key!r}")
-        read = {name for columns, _ in _READINGS.values() for name in columns}
+        read = {name for _, columns, _ in _READINGS.values() for name in columns}
         if readings is None and not several and not read & table.si.keys():
             raise FileError(
                 header,
@@ -305,15 +301,9 @@ class _Table:
         load, (hooks, bodies) = self.columns(_WRENCH, 0.0), self._hooks()
         at_hooks = act_at_hooks(hooks, bodies)
         forces = load[:, :3] * np.reshape(at_hooks, (-1, 1))
-        mass = self.columns(["mass"], 0.0)[:, 0]
-        if mass.any():
-            gravity = self.robot.numeric.gravity
-            down = (
-                gravity_vector("gravity", "-z")
-                if gravity is None or not np.any(gravity)
-                else gravity
-            )
-            forces = forces + mass[:, None] * down
+        gravity = self.robot.numeric.gravity
+        down = gravity_vector("gravity", "-z") if gravity is None or not gravity.any() else gravity
+        forces = forces + self.columns(["mass"], 0.0) * down
         load[:, :3] *= np.reshape(~at_hooks, (-1, 1))
         values, sigma, kinds = self._values(set(rows))
         toward = np.full((count, 3), np.nan)
@@ -327,8 +317,8 @@ class _Table:
         whole = np.column_stack([coordinates_of(postures), load, forces, hooks, values])
         seen: dict[tuple[object, ...], int] = {}
         for row in rows:
-            gravity = markers[row], drives[row], directions[row], bodies[row]
-            key = (*gravity, whole[row].tobytes())
+            words = markers[row], drives[row], directions[row], bodies[row]
+            key = (*words, whole[row].tobytes())
             before = seen.setdefault(key, row)
             if before != row:
                 raise FileError(
@@ -371,7 +361,7 @@ class _Table:
         """What was read (N, 3 or 6) in these lines, its sigma, and its kind."""
         count, kinds = len(self.lines), [Reading.POINT] * len(self.lines)
         values, sigma = np.full((count, 6), np.nan), np.full((count, 6), np.nan)
-        for word, (names, deviations) in _READINGS.items():
+        for word, (kind, names, deviations) in _READINGS.items():
             numbers, sd = self.columns(names), self.columns(deviations)
             if "sigma_x" in deviations:
                 sd[:, :3] = np.where(np.isnan(sd[:, :3]), self.columns(["sigma"]), sd[:, :3])
@@ -386,15 +376,14 @@ class _Table:
                     raise FileError(
                         self.at(row), "pose", got="a part", expected="x, y, z, rx, ry, rz"
                     )
-                kinds[row] = Reading.POSE if posed else _KINDS.get(word) or Reading(word)
-        has_sigma = bool(np.isfinite(sigma).any())
+                kinds[row] = Reading.POSE if posed else kind
         for row in np.flatnonzero(~np.isfinite(values).any(axis=1)).tolist():
             if row in lines:
                 raise FileError(
                     self.at(row), "reading", got="nothing", expected="one kind of value"
                 )
             values[row, :3] = 0.0  # it is left out
-            sigma[row, :3] = 1.0 if has_sigma else np.nan
+            sigma[row, :3] = 1.0 if np.isfinite(sigma).any() else np.nan
         width = 6 if Reading.POSE in kinds else 3
         return values[:, :width], sigma[:, :width], kinds
 

@@ -40,6 +40,10 @@ class Reading(Enum):
         return self in (Reading.TORQUE, Reading.JOINT)
 
 
+#: Readings of whole places, and those that begin in another state.
+PLACES, MOTIONS = (Reading.POINT, Reading.POSE), (Reading.DISPLACEMENT, Reading.ALONG)
+
+
 class LoadAxes(Enum):
     """Axes of a load: of the world, of the commanded platform, or of the instrument."""
 

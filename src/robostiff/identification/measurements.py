@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import compress
 from typing import Any
 
 import numpy as np
@@ -179,6 +181,15 @@ class Measurements:
         sizes = np.array([kind.size for kind in self.kinds])
         return np.isfinite(self.values) & (np.arange(self.values.shape[1]) < sizes[:, None])
 
+    def are(self, *kinds: Reading) -> np.ndarray:
+        """Which readings (N,) are of one of these kinds."""
+        return np.array([kind in kinds for kind in self.kinds])
+
+    @property
+    def of_drives(self) -> np.ndarray:
+        """Which readings (N,) are those of drives."""
+        return np.array([kind.of_drive for kind in self.kinds])
+
     @property
     def coordinates(self) -> np.ndarray:
         """Postures (N, n) in joints, or as poses."""
@@ -187,8 +198,7 @@ class Measurements:
     @property
     def marker_names(self) -> tuple[str, ...]:
         """Names of the markers, in the order in which they are read first."""
-        pairs = zip(self.markers, self.kinds, strict=True)
-        return tuple(dict.fromkeys(name for name, kind in pairs if not kind.of_drive))
+        return tuple(dict.fromkeys(compress(self.markers, ~self.of_drives)))
 
     @property
     def branches(self) -> np.ndarray:
@@ -269,15 +279,12 @@ class Measurements:
 
 def _rows(name: str, values: ArrayLike, count: int, size: int, *, may_miss: bool) -> np.ndarray:
     """One row a reading (N, size); not a number where it may be missing."""
-    expected = f"({size},) or ({count}, {size})"
-    try:
-        missing = np.isnan(np.asarray(values, dtype=float)) if may_miss else None
-    except (TypeError, ValueError):
-        missing = None
-    filled = values if missing is None else np.where(missing, 0.0, np.asarray(values, dtype=float))
-    numbers = as_floats(name, filled, expected)
-    if missing is not None:
-        numbers = np.where(missing, np.nan, numbers)
+    expected, missing = f"({size},) or ({count}, {size})", np.array(False)
+    with suppress(TypeError, ValueError):  # of what are no numbers, which are refused below
+        if may_miss:
+            missing = np.isnan(np.asarray(values, dtype=float))
+            values = np.where(missing, 0.0, np.asarray(values, dtype=float))
+    numbers = np.where(missing, np.nan, as_floats(name, values, expected))
     if numbers.shape not in {(), (size,), (count, size)}:
         raise InputError(name, got=f"shape {numbers.shape}", expected=expected)
     return np.broadcast_to(numbers, (count, size)).copy()

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import compress
 
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.identification.measurement_kinds import Reading
+from robostiff.identification.measurement_kinds import MOTIONS, Reading
 from robostiff.identification.measurements import Measurements
-from robostiff.identification.states import MOTIONS, FiniteLoads, PlacesInStates, SmallLoads, States
+from robostiff.identification.states import FiniteLoads, PlacesInStates, SmallLoads, States
 from robostiff.identification.unknowns import Unknown, UnknownKind
 from robostiff.kept import kept_for_last
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector
@@ -22,38 +23,36 @@ from robostiff.spatial.rotation import vector_of_rotation
 class ReadingModel:
     """All readings of a campaign as functions of the unknowns.
 
-    The unknowns are the parameters (n), where they are unknown the place of the instrument and a
-    rotation vector after its first rotation (6), and the places of markers (3 each); of those whose
-    poses are read rotation vectors, too, after their first rotations.
+    They are functions of the parameters (n), and of frames: the place of the instrument and a
+    rotation vector after its first rotation (6), the places of the K markers (3 each), and rotation
+    vectors of these after their first rotations (3 each). Of the frames some are unknown.
     """
 
     measured: Measurements
     statics: FiniteLoads | SmallLoads
     parameters: tuple[Unknown, ...]
-    instrument: np.ndarray | None  # (6,) where it is known
-    markers: np.ndarray | None  # (K, 3) where they are known
-    first_rotation: np.ndarray  # (3, 3) from world to instrument axes
     names: tuple[str, ...]  # of the markers
+    first_frames: np.ndarray  # (6 + 6 K,), zeros for all rotation vectors
+    sought: np.ndarray  # (6 + 6 K,) of bool: which of them are unknown
+    first_rotation: np.ndarray  # (3, 3) from world to instrument axes
     first_turns: np.ndarray  # (K, 3, 3) from axes of the markers to those of the platform
-    turned: tuple[int, ...] = ()  # markers whose turns are unknown
     by_loads: np.ndarray | None = None  # (M,) standard deviations of readings by those of loads
 
     @cached_property
     def unknowns(self) -> tuple[Unknown, ...]:
         """All of them, by name."""
-        of, frames = "the instrument", []  # names, what has these coordinates, and their units
-        if self.instrument is None:
-            frames += [("instrument", ("place", of), "m"), ("instrument turn", ("turn", of), "rad")]
-        if self.markers is None:
-            frames += [(name, ("place", name), "m") for name in self.names]
-        turned = (self.names[k] for k in self.turned)
-        frames += [(f"{name} turn", ("turn", name), "rad") for name in turned]
-        unknowns = [
+        of = "the instrument"
+        frames = [  # names, what has these coordinates, and their units
+            *[("instrument", ("place", of), "m"), ("instrument turn", ("turn", of), "rad")],
+            *((name, ("place", name), "m") for name in self.names),
+            *((f"{name} turn", ("turn", name), "rad") for name in self.names),
+        ]
+        coordinates = (
             Unknown(f"{name} {a}", UnknownKind.FRAME, 0.0, unit, frame=frame)
             for name, frame, unit in frames
             for a in "xyz"
-        ]
-        return (*self.parameters, *unknowns)
+        )
+        return (*self.parameters, *compress(coordinates, self.sought))
 
     def of(self, measured: Measurements, x: np.ndarray) -> ReadingModel:
         """Other readings of the same markers, by the kernel that is compiled already, near x."""
@@ -70,13 +69,11 @@ class ReadingModel:
         By differences over a standard deviation to both sides; loads of references stay.
         """
         measured, errors = self.measured, np.zeros(len(self.values))
-        inside = self.statics.robot.space.rows
-        for k in np.flatnonzero(measured.sigma_wrench.any(axis=0)):
-            if k not in inside:
-                continue
+        rows = self.statics.robot.space.rows
+        for k in (k for k in rows if measured.sigma_wrench[:, k].any()):
             sides = []
             for sign in (1.0, -1.0):
-                moved = measured.with_loads_moved(int(k), sign)
+                moved = measured.with_loads_moved(k, sign)
                 states = States.of(self.statics.robot, moved, self.frames(x)[0])
                 statics = self.statics.with_states(states)
                 model = replace(self, measured=moved, statics=statics)
@@ -124,7 +121,7 @@ class ReadingModel:
         if isinstance(self.statics, FiniteLoads):
             robot, known = self.statics.robot, self.statics.compiled.drives
             prefix = f"{robot.legs[0].name}/" if robot.is_serial else ""
-            for k in np.flatnonzero([kind.of_drive for kind in self.measured.kinds]):
+            for k in np.flatnonzero(self.measured.of_drives):
                 name = self.measured.drives[k]
                 drive = name if name in known else prefix + name
                 if drive not in known:
@@ -134,11 +131,6 @@ class ReadingModel:
                 places[k] = known.index(drive)
         return places
 
-    @cached_property
-    def is_motion(self) -> np.ndarray:
-        """Which readings (N,) are of displacements."""
-        return np.array([kind in MOTIONS for kind in self.measured.kinds])
-
     def frames(
         self, x: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -146,17 +138,16 @@ class ReadingModel:
 
         And the rotation vectors of the markers after their first rotations (K, 3).
         """
+        frames = self.first_frames.copy()
+        frames[self.sought] = x[len(self.parameters) :]
+        (b, r), (m, turns) = frames[:6].reshape(2, 3), frames[6:].reshape(2, len(self.names), 3)
+        return turn_by_vector(r) @ self.first_rotation, r, b, m, turns
+
+    @cached_property
+    def _columns(self) -> np.ndarray:
+        """Of rates with parameters and all frames: those with unknowns."""
         n = len(self.parameters)
-        if self.instrument is None:
-            b, r = x[n : n + 3], x[n + 3 : n + 6]
-            R, n = turn_by_vector(r) @ self.first_rotation, n + 6
-        else:
-            b, r, R = self.instrument[:3], np.zeros(3), turn_by_vector(self.instrument[3:])
-        m, turns = self.markers, np.zeros((len(self.names), 3))
-        if m is None:
-            m, n = x[n : n + 3 * len(self.names)].reshape(-1, 3), n + 3 * len(self.names)
-        turns[list(self.turned)] = x[n:].reshape(-1, 3)
-        return R, r, b, m, turns
+        return np.concatenate([np.arange(n), n + np.flatnonzero(self.sought)])
 
     def predicted(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Readings (M,) and their rates (M, n) with the unknowns; of the last x they are kept."""
@@ -169,9 +160,9 @@ class ReadingModel:
         R, r, b, m, _ = self.frames(x)
         names, marker = self.names, self.marker_places
         width = measured.values.shape[1]
-        if not names:
-            m = np.zeros((1, 3))
-        arms = m[marker] - self.statics.robot.numeric.reference_point
+        arms = (m if names else np.zeros((1, 3)))[
+            marker
+        ] - self.statics.robot.numeric.reference_point
 
         def in_world(state: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
             """Markers before and by small displacements; rates with parameters and own places."""
@@ -183,7 +174,7 @@ class ReadingModel:
             return places.points[state] + moved_arms, small, moved, A + skew(t[:, 3:]) @ A
 
         at, small, by_parameters, by_marker = in_world(states.of_readings)
-        is_motion = self.is_motion
+        is_motion = measured.are(*MOTIONS)
         by_place = np.broadcast_to(-np.eye(3), (count, 3, 3)).copy()
         v = at - b + small
         if is_motion.any():
@@ -193,67 +184,60 @@ class ReadingModel:
             by_marker = np.where(is_motion[:, None, None], by_marker - axes, by_marker)
             by_place[is_motion] = 0.0
         y = v @ R.T
-        parts = [R @ by_parameters]
-        if self.instrument is None:
-            parts += [R @ by_place, -skew(y) @ rotvec_rate(r)]
-        if self.markers is None:
-            block = np.zeros((count, 3, len(names), 3))
-            block[np.arange(count), :, marker] = R @ by_marker
-            parts.append(block.reshape(count, 3, -1))
-        if self.turned:
-            parts.append(np.zeros((count, 3, 3 * len(self.turned))))
-        J = np.zeros((count, width, len(x)))
-        J[:, :3] = np.concatenate(parts, axis=2)
+        J = np.zeros((count, width, n + len(self.sought)))
+        parts = R @ by_parameters, R @ by_place, -skew(y) @ rotvec_rate(r)
+        J[:, :3, : n + 6] = np.concatenate(parts, axis=2)
+        if names:
+            own = J[:, :3, n + 6 : n + 6 + m.size].reshape(count, 3, -1, 3)
+            own[np.arange(count), :, marker] = R @ by_marker
+            J[:, :3, n + 6 : n + 6 + m.size] = own.reshape(count, 3, -1)
+        J = J[:, :, self._columns]
         y = np.concatenate([y, np.zeros((count, width - 3))], axis=1)
-        for k, kind in enumerate(measured.kinds):
-            if kind is Reading.POSE:
-                y[k, 3:], J[k, 3:] = self._turn(k, places, x)
-            elif kind.of_drive:
-                y[k, 0], J[k, 0] = self._of_drive(k, places, x)
-        lines = [kind in (Reading.ALONG, Reading.DISTANCE) for kind in measured.kinds]
-        for k in np.flatnonzero(lines):
-            u, start = measured.toward[k], np.zeros(3)
-            if measured.kinds[k] is Reading.DISTANCE:
-                u, start = y[k, :3] - u, u
-            u = u / np.linalg.norm(u)
-            J[k, 0], y[k, 0] = u @ J[k, :3], u @ (y[k, :3] - start)
+        if (posed := measured.are(Reading.POSE)).any():
+            y[posed, 3:], J[posed, 3:] = self._turns(posed, places, x)
+        if (driven := measured.of_drives).any():
+            J[driven, 0] = 0.0
+            y[driven, 0], J[driven, 0, :n] = self._of_drives(driven, places, x)
+        along = measured.are(Reading.ALONG, Reading.DISTANCE)
+        is_far = measured.are(Reading.DISTANCE)[along, None]
+        u, v = measured.toward[along], y[along, :3]
+        u, v = np.where(is_far, v - u, u), np.where(is_far, v - u, v)
+        u = u / np.linalg.norm(u, axis=1, keepdims=True)
+        y[along, 0], J[along, 0] = np.sum(u * v, axis=1), np.einsum("ni,nij->nj", u, J[along, :3])
         return y.ravel()[self.read], J.reshape(width * count, -1)[self.read]
 
-    def _turn(self, k: int, places: PlacesInStates, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rotation vector (3,) of a marker in instrument axes, and its rates (3, unknowns).
+    def _turns(
+        self, posed: np.ndarray, places: PlacesInStates, x: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Rotation vectors (P, 3) of markers in instrument axes, and rates (P, 3, unknowns).
 
-        It is what was read less ``e = log(R_read R^T)``, so that turns by more than half of one do
-        no harm; with R turned by w, ``de = -J_r(e)^-1 w`` and ``J_r(e) = J_l(-e)``.
+        Of the readings `posed` (N,), what was read less ``e = log(R_read R^T)``, so that turns by
+        more than half of one do no harm; with R turned by w, ``de = -J_r(e)^-1 w`` and
+        ``J_r(e) = J_l(-e)``.
         """
-        (R, r, _, _, turns), state = self.frames(x), int(self.statics.states.of_readings[k])
-        marker, A = int(self.marker_places[k]), places.axes[state]
-        M = turn_by_vector(turns[marker]) @ self.first_turns[marker]
-        read = self.measured.values[k, 3:]
-        e = vector_of_rotation(turn_by_vector(read) @ (R @ A @ M).T)
-        n = len(self.parameters)
-        w = np.zeros((3, len(self.unknowns)))
-        w[:, :n] = R @ places.rates[state, 3:]
-        if self.instrument is None:
-            w[:, n + 3 : n + 6] = rotvec_rate(r)
-        if marker in self.turned:
-            start = len(self.unknowns) - 3 * len(self.turned) + 3 * self.turned.index(marker)
-            w[:, start : start + 3] = R @ A @ rotvec_rate(turns[marker])
-        return read - e, np.linalg.solve(rotvec_rate(-e), w)
+        (R, r, _, _, turns), state = self.frames(x), self.statics.states.of_readings[posed]
+        marker, A, n = self.marker_places[posed], R @ places.axes[state], len(self.parameters)
+        M = (turn_by_vector(turns) @ self.first_turns)[marker]
+        read = self.measured.values[posed, 3:]
+        e = vector_of_rotation(turn_by_vector(read) @ np.swapaxes(A @ M, 1, 2))
+        w = np.zeros((len(e), 3, n + len(self.sought)))
+        w[:, :, :n], w[:, :, n + 3 : n + 6] = R @ places.rates[state, 3:], rotvec_rate(r)
+        for axis, own in enumerate(np.moveaxis(A @ rotvec_rate(turns)[marker], 2, 0)):
+            w[np.arange(len(e)), :, n + 6 + 3 * (len(self.names) + marker) + axis] = own
+        return read - e, np.linalg.solve(rotvec_rate(-e), w[:, :, self._columns])
 
-    def _of_drive(self, k: int, places: PlacesInStates, x: np.ndarray) -> tuple[float, np.ndarray]:
-        """What is read at a drive, and its rates (unknowns,)."""
-        state = int(self.statics.states.of_readings[k])
-        place, rates = int(self.drive_places[k]), np.zeros(len(self.unknowns))
-        torque, statics = self.measured.kinds[k] is Reading.TORQUE, self.statics
+    def _of_drives(
+        self, driven: np.ndarray, places: PlacesInStates, x: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """What is read (D,) at drives by the readings `driven` (N,); rates with parameters."""
+        statics, torque = self.statics, self.measured.are(Reading.TORQUE)[driven]
         assert isinstance(statics, FiniteLoads)  # noqa: S101 - what is read at drives needs them
-        n = len(self.parameters)
-        rates[:n] = places.drive_rates[state, int(torque), place]
-        if torque:
-            return -places.drives[state, 1, place], -rates
-        y = statics.commanded[state, place] + places.drives[state, 0, place]
+        state, place = statics.states.of_readings[driven], self.drive_places[driven]
+        deflected = statics.commanded[state, place] + places.drives[state, 0, place]
+        y = np.where(torque, -places.drives[state, 1, place], deflected)
+        rates = places.drive_rates[state, 1 * torque, place] * np.where(torque, -1.0, 1.0)[:, None]
         for name, joint in statics.plays.items():
-            if joint == statics.compiled.drives[place]:
-                i = statics.names.index(name)
-                factor = statics.factors[state, i]
-                y, rates[i] = y + x[i] * factor, rates[i] + factor
+            i, own = statics.names.index(name), place == statics.compiled.drives.index(joint)
+            factor = np.where(own & ~torque, statics.factors[state, i], 0.0)
+            y, rates[:, i] = y + x[i] * factor, rates[:, i] + factor
         return y, rates

@@ -71,7 +71,7 @@ def fitted(
         known = np.ones(read, dtype=bool)
         return model, Fit(start, start, bounds, loss, report, False, known, too_few)
     model, fit = _fitted(model, start, bounds, loss)
-    if model.instrument is None and LoadAxes.INSTRUMENT in model.measured.axes:
+    if model.sought[:6].any() and LoadAxes.INSTRUMENT in model.measured.axes:
         for _ in range(_TURNS):  # loads turn with the instrument
             before = model.frames(fit.x)[0]
             model, fit = _fitted(model.of(model.measured, fit.x), fit.x, bounds, loss)
@@ -87,10 +87,10 @@ def _fitted(
     loss: Squares | Robust,
 ) -> tuple[ReadingModel, Fit]:
     """The fit from unknowns `start` (n,) on, within bounds (n,), and the model with its states."""
-    known = _known(model, start)
-    report = identifiability(_rates(model, start)[known], model.unknowns)
+    known, sigma = _known(model, start), model.sigma[:, None]
+    report = identifiability((model.predicted(start)[1] / sigma)[known], model.unknowns)
     x, converged = _searched(model, start, report.fixed, bounds, loss, known)
-    again = identifiability(_rates(model, x)[known], model.unknowns)
+    again = identifiability((model.predicted(x)[1] / sigma)[known], model.unknowns)
     if set(again.fixed) != set(report.fixed):  # the start was in a special place, or the end is
         report = again
         x, converged = _searched(model, x, report.fixed, bounds, loss, known)
@@ -101,10 +101,6 @@ def _fitted(
         x, converged = _searched(at_end, x, report.fixed, bounds, loss, known)
         converged = converged and bool(np.count_nonzero(known) >= _KEPT * before)
     return at_end, Fit(x, start, bounds, loss, report, converged, known)
-
-
-def _rates(model: ReadingModel, x: np.ndarray) -> np.ndarray:
-    return model.predicted(x)[1] / model.sigma[:, None]
 
 
 def _known(model: ReadingModel, x: np.ndarray) -> np.ndarray:
@@ -134,33 +130,26 @@ def _searched(
     """
     from scipy.optimize import least_squares
 
-    free = np.array([k for k in range(len(x)) if k not in set(fixed)], dtype=int)
+    free = np.setdiff1d(np.arange(len(x)), fixed)
     if not free.size:
         return x, True
     low, high = (bound[free] for bound in bounds)
     sigma, values = model.sigma[known], model.values[known]
-    last: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
 
     def at(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        key = z.tobytes()
-        if key not in last:
-            point = x.copy()
-            point[free] = z
-            y, J = model.predicted(point)
-            r, J = (y[known] - values) / sigma, J[np.ix_(known, free)] / sigma[:, None]
-            lost = ~(np.isfinite(r) & np.isfinite(J).all(axis=1))
-            r[lost], J[lost] = 0.0, 0.0
-            last.clear()
-            last[key] = r, J
-        return last[key]
+        point = x.copy()
+        point[free] = z
+        y, J = model.predicted(point)
+        r, J = (y[known] - values) / sigma, J[np.ix_(known, free)] / sigma[:, None]
+        lost = ~(np.isfinite(r) & np.isfinite(J).all(axis=1))
+        r[lost], J[lost] = 0.0, 0.0
+        return r, J
 
     z = x[free]
-    robust = isinstance(loss, Robust)
-    scale = 1.0
+    robust, scale, converged = isinstance(loss, Robust), 1.0, False
     if robust and not model.measured.has_sigma:
         first = _gauss_newton(at, z, low, high)[0]
         scale = 1.4826 * float(np.median(np.abs(at(first)[0])))
-    converged = False
     if not robust:
         z, converged = _gauss_newton(at, z, low, high)
     if not converged:
@@ -172,7 +161,7 @@ def _searched(
             bounds=(low, high),
             x_scale=1 / np.where(length > 0, length, 1.0),
             loss="soft_l1" if robust else "linear",
-            f_scale=loss.scale * scale if isinstance(loss, Robust) else 1.0,
+            f_scale=getattr(loss, "scale", 1.0) * scale,
             ftol=_ENDS,
             xtol=_ENDS,
             gtol=_ENDS,
@@ -209,15 +198,14 @@ def _gauss_newton(
         Whether the last step was rounding.
     """
     before = np.inf
-    least = 0.0
     for _ in range(12):
         r, J = at(z)
         length = np.linalg.norm(J, axis=0)
         length[length == 0] = 1.0
         Q, R = np.linalg.qr(J / length)
-        step = -np.linalg.solve(R, Q.T @ r) if np.linalg.cond(R) < 1e14 else None
-        if step is None:
+        if not np.linalg.cond(R) < 1e14:
             return z, False
+        step = -np.linalg.solve(R, Q.T @ r)
         size = float(np.linalg.norm(R @ step))
         # of a standard deviation of what was read; or what rounding leaves of exact readings
         rounding = _ROUNDING * float(np.linalg.norm(R)) * float(np.max(np.abs(z * length)))

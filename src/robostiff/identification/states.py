@@ -9,17 +9,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.compiled import Backend
+from robostiff.compiled import Backend, ComplianceMatrix, Derivative
 from robostiff.errors import InputError
-from robostiff.identification.measurement_kinds import LoadAxes, Reading
+from robostiff.identification.measurement_kinds import MOTIONS, LoadAxes
 from robostiff.identification.measurements import Measurements
 from robostiff.identification.unknowns import Unknown
+from robostiff.kept import kept
 from robostiff.kinematics import JointCoordinates, find_posture
 from robostiff.kinematics.machine_pose import actuator_places
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Robot
 
 if TYPE_CHECKING:
+    from robostiff.analysis.compiled_stiffness import CompiledStiffness
     from robostiff.statics import Equilibrium
     from robostiff.statics.kernels.compiled_loading import Platforms
 
@@ -29,8 +31,6 @@ _AGREES = 1e-9
 _NO_STRAIN = 1e-9
 # States from which on machine code is worth its compilation.
 _MANY = 5_000
-#: Readings that begin in another state.
-MOTIONS = (Reading.DISPLACEMENT, Reading.ALONG)
 
 
 @dataclass(frozen=True)
@@ -119,8 +119,8 @@ class States:
                 got=wrenches[k].tolist(),
                 expected=f"{', '.join(robot.space.wrench_order)} alone, of a planar robot",
             )
-        moved = [k for k, kind in enumerate(measured.kinds) if kind in MOTIONS]
-        from_ = np.array([measured.references[k] for k in moved], dtype=int)
+        moved = measured.are(*MOTIONS)
+        from_ = np.array(measured.references)[moved]
         known = (from_ >= 0)[:, None]
         loads = np.column_stack([wrenches, levers.reshape(-1, 9), on_bodies.reshape(len(q), -1)])
         before = np.column_stack([q[moved], np.where(known, loads[from_], 0.0)])
@@ -129,16 +129,9 @@ class States:
         place, n = place.ravel(), q.shape[1]
         references = np.zeros(len(q), dtype=int)
         references[moved] = place[len(q) :]
-        return cls(
-            unique[:, :n],
-            by_joints,
-            unique[:, n : n + 6],
-            unique[:, n + 6 : n + 15].reshape(-1, 3, 3),
-            unique[:, n + 15 :].reshape(len(unique), -1, 3),
-            sites,
-            place[: len(q)],
-            references,
-        )
+        q, W, levers, forces = np.split(unique, [n, n + 6, n + 15], axis=1)
+        levers, forces = levers.reshape(-1, 3, 3), forces.reshape(len(unique), -1, 3)
+        return cls(q, by_joints, W, levers, forces, sites, place[: len(measured)], references)
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,11 +175,8 @@ class FiniteLoads:
         )
 
     def with_states(self, states: States) -> FiniteLoads:
-        """The same for other states, by the same kernel where loads are at the same places."""
-        result = replace(self, states=states, lost=None)
-        if states.sites == self.states.sites:
-            vars(result)["compiled"] = self.compiled
-        return result
+        """The same for other states."""
+        return replace(self, states=states, lost=None)
 
     @cached_property
     def factors(self) -> np.ndarray:
@@ -263,8 +253,17 @@ class FiniteLoads:
             lost[rows] = ~((shift <= _AGREES) & (turn <= _AGREES))
             codes[rows] = sure.status_codes
         result = replace(self, lost=lost)
-        vars(result).update(compiled=self.compiled, factors=self.factors)
+        vars(result)["factors"] = self.factors
         return result, codes
+
+
+@kept
+def _compliances(robot: Robot, names: tuple[str, ...], backend: Backend) -> CompiledStiffness:
+    """The kernel of the compliance matrix and its rates with parameters."""
+    from robostiff.analysis.compiled_stiffness import compile_stiffness
+
+    outputs = [C := ComplianceMatrix(), *(Derivative(C, name) for name in names)]
+    return compile_stiffness(robot, outputs, parameters=names, backend=backend)
 
 
 @dataclass(frozen=True, eq=False)
@@ -283,21 +282,9 @@ class SmallLoads:
         R = turn_by_vector(poses[:, 3:])
         return poses[:, :3] + R @ robot.reference_point, R
 
-    @cached_property
-    def compiled(self):
-        """The kernel."""
-        from robostiff.analysis.compiled_stiffness import compile_stiffness
-        from robostiff.compiled import ComplianceMatrix, Derivative
-
-        C = ComplianceMatrix()
-        outputs, backend = [C, *(Derivative(C, name) for name in self.names)], self.states.backend
-        return compile_stiffness(self.robot, outputs, parameters=self.names, backend=backend)
-
     def with_states(self, states: States) -> SmallLoads:
-        """The same kernel for other states."""
-        result = SmallLoads(states, self.robot, self.names)
-        vars(result)["compiled"] = self.compiled
-        return result
+        """The same for other states."""
+        return replace(self, states=states)
 
     def checked(self, values: np.ndarray) -> tuple[SmallLoads, np.ndarray]:
         """Itself, and status codes (S,): what its kernel does not answer is computed again."""
@@ -307,11 +294,12 @@ class SmallLoads:
         """Places at values (n,) of the parameters."""
         (points, R), rows = self._unloaded, list(self.robot.space.rows)
         by_name = dict(zip(self.names, values.tolist(), strict=True))
-        answer = self.compiled.evaluate(self.states.pose, parameters=by_name)
+        compiled = _compliances(self.robot, self.names, self.states.backend)
+        answer = compiled.evaluate(self.states.pose, parameters=by_name)
         B = R @ self.states.levers
         W = self.states.wrenches.copy()
         W[:, 3:] += B[:, [1, 2, 0], [2, 0, 1]] - B[:, [2, 0, 1], [1, 2, 0]]
-        compliances = [answer.values[output.name] for output in self.compiled.kernel.outputs]
+        compliances = [answer.values[output.name] for output in compiled.kernel.outputs]
         moved = np.zeros((len(W), 6, len(compliances)))
         for k, C in enumerate(compliances):
             moved[:, rows, k] = np.einsum("sij,sj->si", C, W[:, rows])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 from fnmatch import fnmatchcase
@@ -37,12 +37,12 @@ _AWAY = 1e-3  # of a parameter, to see what it moves
 
 
 class UnknownKind(Enum):
-    """Kinds of unknowns."""
+    """Kinds of unknowns; those that cannot be told apart are fixed in this order."""
 
     GEOMETRY = "geometry"
+    OTHER = "other"
     COMPLIANCE = "compliance"
     FACTOR = "factor"
-    OTHER = "other"
     FRAME = "frame"
 
 
@@ -77,15 +77,22 @@ class Unknown:
     plays: str = ""
     frame: tuple[str, str] = ("", "")
 
+    @property
+    def stiffness_unit(self) -> str:
+        """Of the reciprocal of a compliance."""
+        return "N m/rad" if self.unit.startswith("rad") else "N/m"
+
 
 # An entry of a part by itself, and what the part becomes with a symbol in its place.
-_Candidate = tuple[Unknown, Callable[[Any, Any], tuple[Element, ...]]]
+_Change = Callable[[Any, Any], tuple[Element, ...]]
+_Candidate = tuple[Unknown, _Change]
 
 
+@kept
 def with_unknowns(
     robot: Robot,
-    patterns: Sequence[str],
-    fixed: Sequence[str] = (),
+    patterns: tuple[str, ...],
+    fixed: tuple[str, ...] = (),
     *,
     shared: bool = False,
     by_joints: bool = True,
@@ -95,7 +102,7 @@ def with_unknowns(
     Parameters
     ----------
     robot : Robot
-    patterns, fixed : sequence of str
+    patterns, fixed : tuple of str
         Names, which may have ``*``, and those of them that keep their values.
     shared : bool
         Whether a pattern is one number for all springs that fit it.
@@ -107,22 +114,6 @@ def with_unknowns(
     InputError
         When a name fits nothing, or lengths are asked for where poses are given.
     """
-    symbolic, unknowns = _with_unknowns(robot, tuple(patterns), tuple(fixed), shared=shared)
-    for unknown in unknowns:
-        if unknown.kind is UnknownKind.GEOMETRY and not by_joints:
-            raise InputError(
-                f"{unknown.name!r} of {robot.name!r}",
-                got="a length or an angle, with poses as postures",
-                expected="postures in joints: what the drives are commanded to",
-                hint="give joints of an arm; of legs, identify compliances",
-            )
-    return symbolic, unknowns
-
-
-@kept
-def _with_unknowns(
-    robot: Robot, patterns: tuple[str, ...], fixed: tuple[str, ...], *, shared: bool
-) -> tuple[Robot, tuple[Unknown, ...]]:
     candidates = {pair[0].name: pair for pair in _candidates(robot.numeric)}
     symbols = {str(symbol): symbol for symbol in robot.symbols}
     # known names by the name of the unknown that is one number for them
@@ -153,7 +144,7 @@ def _with_unknowns(
     constants = {name: robot.nominal[name] for name in symbols if name not in chosen}
     if constants:
         robot = robot.substituted(constants)
-    unknowns, replaced, nominal = [], {}, dict(robot.nominal)
+    unknowns, changes, nominal = [], {}, dict(robot.nominal)
     for group, names in groups.items():
         if names[0] in symbols:
             for name in names:
@@ -170,14 +161,18 @@ def _with_unknowns(
         if first.plays and alike:
             raise InputError(f"shared {group!r}", got="play", expected="one number for each joint")
         unknowns.append(replace(first, name=group))
-        replaced |= dict.fromkeys(names, group)
-    entries = {
-        name: _symbol(group, positive=candidates[name][0].kind is not UnknownKind.GEOMETRY or None)
-        for name, group in replaced.items()
-    }
+        symbol = _symbol(group, positive=first.kind is not UnknownKind.GEOMETRY or None)
+        changes |= {name: (candidates[name][1], symbol) for name in names}
+    lengths = [unknown.name for unknown in unknowns if unknown.kind is UnknownKind.GEOMETRY]
+    if lengths and not by_joints:
+        raise InputError(
+            f"{lengths[0]!r} of {robot.name!r}",
+            got="a length or an angle, with poses as postures",
+            expected="postures in joints: what the drives are commanded to",
+            hint="give joints of an arm; of legs, identify compliances",
+        )
     legs = tuple(
-        replace(leg, chain=_changed(leg.chain, f"{leg.name}/", entries, candidates))
-        for leg in robot.legs
+        replace(leg, chain=_changed(leg.chain, f"{leg.name}/", changes)) for leg in robot.legs
     )
     nominal |= {unknown.name: unknown.nominal for unknown in unknowns}
     nominal = {name: value for name, value in nominal.items() if name not in constants}
@@ -262,30 +257,25 @@ def _with_zero(element: Element, zero: Any) -> tuple[Element, ...]:
     return (Rigid(frame, f"zero of {element.name}"), element)
 
 
-def _changed(
-    chain: Chain, prefix: str, symbols: dict[str, Any], candidates: dict[str, _Candidate]
-) -> Chain:
+def _changed(chain: Chain, prefix: str, changes: Mapping[str, tuple[_Change, Any]]) -> Chain:
     """A chain with symbols at the parts of these names."""
-    names = {name for name in symbols if name.startswith(prefix)}
-    if not names:
+    if not any(name.startswith(prefix) for name in changes):
         return chain
     elements: list[Element] = []
     for element in chain.elements:
         name = prefix + element.name
         if isinstance(element, ParallelBlock):
-            chains = (
-                _changed(branch.chain, f"{name}/{branch.name}/", symbols, candidates)
+            branches = (
+                replace(branch, chain=_changed(branch.chain, f"{name}/{branch.name}/", changes))
                 for branch in element.branches
             )
-            pairs = zip(element.branches, chains, strict=True)
-            branches = tuple(replace(branch, chain=chain) for branch, chain in pairs)
-            elements.append(replace(element, branches=branches))
+            elements.append(replace(element, branches=tuple(branches)))
             continue
         several: tuple[Element, ...] = (element,)
-        for symbol in (name, f"{name}.factor", f"{name}.zero", f"{name}.play"):
-            if symbol in symbols:
-                changed = candidates[symbol][1](several[-1], symbols[symbol])
-                several = (*several[:-1], *changed)
+        for part in (name, f"{name}.factor", f"{name}.zero", f"{name}.play"):
+            if part in changes:
+                change, symbol = changes[part]
+                several = (*several[:-1], *change(several[-1], symbol))
         elements += several
     return replace(chain, elements=tuple(elements))
 
@@ -313,11 +303,9 @@ def _of_symbol(robot: Robot, name: str) -> tuple[Robot, Unknown]:
     rest = {str(x): robot.nominal[str(x)] for x in robot.symbols}
     away = value + _AWAY * (abs(value) or 1.0)
     homes = [find_posture(robot.substituted({**rest, name: x})) for x in (value, away)]
-    if robot.is_posed_by_joints:
-        moves = not np.allclose(homes[0].pose, homes[1].pose, rtol=0, atol=1e-12)
-    else:
-        pairs = zip(homes[0].coordinates, homes[1].coordinates, strict=True)
-        moves = not all(np.allclose(a, b, rtol=0, atol=1e-12) for a, b in pairs)
+    moved = [[home.pose] if robot.is_posed_by_joints else home.coordinates for home in homes]
+    pairs = zip(*moved, strict=True)
+    moves = not all(np.allclose(a, b, rtol=0, atol=1e-12) for a, b in pairs)
     least = 0.0 if symbol.is_positive else -np.inf
     kind = UnknownKind.GEOMETRY if moves else UnknownKind.OTHER
     return robot, Unknown(name, kind, value, "", least, name)

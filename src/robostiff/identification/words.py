@@ -17,13 +17,6 @@ _WEAK, _CORRELATED = 1e-4, 0.98
 # Correlations that are reported, but are no more than usual.
 _REPORTED = 0.9
 _PART = 1e-4  # of the largest entry of a null vector
-_ORDER = (
-    UnknownKind.GEOMETRY,
-    UnknownKind.OTHER,
-    UnknownKind.COMPLIANCE,
-    UnknownKind.FACTOR,
-    UnknownKind.FRAME,
-)
 
 
 @dataclass(frozen=True)
@@ -86,7 +79,7 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
         _, s, Vt = np.linalg.svd(R, full_matrices=True)
         s = np.append(s, np.zeros(len(free) - len(s)))
         null = Vt[s <= _NO_VALUE * s[0]].T
-        order = np.array([_ORDER.index(unknowns[k].kind) for k in free])
+        order = np.array([[*UnknownKind].index(unknowns[k].kind) for k in free])
         effect = length[free] * [abs(unknowns[k].nominal) or 1.0 for k in free]
         # one member is fixed for each null vector: of those that are clearly a part of what is
         # left, the first in order, and among them that of least effect

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from copy import deepcopy
 from functools import reduce
 from operator import getitem
@@ -39,7 +39,7 @@ def write_values(
 
     Parameters
     ----------
-    found : mapping of Unknown to (float, str)
+    identified : mapping of Unknown to (float, str)
         Values, and comments behind them.
     robot : Robot
         With these values.
@@ -62,10 +62,8 @@ def write_values(
     for unknown, (value, comment) in identified.items():
         text = f"{value:.12g} {unknown.unit}".strip()
         if unknown.kind is UnknownKind.COMPLIANCE and unknown.name != unknown.parameter:
-            # a stiffness where one is written
-            unit = "N m/rad" if unknown.unit.startswith("rad") else "N/m"
-            text = f"{1 / value:.12g} {unit}"
-        place = _place(document, unknown)
+            text = f"{1 / value:.12g} {unknown.stiffness_unit}"  # where a stiffness is written
+        place = _place(document.data, unknown)
         if place is not None and place not in changes:
             if unknown.parameter and not unknown.unit:
                 text = parameter_text(document, unknown.parameter, value)
@@ -76,7 +74,12 @@ def write_values(
             entry = data["joints"][joint] = {**document.data["joints"][pattern], "stiffness": text}
             entries.append(f"{json.dumps(joint)}: {json.dumps(entry)}  # {comment}")
         else:
-            raise _no_place(unknown, source)
+            raise InputError(
+                f"place of {unknown.name!r}",
+                got=f"none of its own in {os.fspath(source)!r}",
+                expected="a parameter, or the stiffness of one drive",
+                hint="write it as a parameter, such as c2: 2e-6 rad/(N m), and identify that",
+            )
     lines = edited_lines(document, changes)
     if entries:
         first = document.key_location(["joints", next(iter(document.data["joints"]))])
@@ -119,18 +122,8 @@ def _shared(source: str | os.PathLike[str], name: str) -> InputError:
     )
 
 
-def _no_place(unknown: Unknown, source: str | os.PathLike[str]) -> InputError:
-    return InputError(
-        f"place of {unknown.name!r}",
-        got=f"none of its own in {os.fspath(source)!r}",
-        expected="a parameter, or the stiffness of one drive",
-        hint="write it as a parameter, such as c2: 2e-6 rad/(N m), and identify that",
-    )
-
-
-def _place(document: Document, unknown: Unknown) -> tuple[Any, ...] | None:
+def _place(data: Mapping[str, Any], unknown: Unknown) -> tuple[Any, ...] | None:
     """Path of what an unknown is written in; None where there is none."""
-    data = document.data
     if unknown.parameter:
         named = unknown.parameter in data.get("parameters", {})
         return ("parameters", unknown.parameter) if named else None
@@ -141,14 +134,14 @@ def _place(document: Document, unknown: Unknown) -> tuple[Any, ...] | None:
         entry = data.get("joints", {}).get(part, {})
         return ("joints", part, "stiffness") if "stiffness" in entry else None
     legs = data["legs"]
-    several = enumerate(legs) if isinstance(legs, list) else [(None, legs)]
-    for i, entries in several:
-        if i is not None and entries.get("name") != leg:
-            continue
-        chain: Sequence[Any] = entries["chain"] if isinstance(entries.get("chain"), list) else ()
-        for j, element in enumerate(chain):
+    several: list[tuple[tuple[int, ...], Any]] = [((), legs)]  # a pattern of all of them, or each
+    if isinstance(legs, list):
+        several = [((i,), entries) for i, entries in enumerate(legs) if entries.get("name") == leg]
+    for at, entries in several:
+        chain: Any = entries.get("chain")
+        for j, element in enumerate(chain if isinstance(chain, list) else ()):
             if element.get("name") == part and "stiffness" in element:
-                return ("legs", *([] if i is None else [i]), "chain", j, "stiffness")
+                return ("legs", *at, "chain", j, "stiffness")
     return None
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from itertools import compress
 
 import numpy as np
 
@@ -24,45 +24,44 @@ def identification_page(result: Identified, level: float = 0.95) -> Page:
     if result.status is FitStatus.TOO_FEW_ROWS:
         name = result.model.statics.robot.name
         return Page(name, ", not identified", result.status, [], result.advice, {"values": {}})
-    rows, stiffnesses = [], []
+    rows, stiffnesses, intervals = [], [], result.interval(level)
     for p in result.model.parameters:
-        interval = result.interval(level).get(p.name)
+        interval = intervals.get(p.name)
         value = Number(result.values[p.name], p.unit)
         if interval is None:
             rows.append((p.name, value, "not identified", "", Number(p.nominal)))
             continue
         rows.append((p.name, value, *map(Number, interval), Number(p.nominal)))
         if p.kind is UnknownKind.COMPLIANCE:
-            unit = "N m/rad" if p.unit.startswith("rad") else "N/m"
             k, low, high = result.stiffness_interval(p.name, level)
             above = Number(high) if np.isfinite(high) else "no limit"
-            stiffnesses.append((p.name.removeprefix("1/"), Number(k, unit), Number(low), above))
+            stiffnesses.append(
+                (p.name.removeprefix("1/"), Number(k, p.stiffness_unit), Number(low), above)
+            )
     frames = []
     for unknown in result.unknowns[len(result.model.parameters) :]:
         error = result.std.get(unknown.name)
         words = "not identified" if error is None else Number(error, unknown.unit)
         frames.append((unknown.name, Number(result.values[unknown.name], unknown.unit), words))
     measured = result.measured
-    of_what: dict[bool, list[tuple[Any, ...]]] = {False: [], True: []}
-    drive_names = tuple(dict.fromkeys(filter(None, measured.drives)))
-    for of_drive, names, owners, width, factor in (
-        (False, measured.marker_names, measured.markers, 3, 1e6),
-        (True, drive_names, measured.drives, 1, 1.0),
+    at_markers, at_drives = [], []
+    for found, owners, kinds, width, factor in (
+        (at_markers, measured.markers, ~measured.of_drives, 3, 1e6),
+        (at_drives, measured.drives, measured.of_drives, 1, 1.0),
     ):
-        kinds = [kind.of_drive is of_drive for kind in measured.kinds]
-        for name in names:
-            selected = [owner == name and kind for owner, kind in zip(owners, kinds, strict=True)]
+        for name in dict.fromkeys(compress(owners, kinds)):
+            selected = kinds & (np.array(owners) == name)
             rest = factor * result.residuals[selected][:, :width]
             root, most = float(np.sqrt(np.nanmean(rest**2))), float(np.nanmax(np.abs(rest)))
-            of_what[of_drive].append((name, str(len(rest)), Number(root), Number(most)))
+            found.append((name, str(len(rest)), Number(root), Number(most)))
     until = f"{number(100 * level)} %"
     facts = [
-        ("readings", str(len(result.measured))),
+        ("readings", str(len(measured))),
         ("degrees of freedom", str(result.degrees_of_freedom)),
         ("chi-square", Number(result.chi_square)),
         ("probability of a larger one", Number(result.probability)),
     ]
-    if not result.measured.has_sigma:
+    if not measured.has_sigma:
         facts[2:] = [("standard deviation of a coordinate [um]", Number(1e6 * result.sigma))]
     branches = measured.branches
     if len(branches):
@@ -72,19 +71,19 @@ def identification_page(result: Identified, level: float = 0.95) -> Page:
         (("parameter", "value", f"{until} from", "to", "nominal"), rows),
         (("stiffness", "value", f"{until} from", "to"), stiffnesses),
         (("frame", "value", "standard deviation"), frames),
-        (("marker", "readings", f"{_REST} [um]", "largest [um]"), of_what[False]),
-        (("drive", "readings", f"{_REST} [SI]", "largest"), of_what[True]),
+        (("marker", "readings", f"{_REST} [um]", "largest [um]"), at_markers),
+        (("drive", "readings", f"{_REST} [SI]", "largest"), at_drives),
         (("fit", ""), facts),
     )
     return Page(
         result.robot.name,
-        f", identified from {len(result.measured)} readings",
+        f", identified from {len(measured)} readings",
         result.status,
         [Table(headings, cells) for headings, cells in tables if cells],
         result.advice,
         {
             **attributes(result, "values std"),
-            "intervals": result.interval(level),
+            "intervals": intervals,
             **attributes(result, "names covariance residuals leverage outliers chi_square"),
             **attributes(result, "degrees_of_freedom probability not_identified weak"),
             "branches": branches,

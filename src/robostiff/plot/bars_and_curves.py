@@ -269,7 +269,7 @@ def residuals_picture(result: Identified) -> Curves:
     """Residuals of the three coordinates of markers over the readings [um]."""
     readings = np.arange(1, len(result.measured) + 1, dtype=float)
     rest = 1e6 * result.residuals
-    rest[[kind.of_drive for kind in result.measured.kinds]] = np.nan
+    rest[result.measured.of_drives] = np.nan
     curves = [
         Curve(axis, readings, rest[:, k], Category(k))
         for k, axis in enumerate("xyz")
