@@ -31,6 +31,8 @@ _MASSLESS = 1e-9
 # Of the largest stiffness, or square of a frequency: nothing resists; and condition of a root of
 # the stiffness up to which every motion meets more.
 _LOOSE, _CLEARLY = 1e-10, 1e5
+# Of a frequency: another is the same; and of what the platform moves: not at all.
+_SAME, _SMALL = 1e-8, 1e-6
 
 
 @dataclass(frozen=True)
@@ -291,13 +293,25 @@ def vibrations(
     B = B @ inverse.T
     values = np.linalg.svd(B, compute_uv=False)  # a third of the time of all
     values = values[values > _MASSLESS * np.max(values, initial=0.0)]
-    return 1.0 / values**2, partial(_shapes, Z @ inverse.T, B, len(values))
+    return 1.0 / values**2, partial(_shapes, Z @ inverse.T, B, len(values), r)
 
 
-def _shapes(Z: np.ndarray, B: np.ndarray, count: int) -> np.ndarray:
-    """Motions ``Z v / s`` (count, n) of the largest singular values s of B."""
+def _shapes(Z: np.ndarray, B: np.ndarray, count: int, r: int) -> np.ndarray:
+    """Motions ``Z v / s`` (count, n) of the largest singular values s of B.
+
+    Of those of one frequency the first takes all of what the platform moves along the first of its
+    r coordinates, which are the last of Z, and so on: rounding does not choose them.
+    """
     _, values, Vt = np.linalg.svd(B, full_matrices=False)
-    return (Z @ Vt[:count].T / values[:count]).T
+    motions = (Z @ Vt[:count].T / values[:count]).T
+    starts = np.flatnonzero(np.diff(values[:count]) < -_SAME * values[1:count]) + 1
+    for own in np.split(np.arange(count), starts):
+        moved = motions[own, -r:]
+        sizes = np.linalg.norm(moved, axis=0)
+        if len(own) > 1 and sizes.any():
+            Q = np.linalg.qr(moved[:, sizes > _SMALL * sizes.max()], mode="complete")[0]
+            motions[own] = Q.T @ motions[own]
+    return motions
 
 
 def _without_stiffness(
