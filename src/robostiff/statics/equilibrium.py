@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -124,7 +125,7 @@ def equilibrium(
             expected="one of them: the other follows",
         )
     acting = Acting(loads, gravity, preload, beams, at, laws or {})
-    if isinstance(robot, Robot) and displacement is None and at is None and near is None:
+    if displacement is None and at is None and near is None:
         recorded = _by_record(robot, pose, wrench, acting)
         if recorded is not None:
             return recorded
@@ -183,10 +184,10 @@ def _kernel(robot: Robot, gravity: Gravity, beams: Beams) -> _KeptKernel:
 
 
 def _by_record(
-    robot: Robot, pose: Any, wrench: ArrayLike | None, acting: Acting
+    robot: Any, pose: Any, wrench: ArrayLike | None, acting: Acting
 ) -> Equilibrium | None:
     """Equilibria under wrenches by the record of a robot; None where there is none, or not so."""
-    poses = None if acting.laws else kept_for_last(_recorded_poses, robot, pose)
+    poses = None if acting.laws else _recorded_poses(robot, pose)
     if poses is None:
         return None
     F, batch = wrenches_of("wrench", wrench, robot.space), poses.shape[:-1]
@@ -202,8 +203,19 @@ def _by_record(
     return compiled.evaluate(JointCoordinates(poses) if robot.is_posed_by_joints else poses, F)
 
 
-def _recorded_poses(robot: Robot, pose: Any) -> np.ndarray | None:
-    """Coordinates (..., n) of poses that a record answers, those of joints where these pose it."""
+@singledispatch
+def _recorded_poses(robot: Any, pose: Any) -> np.ndarray | None:
+    """Coordinates (..., n) of poses that a record answers; None where there is none for them."""
+    return None
+
+
+@_recorded_poses.register
+def _(robot: Robot, pose: Any) -> np.ndarray | None:
+    return kept_for_last(_coordinates, robot, pose)
+
+
+def _coordinates(robot: Robot, pose: Any) -> np.ndarray | None:
+    """Those of joints where these pose the robot, else of the platform."""
     question = PosesOfRobot(robot, pose)
     given = question.recordable()
     if given is None:

@@ -262,7 +262,7 @@ def test_records_under_load_are_kept_with_all_that_acts(cache, monkeypatch):
 
 def test_equilibria_are_answered_by_a_record_on_disk_from_the_third_on_or_for_twenty_wrenches():
     robot, wrench = rs.load("3-rpr"), [10.0, -5.0, 0.1]
-    wrenches = np.linspace(-1.0, 1.0, 20)[:, None] * np.ones(3)
+    wrenches = np.linspace(-1e-2, 1e-2, 20)[:, None] * np.array(wrench)
     without = rs.equilibrium(rs.load("3-rpr"), None, wrenches)
     assert not without.known
     rs.compile_loaded(model("3-rpr"), backend=rs.Backend.ARRAYS)
