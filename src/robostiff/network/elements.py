@@ -111,7 +111,8 @@ def find_properties(beams: Iterable[BeamElement]) -> None:
         along = np.array([beam.end for beam in own]) - np.array([beam.start for beam in own])
         length = np.sqrt(np.sum(along**2, axis=1))
         x = along / length[:, None]
-        axes = axes_towards(x, np.eye(3)[np.argmin(np.abs(x), axis=1)])
+        # that axis of the world is never along a beam
+        axes: Any = axes_towards(x, np.eye(3)[np.argmin(np.abs(x), axis=1)])
         C = beam_compliance(length if len(own) > 1 else length.item(), *own[0].section)
         for beam, R, C_own in zip(own, axes, C.reshape(-1, 6, 6), strict=True):
             vars(beam).setdefault("rotation", R)
