@@ -331,7 +331,9 @@ def test_machine_code_takes_over_where_it_pays(recorded_at_once, monkeypatch):
     robot: Any = rs.load("3-rpr")
     poses = posed(robot, 100, 0.05)
     first, second = rs.stiffness(robot, poses), rs.stiffness(robot, poses)
-    assert isinstance(posed_stiffness.record_of(robot).compiled.kernel.code, MachineCode)
+    kept = posed_stiffness.record_of(robot)
+    assert isinstance(kept.by_machine_code.kernel.code, MachineCode)
+    assert kept.for_poses(1, questions.PosesOfRobot.pays) is kept.compiled  # of one pose
     np.testing.assert_array_equal(first.status_codes, second.status_codes)
     assert_same(second.K, first.K)
 
