@@ -33,7 +33,7 @@ def alike(derivation: Any) -> dict[str, set[sp.Symbol]]:
     found: dict[str, set[sp.Symbol]] = defaultdict(set)
     for symbol in symbols_in(derivation):
         found[symbol.name].add(symbol)
-    assert found
+    assert found or not derivation.symbols  # of numbers alone
     return {name: own for name, own in found.items() if len(own) > 1}
 
 
