@@ -292,11 +292,13 @@ class _Commands:
                 if largest <= _THERE * posture_finder(self.robot).length or not largest < before:
                     break
                 before = largest
-        finder, commanded = posture_finder(self.robot), self._pose(command).copy()
+        finder = posture_finder(self.robot)
         request = finder.request(self._given(command))
-        every = (
-            finder.leg_coordinates(request) if request.is_whole else finder.at(request).coordinates
-        )
+        if request.is_whole:
+            commanded, every = request.coordinates.copy(), finder.leg_coordinates(request)
+        else:
+            posture = finder.at(request)
+            commanded, every = posture.pose.copy(), posture.coordinates
         codes, residual = codes.copy(), residual.copy()
         for leg, q in zip(self.robot.legs, every, strict=True):
             codes[beyond_limits(leg.chain, q)] |= np.uint16(Status.BEYOND_LIMITS)

@@ -127,9 +127,9 @@ def written_steps(
     >>> written_steps(program, _EXPRESSIONS, 2)
     ([('v0', 'x[0]'), ('v5', '((v0 * v0) + 1.0) * 2.0')], ['v5'])
     """
-    uses, templates = Counter(program.outputs), {**expressions}
+    uses = Counter(program.outputs)
     for step in program.steps:
-        template = templates.get(step.operation, "")
+        template = expressions.get(step.operation, "")
         for key, k in (("{a}", step.a), ("{b}", step.b)):
             if k is not None:
                 uses[k] += template.count(key)
@@ -142,7 +142,7 @@ def written_steps(
         else:
             arguments = {key: k for key, k in (("a", step.a), ("b", step.b)) if k is not None}
             texts = {key: known[k] for key, k in arguments.items()}
-            value = templates[step.operation].format(i=i, **texts)
+            value = expressions[step.operation].format(i=i, **texts)
             depth = 1 + max((depths[k] for k in arguments.values()), default=0)
             if uses[i] == 1 and depth <= deepest:
                 known.append(f"({value})")

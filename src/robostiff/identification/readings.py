@@ -160,9 +160,8 @@ class ReadingModel:
         R, r, b, m, _ = self.frames(x)
         names, marker = self.names, self.marker_places
         width = measured.values.shape[1]
-        arms = (m if names else np.zeros((1, 3)))[
-            marker
-        ] - self.statics.robot.numeric.reference_point
+        places_of_markers = m if names else np.zeros((1, 3))
+        arms = places_of_markers[marker] - self.statics.robot.numeric.reference_point
 
         def in_world(state: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
             """Markers before and by small displacements; rates with parameters and own places."""

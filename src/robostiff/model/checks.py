@@ -22,6 +22,7 @@ from robostiff.spatial.formula import (
     length_of,
     vanishes,
 )
+from robostiff.spatial.quantities import LARGEST
 from robostiff.spatial.rotation import nearest_rotation
 
 FARTHEST = 100.0
@@ -44,7 +45,7 @@ def vector3(subject: str, value: Entries) -> np.ndarray:
     """
     if type(value) is np.ndarray and value.dtype == float and value.shape == (3,):
         x, y, z = value.tolist()
-        if abs(x) + abs(y) + abs(z) < 1e30:  # as of most beams of a large network
+        if abs(x) + abs(y) + abs(z) <= LARGEST:  # as of most beams of a large network
             return value
     formulas = formula_array(value)
     if formulas is not None:

@@ -223,12 +223,8 @@ def _springs(
 
 def check_fits(element: Element, space: Space) -> None:
     """Raise an InputError unless an element stays in the plane of a planar network."""
-    for _ in (
-        ()
-        if space is Space.SPATIAL
-        else groups_of([element], np.zeros((1, 3)), np.ones(space.size), space, Tolerance())
-    ):
-        pass
+    if space is Space.PLANAR:
+        list(groups_of([element], np.zeros((1, 3)), np.ones(space.size), space, Tolerance()))
 
 
 def _in_space(

@@ -174,11 +174,11 @@ def network_response(
         for one in _as_sequence(loads[name]):
             s, force = resultant(beam, one)
             given.append((beam.start + s * axes[:3, 0], (axes[:, :3] @ force)[rows]))
-    settled = np.zeros(right.shape)
+    displaced = np.zeros(right.shape)
     for name, t in moved.items():
         D = equations.between(points[name], equations.points[name])
-        settled[system.matrix.rows_of[name], 0] = D @ (equations.scale * t)
-    found = LoadedNetwork.of(system, right, given, settled)
+        displaced[system.matrix.rows_of[name], 0] = D @ (equations.scale * t)
+    found = LoadedNetwork.of(system, right, given, displaced)
     _check_holds(found)
     beams = {}
     for k, beam in enumerate(network.beams):

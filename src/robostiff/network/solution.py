@@ -299,14 +299,14 @@ class LoadedNetwork:
         system: SaddlePointSystem,
         right: np.ndarray,
         given: Wrenches,
-        settled: np.ndarray | None = None,
+        displaced: np.ndarray | None = None,
     ) -> LoadedNetwork:
-        """Under a right side (size, 1), with nodes displaced by `settled` (size, 1).
+        """Under a right side (size, 1), with nodes displaced by `displaced` (size, 1).
 
         The reactions must balance the loads as they are `given`.
         """
         driven = system.driven(right[:, 0])
-        moved = np.zeros(right.shape) if settled is None else settled
+        moved = np.zeros(right.shape) if displaced is None else displaced
         x, step = system.solve(right - system.matrix.times(moved))
         status = Status.OK if driven is None else Status.UNBALANCED
         found = LoadedNetwork(status, system, driven, right[:, 0], (x + moved)[:, 0])

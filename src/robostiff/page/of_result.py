@@ -92,10 +92,14 @@ def page_data(page: Page) -> dict[str, Any]:
 
 def plain(value: Any) -> Any:
     """A result or a part of it: arrays and tuples as lists, statuses in words, NaN as None."""
-    if hasattr(value, "tolist"):
-        return plain(value.tolist())
-    if isinstance(value, Flag) or (isinstance(value, float) and not isfinite(value)):
-        return str(value) if isinstance(value, Flag) else None
+    if hasattr(value, "tolist") or (isinstance(value, float) and not isfinite(value)):
+        import numpy as np  # loaded where there is an array
+
+        is_float = np.asarray(value).dtype.kind == "f"
+        array: Any = np.ma.masked_invalid(value) if is_float else value
+        return array.tolist()
+    if isinstance(value, Flag):
+        return str(value)
     if isinstance(value, list | tuple):
         return [plain(item) for item in value]
     if is_dataclass(value):

@@ -209,7 +209,8 @@ def _is_foreign(value: Any) -> bool:
     return hasattr(kind, "to_value") or hasattr(getattr(value, "dtype", None), "units")
 
 
-_LARGEST = 1e30  # far beyond any robot, and far from overflow
+#: Size of a number that is given: far beyond any robot, and far from overflow.
+LARGEST = 1e30
 
 
 def as_floats(
@@ -255,8 +256,8 @@ def as_floats(
     if array.dtype.kind not in "iuf" or np.any(mask):
         raise InputError(subject, got=value, expected=expected)
     # NaN fails the comparisons as well. Most batches are right, and need no array of their own.
-    if array.size and not (array.max() <= _LARGEST and array.min() >= -_LARGEST):
-        wrong = ~(np.abs(array.astype(float)) <= _LARGEST)
+    if array.size and not (array.max() <= LARGEST and array.min() >= -LARGEST):
+        wrong = ~(np.abs(array.astype(float)) <= LARGEST)
         place = tuple(int(i) for i in np.argwhere(wrong)[0])
         entry = f"{subject}, entry {list(place)}" if place else subject
         raise InputError(entry, got=array[place], expected="a finite number up to 1e30")

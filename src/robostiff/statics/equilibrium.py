@@ -194,9 +194,7 @@ def _by_record(
     if acting.loads or acting.preload:
         kernel = _KeptKernel(robot, StandingLoads(**acting.given))
     else:
-        gravity = acting.gravity
-        gravity = None if gravity is None else comparable_gravity(robot, gravity)
-        kernel = _kernel(robot, gravity, acting.beams)
+        kernel = _kernel(robot, comparable_gravity(robot, acting.gravity), acting.beams)
     compiled = kernel.for_equilibria(len(np.atleast_2d(beside(batch, F))))
     if compiled is None:
         return None

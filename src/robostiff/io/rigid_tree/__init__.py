@@ -1,6 +1,6 @@
 """Trees of rigid links from robot description files, with what a side file adds to them.
 
-A `Reader` of descriptions makes a `RigidTree`; `read_xml` reads XML of strangers, bounded.
+A `Reader` of descriptions makes a `RigidTree`; `read_xml` reads XML from unknown sources, bounded.
 
 ``tree`` is the description as data, ``side_file`` what is written beside it, and ``build`` makes
 linkages and robots of both.

@@ -1,4 +1,4 @@
-"""Robot descriptions as data: XML of strangers, and the tree of rigid links that is read of it.
+"""Robot descriptions as data: XML from unknown sources, and the tree of rigid links read of it.
 
 XML is bounded and without entities, every element with its location.
 """

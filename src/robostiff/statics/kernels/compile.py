@@ -244,8 +244,7 @@ def _recorded(
 
 def kept_loading(robot: Robot, gravity: Gravity = None, **settings: Any) -> CompiledLoading:
     """What `compile_loaded` makes of settings that are hashable; it is kept with the robot."""
-    gravity = None if gravity is None else comparable_gravity(robot, gravity)
-    return _kept(robot, gravity=gravity, **settings)
+    return _kept(robot, gravity=comparable_gravity(robot, gravity), **settings)
 
 
 _kept = kept(compile_loaded)

@@ -80,10 +80,11 @@ class DeadForce:
     point: Any = None
 
 
-def comparable_gravity(robot: Robot, gravity: ArrayLike | str) -> str | tuple[float, ...]:
-    """Gravity as it is given: the name of an axis, or numbers that are compared by their values."""
-    is_name = isinstance(gravity, str)
-    return gravity if is_name else tuple(acting_gravity(robot.numeric, gravity).tolist())
+def comparable_gravity(robot: Robot, gravity: Gravity) -> str | tuple[float, ...] | None:
+    """Gravity as it is given: none, the name of an axis, or numbers compared by their values."""
+    if gravity is None or isinstance(gravity, str):
+        return gravity
+    return tuple(acting_gravity(robot.numeric, gravity).tolist())
 
 
 def acting_gravity(
