@@ -301,7 +301,7 @@ class LoadedNetwork:
         given: Wrenches,
         displaced: np.ndarray | None = None,
     ) -> LoadedNetwork:
-        """Under a right side (size, 1), with nodes displaced by `displaced` (size, 1).
+        """Under a right side (size, 1), where nodes are displaced (size, 1) already.
 
         The reactions must balance the loads as they are `given`.
         """
