@@ -19,21 +19,15 @@ from robostiff.io.units.unit import NUMBER, after_space
 
 
 @dataclass(frozen=True)
-class Literal:
-    """A number, with its unit if it has one: in base units, and as it was written."""
+class Token:
+    """A piece of the text: kind is ``number``, ``name``, ``end``, or the operator itself."""
 
-    quantity: SIQuantity
+    kind: str
+    text: str
     column: int
-    digits: str
-    unit: Unit | None
-
-
-@dataclass(frozen=True)
-class Name:
-    """A parameter."""
-
-    name: str
-    column: int
+    quantity: SIQuantity | None = None  # of a number, in base units
+    digits: str = ""  # as they were written, without the unit
+    unit: Unit | None = None
 
 
 @dataclass(frozen=True)
@@ -44,14 +38,9 @@ class ParsedOperation:
     operands: tuple[Node, ...]
     column: int
 
-    @property
-    def is_sign(self) -> bool:
-        """Whether it is a minus before its only operand."""
-        return self.name == "-" and len(self.operands) == 1
 
-
-Node: TypeAlias = Literal | Name | ParsedOperation
-
+#: A number, a parameter or an operation.
+Node: TypeAlias = Token | ParsedOperation
 
 LONGEST_TEXT = 1000
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -60,18 +49,8 @@ _SHOWN = 60
 _SIGNS = {"·": "write *", "⋅": "write *", "×": "write *", "−": "write -", "–": "write -"}
 
 
-@dataclass(frozen=True)
-class Token:
-    """A piece of the text: kind is ``number``, ``name``, ``end``, or the operator itself."""
-
-    kind: str
-    text: str
-    column: int
-    literal: Literal | None = None  # of a number
-
-
 def error_at(
-    text: str, column: int, *, got: object, expected: str, hint: str | None = None
+    text: str, column: int, got: object, expected: str, hint: str | None = None
 ) -> InputError:
     """The error for one column of an expression."""
     start = max(0, min(column - 1 - _SHOWN // 2, len(text) - _SHOWN))
@@ -103,13 +82,8 @@ def tokens(text: str) -> Iterator[Token]:
             kind = "name" if match.re is _NAME else "^" if word == "**" else word
             token = Token(kind, word, start + 1)
         else:
-            raise error_at(
-                text,
-                start + 1,
-                got=text[start],
-                expected="numbers with units, parameters, + - * / ^, functions and brackets",
-                hint=_SIGNS.get(text[start]),
-            )
+            expected = "numbers with units, parameters, + - * / ^, functions and brackets"
+            raise error_at(text, start + 1, text[start], expected, _SIGNS.get(text[start]))
         yield token
         is_sign = token.kind in ("+", "-") and previous not in ("number", "name", ")")
         if not is_sign:  # R/-2/m is as ambiguous as R/2/m
@@ -123,10 +97,8 @@ def _number(text: str, match: re.Match[str], *, leading_slash: bool) -> tuple[To
     try:
         unit, end = read_unit(text, match.end(), leading_slash=leading_slash)
     except InputError as error:
-        complaint = error_at(
-            text, match.end() + 1, got=error.got, expected=str(error.expected), hint=error.hint
-        )
-        raise complaint from None
+        column, expected = match.end() + 1, str(error.expected)
+        raise error_at(text, column, error.got, expected, error.hint) from None
     start_of_word = after_space(text, match.end())
     word = _NAME.match(text, start_of_word) if unit is None else None
     if word is not None:  # either a misspelt unit or a forgotten product sign
@@ -134,13 +106,11 @@ def _number(text: str, match: re.Match[str], *, leading_slash: bool) -> tuple[To
         near = nearest(word[0], UNIT_WORDS) if len(word[0]) > 1 else None
         if near is not None and not is_unit_word(word[0]):
             hint = f"did you mean the unit {near}? {hint}"
-        expected = "a unit or an operator"
-        raise error_at(text, start_of_word + 1, got=word[0], expected=expected, hint=hint)
+        raise error_at(text, start_of_word + 1, word[0], "a unit or an operator", hint)
     quantity = make_quantity(float(digits), unit)
     if not math.isfinite(quantity.magnitude):
-        raise error_at(text, start + 1, got=text[start:end], expected="a finite number")
-    literal = Literal(quantity, start + 1, digits, unit)
-    return Token("number", text[start:end], start + 1, literal), end
+        raise error_at(text, start + 1, text[start:end], "a finite number")
+    return Token("number", text[start:end], start + 1, quantity, digits, unit), end
 
 
 DEEPEST = 50
@@ -161,11 +131,6 @@ class _Parser:
     def next(self) -> Token:
         return self.tokens[self.position]
 
-    def fault(
-        self, token: Token, got: object, expected: str, hint: str | None = None
-    ) -> InputError:
-        return error_at(self.text, token.column, got=got, expected=expected, hint=hint)
-
     def take(self) -> Token:
         token = self.next
         self.position += 1
@@ -181,7 +146,7 @@ class _Parser:
         self.depth += 1
         if self.depth > DEEPEST:
             got = Words(f"more than {DEEPEST} levels of nesting")
-            raise self.fault(self.next, got, f"at most {DEEPEST}")
+            raise error_at(self.text, self.next.column, got, f"at most {DEEPEST}")
         left = self.prefix()
         while (binding := _BINDING.get(self.next.kind, 0)) >= weakest:
             operator = self.take()
@@ -202,23 +167,19 @@ class _Parser:
             inner = self.expression(_SUM)
             self.expect(")", "an operator or )")
             return inner
-        if token.literal is not None:
-            self.take()
-            return token.literal
-        if token.kind == "name":
-            self.take()
-            return self.call(token) if self.next.kind == "(" else self.name(token)
-        raise self.unexpected("a number, a parameter, a function or (")
+        if token.kind not in ("number", "name"):
+            raise self.unexpected("a number, a parameter, a function or (")
+        self.take()
+        if token.kind == "number":
+            return token
+        return self.call(token) if self.next.kind == "(" else self.name(token)
 
     def call(self, function: Token) -> Node:
         counts = RULES.get(function.text)
         if counts is None:
-            raise self.fault(
-                function,
-                got=function.text,
-                expected=f"one of the functions {', '.join(RULES)}",
-                hint=did_you_mean(function.text, RULES) or "write * for a product with brackets",
-            )
+            expected = f"one of the functions {', '.join(RULES)}"
+            hint = did_you_mean(function.text, RULES) or "write * for a product with brackets"
+            raise error_at(self.text, function.column, function.text, expected, hint)
         self.take()
         arguments = []
         while self.next.kind != ")" or arguments:  # no comma before the bracket
@@ -229,19 +190,21 @@ class _Parser:
         self.take()
         if len(arguments) not in counts:
             came, fewest = (f"{n} argument{'s' * (n != 1)}" for n in (len(arguments), counts[0]))
+            got = Words(f"{came} of {function.text}")
             expected = f"at least {fewest}" if len(counts) > 1 else fewest
-            raise self.fault(function, Words(f"{came} of {function.text}"), expected)
+            raise error_at(self.text, function.column, got, expected)
         return ParsedOperation(function.text, tuple(arguments), function.column)
 
     def name(self, token: Token) -> Node:
-        if is_unit_word(token.text):
-            raise self.fault(token, token.text, "a number before a unit", f"write 1 {token.text}")
-        if token.text in RULES:
+        word, column = token.text, token.column
+        if is_unit_word(word):
+            raise error_at(self.text, column, word, "a number before a unit", f"write 1 {word}")
+        if word in RULES:
             expected = "brackets after the name of a function"
-            raise self.fault(token, token.text, expected, f"write {token.text}(...)")
-        if token.text not in CONSTANTS:
-            self.names[token.text] = None
-        return Name(token.text, token.column)
+            raise error_at(self.text, column, word, expected, f"write {word}(...)")
+        if word not in CONSTANTS:
+            self.names[word] = None
+        return token
 
     def unexpected(self, expected: str) -> InputError:
         token = self.next
@@ -250,7 +213,7 @@ class _Parser:
         before = self.tokens[self.position - 1] if self.position else None
         if before and before.kind in ("number", "name", ")") and token.kind in ("name", "("):
             hint = f"for a product write {before.text}*{token.text}"
-        return self.fault(token, got, expected, hint)
+        return error_at(self.text, token.column, got, expected, hint)
 
 
 @dataclass(frozen=True)
@@ -304,19 +267,19 @@ class Expression:
         while isinstance(node, ParsedOperation):
             operations.append(node)
             node = node.operands[0]
-        if isinstance(node, Literal):
+        name = node.text
+        if node.quantity is not None:
             number = mathematics.number
             result = node.quantity if number is None else number(node.digits, node.unit)
-        elif node.name in environment:
-            result = environment[node.name]
+        elif name in environment:
+            result = environment[name]
             if not isinstance(result, SIQuantity):
-                got = f"{node.name} = {result!r}"
-                raise error_at(self.text, node.column, got=got, expected="a quantity for it")
-        elif node.name in mathematics.constants:
-            result = make_quantity(mathematics.constants[node.name])
+                raise error_at(self.text, node.column, f"{name} = {result!r}", "a quantity for it")
+        elif name in mathematics.constants:
+            result = make_quantity(mathematics.constants[name])
         else:
-            expected, hint = known_names(environment), did_you_mean(node.name, environment)
-            raise error_at(self.text, node.column, got=node.name, expected=expected, hint=hint)
+            expected, hint = known_names(environment), did_you_mean(name, environment)
+            raise error_at(self.text, node.column, name, expected, hint)
         for op in reversed(operations):
             rest = [self._value(x, environment, mathematics) for x in op.operands[1:]]
             operands = [result, *rest]
@@ -329,7 +292,7 @@ class Expression:
                 raise error_at(self.text, op.column, **vars(refusal)) from None
             if value is None:
                 got = Words(functions.in_words(op.name, operands))
-                raise error_at(self.text, op.column, got=got, expected="a finite real result")
+                raise error_at(self.text, op.column, got, "a finite real result")
             result = value
         return result
 
@@ -337,9 +300,9 @@ class Expression:
     def is_quantity(self) -> bool:
         """Whether it is one number, perhaps with a sign and a unit."""
         root = self.root
-        if isinstance(root, ParsedOperation) and root.is_sign:
+        if isinstance(root, ParsedOperation) and root.name == "-" and len(root.operands) == 1:
             (root,) = root.operands
-        return isinstance(root, Literal)
+        return isinstance(root, Token) and root.kind == "number"
 
 
 def parse(text: str) -> Expression:
