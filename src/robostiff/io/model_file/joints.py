@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -157,20 +154,29 @@ class WrittenDrive(WrittenMapping):
                 )
 
 
+#: What makes joints of each kind, of directions and a pitch.
+MAKERS = {
+    **{"revolute": revolute, "prismatic": prismatic, "helical": helical, "universal": universal},
+    **{"spherical": spherical, "cylindrical": cylindrical, "planar": planar},
+}
+
+
 class WrittenBaseJoint(WrittenDrive):
     """A joint, of any kind."""
 
     home: Any = None
 
-    @abstractmethod
-    def _maker(self, place: Place) -> Callable[..., Joint]:
-        """What makes it of a role."""
-
     def build(self, place: Place, name: str) -> Joint:
         """The joint."""
-        make = self._maker(place)
+        written = vars(self)
+        axes = [(place / key, written[key]) for key in ("axis", "normal") if key in written]
+        axes += [(place / "axes" / i, axis) for i, axis in enumerate(written.get("axes", ()))]
+        arguments: list[Any] = [here.direction(axis) for here, axis in axes]
+        if "pitch" in written:
+            pitch = (place / "pitch").number(written["pitch"], Dimension.ADVANCE_PER_TURN)
+            arguments.append(pitch)
         with place.complaints():
-            joint = make(Passive(), name=name)
+            joint = MAKERS[written["type"]](*arguments, Passive(), name=name)
         dimensions = tuple(map(coordinate_dimension, joint.freedoms))
         role = self.build_role(place, dimensions)
         here, home = place / "home", ()
@@ -193,10 +199,6 @@ class WrittenOneAxisJoint(WrittenBaseJoint):
     axis: _Axis
     home: Value | None = None
 
-    def _maker(self, place: Place) -> Callable[..., Joint]:
-        make = revolute if self.type == "revolute" else prismatic
-        return partial(make, (place / "axis").direction(self.axis))
-
 
 class WrittenHelical(WrittenBaseJoint):
     """Helical joint."""
@@ -209,10 +211,6 @@ class WrittenHelical(WrittenBaseJoint):
     )
     home: Value | None = None
 
-    def _maker(self, place: Place) -> Callable[..., Joint]:
-        pitch = (place / "pitch").number(self.pitch, Dimension.ADVANCE_PER_TURN)
-        return partial(helical, (place / "axis").direction(self.axis), pitch)
-
 
 class WrittenUniversal(WrittenBaseJoint):
     """Universal joint."""
@@ -223,19 +221,12 @@ class WrittenUniversal(WrittenBaseJoint):
     )
     home: Pair | None = None
 
-    def _maker(self, place: Place) -> Callable[..., Joint]:
-        axes = [(place / "axes" / i).direction(axis) for i, axis in enumerate(self.axes)]
-        return partial(universal, *(axis.tolist() for axis in axes))
-
 
 class WrittenSpherical(WrittenBaseJoint):
     """Spherical joint."""
 
     type: Literal["spherical"]
     home: Vector | None = None
-
-    def _maker(self, place: Place) -> Callable[..., Joint]:
-        return spherical
 
 
 class WrittenCylindrical(WrittenBaseJoint):
@@ -245,9 +236,6 @@ class WrittenCylindrical(WrittenBaseJoint):
     axis: _Axis
     home: Pair | None = None
 
-    def _maker(self, place: Place) -> Callable[..., Joint]:
-        return partial(cylindrical, (place / "axis").direction(self.axis))
-
 
 class WrittenPlanar(WrittenBaseJoint):
     """Planar joint."""
@@ -255,9 +243,6 @@ class WrittenPlanar(WrittenBaseJoint):
     type: Literal["planar"]
     normal: Direction = Field(description="the direction across the plane, such as z")
     home: Vector | None = None
-
-    def _maker(self, place: Place) -> Callable[..., Joint]:
-        return partial(planar, (place / "normal").direction(self.normal))
 
 
 WrittenJoint = (

@@ -96,10 +96,7 @@ def build_links(
         joint = tree.into.get(name)
         start = np.zeros(3) if joint is None else joint.after.inverse.p + 0.0
         to = to - start
-        entries: dict[str, Any] = {
-            key: getattr(entry, key) for key in type(entry).model_fields if key != "to"
-        }
-        entries |= {"to": to.tolist(), "name": name}
+        entries: dict[str, Any] = {**dict(entry), "to": to.tolist(), "name": name}
         if not isinstance(entry, WrittenLinkBeam):
             link = WrittenLink.model_construct(**entries).build(place, name)
         elif np.any(np.abs(to) > 1e-12):

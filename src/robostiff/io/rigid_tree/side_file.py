@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Annotated, Any, Literal, cast
 
 from annotated_types import MaxLen, MinLen
@@ -13,7 +13,7 @@ from pydantic import AfterValidator, Field, Tag
 
 from robostiff.errors import InputError, Words, warn_of_slip
 from robostiff.io.document import Document
-from robostiff.io.model_file.joints import STIFFNESS_OF, WrittenDrive, WrittenJoint
+from robostiff.io.model_file.joints import MAKERS, STIFFNESS_OF, WrittenDrive, WrittenJoint
 from robostiff.io.model_file.links import (
     MaterialChoice,
     SectionChoice,
@@ -40,20 +40,7 @@ from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
 from robostiff.io.suggest import listing, shown, values
 from robostiff.io.units import Dimension
 from robostiff.io.validation import validate
-from robostiff.model import (
-    Actuated,
-    Coupling,
-    Joint,
-    Locked,
-    Passive,
-    Role,
-    StiffnessLaw,
-    coupling,
-    planar,
-    prismatic,
-    revolute,
-    spherical,
-)
+from robostiff.model import Actuated, Coupling, Joint, Locked, Passive, Role, StiffnessLaw, coupling
 
 _LINK = "the name of a link"
 
@@ -176,7 +163,6 @@ _DIMENSIONS = {
     JointType.SPHERICAL: (_TURN, _TURN, _TURN),
     JointType.PLANAR: (_SLIDE, _SLIDE, _TURN),
 }
-_MAKE = {JointType.REVOLUTE: revolute, JointType.PRISMATIC: prismatic, JointType.PLANAR: planar}
 _WILD = frozenset("*?[")
 
 
@@ -271,11 +257,10 @@ class DescribedTree:
                 role = _beside(_role(place, entry, joint), joint, place)
                 if joint.inertia and isinstance(role, Actuated) and role.inertia is None:
                     role = replace(role, inertia=joint.inertia)
-                make = spherical
-                if joint.type is not JointType.SPHERICAL:
-                    make = partial(_MAKE[joint.type], joint.axis)
+                axis = () if joint.type is JointType.SPHERICAL else (joint.axis,)
+                make: Any = MAKERS[joint.type.value]
                 try:
-                    joints[joint.name] = make(role, home=home, name=joint.name)
+                    joints[joint.name] = make(*axis, role, home=home, name=joint.name)
                 except InputError as error:
                     raise self.tree.error(
                         f"joint {joint.name!r}: {error.subject}",
