@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.identification.unknowns import Unknown, UnknownKind
-from robostiff.identification.words import identifiability
+from robostiff.identification.unknowns import Unknown, UnknownKind, identifiability
 from tests.identification.campaigns import (
     arm_campaign,
     arm_frames,

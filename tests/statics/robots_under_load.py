@@ -12,8 +12,7 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.elasticity import Elasticity
-from robostiff.elasticity.cantilever import cantilever_compliance
+from robostiff.elasticity import Elasticity, cantilever_compliance
 from robostiff.model import Actuated, Passive, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.spatial import Space
 from tests.campaign.assembled import Assembly, of_robot

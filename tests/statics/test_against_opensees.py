@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.elasticity import Elasticity
-from robostiff.elasticity.cantilever import cantilever_compliance
+from robostiff.elasticity import Elasticity, cantilever_compliance
 from robostiff.model import Actuated, Chain, Leg, Link, Passive, PlacedFreedom, beam_axes, revolute
 from robostiff.network import BeamElement, JointElement, Network, Node, SpringElement
 from robostiff.spatial import Frame

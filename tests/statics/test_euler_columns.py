@@ -7,8 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.elasticity import Elasticity
-from robostiff.elasticity.cantilever import cantilever_compliance
+from robostiff.elasticity import Elasticity, cantilever_compliance
 from robostiff.model import PlacedLeg, PlacedSpring, Snapshot
 from robostiff.network import network_of_snapshot
 from robostiff.spatial import Space

@@ -7,8 +7,7 @@ import sympy as sp
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.elasticity import Elasticity
-from robostiff.elasticity.cantilever import cantilever_compliance
+from robostiff.elasticity import Elasticity, cantilever_compliance
 from robostiff.model import PlacedBodySpring, PlacedFreedom, PlacedLeg, PlacedSpring, StiffnessLaw
 from tests.cases.metric import distance
 from tests.statics.jets import Energy, JetLeg, JetRobot, Part, Turn, at_rest

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.elasticity import Elasticity
-from robostiff.elasticity.cantilever import cantilever_compliance
+from robostiff.elasticity import Elasticity, cantilever_compliance
 from robostiff.model import PlacedLeg, PlacedSpring, Snapshot
 from tests.cases.metric import distance
 from tests.statics.robots_under_load import (

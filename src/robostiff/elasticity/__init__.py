@@ -10,14 +10,12 @@ from robostiff.elasticity.beam import (
     EulerBernoulli,
     SlenderBeam,
     Timoshenko,
+    UniformBeam,
     beam_compliance,
     beam_stiffness,
-    tapered_compliance,
-)
-from robostiff.elasticity.cantilever import (
-    UniformBeam,
     cantilever_compliance,
     cantilever_stiffness,
+    tapered_compliance,
     uniform_beam,
 )
 from robostiff.elasticity.material import MATERIALS, Material, material

@@ -19,6 +19,7 @@ from robostiff.elasticity.checks import (
     positive_number,
 )
 from robostiff.errors import InputError, needs_extra
+from robostiff.spatial import full_turn
 from robostiff.spatial.formula import exact_number, exact_together, is_formula
 
 if TYPE_CHECKING:
@@ -136,7 +137,7 @@ def circle(diameter: Any, *, poisson_ratio: Any = 0.3) -> CrossSection:
     """
     d = positive_number("diameter of the circle", diameter, "m")
     d, nu = exact_together(d, poisson_ratio_of_isotropic(poisson_ratio))
-    pi = _pi_beside(d)
+    pi = full_turn(d) / 2
     inertia = pi * d**4 / 64
     factor = 6 * (1 + nu) / (7 + 6 * nu)
     bounds = (Bounds("diameter of the circle", d),)
@@ -175,7 +176,7 @@ def tube(outer_diameter: Any, inner_diameter: Any, *, poisson_ratio: Any = 0.3) 
     bounds = Bounds(
         "inner diameter of the tube", d, 0, D, f"less than the outer diameter {D!r}", hint
     )
-    area = _pi_beside(D) * (D - d) * (D + d) / 4
+    area = full_turn(D) / 2 * (D - d) * (D + d) / 4
     inertia = area * (D * D + d * d) / 16
     m = d / D
     q = (1 + m * m) ** 2
@@ -369,15 +370,6 @@ def _torsion_series(long: Any, short: Any) -> Any:
     rest = sp.Rational("2.903743942486e-5")
     terms = [sp.tanh(n * sp.pi * long / (2 * short)) / sp.Integer(n) ** 5 for n in (1, 3, 5, 7)]
     return long * short**3 / 3 - 64 * short**4 / sp.pi**5 * (sp.Add(*terms) + rest)
-
-
-def _pi_beside(value: Any) -> Any:
-    """The number pi, exact if another value is a formula."""
-    if not is_formula(value):
-        return math.pi
-    import sympy as sp
-
-    return sp.pi
 
 
 def _below(subject: str, value: Any, limit: Any, words: str) -> Bounds:

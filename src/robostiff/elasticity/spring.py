@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robostiff.elasticity.beam import SlenderBeam
-from robostiff.elasticity.cantilever import UniformBeam, uniform_beam
+from robostiff.elasticity.beam import SlenderBeam, UniformBeam, uniform_beam
 from robostiff.elasticity.checks import Bounds, as_array, left_open, positive_number
 from robostiff.errors import InputError
 from robostiff.spatial import as_floats

@@ -127,23 +127,7 @@ SYMMETRY_TOLERANCE = 1e-9
 RANK_TOLERANCE = 1e-12
 
 
-@dataclass(frozen=True)
-class ScaledSpectrum:
-    """Eigenvalues, ascending [N/m or m/N], and eigenvectors in columns, of ``D M D``."""
-
-    # Diagonal of D: 1 for translations; for rotations 1/l (stiffness) or l (compliance), with l the
-    # length that gives both diagonal blocks of D M D one trace.
-    scale: Matrix
-    values: Matrix
-    vectors: Matrix
-
-    @property
-    def threshold(self) -> float:
-        """Eigenvalues up to this one are zero."""
-        return RANK_TOLERANCE * float(np.abs(self.values).max())
-
-
-def checked_symmetric(matrix: Any, kind: MatrixKind) -> Matrix:
+def _checked_symmetric(matrix: Any, kind: MatrixKind) -> Matrix:
     """The matrix as floats (6, 6), made exactly symmetric; InputError beyond rounding."""
     refuse_quantities(kind.name, matrix, "6x6 numbers of SI units")
     try:
@@ -177,15 +161,20 @@ def checked_symmetric(matrix: Any, kind: MatrixKind) -> Matrix:
     return (array + array.T) / 2
 
 
-def scaled_spectrum(matrix: Matrix, kind: MatrixKind) -> ScaledSpectrum:
-    """Eigenvalues in the length-scaled metric; InputError if one is negative."""
+def _scaled_spectrum(matrix: Matrix, kind: MatrixKind) -> tuple[Matrix, Matrix, Matrix, float]:
+    """Diagonal (6,) of D, eigenvalues (6,) of ``D M D`` [N/m or m/N], ascending, and their vectors.
+
+    D is 1 for translations; for rotations 1/l (stiffness) or l (compliance), with l the length that
+    gives both diagonal blocks of ``D M D`` one trace. The last number is that up to which
+    eigenvalues are zero. Raises InputError if one is negative.
+    """
     translation, rotation = np.trace(matrix[:3, :3]), np.trace(matrix[3:, 3:])
     # A block of trace zero leaves nothing to scale, if the matrix is semidefinite at all.
     factor = np.sqrt(translation / rotation) if translation > 0 and rotation > 0 else 1.0
     scale = np.array([1.0, 1.0, 1.0, factor, factor, factor])
     values, vectors = np.linalg.eigh(scale[:, None] * matrix * scale)
-    spectrum = ScaledSpectrum(scale, values, vectors)
-    if values[0] < -spectrum.threshold:
+    zero = RANK_TOLERANCE * float(np.abs(values).max())
+    if values[0] < -zero:
         length = 1 / factor if kind is STIFFNESS else factor
         # The large components of the direction, largest first: 0.80 dx - 0.60 rz.
         first = vectors[:, 0]
@@ -202,7 +191,7 @@ def scaled_spectrum(matrix: Matrix, kind: MatrixKind) -> ScaledSpectrum:
             expected="no negative eigenvalue: a spring does not push in the direction it is pulled",
             hint="look for a wrong sign, a wrong unit in the rotation rows, or missing digits",
         )
-    return spectrum
+    return scale, values, vectors, zero
 
 
 _ROTATION = "a 3x3 rotation matrix, its columns the axes of the spring in those of the element"
@@ -249,24 +238,34 @@ def elasticity_from_stiffness(stiffness: Any) -> Elasticity:
     formulas = formula_array(stiffness)
     if formulas is not None:
         return _from_formulas(formulas)
-    K = checked_symmetric(stiffness, STIFFNESS)
-    spectrum = scaled_spectrum(K, STIFFNESS)
-    stiff = spectrum.values > spectrum.threshold
+    K = _checked_symmetric(stiffness, STIFFNESS)
+    scale, values, vectors, zero = _scaled_spectrum(K, STIFFNESS)
+    stiff = values > zero
     if stiff.all():
         # Scaled to a unit diagonal, so that units and sizes do not matter.
-        scale = np.sqrt(np.diagonal(K))
-        unit = K / np.outer(scale, scale)
+        size = np.sqrt(np.diagonal(K))
+        unit = K / np.outer(size, size)
         inverse = np.linalg.inv(unit)
-        found = Elasticity((inverse + inverse.T) / 2 / np.outer(scale, scale))
+        found = Elasticity((inverse + inverse.T) / 2 / np.outer(size, size))
         if np.linalg.cond(unit) > _DENSE:
             # The inverse keeps few digits of its stiff directions; a root of K keeps them.
-            vars(found)["modes"] = np.linalg.inv(np.linalg.cholesky(unit)).T / scale[:, None]
+            vars(found)["modes"] = np.linalg.inv(np.linalg.cholesky(unit)).T / size[:, None]
         return found
-    _refuse_penalty(K, spectrum)
-    basis = spectrum.scale[:, None] * spectrum.vectors[:, stiff]
-    compliance = (basis / spectrum.values[stiff]) @ basis.T
-    free = spectrum.scale[:, None] * spectrum.vectors[:, ~stiff]
-    freedoms = free @ np.linalg.inv(free[_leading_rows(spectrum.vectors[:, ~stiff])])
+    # A lone entry of the diagonal below the threshold may be soft, or meant to be free.
+    diagonal = scale**2 * np.diagonal(K)
+    lone = (np.count_nonzero(K, axis=1) == 1) & (diagonal > 0)
+    for i in np.flatnonzero(lone & (diagonal <= zero)).tolist():
+        largest = int(diagonal.argmax())
+        raise InputError(
+            f"{STIFFNESS.name}, entry {STIFFNESS.entry(K, i, i)} beside "
+            f"{STIFFNESS.entry(K, largest, largest)}",
+            expected=f"a ratio above {RANK_TOLERANCE:g}, between a soft direction and a free one",
+            hint="write 0 for a free direction; for a rigid one give the compliance, with a 0 "
+            "there: elasticity_from_compliance(C)",
+        )
+    basis, free = (scale[:, None] * vectors[:, kind] for kind in (stiff, ~stiff))
+    compliance = (basis / values[stiff]) @ basis.T
+    freedoms = free @ np.linalg.inv(free[_leading_rows(vectors[:, ~stiff])])
     return Elasticity((compliance + compliance.T) / 2, freedoms)
 
 
@@ -303,8 +302,8 @@ def elasticity_from_compliance(compliance: Any) -> Elasticity:
     formulas = formula_array(compliance)
     if formulas is not None:
         return Elasticity(formulas, bounds=symmetric_formulas(formulas, COMPLIANCE))
-    C = checked_symmetric(compliance, COMPLIANCE)
-    scaled_spectrum(C, COMPLIANCE)
+    C = _checked_symmetric(compliance, COMPLIANCE)
+    _scaled_spectrum(C, COMPLIANCE)
     return Elasticity(C)
 
 
@@ -356,22 +355,6 @@ def moved(elasticity: Elasticity, rotation: Entries, offset: Entries) -> Elastic
         twist_transport(v) @ block_rotation(R) @ freedoms,
         elasticity.bounds,
     )
-
-
-def _refuse_penalty(K: Matrix, spectrum: ScaledSpectrum) -> None:
-    """Refuse a lone diagonal entry below the threshold: it may be soft, or meant to be free."""
-    diagonal = spectrum.scale**2 * np.diagonal(K)
-    lone = (np.count_nonzero(K, axis=1) == 1) & (diagonal > 0)
-    lost = np.flatnonzero(lone & (diagonal <= spectrum.threshold))
-    if lost.size:
-        i, largest = int(lost[0]), int(diagonal.argmax())
-        raise InputError(
-            f"{STIFFNESS.name}, entry {STIFFNESS.entry(K, i, i)} beside "
-            f"{STIFFNESS.entry(K, largest, largest)}",
-            expected=f"a ratio above {RANK_TOLERANCE:g}, between a soft direction and a free one",
-            hint="write 0 for a free direction; for a rigid one give the compliance, with a 0 "
-            "there: elasticity_from_compliance(C)",
-        )
 
 
 def _leading_rows(basis: Matrix) -> NDArray[np.intp]:

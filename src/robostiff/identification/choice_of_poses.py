@@ -14,8 +14,7 @@ from robostiff.errors import InputError, NoAnswerError
 from robostiff.identification.measurements import Measurements
 from robostiff.identification.readings import ReadingModel
 from robostiff.identification.states import FiniteLoads, States
-from robostiff.identification.unknowns import UnknownKind, with_unknowns
-from robostiff.identification.words import identifiability
+from robostiff.identification.unknowns import UnknownKind, identifiability, with_unknowns
 from robostiff.kinematics import JointCoordinates, Pose, find_posture, posture_finder
 from robostiff.kinematics.pose import joint_units
 from robostiff.markup import number

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.identification.measurement_kinds import LoadAxes
+from robostiff.identification.measurements import LoadAxes
 from robostiff.identification.readings import ReadingModel
-from robostiff.identification.words import Identifiability, identifiability
+from robostiff.identification.unknowns import Identifiability, identifiability
 
 _MOST_STEPS = 60
 # Of the numbers that were read: what must have equilibria where a search ends.
