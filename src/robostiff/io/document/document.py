@@ -55,24 +55,10 @@ class Limits:
 _PLAIN_KEY = re.compile(r"[^\W\d][\w-]*")
 
 
-@dataclass(slots=True)
-class Mark:
-    """The place of one value, of its key if it has one, and of what it contains."""
-
-    line: int
-    column: int
-    key_line: int | None = None
-    key_column: int | None = None
-    children: dict[str, Mark] | list[Mark] | None = None
-
-    def child(self, step: str | int) -> Mark | None:
-        """The place of an entry, or None if there is no such entry."""
-        match self.children, step:
-            case dict() as entries, str():
-                return entries.get(step)
-            case list() as items, int() if 0 <= step < len(items):
-                return items[step]
-        return None
+#: Keys and 0-based list positions, from the top.
+Path = tuple[str | int, ...]
+#: Line and column of each value, and behind them those of its key where it has one.
+Marks = dict[Path, tuple[int, ...]]
 
 
 @dataclass(frozen=True)
@@ -96,7 +82,7 @@ class Document:
 
     data: Any
     file: str
-    _find_marks: Callable[[], Mark] = field(repr=False, compare=False)
+    _find_marks: Callable[[], Marks] = field(repr=False, compare=False)
 
     def location(self, path: Sequence[str | int] = ()) -> Location:
         """The place of the value at a path.
@@ -112,8 +98,11 @@ class Document:
             Of the value; of its nearest ancestor if there is no such value. The path in it is the
             one asked for.
         """
-        mark, _ = self._nearest(path)
-        return Location(self.file, mark.line, mark.column, written_path(path))
+        marks, nearest = self._find_marks(), tuple(path)
+        while nearest not in marks:
+            nearest = nearest[:-1]
+        line, column, *_ = marks[nearest]
+        return Location(self.file, line, column, written_path(path))
 
     def key_location(self, path: Sequence[str | int]) -> Location:
         """The location of the key at the end of a path, for errors about the key itself.
@@ -121,19 +110,11 @@ class Document:
         The place of the value if it has no key, as in a list; of the nearest ancestor if there is
         no such value.
         """
-        mark, is_there = self._nearest(path)
-        if not is_there or mark.key_line is None:
+        mark = self._find_marks().get(tuple(path))
+        if mark is None:
             return self.location(path)
-        return Location(self.file, mark.key_line, mark.key_column, written_path(path))
-
-    def _nearest(self, path: Sequence[str | int]) -> tuple[Mark, bool]:
-        mark = self._find_marks()
-        for step in path:
-            child = mark.child(step)
-            if child is None:
-                return mark, False
-            mark = child
-        return mark, True
+        *_, line, column = mark
+        return Location(self.file, line, column, written_path(path))
 
 
 def written_path(path: Sequence[str | int]) -> str:
@@ -162,8 +143,7 @@ class _Open:
     """A list or mapping that is being read, with the key of the next value."""
 
     data: Any
-    mark: Mark
-    path: tuple[str | int, ...]
+    path: Path
     key: tuple[str, int, int] | None = None
 
 
@@ -174,9 +154,8 @@ class Builder:
     file: str
     limits: Limits
     data: Any = None
-    mark: Mark | None = None
+    marks: Marks = field(default_factory=dict)
     _open: list[_Open] = field(default_factory=list)
-    _nodes: int = 0
 
     @property
     def expects_key(self) -> bool:
@@ -191,37 +170,47 @@ class Builder:
         """The key of the next value."""
         top = self._open[-1]
         if key in top.data:
-            first = top.mark.child(key)
+            first = self.marks[*top.path, key][2]
             top.key = (key, line, column)
             raise FileError(
                 self.place(line, column),
                 "duplicate key",
                 got=key,
-                expected=f"each key once; line {first.key_line if first else '?'} has it already",
+                expected=f"each key once; line {first} has it already",
             )
         if len(top.data) >= self.limits.keys:
             raise self.limits.exceeded("keys", self.place(line, column))
         top.key = (key, line, column)
 
-    def scalar(self, value: Any, line: int, column: int) -> None:
-        """A value that holds no others."""
-        self._add(value, Mark(line, column))
+    def value(self, value: Any, line: int, column: int) -> None:
+        """The next value."""
+        if len(self.marks) >= self.limits.nodes:
+            raise self.limits.exceeded("nodes", self.place(line, column))
+        path, top = self._path, self._open[-1] if self._open else None
+        self.marks[path] = (line, column)
+        if top is None:
+            self.data = value
+        elif isinstance(top.data, list):
+            top.data.append(value)
+        elif top.key:
+            top.data[top.key[0]] = value
+            self.marks[path] += top.key[1:]
+            top.key = None
 
     def start(self, data: list[Any] | dict[str, Any], line: int, column: int) -> None:
         """The start of a list or mapping."""
         if len(self._open) >= self.limits.depth:
             raise self.limits.exceeded("depth", Location(self.file, line, column))
-        mark = Mark(line, column, children=[] if isinstance(data, list) else {})
         path = self._path
-        self._add(data, mark)
-        self._open.append(_Open(data, mark, path))
+        self.value(data, line, column)
+        self._open.append(_Open(data, path))
 
     def end(self) -> None:
         """The end of the innermost list or mapping."""
         self._open.pop()
 
     @property
-    def _path(self) -> tuple[str | int, ...]:
+    def _path(self) -> Path:
         """The path of what comes next."""
         if not self._open:
             return ()
@@ -230,31 +219,13 @@ class Builder:
             return (*top.path, len(top.data))
         return (*top.path, top.key[0]) if top.key else top.path
 
-    def _add(self, value: Any, mark: Mark) -> None:
-        self._nodes += 1
-        if self._nodes > self.limits.nodes:
-            raise self.limits.exceeded("nodes", self.place(mark.line, mark.column))
-        if not self._open:
-            self.data, self.mark = value, mark
-            return
-        top = self._open[-1]
-        match top.data, top.mark.children:
-            case list() as items, list() as marks:
-                items.append(value)
-                marks.append(mark)
-            case dict() as entries, dict() as marks if top.key:
-                name, mark.key_line, mark.key_column = top.key
-                entries[name] = value
-                marks[name] = mark
-                top.key = None
-
 
 @dataclass(frozen=True)
 class DocumentPlace:
     """A path in a document, at which errors are located."""
 
     document: Document
-    path: tuple[str | int, ...] = ()
+    path: Path = ()
     shows_lists: ClassVar[bool] = True  # as the file has them, where they are not what they must be
 
     def at(self, *steps: str | int) -> Self:

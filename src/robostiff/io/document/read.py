@@ -16,7 +16,7 @@ from typing import Any
 
 from robostiff.errors import FileError, Location, Words
 from robostiff.io.bounded_file import bounded_bytes, too_large
-from robostiff.io.document.document import Builder, Document, Limits, Mark
+from robostiff.io.document.document import Builder, Document, Limits, Marks
 
 # part of the parser's words: (what is wrong, what to do, whether the place is where it began)
 _PLAIN_WORDS: tuple[tuple[str, str, str | None, bool], ...] = (
@@ -149,7 +149,7 @@ def parse_yaml(text: str, file: str, limits: Limits) -> Builder:
             _take_node(event, builder, line, column)
         elif isinstance(event, (kinds.MappingEndEvent, kinds.SequenceEndEvent)):
             builder.end()
-    if builder.mark is None:
+    if not builder.marks:
         raise FileError(Location(file), "empty file", expected="a YAML or JSON document")
     return builder
 
@@ -250,7 +250,7 @@ def _take_node(event: Any, builder: Builder, line: int, column: int) -> None:
     plain = not getattr(event, "style", None)
     value = resolve_plain(written) if plain else written
     if not builder.expects_key:
-        builder.scalar(value, line, column)
+        builder.value(value, line, column)
         return
     if kind != "ScalarEvent" or not isinstance(value, str):
         raise FileError(
@@ -306,7 +306,7 @@ def parse_json(text: str, file: str, limits: Limits) -> Any:
     return data
 
 
-def json_marks(text: str, file: str, limits: Limits) -> Mark:
+def json_marks(text: str, file: str, limits: Limits) -> Marks:
     """The places in a text that the decoder has accepted."""
     builder = Builder(file, limits)
     line, line_start, previous = 1, 0, 0
@@ -324,8 +324,8 @@ def json_marks(text: str, file: str, limits: Limits) -> Mark:
             if builder.expects_key:
                 builder.key(json.loads(word), line, column)
             else:
-                builder.scalar(None, line, column)
-    return builder.mark or Mark(1, 1)
+                builder.value(None, line, column)
+    return builder.marks or {(): (1, 1)}
 
 
 _LIMITS = Limits()
@@ -425,7 +425,7 @@ def _parse_bytes(content: bytes, file: str, limits: Limits) -> Document:
 
 def _yaml_document(text: str, file: str, limits: Limits) -> Document:
     builder = parse_yaml(text, file, limits)
-    return Document(builder.data, file, lambda: builder.mark or Mark(1, 1))
+    return Document(builder.data, file, lambda: builder.marks)
 
 
 def _json_document(text: str, file: str, limits: Limits) -> Document:
