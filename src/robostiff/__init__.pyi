@@ -115,9 +115,9 @@ from robostiff.identification.identified import Identified as Identified
 from robostiff.identification.identify import KnownFrames as KnownFrames
 from robostiff.identification.identify import UnknownFrames as UnknownFrames
 from robostiff.identification.identify import identify as identify
-from robostiff.identification.measurements import LoadAxes as LoadAxes
+from robostiff.identification.measurement_kinds import LoadAxes as LoadAxes
+from robostiff.identification.measurement_kinds import Reading as Reading
 from robostiff.identification.measurements import Measurements as Measurements
-from robostiff.identification.measurements import Reading as Reading
 from robostiff.identification.search import Robust as Robust
 from robostiff.identification.search import Squares as Squares
 from robostiff.io.model_file import ALL_PARAMETERS as ALL_PARAMETERS

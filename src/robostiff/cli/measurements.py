@@ -368,7 +368,7 @@ def _table(robot: Any, postures: Any) -> str:
     import numpy as np
 
     from robostiff.analysis.maps.pose_columns import POSE_UNITS, coordinate_units
-    from robostiff.identification.measurements import coordinates_of
+    from robostiff.identification.measurement_kinds import coordinates_of
     from robostiff.kinematics import JointCoordinates
 
     units = coordinate_units(robot)

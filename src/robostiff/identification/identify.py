@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, Words
 from robostiff.identification.identified import Identified
-from robostiff.identification.measurements import MOTIONS, PLACES, Measurements, Reading
+from robostiff.identification.measurement_kinds import MOTIONS, PLACES, Reading
+from robostiff.identification.measurements import Measurements
 from robostiff.identification.readings import ReadingModel
 from robostiff.identification.search import Robust, Squares, fitted
 from robostiff.identification.states import FiniteLoads, PlacesInStates, SmallLoads, States

@@ -12,7 +12,12 @@ import numpy as np
 
 from robostiff.analysis.maps.pose_columns import POSE_UNITS, coordinate_units
 from robostiff.errors import FileError, Location, Words, warn_of_slip
-from robostiff.identification.measurements import LoadAxes, Reading, act_at_hooks, coordinates_of
+from robostiff.identification.measurement_kinds import (
+    LoadAxes,
+    Reading,
+    act_at_hooks,
+    coordinates_of,
+)
 from robostiff.io.bounded_file import bounded_bytes
 from robostiff.io.csv_table import OtherColumns, posture_columns, postures_of, table_of
 from robostiff.kinematics import JointCoordinates

@@ -9,7 +9,8 @@ from itertools import compress
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.identification.measurements import MOTIONS, Measurements, Reading
+from robostiff.identification.measurement_kinds import MOTIONS, Reading
+from robostiff.identification.measurements import Measurements
 from robostiff.identification.states import FiniteLoads, PlacesInStates, SmallLoads, States
 from robostiff.identification.unknowns import Unknown, UnknownKind
 from robostiff.kept import kept_for_last

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.identification.measurements import LoadAxes
+from robostiff.identification.measurement_kinds import LoadAxes
 from robostiff.identification.readings import ReadingModel
 from robostiff.identification.unknowns import Identifiability, identifiability
 

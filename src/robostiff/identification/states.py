@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from robostiff.compiled import Backend, ComplianceMatrix, Derivative
 from robostiff.errors import InputError
-from robostiff.identification.measurements import MOTIONS, LoadAxes, Measurements
+from robostiff.identification.measurement_kinds import MOTIONS, LoadAxes
+from robostiff.identification.measurements import Measurements
 from robostiff.identification.unknowns import Unknown
 from robostiff.kept import kept
 from robostiff.kinematics import JointCoordinates, find_posture
