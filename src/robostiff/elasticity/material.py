@@ -110,79 +110,41 @@ class Material:
         return E / (2 * G) - 1
 
 
+# Young's modulus [Pa], Poisson ratio, density [kg/m^3].
+_ISOTROPIC = {
+    "steel": (210e9, 0.3, 7850.0),
+    "stainless-steel": (200e9, 0.3, 7900.0),
+    "cast-iron-grey": (110e9, 0.26, 7200.0),
+    "cast-iron-ductile": (169e9, 0.275, 7100.0),
+    "aluminium": (70e9, 0.3, 2700.0),
+    "aluminium-6061": (68.9e9, 0.33, 2700.0),
+    "aluminium-7075": (71.7e9, 0.33, 2810.0),
+}
+# Young's modulus, shear modulus [Pa], density.
+_BY_MODULI = {
+    "titanium-6al-4v": (110.3e9, 42.7e9, 4430.0),
+    "magnesium-az31b": (44.8e9, 16.5e9, 1770.0),
+    "brass": (97e9, 37e9, 8500.0),
+}
+_SOURCES = {
+    "steel": "EN 1993-1-1:2005, 3.2.6 (structural steel); density EN 1993-1-2:2005, 3.2.2",
+    "stainless-steel": "EN 1993-1-4:2006, 2.1.3 (austenitic and duplex grades); density EN 10088-1 "
+    "(1.4301)",
+    "cast-iron-grey": "EN 1561:2011, annex, EN-GJL-250 (middle of 103 to 118 GPa; density)",
+    "cast-iron-ductile": "EN 1563:2011, annex, EN-GJS-400-18 (moduli and density)",
+    "aluminium": "EN 1999-1-1:2007, 3.2.5 (structural alloys; moduli and density)",
+    "aluminium-6061": "Aluminum Association, Aluminum Standards and Data, typical properties "
+    "(10.0e3 ksi, mean of tension and compression; density); Poisson ratio of MIL-HDBK-5J, 3.6.2",
+    "aluminium-7075": "Aluminum Association, Aluminum Standards and Data, typical properties "
+    "(10.4e3 ksi, mean of tension and compression; density); Poisson ratio of MIL-HDBK-5J, 3.7.6",
+    "titanium-6al-4v": "MIL-HDBK-5J, 5.4.1 (E 16.0e3 ksi, G 6.2e3 ksi, 0.160 lb/in^3)",
+    "magnesium-az31b": "MIL-HDBK-5J, 4.2.1 (E 6.5e3 ksi, G 2.4e3 ksi, 0.064 lb/in^3)",
+    "brass": "ASM Handbook vol. 2 (1990), wrought copper, C36000 free-cutting brass (moduli, "
+    "density)",
+}
 _TABLE = (
-    Material.isotropic(
-        "steel",
-        210e9,
-        0.3,
-        "EN 1993-1-1:2005, 3.2.6 (structural steel); density EN 1993-1-2:2005, 3.2.2",
-        7850.0,
-    ),
-    Material.isotropic(
-        "stainless-steel",
-        200e9,
-        0.3,
-        "EN 1993-1-4:2006, 2.1.3 (austenitic and duplex grades); density EN 10088-1 (1.4301)",
-        7900.0,
-    ),
-    Material.isotropic(
-        "cast-iron-grey",
-        110e9,
-        0.26,
-        "EN 1561:2011, annex, EN-GJL-250 (middle of 103 to 118 GPa; density)",
-        7200.0,
-    ),
-    Material.isotropic(
-        "cast-iron-ductile",
-        169e9,
-        0.275,
-        "EN 1563:2011, annex, EN-GJS-400-18 (moduli and density)",
-        7100.0,
-    ),
-    Material.isotropic(
-        "aluminium",
-        70e9,
-        0.3,
-        "EN 1999-1-1:2007, 3.2.5 (structural alloys; moduli and density)",
-        2700.0,
-    ),
-    Material.isotropic(
-        "aluminium-6061",
-        68.9e9,
-        0.33,
-        "Aluminum Association, Aluminum Standards and Data, typical properties (10.0e3 ksi, mean "
-        "of tension and compression; density); Poisson ratio of MIL-HDBK-5J, 3.6.2",
-        2700.0,
-    ),
-    Material.isotropic(
-        "aluminium-7075",
-        71.7e9,
-        0.33,
-        "Aluminum Association, Aluminum Standards and Data, typical properties (10.4e3 ksi, mean "
-        "of tension and compression; density); Poisson ratio of MIL-HDBK-5J, 3.7.6",
-        2810.0,
-    ),
-    Material(
-        "titanium-6al-4v",
-        110.3e9,
-        42.7e9,
-        "MIL-HDBK-5J, 5.4.1 (E 16.0e3 ksi, G 6.2e3 ksi, 0.160 lb/in^3)",
-        4430.0,
-    ),
-    Material(
-        "magnesium-az31b",
-        44.8e9,
-        16.5e9,
-        "MIL-HDBK-5J, 4.2.1 (E 6.5e3 ksi, G 2.4e3 ksi, 0.064 lb/in^3)",
-        1770.0,
-    ),
-    Material(
-        "brass",
-        97e9,
-        37e9,
-        "ASM Handbook vol. 2 (1990), wrought copper, C36000 free-cutting brass (moduli, density)",
-        8500.0,
-    ),
+    *(Material.isotropic(n, E, nu, _SOURCES[n], rho) for n, (E, nu, rho) in _ISOTROPIC.items()),
+    *(Material(n, E, G, _SOURCES[n], rho) for n, (E, G, rho) in _BY_MODULI.items()),
 )
 
 #: The shipped materials by name: room temperature, small strain.

@@ -151,24 +151,20 @@ class FlexiblePlatform:
                     "node that holds the leg", got=name, expected=f"a node: {', '.join(names)}"
                 )
             return name
-        gaps = {node.name: node.at - point for node in self.nodes}
         numbers = [np.abs(node.at).max() for node in self.nodes if node.at.dtype != object]
         allowed = _SAME_PLACE * max(numbers, default=0.0)
-        nodes = [
-            node
-            for node, gap in gaps.items()
-            if (vanishes(gap) if gap.dtype == object else np.abs(gap).max() <= allowed)
-        ]
+        nodes, places = [], []
+        for node in self.nodes:
+            gap = node.at - point
+            if vanishes(gap) if gap.dtype == object else np.abs(gap).max() <= allowed:
+                nodes.append(node.name)
+            at = (str(x) if is_formula(x) else f"{x:.6g}" for x in node.at)
+            places.append(f"{node.name} at [{', '.join(at)}]")
         if len(nodes) != 1:
-            at = {
-                node.name: ", ".join(str(x) if is_formula(x) else f"{x:.6g}" for x in node.at)
-                for node in self.nodes
-            }
             raise InputError(
                 "end of the leg on a flexible platform",
                 got=point,
-                expected="the place of one node: "
-                + ", ".join(f"{node} at [{place}]" for node, place in at.items()),
+                expected=f"the place of one node: {', '.join(places)}",
                 hint="name the node that holds the leg",
             )
         return nodes[0]

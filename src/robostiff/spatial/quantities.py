@@ -143,25 +143,18 @@ def _array(subject: str, value: Any, units: Sequence[str]) -> np.ndarray:
     numbers = np.asarray(value.magnitude)
     found = np.zeros(numbers.shape)
     fits = {unit: _fits(value, unit) for unit in units}
+    hint = "write a list of quantities, each with its own unit" if any(fits.values()) else None
     for k, unit in enumerate(units):
-        entry = value[..., k]
-        if fits[unit]:
-            found[..., k] = _number(subject, entry, unit)
-        elif not any(fits.values()) or np.any(numbers[..., k] != 0):
-            raise _wrong(
-                f"{subject}, entry [{k}]",
-                entry,
-                unit,
-                hint="write a list of quantities, each with its own unit"
-                if any(fits.values())
-                else None,
-            )
+        if fits[unit] or hint is None or np.any(numbers[..., k] != 0):
+            found[..., k] = _number(f"{subject}, entry [{k}]", value[..., k], unit, hint)
     return found
 
 
-def _number(subject: str, quantity: Any, unit: str) -> Any:
+def _number(subject: str, quantity: Any, unit: str, hint: str | None = None) -> Any:
     if not _fits(quantity, unit):
-        raise _wrong(subject, quantity, unit)
+        what = _WORDS.get(unit, "a quantity")
+        expected = f"{what}, in {unit} or a unit like it" if unit else what
+        raise InputError(subject, got=str(quantity), expected=expected, hint=hint)
     return quantity.to(unit or "dimensionless").magnitude
 
 
@@ -175,12 +168,6 @@ def _fits(quantity: Any, unit: str) -> bool:
     powers = {str(name): power for name, power in roots.items()}
     rad = powers.get("rad", powers.get("radian", 0))
     return rad == 0 or rad != _OTHER_KIND.get(unit)
-
-
-def _wrong(subject: str, quantity: Any, unit: str, hint: str | None = None) -> InputError:
-    what = _WORDS.get(unit, "a quantity")
-    expected = f"{what}, in {unit} or a unit like it" if unit else what
-    return InputError(subject, got=str(quantity), expected=expected, hint=hint)
 
 
 def is_pint(value: Any) -> bool:

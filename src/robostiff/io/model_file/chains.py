@@ -203,11 +203,11 @@ class WrittenFollower(WrittenMapping):
         offset = (place / "offset").number(self.offset, _SLIDE if slides else _TURN)
         drive = WrittenDrive(role="locked", stiffness=self.stiffness)
         role = cast("Locked", drive.build_role(place, (_SLIDE if slides else _TURN,)))
+        k, name = role.stiffness, self.name or ""
         with (place / "ratio").complaints():
-            follower = coupling(
-                self.joint, follows=self.follows, ratio=ratio, offset=offset, name=self.name or ""
+            return coupling(
+                self.joint, follows=self.follows, ratio=ratio, offset=offset, stiffness=k, name=name
             )
-        return Coupling(follower.terms, role, follower.home, follower.name)
 
 
 class WrittenSum(WrittenMapping):
