@@ -49,33 +49,17 @@ class UnknownKind(Enum):
 
 @dataclass(frozen=True)
 class Unknown:
-    """A number that is to be found.
+    """A number that is to be found."""
 
-    Attributes
-    ----------
-    name : str
-        Of a spring, ``leg/part``, a factor or zero, or a parameter of the model.
-    kind : UnknownKind
-    nominal : float
-        Where the search begins [SI].
-    unit : str
-    least : float
-        What it is at least.
-    parameter : str
-        That of the model file whose reciprocal it is, or it itself; empty of a part.
-    plays : str
-        The joint whose play it is, ``leg/joint``.
-    frame : (str, str)
-        Of a coordinate of an instrument or a marker: ``place`` or ``turn``, and of what.
-    """
-
-    name: str
+    name: str  # of a spring, ``leg/part``, a factor or zero, or a parameter of the model
     kind: UnknownKind
-    nominal: float
+    nominal: float  # where the search begins [SI]
     unit: str = ""
-    least: float = -np.inf
+    least: float = -np.inf  # what it is at least
+    # that of the model file whose reciprocal it is, or it itself; empty of a part
     parameter: str = ""
-    plays: str = ""
+    plays: str = ""  # the joint whose play it is, ``leg/joint``
+    # of a coordinate of an instrument or a marker: ``place`` or ``turn``, and of what
     frame: tuple[str, str] = ("", "")
 
     @property
@@ -329,20 +313,12 @@ _PART = 1e-4  # of the largest entry of a null vector
 
 @dataclass(frozen=True)
 class Identifiability:
-    """What some rates of readings tell of the unknowns.
+    """What some rates of readings tell of the unknowns, in sentences."""
 
-    Attributes
-    ----------
-    fixed : tuple of int
-        Unknowns that have to keep their values.
-    not_identified, weak, correlated : tuple of str
-        Sentences; the last ones of correlations from 0.9 to 0.98, which are not weak yet.
-    """
-
-    fixed: tuple[int, ...]
+    fixed: tuple[int, ...]  # unknowns that have to keep their values
     not_identified: tuple[str, ...]
     weak: tuple[str, ...]
-    correlated: tuple[str, ...]
+    correlated: tuple[str, ...]  # by 0.9 to 0.98, which is not weak yet
 
 
 def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiability:

@@ -56,32 +56,15 @@ class Column:
 
 @dataclass(frozen=True)
 class CsvTable:
-    """A table as its file has it.
+    """A table as its file has it."""
 
-    Attributes
-    ----------
-    lines : tuple of str
-        All lines of the file.
-    header : int
-        Number of the line of headings, from 0.
-    rows : tuple of int
-        Numbers of the lines of numbers.
-    separator : str
-    columns : tuple of Column
-        Those that are read.
-    si : dict of str to (N,) array
-        Their values in SI units.
-    words : dict of str to tuple of str
-        What stands in columns of words.
-    """
-
-    lines: tuple[str, ...]
-    header: int
-    rows: tuple[int, ...]
+    lines: tuple[str, ...]  # all of the file
+    header: int  # number of the line of headings, from 0
+    rows: tuple[int, ...]  # numbers of the lines of numbers
     separator: str
-    columns: tuple[Column, ...]
-    si: dict[str, np.ndarray]
-    words: dict[str, tuple[str, ...]]
+    columns: tuple[Column, ...]  # those that are read
+    si: dict[str, np.ndarray]  # their values (N,) in SI units
+    words: dict[str, tuple[str, ...]]  # what stands in columns of words
 
 
 def read_table(

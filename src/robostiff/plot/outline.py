@@ -37,36 +37,19 @@ class PointOfBody:
 
 @dataclass(frozen=True)
 class Line:
-    """A line between two bodies.
-
-    Attributes
-    ----------
-    start, end : PointOfBody
-    leg, part : str
-        Of what it is; no part is named where it is rigid.
-    weight : LineWeight
-    bends : bool
-        Whether it is bent as its ends move, as a beam.
-    paint : PlainColour or None
-        None for the colour of the part.
-    is_dashed : bool
-    about, label : str
-        Its description, where it is not the name, and its name in the legend.
-    has_ghost : bool
-        Whether it is drawn at rest, too, beside a deformed shape.
-    """
+    """A line between two bodies."""
 
     start: PointOfBody
     end: PointOfBody
     leg: str = ""
-    part: str = ""
+    part: str = ""  # of the leg; none where it is rigid
     weight: LineWeight = LineWeight.BOLD
-    bends: bool = False
-    paint: PlainColour | None = None
+    bends: bool = False  # whether it is bent as its ends move, as a beam
+    paint: PlainColour | None = None  # None for the colour of the part
     is_dashed: bool = False
-    about: str = ""
-    label: str = ""
-    has_ghost: bool = True
+    about: str = ""  # its description, where it is not the name
+    label: str = ""  # its name in the legend
+    has_ghost: bool = True  # whether it is drawn at rest, too, beside a deformed shape
 
 
 @dataclass(frozen=True)
@@ -102,38 +85,19 @@ class Spots:
 
 @dataclass(frozen=True)
 class Outline:
-    """What is drawn of a machine.
+    """What is drawn of a machine."""
 
-    Attributes
-    ----------
-    point : PointOfBody
-        The reference point of the platform.
-    size : float
-        Length of the machine [m].
-    is_level : bool
-        Whether it is planar, or lies in one plane z = constant.
-    lines, plates, joints, spots : tuples
-    words : tuple of (PointOfBody, str)
-        Names of joints.
-    part_names : tuple of str
-        Of parts that colours distinguish.
-    is_named : bool
-        Whether its parts and joints are always named, as of an arm and of a network.
-    has_legend : bool
-        Whether its parts are few enough for one.
-    """
-
-    point: PointOfBody
-    size: float
-    is_level: bool
+    point: PointOfBody  # the reference point of the platform
+    size: float  # length of the machine [m]
+    is_level: bool  # whether it is planar, or lies in one plane z = constant
     lines: tuple[Line, ...]
     plates: tuple[Plate, ...]
     joints: tuple[JointPoint, ...] = ()
     spots: tuple[Spots, ...] = ()
-    words: tuple[tuple[PointOfBody, str], ...] = ()
-    part_names: tuple[str, ...] = ()
-    is_named: bool = False
-    has_legend: bool = True
+    words: tuple[tuple[PointOfBody, str], ...] = ()  # names of joints
+    part_names: tuple[str, ...] = ()  # of parts that colours distinguish
+    is_named: bool = False  # whether parts and joints always are, as of an arm and of a network
+    has_legend: bool = True  # whether its parts are few enough for one
 
     @property
     def anchors(self) -> list[PointOfBody]:

@@ -50,31 +50,16 @@ _NUMBER = re.compile(r"\[\d+\]$")
 
 @dataclass(frozen=True, kw_only=True)
 class Sketch:
-    """A machine of any kind as it is drawn: at rest, or beside that with its bodies displaced.
-
-    Attributes
-    ----------
-    outline : Outline
-    motions : mapping of str to BodyMotion
-        Of bodies by name; those that are not there rest.
-    shares : mapping of (str, str) to float
-        Parts of the elastic energy [%], by leg and part, or by leg and an empty name.
-    colours : mapping of str to Paint
-        Of parts without a share, by their names.
-    of_joints : mapping of str to Paint
-    plain : PlainColour
-        Of parts without a colour.
-    scale : float
-        Of the displacements; 0 at rest.
-    """
+    """A machine of any kind as it is drawn: at rest, or beside that with its bodies displaced."""
 
     outline: Outline
-    motions: Motions = field(default_factory=dict)
+    motions: Motions = field(default_factory=dict)  # those of bodies that are not there are none
+    # parts of the elastic energy [%], by leg and part, or by leg and an empty name
     shares: Mapping[tuple[str, str], float] = field(default_factory=dict)
-    colours: Mapping[str, Paint] = field(default_factory=dict)
+    colours: Mapping[str, Paint] = field(default_factory=dict)  # of parts without a share
     of_joints: Mapping[str, Paint] = field(default_factory=dict)
-    plain: PlainColour = PlainColour.INK
-    scale: float = 0.0
+    plain: PlainColour = PlainColour.INK  # of parts without a colour
+    scale: float = 0.0  # of the displacements; 0 at rest
 
     @property
     def size(self) -> float:

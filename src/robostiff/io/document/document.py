@@ -16,29 +16,14 @@ from robostiff.io.suggest import did_you_mean, listing
 
 @dataclass(frozen=True)
 class Limits:
-    """Bounds on a document.
+    """Bounds on a document; YAML takes much longer to read than JSON, and has narrower ones."""
 
-    Parameters
-    ----------
-    size : int
-        Of the file [bytes].
-    depth : int
-        Of lists and mappings inside each other.
-    nodes : int
-        Values in all.
-    keys : int
-        Of one mapping.
-    yaml_size, yaml_marks : int
-        Size of a YAML text [bytes], and line ends and commas in it: YAML takes a hundred
-        times as long to read as JSON.
-    """
-
-    size: int = 4_000_000
-    depth: int = 64
-    nodes: int = 200_000
-    keys: int = 10_000
-    yaml_size: int = 1_000_000
-    yaml_marks: int = 20_000
+    size: int = 4_000_000  # of the file [bytes]
+    depth: int = 64  # of lists and mappings inside each other
+    nodes: int = 200_000  # values in all
+    keys: int = 10_000  # of one mapping
+    yaml_size: int = 1_000_000  # of a YAML text [bytes]
+    yaml_marks: int = 20_000  # line ends and commas in it
 
     def exceeded(self, bound: str, place: Location) -> FileError:
         """The error for more than a document may have of ``depth``, ``nodes`` or ``keys``."""

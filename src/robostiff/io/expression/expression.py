@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TypeAlias
 
 from robostiff.errors import InputError, Words
 from robostiff.io.expression import functions
-from robostiff.io.expression.functions import CONSTANTS, FLOATS, RULES, Mathematics, Refusal
+from robostiff.io.expression.functions import CONSTANTS, FLOATS, RULES, Mathematics
 from robostiff.io.suggest import did_you_mean, listing, nearest
 from robostiff.io.units import UNIT_WORDS, SIQuantity, Unit, is_unit_word, make_quantity, read_unit
 from robostiff.io.units.unit import NUMBER, after_space
@@ -283,17 +282,17 @@ class Expression:
         for op in reversed(operations):
             rest = [self._value(x, environment, mathematics) for x in op.operands[1:]]
             operands = [result, *rest]
-            value = None
             try:
-                with suppress(ArithmeticError, ValueError):
-                    applied = functions.apply(op.name, operands, mathematics)
-                    value = applied if mathematics.is_finite(applied.magnitude) else None
-            except Refusal as refusal:
-                raise error_at(self.text, op.column, **vars(refusal)) from None
-            if value is None:
+                result = functions.apply(op.name, operands, mathematics)
+                known = mathematics.is_finite(result.magnitude)
+            except InputError as error:
+                got, expected = error.got, str(error.expected)
+                raise error_at(self.text, op.column, got, expected, error.hint) from None
+            except (ArithmeticError, ValueError):
+                known = False
+            if not known:
                 got = Words(functions.in_words(op.name, operands))
                 raise error_at(self.text, op.column, got, "a finite real result")
-            result = value
         return result
 
     @property

@@ -15,49 +15,29 @@ from functools import cache
 from types import MappingProxyType
 from typing import Any
 
-from robostiff.errors import Words
+from robostiff.errors import InputError, Words
 from robostiff.io.units import Dimension, SIQuantity, Unit, exact_quantity, make_quantity, make_unit
 from robostiff.spatial.formula import exact_number, is_possible
 
 HIGHEST_POWER = 64
 
 
-class Refusal(Exception):
-    """An operation that makes no sense for its operands; evaluation adds the place."""
-
-    got: Words
-    expected: str
-    hint: str | None
-
-    def __init__(self, got: str, expected: str, hint: str | None = None) -> None:
-        super().__init__(got, expected, hint)
-        self.got, self.expected, self.hint = Words(got), expected, hint
+def refusal(got: str, expected: str, hint: str | None = None) -> InputError:
+    """The error for operands that make no sense; evaluation adds the place."""
+    return InputError("operation", got=Words(got), expected=expected, hint=hint)
 
 
 @dataclass(frozen=True)
 class Mathematics:
-    """The functions of one kind of magnitude.
+    """The functions of one kind of magnitude."""
 
-    Parameters
-    ----------
-    functions : mapping of str to callable
-        Of magnitudes: ``pow`` and every name in `RULES`. They may raise ArithmeticError or
-        ValueError where they have no value.
-    constants : mapping of str to magnitude
-        ``pi``.
-    is_finite : callable
-        Whether a magnitude can be used as a result.
-    number : callable, optional
-        The quantity of decimal digits and a unit; left out, that of the nearest float.
-    bare : callable
-        The magnitude of a plain number.
-    """
-
+    # ``pow`` and every name in `RULES`: ArithmeticError or ValueError where they have no value
     functions: Mapping[str, Callable[..., Any]]
-    constants: Mapping[str, Any]
-    is_finite: Callable[[Any], bool]
+    constants: Mapping[str, Any]  # ``pi``
+    is_finite: Callable[[Any], bool]  # whether a magnitude can be used as a result
+    # the quantity of decimal digits and a unit; None for that of the nearest float
     number: Callable[[str, Unit | None], SIQuantity] | None = None
-    bare: Callable[[float], Any] = float
+    bare: Callable[[float], Any] = float  # the magnitude of a plain number
 
 
 _OF_MATH = "sin cos tan asin acos atan atan2 sqrt hypot pow"
@@ -84,22 +64,22 @@ _SUMS = {"+": (operator.add, "to add"), "-": (operator.sub, "to subtract")}
 def power(base: SIQuantity, exponent: SIQuantity, mathematics: Mathematics) -> SIQuantity:
     """The power; a base with a unit needs an exponent that is a known number."""
     if not exponent.measures(Dimension.NUMBER):
-        raise Refusal(f"the exponent {exponent}", "a plain number as exponent")
+        raise refusal(f"the exponent {exponent}", "a plain number as exponent")
     value = exponent.magnitude
     known = None if getattr(value, "free_symbols", None) else float(value)
     if known is not None and abs(known) > HIGHEST_POWER:
-        raise Refusal(
+        raise refusal(
             f"the exponent {known:.6g}", f"an exponent from -{HIGHEST_POWER} to {HIGHEST_POWER}"
         )
     unit = base.units
     if not base.is_bare:
         if known is None:
-            raise Refusal(
+            raise refusal(
                 f"the exponent {value}", "a known number as exponent of a quantity with a unit"
             )
         unit = base.units**known
         if any(abs(p) > HIGHEST_POWER for p in unit.powers):
-            raise Refusal(f"the unit {unit}", f"powers of units up to {HIGHEST_POWER}")
+            raise refusal(f"the unit {unit}", f"powers of units up to {HIGHEST_POWER}")
     return make_quantity(mathematics.functions["pow"](base.magnitude, value), unit)
 
 
@@ -150,11 +130,11 @@ def _unit_of_function(name: str, arguments: Sequence[SIQuantity]) -> Unit:
         return first.units**0.5
     if name in ("sin", "cos", "tan"):
         if not first.units.is_like(Unit()):
-            raise Refusal(f"{name} of {first}", "an angle, such as 10 deg")
+            raise refusal(f"{name} of {first}", "an angle, such as 10 deg")
         return Unit()
     if name in ("asin", "acos", "atan"):
         if not first.measures(Dimension.NUMBER):
-            raise Refusal(f"{name} of {first}", "a plain number")
+            raise refusal(f"{name} of {first}", "a plain number")
         return make_unit({"rad": 1})
     unit = _common_unit(arguments, f"in {name}")
     return make_unit({"rad": 1}) if name == "atan2" else unit
@@ -167,7 +147,7 @@ def _common_unit(arguments: Sequence[SIQuantity], purpose: str) -> Any:
     for other in weighty[1:]:
         if not first.units.is_like(other.units):
             bare = first.is_bare != other.is_bare
-            raise Refusal(
+            raise refusal(
                 f"{first} and {other}",
                 f"quantities of one dimension {purpose}",
                 "write the plain number with its unit" if bare else None,
@@ -208,7 +188,7 @@ def exact_mathematics() -> Mathematics:
             bits = max(int(base.p).bit_length(), int(base.q).bit_length())
             if bits * abs(float(exponent)) > _MOST_BITS:
                 got = f"a power of {_MOST_BITS} binary digits or more"
-                raise Refusal(got, "a number that can be written out")
+                raise refusal(got, "a number that can be written out")
         return base**exponent
 
     names = "sin cos tan asin acos atan atan2 sqrt"
